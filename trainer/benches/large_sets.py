@@ -1,11 +1,11 @@
-"""Memory and time of training on large sets: 300 MERL tables, and 3,000 networks.
+"""Measures memory and time of training on large sets: 300 MERL tables, and 3,000 networks.
 
     python3 trainer/benches/large_sets.py [TRAINER]
 
-Makes the sets in a temporary folder (a few materials under many names; networks with weights changed by 5 %),
-trains Linear of eight samples on each with --effort brief, and prints what of memory the process had at most, how
-much of that were its own pages (the rest are pages of files, which the system takes back when it needs them), when
-the first checkpoint was written, and how long all of it took, in seconds of the clock and of processors. Linux only.
+Creates the sets in a temporary folder: hard links to a few tables, and networks with weights changed by 5 %. Trains
+Linear with eight samples on each set with --effort brief. Prints the peak memory of the process, the peak of its
+anonymous pages (other pages belong to files, and the system can reclaim them), the time of the first checkpoint, and
+the total wall-clock and CPU time in seconds. Linux only.
 """
 import os, random, re, struct, subprocess, sys, tempfile, time
 from pathlib import Path
@@ -14,14 +14,14 @@ ROOT = Path(__file__).resolve().parents[2]
 ARRAYS = ("fc1", "b1", "fc2", "b2", "fc3", "b3")
 
 
-def tables(trainer, folder, count):
+def make_tables(trainer, folder, count):
     for number in range(4):
         subprocess.run([trainer, "convert", f"procedural:1:{number}", f"{number}.binary"], check=True, capture_output=True)
     for number in range(count):
         os.link(f"{number % 4}.binary", folder / f"m{number:04}.binary")
 
 
-def networks(trainer, folder, count):
+def make_networks(trainer, folder, count):
     subprocess.run([trainer, "convert", "procedural:1:5", "net", "--format", "nbrdf"], check=True, capture_output=True)
     random.seed(1)
     for array in ARRAYS:
@@ -34,37 +34,38 @@ def networks(trainer, folder, count):
 
 
 def train(trainer, name):
-    words = [trainer, "train", "--model", "linear", "-n", "8", "--data", name, "--effort", "brief",
-             "--checkpoint-every", "1", "--out", f"{name}.recipe"]
+    command = [trainer, "train", "--model", "linear", "-n", "8", "--data", name, "--effort", "brief",
+               "--checkpoint-every", "1", "--out", f"{name}.recipe"]
     begin = time.time()
-    process = subprocess.Popen([str(word) for word in words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    first, most, own = None, 0, 0
+    process = subprocess.Popen([str(word) for word in command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    first_checkpoint, peak, anonymous_peak = None, 0, 0
     while process.poll() is None:
         try:
             status = Path(f"/proc/{process.pid}/status").read_text()
         except OSError:
             status = ""
-        found = {key: int(kilobytes) / 2**20 for key, kilobytes in re.findall(r"(VmHWM|RssAnon):\s+(\d+) kB", status)}
-        most, own = max(most, found.get("VmHWM", 0)), max(own, found.get("RssAnon", 0))
-        if first is None and any(Path(f"{name}.recipe.checkpoint").glob("*")):
-            first = time.time() - begin
+        memory = {key: int(kilobytes) / 2**20 for key, kilobytes in re.findall(r"(VmHWM|RssAnon):\s+(\d+) kB", status)}
+        peak, anonymous_peak = max(peak, memory.get("VmHWM", 0)), max(anonymous_peak, memory.get("RssAnon", 0))
+        if first_checkpoint is None and any(Path(f"{name}.recipe.checkpoint").glob("*")):
+            first_checkpoint = time.time() - begin
         time.sleep(0.1)
     assert process.returncode == 0, name
-    took = time.time() - begin
-    print(f"{name}: {most:.2f} GiB at most, {own:.2f} of its own; first checkpoint after {first:.0f} s, done after {took:.0f} s")
+    total = time.time() - begin
+    print(f"{name}: {peak:.2f} GiB peak, {anonymous_peak:.2f} GiB anonymous; "
+          f"first checkpoint after {first_checkpoint:.0f} s, done after {total:.0f} s")
 
 
 def main():
     trainer = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "target/release/trainer").resolve()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        for name, make, count in (("tables", tables, 300), ("networks", networks, 3000)):
+        for name, make, count in (("tables", make_tables, 300), ("networks", make_networks, 3000)):
             Path(name).mkdir()
             make(trainer, Path(name), count)
             before = os.times()
             train(trainer, name)
             after = os.times()
-            print(f"    {after[2] + after[3] - before[2] - before[3]:.0f} s of processors")
+            print(f"    {after[2] + after[3] - before[2] - before[3]:.0f} s of CPU time")
 
 
 if __name__ == "__main__":

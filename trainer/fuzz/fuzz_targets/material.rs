@@ -1,4 +1,4 @@
-//! `glimpse_trainer_fuzz::material` on libFuzzer's inputs.
+//! Runs `glimpse_trainer_fuzz::material` on libFuzzer's inputs.
 
 #![no_main]
 

@@ -1,4 +1,4 @@
-//! `glimpse_trainer_fuzz::merl` on libFuzzer's inputs.
+//! Runs `glimpse_trainer_fuzz::merl` on libFuzzer's inputs.
 
 #![no_main]
 

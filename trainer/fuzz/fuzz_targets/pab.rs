@@ -1,4 +1,4 @@
-//! `glimpse_trainer_fuzz::pab` on libFuzzer's inputs.
+//! Runs `glimpse_trainer_fuzz::pab` on libFuzzer's inputs.
 
 #![no_main]
 

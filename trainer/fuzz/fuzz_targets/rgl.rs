@@ -1,4 +1,4 @@
-//! `glimpse_trainer_fuzz::rgl` on libFuzzer's inputs.
+//! Runs `glimpse_trainer_fuzz::rgl` on libFuzzer's inputs.
 
 #![no_main]
 

@@ -1,15 +1,14 @@
-//! A basis of one component, cut, extended and with other numbers here and there: it is refused, or written
-//! again byte by byte, and finite.
+//! Check of damaged bases of one component: the reader rejects a basis, or reproduces its bytes with finite values.
 
 use glimpse_materials::basis::{BASIS_MAGIC, Basis, Grid};
 
-use crate::{Damage, Folder, PLACES, refused};
+use crate::{ANGLES, Damage, Folder, check_refusal};
 
-/// Numbers of a node: mean, ln(median w + e), and a component.
+/// Values of a node: mean, ln(median w + e), and a component.
 const NODE: [f32; 3] = [0.5, -3.0, 0.01];
 
-/// As its format says, for the library makes one of materials alone.
-fn valid() -> Vec<u8> {
+/// Returns a valid basis, encoded by hand, because the library only computes bases from materials.
+fn valid_basis() -> Vec<u8> {
     let [h, d, p] = Grid::SHAPE;
     let header = [u32::from_le_bytes(BASIS_MAGIC), 1, h, d, p, 1];
     let table = [NODE.map(f32::to_bits); Grid::LEN];
@@ -19,24 +18,26 @@ fn valid() -> Vec<u8> {
 
 /// Checks one input.
 pub fn check(input: &[u8]) {
-    let Some(damage) = Damage::of(input) else {
+    let Some(damage) = Damage::from_input(input) else {
         return;
     };
-    let mut bytes = valid();
+    let mut bytes = valid_basis();
     damage.apply(&mut bytes);
     let folder = Folder::new();
     let path = folder.write("felt.basis", &bytes);
-    // As a recipe would name it: a file with another checksum is refused before it is looked at.
+    // With the right checksum, because the reader rejects a wrong one before it parses the file.
     let basis = match Basis::read(&path, Basis::checksum(&bytes)) {
         Ok(basis) => basis,
-        Err(error) => return refused(&error, "felt.basis"),
+        Err(error) => return check_refusal(&error, "felt.basis"),
     };
     assert_eq!(basis.to_bytes(), bytes);
-    let reconstruction = basis.reconstruct_values(&[0.5; 3]).expect("three of one");
-    for at in PLACES {
+    let reconstruction = basis
+        .reconstruct_values(&[0.5; 3])
+        .expect("one component for three channels");
+    for at in ANGLES {
         let _ = reconstruction.brdf(&at, 0.5);
         let _ = reconstruction.brdf_with_derivative(&at);
-        let tabulated = basis.look_up(glimpse_materials::basis::widened(&at));
+        let tabulated = basis.look_up(glimpse_materials::basis::angles_to_f64(&at));
         assert!(tabulated.mean[0].is_finite());
     }
 }

@@ -1,6 +1,6 @@
-//! A checkpoint: it is refused, or written again as it was.
+//! Check of checkpoints: the reader rejects a checkpoint, or reproduces its bytes.
 //!
-//! Random bytes never have the right checksum, so one input in two has it put right first.
+//! Random bytes almost never have the right checksum, so every other input has its checksum corrected first.
 
 use std::fs;
 
@@ -10,12 +10,12 @@ use glimpse_core::recipe::{Effort, Parts, Schedule};
 use glimpse_training::meta::checkpoint::{Checkpoint, CheckpointError};
 use glimpse_training::meta::identity::RunIdentity;
 
-use crate::{Folder, refused};
+use crate::{Folder, check_refusal};
 
-/// Magic and checksum.
-const HEADER: usize = 8;
+/// Length of magic and checksum in bytes.
+const HEADER_LENGTH: usize = 8;
 const NAME: &str = "checkpoint.bin";
-/// The run of the seeds `valid`.
+/// The run of the seed `valid`.
 pub const RUN: RunIdentity = RunIdentity {
     model: ModelKind::Phong,
     samples: 1,
@@ -30,18 +30,18 @@ pub const RUN: RunIdentity = RunIdentity {
 
 /// Checks one input.
 pub fn check(input: &[u8]) {
-    let Some((mend, bytes)) = input.split_first() else {
+    let Some((correct_checksum, bytes)) = input.split_first() else {
         return;
     };
     let mut bytes = bytes.to_vec();
-    if mend & 1 == 1 && bytes.len() >= HEADER {
-        let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes[HEADER..]);
-        bytes[4..HEADER].copy_from_slice(&checksum.to_le_bytes());
+    if correct_checksum & 1 == 1 && bytes.len() >= HEADER_LENGTH {
+        let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes[HEADER_LENGTH..]);
+        bytes[4..HEADER_LENGTH].copy_from_slice(&checksum.to_le_bytes());
     }
     let folder = Folder::new();
     let path = folder.write(NAME, &bytes);
-    let found = match Checkpoint::read(&path, &RUN) {
-        Ok(found) => found.expect("it is there"),
+    let checkpoint = match Checkpoint::read(&path, &RUN) {
+        Ok(checkpoint) => checkpoint.expect("the file exists"),
         Err(error) => {
             let is_known = matches!(
                 error,
@@ -50,16 +50,16 @@ pub fn check(input: &[u8]) {
                     | CheckpointError::OtherVersion { .. }
             );
             assert!(is_known, "{error}");
-            return refused(&error, NAME);
+            return check_refusal(&error, NAME);
         }
     };
-    assert_eq!(found.run, RUN);
-    found.write(&path).expect("it is written");
-    let written = fs::read(&path).expect("it is there");
-    let again = Checkpoint::read(&path, &RUN).expect("what is written is read");
-    again
-        .expect("it is there")
+    assert_eq!(checkpoint.run, RUN);
+    checkpoint.write(&path).expect("the file is written");
+    let written = fs::read(&path).expect("the file exists");
+    let reread = Checkpoint::read(&path, &RUN).expect("a written checkpoint is valid");
+    reread
+        .expect("the file exists")
         .write(&path)
-        .expect("it is written");
-    assert_eq!(fs::read(&path).expect("it is there"), written);
+        .expect("the file is written");
+    assert_eq!(fs::read(&path).expect("the file exists"), written);
 }

@@ -1,10 +1,12 @@
-//! A panorama, Radiance or OpenEXR: it is refused, or has the pixels that it should. (What light they give is
-//! no question of bytes, and takes a thousand times as long.)
+//! Check of panoramas as Radiance or OpenEXR: the reader rejects a file, or returns the right number of pixels.
+//!
+//! The conversion to an environment is not checked: it takes a thousand times as long and does not parse bytes.
 
-use crate::{Folder, refused};
+use crate::{Folder, check_refusal};
 use glimpse_trainer::render::Image;
 
-const MOST_PIXELS: usize = 1 << 25;
+/// The reader's limit.
+const MAX_PIXELS: usize = 1 << 25;
 
 /// Checks one input.
 pub fn check(bytes: &[u8]) {
@@ -17,8 +19,8 @@ pub fn check(bytes: &[u8]) {
     match Image::read_panorama(&path) {
         Ok(image) => {
             assert_eq!(image.pixels.len(), image.width * image.height);
-            assert!(image.pixels.len() <= MOST_PIXELS);
+            assert!(image.pixels.len() <= MAX_PIXELS);
         }
-        Err(error) => refused(&error, name),
+        Err(error) => check_refusal(&error, name),
     }
 }

@@ -1,8 +1,8 @@
-//! Which format a file has, by what is in it: one of them, or a message.
+//! Check of format detection: it returns a format, or one error message.
 
 use glimpse_materials::{Format, Source};
 
-use crate::{Folder, refused};
+use crate::{Folder, check_refusal};
 
 const NAMES: [&str; 6] = [
     "felt.binary",
@@ -15,20 +15,20 @@ const NAMES: [&str; 6] = [
 
 /// Checks one input.
 pub fn check(input: &[u8]) {
-    let Some((which, bytes)) = input.split_first() else {
+    let Some((name_index, bytes)) = input.split_first() else {
         return;
     };
     let folder = Folder::new();
-    let name = NAMES[usize::from(*which) % NAMES.len()];
+    let name = NAMES[usize::from(*name_index) % NAMES.len()];
     let path = folder.write(name, bytes);
     let source = Source(path.display().to_string());
-    match Format::of(&path) {
-        // Its files are those that its reader reads; a set of texts may be told to be none.
+    match Format::detect(&path) {
+        // The listed files include the path. A set of texts can still be rejected.
         Ok(_) => match source.files() {
             Ok(files) => assert!(files.contains(&path)),
-            Err(error) => refused(&error, name),
+            Err(error) => check_refusal(&error, name),
         },
-        Err(error) => refused(&error, name),
+        Err(error) => check_refusal(&error, name),
     }
     let _ = Source(folder.path().display().to_string()).skipped_entries();
 }

@@ -1,7 +1,7 @@
-//! Checks of the trainer's readers on untrusted bytes, a module for each reader.
+//! Checks of the trainer's readers on untrusted bytes, one module per reader.
 //!
-//! `fuzz_targets` runs them on libFuzzer's inputs, `tests/seeds.rs` on the files of `seeds`. This file holds
-//! their shared parts: files in memory, and checks of refusals and of materials.
+//! `fuzz_targets` runs them on libFuzzer's inputs, and `tests/seeds.rs` on the files of `seeds`. This file has the
+//! shared parts: files in memory, and checks of error messages and materials.
 
 pub mod basis;
 pub mod checkpoint;
@@ -23,32 +23,32 @@ use glimpse_core::geometry::Angles;
 use glimpse_materials::Material;
 use tempfile::TempDir;
 
-/// No message is longer, whatever a file holds.
-const LONGEST_MESSAGE: usize = 1200;
+/// Maximum length of an error message in bytes.
+const MAX_MESSAGE_LENGTH: usize = 1200;
 
-/// A folder for one input's files, in memory where there is such a place; gone when dropped.
+/// A temporary folder for the files of an input, in memory if `/dev/shm` exists.
 pub struct Folder(TempDir);
 
 impl Folder {
-    /// An empty one.
+    /// Creates an empty folder.
     #[must_use]
     pub fn new() -> Self {
         let memory = Path::new("/dev/shm");
-        let made = match memory.is_dir() {
+        let folder = match memory.is_dir() {
             true => tempfile::tempdir_in(memory),
             false => tempfile::tempdir(),
         };
-        Self(made.expect("a temporary folder"))
+        Self(folder.expect("a temporary folder"))
     }
 
-    /// Writes a file in it.
+    /// Writes a file into the folder.
     pub fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
         let path = self.0.path().join(name);
         fs::write(&path, bytes).expect("room in the temporary folder");
         path
     }
 
-    /// Where it is.
+    /// Returns the folder's path.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.0.path()
@@ -61,16 +61,16 @@ impl Default for Folder {
     }
 }
 
-/// A refusal is one message: in one line of reasonable length, with the file's name.
-pub fn refused(error: &impl Display, name: &str) {
+/// Checks that an error message contains the file's name and is one line of limited length.
+pub fn check_refusal(error: &impl Display, name: &str) {
     let message = error.to_string();
     assert!(message.contains(name), "no name: {message}");
-    assert!(message.len() < LONGEST_MESSAGE, "long: {message}");
+    assert!(message.len() < MAX_MESSAGE_LENGTH, "long: {message}");
     assert!(!message.contains(char::is_control), "two lines: {message}");
 }
 
-/// Angles in radians: the pole, between, near the horizon, and below it.
-pub const PLACES: [Angles<f32>; 6] = [
+/// Angles in radians: at the pole, above the horizon, near it, and below it.
+pub const ANGLES: [Angles<f32>; 6] = [
     angles(0.0, 0.0, 0.0),
     angles(0.2, 0.3, 0.4),
     angles(0.7, 0.5, 6.2),
@@ -87,57 +87,62 @@ const fn angles(theta_h: f32, theta_d: f32, phi_d: f32) -> Angles<f32> {
     }
 }
 
-/// Looks a material up, with derivatives: its BRDF is finite and not negative.
-pub fn look(material: &dyn Material) {
-    for at in PLACES {
+/// Checks that a material's BRDF is finite and not negative, and that its derivatives are not NaN.
+pub fn check_material(material: &dyn Material) {
+    for at in ANGLES {
         let brdf = material.brdf(at);
         let is_brdf = |value: &f32| value.is_finite() && *value >= 0.0;
         assert!(brdf.iter().all(is_brdf), "{brdf:?} at {at:?}");
-        let (again, slopes) = material.brdf_with_derivative(at);
-        assert!(again.iter().all(|value| value.is_finite()), "{again:?}");
-        let slopes = slopes.as_flattened();
-        assert!(slopes.iter().all(|slope| !slope.is_nan()), "{slopes:?}");
+        let (brdf, derivative) = material.brdf_with_derivative(at);
+        assert!(brdf.iter().all(|value| value.is_finite()), "{brdf:?}");
+        let derivative = derivative.as_flattened();
+        assert!(
+            derivative.iter().all(|value| !value.is_nan()),
+            "{derivative:?}"
+        );
     }
 }
 
-/// Replaces bytes of a large valid file: a seed holds the length that the file is cut or extended to,
-/// as the difference from the valid one, then places and what stands there, 12 bytes each.
+/// Changes to a large valid file.
+///
+/// An input contains the change of the file's length (4 bytes), then patches of 12 bytes each: a position (4 bytes) and
+/// the 8 bytes to write there.
 pub struct Damage {
-    longer: i32,
+    length_change: i32,
     patches: Vec<(u32, [u8; 8])>,
 }
 
 impl Damage {
-    /// Of an input.
+    /// Parses an input; None if it is too short.
     #[must_use]
-    pub fn of(input: &[u8]) -> Option<Self> {
-        let (longer, rest) = input.split_first_chunk()?;
+    pub fn from_input(input: &[u8]) -> Option<Self> {
+        let (length_change, rest) = input.split_first_chunk()?;
         let (patches, _) = rest.as_chunks::<12>();
         let patches = patches.iter().map(|patch| {
-            let (place, bytes) = patch.split_first_chunk().expect("there are 12");
-            let mut eight = [0; 8];
-            eight.copy_from_slice(bytes);
-            (u32::from_le_bytes(*place), eight)
+            let (position, bytes) = patch.split_first_chunk().expect("a patch has 12 bytes");
+            let mut replacement = [0; 8];
+            replacement.copy_from_slice(bytes);
+            (u32::from_le_bytes(*position), replacement)
         });
         Some(Self {
-            longer: i32::from_le_bytes(*longer),
+            length_change: i32::from_le_bytes(*length_change),
             patches: patches.collect(),
         })
     }
 
-    /// Damages a file; the length changes by 64 kB at most, but for what is cut off.
+    /// Applies the changes. A file grows by 64 kB at most.
     pub fn apply(&self, bytes: &mut Vec<u8>) {
         let valid = bytes.len() as i64;
-        let length = (valid + i64::from(self.longer)).clamp(0, valid + (1 << 16));
+        let length = (valid + i64::from(self.length_change)).clamp(0, valid + (1 << 16));
         bytes.resize(length as usize, 0);
-        for (place, eight) in &self.patches {
-            // Headers are small: one patch in two is there.
-            let place = match place & 1 {
-                0 => *place as usize / 2 % 64,
-                _ => *place as usize / 2 % bytes.len().max(1),
+        for (position, replacement) in &self.patches {
+            // Every other patch is in the first 64 bytes, because headers are small.
+            let position = match position & 1 {
+                0 => *position as usize / 2 % 64,
+                _ => *position as usize / 2 % bytes.len().max(1),
             };
-            for (byte, other) in bytes.iter_mut().skip(place).zip(eight) {
-                *byte = *other;
+            for (byte, new) in bytes.iter_mut().skip(position).zip(replacement) {
+                *byte = *new;
             }
         }
     }

@@ -1,10 +1,10 @@
-//! `material.json`: it is refused, or written again with the same values.
+//! Check of `material.json`: the reader rejects a file, or reproduces its values.
 
 use std::collections::BTreeMap;
 
 use glimpse_materials::{FittedMaterial, Material, Source};
 
-use crate::{Folder, PLACES, refused};
+use crate::{ANGLES, Folder, check_refusal};
 
 const NAME: &str = "material.json";
 
@@ -14,7 +14,7 @@ pub fn check(bytes: &[u8]) {
     let path = folder.write(NAME, bytes);
     let material = match FittedMaterial::read(&path) {
         Ok(material) => material,
-        Err(error) => return refused(&error, NAME),
+        Err(error) => return check_refusal(&error, NAME),
     };
     assert!(
         material
@@ -23,14 +23,14 @@ pub fn check(bytes: &[u8]) {
             .iter()
             .all(|value| value.is_finite())
     );
-    for at in PLACES {
+    for at in ANGLES {
         material.brdf(at);
         material.brdf_with_derivative(at);
     }
-    let nothing = BTreeMap::<&str, &str>::new();
-    let text = material.to_json(None, nothing).expect("it is JSON");
+    let no_metadata = BTreeMap::<&str, &str>::new();
+    let text = material.to_json(None, no_metadata).expect("valid JSON");
     folder.write(NAME, text.as_bytes());
-    let again = FittedMaterial::read(&path).expect("what is written is read");
+    let reread = FittedMaterial::read(&path).expect("a written file is valid");
     let bits = |material: &FittedMaterial| -> Vec<u32> {
         material
             .fitted()
@@ -39,11 +39,11 @@ pub fn check(bytes: &[u8]) {
             .map(|value| value.to_bits())
             .collect()
     };
-    assert_eq!(bits(&again), bits(&material));
+    assert_eq!(bits(&reread), bits(&material));
     assert_eq!(
-        (again.name(), again.fitted().model()),
+        (reread.name(), reread.fitted().model()),
         (material.name(), material.fitted().model())
     );
     let source = Source(folder.path().display().to_string());
-    assert_eq!(source.load().expect("it is found").len(), 1);
+    assert_eq!(source.load().expect("the material is found").len(), 1);
 }

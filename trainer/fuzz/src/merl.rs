@@ -1,4 +1,4 @@
-//! A MERL table, cut, extended and with other numbers here and there: it is refused, or it is a BRDF.
+//! Check of damaged MERL tables: the reader rejects a table, or returns a valid BRDF.
 
 use std::fs::File;
 use std::io::Write;
@@ -9,27 +9,27 @@ use std::sync::LazyLock;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_materials::{Brdf, MerlTable, to_merl};
 
-use crate::{Damage, look, refused};
+use crate::{Damage, check_material, check_refusal};
 
-/// Matt, and redder than blue.
-struct Matt;
+/// A reddish Lambertian BRDF.
+struct Diffuse;
 
-impl Brdf for Matt {
+impl Brdf for Diffuse {
     fn evaluate(&self, _: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         brdf.fill([0.3, 0.2, 0.1]);
     }
 }
 
-static VALID: LazyLock<Vec<u8>> = LazyLock::new(|| to_merl(&Matt).expect("it is finite"));
+static VALID: LazyLock<Vec<u8>> = LazyLock::new(|| to_merl(&Diffuse).expect("finite values"));
 
 /// Checks one input.
 pub fn check(input: &[u8]) {
-    let Some(damage) = Damage::of(input) else {
+    let Some(damage) = Damage::from_input(input) else {
         return;
     };
     let mut bytes = VALID.clone();
     damage.apply(&mut bytes);
-    // A file without a name, in memory where there is such a place.
+    // An unnamed file, in memory if `/dev/shm` exists.
     let file = tempfile::tempfile_in("/dev/shm").or_else(|_| tempfile::tempfile());
     let mut file: File = file.expect("a temporary file");
     file.write_all(&bytes).expect("room for a table");
@@ -37,8 +37,8 @@ pub fn check(input: &[u8]) {
     match MerlTable::read(&PathBuf::from(&path)) {
         Ok(table) => {
             assert_eq!(bytes.len(), VALID.len());
-            look(&table);
+            check_material(&table);
         }
-        Err(error) => refused(&error, &path),
+        Err(error) => check_refusal(&error, &path),
     }
 }

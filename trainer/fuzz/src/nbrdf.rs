@@ -1,23 +1,23 @@
-//! One of a network's six arrays, the others being right: it is refused, or written again to the bit.
+//! Check of a neural BRDF's six arrays, five of them valid: the reader rejects a network, or reproduces its bits.
 
 use std::sync::LazyLock;
 
 use glimpse_core::model::{NeuralParameters, ParameterSet};
 use glimpse_materials::{Material, NeuralBrdf, Source, to_nbrdf};
 
-use crate::{Folder, PLACES, refused};
+use crate::{ANGLES, Folder, check_refusal};
 
 static VALID: LazyLock<[(String, Vec<u8>); 6]> =
     LazyLock::new(|| to_nbrdf(&NeuralParameters::filled(0.1)));
 
 /// Checks one input.
 pub fn check(input: &[u8]) {
-    let Some((which, bytes)) = input.split_first() else {
+    let Some((array_index, bytes)) = input.split_first() else {
         return;
     };
     let folder = Folder::new();
     for (index, (ending, valid)) in VALID.iter().enumerate() {
-        let bytes = match usize::from(*which) % 6 == index {
+        let bytes = match usize::from(*array_index) % 6 == index {
             true => bytes,
             false => &valid[..],
         };
@@ -26,17 +26,17 @@ pub fn check(input: &[u8]) {
     let path = folder.path().join("felt_b2.npy");
     let network = match NeuralBrdf::read(&path) {
         Ok(network) => network,
-        Err(error) => return refused(&error, "felt_"),
+        Err(error) => return check_refusal(&error, "felt_"),
     };
     assert!(network.parameters().iter().all(|weight| weight.is_finite()));
-    for at in PLACES {
+    for at in ANGLES {
         network.brdf(at);
         network.brdf_with_derivative(at);
     }
     for (ending, bytes) in to_nbrdf(network.parameters()) {
         folder.write(&format!("felt{ending}"), &bytes);
     }
-    let again = NeuralBrdf::read(&path).expect("what is written is read");
+    let reread = NeuralBrdf::read(&path).expect("a written file is valid");
     let bits = |network: &NeuralBrdf| -> Vec<u32> {
         network
             .parameters()
@@ -44,7 +44,7 @@ pub fn check(input: &[u8]) {
             .map(|weight| weight.to_bits())
             .collect()
     };
-    assert_eq!(bits(&again), bits(&network));
+    assert_eq!(bits(&reread), bits(&network));
     let source = Source(folder.path().display().to_string());
-    assert_eq!(source.load().expect("it is found").len(), 1);
+    assert_eq!(source.load().expect("the material is found").len(), 1);
 }

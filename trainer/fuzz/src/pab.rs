@@ -1,10 +1,11 @@
-//! A set of PAB-Opto's texts, one after the other with a zero byte between them: it is refused, or it is a
-//! BRDF.
+//! Check of PAB-Opto text sets: the reader rejects a set, or returns a valid BRDF.
+//!
+//! An input contains the texts of a set, separated by zero bytes.
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_materials::{Brdf, PabSet};
 
-use crate::{Folder, PLACES, refused};
+use crate::{ANGLES, Folder, check_refusal};
 
 /// Checks one input.
 pub fn check(bytes: &[u8]) {
@@ -14,12 +15,12 @@ pub fn check(bytes: &[u8]) {
     }
     match PabSet::read(&folder.path().join("felt_in0.txt")) {
         Ok(set) => {
-            let at = PLACES.map(HalfDifference::from_angles);
-            let mut brdf = [[0.0; 3]; PLACES.len()];
+            let at = ANGLES.map(HalfDifference::from_angles);
+            let mut brdf = [[0.0; 3]; ANGLES.len()];
             set.evaluate(&at, &mut brdf);
             let is_brdf = |value: &f32| value.is_finite() && *value >= 0.0;
             assert!(brdf.as_flattened().iter().all(is_brdf), "{brdf:?}");
         }
-        Err(error) => refused(&error, "felt_in"),
+        Err(error) => check_refusal(&error, "felt_in"),
     }
 }

@@ -1,19 +1,21 @@
-//! A CSV of readings, of a white, or of angles: it is refused, or all of its numbers are what they should.
+//! Check of CSV files of readings, white references and angles: the readers reject a file, or return valid numbers.
 
-use crate::{Folder, PLACES, refused};
+use crate::{ANGLES, Folder, check_refusal};
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::{Footprint, Quantity, Repeated};
-use glimpse_trainer::measurement::{AngleTable, Counts, Meaning, Measured, TableError, White};
+use glimpse_trainer::measurement::{
+    AngleTable, CountCalibration, Measurements, ReadingQuantity, TableError, WhiteReference,
+};
 
 const NAME: &str = "felt.csv";
-/// Radians.
+/// Tolerance of directions in radians.
 const TOLERANCE: f64 = 0.02;
 
 /// Checks one input.
 pub fn check(bytes: &[u8]) {
     let folder = Folder::new();
     let path = folder.write(NAME, bytes);
-    let pattern = &PLACES[..4];
+    let pattern = &ANGLES[..4];
 
     match AngleTable::read(&path) {
         Ok(table) => {
@@ -27,36 +29,42 @@ pub fn check(bytes: &[u8]) {
                 assert!((0.0..6.3).contains(&phi_d));
             }
         }
-        Err(error) => refused(&error, NAME),
+        Err(error) => check_refusal(&error, NAME),
     }
 
-    let values = [Quantity::Brdf, Quantity::BrdfTimesCosThetaO].map(Meaning::Values);
+    let values = [Quantity::Brdf, Quantity::BrdfTimesCosThetaO].map(ReadingQuantity::Values);
     for meaning in values {
-        check_measured(Measured::read(&path, pattern, TOLERANCE, &meaning), pattern);
+        check_measured(
+            Measurements::read(&path, pattern, TOLERANCE, &meaning),
+            pattern,
+        );
     }
     for footprint in [None, Some(Footprint::LightLarger)] {
-        let white = match White::read(&path, pattern, TOLERANCE, footprint) {
+        let white = match WhiteReference::read(&path, pattern, TOLERANCE, footprint) {
             Ok(white) => white,
             Err(error) => {
-                refused(&error, NAME);
+                check_refusal(&error, NAME);
                 continue;
             }
         };
         // The file as its own white.
-        let counts = Meaning::Counts(Counts {
+        let counts = ReadingQuantity::Counts(CountCalibration {
             dark: [0.0; 3],
             reflectance: [0.9; 3],
             saturation: Some(1e6),
             white,
         });
-        check_measured(Measured::read(&path, pattern, TOLERANCE, &counts), pattern);
+        check_measured(
+            Measurements::read(&path, pattern, TOLERANCE, &counts),
+            pattern,
+        );
     }
 }
 
-fn check_measured(read: Result<Measured, TableError>, pattern: &[Angles<f32>]) {
+fn check_measured(read: Result<Measurements, TableError>, pattern: &[Angles<f32>]) {
     let measured = match read {
         Ok(measured) => measured,
-        Err(error) => return refused(&error, NAME),
+        Err(error) => return check_refusal(&error, NAME),
     };
     assert_eq!(measured.samples.len(), pattern.len());
     let counts = measured.samples.iter().map(Repeated::count);
@@ -69,7 +77,7 @@ fn check_measured(read: Result<Measured, TableError>, pattern: &[Angles<f32>]) {
     for mean in means {
         assert!(mean.iter().all(|value| value.is_finite()), "{mean:?}");
     }
-    if let Some(furthest) = measured.furthest {
-        assert!(furthest.largest <= TOLERANCE);
+    if let Some(furthest) = measured.max_distance {
+        assert!(furthest.radians <= TOLERANCE);
     }
 }

@@ -1,15 +1,15 @@
-//! A tensor file: it is refused, or it is a BRDF.
+//! Check of RGL tensor files: the reader rejects a file, or returns a valid BRDF.
 
 use glimpse_materials::RglMeasurement;
 
-use crate::{Folder, look, refused};
+use crate::{Folder, check_material, check_refusal};
 
 /// Checks one input.
 pub fn check(bytes: &[u8]) {
     let folder = Folder::new();
     let path = folder.write("felt_rgb.bsdf", bytes);
     match RglMeasurement::read(&path) {
-        Ok(material) => look(&material),
-        Err(error) => refused(&error, "felt_rgb.bsdf"),
+        Ok(material) => check_material(&material),
+        Err(error) => check_refusal(&error, "felt_rgb.bsdf"),
     }
 }

@@ -1,11 +1,11 @@
-//! Every seed of every fuzz target, as an ordinary test.
+//! Runs all fuzz targets on their seeds, as an ordinary test.
 
 use std::path::Path;
 
 use glimpse_core_fuzz::seeds::{Target, check_all};
 
 #[test]
-fn every_seed_passes() {
+fn all_seeds_pass() {
     let targets: &[Target] = &[
         ("basis", glimpse_trainer_fuzz::basis::check),
         ("checkpoint", glimpse_trainer_fuzz::checkpoint::check),

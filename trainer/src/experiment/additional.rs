@@ -1,44 +1,41 @@
-//! Other sources than the one trained on (paper, tables "Nielsen" and "RGLeval").
+//! Evaluations on materials of other sources (paper, tables "Nielsen" and "RGLeval").
 
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::report::{Cell, Column, Compare, Table};
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::losses::on_others;
+use super::losses::losses_on_other_source;
 use super::store::{Store, TestSet};
-use super::{
-    MODELS, PaperMetrics, SAMPLES, SCHEDULE, cells_beside_the_paper_s, columns_beside_the_paper_s,
-    paper, title,
-};
+use super::{MODELS, PaperMetrics, SAMPLES, SCHEDULE, metric_cells, metric_columns, paper, title};
 
-/// n of the paper's comparison with Nielsen et al.
-const FEW: usize = 2;
+/// The number of samples of the paper's comparison with Nielsen et al.
+const NIELSEN_SAMPLES: usize = 2;
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     if store.additional.is_empty() {
         anyhow::bail!(
-            "additional judges on other sources than --test: give them by --additional, such as \
-             the eight materials of Nielsen et al. or RGL's"
+            "the experiment additional needs materials of other sources: give --additional, such as \
+             the eight materials of Nielsen et al. or the RGL database"
         );
     }
-    let mut findings = Findings::new(store, "Other sources of materials", &[SCHEDULE]);
+    let mut findings = Findings::new(store, "Materials of other sources", &[SCHEDULE]);
     findings.text(
-        "Trained as before, judged on materials of other origin. The paper's figures are of the \
-         eight materials of Nielsen et al. at n = 2, and of the RGL database's isotropic part at \
+        "Trained on --data, evaluated on materials of other sources. The paper's figures are for the \
+         eight materials of Nielsen et al. at n = 2, and for the isotropic part of the RGL database at \
          n = 8.",
     );
     for (number, set) in (1..).zip(store.additional) {
-        findings.judged_on(store, set);
+        findings.set_test_set(store, set);
         let linear = [Approach::Njr15, Approach::Ours(SCHEDULE)].map(|approach| {
             (
-                Case::new(approach, ModelKind::Linear, FEW),
+                Case::new(approach, ModelKind::Linear, NIELSEN_SAMPLES),
                 paper::nielsen(approach),
             )
         });
         findings.table(
-            format!("{}-linear-n{FEW}", set.label),
-            table(store, set, FEW, &linear)?,
+            format!("{}-linear-n{NIELSEN_SAMPLES}", set.label),
+            table(store, set, NIELSEN_SAMPLES, &linear)?,
         );
         for model in MODELS {
             let cases = [
@@ -54,7 +51,10 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 table(store, set, SAMPLES, &cases)?,
             );
         }
-        findings.table(format!("losses-{number}"), on_others(store, set)?);
+        findings.table(
+            format!("losses-{number}"),
+            losses_on_other_source(store, set)?,
+        );
     }
     Ok(findings)
 }
@@ -72,15 +72,15 @@ fn table(
             Cell::Text(title(case.model).into()),
             Cell::Text(case.approach.title()),
         ];
-        row.extend(cells_beside_the_paper_s(&evaluation, *paper));
+        row.extend(metric_cells(&evaluation, *paper));
         rows.push(row);
     }
     let mut columns = vec![Column::text("Model"), Column::text("Method")];
-    columns.extend(columns_beside_the_paper_s());
+    columns.extend(metric_columns());
     Ok(Table {
         caption: format!("n = {samples}"),
         columns,
         rows,
-        compare: Compare::Down,
+        compare: Compare::WithinColumn,
     })
 }

@@ -1,7 +1,7 @@
-//! Linear with few components and with many (paper, "Same-quality").
+//! Linear with 5 and with 240 components (paper, "Same-quality").
 
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 use glimpse_training::linear::Prior;
 
 use super::case::{Approach, Case};
@@ -9,19 +9,19 @@ use super::findings::Findings;
 use super::store::Store;
 use super::{METRICS, SAMPLES, SCHEDULE, metrics};
 
-/// The paper's two numbers of components.
+/// The numbers of components in the paper.
 const COMPONENTS: [usize; 2] = [5, 240];
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new(store, "Linear with 5 components and with 240", &[SCHEDULE]);
+    let mut findings = Findings::new(store, "Linear with 5 and with 240 components", &[SCHEDULE]);
     findings.text(
-        "The paper found similar results with both. There are at most as many components as \
-         columns of training, three for each material.",
+        "The paper found similar results with both. The number of components is limited by the number \
+         of training columns, three for each material.",
     );
     let training = store.settings.data.load()?.len();
     let mut rows = Vec::new();
     for components in COMPONENTS {
-        // A component for every column less the mean is all there is.
+        // Subtracting the mean leaves one component fewer than columns.
         let components = components.min((3 * training).saturating_sub(1)).max(1);
         let approaches = [
             (Approach::Random, Some(40.0)),
@@ -41,23 +41,25 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 Cell::Text(approach.title()),
                 Cell::Text(eta),
             ];
-            row.extend(metrics(&evaluation.scores).map(Cell::Number));
+            row.extend(metrics(&evaluation.metrics).map(Cell::Number));
             rows.push(row);
         }
     }
     let mut columns = vec![
-        Column::number("components", 0, Best::None),
+        Column::number("components", 0, Highlight::None),
         Column::text("Method"),
         Column::text("eta"),
     ];
-    columns.extend(METRICS.map(|(title, decimals, best)| Column::number(title, decimals, best)));
+    columns.extend(
+        METRICS.map(|(title, decimals, highlight)| Column::number(title, decimals, highlight)),
+    );
     findings.table(
         "bases",
         Table {
             caption: format!("Linear, n = {SAMPLES}"),
             columns,
             rows,
-            compare: Compare::Down,
+            compare: Compare::WithinColumn,
         },
     );
     Ok(findings)

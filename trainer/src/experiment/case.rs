@@ -3,29 +3,29 @@
 use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_training::linear::Prior;
-use glimpse_training::meta::options::Parts;
+use glimpse_training::meta::options::TrainedParts;
 use glimpse_training::meta::plan::Schedule;
 
-/// A way to measure and fit materials; one that is learned names its schedule.
+/// A way to measure and fit materials. A learned approach contains its schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Approach {
     Random,
     Meta(Schedule),
     Njr15,
-    /// Start, step sizes and pattern are learned; by schedule prior readings are completed too.
+    /// Learned initial parameters, step sizes and pattern; with `--schedule prior` also completion of readings.
     Ours(Schedule),
     Optimum,
 }
 
-/// A value's name on the command line.
-pub(super) fn name_of(value: impl ValueEnum) -> String {
+/// Returns a value's name on the command line.
+pub(super) fn value_name(value: impl ValueEnum) -> String {
     value
         .to_possible_value()
         .map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
 impl Approach {
-    /// The method's name without its schedule.
+    /// Returns the method's name without its schedule.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Random => "Random",
@@ -37,7 +37,7 @@ impl Approach {
         }
     }
 
-    /// The schedule of the training that the method needs, if it needs one.
+    /// Returns the schedule of the required training, if any.
     pub(crate) fn schedule(self) -> Option<Schedule> {
         match self {
             Self::Meta(schedule) | Self::Ours(schedule) => Some(schedule),
@@ -45,15 +45,15 @@ impl Approach {
         }
     }
 
-    /// The method's name in tables and pictures, with its schedule in parentheses.
+    /// Returns the method's name for tables and pictures, with its schedule in parentheses.
     pub(crate) fn title(self) -> String {
         match self.schedule() {
-            Some(schedule) => format!("{} ({})", self.name(), name_of(schedule)),
+            Some(schedule) => format!("{} ({})", self.name(), value_name(schedule)),
             None => self.name().into(),
         }
     }
 
-    /// The one that learns less than Ours: the paper compares Linear with NJR15.
+    /// Returns the baseline that Ours is compared with: NJR15 for Linear, as in the paper, and Meta for other models.
     pub(crate) fn baseline(model: ModelKind, schedule: Schedule) -> Self {
         match model {
             ModelKind::Linear => Self::Njr15,
@@ -61,25 +61,25 @@ impl Approach {
         }
     }
 
-    /// The methods that the paper compares, trained by one schedule.
-    pub(crate) fn rivals(model: ModelKind, schedule: Schedule) -> [Self; 3] {
+    /// Returns the methods that the paper compares, trained with one schedule.
+    pub(crate) fn compared(model: ModelKind, schedule: Schedule) -> [Self; 3] {
         let baseline = Self::baseline(model, schedule);
         [Self::Random, baseline, Self::Ours(schedule)]
     }
 }
 
-/// A method for a model and n.
+/// A method for a model and a number of samples n.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Case {
     pub(crate) approach: Approach,
     pub(crate) model: ModelKind,
     pub(crate) samples: usize,
-    /// Linear's prior.
+    /// Prior of Linear.
     pub(crate) prior: Prior,
 }
 
 impl Case {
-    /// With the paper's prior, which is five components and eta = 40.
+    /// Creates a case with the paper's prior, five components and eta = 40.
     pub(crate) fn new(approach: Approach, model: ModelKind, samples: usize) -> Self {
         Self {
             approach,
@@ -91,17 +91,20 @@ impl Case {
 
     pub(super) fn name(&self) -> String {
         let (model, n) = (self.model.name(), self.samples);
-        let bases = bases(self.model, self.prior);
+        let prior_suffix = prior_suffix(self.model, self.prior);
         match (self.approach, TrainingRun::of(self)) {
             (Approach::Meta(_), Some(training)) => format!("{}-on-random", training.name()),
             (_, Some(training)) => format!("{}-ours", training.name()),
-            (Approach::Optimum, None) => format!("{model}-optimum{bases}"),
-            (approach, None) => format!("{model}-n{n}{bases}-{}", approach.name().to_lowercase()),
+            (Approach::Optimum, None) => format!("{model}-optimum{prior_suffix}"),
+            (approach, None) => format!(
+                "{model}-n{n}{prior_suffix}-{}",
+                approach.name().to_lowercase()
+            ),
         }
     }
 }
 
-fn bases(model: ModelKind, Prior { components, eta }: Prior) -> String {
+fn prior_suffix(model: ModelKind, Prior { components, eta }: Prior) -> String {
     if model != ModelKind::Linear {
         return String::new();
     }
@@ -109,25 +112,25 @@ fn bases(model: ModelKind, Prior { components, eta }: Prior) -> String {
     format!("-m{components}-eta-{eta}")
 }
 
-/// A recipe to be trained.
+/// A training that produces a recipe.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct TrainingRun {
     pub(crate) model: ModelKind,
     pub(crate) samples: usize,
     pub(crate) schedule: Schedule,
-    pub(crate) parts: Parts,
+    pub(crate) parts: TrainedParts,
     pub(crate) prior: Prior,
-    /// Added to the seed.
+    /// Offset of the seed.
     pub(crate) repetition: u64,
-    /// The only materials to train on, with a name for them; all if there is none.
-    pub(crate) only: Option<(&'static str, Vec<String>)>,
+    /// Name and materials of a subset to train on; None for all materials.
+    pub(crate) subset: Option<(&'static str, Vec<String>)>,
 }
 
 impl TrainingRun {
-    /// The training that a case needs, if it needs one.
+    /// Returns the training that a case requires, if any.
     ///
-    /// Meta by the paper's schedule takes the recipe of Ours: the second stage, which learns the
-    /// pattern, leaves start and step sizes as they are.
+    /// With the paper's schedule, Meta uses the recipe of Ours: the second stage learns the pattern and does not
+    /// change initial parameters and step sizes.
     pub(crate) fn of(case: &Case) -> Option<Self> {
         let schedule = case.approach.schedule()?;
         Some(Self {
@@ -135,39 +138,39 @@ impl TrainingRun {
             samples: case.samples,
             schedule,
             parts: match case.approach {
-                Approach::Meta(Schedule::Joint | Schedule::Prior) => Parts::WithoutPattern,
-                _ => Parts::All,
+                Approach::Meta(Schedule::Joint | Schedule::Prior) => TrainedParts::WithoutPattern,
+                _ => TrainedParts::All,
             },
             prior: case.prior,
             repetition: 0,
-            only: None,
+            subset: None,
         })
     }
 
-    /// The training that has to be done before, as this one starts from what it learned.
-    pub(super) fn needs(&self) -> Option<Self> {
-        matches!(self.parts, Parts::PatternOnly(_)).then(|| Self {
-            parts: Parts::WithoutPattern,
+    /// Returns the training that this one starts from, if any.
+    pub(super) fn prerequisite(&self) -> Option<Self> {
+        matches!(self.parts, TrainedParts::PatternOnly(_)).then(|| Self {
+            parts: TrainedParts::WithoutPattern,
             repetition: 0,
-            only: None,
+            subset: None,
             ..self.clone()
         })
     }
 
     pub(super) fn name(&self) -> String {
         let mut name = format!("{}-n{}", self.model.name(), self.samples);
-        // A learned map takes the place of Linear's prior.
+        // With schedule prior, a learned map replaces the prior of Linear.
         if self.schedule != Schedule::Prior {
-            name += &bases(self.model, self.prior);
+            name += &prior_suffix(self.model, self.prior);
         }
-        name += &format!("-{}", name_of(self.schedule));
+        name += &format!("-{}", value_name(self.schedule));
         name += match self.parts {
-            Parts::All => "",
-            Parts::AllTwice => "-twice",
-            Parts::WithoutPattern => "-meta",
-            Parts::PatternOnly(_) => "-pattern",
+            TrainedParts::All => "",
+            TrainedParts::AllTwice => "-twice",
+            TrainedParts::WithoutPattern => "-meta",
+            TrainedParts::PatternOnly(_) => "-pattern",
         };
-        if let Some((subset, _)) = &self.only {
+        if let Some((subset, _)) = &self.subset {
             name += &format!("-{subset}");
         }
         match self.repetition {
@@ -182,7 +185,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn schedules_share_neither_a_label_nor_a_recipe_nor_a_sheet() {
+    fn schedules_have_distinct_titles_and_files() {
         for model in [ModelKind::Linear, ModelKind::Neural] {
             let cases = Schedule::value_variants()
                 .iter()
@@ -194,7 +197,7 @@ mod tests {
                 let names = [case.approach.title(), training.name(), case.name()];
                 for (index, name) in names.iter().enumerate() {
                     assert!(seen.iter().all(|other| other[index] != *name), "{name}");
-                    assert!(name.contains(&name_of(training.schedule)), "{name}");
+                    assert!(name.contains(&value_name(training.schedule)), "{name}");
                 }
                 seen.push(names);
             }
@@ -206,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn meta_by_the_paper_s_schedule_takes_the_recipe_of_ours() {
+    fn meta_of_paper_schedule_shares_recipe_with_ours() {
         let training = |approach| TrainingRun::of(&Case::new(approach, ModelKind::Neural, 8));
         let of = |schedule| {
             (

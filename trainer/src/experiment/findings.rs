@@ -1,5 +1,5 @@
-//! Findings of an experiment and their files: each table as CSV and JSON, each drawing as SVG, and
-//! all of them as a part of the page.
+//! Findings of an experiment and their files: each table as CSV and JSON, each drawing as SVG, and all of them as a
+//! section of the page.
 
 use std::path::Path;
 use std::time::Duration;
@@ -9,83 +9,84 @@ use glimpse_trainer::report::{Cell, Gallery, Page, Plot, Table};
 use glimpse_training::meta::plan::Schedule;
 use serde_json::{Map, Value, json};
 
-use super::circumstances::RunSettings;
-use super::kept::keep;
+use super::run_settings::RunSettings;
 use super::store::{Store, TestSet};
+use super::stored::write_file;
 
-/// A part of the findings, in the order of the page.
-pub(crate) enum Part {
+/// One finding of an experiment.
+pub(crate) enum Finding {
     /// A paragraph.
     Text(String),
-    /// A table, the name of its files, and the settings that it was found under.
+    /// The name of a table's files, the table, and its settings.
     Table(String, Table, RunSettings),
-    /// A plot with a caption, and the name of its files.
+    /// The name of a plot's files, the plot, and its caption.
     Plot(String, Plot, String),
-    /// A drawing as SVG with a caption, and the name of its files.
+    /// The name of a drawing's files, the SVG, and its caption.
     Drawing(String, String, String),
     /// Rows of pictures.
     Gallery(Gallery),
 }
 
-/// Results of an experiment. Every caption ends with the settings that it was run with.
+/// Results of an experiment, in the order of the page. Every caption ends with the settings of the run.
 pub(crate) struct Findings {
     title: &'static str,
-    circumstances: RunSettings,
-    parts: Vec<Part>,
+    run_settings: RunSettings,
+    entries: Vec<Finding>,
 }
 
 impl Findings {
-    /// Findings on the store's test set, of methods trained by these schedules.
+    /// Creates findings for the store's test set and methods trained with these schedules.
     pub(crate) fn new(store: &Store<'_>, title: &'static str, schedules: &[Schedule]) -> Self {
         Self {
             title,
-            circumstances: store.circumstances(store.test, schedules),
-            parts: Vec::new(),
+            run_settings: store.run_settings(store.test, schedules),
+            entries: Vec::new(),
         }
     }
 
-    /// Sets the test set of all parts that are added from here on.
-    pub(crate) fn judged_on(&mut self, store: &Store<'_>, set: &TestSet<'_>) {
-        self.circumstances.test_set = store.circumstances(set, &[]).test_set;
+    /// Sets the test set of all entries that are added from now on.
+    pub(crate) fn set_test_set(&mut self, store: &Store<'_>, set: &TestSet<'_>) {
+        self.run_settings.test_set = store.run_settings(set, &[]).test_set;
     }
 
-    fn captioned(&self, caption: &str) -> String {
-        format!("{caption}. {}", self.circumstances)
+    fn caption_with_settings(&self, caption: &str) -> String {
+        format!("{caption}. {}", self.run_settings)
     }
 
     pub(crate) fn text(&mut self, text: impl Into<String>) {
-        self.parts.push(Part::Text(text.into()));
+        self.entries.push(Finding::Text(text.into()));
     }
 
     pub(crate) fn table(&mut self, name: impl Into<String>, mut table: Table) {
-        table.caption = self.captioned(&table.caption);
-        let circumstances = self.circumstances.clone();
-        self.parts
-            .push(Part::Table(name.into(), table, circumstances));
+        table.caption = self.caption_with_settings(&table.caption);
+        let run_settings = self.run_settings.clone();
+        self.entries
+            .push(Finding::Table(name.into(), table, run_settings));
     }
 
     pub(crate) fn plot(&mut self, name: impl Into<String>, plot: Plot) {
-        let caption = self.captioned(&plot.title);
-        self.parts.push(Part::Plot(name.into(), plot, caption));
+        let caption = self.caption_with_settings(&plot.title);
+        self.entries.push(Finding::Plot(name.into(), plot, caption));
     }
 
     pub(crate) fn drawing(&mut self, name: impl Into<String>, svg: String, caption: &str) {
-        let part = Part::Drawing(name.into(), svg, self.captioned(caption));
-        self.parts.push(part);
+        let caption = self.caption_with_settings(caption);
+        self.entries
+            .push(Finding::Drawing(name.into(), svg, caption));
     }
 
     pub(crate) fn gallery(&mut self, mut gallery: Gallery) {
-        gallery.caption = self.captioned(&gallery.caption);
-        self.parts.push(Part::Gallery(gallery));
+        gallery.caption = self.caption_with_settings(&gallery.caption);
+        self.entries.push(Finding::Gallery(gallery));
     }
 
-    /// The tables and paragraphs, for the terminal.
+    /// Formats the tables and paragraphs for the terminal.
     pub(crate) fn to_text(&self) -> String {
         let mut text = format!("{}\n", self.title);
-        for part in &self.parts {
-            match part {
-                Part::Text(paragraph) => text += &format!("\n{paragraph}\n"),
-                Part::Table(_, table, _) => {
+        for entry in &self.entries {
+            match entry {
+                Finding::Text(paragraph) => text += &format!("\n{paragraph}\n"),
+                Finding::Table(_, table, _) => {
                     text += &format!("\n{}\n{}", table.caption, table.to_text());
                 }
                 _ => {}
@@ -94,64 +95,71 @@ impl Findings {
         text
     }
 
-    /// The table whose files have this name, or the names that there are.
-    pub(crate) fn named(&self, name: &str) -> Result<&Table, Vec<&str>> {
-        let tables = self.parts.iter().filter_map(|part| match part {
-            Part::Table(name, table, _) => Some((&name[..], table)),
+    /// Returns the table whose files have this name, or an error with all table names.
+    pub(crate) fn find_table(&self, name: &str) -> Result<&Table, Vec<&str>> {
+        let tables = self.entries.iter().filter_map(|entry| match entry {
+            Finding::Table(name, table, _) => Some((&name[..], table)),
             _ => None,
         });
-        let found = tables.clone().find(|(each, _)| *each == name);
-        match found {
+        let table = tables.clone().find(|(each, _)| *each == name);
+        match table {
             Some((_, table)) => Ok(table),
             None => Err(tables.map(|(name, _)| name).collect()),
         }
     }
 
-    /// Writes everything into the experiment's folder.
-    pub(crate) fn write(&self, experiment: &str, out: &Path, took: Duration) -> anyhow::Result<()> {
+    /// Writes all findings into the experiment's folder.
+    pub(crate) fn write(
+        &self,
+        experiment: &str,
+        out: &Path,
+        duration: Duration,
+    ) -> anyhow::Result<()> {
         let folder = out.join(experiment);
-        let seconds = took.as_secs_f64();
-        let time = format!("Made in {seconds:.0} s, except what had been made before.");
+        let seconds = duration.as_secs_f64();
+        let time = format!(
+            "Run time: {seconds:.0} s, without the time of stored recipes and evaluations."
+        );
         let pictures = format!("{experiment}/pictures");
         let mut page = Page::with_pictures_in(self.title, pictures).paragraph(&time);
         let mut tables = Map::new();
-        for part in &self.parts {
-            page = match part {
-                Part::Text(text) => page.paragraph(text),
-                Part::Table(name, table, circumstances) => {
+        for entry in &self.entries {
+            page = match entry {
+                Finding::Text(text) => page.paragraph(text),
+                Finding::Table(name, table, run_settings) => {
                     let csv = folder.join(format!("{name}.csv"));
-                    keep(&csv, table.to_csv().as_bytes())?;
-                    tables.insert(name.clone(), table_as_json(table, circumstances));
+                    write_file(&csv, table.to_csv().as_bytes())?;
+                    tables.insert(name.clone(), table_to_json(table, run_settings));
                     page.table(table)
                 }
-                Part::Plot(name, plot, caption) => {
+                Finding::Plot(name, plot, caption) => {
                     let svg = plot.to_svg()?;
-                    keep(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
+                    write_file(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
                     page.drawing(&svg, caption)
                 }
-                Part::Drawing(name, svg, caption) => {
-                    keep(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
+                Finding::Drawing(name, svg, caption) => {
+                    write_file(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
                     page.drawing(svg, caption)
                 }
-                Part::Gallery(gallery) => page.gallery(gallery),
+                Finding::Gallery(gallery) => page.gallery(gallery),
             };
         }
-        let found = json!({
+        let findings = json!({
             "experiment": experiment,
             "title": self.title,
             "seconds": seconds,
             "tables": tables,
         });
         let path = folder.join("findings.json");
-        keep(&path, serde_json::to_string_pretty(&found)?.as_bytes())?;
-        page.write_part(out, experiment)
-            .with_context(|| format!("cannot write down {experiment}"))?;
+        write_file(&path, serde_json::to_string_pretty(&findings)?.as_bytes())?;
+        page.write_section(out, experiment)
+            .with_context(|| format!("cannot write the section of {experiment}"))?;
         Ok(())
     }
 }
 
-/// A list of rows, each with its columns by their titles, and the settings.
-fn table_as_json(table: &Table, circumstances: &RunSettings) -> Value {
+/// Converts a table to JSON: the caption, the settings, and rows as objects with the column titles as keys.
+fn table_to_json(table: &Table, run_settings: &RunSettings) -> Value {
     let row = |row: &Vec<Cell>| {
         let entries = table.columns.iter().zip(row).map(|(column, cell)| {
             let value = match cell {
@@ -165,7 +173,7 @@ fn table_as_json(table: &Table, circumstances: &RunSettings) -> Value {
     };
     json!({
         "caption": table.caption,
-        "settings": circumstances.to_json(),
+        "settings": run_settings.to_json(),
         "rows": table.rows.iter().map(row).collect::<Vec<_>>(),
     })
 }

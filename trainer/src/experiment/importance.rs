@@ -1,43 +1,50 @@
-//! Samples drawn by the importance of the mean BRDF (paper, "Mean-BRDF importance sampling").
+//! Samples drawn by importance of the mean BRDF (paper, "Mean-BRDF importance sampling").
 
 use anyhow::Context;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::sampling::MeanBrdf;
 use glimpse_trainer::evaluation::Method;
-use glimpse_trainer::report::{Best, Cell, Column, Compare, Hue, Mark, Series, Table};
+use glimpse_trainer::report::{
+    Cell, Column, Compare, Highlight, Marker, Series, SeriesColor, Table,
+};
 
 use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;
-use super::plots::{by_samples, series};
+use super::plots::{plot_over_samples, series};
 use super::store::Store;
-use super::{METRICS, SCHEDULE, doublings};
+use super::{METRICS, SCHEDULE, powers_of_two};
 
-pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Findings> {
+pub(super) fn run(store: &Store<'_>, max_samples: usize) -> anyhow::Result<Findings> {
     let mut findings = Findings::new(store, "Importance sampling of the mean BRDF", &[SCHEDULE]);
     findings.text(
-        "A Sobol sequence through the inverse distribution of the logarithmic mean of the \
-         training materials, with the start and step sizes of Meta. In the paper it is more than \
-         four times worse than Ours on average.",
+        "A Sobol sequence is mapped through the inverse cumulative distribution of the logarithmic mean \
+         of the training materials. Initial parameters and step sizes are those of Meta. In the paper, \
+         the loss is more than four times that of Ours on average.",
     );
     let mean = MeanBrdf::new(&store.settings.data.load()?);
     let mut rows = Vec::new();
-    let [_, baseline, best] = Approach::rivals(ModelKind::Neural, SCHEDULE);
+    let [_, baseline, best] = Approach::compared(ModelKind::Neural, SCHEDULE);
     let mut curves = [Vec::new(), Vec::new(), Vec::new()];
-    for n in doublings(most_samples) {
+    for n in powers_of_two(max_samples) {
         let meta = Case::new(baseline, ModelKind::Neural, n);
         let ours = Case::new(best, ModelKind::Neural, n);
         let name = format!("neural-n{n}-importance");
-        let importance = store.kept_evaluation(store.test, &name, 1, |judge| {
+        let importance = store.cached_evaluation(store.test, &name, 1, |evaluate| {
             let training = TrainingRun::of(&meta).context("Meta is trained")?;
             let learned = store.recipe(&training)?;
             let recipe = learned.file.recipe();
             let pattern = mean.samples(n, store.settings.seed as u32);
-            judge(&Method::elsewhere("importance", &recipe, None, pattern)?)
+            evaluate(&Method::at_directions(
+                "importance",
+                &recipe,
+                None,
+                pattern,
+            )?)
         })?;
         let losses = [
-            importance.scores.loss,
-            store.evaluation(&meta)?.scores.loss,
-            store.evaluation(&ours)?.scores.loss,
+            importance.metrics.loss,
+            store.evaluation(&meta)?.metrics.loss,
+            store.evaluation(&ours)?.metrics.loss,
         ];
         for (curve, loss) in curves.iter_mut().zip(losses) {
             curve.push([n as f64, loss]);
@@ -51,8 +58,8 @@ pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Find
     let [of_importance, of_baseline, of_best] = curves;
     let importance = Series {
         name: names[0].clone(),
-        hue: Hue::Green,
-        mark: Mark::Rings,
+        color: SeriesColor::Green,
+        marker: Marker::Ring,
         points: of_importance,
     };
     let series = vec![
@@ -62,18 +69,18 @@ pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Find
     ];
     findings.plot(
         "importance",
-        by_samples(
-            "Neural: importance of the mean BRDF".into(),
+        plot_over_samples(
+            "Neural: importance sampling of the mean BRDF".into(),
             METRICS[0].0,
             series,
         ),
     );
-    let mut columns = vec![Column::number("n", 0, Best::None)];
-    columns.extend(names.map(|name| Column::number(name, 4, Best::Least)));
+    let mut columns = vec![Column::number("n", 0, Highlight::None)];
+    columns.extend(names.map(|name| Column::number(name, 4, Highlight::Lowest)));
     columns.push(Column::number(
         format!("Importance / {}", best.title()),
         2,
-        Best::None,
+        Highlight::None,
     ));
     findings.table(
         "importance",
@@ -81,7 +88,7 @@ pub(super) fn run(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Find
             caption: "Neural, loss".into(),
             columns,
             rows,
-            compare: Compare::Across,
+            compare: Compare::WithinRow,
         },
     );
     Ok(findings)

@@ -1,10 +1,10 @@
-//! The loss of all models by all methods and schedules in one table, beside the paper's figures.
+//! The loss for all models, methods and schedules in one table, next to the paper's figures.
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::Material;
 use glimpse_materials::loss::directions;
-use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 use glimpse_training::linear::Prior;
 use glimpse_training::meta::plan::Schedule;
 use rayon::prelude::*;
@@ -12,14 +12,14 @@ use rayon::prelude::*;
 use super::case::{Approach, Case};
 use super::findings::Findings;
 use super::store::{Store, TestSet};
-use super::{MODELS, SAMPLES, SCHEDULE, doublings, paper, title};
+use super::{MODELS, SAMPLES, SCHEDULE, paper, powers_of_two, title};
 
 /// The schedules that the table compares.
 const SCHEDULES: [Schedule; 3] = [Schedule::Paper, Schedule::Joint, Schedule::Prior];
 
-/// All methods at n = 8, and the loss without any measurement.
+/// Tabulates the loss of all methods at n = 8, and the loss without any measurement.
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new(store, "Losses of all methods: n = 8", &SCHEDULES);
+    let mut findings = Findings::new(store, "Losses of all methods at n = 8", &SCHEDULES);
     let mut rows = Vec::new();
     for model in MODELS {
         rows.push(row(store, model)?);
@@ -28,7 +28,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         .test
         .materials
         .par_iter()
-        .map(|material| without_measurement(&**material))
+        .map(|material| losses_without_measurement(&**material))
         .collect();
     let names = [
         "black: f = 0",
@@ -50,32 +50,32 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         Table {
             caption: format!(
                 "Mean loss over the test set at n = {SAMPLES}. Published: the paper's figures, on {} \
-                 other materials; all other columns: on the test set named here, with the schedule \
-                 in parentheses. Linear has 5 components and eta = 40, also as Optimum; by schedule \
-                 joint it has 60 components with a learned precision each, by schedule prior a \
-                 learned map",
+                 other materials. All other columns: our figures on the test set named here, with the \
+                 schedule in parentheses. Linear has 5 components and eta = 40, also for Optimum. With \
+                 schedule joint it has 60 components with a learned precision each, with schedule prior \
+                 a learned map",
                 paper::MATERIALS
             ),
             columns,
             rows,
-            compare: Compare::Down,
+            compare: Compare::WithinColumn,
         },
     );
     Ok(findings)
 }
 
-/// A column: the method of most models, and that of Linear.
-type ColumnOf = [Approach; 2];
+/// The methods of a column: for most models, and for Linear.
+type ColumnMethods = [Approach; 2];
 
-/// The columns of the paper's figures.
-const PUBLISHED: [ColumnOf; 3] = [
+/// Columns with the paper's figures.
+const PUBLISHED: [ColumnMethods; 3] = [
     [Approach::Random; 2],
     [Approach::Meta(Schedule::Paper), Approach::Njr15],
     [Approach::Ours(Schedule::Paper); 2],
 ];
 
-/// The columns of our figures.
-const MEASURED: [ColumnOf; 6] = [
+/// Columns with our figures.
+const MEASURED: [ColumnMethods; 6] = [
     [Approach::Random; 2],
     [Approach::Meta(Schedule::Paper), Approach::Njr15],
     [Approach::Ours(Schedule::Paper); 2],
@@ -84,14 +84,14 @@ const MEASURED: [ColumnOf; 6] = [
     [Approach::Optimum; 2],
 ];
 
-fn names_of([one, linear]: ColumnOf) -> String {
+fn names_of([one, linear]: ColumnMethods) -> String {
     match one == linear {
         true => one.name().into(),
         false => format!("{}, {}", one.name(), linear.name()),
     }
 }
 
-fn titles_of([one, linear]: ColumnOf) -> String {
+fn titles_of([one, linear]: ColumnMethods) -> String {
     match one == linear {
         true => one.title(),
         false => format!("{}, {}", one.title(), linear.title()),
@@ -99,17 +99,17 @@ fn titles_of([one, linear]: ColumnOf) -> String {
 }
 
 fn loss_column(title: impl Into<String>) -> Column {
-    Column::number(title, 4, Best::None)
+    Column::number(title, 4, Highlight::None)
 }
 
-/// With the digits that the paper gives.
+/// Returns a column with the decimals of the paper.
 fn paper_column(title: impl Into<String>) -> Column {
-    Column::number(title, 3, Best::None)
+    Column::number(title, 3, Highlight::None)
 }
 
-/// A model's losses by each method.
+/// Returns a model's row: its losses with each method.
 fn row(store: &Store<'_>, model: ModelKind) -> anyhow::Result<Vec<Cell>> {
-    let of = |[others, linear]: ColumnOf| match model {
+    let of = |[others, linear]: ColumnMethods| match model {
         ModelKind::Linear => linear,
         _ => others,
     };
@@ -128,40 +128,43 @@ fn row(store: &Store<'_>, model: ModelKind) -> anyhow::Result<Vec<Cell>> {
             },
             ..Case::new(approach, model, SAMPLES)
         };
-        row.push(Cell::Number(store.evaluation(&case)?.scores.loss));
+        row.push(Cell::Number(store.evaluation(&case)?.metrics.loss));
     }
     Ok(row)
 }
 
-/// Ours by the number of samples.
-pub(super) fn by_samples(store: &Store<'_>, most: usize) -> anyhow::Result<Table> {
+/// Tabulates the loss of Ours over the number of samples.
+pub(super) fn losses_over_samples(store: &Store<'_>, max_samples: usize) -> anyhow::Result<Table> {
     let mut columns = vec![Column::text("n")];
-    columns.extend(doublings(most).map(|n| loss_column(n.to_string())));
+    columns.extend(powers_of_two(max_samples).map(|n| loss_column(n.to_string())));
     let mut rows = Vec::new();
     for model in MODELS {
         let mut row = vec![Cell::Text(title(model).into())];
-        for n in doublings(most) {
+        for n in powers_of_two(max_samples) {
             let case = Case {
                 prior: Prior::LEARNED,
                 ..Case::new(Approach::Ours(SCHEDULE), model, n)
             };
-            row.push(Cell::Number(store.evaluation(&case)?.scores.loss));
+            row.push(Cell::Number(store.evaluation(&case)?.metrics.loss));
         }
         rows.push(row);
     }
     Ok(Table {
         caption: format!(
-            "Loss of {} by number of samples; Linear with learned precisions",
+            "Loss of {} over the number of samples; Linear with learned precisions",
             Approach::Ours(SCHEDULE).title()
         ),
         columns,
         rows,
-        compare: Compare::Down,
+        compare: Compare::WithinColumn,
     })
 }
 
-/// Ours and what learns less, on materials of another source.
-pub(super) fn on_others(store: &Store<'_>, set: &TestSet<'_>) -> anyhow::Result<Table> {
+/// Tabulates the losses of Ours and its baseline on materials of another source.
+pub(super) fn losses_on_other_source(
+    store: &Store<'_>,
+    set: &TestSet<'_>,
+) -> anyhow::Result<Table> {
     let mut columns = vec![Column::text(format!("n = {SAMPLES}"))];
     for column in [
         [Approach::Meta(SCHEDULE), Approach::Njr15],
@@ -178,7 +181,7 @@ pub(super) fn on_others(store: &Store<'_>, set: &TestSet<'_>) -> anyhow::Result<
             Approach::Ours(SCHEDULE),
         ] {
             let evaluation = store.evaluation_on(set, &Case::new(approach, model, SAMPLES))?;
-            row.push(Cell::Number(evaluation.scores.loss));
+            row.push(Cell::Number(evaluation.metrics.loss));
             row.push(match paper::rgl(model, approach) {
                 Some([loss, ..]) => Cell::Number(loss),
                 None => Cell::Missing,
@@ -188,16 +191,16 @@ pub(super) fn on_others(store: &Store<'_>, set: &TestSet<'_>) -> anyhow::Result<
     }
     Ok(Table {
         caption: format!(
-            "Loss at n = {SAMPLES}. Published: the paper's figures, on other materials of RGL's database"
+            "Loss at n = {SAMPLES}. Published: the paper's figures, on other materials of the RGL database"
         ),
         columns,
         rows,
-        compare: Compare::Down,
+        compare: Compare::WithinColumn,
     })
 }
 
-/// The loss of black, and of the best Lambertian BRDF for each channel.
-fn without_measurement(material: &dyn Material) -> [f64; 2] {
+/// Returns the loss of black, and of the best Lambertian BRDF for each channel.
+fn losses_without_measurement(material: &dyn Material) -> [f64; 2] {
     let at: Vec<HalfDifference<f32>> = directions()
         .into_iter()
         .map(HalfDifference::from_angles)
@@ -216,15 +219,14 @@ fn without_measurement(material: &dyn Material) -> [f64; 2] {
     [black, best]
 }
 
-/// The loss of a constant BRDF on pairs of value and cosine.
+/// Returns the loss of a constant BRDF on pairs of value and cosine.
 fn lambertian(samples: &[[f64; 2]], constant: f64) -> f64 {
     let error =
         |[value, cosine]: &[f64; 2]| ((value * cosine).ln_1p() - (constant * cosine).ln_1p()).abs();
     samples.iter().map(error).sum::<f64>() / samples.len().max(1) as f64
 }
 
-/// The least loss of any constant between 1e-4 and 10: a coarse search by factors, and a finer one
-/// around what it finds.
+/// Returns the minimum loss of all constants between 1e-4 and 10, by a logarithmic grid search with three refinements.
 fn best_lambertian(samples: &[[f64; 2]]) -> f64 {
     let (mut center, mut reach, mut best) = (-1.5, 2.5, f64::INFINITY);
     for _ in 0..4 {
@@ -247,7 +249,7 @@ mod tests {
 
     use super::*;
 
-    /// Constant in each channel.
+    /// A material with a constant BRDF in each channel.
     struct Diffuse([f32; 3]);
 
     impl Material for Diffuse {
@@ -265,8 +267,8 @@ mod tests {
     }
 
     #[test]
-    fn a_lambertian_material_loses_nothing_to_the_best_one() {
-        let [black, best] = without_measurement(&Diffuse([0.3, 0.02, 4.0]));
+    fn best_lambertian_fits_lambertian_material() {
+        let [black, best] = losses_without_measurement(&Diffuse([0.3, 0.02, 4.0]));
         assert!(best < 1e-4, "{best}");
         let at = directions();
         let count = at.len() as f64;
@@ -282,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn half_and_half_is_served_by_either() {
+    fn best_lambertian_of_two_values() {
         let samples = [[0.1, 1.0], [0.4, 1.0], [0.1, 1.0], [0.4, 1.0]];
         let expected = (1.4_f64.ln() - 1.1_f64.ln()) / 2.0;
         assert!((best_lambertian(&samples) - expected).abs() < 1e-6);

@@ -1,29 +1,29 @@
 //! The paper's tables and figures, one file each.
 //!
-//! An experiment asks the [`Store`] for recipes and judgments and turns them into
-//! [`Findings`]: tables, plots, pictures. It draws, trains and judges nothing by itself.
+//! An experiment requests recipes and evaluations from the [`Store`] and arranges them as [`Findings`]: tables, plots
+//! and pictures. The store trains and evaluates.
 
 mod additional;
-mod again;
 mod bases;
 mod case;
-mod circumstances;
 mod convergence;
 mod curves;
 mod findings;
 mod importance;
-mod kept;
 mod losses;
-mod needed;
 mod paper;
 mod patterns;
 mod per_material;
 mod plots;
+mod repeated_stages;
 mod robustness;
+mod run_mode;
+mod run_settings;
 mod same_samples;
 mod seeds;
 mod spheres;
 mod store;
+mod stored;
 mod subsets;
 mod tables;
 
@@ -33,114 +33,114 @@ use anyhow::Context;
 use clap::ValueEnum;
 use glimpse_trainer::report::Page;
 
-use case::name_of;
+use case::value_name;
 pub(crate) use findings::Findings;
-pub(crate) use needed::{Needed, Notes, Purpose, Wanted};
+pub(crate) use run_mode::{CellPlan, PlannedCell, RunMode, TargetCell};
 pub(crate) use store::{Settings, Store, TestSet};
 use tables::{
-    METRICS, MODELS, PAPER_METRICS, PaperMetrics, SAMPLES, SCHEDULE, cells_beside_the_paper_s,
-    columns_beside_the_paper_s, doublings, metrics, title,
+    METRICS, MODELS, PAPER_METRICS, PaperMetrics, SAMPLES, SCHEDULE, metric_cells, metric_columns,
+    metrics, powers_of_two, title,
 };
 
 /// A table or figure of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Experiment {
-    /// The main table: all methods for all models at n = 8, by all four metrics.
+    /// The main table: all methods for all models at n = 8, with all metrics.
     SameSamples,
-    /// The loss at n = 8 of all models by all methods and schedules, and of black.
+    /// The loss at n = 8 for all models, methods and schedules, and the loss of black.
     Losses,
-    /// How many more samples other methods need for what Ours does with 8.
+    /// The number of samples that other methods need for the quality of Ours with 8.
     SameQuality,
-    /// Loss and DSSIM by n, with the optimum as a dot.
+    /// Loss and DSSIM over n, with the optimum as a dot.
     Curves,
     /// The loss of each material, sorted.
     PerMaterial,
-    /// Other sources (--additional): Linear at n = 2, Meta or NJR15 against Ours at n = 8.
+    /// Materials of --additional: Linear at n = 2, and Meta or NJR15 against Ours at n = 8.
     Additional,
-    /// Two or four of eight learned samples replaced by random ones.
+    /// The loss with two or four of eight learned samples replaced by random ones.
     Robustness,
-    /// Five trainings with seeds of their own: the spread.
+    /// The spread of the loss over five trainings with different seeds.
     Seeds,
-    /// Both stages trained once more.
-    Again,
-    /// 20 steps by each method, then 10,000 more on random samples.
+    /// The loss after both training stages are repeated.
+    #[value(name = "again")]
+    RepeatedStages,
+    /// The loss after 20 steps of each method, and after 10,000 more on random samples.
     Convergence,
-    /// Samples drawn by the importance of the mean BRDF.
+    /// The loss with samples drawn by importance of the mean BRDF.
     Importance,
-    /// Patterns trained and judged on diffuse and on glossy materials.
+    /// The loss of patterns trained and evaluated on diffuse and on glossy materials.
     Subsets,
-    /// Linear with 5 components and with 240.
+    /// The metrics of Linear with 5 and with 240 components.
     Bases,
-    /// The learned patterns, drawn.
+    /// Drawings of the learned patterns.
     Patterns,
-    /// Spheres of some materials by each method, Neural at n = 64.
+    /// Spheres of some materials with each method, for Neural at n = 64.
     Teaser,
-    /// Spheres of a glossy material by each model, for growing n.
+    /// Spheres of a glossy material with each model, for increasing n.
     Increasing,
-    /// All of them, but for `additional` where no --additional is given.
+    /// All experiments; `additional` only if --additional is given.
     All,
 }
 
 impl Experiment {
-    /// The experiments that this one stands for.
-    pub(crate) fn each(self, additional: bool) -> Vec<Self> {
+    /// Returns this experiment, or for `All` the list of all experiments.
+    pub(crate) fn expand(self, has_additional: bool) -> Vec<Self> {
         match self {
             Self::All => Self::value_variants()
                 .iter()
                 .copied()
-                .filter(|each| *each != Self::All && (additional || *each != Self::Additional))
+                .filter(|each| *each != Self::All && (has_additional || *each != Self::Additional))
                 .collect(),
-            one => vec![one],
+            single => vec![single],
         }
     }
 
-    /// True if it judges on further materials than those of the test set.
+    /// Returns true if the experiment also evaluates on materials of --additional.
     pub(crate) fn evaluates_additional(self) -> bool {
         matches!(self, Self::Additional | Self::All)
     }
 
-    /// True if n grows in it.
-    pub(crate) fn grows(self) -> bool {
+    /// Returns true if the experiment varies n up to --most-samples.
+    pub(crate) fn varies_samples(self) -> bool {
         matches!(
             self,
             Self::SameQuality | Self::Curves | Self::Importance | Self::Increasing | Self::All
         )
     }
 
-    /// True if it trains by the paper's schedule.
-    pub(crate) fn trains_as_the_paper(self) -> bool {
-        matches!(self, Self::Losses | Self::Again | Self::All)
+    /// Returns true if the experiment trains with the paper's schedule.
+    pub(crate) fn uses_paper_schedule(self) -> bool {
+        matches!(self, Self::Losses | Self::RepeatedStages | Self::All)
     }
 
-    /// As on the command line; also the folder's name.
+    /// Returns the name on the command line, which is also the folder's name.
     pub(crate) fn name(self) -> String {
-        name_of(self)
+        value_name(self)
     }
 
-    /// Makes the experiment, writes it down and returns what it found; where the store is for listing, or
-    /// for one thing only, nothing is written but that.
-    pub(crate) fn run(self, store: &Store<'_>, most_samples: usize) -> anyhow::Result<Findings> {
+    /// Runs the experiment and returns its findings. Writes them only in [`RunMode::All`].
+    pub(crate) fn run(self, store: &Store<'_>, max_samples: usize) -> anyhow::Result<Findings> {
         let begin = Instant::now();
         let findings = match self {
             Self::SameSamples => same_samples::run(store),
             Self::Losses => losses::run(store),
-            Self::SameQuality => curves::same_quality(store, most_samples),
-            Self::Curves => curves::run(store, most_samples),
+            Self::SameQuality => curves::same_quality(store, max_samples),
+            Self::Curves => curves::run(store, max_samples),
             Self::PerMaterial => per_material::run(store),
             Self::Additional => additional::run(store),
             Self::Robustness => robustness::run(store),
             Self::Seeds => seeds::run(store),
-            Self::Again => again::run(store),
+            Self::RepeatedStages => repeated_stages::run(store),
             Self::Convergence => convergence::run(store),
-            Self::Importance => importance::run(store, most_samples),
+            Self::Importance => importance::run(store, max_samples),
             Self::Subsets => subsets::run(store),
             Self::Bases => bases::run(store),
             Self::Patterns => patterns::run(store),
             Self::Teaser => spheres::teaser(store),
-            Self::Increasing => spheres::increasing(store, most_samples),
-            Self::All => anyhow::bail!("all is not one experiment"),
+            Self::Increasing => spheres::increasing(store, max_samples),
+            Self::All => anyhow::bail!("all is not a single experiment: expand it first"),
         }?;
-        if !matches!(store.purpose, Purpose::Everything) {
+        if !matches!(store.mode, RunMode::All) {
             return Ok(findings);
         }
         findings.write(&self.name(), &store.settings.out, begin.elapsed())?;
@@ -148,17 +148,17 @@ impl Experiment {
     }
 }
 
-/// Writes the page over all experiments that the folder holds.
+/// Writes the index page of all experiments in the output folder.
 pub(crate) fn write_index(settings: &Settings) -> anyhow::Result<()> {
     let mut page = Page::new("Glimpse: the paper's experiments").paragraph(
-        "Learning to Learn and Sample BRDFs (Liu, Fischer, Ritschel 2023), made again. The best \
-         of what competes is marked; arrows say which way is better; click a sphere to enlarge \
-         its row. Tables lie beside this page as CSV and JSON, drawings as SVG.",
+        "Reproduction of Learning to Learn and Sample BRDFs (Liu, Fischer, Ritschel 2023). The best \
+         of the compared numbers is marked; arrows show the better direction. Click a sphere to enlarge \
+         its row. The folder of this page has the tables as CSV and JSON, and drawings as SVG.",
     );
-    for experiment in Experiment::All.each(true) {
+    for experiment in Experiment::All.expand(true) {
         page = page
-            .part(&settings.out.join(experiment.name()))
-            .with_context(|| format!("cannot read what {} left", experiment.name()))?;
+            .section(&settings.out.join(experiment.name()))
+            .with_context(|| format!("cannot read the section of {}", experiment.name()))?;
     }
     Ok(page.write(&settings.out)?)
 }

@@ -1,4 +1,4 @@
-//! The paper's own figures, to be printed beside ours.
+//! The paper's figures, printed next to ours.
 
 use glimpse_core::model::ModelKind;
 use glimpse_training::meta::plan::Schedule;
@@ -10,10 +10,10 @@ const fn scores(loss: f64, dssim: f64, l2: f64, psnr: f64) -> Option<PaperMetric
     Some([loss, dssim, l2, psnr])
 }
 
-/// The number of materials of MERL that the paper judges.
+/// Number of MERL materials in the paper's test set.
 pub(super) const MATERIALS: usize = 20;
 
-/// Means over MERL's 20 test materials at n = 8 (table "SameSampleCount").
+/// Returns means over MERL's 20 test materials at n = 8 (table "SameSampleCount").
 pub(super) fn same_samples(model: ModelKind, approach: Approach) -> Option<PaperMetrics> {
     use Approach::{Meta, Njr15, Ours, Random};
     use ModelKind::{CookTorrance, Linear, Neural, Phong};
@@ -35,8 +35,8 @@ pub(super) fn same_samples(model: ModelKind, approach: Approach) -> Option<Paper
     }
 }
 
-/// How many times the samples a method needs for what Ours does with 8, by Loss, DSSIM, L2 and PSNR
-/// (table "SameQuality"; 1e5 stands for the paper's "10^5").
+/// Returns the ratios of samples that a method needs for the quality of Ours with 8, for Loss, DSSIM, L2 and PSNR
+/// (table "SameQuality"; 1e5 is the paper's "10^5").
 pub(super) fn same_quality(model: ModelKind, approach: Approach) -> Option<[f64; 4]> {
     match (model, approach) {
         (_, Approach::Random) => Some([1e5; 4]),
@@ -48,7 +48,7 @@ pub(super) fn same_quality(model: ModelKind, approach: Approach) -> Option<[f64;
     }
 }
 
-/// On the eight materials of Nielsen et al. at n = 2, Linear (table "Nielsen").
+/// Returns means over the eight materials of Nielsen et al. for Linear at n = 2 (table "Nielsen").
 pub(super) fn nielsen(approach: Approach) -> Option<PaperMetrics> {
     match approach {
         Approach::Njr15 => scores(0.023, 0.128, 0.003, 26.28),
@@ -57,7 +57,7 @@ pub(super) fn nielsen(approach: Approach) -> Option<PaperMetrics> {
     }
 }
 
-/// On the RGL database's isotropic part at n = 8 (table "RGLeval").
+/// Returns means over the isotropic part of the RGL database at n = 8 (table "RGLeval").
 pub(super) fn rgl(model: ModelKind, approach: Approach) -> Option<PaperMetrics> {
     use Approach::{Meta, Njr15, Ours};
     use ModelKind::{CookTorrance, Linear, Neural, Phong};
@@ -75,7 +75,7 @@ pub(super) fn rgl(model: ModelKind, approach: Approach) -> Option<PaperMetrics> 
     }
 }
 
-/// Per cent that the loss grows by where 2 and 4 of 8 learned samples are random instead (table
+/// Returns the increase of the loss in percent with 2 and 4 of 8 learned samples replaced by random ones (table
 /// "robustness").
 pub(super) fn robustness(model: ModelKind) -> [f64; 2] {
     match model {
@@ -87,7 +87,7 @@ pub(super) fn robustness(model: ModelKind) -> [f64; 2] {
     }
 }
 
-/// Loss after 20 steps and 10,000 more on 512 random samples each ("Convergence").
+/// Returns the loss after 20 steps and 10,000 more on 512 random samples each ("Convergence").
 pub(super) fn convergence(approach: Approach) -> Option<f64> {
     match approach {
         Approach::Random => Some(0.0117),
@@ -97,8 +97,8 @@ pub(super) fn convergence(approach: Approach) -> Option<f64> {
     }
 }
 
-/// Per cent that the loss falls by when both stages are trained once more ("Convergence").
-pub(super) fn again(model: ModelKind) -> Option<f64> {
+/// Returns the decrease of the loss in percent after both stages are repeated ("Convergence").
+pub(super) fn repeated_stages(model: ModelKind) -> Option<f64> {
     match model {
         ModelKind::Phong => Some(0.9),
         ModelKind::Neural => Some(2.86),

@@ -1,4 +1,4 @@
-//! The learned patterns, drawn (paper, figure "Pattern").
+//! Drawings of the learned patterns (paper, figure "Pattern").
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
@@ -10,14 +10,14 @@ use super::store::Store;
 use super::{MODELS, SAMPLES, SCHEDULE, title};
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new(store, "Where each model measures", &[SCHEDULE]);
+    let mut findings = Findings::new(store, "Learned sample patterns of each model", &[SCHEDULE]);
     let cases = MODELS.map(|model| (Approach::Ours(SCHEDULE), model));
     for (approach, model) in cases
         .into_iter()
         .chain([(Approach::Njr15, ModelKind::Linear)])
     {
         let case = Case::new(approach, model, SAMPLES);
-        if store.only_notes(&case)? {
+        if store.record_only(&case)? {
             continue;
         }
         let pattern: Vec<Angles<f32>> =

@@ -2,7 +2,7 @@
 //! "Zipfplots").
 
 use glimpse_trainer::metrics::Metrics;
-use glimpse_trainer::report::{Axis, Best, Cell, Column, Compare, Plot, Scale, Table};
+use glimpse_trainer::report::{Axis, Cell, Column, Compare, Highlight, Plot, Scale, Table};
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
@@ -11,9 +11,9 @@ use super::store::Store;
 use super::{METRICS, MODELS, SAMPLES, SCHEDULE, title};
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new(store, "Each material: n = 8", &[SCHEDULE]);
+    let mut findings = Findings::new(store, "Loss of each material at n = 8", &[SCHEDULE]);
     for model in MODELS {
-        let approaches = Approach::rivals(model, SCHEDULE);
+        let approaches = Approach::compared(model, SCHEDULE);
         let mut losses = Vec::new();
         let mut color_differences = Vec::new();
         let mut names = Vec::new();
@@ -26,7 +26,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 .collect();
             let each = |metric: fn(&Metrics) -> f64| -> Vec<f64> {
                 let materials = evaluation.materials.iter();
-                materials.map(|each| metric(&each.scores)).collect()
+                materials.map(|each| metric(&each.metrics)).collect()
             };
             losses.push(each(|scores| scores.loss));
             color_differences.push(each(|scores| scores.delta_e));
@@ -57,8 +57,10 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             Plot {
                 title: format!("{}: loss of each material", title(model)),
                 x: Axis {
-                    title: format!("material, by the loss of {}", approaches[2].title()),
-                    scale: Scale::Names(order.iter().map(|index| names[*index].clone()).collect()),
+                    title: format!("material, sorted by the loss of {}", approaches[2].title()),
+                    scale: Scale::Categories(
+                        order.iter().map(|index| names[*index].clone()).collect(),
+                    ),
                 },
                 y: metric_axis(METRICS[0].0),
                 series: series.collect(),
@@ -66,7 +68,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         );
         let table = |metric: &str, decimals: usize, values: &[Vec<f64>]| {
             let approaches =
-                approaches.map(|each| Column::number(each.title(), decimals, Best::Least));
+                approaches.map(|each| Column::number(each.title(), decimals, Highlight::Lowest));
             let rows = order.iter().map(|index| {
                 let values = values.iter().map(|values| Cell::Number(values[*index]));
                 [Cell::Text(names[*index].clone())]
@@ -81,7 +83,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                     .chain(approaches)
                     .collect(),
                 rows: rows.collect(),
-                compare: Compare::Across,
+                compare: Compare::WithinRow,
             }
         };
         findings.table(model.name(), table("loss", 4, &losses));

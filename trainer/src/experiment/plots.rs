@@ -1,41 +1,41 @@
-//! Plots of several experiments.
+//! Plots that several experiments use.
 
-use glimpse_trainer::report::{Axis, Hue, Mark, Plot, Scale, Series};
+use glimpse_trainer::report::{Axis, Marker, Plot, Scale, Series, SeriesColor};
 
 use super::case::Approach;
 
-/// The curve of a method, in its color and mark.
+/// Creates the series of a method, with the method's color and marker.
 pub(super) fn series(approach: Approach, points: Vec<[f64; 2]>) -> Series {
-    let (hue, mark) = match approach {
-        Approach::Random => (Hue::Vermillion, Mark::Crosses),
-        Approach::Meta(_) => (Hue::Orange, Mark::Triangles),
-        Approach::Njr15 => (Hue::Green, Mark::Rings),
-        Approach::Ours(_) => (Hue::Blue, Mark::Discs),
-        Approach::Optimum => (Hue::Purple, Mark::Dots),
+    let (color, marker) = match approach {
+        Approach::Random => (SeriesColor::Vermillion, Marker::Cross),
+        Approach::Meta(_) => (SeriesColor::Orange, Marker::Triangle),
+        Approach::Njr15 => (SeriesColor::Green, Marker::Ring),
+        Approach::Ours(_) => (SeriesColor::Blue, Marker::Disc),
+        Approach::Optimum => (SeriesColor::Purple, Marker::LargeDisc),
     };
     Series {
         name: approach.title(),
-        hue,
-        mark,
+        color,
+        marker,
         points,
     }
 }
 
-/// An axis of a metric of which less is better.
+/// Creates a logarithmic axis for a metric with lower values better.
 pub(super) fn metric_axis(metric: &str) -> Axis {
     Axis {
-        title: format!("{metric} (less is better)"),
-        scale: Scale::Decades,
+        title: format!("{metric} (lower is better)"),
+        scale: Scale::Log10,
     }
 }
 
-/// A metric by the number of samples n.
-pub(super) fn by_samples(title: String, metric: &str, series: Vec<Series>) -> Plot {
+/// Creates a plot of a metric over the number of samples n.
+pub(super) fn plot_over_samples(title: String, metric: &str, series: Vec<Series>) -> Plot {
     Plot {
         title,
         x: Axis {
             title: "samples n".into(),
-            scale: Scale::Doublings,
+            scale: Scale::Log2,
         },
         y: metric_axis(metric),
         series,

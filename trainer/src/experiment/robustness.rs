@@ -4,7 +4,7 @@ use anyhow::Context;
 use glimpse_core::geometry::Angles;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_trainer::evaluation::Method;
-use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -14,11 +14,11 @@ use super::findings::Findings;
 use super::store::Store;
 use super::{MODELS, SAMPLES, SCHEDULE, paper, title};
 
-/// How many samples are replaced.
+/// Numbers of replaced samples.
 const REPLACED: [usize; 2] = [2, 4];
 /// The method whose samples are replaced.
 const OURS: Approach = Approach::Ours(SCHEDULE);
-/// Independent runs.
+/// Number of independent runs.
 const RUNS: u64 = 5;
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
@@ -30,22 +30,22 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut rows = Vec::new();
     for model in MODELS {
         let case = Case::new(OURS, model, SAMPLES);
-        let ours = store.evaluation(&case)?.scores.loss;
+        let ours = store.evaluation(&case)?.metrics.loss;
         for (count, paper) in REPLACED.into_iter().zip(paper::robustness(model)) {
             let mut sum = 0.0;
             for run in 0..RUNS {
                 let seed = store.settings.seed.wrapping_add(run << 32);
                 let name = format!("{}-n{SAMPLES}-replaced{count}-run{run}", model.name());
-                let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
+                let evaluation = store.cached_evaluation(store.test, &name, 1, |evaluate| {
                     let training = TrainingRun::of(&case).context("Ours is trained")?;
                     let learned = store.recipe(&training)?;
                     let recipe = learned.file.recipe();
                     let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
-                    let pattern = replaced(&pattern, count, seed);
+                    let pattern = replace_samples(&pattern, count, seed);
                     let basis = learned.basis.as_ref();
-                    judge(&Method::elsewhere("replaced", &recipe, basis, pattern)?)
+                    evaluate(&Method::at_directions("replaced", &recipe, basis, pattern)?)
                 })?;
-                sum += evaluation.scores.loss;
+                sum += evaluation.metrics.loss;
             }
             let loss = sum / RUNS as f64;
             rows.push(vec![
@@ -62,31 +62,31 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         "robustness",
         Table {
             caption: format!(
-                "Loss of {} where r of {SAMPLES} learned samples are random instead, mean of {RUNS} runs",
+                "Loss of {} with r of {SAMPLES} learned samples replaced by random ones, mean of {RUNS} runs",
                 OURS.title()
             ),
             columns: vec![
                 Column::text("Model"),
-                Column::number("r", 0, Best::None),
-                Column::number("Loss, r = 0", 4, Best::None),
-                Column::number("Loss", 4, Best::None),
-                Column::number("increase, %", 1, Best::None),
-                Column::number("paper: increase, %", 1, Best::None),
+                Column::number("r", 0, Highlight::None),
+                Column::number("Loss, r = 0", 4, Highlight::None),
+                Column::number("Loss", 4, Highlight::None),
+                Column::number("increase, %", 1, Highlight::None),
+                Column::number("paper: increase, %", 1, Highlight::None),
             ],
             rows,
-            compare: Compare::Down,
+            compare: Compare::WithinColumn,
         },
     );
     Ok(findings)
 }
 
-/// The pattern with so many of its samples, chosen at random, uniform random ones.
-fn replaced(pattern: &[Angles<f32>], count: usize, seed: u64) -> Vec<Angles<f32>> {
-    let mut places: Vec<usize> = (0..pattern.len()).collect();
-    places.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+/// Replaces `count` samples of a pattern, chosen at random, by uniform random ones.
+fn replace_samples(pattern: &[Angles<f32>], count: usize, seed: u64) -> Vec<Angles<f32>> {
+    let mut indices: Vec<usize> = (0..pattern.len()).collect();
+    indices.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
     let mut pattern = pattern.to_vec();
-    for (place, angles) in places.into_iter().zip(uniform_valid(count, seed)) {
-        pattern[place] = angles;
+    for (index, angles) in indices.into_iter().zip(uniform_valid(count, seed)) {
+        pattern[index] = angles;
     }
     pattern
 }
@@ -96,13 +96,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn as_many_samples_change_as_were_asked_for() {
+    fn replaces_requested_number_of_samples() {
         let pattern = uniform_valid(8, 1);
         for count in [0, 2, 8] {
-            let changed = replaced(&pattern, count, 7);
+            let changed = replace_samples(&pattern, count, 7);
             let differ = pattern.iter().zip(&changed).filter(|(a, b)| a != b);
             assert_eq!(differ.count(), count);
         }
-        assert_ne!(replaced(&pattern, 2, 7), replaced(&pattern, 2, 8));
+        assert_ne!(
+            replace_samples(&pattern, 2, 7),
+            replace_samples(&pattern, 2, 8)
+        );
     }
 }

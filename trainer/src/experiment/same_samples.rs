@@ -3,44 +3,44 @@
 
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::metrics::Metrics;
-use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 use glimpse_training::linear::Prior;
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
 use super::store::Store;
 use super::{
-    METRICS, MODELS, SAMPLES, SCHEDULE, cells_beside_the_paper_s, columns_beside_the_paper_s,
-    metrics, paper, spheres, title,
+    METRICS, MODELS, SAMPLES, SCHEDULE, metric_cells, metric_columns, metrics, paper, spheres,
+    title,
 };
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new(store, "Same number of samples: n = 8", &[SCHEDULE]);
     findings.text(
-        "Means over the materials judged; Random and Meta over several seeds too (a material's PSNR \
-         is that of its mean L2 then). The standard \
-         error is over the materials. The paper's figures are on its own 20 materials of MERL.",
+        "Means over the test materials; for Random and Meta also over several seeds (the PSNR of a \
+         material is then that of its mean L2). The standard error is over the materials. The paper's \
+         figures are for its 20 test materials of MERL.",
     );
     findings.text(
-        "Random of Phong and of Cook-Torrance begins at standard normal parameters, and 20 steps of \
-         Adam at a rate of 0.001 move none of them by more than 0.02: its loss is that of its start. \
-         The paper does not say where it begins. Cook-Torrance's logits of about 0 are a half of each \
-         color reflected diffusely and as much specularly, far brighter than most materials: on 16 \
-         networks of MERL's materials its loss is .274 before the first step and .271 after 20, and \
-         would be .100 from logits of -2, beside the paper's .098. Methods that learn their start are \
-         not concerned.",
+        "For Phong and Cook-Torrance, Random starts at standard normal parameters. 20 steps of Adam at \
+         a rate of 0.001 change no parameter by more than 0.02, so the loss is that of the initial \
+         parameters. The paper does not state its initial parameters. Cook-Torrance logits of about 0 \
+         reflect half of each color diffusely and half specularly, far brighter than most materials. On \
+         16 networks of MERL materials, the loss is 0.274 before the first step and 0.271 after 20 steps. \
+         From logits of -2 it would be 0.100; the paper has 0.098. Methods with learned initial \
+         parameters are not affected.",
     );
     let mut orders = Vec::new();
     for model in MODELS {
         let mut rows = Vec::new();
         let mut scores = Vec::new();
-        for approach in Approach::rivals(model, SCHEDULE) {
+        for approach in Approach::compared(model, SCHEDULE) {
             let evaluation = store.evaluation(&Case::new(approach, model, SAMPLES))?;
             let paper = paper::same_samples(model, approach);
             let mut row = vec![Cell::Text(approach.title())];
-            row.extend(cells_beside_the_paper_s(&evaluation, paper));
+            row.extend(metric_cells(&evaluation, paper));
             rows.push(row);
-            scores.push((approach, evaluation.scores));
+            scores.push((approach, evaluation.metrics));
         }
         if model == ModelKind::Linear {
             let learned = Case {
@@ -52,18 +52,18 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 "{}, 60 components, learned precisions",
                 learned.approach.title()
             ))];
-            row.extend(cells_beside_the_paper_s(&evaluation, None));
+            row.extend(metric_cells(&evaluation, None));
             rows.push(row);
         }
         let mut columns = vec![Column::text("Method")];
-        columns.extend(columns_beside_the_paper_s());
+        columns.extend(metric_columns());
         findings.table(
             model.name(),
             Table {
                 caption: format!("{}, n = {SAMPLES}", title(model)),
                 columns,
                 rows,
-                compare: Compare::Down,
+                compare: Compare::WithinColumn,
             },
         );
         orders.extend(order_rows(model, &scores));
@@ -76,28 +76,28 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 .map(Column::text)
                 .into(),
             rows: orders,
-            compare: Compare::Down,
+            compare: Compare::WithinColumn,
         },
     );
 
     let order = store.by_glossiness(store.test.materials);
     if let (Some(diffuse), Some(glossy)) = (order.first(), order.last()) {
         for index in [*diffuse, *glossy] {
-            findings.gallery(spheres::by_model(store, index, SAMPLES)?);
+            findings.gallery(spheres::gallery_by_model(store, index, SAMPLES)?);
         }
     }
     Ok(findings)
 }
 
-/// For each metric: who is better than whom.
+/// Returns a row for each metric: the order of the methods, best first.
 fn order_rows(model: ModelKind, scores: &[(Approach, Metrics)]) -> Vec<Vec<Cell>> {
-    let order = |of: &dyn Fn(&(Approach, Metrics)) -> Option<f64>, best: Best| {
+    let order = |of: &dyn Fn(&(Approach, Metrics)) -> Option<f64>, highlight: Highlight| {
         let mut ranked: Vec<(f64, &str)> = scores
             .iter()
             .filter_map(|entry| Some((of(entry)?, entry.0.name())))
             .collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-        if best == Best::Greatest {
+        if highlight == Highlight::Highest {
             ranked.reverse();
         }
         let names: Vec<&str> = ranked.into_iter().map(|(_, name)| name).collect();

@@ -1,8 +1,8 @@
-//! Trainings with seeds of their own (paper, "Convergence": a spread of less than 5 %).
+//! Trainings with different seeds (paper, "Convergence": a spread of less than 5 %).
 
 use anyhow::Context;
 use glimpse_trainer::evaluation::Method;
-use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 
 use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;
@@ -11,11 +11,11 @@ use super::{MODELS, SAMPLES, SCHEDULE, title};
 
 /// The method that is trained.
 const OURS: Approach = Approach::Ours(SCHEDULE);
-/// Independent trainings.
+/// Number of independent trainings.
 const TRAININGS: u64 = 5;
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new(store, "Five trainings with seeds of their own", &[SCHEDULE]);
+    let mut findings = Findings::new(store, "Five trainings with different seeds", &[SCHEDULE]);
     findings.text("In the paper the standard deviation is less than 5 % of the loss.");
     let mut rows = Vec::new();
     for model in MODELS {
@@ -28,12 +28,12 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             });
             let training = training.context("Ours is trained")?;
             let name = format!("{}-n{SAMPLES}-training{repetition}", model.name());
-            let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
+            let evaluation = store.cached_evaluation(store.test, &name, 1, |evaluate| {
                 let learned = store.recipe(&training)?;
                 let recipe = learned.file.recipe();
-                judge(&Method::ours(&recipe, learned.basis.as_ref())?)
+                evaluate(&Method::ours(&recipe, learned.basis.as_ref())?)
             })?;
-            losses.push(evaluation.scores.loss);
+            losses.push(evaluation.metrics.loss);
         }
         let count = losses.len() as f64;
         let mean = losses.iter().sum::<f64>() / count;
@@ -47,12 +47,13 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut columns = vec![Column::text("Model")];
     let seed = |index: u64| store.settings.seed.wrapping_add(index);
     columns.extend(
-        (0..TRAININGS).map(|index| Column::number(format!("seed {}", seed(index)), 4, Best::None)),
+        (0..TRAININGS)
+            .map(|index| Column::number(format!("seed {}", seed(index)), 4, Highlight::None)),
     );
     columns.extend([
-        Column::number("mean", 4, Best::None),
-        Column::number("standard deviation", 4, Best::None),
-        Column::number("% of the mean", 1, Best::None),
+        Column::number("mean", 4, Highlight::None),
+        Column::number("standard deviation", 4, Highlight::None),
+        Column::number("% of the mean", 1, Highlight::None),
     ]);
     findings.table(
         "seeds",
@@ -60,7 +61,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             caption: format!("Loss of {} at n = {SAMPLES}", OURS.title()),
             columns,
             rows,
-            compare: Compare::Down,
+            compare: Compare::WithinColumn,
         },
     );
     Ok(findings)

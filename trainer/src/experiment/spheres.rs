@@ -6,44 +6,44 @@ use glimpse_trainer::report::{Gallery, GalleryRow, Tile};
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
-use super::losses::by_samples;
+use super::losses::losses_over_samples;
 use super::store::Store;
-use super::{MODELS, SCHEDULE, doublings, title};
+use super::{MODELS, SCHEDULE, powers_of_two, title};
 
-/// n of the paper's teaser.
-const TEASER: usize = 64;
-/// How many materials it shows.
-const SHOWN: usize = 6;
+/// Number of samples of the paper's teaser.
+const TEASER_SAMPLES: usize = 64;
+/// Number of materials of the teaser.
+const TEASER_MATERIALS: usize = 6;
 
 pub(super) fn teaser(store: &Store<'_>) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new(store, "Some materials by each method", &[SCHEDULE]);
+    let mut findings = Findings::new(store, "Materials fitted with each method", &[SCHEDULE]);
     let order = store.by_glossiness(store.test.materials);
     let last = order.len().saturating_sub(1);
-    let shown = SHOWN.min(order.len());
+    let count = TEASER_MATERIALS.min(order.len());
     let mut rows = Vec::new();
-    for place in 0..shown {
-        let index = order[place * last / shown.saturating_sub(1).max(1)];
-        let approaches = Approach::rivals(ModelKind::Neural, SCHEDULE);
+    for position in 0..count {
+        let index = order[position * last / count.saturating_sub(1).max(1)];
+        let approaches = Approach::compared(ModelKind::Neural, SCHEDULE);
         let cases = approaches.map(|approach| {
-            let case = Case::new(approach, ModelKind::Neural, TEASER);
+            let case = Case::new(approach, ModelKind::Neural, TEASER_SAMPLES);
             (approach.title(), case)
         });
         rows.push(row(store, index, None, &cases)?);
     }
     findings.gallery(Gallery {
         caption: format!(
-            "Neural, n = {TEASER}; from diffuse to glossy materials, none of which was trained on; {}",
-            errors()
+            "Neural, n = {TEASER_SAMPLES}; test materials from diffuse to glossy; {}",
+            errors_note()
         ),
         rows,
     });
     Ok(findings)
 }
 
-pub(super) fn increasing(store: &Store<'_>, most_samples: usize) -> anyhow::Result<Findings> {
+pub(super) fn increasing(store: &Store<'_>, max_samples: usize) -> anyhow::Result<Findings> {
     let mut findings = Findings::new(
         store,
-        "A glossy material, and more and more samples",
+        "A glossy material with an increasing number of samples",
         &[SCHEDULE],
     );
     let order = store.by_glossiness(store.test.materials);
@@ -53,29 +53,33 @@ pub(super) fn increasing(store: &Store<'_>, most_samples: usize) -> anyhow::Resu
     let ours = Approach::Ours(SCHEDULE);
     let mut rows = Vec::new();
     for model in MODELS {
-        let cases: Vec<(String, Case)> = doublings(most_samples)
+        let cases: Vec<(String, Case)> = powers_of_two(max_samples)
             .map(|n| (format!("n = {n}"), Case::new(ours, model, n)))
             .collect();
         rows.push(row(store, index, Some(title(model)), &cases)?);
     }
     findings.gallery(Gallery {
         caption: format!(
-            "{} by {}; every picture is of a recipe of its own; {}",
+            "{} fitted with {}; each picture uses a different recipe; {}",
             store.test.materials[index].name(),
             ours.title(),
-            errors()
+            errors_note()
         ),
         rows,
     });
-    findings.table("losses", by_samples(store, most_samples)?);
+    findings.table("losses", losses_over_samples(store, max_samples)?);
     Ok(findings)
 }
 
-/// A material by all models and methods.
-pub(super) fn by_model(store: &Store<'_>, index: usize, samples: usize) -> anyhow::Result<Gallery> {
+/// Returns a gallery of a material with all models and methods.
+pub(super) fn gallery_by_model(
+    store: &Store<'_>,
+    index: usize,
+    samples: usize,
+) -> anyhow::Result<Gallery> {
     let mut rows = Vec::new();
     for model in MODELS {
-        let cases = Approach::rivals(model, SCHEDULE).map(|approach| {
+        let cases = Approach::compared(model, SCHEDULE).map(|approach| {
             let case = Case::new(approach, model, samples);
             (approach.title(), case)
         });
@@ -85,20 +89,20 @@ pub(super) fn by_model(store: &Store<'_>, index: usize, samples: usize) -> anyho
         caption: format!(
             "{}, n = {samples}; {}; click to enlarge",
             store.test.materials[index].name(),
-            errors()
+            errors_note()
         ),
         rows,
     })
 }
 
-/// The part of a caption that states which pictures the errors below them belong to.
-fn errors() -> String {
+/// Returns the note of captions on the errors below the pictures.
+fn errors_note() -> String {
     format!(
-        "DSSIM, PSNR and Delta E (CIEDE2000) are of these pictures of {SPHERE} x {SPHERE} pixels"
+        "DSSIM, PSNR and Delta E (CIEDE2000) are computed on these pictures of {SPHERE} x {SPHERE} pixels"
     )
 }
 
-/// A material as it is, and fitted in several ways, the best of which is marked.
+/// Returns a row of pictures: the reference material and its fits, the best one marked.
 fn row(
     store: &Store<'_>,
     index: usize,
@@ -107,29 +111,29 @@ fn row(
 ) -> anyhow::Result<GalleryRow> {
     let material = &*store.test.materials[index];
     let title = title.unwrap_or(material.name()).to_owned();
-    let mut only_notes = false;
+    let mut is_recorded_only = false;
     for (_, case) in cases {
-        only_notes |= store.only_notes(case)?;
+        is_recorded_only |= store.record_only(case)?;
     }
-    if only_notes {
+    if is_recorded_only {
         let tiles = Vec::new();
         return Ok(GalleryRow { title, tiles });
     }
-    let judge = store.test.judge();
+    let evaluator = store.test.evaluator();
     let mut tiles = vec![Tile {
         label: "Reference".into(),
         details: Vec::new(),
         best: false,
-        picture: judge.reference(index).clone(),
+        picture: evaluator.reference(index).clone(),
     }];
-    let mut least = (f64::INFINITY, 0);
+    let mut best = (f64::INFINITY, 0);
     for (label, case) in cases {
         let seed = store.settings.seed.wrapping_add(index as u64);
         let (scores, picture) = store.with_method(case, |method| {
-            Ok(judge.score(index, &method.fit(material, seed)?)?)
+            Ok(evaluator.compare(index, &method.fit(material, seed)?)?)
         })?;
-        if scores.loss < least.0 {
-            least = (scores.loss, tiles.len());
+        if scores.loss < best.0 {
+            best = (scores.loss, tiles.len());
         }
         tiles.push(Tile {
             label: label.clone(),
@@ -143,7 +147,7 @@ fn row(
             picture,
         });
     }
-    if let Some(tile) = tiles.get_mut(least.1).filter(|_| least.1 > 0) {
+    if let Some(tile) = tiles.get_mut(best.1).filter(|_| best.1 > 0) {
         tile.best = true;
     }
     Ok(GalleryRow { title, tiles })

@@ -1,7 +1,7 @@
-//! What all experiments share: materials, recipes trained once, methods judged once.
+//! The store of all experiments: materials, trained recipes and evaluations.
 //!
-//! Everything that takes long is kept in a folder, under a name that says what it is. A run that
-//! was stopped goes on from there, and experiments that need the same recipe train it once.
+//! Recipes and evaluations are stored in the output folder under descriptive names. An interrupted run continues from
+//! them, and experiments that use the same recipe train it once.
 
 use std::cell::OnceCell;
 use std::fs;
@@ -12,55 +12,57 @@ use anyhow::{Context, bail};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::files::make_folders;
+use glimpse_materials::files::ensure_dir_all;
 use glimpse_materials::loss::DIRECTIONS;
-use glimpse_materials::{Material, Portion, Source};
+use glimpse_materials::{Material, Source, SourceShare};
 use glimpse_trainer::evaluation::{Evaluator, Method, OPTIMUM_STEPS, Report};
 use glimpse_trainer::render::Environment;
-use glimpse_training::linear::{Columns, least_condition, principal_components};
+use glimpse_training::linear::{Columns, min_condition_pattern, principal_components};
 use glimpse_training::meta;
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::options::Options;
-use glimpse_training::meta::outer::Checkpoints;
+use glimpse_training::meta::outer::CheckpointOptions;
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::run::INNER_STEPS;
-use glimpse_training::recipe::{RecipeFile, recipe_of};
+use glimpse_training::recipe::{RecipeFile, pack_recipe};
 use serde::{Deserialize, Serialize};
 
 use super::case::{Approach, Case, TrainingRun};
-use super::circumstances::{MaterialSet, RunSettings};
-pub(crate) use super::kept::{Evaluation, Recipe};
-use super::kept::{keep, read_evaluation, with_extension};
-use super::needed::{Needed, NotMade, Purpose, blank_evaluation, blank_recipe};
+use super::run_mode::{
+    NotEvaluated, PlannedCell, RunMode, placeholder_evaluation, placeholder_recipe,
+};
+use super::run_settings::{MaterialSet, RunSettings};
+pub(crate) use super::stored::{Evaluation, TrainedRecipe};
+use super::stored::{append_extension, read_evaluation, write_file};
 
-/// The folders of recipes and of judgments.
+/// The folders of recipes and evaluations.
 const RECIPES: &str = "recipes";
-const SHEETS: &str = "sheets";
+const EVALUATIONS: &str = "sheets";
 
-/// How often a training is saved.
-const SAVED_EVERY: Duration = Duration::from_secs(10);
+/// The interval between checkpoints of a training.
+const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(10);
 
-/// What an experiment is run with.
+/// The settings of a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Settings {
-    /// Where everything is written.
+    /// Output folder.
     pub(crate) out: PathBuf,
     /// Materials to train on.
     pub(crate) data: Source,
-    /// How long to train, except by the paper's schedule.
+    /// Effort of trainings, except with the paper's schedule.
     pub(crate) effort: Effort,
-    /// How long to train by the paper's schedule.
+    /// Effort of trainings with the paper's schedule.
     pub(crate) paper_effort: Effort,
     /// Seed of all random numbers.
     pub(crate) seed: u64,
-    /// Repetitions of random methods.
+    /// Number of repetitions of random methods.
     pub(crate) seeds: u64,
-    /// What lights the spheres, in words.
+    /// Description of the environment that lights the spheres.
     pub(crate) light: String,
 }
 
 impl Settings {
-    /// The effort of trainings by a schedule.
+    /// Returns the effort of trainings with a schedule.
     fn effort_of(&self, schedule: Schedule) -> Effort {
         match schedule {
             Schedule::Paper => self.paper_effort,
@@ -69,10 +71,9 @@ impl Settings {
     }
 }
 
-/// The settings of a folder's experiments, as they are recorded in it. Work of other settings must not be
-/// mixed with them.
+/// The settings that are recorded in the output folder. Results of other settings are rejected.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
-struct Recorded {
+struct RecordedSettings {
     trainer: String,
     effort: recipe::Effort,
     paper_effort: recipe::Effort,
@@ -84,15 +85,15 @@ struct Recorded {
     directions: usize,
 }
 
-/// Materials to judge on.
+/// Materials to evaluate on.
 pub(crate) struct TestSet<'a> {
-    /// The folder of their judgments, also part of names of tables.
+    /// Name of the folder of evaluations, also a part of table names.
     pub(crate) label: String,
-    /// The name of their source.
+    /// Name of the source.
     source: String,
     /// The materials.
     pub(crate) materials: &'a [Box<dyn Material>],
-    judge: OnceCell<Evaluator<'a>>,
+    evaluator: OnceCell<Evaluator<'a>>,
     environment: &'a Environment,
 }
 
@@ -107,45 +108,45 @@ impl<'a> TestSet<'a> {
             label,
             source: source.label().to_owned(),
             materials,
-            judge: OnceCell::new(),
+            evaluator: OnceCell::new(),
             environment,
         }
     }
 
-    /// Their judge, who renders all of them when first asked.
-    pub(crate) fn judge(&self) -> &Evaluator<'a> {
-        self.judge
-            .get_or_init(|| Evaluator::under(self.environment.clone(), self.materials))
+    /// Returns the evaluator; the first call renders all materials.
+    pub(crate) fn evaluator(&self) -> &Evaluator<'a> {
+        self.evaluator
+            .get_or_init(|| Evaluator::with_environment(self.environment.clone(), self.materials))
     }
 }
 
-/// Trains, and shows how far it is.
+/// A function that trains and reports progress.
 pub(crate) type Train =
-    dyn Fn(&Options, Vec<Box<dyn Material>>) -> anyhow::Result<meta::learned::Learned>;
+    dyn Fn(&Options, Vec<Box<dyn Material>>) -> anyhow::Result<meta::learned::LearnedRecipe>;
 
-/// The place where experiments are made.
+/// The store of recipes and evaluations.
 pub(crate) struct Store<'a> {
     pub(crate) settings: Settings,
-    /// What experiments are run for.
-    pub(crate) purpose: Purpose,
-    /// The materials that are judged.
+    /// Mode of the run.
+    pub(crate) mode: RunMode,
+    /// Materials to evaluate on.
     pub(crate) test: &'a TestSet<'a>,
-    /// Other sources that are judged too.
+    /// Materials of --additional.
     pub(crate) additional: &'a [TestSet<'a>],
     train: &'a Train,
-    /// The number of materials to train on.
+    /// Number of materials to train on.
     training: usize,
     columns: OnceCell<Columns>,
 }
 
 impl<'a> Store<'a> {
-    /// Opens the folder.
+    /// Opens the output folder.
     ///
     /// # Errors
-    /// If it holds work of other settings, which must not be mixed with this one.
+    /// If the folder has results of other settings.
     pub(crate) fn open(
         settings: Settings,
-        purpose: Purpose,
+        mode: RunMode,
         training: &[Box<dyn Material>],
         test: &'a TestSet<'a>,
         additional: &'a [TestSet<'a>],
@@ -156,7 +157,7 @@ impl<'a> Store<'a> {
             let names = materials.iter().map(|material| material.name().to_owned());
             names.collect()
         };
-        let recorded = Recorded {
+        let recorded = RecordedSettings {
             trainer: env!("CARGO_PKG_VERSION").into(),
             effort: settings.effort.into(),
             paper_effort: settings.paper_effort.into(),
@@ -168,22 +169,22 @@ impl<'a> Store<'a> {
             directions: DIRECTIONS,
         };
         if path.exists() {
-            let found =
+            let existing =
                 fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
-            if serde_json::from_slice(&found).ok().as_ref() != Some(&recorded) {
+            if serde_json::from_slice(&existing).ok().as_ref() != Some(&recorded) {
                 bail!(
-                    "{} holds experiments of other settings or materials ({} states which): give \
-                     another --out, or remove it",
+                    "{} has results of other settings or materials, which are in {}: give another \
+                     --out, or remove the folder",
                     settings.out.display(),
                     path.display()
                 );
             }
-        } else if !matches!(purpose, Purpose::Listing(_)) {
-            keep(&path, serde_json::to_string_pretty(&recorded)?.as_bytes())?;
+        } else if !matches!(mode, RunMode::List(_)) {
+            write_file(&path, serde_json::to_string_pretty(&recorded)?.as_bytes())?;
         }
         Ok(Self {
             settings,
-            purpose,
+            mode,
             test,
             additional,
             train,
@@ -192,8 +193,8 @@ impl<'a> Store<'a> {
         })
     }
 
-    /// The settings that results are found under: of methods trained by these schedules, judged on a set.
-    pub(crate) fn circumstances(&self, set: &TestSet<'_>, schedules: &[Schedule]) -> RunSettings {
+    /// Returns the settings for results of methods trained with these schedules and evaluated on a test set.
+    pub(crate) fn run_settings(&self, set: &TestSet<'_>, schedules: &[Schedule]) -> RunSettings {
         let settings = &self.settings;
         let trainings = schedules.iter();
         RunSettings {
@@ -213,40 +214,40 @@ impl<'a> Store<'a> {
         }
     }
 
-    /// The files of a training: the recipe, the basis that Linear has beside it, the checkpoint.
+    /// Returns the files of a training: the recipe, the basis of Linear, the checkpoint.
     fn files(&self, training: &TrainingRun) -> [PathBuf; 3] {
         let path = self.settings.out.join(RECIPES).join(training.name());
-        ["recipe", "basis", "checkpoint"].map(|kind| with_extension(&path, kind))
+        ["recipe", "basis", "checkpoint"].map(|kind| append_extension(&path, kind))
     }
 
-    /// A trained recipe: the one kept, or a new one.
+    /// Returns the stored recipe of a training, or trains it.
     ///
-    /// Where that is not what the experiment is run for, something stands for one that is not there.
-    pub(crate) fn recipe(&self, training: &TrainingRun) -> anyhow::Result<Recipe> {
+    /// If the run's mode excludes this training, an untrained recipe is replaced by a placeholder.
+    pub(crate) fn recipe(&self, training: &TrainingRun) -> anyhow::Result<TrainedRecipe> {
         let [recipe, basis, checkpoint] = self.files(training);
         let name = format!("{RECIPES}/{}", training.name());
-        let before = training
-            .needs()
-            .map(|needed| self.files(&needed)[0].clone());
-        if let Purpose::Listing(notes) = &self.purpose {
+        let prerequisite = training
+            .prerequisite()
+            .map(|training| self.files(&training)[0].clone());
+        if let RunMode::List(plan) = &self.mode {
             let mut outputs = vec![recipe.clone()];
             if training.model == ModelKind::Linear {
-                // First: it is written first.
+                // The basis is written first.
                 outputs.insert(0, basis.clone());
             }
-            notes.asked_for(&outputs);
-            notes.add(Needed {
+            plan.add_recipe(&outputs);
+            plan.add(PlannedCell {
                 is_done: outputs.iter().all(|path| path.exists()),
                 name: name.clone(),
-                inputs: before.iter().cloned().collect(),
+                inputs: prerequisite.iter().cloned().collect(),
                 outputs,
                 checkpoint: Some(checkpoint.clone()),
             });
         }
-        let is_wanted = match &self.purpose {
-            Purpose::Everything => true,
-            Purpose::Only(wanted) => wanted.is(&name),
-            Purpose::Listing(_) => false,
+        let is_selected = match &self.mode {
+            RunMode::All => true,
+            RunMode::Only(target) => target.matches(&name),
+            RunMode::List(_) => false,
         };
         if recipe.exists() {
             let basis = match training.model {
@@ -255,38 +256,41 @@ impl<'a> Store<'a> {
                 ),
                 _ => None,
             };
-            return Recipe::of(RecipeFile::read(&recipe)?, basis.as_deref());
+            return TrainedRecipe::new(RecipeFile::read(&recipe)?, basis.as_deref());
         }
-        if !is_wanted && !self.purpose.judges() {
-            return blank_recipe(training.samples);
+        if !is_selected && !self.mode.evaluates() {
+            return placeholder_recipe(training.samples);
         }
-        let missing = match self.purpose {
-            Purpose::Everything => None,
-            _ if is_wanted => before.filter(|before| !before.exists()),
+        let missing = match self.mode {
+            RunMode::All => None,
+            _ if is_selected => prerequisite.filter(|path| !path.exists()),
             _ => Some(recipe),
         };
         match missing {
             None => self.train(training),
-            Some(path) => bail!("{} is needed first: make that before", path.display()),
+            Some(path) => bail!(
+                "{} does not exist and is required: run its cell first",
+                path.display()
+            ),
         }
     }
 
-    /// Trains a recipe, and keeps it.
-    fn train(&self, training: &TrainingRun) -> anyhow::Result<Recipe> {
+    /// Trains a recipe and stores it.
+    fn train(&self, training: &TrainingRun) -> anyhow::Result<TrainedRecipe> {
         let name = training.name();
         let [recipe, basis, checkpoint] = self.files(training);
         let mut materials = self.settings.data.load()?;
-        if let Some((_, names)) = &training.only {
+        if let Some((_, names)) = &training.subset {
             materials.retain(|material| names.iter().any(|name| name == material.name()));
         }
         let seed = self.settings.seed.wrapping_add(training.repetition);
         let options = Options {
-            portions: vec![Portion::whole(&self.settings.data, materials.len())],
+            source_shares: vec![SourceShare::single(&self.settings.data, materials.len())],
             parts: training.parts.clone(),
             prior: training.prior,
-            checkpoints: Some(Checkpoints {
+            checkpoints: Some(CheckpointOptions {
                 directory: checkpoint.clone(),
-                every: SAVED_EVERY,
+                interval: CHECKPOINT_INTERVAL,
                 resume: true,
             }),
             ..Options::new(
@@ -298,20 +302,21 @@ impl<'a> Store<'a> {
             )
         };
         let folder = self.settings.out.join(RECIPES);
-        make_folders(&folder).with_context(|| format!("cannot write {}", checkpoint.display()))?;
+        ensure_dir_all(&folder)
+            .with_context(|| format!("cannot write {}", checkpoint.display()))?;
         eprintln!("training {name}");
-        let found = (self.train)(&options, materials)?;
-        let file = recipe_of(&found, &options, self.settings.data.label())?;
+        let learned = (self.train)(&options, materials)?;
+        let file = pack_recipe(&learned, &options, self.settings.data.label())?;
         Checkpoint::remove(&checkpoint);
-        if let Some(bytes) = &found.basis {
-            // First: a recipe without its basis would be of no use.
-            keep(&basis, bytes)?;
+        if let Some(bytes) = &learned.basis {
+            // The basis is written first, because a recipe without its basis is unusable.
+            write_file(&basis, bytes)?;
         }
-        keep(&recipe, file.bytes())?;
-        Recipe::of(file, found.basis.as_deref())
+        write_file(&recipe, file.bytes())?;
+        TrainedRecipe::new(file, learned.basis.as_deref())
     }
 
-    /// The basis of the training materials with so many components.
+    /// Returns the basis of the training materials with `components` components.
     fn basis(&self, components: usize) -> anyhow::Result<Basis> {
         let columns = match self.columns.get() {
             Some(columns) => columns,
@@ -324,10 +329,10 @@ impl<'a> Store<'a> {
         Ok(principal_components(columns, &all, components))
     }
 
-    /// Where an experiment is not run to be made: takes note of the recipe that a case needs, and returns
-    /// true.
-    pub(crate) fn only_notes(&self, case: &Case) -> anyhow::Result<bool> {
-        if self.purpose.judges() {
+    /// Records the recipe that a case requires, and returns true, if this run does not evaluate. Returns false
+    /// otherwise.
+    pub(crate) fn record_only(&self, case: &Case) -> anyhow::Result<bool> {
+        if self.mode.evaluates() {
             return Ok(false);
         }
         if let Some(training) = TrainingRun::of(case) {
@@ -336,7 +341,7 @@ impl<'a> Store<'a> {
         Ok(true)
     }
 
-    /// Makes a case's method, and hands it to `then`.
+    /// Passes a case's method to `then`.
     pub(crate) fn with_method<T>(
         &self,
         case: &Case,
@@ -356,17 +361,17 @@ impl<'a> Store<'a> {
                 _ => then(&Method::ours(&recipe, learned.basis.as_ref())?),
             };
         }
-        if !self.purpose.judges() {
-            return Err(NotMade.into());
+        if !self.mode.evaluates() {
+            return Err(NotEvaluated.into());
         }
         if model == ModelKind::Linear {
             let basis = self.basis(prior.components)?;
             let eta = prior
                 .eta
-                .context("Random, NJR15 and Optimum of Linear have a fixed eta")?;
+                .context("Random, NJR15 and Optimum of Linear need a fixed eta: set Prior::eta")?;
             return then(&match approach {
                 Approach::Njr15 => {
-                    let pattern = least_condition(&basis, samples, self.settings.seed);
+                    let pattern = min_condition_pattern(&basis, samples, self.settings.seed);
                     Method::linear_njr15(&basis, eta, pattern)
                 }
                 Approach::Optimum => Method::linear_optimum(&basis, eta),
@@ -379,7 +384,7 @@ impl<'a> Store<'a> {
         })
     }
 
-    /// Steps of the method Optimum: for a quick look a tenth of them, where they take long.
+    /// Returns the number of steps of the method Optimum; a tenth for Neural with effort brief or quick.
     pub(crate) fn optimum_steps(&self, model: ModelKind) -> usize {
         match (self.settings.effort, model) {
             (Effort::Brief | Effort::Quick, ModelKind::Neural) => OPTIMUM_STEPS / 10,
@@ -387,24 +392,24 @@ impl<'a> Store<'a> {
         }
     }
 
-    /// How well a case does on the materials that are judged.
+    /// Returns the evaluation of a case on the test set.
     pub(crate) fn evaluation(&self, case: &Case) -> anyhow::Result<Evaluation> {
         self.evaluation_on(self.test, case)
     }
 
-    /// The same on other materials.
+    /// Returns the evaluation of a case on other materials.
     pub(crate) fn evaluation_on(
         &self,
         set: &TestSet<'_>,
         case: &Case,
     ) -> anyhow::Result<Evaluation> {
-        self.kept_evaluation(set, &case.name(), self.settings.seeds, |judge| {
-            self.with_method(case, judge)
+        self.cached_evaluation(set, &case.name(), self.settings.seeds, |evaluate| {
+            self.with_method(case, evaluate)
         })
     }
 
-    /// The evaluation kept under a name, or a new one: `make` is given a judge to hand a method to.
-    pub(crate) fn kept_evaluation(
+    /// Returns the evaluation stored under a name, or runs `make`. `make` receives a function that evaluates a method.
+    pub(crate) fn cached_evaluation(
         &self,
         set: &TestSet<'_>,
         name: &str,
@@ -412,51 +417,54 @@ impl<'a> Store<'a> {
         make: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Report>) -> anyhow::Result<Report>,
     ) -> anyhow::Result<Evaluation> {
         let short = name;
-        let name = format!("{SHEETS}/{}/{short}", set.label);
-        let path = with_extension(&self.settings.out.join(&name), "json");
-        let kept = read_evaluation(&path)?;
-        if let Purpose::Listing(notes) = &self.purpose {
-            notes.recipes();
-            name_only(make)?;
-            notes.add(Needed {
+        let name = format!("{EVALUATIONS}/{}/{short}", set.label);
+        let path = append_extension(&self.settings.out.join(&name), "json");
+        let stored = read_evaluation(&path)?;
+        if let RunMode::List(plan) = &self.mode {
+            plan.take_recipes();
+            record_requirements(make)?;
+            plan.add(PlannedCell {
                 name,
-                inputs: notes.recipes(),
+                inputs: plan.take_recipes(),
                 outputs: vec![path.clone()],
                 checkpoint: None,
-                is_done: kept.is_some(),
+                is_done: stored.is_some(),
             });
-            return Ok(kept.unwrap_or_else(|| blank_evaluation(seeds, set.materials)));
+            return Ok(stored.unwrap_or_else(|| placeholder_evaluation(seeds, set.materials)));
         }
-        let is_wanted = match &self.purpose {
-            Purpose::Only(wanted) => wanted.is(&name),
+        let is_selected = match &self.mode {
+            RunMode::Only(target) => target.matches(&name),
             _ => true,
         };
-        if let Some(kept) = kept {
-            return Ok(kept);
+        if let Some(stored) = stored {
+            return Ok(stored);
         }
-        if !is_wanted {
-            // A recipe that it needs may be what is wanted.
-            name_only(make)?;
-            return Ok(blank_evaluation(seeds, set.materials));
+        if !is_selected {
+            // The target may be a recipe that this evaluation requires.
+            record_requirements(make)?;
+            return Ok(placeholder_evaluation(seeds, set.materials));
         }
-        let judge = |method: &Method<'_>| {
-            eprintln!("judging {short} on {}", set.label);
-            Ok(set.judge().judge(method, self.settings.seed, seeds)?)
+        let evaluate = |method: &Method<'_>| {
+            eprintln!("evaluating {short} on {}", set.label);
+            Ok(set
+                .evaluator()
+                .evaluate(method, self.settings.seed, seeds)?)
         };
-        let report = match &self.purpose {
-            Purpose::Only(wanted) => wanted.judge(|| make(&judge)),
-            _ => make(&judge),
+        let report = match &self.mode {
+            RunMode::Only(target) => target.evaluate(|| make(&evaluate)),
+            _ => make(&evaluate),
         }?;
         let evaluation = Evaluation::from(report);
-        keep(&path, serde_json::to_string_pretty(&evaluation)?.as_bytes())?;
+        write_file(&path, serde_json::to_string_pretty(&evaluation)?.as_bytes())?;
         Ok(evaluation)
     }
 
-    /// How glossy a material is: the ratio of its greatest to its median BRDF times cosine, at
-    /// uniform valid directions.
+    /// Returns the glossiness of a material: the ratio of its greatest to its median BRDF times cosine, at uniform
+    /// valid directions.
     pub(crate) fn glossiness(&self, material: &dyn Material) -> f32 {
-        const PLACES: usize = 4_096;
-        let angles = glimpse_materials::sampling::uniform_valid(PLACES, self.settings.seed);
+        const DIRECTION_COUNT: usize = 4_096;
+        let angles =
+            glimpse_materials::sampling::uniform_valid(DIRECTION_COUNT, self.settings.seed);
         let mut values: Vec<f32> = angles
             .into_iter()
             .map(|angles| {
@@ -465,11 +473,12 @@ impl<'a> Store<'a> {
             })
             .collect();
         values.sort_by(f32::total_cmp);
-        let [median, greatest] = [PLACES / 2, PLACES - 1].map(|index| values[index]);
+        let [median, greatest] =
+            [DIRECTION_COUNT / 2, DIRECTION_COUNT - 1].map(|index| values[index]);
         greatest / median.max(1e-6)
     }
 
-    /// Indices of materials, from the most diffuse to the most glossy.
+    /// Returns the indices of materials, from the most diffuse to the most glossy.
     pub(crate) fn by_glossiness(&self, materials: &[Box<dyn Material>]) -> Vec<usize> {
         let ratios: Vec<f32> = materials
             .iter()
@@ -481,12 +490,12 @@ impl<'a> Store<'a> {
     }
 }
 
-/// Applies no method, so that only what it needs is asked for.
-fn name_only(
+/// Runs `make` without evaluating a method, so that it only requests its recipes.
+fn record_requirements(
     make: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Report>) -> anyhow::Result<Report>,
 ) -> anyhow::Result<()> {
-    match make(&|_| Err(NotMade.into())) {
-        Err(error) if !error.is::<NotMade>() => Err(error),
+    match make(&|_| Err(NotEvaluated.into())) {
+        Err(error) if !error.is::<NotEvaluated>() => Err(error),
         _ => Ok(()),
     }
 }

@@ -1,11 +1,11 @@
-//! Patterns trained and judged on parts of the materials (paper, "Subsets").
+//! Patterns trained and evaluated on subsets of the materials (paper, "Subsets").
 
 use anyhow::Context;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::Material;
 use glimpse_trainer::evaluation::{MaterialMetrics, Method};
-use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
-use glimpse_training::meta::options::Parts;
+use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
+use glimpse_training::meta::options::TrainedParts;
 use glimpse_training::meta::plan::PretrainedInit;
 
 use super::case::{Approach, Case, TrainingRun};
@@ -13,8 +13,8 @@ use super::findings::Findings;
 use super::store::Store;
 use super::{SAMPLES, SCHEDULE};
 
-/// The parts: all materials, the more diffuse half, the glossier half.
-const PARTS: [&str; 3] = ["all", "diffuse", "glossy"];
+/// The subsets: all materials, the more diffuse half, the glossier half.
+const SUBSETS: [&str; 3] = ["all", "diffuse", "glossy"];
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new(
@@ -23,20 +23,20 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         &[SCHEDULE],
     );
     let training = store.settings.data.load()?;
-    let names = parts(store, &training);
-    let judged = parts(store, store.test.materials);
+    let names = split_by_glossiness(store, &training);
+    let test_names = split_by_glossiness(store, store.test.materials);
     findings.text(
-        "Neural: start and step sizes are trained on all materials, the pattern on a part of them. \
-         Diffuse are those whose greatest value (BRDF times cosine) is the least multiple of their \
-         median; glossy are the other half.",
+        "Neural: initial parameters and step sizes are trained on all materials, the pattern on a \
+         subset. Diffuse materials are the half with the lower ratio of maximum to median (of BRDF \
+         times cosine); glossy materials are the other half.",
     );
     findings.text(format!(
-        "Diffuse of those trained on: {}.",
+        "Diffuse training materials: {}.",
         names[1].join(", ")
     ));
     findings.text(format!(
-        "Diffuse of those judged: {}.",
-        judged[1].join(", ")
+        "Diffuse test materials: {}.",
+        test_names[1].join(", ")
     ));
 
     let case = Case::new(Approach::Meta(SCHEDULE), ModelKind::Neural, SAMPLES);
@@ -44,34 +44,38 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let meta = store.recipe(&whole)?;
     let recipe = meta.file.recipe();
     let Some(descent) = recipe.descent() else {
-        anyhow::bail!("a recipe of the model neural is fitted by descent");
+        anyhow::bail!(
+            "the recipe of the model neural is not fitted by descent: remove it to train it again"
+        );
     };
-    let known = PretrainedInit {
+    let pretrained = PretrainedInit {
         initial: descent.initial().iter().collect(),
         step_sizes: descent.step_sizes().iter().collect(),
     };
     let mut rows = Vec::new();
-    for (part, names) in PARTS.into_iter().zip(names) {
+    for (subset, names) in SUBSETS.into_iter().zip(names) {
         let training = TrainingRun {
-            parts: Parts::PatternOnly(known.clone()),
-            only: Some((part, names)),
+            parts: TrainedParts::PatternOnly(pretrained.clone()),
+            subset: Some((subset, names)),
             ..whole.clone()
         };
-        let name = format!("neural-n{SAMPLES}-pattern-of-{part}");
-        let evaluation = store.kept_evaluation(store.test, &name, 1, |judge| {
+        let name = format!("neural-n{SAMPLES}-pattern-of-{subset}");
+        let evaluation = store.cached_evaluation(store.test, &name, 1, |evaluate| {
             let learned = store.recipe(&training)?;
-            judge(&Method::ours(&learned.file.recipe(), None)?)
+            evaluate(&Method::ours(&learned.file.recipe(), None)?)
         })?;
-        let mut row = vec![Cell::Text(part.into())];
+        let mut row = vec![Cell::Text(subset.into())];
         row.extend(
-            judged
+            test_names
                 .iter()
-                .map(|names| Cell::Number(mean(&evaluation.materials, names))),
+                .map(|names| Cell::Number(mean_loss(&evaluation.materials, names))),
         );
         rows.push(row);
     }
     let mut columns = vec![Column::text("pattern trained on")];
-    columns.extend(PARTS.map(|part| Column::number(format!("judged on {part}"), 4, Best::Least)));
+    columns.extend(
+        SUBSETS.map(|subset| Column::number(format!("judged on {subset}"), 4, Highlight::Lowest)),
+    );
     findings.table(
         "subsets",
         Table {
@@ -81,14 +85,14 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             ),
             columns,
             rows,
-            compare: Compare::Down,
+            compare: Compare::WithinColumn,
         },
     );
     Ok(findings)
 }
 
-/// Names of all materials, of the more diffuse half, and of the glossier half.
-fn parts(store: &Store<'_>, materials: &[Box<dyn Material>]) -> [Vec<String>; 3] {
+/// Returns the names of all materials, of the more diffuse half, and of the glossier half.
+fn split_by_glossiness(store: &Store<'_>, materials: &[Box<dyn Material>]) -> [Vec<String>; 3] {
     let order = store.by_glossiness(materials);
     let names: Vec<String> = order
         .into_iter()
@@ -98,11 +102,11 @@ fn parts(store: &Store<'_>, materials: &[Box<dyn Material>]) -> [Vec<String>; 3]
     [names.clone(), diffuse.to_vec(), glossy.to_vec()]
 }
 
-fn mean(materials: &[MaterialMetrics], names: &[String]) -> f64 {
+fn mean_loss(materials: &[MaterialMetrics], names: &[String]) -> f64 {
     let losses: Vec<f64> = materials
         .iter()
         .filter(|each| names.contains(&each.name))
-        .map(|each| each.scores.loss)
+        .map(|each| each.metrics.loss)
         .collect();
     losses.iter().sum::<f64>() / losses.len() as f64
 }

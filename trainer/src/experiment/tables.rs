@@ -1,9 +1,9 @@
-//! What tables of several experiments have in common.
+//! Columns and cells that tables of several experiments share.
 
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::Estimate;
 use glimpse_trainer::metrics::Metrics;
-use glimpse_trainer::report::{Best, Cell, Column};
+use glimpse_trainer::report::{Cell, Column, Highlight};
 use glimpse_training::meta::plan::Schedule;
 
 use super::store::Evaluation;
@@ -15,12 +15,12 @@ pub(super) const MODELS: [ModelKind; 4] = [
     ModelKind::Linear,
     ModelKind::Neural,
 ];
-/// The schedule of all experiments that do not name another one.
+/// The default schedule of experiments.
 pub(super) const SCHEDULE: Schedule = Schedule::Joint;
-/// The paper's n.
+/// The paper's number of samples n.
 pub(super) const SAMPLES: usize = 8;
 
-/// A model's name as the paper writes it.
+/// Returns a model's name as written in the paper.
 pub(super) fn title(model: ModelKind) -> &'static str {
     match model {
         ModelKind::Phong => "Phong",
@@ -31,25 +31,25 @@ pub(super) fn title(model: ModelKind) -> &'static str {
     }
 }
 
-/// 1, 2, 4, ... up to the most.
-pub(super) fn doublings(most: usize) -> impl Iterator<Item = usize> + Clone {
-    std::iter::successors(Some(1), |n| Some(2 * n)).take_while(move |n| *n <= most)
+/// Iterates over 1, 2, 4, ... up to `max`.
+pub(super) fn powers_of_two(max: usize) -> impl Iterator<Item = usize> + Clone {
+    std::iter::successors(Some(1), |n| Some(2 * n)).take_while(move |n| *n <= max)
 }
 
-/// The metrics' names, decimals, and how they are compared: the paper's four, and color difference.
-pub(super) const METRICS: [(&str, usize, Best); 5] = [
-    ("Loss", 4, Best::Least),
-    ("DSSIM", 4, Best::Least),
-    ("L2", 5, Best::Least),
-    ("PSNR (dB)", 2, Best::Greatest),
-    ("Delta E", 2, Best::Least),
+/// Names, decimals and highlights of the metrics: the paper's four, and color difference.
+pub(super) const METRICS: [(&str, usize, Highlight); 5] = [
+    ("Loss", 4, Highlight::Lowest),
+    ("DSSIM", 4, Highlight::Lowest),
+    ("L2", 5, Highlight::Lowest),
+    ("PSNR (dB)", 2, Highlight::Highest),
+    ("Delta E", 2, Highlight::Lowest),
 ];
-/// The number of metrics that the paper has: the first of [`METRICS`].
+/// Number of metrics in the paper, which come first in [`METRICS`].
 pub(super) const PAPER_METRICS: usize = 4;
 /// The paper's figures, in the order of [`METRICS`].
 pub(super) type PaperMetrics = [f64; PAPER_METRICS];
 
-/// The metrics in the order of [`METRICS`].
+/// Returns the metrics in the order of [`METRICS`].
 pub(super) fn metrics(scores: &Metrics) -> [f64; METRICS.len()] {
     let Metrics {
         loss,
@@ -61,33 +61,31 @@ pub(super) fn metrics(scores: &Metrics) -> [f64; METRICS.len()] {
     [loss, dssim, l2, psnr, delta_e]
 }
 
-/// Columns for our metrics, the standard error of our mean loss, and then for the paper's metrics.
-pub(super) fn columns_beside_the_paper_s() -> Vec<Column> {
-    let ours = METRICS.map(|(title, decimals, best)| Column::number(title, decimals, best));
-    let error = Column::number("Loss: std. error", 4, Best::None);
+/// Returns columns for our metrics, the standard error of our mean loss, and the paper's metrics.
+pub(super) fn metric_columns() -> Vec<Column> {
+    let ours =
+        METRICS.map(|(title, decimals, highlight)| Column::number(title, decimals, highlight));
+    let error = Column::number("Loss: std. error", 4, Highlight::None);
     let paper = METRICS.into_iter().take(PAPER_METRICS);
     let paper = paper.map(|(title, decimals, _)| {
-        Column::number(format!("paper: {title}"), decimals.min(3), Best::None)
+        Column::number(format!("paper: {title}"), decimals.min(3), Highlight::None)
     });
     ours.into_iter().chain([error]).chain(paper).collect()
 }
 
-/// Cells for those.
-pub(super) fn cells_beside_the_paper_s(
-    evaluation: &Evaluation,
-    paper: Option<PaperMetrics>,
-) -> Vec<Cell> {
+/// Returns the cells for [`metric_columns`].
+pub(super) fn metric_cells(evaluation: &Evaluation, paper: Option<PaperMetrics>) -> Vec<Cell> {
     let losses: Vec<f64> = evaluation
         .materials
         .iter()
-        .map(|each| each.scores.loss)
+        .map(|each| each.metrics.loss)
         .collect();
-    let error = Estimate::of(&losses).standard_error;
+    let error = Estimate::from_values(&losses).standard_error;
     let paper = match paper {
         Some(paper) => paper.map(Cell::Number),
         None => [const { Cell::Missing }; PAPER_METRICS],
     };
-    metrics(&evaluation.scores)
+    metrics(&evaluation.metrics)
         .map(Cell::Number)
         .into_iter()
         .chain([error.map_or(Cell::Missing, Cell::Number)])

@@ -1,66 +1,67 @@
-//! Light from every direction, in tables that are quick to look up.
+//! Environment lighting, tabulated for fast lookup.
 
 use std::f64::consts::PI;
 
 use super::Image;
-use super::octahedral::{CELLS, Gathered, Table, between};
+use super::octahedral::{CELLS, LightGrid, RadianceTable, lerp};
 
-/// Grids that light from a file is gathered on: of 256, 128, 64, 32 and 16 cells along
-/// a side.
+/// Number of grids for light from a file: 256, 128, 64, 32 and 16 cells along a side.
 const LEVELS: usize = 5;
-/// The least number of samples from pole to pole of a panorama: one in a thirteenth of a degree,
-/// so that the cells around every node of the finest grid get a hundred and more.
-const ROWS: usize = 2_400;
-/// What a panorama's width may be for each pixel of its height.
-const SHAPES: std::ops::RangeInclusive<f32> = 1.9..=2.1;
+/// Minimum number of samples of a panorama from pole to pole: one every thirteenth of a degree, so that the cells
+/// around each node of the finest grid receive at least a hundred samples.
+const MIN_SAMPLE_ROWS: usize = 2_400;
+/// Accepted ratios of a panorama's width to its height.
+const ASPECT_RATIOS: std::ops::RangeInclusive<f32> = 1.9..=2.1;
 
-/// Light from infinitely far away: radiance in linear RGB as a function of direction.
+/// An environment map: radiance in linear RGB as a function of direction, from infinitely far away.
 ///
 /// Directions are unit vectors in the picture's frame: x to the right, y up, z towards the viewer.
 /// Radiance is relative; [exposure](super::Image::tone_map) is chosen for the built-in
 /// [`studio`](Environment::studio).
 ///
 /// The sphere of directions is unfolded into a square (its octahedral map) and interpolated
-/// bilinearly between 257 x 257 nodes. An environment from a file comes with blurred copies of
-/// itself: where the nodes that a picture is integrated over are far apart, each sees the mean
-/// over its surroundings, so that a sun of half a degree falls neither between them nor on one of
-/// them as if it filled all the sky around (as in filtered importance sampling, Krivanek and
-/// Colbert 2008). White paint under nothing but such a sun comes out right to 4 % (standard
-/// deviation over the sphere; 14 % at worst), the edge of its lit half is softened by some degrees.
+/// bilinearly between 257 x 257 nodes.
+///
+/// An environment from a file also has blurred copies, as in filtered importance sampling (Krivanek and Colbert
+/// 2008). If integration nodes are far apart, each node uses the mean radiance around it. A sun of half a degree
+/// is then neither missed between nodes nor counted for the whole solid angle of one node. For white paint under such
+/// a sun alone, radiance has an error of 4 % (standard deviation over the sphere; 14 % at worst), and the edge of the
+/// lit half is softened by some degrees.
 #[derive(Clone, Debug)]
 pub struct Environment {
-    sharp: Table,
-    /// Each twice as blurred as the one before, the first twice as blurred as `sharp`.
-    blurred: Vec<Table>,
+    sharp: RadianceTable,
+    /// Blurred copies, each twice as blurred as the previous one; the first is twice as blurred as `sharp`.
+    blurred: Vec<RadianceTable>,
     exposure: f32,
 }
 
 impl Environment {
-    /// Tabulates a radiance. Features narrower than about three degrees are lost.
+    /// Tabulates a function of a unit direction. Features narrower than about three degrees are lost.
     #[must_use]
     pub fn from_fn(radiance: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
         Self {
-            sharp: Table::from_fn(radiance),
+            sharp: RadianceTable::from_fn(radiance),
             blurred: Vec::new(),
             exposure: 1.0,
         }
     }
 
-    /// The same radiance from everywhere.
+    /// Creates an environment with the same radiance from all directions.
     #[must_use]
     pub fn constant(radiance: [f32; 3]) -> Self {
         Self::from_fn(|_| radiance)
     }
 
-    /// The light of a panorama in latitude and longitude, laid out as [`Environment::read`] says.
-    /// What is negative counts as black. Exposure is chosen by [`Environment::expose`]. Errors say
-    /// what is wrong, and the remedy.
+    /// Converts a panorama in latitude and longitude with the layout of [`Environment::read`].
+    ///
+    /// Negative values count as black. [`Environment::expose`] sets the exposure. An error states the problem and
+    /// the remedy.
     pub(super) fn from_panorama(panorama: &Image) -> Result<Self, String> {
-        let mut grids = vec![gather(panorama)?];
+        let mut grids = vec![to_light_grid(panorama)?];
         while let (Some(last), true) = (grids.last(), grids.len() < LEVELS) {
             grids.push(last.coarser());
         }
-        let mut tables = grids.iter().map(Gathered::to_table);
+        let mut tables = grids.iter().map(LightGrid::to_table);
         let mut environment = Self {
             sharp: tables.next().ok_or("no light")?,
             blurred: tables.collect(),
@@ -70,27 +71,29 @@ impl Environment {
         Ok(environment)
     }
 
-    /// The radiance arriving from a unit direction.
+    /// Returns the radiance arriving from a unit direction.
     #[must_use]
     pub fn radiance(&self, direction: [f32; 3]) -> [f32; 3] {
-        let [r, g, b, _] = self.sharp.padded(direction);
+        let [r, g, b, _] = self.sharp.radiance_padded(direction);
         [r, g, b]
     }
 
-    /// The factor that the radiance of its file was multiplied by; 1 without a file.
+    /// Returns the factor that the radiance of the file was multiplied by; 1 without a file.
     #[must_use]
     pub fn exposure(&self) -> f32 {
         self.exposure
     }
 
-    /// True if there may be small bright sources in it.
-    pub(super) fn is_detailed(&self) -> bool {
+    /// Returns true if the environment may have small bright sources.
+    pub(super) fn may_have_small_sources(&self) -> bool {
         !self.blurred.is_empty()
     }
 
-    /// How blurred an integral should see it whose nodes lie so many radians apart: 0 is sharp, each
-    /// 1 more doubles the blur. Light is spread as far as to the next node: less would lose it
-    /// between nodes, more would soften the edge of the lit half of a sphere for nothing.
+    /// Returns the blur for integration nodes that are `spacing` radians apart: 0 is sharp, and each step of 1
+    /// doubles the blur.
+    ///
+    /// The blur reaches to the next node. A smaller one would lose light between nodes; a larger one would soften the
+    /// edge of a sphere's lit half needlessly.
     pub(super) fn blur(&self, spacing: f32) -> f32 {
         let cell = (4.0 * PI).sqrt() as f32 / CELLS as f32;
         (spacing / cell)
@@ -98,20 +101,20 @@ impl Environment {
             .clamp(0.0, self.blurred.len() as f32)
     }
 
-    /// The radiance from a unit direction, and a 0, with a blur that [`Environment::blur`] gave.
+    /// Returns the radiance from a unit direction, padded by a 0, with a blur from [`Environment::blur`].
     #[inline(always)]
     pub(super) fn blurred(&self, direction: [f32; 3], blur: f32) -> [f32; 4] {
         if self.blurred.is_empty() {
-            return self.sharp.padded(direction);
+            return self.sharp.radiance_padded(direction);
         }
-        let less = self.table(blur as usize).padded(direction);
-        let more = self.table(blur as usize + 1).padded(direction);
-        between(less, more, blur.fract())
+        let less = self.table(blur as usize).radiance_padded(direction);
+        let more = self.table(blur as usize + 1).radiance_padded(direction);
+        lerp(less, more, blur.fract())
     }
 
-    /// A table by its blur, the most blurred one if there is none of so much.
+    /// Returns the table of a blur, or the most blurred one if `blur` exceeds it.
     #[inline(always)]
-    fn table(&self, blur: usize) -> &Table {
+    fn table(&self, blur: usize) -> &RadianceTable {
         match blur {
             0 => &self.sharp,
             blur => self
@@ -122,15 +125,15 @@ impl Environment {
         }
     }
 
-    /// Scales the light so that a white diffuse sphere is, averaged over what the viewer sees of
-    /// it, as bright as in the studio (luminance of Rec. 709).
+    /// Scales the radiance so that a white diffuse sphere has the same mean luminance (Rec. 709) over its visible
+    /// disc as in the studio.
     fn expose(&mut self) -> Result<(), String> {
         let brightness = self.brightness();
         let factor = (Self::studio().brightness() / brightness) as f32;
         if !(brightness > 0.0 && factor.is_normal()) {
             return Err(format!(
-                "a white sphere would have the brightness {brightness:e} in its light: give a \
-                 panorama that is not black"
+                "a white sphere would have the brightness {brightness:e}: give a panorama that is not \
+                 black"
             ));
         }
         self.sharp.scale(factor);
@@ -141,10 +144,10 @@ impl Environment {
         Ok(())
     }
 
-    /// Mean luminance of a white diffuse sphere over its visible disc.
+    /// Returns the mean luminance of a white diffuse sphere over its visible disc.
     fn brightness(&self) -> f64 {
-        // The disc's mean under light of irradiance 1 from an angle gamma to the viewer: Lambert's
-        // phase law. Its integral over the sphere of directions is 1.
+        // Lambert's phase law: the disc's mean under light of irradiance 1 at an angle gamma to the viewer.
+        // Its integral over the sphere of directions is 1.
         let sphere = |[_, _, z]: [f32; 3]| {
             let cos = f64::from(z).clamp(-1.0, 1.0);
             let (gamma, sin) = (cos.acos(), (1.0 - cos * cos).sqrt());
@@ -154,23 +157,23 @@ impl Environment {
     }
 }
 
-/// Of linear RGB with the primaries of Rec. 709.
+/// Returns the luminance of linear RGB with the primaries of Rec. 709.
 fn luminance([r, g, b]: [f64; 3]) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-/// The light of a panorama on the finest grid.
-fn gather(panorama: &Image) -> Result<Gathered, String> {
+/// Distributes the light of a panorama over the finest grid.
+fn to_light_grid(panorama: &Image) -> Result<LightGrid, String> {
     let Image {
         width,
         height,
         ref pixels,
     } = *panorama;
-    let shape = width as f32 / height as f32;
-    if !SHAPES.contains(&shape) || pixels.len() != width * height {
+    let aspect_ratio = width as f32 / height as f32;
+    if !ASPECT_RATIOS.contains(&aspect_ratio) || pixels.len() != width * height {
         return Err(format!(
             "{width} x {height} pixels are not the 2:1 of a panorama in latitude and longitude: \
-             convert it to that"
+             convert it to 2:1"
         ));
     }
     if let Some(index) = pixels
@@ -182,36 +185,39 @@ fn gather(panorama: &Image) -> Result<Gathered, String> {
             "the pixel in column {column} and row {row} is infinite or not a number: replace it"
         ));
     }
-    // Samples in each pixel, down and across.
-    let (down, across) = (ROWS.div_ceil(height), (2 * ROWS).div_ceil(width));
-    let turn = 2.0 * PI / (width * across) as f64;
-    let azimuths: Vec<[f32; 2]> = (0..width * across)
+    // Samples per pixel, vertically and horizontally.
+    let (per_row, per_column) = (
+        MIN_SAMPLE_ROWS.div_ceil(height),
+        (2 * MIN_SAMPLE_ROWS).div_ceil(width),
+    );
+    let turn = 2.0 * PI / (width * per_column) as f64;
+    let azimuths: Vec<[f32; 2]> = (0..width * per_column)
         .map(|column| ((column as f64 + 0.5) * turn).sin_cos())
         .map(|(sin, cos)| [-sin as f32, cos as f32])
         .collect();
-    let mut gathered = Gathered::new(CELLS);
-    let step = PI / (height * down) as f64;
-    for row in 0..height * down {
+    let mut grid = LightGrid::new(CELLS);
+    let step = PI / (height * per_row) as f64;
+    for row in 0..height * per_row {
         let edges = [row, row + 1].map(|row| (row as f64 * step).cos());
         let solid_angle = (edges[0] - edges[1]) * turn;
         let (sin, cos) = ((row as f64 + 0.5) * step).sin_cos();
         let (sin, cos) = (sin as f32, cos as f32);
-        let line = pixels.iter().skip(row / down * width).take(width);
-        for (pixel, azimuths) in line.zip(azimuths.chunks_exact(across)) {
+        let line = pixels.iter().skip(row / per_row * width).take(width);
+        for (pixel, azimuths) in line.zip(azimuths.chunks_exact(per_column)) {
             let [r, g, b] = pixel.map(|channel| f64::from(channel.max(0.0)) * solid_angle);
             for [x, z] in azimuths {
-                gathered.add([sin * x, cos, sin * z], [r, g, b, solid_angle]);
+                grid.add([sin * x, cos, sin * z], [r, g, b, solid_angle]);
             }
         }
     }
-    Ok(gathered)
+    Ok(grid)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Unit directions all over the sphere, poles and equator included.
+    /// Iterates over unit directions on the whole sphere, including poles and equator.
     fn directions() -> impl Iterator<Item = [f32; 3]> {
         (0..=36).flat_map(|polar| {
             (0..72).map(move |azimuth| {
@@ -223,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn a_table_follows_its_function_without_seams() {
+    fn table_approximates_function_without_seams() {
         let smooth = |[x, y, z]: [f32; 3]| [1.0 + x, 2.0 + y * z, (3.0 * z).exp()];
         let environment = Environment::from_fn(smooth);
         for direction in directions() {
@@ -241,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn directions_that_are_none_do_no_harm() {
+    fn invalid_directions_do_not_panic() {
         let environment = Environment::constant([1.0, 2.0, 3.0]);
         for direction in [[0.0; 3], [f32::NAN; 3], [f32::INFINITY, 0.0, 0.0]] {
             let _ = environment.radiance(direction);
@@ -249,7 +255,7 @@ mod tests {
         assert_eq!(environment.radiance([0.0, 0.0, -1.0]), [1.0, 2.0, 3.0]);
     }
 
-    /// A panorama by column and row.
+    /// Creates a panorama from a function of column and row.
     fn panorama(height: usize, radiance: impl Fn(usize, usize) -> [f32; 3]) -> Image {
         let width = 2 * height;
         let pixels = (0..width * height).map(|index| radiance(index % width, index / width));
@@ -260,7 +266,7 @@ mod tests {
         }
     }
 
-    /// The integral of a panorama's green light over the sphere, pixel by pixel.
+    /// Integrates a panorama's green channel over the sphere, pixel by pixel.
     fn light(panorama: &Image) -> f64 {
         let step = PI / panorama.height as f64;
         let rows = panorama.pixels.chunks_exact(panorama.width).enumerate();
@@ -273,9 +279,9 @@ mod tests {
     }
 
     #[test]
-    fn light_is_conserved_however_small_its_source() {
-        // One pixel of 0.35 degrees at a pole, at the equator, in between, and on the border and
-        // corner of the square; and light everywhere.
+    fn small_sources_keep_their_light() {
+        // One pixel of 0.35 degrees at a pole, at the equator, in between, and on the border and corner of the
+        // square, with dim light everywhere.
         let suns = [
             (0, 0),
             (100, 255),
@@ -289,9 +295,9 @@ mod tests {
             let sun = panorama(512, |x, y| {
                 [0.0, if (x, y) == (column, row) { 1e6 } else { 1e-3 }, 0.0]
             });
-            let gathered = gather(&sun).unwrap();
+            let grid = to_light_grid(&sun).unwrap();
             let expected = light(&sun);
-            for (level, grid) in std::iter::successors(Some(gathered), |grid| Some(grid.coarser()))
+            for (level, grid) in std::iter::successors(Some(grid), |grid| Some(grid.coarser()))
                 .take(LEVELS)
                 .enumerate()
             {
@@ -303,21 +309,21 @@ mod tests {
             }
         }
         for height in [1, 7, 64, 1300] {
-            let white = gather(&panorama(height, |_, _| [0.5, 1.0, 2.0])).unwrap();
+            let white = to_light_grid(&panorama(height, |_, _| [0.5, 1.0, 2.0])).unwrap();
             let table = white.to_table();
             let found = table.integral(|_| 1.0).map(|channel| channel / (4.0 * PI));
             for (found, expected) in found.into_iter().zip([0.5, 1.0, 2.0]) {
                 assert!((found / expected - 1.0).abs() < 1e-3, "{found}");
             }
             for direction in directions() {
-                let [r, g, b, _] = table.padded(direction);
+                let [r, g, b, _] = table.radiance_padded(direction);
                 assert!((r - 0.5).abs() + (g - 1.0).abs() + (b - 2.0).abs() < 1e-4);
             }
         }
     }
 
     #[test]
-    fn a_panorama_is_the_right_way_round() {
+    fn panorama_is_oriented_correctly() {
         // Red brightens to the right of the center, green upwards, blue towards the center.
         let (height, width) = (64, 128.0);
         let image = panorama(height, |column, row| {
@@ -330,7 +336,7 @@ mod tests {
             ]
         });
         let environment = Environment::from_panorama(&image).unwrap();
-        // Exposure is one factor for all.
+        // Exposure multiplies all channels by one factor.
         let [_, middle, _] = environment.radiance([1.0, 0.0, 0.0]);
         for [x, y, z] in directions() {
             let expected = [2.0 + x, 2.0 + y, 2.0 - z].map(|channel| 0.5 * middle * channel);
@@ -344,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn exposure_makes_a_white_sphere_as_bright_as_in_the_studio() {
+    fn exposure_matches_studio_brightness() {
         let dim = panorama(16, |column, row| [1e-4 * (1 + column + row) as f32; 3]);
         let environment = Environment::from_panorama(&dim).unwrap();
         let studio = Environment::studio().brightness();
@@ -354,26 +360,26 @@ mod tests {
     }
 
     #[test]
-    fn panoramas_that_give_no_light_are_refused() {
-        let refused = |image: &Image| Environment::from_panorama(image).map(|_| ()).unwrap_err();
+    fn rejects_invalid_panoramas() {
+        let error_of = |image: &Image| Environment::from_panorama(image).map(|_| ()).unwrap_err();
         let gray = panorama(4, |_, _| [0.5; 3]);
         let high = Image {
             width: 4,
             height: 8,
             ..gray.clone()
         };
-        let proportion = refused(&high);
-        assert!(proportion.contains("2:1"), "{proportion}");
-        assert!(refused(&Image::filled(0, 0, [0.0; 3])).contains("2:1"));
-        let black = refused(&Image::filled(8, 4, [0.0; 3]));
+        let aspect_error = error_of(&high);
+        assert!(aspect_error.contains("2:1"), "{aspect_error}");
+        assert!(error_of(&Image::filled(0, 0, [0.0; 3])).contains("2:1"));
+        let black = error_of(&Image::filled(8, 4, [0.0; 3]));
         assert!(!black.contains("2:1"), "{black}");
-        assert_eq!(refused(&Image::filled(8, 4, [-1.0; 3])), black);
+        assert_eq!(error_of(&Image::filled(8, 4, [-1.0; 3])), black);
         for broken in [f32::NAN, f32::INFINITY] {
             let mut image = gray.clone();
             image.pixels[8 + 3] = [0.0, broken, 0.0];
-            let place = refused(&image);
-            assert!(place.contains('3') && place.contains('1'), "{place}");
-            assert_ne!(place, black);
+            let error = error_of(&image);
+            assert!(error.contains('3') && error.contains('1'), "{error}");
+            assert_ne!(error, black);
         }
         // A slightly negative channel is black.
         let mut image = gray;

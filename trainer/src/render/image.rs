@@ -1,29 +1,29 @@
-//! A picture of linear radiance, and the one way it is shown.
+//! Images of linear radiance, and their tone mapping.
 
 use std::io::Cursor;
 use std::path::Path;
 
 use exr::prelude::{SpecificChannels, Vec2, WritableImage};
-use glimpse_materials::files::write_whole;
+use glimpse_materials::files::write_atomic;
 
 use super::{Picture, PictureError};
 
-/// Radiance is multiplied by this before anything else.
+/// The factor of radiance before tone mapping.
 const EXPOSURE: f32 = 1.7;
 
-/// Linear radiance, pixel by pixel, row by row from the top left.
+/// An image of linear radiance, row by row from the top left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
-    /// Pixels in a row.
+    /// Width in pixels.
     pub width: usize,
-    /// Rows.
+    /// Height in pixels.
     pub height: usize,
     /// width x height pixels in linear RGB.
     pub pixels: Vec<[f32; 3]>,
 }
 
 impl Image {
-    /// One radiance everywhere.
+    /// Creates an image of one radiance.
     #[must_use]
     pub fn filled(width: usize, height: usize, radiance: [f32; 3]) -> Self {
         Self {
@@ -33,8 +33,8 @@ impl Image {
         }
     }
 
-    /// Rows of pictures below each other, each in the top left of its cell; columns and rows are
-    /// as wide and high as their largest picture, with `gap` pixels of `radiance` between them.
+    /// Arranges rows of images in a grid, each image in the top left of its cell. Columns and rows are as wide and
+    /// high as their largest image, with `gap` pixels of `radiance` between them.
     #[must_use]
     pub fn grid<Row: AsRef<[Self]>>(rows: &[Row], gap: usize, radiance: [f32; 3]) -> Self {
         let rows: Vec<&[Self]> = rows.iter().map(AsRef::as_ref).collect();
@@ -46,8 +46,8 @@ impl Image {
                 .max()
         };
         let highest = |row: &&[Self]| row.iter().map(|image| image.height).max().unwrap_or(0);
-        let (lefts, width) = places((0..columns).map(|column| widest(column).unwrap_or(0)), gap);
-        let (tops, height) = places(rows.iter().map(highest), gap);
+        let (lefts, width) = offsets((0..columns).map(|column| widest(column).unwrap_or(0)), gap);
+        let (tops, height) = offsets(rows.iter().map(highest), gap);
         let mut sheet = Self::filled(width, height, radiance);
         for (row, top) in rows.iter().zip(tops) {
             for (image, &left) in row.iter().zip(&lefts) {
@@ -57,7 +57,7 @@ impl Image {
         sheet
     }
 
-    /// Copies a picture into this one; what sticks out is cut off.
+    /// Copies an image into this one and clips it at the edges.
     fn paste(&mut self, image: &Self, left: usize, top: usize) {
         let rows = self.pixels.chunks_exact_mut(self.width.max(1)).skip(top);
         for (to, from) in rows.zip(image.pixels.chunks_exact(image.width.max(1))) {
@@ -67,23 +67,26 @@ impl Image {
         }
     }
 
-    /// The picture as an OpenEXR file: channels R, G and B in 32-bit floats, compressed without
-    /// loss, neither exposed nor tone-mapped.
+    /// Encodes the image as an OpenEXR file: channels R, G and B in 32-bit floats, losslessly compressed, neither
+    /// exposed nor tone-mapped.
     ///
     /// # Errors
     /// If a side is 0 or the number of pixels is not width x height.
     pub fn to_exr(&self) -> Result<Vec<u8>, PictureError> {
         let Self { width, height, .. } = *self;
-        let refused = |what: String| PictureError::Radiance {
+        let encode_error = |reason: String| PictureError::EncodeExr {
             width,
             height,
-            what,
+            reason,
         };
         if self.pixels.is_empty() || width.checked_mul(height) != Some(self.pixels.len()) {
-            return Err(refused(format!("it holds {} pixels", self.pixels.len())));
+            return Err(encode_error(format!(
+                "it holds {} pixels",
+                self.pixels.len()
+            )));
         }
-        let pixel = |place: Vec2<usize>| {
-            let pixel = self.pixels.get(place.y() * width + place.x());
+        let pixel = |position: Vec2<usize>| {
+            let pixel = self.pixels.get(position.y() * width + position.x());
             <(f32, f32, f32)>::from(pixel.copied().unwrap_or_default())
         };
         let mut file = Cursor::new(Vec::new());
@@ -91,42 +94,45 @@ impl Image {
             .write()
             .non_parallel()
             .to_buffered(&mut file)
-            .map_err(|error| refused(error.to_string()))?;
+            .map_err(|error| encode_error(error.to_string()))?;
         Ok(file.into_inner())
     }
 
-    /// Writes the picture as an OpenEXR file, whole or not at all.
+    /// Writes the image atomically as an OpenEXR file.
     ///
     /// # Errors
     /// As [`Image::to_exr`], or if the file cannot be written.
     pub fn write_exr(&self, path: &Path) -> Result<(), PictureError> {
-        write_whole(path, &self.to_exr()?).map_err(|source| PictureError::Write {
+        write_atomic(path, &self.to_exr()?).map_err(|source| PictureError::Write {
             path: path.into(),
             source,
         })
     }
 
-    /// What is shown, written as PNG and measured: each channel x is exposed and compressed like film,
-    /// to 1 - exp(-1.7 x), encoded by sRGB's transfer function and rounded to 8 bits. What is
-    /// negative or not a number is black.
+    /// Converts radiance to 8-bit sRGB. Each channel x is exposed and compressed like film, to 1 - exp(-1.7 x),
+    /// encoded by sRGB's transfer function and rounded. Negative values and NaN are black.
     #[must_use]
     pub fn tone_map(&self) -> Picture {
         Picture {
             width: self.width,
             height: self.height,
-            pixels: self.pixels.iter().map(|pixel| pixel.map(display)).collect(),
+            pixels: self
+                .pixels
+                .iter()
+                .map(|pixel| pixel.map(to_display))
+                .collect(),
         }
     }
 }
 
-/// One channel of a pixel, as [`Image::tone_map`] says.
-fn display(radiance: f32) -> u8 {
+/// Tone-maps one channel of a pixel, as described at [`Image::tone_map`].
+fn to_display(radiance: f32) -> u8 {
     let compressed = -(-EXPOSURE * radiance.max(0.0)).exp_m1();
-    // `as` makes a NaN 0.
+    // `as` converts NaN to 0.
     (255.0 * srgb(compressed)).round() as u8
 }
 
-/// The transfer function of IEC 61966-2-1.
+/// Applies the sRGB transfer function of IEC 61966-2-1.
 fn srgb(linear: f32) -> f32 {
     if linear <= 0.003_130_8 {
         12.92 * linear
@@ -135,8 +141,8 @@ fn srgb(linear: f32) -> f32 {
     }
 }
 
-/// Where each of several lengths begins, put end to end with gaps, and where the last one ends.
-fn places(lengths: impl Iterator<Item = usize>, gap: usize) -> (Vec<usize>, usize) {
+/// Returns the offsets of consecutive lengths with gaps between them, and the end of the last one.
+fn offsets(lengths: impl Iterator<Item = usize>, gap: usize) -> (Vec<usize>, usize) {
     let mut end = 0;
     let starts = lengths.enumerate().map(|(index, length)| {
         let start = if index == 0 { 0 } else { end + gap };
@@ -155,7 +161,7 @@ mod tests {
     const GRAY: [f32; 3] = [0.5; 3];
 
     #[test]
-    fn a_grid_keeps_every_picture_and_fills_the_rest() {
+    fn grid_keeps_all_images_and_fills_gaps() {
         let red = Image::filled(2, 1, RED);
         let blue = Image::filled(1, 2, BLUE);
         let grid = Image::grid(&[vec![red.clone(), blue.clone()], vec![blue]], 1, GRAY);
@@ -173,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn an_open_exr_file_gives_every_bit_back() {
+    fn open_exr_round_trip_is_exact() {
         let scratch = tempfile::tempdir().unwrap();
         let path = scratch.path().join("sphere.exr");
         let image = Image {
@@ -197,23 +203,27 @@ mod tests {
     }
 
     #[test]
-    fn impossible_pictures_are_refused() {
+    fn rejects_wrong_pixel_count() {
         let mut image = Image::filled(3, 3, GRAY);
         image.pixels.pop();
         for image in [image, Image::filled(0, 3, GRAY), Image::filled(0, 0, GRAY)] {
-            assert!(matches!(image.to_exr(), Err(PictureError::Radiance { .. })));
+            assert!(matches!(
+                image.to_exr(),
+                Err(PictureError::EncodeExr { .. })
+            ));
         }
     }
 
     #[test]
-    fn the_curve_runs_from_black_to_white() {
-        let shown = [0.0, -1.0, f32::NAN, f32::NEG_INFINITY, 9.0, f32::INFINITY].map(display);
-        assert_eq!(shown, [0, 0, 0, 0, 255, 255]);
-        // By hand: 1 is compressed to 1 - exp(-1.7) = 0.81732, which sRGB shows as 0.91491.
-        assert_eq!(display(1.0), 233);
+    fn tone_curve_runs_from_black_to_white() {
+        let displayed =
+            [0.0, -1.0, f32::NAN, f32::NEG_INFINITY, 9.0, f32::INFINITY].map(to_display);
+        assert_eq!(displayed, [0, 0, 0, 0, 255, 255]);
+        // 1 is compressed to 1 - exp(-1.7) = 0.81732, which sRGB encodes as 0.91491.
+        assert_eq!(to_display(1.0), 233);
         // In the linear part of sRGB: 0.0016986 x 12.92 x 255 = 5.60.
-        assert_eq!(display(0.001), 6);
-        let ramp: Vec<u8> = (0..=800).map(|i| display(i as f32 / 100.0)).collect();
+        assert_eq!(to_display(0.001), 6);
+        let ramp: Vec<u8> = (0..=800).map(|i| to_display(i as f32 / 100.0)).collect();
         assert!(ramp.is_sorted());
     }
 }

@@ -1,8 +1,8 @@
-//! Spheres under an environment: what a BRDF looks like.
+//! Renderings of spheres under an environment.
 //!
 //! [`render_sphere`] integrates a BRDF against an [`Environment`] into an [`Image`] of linear
-//! radiance; [`Image::tone_map`] turns that into the 8-bit [`Picture`] which is shown, written and
-//! measured.
+//! radiance. [`Image::tone_map`] converts that to an 8-bit [`Picture`], which is displayed, written as PNG and used by
+//! the image metrics.
 
 mod environment;
 mod image;

@@ -1,4 +1,4 @@
-//! Environments from files: panoramas in latitude and longitude, Radiance or OpenEXR.
+//! Readers of environments: panoramas in latitude and longitude, as Radiance or OpenEXR files.
 
 use std::io::{BufRead, BufReader, Seek};
 use std::path::{Path, PathBuf};
@@ -10,38 +10,38 @@ use exr::prelude::{ReadChannels, ReadLayers, Vec2};
 use super::{Environment, Image};
 use glimpse_materials::untrusted::{escaped, open_at_most};
 
-/// The largest panorama: 8192 x 4096.
-const MOST_PIXELS: u64 = 1 << 25;
-/// The longest file that is read: 32 bytes for each pixel of the largest panorama, uncompressed.
-const MOST_BYTES: u64 = 32 * MOST_PIXELS;
-/// No compression of either format packs more into a byte of its file; a header that claims more
-/// is not believed.
-const MOST_PIXELS_A_BYTE: u64 = 10_000;
+/// Maximum number of pixels: 8192 x 4096.
+const MAX_PIXELS: u64 = 1 << 25;
+/// Maximum file size in bytes: 32 bytes per pixel of the largest panorama, uncompressed.
+const MAX_BYTES: u64 = 32 * MAX_PIXELS;
+/// Maximum number of pixels per byte of a file. No compression of either format exceeds it, so a header that claims
+/// more is rejected.
+const MAX_PIXELS_PER_BYTE: u64 = 10_000;
 
-/// Why an environment cannot be read.
+/// An error in reading an environment.
 #[derive(Debug, thiserror::Error)]
 pub enum EnvironmentError {
-    /// The operating system refuses to read.
+    /// The operating system cannot read the file.
     #[error("cannot read {}: {source}", path.display())]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A file of no known kind.
+    /// The file name has an unknown extension.
     #[error(
-        "{} is no environment: give a panorama in latitude and longitude, as Radiance (*.hdr) or \
+        "{} is not an environment: give a panorama in latitude and longitude, as Radiance (*.hdr) or \
          OpenEXR (*.exr)", .0.display()
     )]
-    Unknown(PathBuf),
-    /// A file is not what its name says, or no light can be taken from it.
-    #[error("{}: {what}", path.display())]
+    UnknownFormat(PathBuf),
+    /// The content does not match the extension, or is not a usable panorama.
+    #[error("{}: {problem}", path.display())]
     Damaged {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong with it, and the remedy.
-        what: String,
+        /// The problem and the remedy.
+        problem: String,
     },
 }
 
@@ -49,73 +49,72 @@ impl Environment {
     /// Reads a panorama in latitude and longitude: Radiance (`*.hdr`, RGBE) or OpenEXR (`*.exr`,
     /// channels R, G and B of its first layer that has them), linear RGB.
     ///
-    /// The panorama is what the viewer sees who turns round at the sphere's place: its center is
-    /// straight ahead, behind the sphere; to the right of it is the viewer's right; the left and
-    /// right edges meet at the viewer's back; the top row is straight up. Negative radiance, as
-    /// conversions of color leave it, counts as black.
+    /// The panorama is the view from the sphere's position. Its center is straight ahead of the viewer, behind the
+    /// sphere. Right of the center is the viewer's right; the left and right edges meet behind the viewer. The top row
+    /// is straight up. Negative radiance, a result of color conversions, counts as black.
     ///
-    /// Exposure is chosen: all radiance is scaled so that a white diffuse sphere is, averaged over
-    /// what the viewer sees of it, as bright as in the [`studio`](Environment::studio).
+    /// All radiance is scaled so that a white diffuse sphere has the same mean luminance over its visible disc as in
+    /// the [`studio`](Environment::studio).
     ///
     /// # Errors
-    /// If the file cannot be read or is damaged, its sides are not 2:1 or it has more than 2^25
-    /// pixels, a pixel is infinite or not a number, or all of it is black.
+    /// If the file cannot be read or is damaged, its sides are not 2:1, it has more than 2^25 pixels, a pixel is
+    /// infinite or not a number, or all pixels are black.
     pub fn read(path: &Path) -> Result<Self, EnvironmentError> {
-        let damaged = |what| EnvironmentError::Damaged {
+        let damaged = |problem| EnvironmentError::Damaged {
             path: path.into(),
-            what,
+            problem,
         };
         Self::from_panorama(&Image::read_panorama(path)?).map_err(damaged)
     }
 }
 
 impl Image {
-    /// The panorama of such a file, as it stands there: see [`Environment::read`].
+    /// Reads the pixels of a panorama without changes; see [`Environment::read`] for formats and layout.
     ///
     /// # Errors
     /// If the file cannot be read or is damaged, or it has more than 2^25 pixels.
     pub fn read_panorama(path: &Path) -> Result<Self, EnvironmentError> {
-        let refused = |source| EnvironmentError::Read {
+        let read_error = |source| EnvironmentError::Read {
             path: path.into(),
             source,
         };
         let extension = path.extension().and_then(|extension| extension.to_str());
         let decode = match extension.map(str::to_ascii_lowercase).as_deref() {
-            Some("hdr" | "pic") => radiance,
-            Some("exr") => open_exr,
-            _ => return Err(EnvironmentError::Unknown(path.into())),
+            Some("hdr" | "pic") => decode_radiance,
+            Some("exr") => decode_open_exr,
+            _ => return Err(EnvironmentError::UnknownFormat(path.into())),
         };
-        let file = open_at_most(path, MOST_BYTES).map_err(refused)?;
-        let bytes = file.metadata().map_err(refused)?.len();
-        decode(BufReader::new(file), bytes).map_err(|what| EnvironmentError::Damaged {
+        let file = open_at_most(path, MAX_BYTES).map_err(read_error)?;
+        let bytes = file.metadata().map_err(read_error)?.len();
+        decode(BufReader::new(file), bytes).map_err(|problem| EnvironmentError::Damaged {
             path: path.into(),
-            what,
+            problem,
         })
     }
 }
 
-/// Refuses a size that is too much, or more than so many bytes can hold.
+/// Rejects a size above [`MAX_PIXELS`], or above the capacity of a file of `bytes` bytes.
 fn check_size(width: u64, height: u64, bytes: u64) -> Result<(), String> {
     let pixels = width.saturating_mul(height);
-    if pixels > MOST_PIXELS {
+    if pixels > MAX_PIXELS {
         Err(format!(
             "{width} x {height} pixels are too many: scale it down to 8192 x 4096 or less"
         ))
-    } else if pixels > bytes.saturating_mul(MOST_PIXELS_A_BYTE) {
+    } else if pixels > bytes.saturating_mul(MAX_PIXELS_PER_BYTE) {
         Err(format!(
-            "{width} x {height} pixels cannot be in a file of {bytes} bytes: it is damaged or cut \
-             off, fetch it again"
+            "{width} x {height} pixels do not fit in {bytes} bytes: the file is damaged or cut off, \
+             fetch it again"
         ))
     } else {
         Ok(())
     }
 }
 
-/// A Radiance file. Its EXPOSURE is left aside, because exposure is chosen anew.
-fn radiance<R: BufRead + Seek>(mut file: R, bytes: u64) -> Result<Image, String> {
+/// Decodes a Radiance file. Its EXPOSURE is ignored, because [`Environment::read`] sets the exposure.
+fn decode_radiance<R: BufRead + Seek>(mut file: R, bytes: u64) -> Result<Image, String> {
     let damaged = |error: &dyn std::fmt::Display| {
         let error = escaped(&error.to_string());
-        format!("not a whole Radiance file (*.hdr): {error}; fetch it or save it again, as RGBE")
+        format!("not a complete Radiance file (*.hdr): {error}; fetch it or save it again, as RGBE")
     };
     let mut magic = [0; 2];
     let begin = file.read_exact(&mut magic).and_then(|()| file.rewind());
@@ -123,7 +122,7 @@ fn radiance<R: BufRead + Seek>(mut file: R, bytes: u64) -> Result<Image, String>
     if &magic != b"#?" {
         return Err(damaged(&"it does not begin with #?"));
     }
-    // Strict reading would refuse the common first line #?RGBE.
+    // Strict decoding would reject the common first line #?RGBE.
     let decoder = HdrDecoder::new_nonstrict(file).map_err(|error| damaged(&error))?;
     let metadata = decoder.metadata();
     check_size(metadata.width.into(), metadata.height.into(), bytes)?;
@@ -144,11 +143,11 @@ fn radiance<R: BufRead + Seek>(mut file: R, bytes: u64) -> Result<Image, String>
     })
 }
 
-/// An OpenEXR file.
-fn open_exr<R: BufRead + Seek>(file: R, bytes: u64) -> Result<Image, String> {
+/// Decodes an OpenEXR file.
+fn decode_open_exr<R: BufRead + Seek>(file: R, bytes: u64) -> Result<Image, String> {
     let damaged = |error: exr::error::Error| {
         format!(
-            "not a whole OpenEXR file with channels R, G and B: {}; save it again, with ZIP \
+            "not a complete OpenEXR file with channels R, G and B: {}; save it again, with ZIP \
              compression",
             escaped(&error.to_string())
         )
@@ -160,13 +159,14 @@ fn open_exr<R: BufRead + Seek>(file: R, bytes: u64) -> Result<Image, String> {
         let window = header.shared_attributes.display_window;
         if (window.position, window.size) != (header.own_attributes.layer_position, size) {
             return Err(
-                "its data window is not its display window: save the panorama uncropped".into(),
+                "its data window differs from its display window: save the panorama uncropped"
+                    .into(),
             );
         }
     }
     let black = |size: Vec2<usize>, _: &_| Image::filled(size.width(), size.height(), [0.0; 3]);
-    let set = |image: &mut Image, place: Vec2<usize>, (r, g, b): (f32, f32, f32)| {
-        let index = place.y() * image.width + place.x();
+    let set = |image: &mut Image, position: Vec2<usize>, (r, g, b): (f32, f32, f32)| {
+        let index = position.y() * image.width + position.x();
         if let Some(pixel) = image.pixels.get_mut(index) {
             *pixel = [r, g, b];
         }
@@ -192,11 +192,11 @@ mod tests {
     const WIDTH: usize = 16;
     const HEIGHT: usize = 8;
 
-    /// A Radiance file of one gray, brighter in one pixel, its rows not compressed.
+    /// Returns an uncompressed Radiance file of one color, brighter in one pixel.
     fn radiance_file(size: &str) -> Vec<u8> {
         let mut file = format!("#?RGBE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n").into_bytes();
         for index in 0..WIDTH * HEIGHT {
-            // By the format's definition: mantissa / 256 x 2^(exponent - 128).
+            // RGBE: mantissa / 256 x 2^(exponent - 128).
             let exponent = if index == 3 * WIDTH + 12 { 133 } else { 128 };
             file.extend([128, 64, 32, exponent]);
         }
@@ -210,27 +210,26 @@ mod tests {
         Environment::read(&path)
     }
 
-    /// The message about a file that is damaged; the file is the one that it names.
-    fn damage(name: &str, bytes: &[u8]) -> String {
+    /// Returns the problem of a damaged file, and checks that the error names the file.
+    fn problem_of(name: &str, bytes: &[u8]) -> String {
         match read(name, bytes).map(|_| ()) {
-            Err(EnvironmentError::Damaged { path, what }) if path.ends_with(name) => what,
+            Err(EnvironmentError::Damaged { path, problem }) if path.ends_with(name) => problem,
             other => panic!("{name}: {other:?}"),
         }
     }
 
-    fn whole() -> Vec<u8> {
+    fn valid_file() -> Vec<u8> {
         radiance_file(&format!("-Y {HEIGHT} +X {WIDTH}"))
     }
 
     #[test]
-    fn both_formats_give_the_same_light() {
+    fn both_formats_give_equal_radiance() {
         let mut panorama = Image::filled(WIDTH, HEIGHT, [0.5, 0.25, 0.125]);
         panorama.pixels[3 * WIDTH + 12] = [16.0, 8.0, 4.0];
         let expected = Environment::from_panorama(&panorama).unwrap();
-        let radiance = read("a.hdr", &whole()).unwrap();
+        let radiance = read("a.hdr", &valid_file()).unwrap();
         let open_exr = read("a.EXR", &panorama.to_exr().unwrap()).unwrap();
-        // Column 12 of 16 is just past a quarter turn to the right of the center, row 3 just above
-        // the level.
+        // Column 12 of 16 is just over a quarter turn to the right of the center, row 3 just above the horizon.
         let [r, g, b] = expected.radiance([0.962, 0.195, 0.191]);
         assert!(r > 10.0 * expected.radiance([-1.0, 0.0, 0.0])[0]);
         assert!((r / g - 2.0).abs() < 1e-5 && (g / b - 2.0).abs() < 1e-5);
@@ -241,54 +240,54 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_panorama_is_refused_by_its_file() {
-        for (name, bytes, named) in [
+    fn rejects_file_without_panorama() {
+        for (name, bytes, expected) in [
             ("a.hdr", radiance_file("-Y 4 +X 32"), "2:1"),
             ("b.hdr", radiance_file("-Y 60000 +X 60000"), "60000"),
             ("c.hdr", radiance_file("-Y 4096 +X 8192"), ""),
-            ("d.hdr", whole()[..200].to_vec(), ""),
+            ("d.hdr", valid_file()[..200].to_vec(), ""),
             ("e.hdr", b"PNG".to_vec(), ""),
             ("f.hdr", Vec::new(), ""),
-            ("g.exr", whole(), ""),
+            ("g.exr", valid_file(), ""),
         ] {
-            let what = damage(name, &bytes);
-            assert!(what.contains(named), "{name}: {what}");
+            let problem = problem_of(name, &bytes);
+            assert!(problem.contains(expected), "{name}: {problem}");
         }
         for name in ["h.png", "i"] {
-            let error = read(name, &whole()).map(|_| ()).unwrap_err();
-            assert!(matches!(error, EnvironmentError::Unknown(path) if path.ends_with(name)));
+            let error = read(name, &valid_file()).map(|_| ()).unwrap_err();
+            assert!(matches!(error, EnvironmentError::UnknownFormat(path) if path.ends_with(name)));
         }
-        let mut xyz = whole();
+        let mut xyz = valid_file();
         let at = xyz.windows(4).position(|word| word == b"rgbe").unwrap();
         xyz[at..at + 4].copy_from_slice(b"xyze");
-        let what = damage("a.hdr", &xyz);
-        assert!(what.contains("xyze"), "{what}");
+        let problem = problem_of("a.hdr", &xyz);
+        assert!(problem.contains("xyze"), "{problem}");
         let nowhere = Path::new("nowhere/a.hdr");
         let missing = Environment::read(nowhere).unwrap_err();
         assert!(matches!(missing, EnvironmentError::Read { path, .. } if path == nowhere));
     }
 
     #[test]
-    fn damaged_files_are_read_or_refused_but_never_crash() {
+    fn damaged_files_do_not_panic() {
         let panorama = Image::filled(WIDTH, HEIGHT, [0.5, 0.25, 0.125]);
         type Decode = fn(Cursor<Vec<u8>>, u64) -> Result<Image, String>;
-        for (decode, whole) in [
-            (radiance as Decode, whole()),
-            (open_exr, panorama.to_exr().unwrap()),
+        for (decode, valid) in [
+            (decode_radiance as Decode, valid_file()),
+            (decode_open_exr, panorama.to_exr().unwrap()),
         ] {
             let decode = |bytes: Vec<u8>| {
                 let count = bytes.len() as u64;
                 decode(Cursor::new(bytes), count)
             };
-            assert_eq!(decode(whole.clone()).unwrap().pixels.len(), WIDTH * HEIGHT);
-            for length in 0..whole.len() {
-                let _ = decode(whole[..length].to_vec());
+            assert_eq!(decode(valid.clone()).unwrap().pixels.len(), WIDTH * HEIGHT);
+            for length in 0..valid.len() {
+                let _ = decode(valid[..length].to_vec());
             }
-            // The headers, where sizes are.
-            for place in 0..whole.len().min(400) {
+            // The first 400 bytes contain the sizes.
+            for position in 0..valid.len().min(400) {
                 for value in [0, 0x7f, 0xff] {
-                    let mut damaged = whole.clone();
-                    damaged[place] = value;
+                    let mut damaged = valid.clone();
+                    damaged[position] = value;
                     let _ = decode(damaged);
                 }
             }

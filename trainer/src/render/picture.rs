@@ -1,60 +1,60 @@
-//! Pictures of 8 bits a channel: what is on the page and in the PNG file, and what is measured.
+//! Pictures of 8 bits per channel, for pages, PNG files and image metrics.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-use glimpse_materials::files::write_whole;
+use glimpse_materials::files::write_atomic;
 
-/// Why a picture cannot be written.
+/// An error in writing a picture.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// The operating system refuses.
+    /// The operating system cannot write the file.
     #[error("cannot write {}: {source}", path.display())]
     Write {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// There is nothing in it, or it has not as many pixels as it says.
+    /// A side is 0, or the number of pixels is not width x height.
     #[error(
         "a picture of {width} x {height} pixels that holds {pixels} cannot be written as PNG: {source}"
     )]
-    Encode {
-        /// Pixels in a row.
+    EncodePng {
+        /// Width in pixels.
         width: usize,
-        /// Rows.
+        /// Height in pixels.
         height: usize,
-        /// Pixels it holds.
+        /// Number of pixels in memory.
         pixels: usize,
-        /// Why.
+        /// Error of the encoder.
         source: png::EncodingError,
     },
-    /// The same of radiance.
-    #[error("a picture of {width} x {height} pixels cannot be written as OpenEXR: {what}")]
-    Radiance {
-        /// Pixels in a row.
+    /// An image cannot be encoded as OpenEXR.
+    #[error("a picture of {width} x {height} pixels cannot be written as OpenEXR: {reason}")]
+    EncodeExr {
+        /// Width in pixels.
         width: usize,
-        /// Rows.
+        /// Height in pixels.
         height: usize,
-        /// Why.
-        what: String,
+        /// Reason.
+        reason: String,
     },
 }
 
-/// An sRGB picture, row by row from the top left.
+/// An 8-bit sRGB picture, row by row from the top left.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
-    /// Pixels in a row.
+    /// Width in pixels.
     pub width: usize,
-    /// Rows.
+    /// Height in pixels.
     pub height: usize,
     /// width x height pixels, sRGB.
     pub pixels: Vec<[u8; 3]>,
 }
 
 impl Picture {
-    /// One color everywhere.
+    /// Creates a picture of one color.
     #[must_use]
     pub fn filled(width: usize, height: usize, color: [u8; 3]) -> Self {
         Self {
@@ -64,14 +64,14 @@ impl Picture {
         }
     }
 
-    /// The picture as a PNG file, marked as sRGB.
+    /// Encodes the picture as a PNG file, marked as sRGB.
     ///
     /// # Errors
     /// If a side is 0 or the number of pixels is not width x height.
     pub fn to_png(&self) -> Result<Vec<u8>, PictureError> {
         let mut file = Vec::new();
         self.encode(&mut file)
-            .map_err(|source| PictureError::Encode {
+            .map_err(|source| PictureError::EncodePng {
                 width: self.width,
                 height: self.height,
                 pixels: self.pixels.len(),
@@ -81,7 +81,7 @@ impl Picture {
     }
 
     fn encode(&self, file: &mut Vec<u8>) -> Result<(), png::EncodingError> {
-        // Too long a side is refused below, because it does not match the number of pixels.
+        // The encoder rejects a side above u32::MAX, because it does not match the number of pixels.
         let side = |pixels: usize| u32::try_from(pixels).unwrap_or(u32::MAX);
         let mut encoder = png::Encoder::new(file, side(self.width), side(self.height));
         encoder.set_color(png::ColorType::Rgb);
@@ -92,12 +92,12 @@ impl Picture {
         writer.finish()
     }
 
-    /// Writes the picture as a PNG file, whole or not at all.
+    /// Writes the picture atomically as a PNG file.
     ///
     /// # Errors
     /// As [`Picture::to_png`], or if the file cannot be written.
     pub fn write_png(&self, path: &Path) -> Result<(), PictureError> {
-        write_whole(path, &self.to_png()?).map_err(|source| PictureError::Write {
+        write_atomic(path, &self.to_png()?).map_err(|source| PictureError::Write {
             path: path.into(),
             source,
         })
@@ -111,7 +111,7 @@ mod tests {
     const RED: [u8; 3] = [255, 0, 0];
 
     #[test]
-    fn a_png_file_gives_the_picture_back() {
+    fn png_round_trip_is_exact() {
         let scratch = tempfile::tempdir().unwrap();
         let path = scratch.path().join("picture.png");
         let picture = Picture {
@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn impossible_pictures_are_refused() {
+    fn rejects_wrong_pixel_count() {
         let scratch = tempfile::tempdir().unwrap();
         let path = scratch.path().join("picture.png");
         assert!(Picture::filled(0, 3, RED).write_png(&path).is_err());

@@ -1,23 +1,23 @@
-//! Which directions to integrate over, seen from one point of the sphere.
+//! Quadrature over incoming directions at a point of the sphere.
 //!
 //! A BRDF is narrow in its half vector and the environment is smooth, so the nodes are laid out
 //! over half vectors: on rings of theta_h = 90 deg t^3, with t at the midpoints of equal steps.
-//! With 56 rings, 12 of them lie within one degree of a mirror's peak; at 45 degrees they are 3
-//! degrees apart, as are the nodes along each ring. The incoming direction is the mirror image of
-//! the outgoing one at the half vector, d omega_i = 4 (w_o . h) d omega_h.
+//! With 56 rings, 12 of them lie within one degree of a mirror's peak. At 45 degrees, rings are 3 degrees apart, as
+//! are the nodes along each ring. The incoming direction is the reflection of the outgoing one about the half vector,
+//! d omega_i = 4 (w_o . h) d omega_h.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 use glimpse_core::geometry::HalfDifference;
 
-/// Rings of the rule that pictures are rendered with; see the convergence test of `sphere`.
+/// Number of rings for renderings; see the convergence tests in `tests`.
 pub(super) const RINGS: usize = 56;
-/// Distance between the nodes along a ring, in degrees, times the number of rings.
+/// Distance between nodes along a ring, in degrees, times the number of rings.
 const SPACING: f32 = 170.0;
-/// Rings for each node on the innermost ring.
-const RINGS_A_NODE: f32 = 5.0;
+/// Number of rings divided by the number of nodes on the innermost ring.
+const RINGS_PER_INNER_NODE: f32 = 5.0;
 
-/// A half vector of the rule.
+/// A half vector of the quadrature rule.
 #[derive(Clone, Copy, Debug)]
 struct HalfVector {
     sin_theta: f32,
@@ -26,7 +26,7 @@ struct HalfVector {
     cos_phi: f32,
     /// Solid angle in sr.
     solid_angle: f32,
-    /// Angle to the neighbors, along the ring or to the next one, in radians.
+    /// Angle to the neighbors along the ring or on the next ring, whichever is larger, in radians.
     spacing: f32,
 }
 
@@ -34,41 +34,41 @@ struct HalfVector {
 #[derive(Debug)]
 pub(super) struct HalfVectors(Vec<HalfVector>);
 
-/// What one outgoing direction is integrated over; the lists run in parallel.
+/// The quadrature nodes for one outgoing direction, as parallel lists.
 #[derive(Debug, Default)]
 pub(super) struct Nodes {
-    /// Where the BRDF is to be evaluated.
+    /// Coordinates for the evaluation of the BRDF.
     pub(super) at: Vec<HalfDifference<f32>>,
     /// Direction towards the light in the frame of the surface: z is the normal, and the outgoing
     /// direction lies in the xz plane with x >= 0.
     pub(super) incoming: Vec<[f32; 3]>,
     /// cos(theta_i) times solid angle in sr.
     pub(super) weight: Vec<f32>,
-    /// About the angle between incoming directions of neighbors, in radians.
+    /// Approximate angle between incoming directions of neighbors, in radians.
     pub(super) spacing: Vec<f32>,
 }
 
 impl HalfVectors {
-    /// The rule with so many rings. If it is to be `even`, for environments with small bright
-    /// sources, the nodes along a ring are no farther apart than it is from the next ring.
+    /// Creates a rule of `rings` rings. If `even`, for environments with small bright sources, the distance between
+    /// nodes along a ring is at most the distance to the next ring.
     pub(super) fn new(rings: usize, even: bool) -> Self {
         let step = 1.0 / rings as f32;
         let spacing = SPACING.to_radians() * step;
-        let fewest = rings as f32 / RINGS_A_NODE;
+        let min_nodes = rings as f32 / RINGS_PER_INNER_NODE;
         let half_vectors = (0..rings).flat_map(move |ring| {
             let t = (ring as f32 + 0.5) * step;
             let (sin_theta, cos_theta) = (FRAC_PI_2 * t * t * t).sin_cos();
-            // Not the exact area between two rings: the midpoint rule in t converges faster.
+            // The midpoint rule in t; it converges faster than the exact area between two rings.
             let thickness = 3.0 * FRAC_PI_2 * t * t * step;
             let apart = if even {
                 spacing.min(thickness)
             } else {
                 spacing
             };
-            let around = (TAU * sin_theta / apart).max(fewest).ceil();
+            let around = (TAU * sin_theta / apart).max(min_nodes).ceil();
             let solid_angle = sin_theta * thickness * TAU / around;
             let neighbor = TAU * sin_theta / around;
-            // Every other ring is turned by half a step, lest nodes line up.
+            // Every other ring is rotated by half a step, so that nodes do not line up.
             let offset = if ring % 2 == 0 { 0.25 } else { 0.75 };
             (0..around as usize).map(move |node| {
                 let phi = TAU * (node as f32 + offset) / around;
@@ -86,8 +86,7 @@ impl HalfVectors {
         Self(half_vectors.collect())
     }
 
-    /// The nodes for the outgoing direction (sin, 0, cos) of theta_o, instead of what is in
-    /// `nodes`.
+    /// Replaces `nodes` by those for the outgoing direction (sin, 0, cos) of theta_o.
     pub(super) fn nodes(&self, sin_theta_o: f32, cos_theta_o: f32, nodes: &mut Nodes) {
         nodes.at.clear();
         nodes.incoming.clear();
@@ -116,7 +115,7 @@ impl HalfVectors {
             nodes
                 .weight
                 .push(cos_theta_i * 4.0 * cos_theta_d * half.solid_angle);
-            // The mirror image turns twice as far as the mirror.
+            // A reflected direction rotates by twice the angle of the half vector.
             nodes.spacing.push(2.0 * half.spacing);
         }
     }
@@ -129,7 +128,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nodes_are_pairs_of_directions_above_the_horizon() {
+    fn nodes_are_valid_pairs_of_directions() {
         let half_vectors = HalfVectors::new(24, false);
         let mut nodes = Nodes::default();
         for degrees in [0.0_f32, 10.0, 45.0, 80.0] {
@@ -143,12 +142,12 @@ mod tests {
                 };
                 let expected = HalfDifference::from_directions(&directions).unwrap();
                 assert!(at.is_valid());
-                // There phi_d is a matter of rounding, and `from_directions` takes it for 0.
+                // Here phi_d depends on rounding, and `from_directions` sets it to 0.
                 if at.hx < 3e-4 {
                     assert!(expected.hx == 0.0 && (at.dz - expected.dz).abs() < 1e-6);
                     continue;
                 }
-                for (here, there) in [
+                for (actual, expected) in [
                     (at.hx, expected.hx),
                     (at.hz, expected.hz),
                     (at.dx, expected.dx),
@@ -158,7 +157,7 @@ mod tests {
                     // The round trip is ill-conditioned where the directions are nearly opposite,
                     // and its azimuth where the half vector is nearly the normal.
                     let tolerance = 1e-6 / at.dz.min(0.1) + 1e-7 / at.hx;
-                    assert!((here - there).abs() < tolerance, "{at:?} {expected:?}");
+                    assert!((actual - expected).abs() < tolerance, "{at:?}: {expected}");
                 }
             }
         }

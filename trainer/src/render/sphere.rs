@@ -1,4 +1,4 @@
-//! A sphere seen from far away, shaded by direct integration.
+//! Renderings of a sphere by direct integration.
 
 use std::array;
 use std::collections::BTreeMap;
@@ -9,20 +9,19 @@ use rayon::prelude::*;
 use super::quadrature::{HalfVectors, Nodes, RINGS};
 use super::{Environment, Image};
 
-/// Radiance beside the sphere.
+/// Radiance of the background.
 pub const BACKGROUND: [f32; 3] = [0.08; 3];
-/// The sphere's diameter as a share of the picture's side.
+/// Ratio of the sphere's diameter to the picture's side.
 pub(super) const DIAMETER: f32 = 0.96;
 
-/// Renders a sphere of a material under an environment: size x size pixels, seen orthographically.
+/// Renders a sphere of a material under an environment, with size x size pixels and an orthographic camera.
 ///
-/// The incoming direction points to the light, and the BRDF is isotropic.
-/// Every pixel is the integral of f(w_i, w_o) L(w_i) cos(theta_i) over the hemisphere by a fixed
-/// rule, so the same BRDF gives the same bits. Pixels at the same distance from the center share
-/// their outgoing angle, and with it one call of `brdf` for all directions. There is no shadow and
-/// no interreflection; pixels off the sphere have the radiance [`BACKGROUND`].
+/// The incoming direction points to the light, and the BRDF is isotropic. Every pixel is the integral of
+/// f(w_i, w_o) L(w_i) cos(theta_i) over the hemisphere by a fixed rule, so equal BRDFs give equal bits. Pixels at the
+/// same distance from the center have the same outgoing angle and share one batched call of `brdf`. Shadows and
+/// interreflections are not rendered. Pixels off the sphere have the radiance [`BACKGROUND`].
 pub fn render_sphere(brdf: &(impl Brdf + ?Sized), environment: &Environment, size: usize) -> Image {
-    render_with(brdf, environment, size, RINGS)
+    render_with_rings(brdf, environment, size, RINGS)
 }
 
 /// Lists the pixels whose centers lie on the sphere that [`render_sphere`] draws: their indices, row by row
@@ -30,21 +29,21 @@ pub fn render_sphere(brdf: &(impl Brdf + ?Sized), environment: &Environment, siz
 pub fn sphere_disc(width: usize, height: usize) -> impl Iterator<Item = usize> {
     let radius = 0.5 * DIAMETER * width.min(height) as f32;
     (0..width * height).filter(move |index| {
-        let centered = |place: usize, side: usize| place as f32 + 0.5 - 0.5 * side as f32;
+        let centered = |position: usize, side: usize| position as f32 + 0.5 - 0.5 * side as f32;
         let x = centered(index % width, width);
         let y = centered(index / width, height);
         x * x + y * y <= radius * radius
     })
 }
 
-/// The same with a rule of so many rings.
-pub(super) fn render_with(
+/// Renders a sphere with a quadrature rule of `rings` rings.
+pub(super) fn render_with_rings(
     brdf: &(impl Brdf + ?Sized),
     environment: &Environment,
     size: usize,
     rings: usize,
 ) -> Image {
-    let half_vectors = HalfVectors::new(rings, environment.is_detailed());
+    let half_vectors = HalfVectors::new(rings, environment.may_have_small_sources());
     let mut image = Image::filled(size, size, BACKGROUND);
     let circles: Vec<Circle> = circles(size);
     let shaded: Vec<(usize, [f32; 3])> = circles
@@ -66,13 +65,13 @@ pub(super) fn render_with(
 pub(super) struct Circle {
     pub(super) sin_theta_o: f32,
     pub(super) cos_theta_o: f32,
-    /// How much of each pixel the sphere covers, in \[0, 1\].
+    /// Fraction of each pixel that the sphere covers, in \[0, 1\].
     pub(super) coverage: f32,
-    /// Each with its index in the image and the cosine and sine of its azimuth about the center.
+    /// Pixels as index in the image, and cosine and sine of the azimuth about the center.
     pub(super) pixels: Vec<(usize, [f32; 2])>,
 }
 
-/// All pixels on the sphere, by distance from the center.
+/// Groups all pixels on the sphere by their distance from the center.
 pub(super) fn circles(size: usize) -> Vec<Circle> {
     let radius = 0.5 * DIAMETER * size as f32;
     // Twice the distance from the center is a whole number along both axes.
@@ -96,8 +95,8 @@ pub(super) fn circles(size: usize) -> Vec<Circle> {
     }
     let circle = |(square, pixels)| {
         let distance = 0.5 * (square as f32).sqrt();
-        // Pixels that the rim crosses are blended with the background and shaded as half a pixel
-        // inside, where the normal still faces the viewer.
+        // Pixels on the rim are shaded as half a pixel inside, where the normal still faces the viewer, and blended
+        // with the background.
         let sin_theta_o = distance.min(radius - 0.5) / radius;
         Circle {
             sin_theta_o,
@@ -118,12 +117,12 @@ pub(super) fn circles(size: usize) -> Vec<Circle> {
 struct Shader {
     nodes: Nodes,
     brdf: Vec<[f32; 3]>,
-    /// How blurred each node sees the environment.
+    /// Blur of the environment at each node.
     blurs: Vec<f32>,
 }
 
 impl Shader {
-    /// The radiance of each pixel of a circle.
+    /// Returns the radiance of each pixel of a circle.
     fn shade(
         &mut self,
         brdf: &(impl Brdf + ?Sized),
@@ -162,11 +161,11 @@ impl Shader {
 }
 
 impl Circle {
-    /// From the frame of the surface, whose x axis lies in the plane of normal and viewer, to the
-    /// frame of the picture.
+    /// Transforms a direction from the surface's frame, whose x axis lies in the plane of normal and viewer, to the
+    /// picture's frame.
     #[inline(always)]
     pub(super) fn to_world(&self, [cos_phi, sin_phi]: [f32; 2], [x, y, z]: [f32; 3]) -> [f32; 3] {
-        // The normal points at azimuth phi; x points from it towards the viewer.
+        // The normal has azimuth phi; x points from the normal towards the viewer.
         let outwards = z * self.sin_theta_o - x * self.cos_theta_o;
         [
             outwards * cos_phi + y * sin_phi,

@@ -1,8 +1,8 @@
 //! The built-in environment: an open-air studio.
 //!
-//! Every edge is a Gaussian or a logistic curve some degrees wide, so that the same few thousand
-//! directions integrate it for any BRDF without bands, and every light is wide enough to show in
-//! the mirror image of a glossy sphere what its gloss does to an edge.
+//! Every edge is a Gaussian or a logistic curve several degrees wide, so a few thousand directions integrate it for
+//! any BRDF without banding. Every light is wide enough that its reflection on a glossy sphere shows how gloss softens
+//! edges.
 
 use super::Environment;
 
@@ -14,29 +14,29 @@ const GROUND: [f32; 3] = [0.26, 0.22, 0.18];
 const NADIR: [f32; 3] = [0.10, 0.085, 0.07];
 
 /// A Gaussian light.
-struct Lobe {
+struct GaussianLight {
     towards: [f32; 3],
     /// Standard deviation in degrees.
     width: f32,
-    /// Radiance at its center.
+    /// Radiance at the center.
     radiance: [f32; 3],
 }
 
-/// A rectangle of light with soft edges, upright.
+/// An upright rectangular light with soft edges.
 struct Panel {
     towards: [f32; 3],
-    /// Half its width and half its height, in degrees.
+    /// Half the width and half the height, in degrees.
     half: [f32; 2],
     radiance: [f32; 3],
 }
 
-/// The sun: 8 degrees across at half its peak; irradiance of a surface that faces it 2.8 (green).
-const SUN: Lobe = Lobe {
+/// The sun: 8 degrees wide at half its peak; irradiance 2.8 (green) of a surface that faces it.
+const SUN: GaussianLight = GaussianLight {
     towards: [-0.55, 0.62, 0.56],
     width: 3.5,
     radiance: [130.0, 118.0, 100.0],
 };
-/// A window at the right, a strip behind at the left for the rim, and a low reflector in front.
+/// A window at the right, a strip for the rim behind at the left, and a low reflector in front.
 const PANELS: [Panel; 3] = [
     Panel {
         towards: [0.80, 0.25, 0.55],
@@ -54,45 +54,45 @@ const PANELS: [Panel; 3] = [
         radiance: [0.55, 0.5, 0.45],
     },
 ];
-/// How soft a panel's edge is: the scale of a logistic curve, degrees.
+/// Softness of a panel's edge: the scale of a logistic curve, degrees.
 const EDGE: f32 = 1.3;
 
 impl Environment {
-    /// The built-in environment: blue sky above brown ground, a soft sun over the viewer's left
-    /// shoulder, a window at the right, a strip of light behind at the left, a dim reflector below.
+    /// Creates the built-in environment: blue sky above brown ground, a soft sun over the viewer's left shoulder, a
+    /// window at the right, a strip of light behind at the left, and a dim reflector below.
     ///
-    /// Radiance is 0.1 to 0.6 for sky and ground, 0.5 to 4.5 for the panels, 100 to 130 at the
-    /// sun's center; a white diffuse surface facing the viewer reflects about 0.9.
+    /// Radiance is 0.1 to 0.6 for sky and ground, 0.5 to 4.5 for the panels, and 100 to 130 at the sun's center. A
+    /// white diffuse surface that faces the viewer reflects about 0.9.
     #[must_use]
     pub fn studio() -> Self {
         Self::from_fn(studio)
     }
 }
 
-/// The radiance from a unit direction.
+/// Returns the studio's radiance from a unit direction.
 fn studio(direction: [f32; 3]) -> [f32; 3] {
     let [_, up, _] = direction;
     let sky = mix(ZENITH, HORIZON, (-3.5 * up.max(0.0)).exp());
     let ground = mix(NADIR, GROUND, (-2.5 * (-up).max(0.0)).exp());
     let mut radiance = mix(ground, sky, logistic(up / 0.03));
-    add(&mut radiance, SUN.radiance, SUN.at(direction));
+    add(&mut radiance, SUN.radiance, SUN.weight(direction));
     for panel in &PANELS {
-        add(&mut radiance, panel.radiance, panel.at(direction));
+        add(&mut radiance, panel.radiance, panel.weight(direction));
     }
     radiance
 }
 
-impl Lobe {
-    /// 1 at the center, falling off like a Gaussian.
-    fn at(&self, direction: [f32; 3]) -> f32 {
+impl GaussianLight {
+    /// Returns the Gaussian weight of a direction, 1 at the center.
+    fn weight(&self, direction: [f32; 3]) -> f32 {
         let deviation = self.width.to_radians();
         ((dot(direction, normalized(self.towards)) - 1.0) / (deviation * deviation)).exp()
     }
 }
 
 impl Panel {
-    /// 1 inside, 0 outside.
-    fn at(&self, direction: [f32; 3]) -> f32 {
+    /// Returns the weight of a direction: 1 inside, 0 outside.
+    fn weight(&self, direction: [f32; 3]) -> f32 {
         let [x, y, z] = normalized(self.towards);
         let level = x.hypot(z);
         let (right, up) = (
@@ -108,12 +108,12 @@ impl Panel {
     }
 }
 
-/// 0 far below zero, 1 far above.
+/// The logistic function: 0 at minus infinity, 1 at infinity.
 fn logistic(x: f32) -> f32 {
     1.0 / (1.0 + (-x).exp())
 }
 
-/// `from` at 0, `to` at 1.
+/// Interpolates linearly: `from` at t = 0, `to` at t = 1.
 fn mix(from: [f32; 3], to: [f32; 3], t: f32) -> [f32; 3] {
     std::array::from_fn(|channel| from[channel] + t * (to[channel] - from[channel]))
 }

@@ -1,4 +1,4 @@
-//! What the renderer as a whole must do.
+//! Tests of the whole renderer.
 
 use std::f32::consts::{FRAC_1_PI, PI};
 
@@ -7,17 +7,16 @@ use glimpse_core::numeric::math;
 use glimpse_materials::Brdf;
 
 use super::quadrature::RINGS;
-use super::sphere::{DIAMETER, circles, render_with};
+use super::sphere::{DIAMETER, circles, render_with_rings};
 use super::{BACKGROUND, Environment, Image, render_sphere};
 use crate::metrics::image::{mean_squared_error, psnr};
 
-/// White paint.
+/// A white Lambertian BRDF.
 fn lambertian(_: &HalfDifference<f32>) -> [f32; 3] {
     [FRAC_1_PI; 3]
 }
 
-/// A microfacet lobe (GGX with its shadowing) over a dark base: nearly a mirror if alpha is
-/// small.
+/// A microfacet BRDF (GGX with shadowing) over a dark base; nearly a mirror for small alpha.
 fn glossy(alpha: f32) -> impl Fn(&HalfDifference<f32>) -> [f32; 3] + Sync {
     move |at| {
         let square = alpha * alpha;
@@ -31,7 +30,7 @@ fn glossy(alpha: f32) -> impl Fn(&HalfDifference<f32>) -> [f32; 3] + Sync {
 }
 
 #[test]
-fn white_under_a_white_sky_vanishes() {
+fn white_sphere_equals_constant_environment() {
     let image = render_sphere(&lambertian, &Environment::constant([1.0; 3]), 65);
     let on_sphere = circles(65)
         .into_iter()
@@ -45,7 +44,7 @@ fn white_under_a_white_sky_vanishes() {
 }
 
 #[test]
-fn the_frame_of_the_surface_is_a_rotation_of_the_picture_s() {
+fn surface_frame_is_rotation_of_picture_frame() {
     for circle in circles(9) {
         let (sin, cos) = (circle.sin_theta_o, circle.cos_theta_o);
         for (_, azimuth) in &circle.pixels {
@@ -62,9 +61,9 @@ fn the_frame_of_the_surface_is_a_rotation_of_the_picture_s() {
 }
 
 #[test]
-fn a_mirror_shows_what_lies_behind_the_viewer_and_beside() {
-    // The facets' energy is 1, so a narrow lobe returns the environment itself. Each channel
-    // brightens along one axis of the picture.
+fn mirror_reflects_environment() {
+    // The lobe integrates to 1, so a narrow lobe returns the environment itself. Each channel increases along one
+    // axis of the picture.
     let environment = Environment::from_fn(|direction| direction.map(|c| 2.0 + c));
     let mirror = |at: &HalfDifference<f32>| [(glossy(0.03)(at)[0] - 0.02) / 0.9; 3];
     let size = 65;
@@ -76,20 +75,20 @@ fn a_mirror_shows_what_lies_behind_the_viewer_and_beside() {
         let centered = |index: usize| (index as f32 + 0.5 - 0.5 * size as f32) / radius;
         let (x, y) = (centered(column), -centered(row));
         let z = (1.0 - x * x - y * y).sqrt();
-        // The viewer's direction (0, 0, 1), mirrored at the normal (x, y, z).
+        // The viewer's direction (0, 0, 1), reflected about the normal (x, y, z).
         let mirrored = [2.0 * z * x, 2.0 * z * y, 2.0 * z * z - 1.0];
-        let shown = image.pixels[row * size + column];
-        for (shown, expected) in shown.iter().zip(mirrored.map(|c| 2.0 + c)) {
+        let pixel = image.pixels[row * size + column];
+        for (channel, expected) in pixel.iter().zip(mirrored.map(|c| 2.0 + c)) {
             assert!(
-                (shown - expected).abs() < 0.03,
-                "at ({x}, {y}): {shown} instead of {expected}"
+                (channel - expected).abs() < 0.03,
+                "at ({x}, {y}): {channel} instead of {expected}"
             );
         }
     }
 }
 
 #[test]
-fn a_symmetric_environment_gives_a_symmetric_sphere() {
+fn symmetric_environment_gives_symmetric_sphere() {
     // Bright above, the same at right and left.
     let environment = Environment::from_fn(|[x, y, z]| [1.0 + y, 1.0 + x * x, 1.0 + y * z]);
     let size = 40;
@@ -109,9 +108,10 @@ fn a_symmetric_environment_gives_a_symmetric_sphere() {
 }
 
 #[test]
-fn twice_the_rings_show_the_same_picture() {
+fn studio_rendering_converges_in_rings() {
     let environment = Environment::studio();
-    let picture = |brdf: &dyn Brdf, rings| render_with(brdf, &environment, 48, rings).tone_map();
+    let picture =
+        |brdf: &dyn Brdf, rings| render_with_rings(brdf, &environment, 48, rings).tone_map();
     let materials: [Box<dyn Brdf>; 4] = [
         Box::new(lambertian),
         Box::new(glossy(0.01)),
@@ -138,7 +138,7 @@ fn twice_the_rings_show_the_same_picture() {
     }
 }
 
-/// A panorama of a dark sky with a sun of one pixel, 0.7 degrees, over the viewer's left shoulder.
+/// Creates a dark sky with a sun of one pixel, 0.7 degrees, over the viewer's left shoulder.
 fn small_sun() -> Environment {
     let mut panorama = Image::filled(512, 256, [SKY; 3]);
     panorama.pixels[80 * 512 + 60] = [SUN; 3];
@@ -149,19 +149,19 @@ const SKY: f32 = 0.05;
 const SUN: f32 = 3e4;
 
 #[test]
-fn a_sun_between_the_nodes_is_not_lost() {
-    // The phase law says what a white sphere shows on average; it must not depend on whether the
-    // sun is on a node or not.
+fn small_sun_keeps_its_light() {
+    // Lambert's phase law gives the mean radiance of a white sphere. The mean must not depend on whether a node hits
+    // the sun.
     let size = 96;
     let image = render_sphere(&lambertian, &small_sun(), size);
     let disc = circles(size);
     let mut sums = [0.0, 0.0];
     for circle in &disc {
         for (index, _) in &circle.pixels {
-            let share = f64::from(circle.coverage);
-            let beside = f64::from(BACKGROUND[1]) * (1.0 - share);
-            sums[0] += f64::from(image.pixels[*index][1]) - beside;
-            sums[1] += share;
+            let coverage = f64::from(circle.coverage);
+            let background = f64::from(BACKGROUND[1]) * (1.0 - coverage);
+            sums[0] += f64::from(image.pixels[*index][1]) - background;
+            sums[1] += coverage;
         }
     }
     let mean = sums[0] / sums[1];
@@ -181,10 +181,10 @@ fn a_sun_between_the_nodes_is_not_lost() {
 }
 
 #[test]
-fn a_small_sun_lights_white_paint_by_the_cosine() {
+fn small_sun_shades_by_cosine() {
     let environment = small_sun();
     let exposure = environment.radiance([0.0, -1.0, 0.0])[0] / SKY;
-    // By hand, as the panorama is laid out.
+    // The sun's direction by the panorama's layout.
     let step = PI / 256.0;
     let (polar, azimuth) = (80.5 * step, 60.5 * step);
     let (sin, cos) = polar.sin_cos();
@@ -197,7 +197,7 @@ fn a_small_sun_lights_white_paint_by_the_cosine() {
         for (index, azimuth) in &circle.pixels {
             let normal = circle.to_world(*azimuth, [0.0, 0.0, 1.0]);
             let cos: f32 = normal.iter().zip(sun).map(|(a, b)| a * b).sum();
-            // The blur softens the edge between day and night.
+            // The blur softens the edge of the lit half.
             if cos.abs() > 0.35 {
                 let expected = SKY * exposure + irradiance * FRAC_1_PI * cos.max(0.0);
                 errors.push(f64::from(image.pixels[*index][1] / expected - 1.0));
@@ -217,9 +217,10 @@ fn a_small_sun_lights_white_paint_by_the_cosine() {
 }
 
 #[test]
-fn twice_the_rings_show_the_same_sphere_under_a_small_sun() {
+fn small_sun_rendering_converges_in_rings() {
     let environment = small_sun();
-    let picture = |brdf: &dyn Brdf, rings| render_with(brdf, &environment, 48, rings).tone_map();
+    let picture =
+        |brdf: &dyn Brdf, rings| render_with_rings(brdf, &environment, 48, rings).tone_map();
     for material in [
         &lambertian as &dyn Brdf,
         &glossy(0.5),
@@ -233,7 +234,7 @@ fn twice_the_rings_show_the_same_sphere_under_a_small_sun() {
 }
 
 #[test]
-fn any_size_and_any_brdf_gives_a_picture_and_always_the_same() {
+fn rendering_handles_invalid_brdfs_and_is_deterministic() {
     let environment = Environment::studio();
     let broken = |_: &HalfDifference<f32>| [f32::NAN, f32::INFINITY, -1.0];
     for size in [0, 1, 2, 5] {
@@ -246,7 +247,7 @@ fn any_size_and_any_brdf_gives_a_picture_and_always_the_same() {
 }
 
 #[test]
-fn white_paint_is_exposed_well_and_the_very_center_fits_in() {
+fn white_sphere_is_well_exposed_and_continuous_at_center() {
     let image = render_sphere(&lambertian, &Environment::studio(), 33);
     let center = 33 * 16 + 16;
     let pixel = |index: usize| image.pixels[index][1];

@@ -1,12 +1,12 @@
-//! A [`Table`] as plain text, Markdown, HTML or CSV.
+//! Output of a [`Table`] as plain text, Markdown, HTML or CSV.
 
 use csv::{Terminator, WriterBuilder};
 use maud::html;
 
-use super::table::{Best, Cell, Table};
+use super::table::{Cell, Highlight, Table};
 
 impl Table {
-    /// For a terminal: aligned columns, the best numbers marked with `*`.
+    /// Formats the table for a terminal: aligned columns, the best numbers marked with `*`.
     #[must_use]
     pub fn to_text(&self) -> String {
         let heads = self
@@ -17,13 +17,13 @@ impl Table {
         let mut lines: Vec<Vec<String>> = vec![heads];
         lines.extend((0..self.rows.len()).map(|row| {
             let shown = self.row(row).enumerate().map(|(index, (column, cell))| {
-                // Numbers keep a place for the mark, so that their points stay aligned.
+                // Every number reserves a character for the mark, so that decimal points stay aligned.
                 let mark = match cell {
                     Cell::Number(_) if self.is_best(row, index) => "*",
                     Cell::Number(_) => " ",
                     _ => "",
                 };
-                column.show(cell) + mark
+                column.format(cell) + mark
             });
             shown.collect()
         }));
@@ -56,20 +56,20 @@ impl Table {
         text
     }
 
-    /// As Markdown, the best numbers in bold.
+    /// Formats the table as Markdown, the best numbers in bold.
     #[must_use]
     pub fn to_markdown(&self) -> String {
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-        let plain = |text: &str| text.replace('|', "\\|");
-        let heads = self.columns.iter().map(|column| plain(&column.title));
-        let rule = (0..self.columns.len()).map(|index| match self.is_numeric(index) {
+        let escape = |text: &str| text.replace('|', "\\|");
+        let heads = self.columns.iter().map(|column| escape(&column.title));
+        let alignment = (0..self.columns.len()).map(|index| match self.is_numeric(index) {
             true => "---:".to_owned(),
             false => "---".to_owned(),
         });
-        let mut markdown = line(heads.collect()) + &line(rule.collect());
+        let mut markdown = line(heads.collect()) + &line(alignment.collect());
         for row in 0..self.rows.len() {
             let cells = self.row(row).enumerate().map(|(index, (column, cell))| {
-                let shown = plain(&column.show(cell));
+                let shown = escape(&column.format(cell));
                 match self.is_best(row, index) {
                     true => format!("**{shown}**"),
                     false => shown,
@@ -80,20 +80,19 @@ impl Table {
         markdown
     }
 
-    /// As HTML: a caption, and a table in a box that scrolls where the page is too narrow.
+    /// Formats the table as HTML: a caption, and a table in a box that scrolls if the page is too narrow.
     #[must_use]
     pub fn to_html(&self) -> String {
-        let number = |index: usize| self.is_numeric(index);
         let table = html! {
             thead {
                 tr {
                     @for (index, column) in self.columns.iter().enumerate() {
-                        th.number[number(index)] scope="col" {
+                        th.number[self.is_numeric(index)] scope="col" {
                             (column.title)
-                            @match column.best {
-                                Best::Least => { " " span title="less is better" { "\u{2193}" } }
-                                Best::Greatest => { " " span title="more is better" { "\u{2191}" } }
-                                Best::None => {}
+                            @match column.highlight {
+                                Highlight::Lowest => { " " span title="lower is better" { "\u{2193}" } }
+                                Highlight::Highest => { " " span title="higher is better" { "\u{2191}" } }
+                                Highlight::None => {}
                             }
                         }
                     }
@@ -104,13 +103,13 @@ impl Table {
                 @for row in 0..self.rows.len() {
                     tr {
                         @for (index, (column, cell)) in self.row(row).enumerate() {
-                            @let shown = column.show(cell);
+                            @let shown = column.format(cell);
                             @match cell {
                                 Cell::Text(_) if index == 0 => { th scope="row" { (shown) } }
                                 Cell::Number(_) if self.is_best(row, index) => {
                                     td.number.best { (shown) }
                                 }
-                                _ => { td.number[number(index)] { (shown) } }
+                                _ => { td.number[self.is_numeric(index)] { (shown) } }
                             }
                         }
                     }
@@ -128,10 +127,10 @@ impl Table {
         figure.into_string()
     }
 
-    /// As comma-separated values (RFC 4180), with all digits of every number.
+    /// Formats the table as comma-separated values (RFC 4180), with all digits of every number.
     #[must_use]
     pub fn to_csv(&self) -> String {
-        // Memory takes whatever is written, and each row has as many cells as there are columns.
+        // Cannot fail: it writes to memory, and each row has as many cells as there are columns.
         self.write_csv().unwrap_or_default()
     }
 
@@ -164,20 +163,20 @@ mod tests {
             caption: "Means over \"all\" <materials>".into(),
             columns: vec![
                 Column::text("Method"),
-                Column::number("Loss", 3, Best::Least),
-                Column::number("PSNR, dB", 1, Best::Greatest),
+                Column::number("Loss", 3, Highlight::Lowest),
+                Column::number("PSNR, dB", 1, Highlight::Highest),
             ],
             rows: vec![
                 row("Random", Cell::Number(0.0651), Cell::Number(f64::NAN)),
                 row("Meta & co", Cell::Number(0.0354), Cell::Missing),
                 row("Ours", Cell::Number(0.0351), Cell::Number(24.35)),
             ],
-            compare: Compare::Down,
+            compare: Compare::WithinColumn,
         }
     }
 
     #[test]
-    fn text_is_aligned_and_marks_the_best() {
+    fn text_is_aligned_and_marks_best_numbers() {
         let expected = "\
 Method       Loss  PSNR, dB
 Random     0.065       NaN
@@ -190,7 +189,7 @@ Ours       0.035*     24.4*
     }
 
     #[test]
-    fn html_is_escaped_and_marks_the_best() {
+    fn html_is_escaped_and_marks_best_numbers() {
         let html = methods().to_html();
         assert!(html.contains("Means over &quot;all&quot; &lt;materials&gt;"));
         assert!(html.contains("<th scope=\"row\">Meta &amp; co</th>"));
@@ -199,7 +198,7 @@ Ours       0.035*     24.4*
     }
 
     #[test]
-    fn markdown_marks_the_best() {
+    fn markdown_marks_best_numbers() {
         let expected = "\
 | Method | Loss | PSNR, dB |
 | --- | ---: | ---: |

@@ -9,41 +9,41 @@ use crate::render::Picture;
 /// Rows of pictures under common headings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Gallery {
-    /// What it shows, in a sentence.
+    /// Caption, a sentence.
     pub caption: String,
     /// The rows.
     pub rows: Vec<GalleryRow>,
 }
 
-/// One row: several pictures of one thing.
+/// A row of pictures of one subject.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct GalleryRow {
-    /// What it is, such as the material's name.
+    /// Title, such as the material's name.
     pub title: String,
     /// The pictures, the reference first.
     pub tiles: Vec<Tile>,
 }
 
-/// One picture.
+/// A picture with its label.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tile {
-    /// What sets it apart in its row, such as the method's name.
+    /// Label within the row, such as the method's name.
     pub label: String,
-    /// What there is to know, such as its errors; a line each.
+    /// Lines of details, such as errors.
     pub details: Vec<String>,
-    /// Whether it is the best of its row.
+    /// True if it is the best of its row.
     pub best: bool,
     /// The picture.
     pub picture: Picture,
 }
 
-/// Gives each picture of a page a file name of its own.
+/// Unique file names for the pictures of a page.
 #[derive(Debug, Default)]
-pub(super) struct Names(BTreeSet<String>);
+pub(super) struct FileNames(BTreeSet<String>);
 
-impl Names {
-    /// `row-label.png`, made of letters, digits and hyphens, with a number if that name is taken.
-    fn next(&mut self, row: &str, label: &str) -> String {
+impl FileNames {
+    /// Returns `row-label.png`, made of letters, digits and hyphens, with a number if that name is taken.
+    fn unique(&mut self, row: &str, label: &str) -> String {
         let stem = slug(&format!("{row} {label}"));
         let numbered = (2..).map(|number| format!("{stem}-{number}.png"));
         let mut names = std::iter::once(format!("{stem}.png")).chain(numbered);
@@ -54,12 +54,12 @@ impl Names {
 }
 
 impl Gallery {
-    /// The gallery as HTML, with its pictures in `directory`; adds their names and themselves to
+    /// Formats the gallery as HTML that refers to pictures in `directory`. Adds the file names and pictures to
     /// `files`.
     pub(super) fn to_html(
         &self,
         directory: &str,
-        names: &mut Names,
+        names: &mut FileNames,
         files: &mut Vec<(String, Picture)>,
     ) -> Markup {
         html! {
@@ -69,7 +69,7 @@ impl Gallery {
                     @if !row.title.is_empty() { h3 { (row.title) } "\n" }
                     div.row style={ "--columns: " (row.tiles.len()) } {
                         @for tile in &row.tiles {
-                            @let file = names.next(&row.title, &tile.label);
+                            @let file = names.unique(&row.title, &tile.label);
                             (tile.to_html(&row.title, &format!("{directory}/{file}"))) "\n"
                             @let () = files.push((file, tile.picture.clone()));
                         }
@@ -98,7 +98,7 @@ impl Tile {
     }
 }
 
-/// Text as part of a file name: small letters, digits and single hyphens.
+/// Converts text to a part of a file name: lowercase letters, digits and single hyphens.
 fn slug(text: &str) -> String {
     let words: Vec<String> = text
         .split(|character: char| !character.is_ascii_alphanumeric())

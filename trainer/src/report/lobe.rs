@@ -4,24 +4,24 @@ use glimpse_core::geometry::{Directions, HalfDifference};
 use glimpse_materials::Brdf;
 use maud::{Markup, html};
 
-use super::svg::{COLORS, INK, Rule, drawing, power_of_ten, tenths};
+use super::svg::{COLORS, StyleRule, TEXT, drawing, one_decimal, power_of_ten};
 
-/// How many curves can be told apart: one for each color.
-pub const MOST_LOBES: usize = COLORS.len();
-/// Outgoing angles: every quarter of a degree, half a step off the horizon.
+/// The maximum number of curves, one for each color.
+pub const MAX_LOBES: usize = COLORS.len();
+/// Number of outgoing angles: every quarter of a degree, the first one half a step above the horizon.
 const STEPS: u16 = 720;
-/// The most decades that are shown.
-const DECADES: i32 = 6;
-/// The plot's center and radius.
+/// The maximum number of decades of the radial axis.
+const MAX_DECADES: i32 = 6;
+/// The plot's center and radius, in SVG units.
 const CENTER: [f32; 2] = [350.0, 350.0];
 const RADIUS: f32 = 285.0;
-/// Where the legend begins, and the height of one of its lines.
-const LEGEND: f32 = 418.0;
-const LINE: f32 = 21.0;
+/// Top of the legend and height of a line, in SVG units.
+const LEGEND_TOP: f32 = 418.0;
+const LINE_HEIGHT: f32 = 21.0;
 
-/// On top of the style of all drawings: the colors of curves, by their order.
-const RULES: [Rule; 7] = [
-    (".light", "fill", INK),
+/// Colors of the curves in their order, in addition to the common style.
+const RULES: [StyleRule; 7] = [
+    (".light", "fill", TEXT),
     (".c0", "stroke", COLORS[0]),
     (".c1", "stroke", COLORS[1]),
     (".c2", "stroke", COLORS[2]),
@@ -32,34 +32,35 @@ const RULES: [Rule; 7] = [
 const SHAPES: &str = ".plot .curve{fill:none;stroke-width:2;stroke-linejoin:round}\
                       .plot .dash{stroke-dasharray:7 4}";
 
-/// Curves of one color: a BRDF under light from one direction.
+/// A BRDF under light from one direction, and optionally a second curve of the same color.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lobe {
-    /// What it is, for the legend.
+    /// Name in the legend.
     pub name: String,
     /// Polar angle of the light, radians.
     pub theta_i: f32,
-    /// The luminance of the BRDF by outgoing angle, as [`lobe`] gives it; drawn as a line.
+    /// Pairs of outgoing angle and luminance of the BRDF, as returned by [`lobe`]; drawn as a solid line.
     pub curve: Vec<[f32; 2]>,
-    /// What it is compared with, drawn dashed, with a name; may be none.
+    /// Name and curve of the reference, drawn dashed.
     pub dashed: Option<(String, Vec<[f32; 2]>)>,
 }
 
-/// The luminance (Rec. 709) of a BRDF in the plane of incidence: pairs of the outgoing polar angle
-/// in radians, in (-pi/2, pi/2), and BRDF in sr^-1 (not times the cosine). Positive angles are
-/// across the normal from the light, so that a mirror's peak is at `theta_i`.
+/// Returns the luminance (Rec. 709) of a BRDF in the plane of incidence.
+///
+/// The pairs are the outgoing polar angle in radians, in (-pi/2, pi/2), and the luminance of the BRDF in sr^-1 (not
+/// times the cosine). Positive angles are across the normal from the light, so a mirror peaks at `theta_i`.
 pub fn lobe(brdf: &(impl Brdf + ?Sized), theta_i: f32) -> Vec<[f32; 2]> {
     let angle =
         |step: u16| ((f32::from(step) + 0.5) * 180.0 / f32::from(STEPS) - 90.0).to_radians();
     let (sin, cos) = theta_i.sin_cos();
-    let places = (0..STEPS).map(angle).filter_map(|theta_o| {
+    let samples = (0..STEPS).map(angle).filter_map(|theta_o| {
         let directions = Directions {
             incoming: [-sin, 0.0, cos],
             outgoing: [theta_o.sin(), 0.0, theta_o.cos()],
         };
         Some((theta_o, HalfDifference::from_directions(&directions)?))
     });
-    let (angles, at): (Vec<f32>, Vec<_>) = places.unzip();
+    let (angles, at): (Vec<f32>, Vec<_>) = samples.unzip();
     let mut values = vec![[0.0; 3]; at.len()];
     brdf.evaluate(&at, &mut values);
     let luminance = |[r, g, b]: [f32; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
@@ -71,11 +72,11 @@ pub fn lobe(brdf: &(impl Brdf + ?Sized), theta_i: f32) -> Vec<[f32; 2]> {
         .collect()
 }
 
-/// Draws lobes as an SVG picture, to stand alone or within a page.
+/// Draws lobes as an SVG, for a file or for embedding in a page.
 ///
 /// The angle from the vertical is the outgoing polar angle; the radius is the logarithm of the
-/// luminance of the BRDF in sr^-1, over two to six decades. What is below them is at the center.
-/// Triangles on the rim mark the light. Colors repeat after [`MOST_LOBES`].
+/// luminance of the BRDF in sr^-1, over two to six decades. Lower values lie at the center.
+/// Triangles on the rim mark the light. Colors repeat after [`MAX_LOBES`].
 #[must_use]
 pub fn lobe_svg(lobes: &[Lobe]) -> String {
     let decades = decades(lobes);
@@ -84,8 +85,8 @@ pub fn lobe_svg(lobes: &[Lobe]) -> String {
         .map(|lobe| 1 + usize::from(lobe.dashed.is_some()))
         .sum::<usize>()
         + 1;
-    let height = LEGEND + LINE * lines as f32;
-    let mut line = (0..).map(|index: u16| LEGEND + LINE * f32::from(index));
+    let height = LEGEND_TOP + LINE_HEIGHT * lines as f32;
+    let mut line = (0..).map(|index: u16| LEGEND_TOP + LINE_HEIGHT * f32::from(index));
     let mut next_line = || line.next().unwrap_or(height);
     let marks = html! {
         (grid(decades))
@@ -94,46 +95,46 @@ pub fn lobe_svg(lobes: &[Lobe]) -> String {
             @for (name, curve, dash) in [(&lobe.name, &lobe.curve, false)].into_iter().chain(dashed) {
                 @let y = next_line();
                 g class={ "c" (index % COLORS.len()) } {
-                    path.curve.dash[dash] d=(path(curve, decades)) {}
+                    path.curve.dash[dash] d=(curve_path(curve, decades)) {}
                     path.curve.dash[dash] d=(format!("M70 {middle}H106", middle = y - 4.0)) {}
                 }
                 text x="116" y=(y) { (name) }
             }
-            path.light d=(light(lobe.theta_i)) {}
+            path.light d=(light_arrow(lobe.theta_i)) {}
         }
         @let y = next_line();
-        path.light d=(pointer(y - 4.0)) {}
+        path.light d=(legend_arrow(y - 4.0)) {}
         text x="116" y=(y) { "direction to the light" }
     };
     let label = "BRDF in the plane of incidence";
     drawing([700.0, height], label, &RULES, SHAPES, &marks)
 }
 
-/// The line of a curve.
-fn path(curve: &[[f32; 2]], decades: [i32; 2]) -> String {
-    let places = curve.iter().filter(|[_, value]| !value.is_nan());
-    let places = places.map(|[theta_o, value]| {
-        let [x, y] = place(*theta_o, RADIUS * share(*value, decades));
+/// Returns the SVG path of a curve.
+fn curve_path(curve: &[[f32; 2]], decades: [i32; 2]) -> String {
+    let points = curve.iter().filter(|[_, value]| !value.is_nan());
+    let points = points.map(|[theta_o, value]| {
+        let [x, y] = point(*theta_o, RADIUS * fraction(*value, decades));
         format!("{x:.1} {y:.1}")
     });
-    match places.collect::<Vec<_>>().join("L") {
-        none if none.is_empty() => none,
-        places => format!("M{places}"),
+    match points.collect::<Vec<_>>().join("L") {
+        empty if empty.is_empty() => empty,
+        points => format!("M{points}"),
     }
 }
 
-/// A triangle on the rim that points to the light.
-fn light(theta_i: f32) -> String {
+/// Returns the SVG path of a triangle on the rim that points to the light.
+fn light_arrow(theta_i: f32) -> String {
     let corners = [(RADIUS - 14.0, 0.0), (RADIUS, 0.017), (RADIUS, -0.017)];
-    triangle(corners.map(|(radius, aside)| place(aside - theta_i, radius)))
+    triangle(corners.map(|(radius, aside)| point(aside - theta_i, radius)))
 }
 
-/// The same in the legend.
-fn pointer(y: f32) -> String {
+/// Returns the SVG path of the light's triangle in the legend.
+fn legend_arrow(y: f32) -> String {
     triangle([[95.0, y], [81.0, y - 5.0], [81.0, y + 5.0]])
 }
 
-/// The exponents of the powers of ten at the center and at the rim.
+/// Returns the exponents of the powers of ten at the center and at the rim.
 fn decades(lobes: &[Lobe]) -> [i32; 2] {
     let dashed = lobes
         .iter()
@@ -155,16 +156,16 @@ fn decades(lobes: &[Lobe]) -> [i32; 2] {
         .copied()
         .reduce(f32::min)
         .map_or(-2, |least| least.log10().floor() as i32);
-    [low.clamp(high - DECADES, high - 2), high]
+    [low.clamp(high - MAX_DECADES, high - 2), high]
 }
 
-/// A value's place between the decades, 0 to 1.
-fn share(value: f32, [low, high]: [i32; 2]) -> f32 {
+/// Returns the logarithmic position of a value between the decades, 0 to 1.
+fn fraction(value: f32, [low, high]: [i32; 2]) -> f32 {
     ((value.max(0.0).log10() - low as f32) / (high - low) as f32).clamp(0.0, 1.0)
 }
 
-/// Where an angle, positive to the right, and a radius lie.
-fn place(theta_o: f32, radius: f32) -> [f32; 2] {
+/// Returns the point at an angle from the vertical, positive to the right, and a radius.
+fn point(theta_o: f32, radius: f32) -> [f32; 2] {
     let [x, y] = CENTER;
     [x + radius * theta_o.sin(), y - radius * theta_o.cos()]
 }
@@ -173,10 +174,10 @@ fn triangle([[ax, ay], [bx, by], [cx, cy]]: [[f32; 2]; 3]) -> String {
     format!("M{ax:.1} {ay:.1}L{bx:.1} {by:.1}L{cx:.1} {cy:.1}z")
 }
 
-/// Half circles for powers of ten, rays for angles, and what they mean.
+/// Draws half circles for powers of ten, rays for angles, and their labels.
 fn grid([low, high]: [i32; 2]) -> Markup {
     let [x, y] = CENTER;
-    let reach = |exponent: i32| RADIUS * (exponent - low) as f32 / (high - low) as f32;
+    let radius_of = |exponent: i32| RADIUS * (exponent - low) as f32 / (high - low) as f32;
     let arc = |radius: f32| {
         let (left, right) = (x - radius, x + radius);
         format!("M{left:.1} {y}A{radius:.1} {radius:.1} 0 0 1 {right:.1} {y}")
@@ -184,14 +185,14 @@ fn grid([low, high]: [i32; 2]) -> Markup {
     let ray = |[rim_x, rim_y]: [f32; 2]| format!("M{x} {y}L{rim_x:.1} {rim_y:.1}");
     html! {
         @for exponent in low..=high {
-            path.grid d=(arc(reach(exponent))) {}
-            text.dim.mid x=(tenths(x + reach(exponent))) y=(y + 17.0) { (power_of_ten(exponent)) }
+            path.grid d=(arc(radius_of(exponent))) {}
+            text.dim.mid x=(one_decimal(x + radius_of(exponent))) y=(y + 17.0) { (power_of_ten(exponent)) }
         }
         @for degrees in (-90..=90_i16).step_by(30) {
             @let angle = f32::from(degrees).to_radians();
-            @let [label_x, label_y] = place(angle, RADIUS + 19.0);
-            path.grid d=(ray(place(angle, RADIUS))) {}
-            text.dim.mid x=(tenths(label_x)) y=(tenths(label_y + 4.0)) {
+            @let [label_x, label_y] = point(angle, RADIUS + 19.0);
+            path.grid d=(ray(point(angle, RADIUS))) {}
+            text.dim.mid x=(one_decimal(label_x)) y=(one_decimal(label_y + 4.0)) {
                 @if degrees < 0 { "\u{2212}" }
                 (degrees.abs()) "\u{b0}"
             }
@@ -218,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lobe_peaks_where_a_mirror_does() {
+    fn mirror_peaks_at_theta_i() {
         let mirror = |at: &HalfDifference<f32>| [at.hz.powi(5000); 3];
         for degrees in [0.0_f32, 30.0, 60.0] {
             let curve = lobe(&mirror, degrees.to_radians());
@@ -229,12 +230,12 @@ mod tests {
     }
 
     #[test]
-    fn the_radius_is_the_logarithm_over_whole_decades() {
+    fn radius_is_logarithmic_over_whole_decades() {
         let curve = vec![[0.0, 0.02], [0.3, 3.0]];
         assert_eq!(decades(&[named("a", curve.clone())]), [-2, 1]);
-        assert!((share(1.0, [-2, 1]) - 2.0 / 3.0).abs() < 1e-6);
+        assert!((fraction(1.0, [-2, 1]) - 2.0 / 3.0).abs() < 1e-6);
         assert_eq!(
-            [0.0, -1.0, f32::NAN, 1e9].map(|value| share(value, [-2, 1])),
+            [0.0, -1.0, f32::NAN, 1e9].map(|value| fraction(value, [-2, 1])),
             [0.0, 0.0, 0.0, 1.0]
         );
         assert_eq!(

@@ -1,5 +1,5 @@
-//! What is left to read: tables for terminal, page and spreadsheet, plots, pages with pictures,
-//! drawings of sample patterns and lobes.
+//! Output for readers: tables as text, HTML and CSV, plots, pages with pictures, and drawings of sample patterns
+//! and lobes.
 
 mod format;
 mod gallery;
@@ -11,8 +11,8 @@ mod svg;
 mod table;
 
 pub use gallery::{Gallery, GalleryRow, Tile};
-pub use lobe::{Lobe, MOST_LOBES, lobe, lobe_svg};
+pub use lobe::{Lobe, MAX_LOBES, lobe, lobe_svg};
 pub use page::{Page, PageError, document};
 pub use pattern::pattern_svg;
-pub use plot::{Axis, Hue, Mark, Plot, PlotError, Scale, Series};
-pub use table::{Best, Cell, Column, Compare, Table};
+pub use plot::{Axis, Marker, Plot, PlotError, Scale, Series, SeriesColor};
+pub use table::{Cell, Column, Compare, Highlight, Table};

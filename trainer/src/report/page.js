@@ -1,3 +1,4 @@
+// Enlarges a row of pictures on a click.
 const dialog = document.createElement("dialog");
 dialog.addEventListener("click", () => dialog.close());
 document.body.append(dialog);

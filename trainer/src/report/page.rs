@@ -1,58 +1,58 @@
-//! A web page that needs nothing from elsewhere: one file, and its pictures in a folder beside it.
+//! A self-contained web page: one file, and its pictures in a folder next to it.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-use glimpse_materials::files::{make_folder, write_whole, write_whole_below};
+use glimpse_materials::files::{ensure_dir, write_atomic, write_atomic_below};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::gallery::Names;
+use super::gallery::FileNames;
 use super::{Gallery, Table};
 use crate::render::{Picture, PictureError};
 
-/// The file of a part of a page, in its folder.
-const PART: &str = "part.html";
-/// The look: readable on a phone and in the dark; blue against orange for the color-blind.
+/// The file name of a page's section, in the section's folder.
+const SECTION_FILE: &str = "part.html";
+/// The style sheet: for phones, for dark mode, and with colors for color-blind readers.
 const STYLE: &str = include_str!("page.css");
-/// Clicking a picture shows its row large. Without scripts the link leads to the picture.
+/// The script that enlarges a row of pictures on a click. Without scripts, the link opens the picture.
 const SCRIPT: &str = include_str!("page.js");
 
-/// Why a page cannot be written.
+/// An error in writing a page.
 #[derive(Debug, thiserror::Error)]
 pub enum PageError {
-    /// One of its pictures cannot be written.
+    /// A picture cannot be written.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// The page itself cannot be written.
+    /// A file of the page cannot be written.
     #[error("cannot write {}: {source}", path.display())]
     Write {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
-    /// A part of it cannot be read.
+    /// A section's file cannot be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Why.
+        /// Error of the operating system.
         source: io::Error,
     },
 }
 
-/// A page, part by part from the top.
+/// A page that is built from top to bottom.
 #[derive(Debug)]
 pub struct Page {
     title: String,
-    /// Where the pictures lie, seen from the page.
+    /// The folder of the pictures, relative to the page.
     folder: String,
     body: String,
-    names: Names,
+    names: FileNames,
     pictures: Vec<(String, Picture)>,
 }
 
-/// Returns a whole document of HTML, in the style of all pages followed by one of its own.
+/// Returns an HTML document with the common style sheet, followed by `style`.
 #[must_use]
 pub fn document(title: &str, style: &str, body: &Markup) -> String {
     let page = html! {
@@ -73,20 +73,19 @@ pub fn document(title: &str, style: &str, body: &Markup) -> String {
 }
 
 impl Page {
-    /// An empty page.
+    /// Creates an empty page.
     #[must_use]
     pub fn new(title: impl Into<String>) -> Self {
         Self {
             title: title.into(),
             folder: "pictures".into(),
             body: String::new(),
-            names: Names::default(),
+            names: FileNames::default(),
             pictures: Vec::new(),
         }
     }
 
-    /// The same, with its pictures in a folder of this name instead of `pictures`: for pages that
-    /// share a directory.
+    /// Creates an empty page with its pictures in this folder instead of `pictures`, for pages that share a directory.
     #[must_use]
     pub fn with_pictures_in(title: impl Into<String>, folder: impl Into<String>) -> Self {
         Self {
@@ -95,12 +94,12 @@ impl Page {
         }
     }
 
-    /// Another page as a part of this one, if [`Page::write_part`] has left it in a folder.
+    /// Adds the section that [`Page::write_section`] wrote into a folder, if the folder has one.
     ///
     /// # Errors
-    /// If it is there and cannot be read.
-    pub fn part(self, folder: &Path) -> Result<Self, PageError> {
-        let path = folder.join(PART);
+    /// If the section's file exists and cannot be read.
+    pub fn section(self, folder: &Path) -> Result<Self, PageError> {
+        let path = folder.join(SECTION_FILE);
         match std::fs::read_to_string(&path) {
             Ok(html) => Ok(self.push(&PreEscaped(html))),
             Err(source) if source.kind() == io::ErrorKind::NotFound => Ok(self),
@@ -108,39 +107,39 @@ impl Page {
         }
     }
 
-    /// A heading within the page.
+    /// Adds a heading.
     #[must_use]
     pub fn heading(self, text: &str) -> Self {
         self.push(&html! { h2 { (text) } "\n" })
     }
 
-    /// A command or a program's text, as it is.
+    /// Adds preformatted text, such as a command.
     #[must_use]
     pub fn code(self, text: &str) -> Self {
         self.push(&html! { pre { code { (text) } } "\n" })
     }
 
-    /// A paragraph of plain text.
+    /// Adds a paragraph of plain text.
     #[must_use]
     pub fn paragraph(self, text: &str) -> Self {
         self.push(&html! { p { (text) } "\n" })
     }
 
-    /// A table, its best numbers marked.
+    /// Adds a table.
     #[must_use]
     pub fn table(self, table: &Table) -> Self {
         self.push(&PreEscaped(table.to_html()))
     }
 
-    /// Rows of pictures.
+    /// Adds rows of pictures.
     #[must_use]
     pub fn gallery(mut self, gallery: &Gallery) -> Self {
         let html = gallery.to_html(&self.folder, &mut self.names, &mut self.pictures);
         self.push(&html)
     }
 
-    /// A drawing, such as [`pattern_svg`](super::pattern_svg) makes, with a caption. The SVG goes
-    /// into the page as it is.
+    /// Adds an SVG drawing, such as the result of [`pattern_svg`](super::pattern_svg), with a caption. The SVG is
+    /// not escaped.
     #[must_use]
     pub fn drawing(self, svg: &str, caption: &str) -> Self {
         self.push(&html! {
@@ -148,44 +147,44 @@ impl Page {
         })
     }
 
-    /// Writes `index.html` and, in `pictures/`, PNG files into a directory, which is made if need
-    /// be. The page comes last and at once, so it never shows less than everything.
+    /// Writes `index.html`, and PNG files in `pictures/`, into a directory, which is created if it does not exist. The
+    /// page is written last and atomically, so all of its pictures exist.
     ///
     /// # Errors
     /// If a file cannot be written.
     pub fn write(&self, directory: &Path) -> Result<(), PageError> {
-        make_folder(directory).map_err(|source| PageError::Write {
+        ensure_dir(directory).map_err(|source| PageError::Write {
             path: directory.into(),
             source,
         })?;
-        self.write_as(&directory.join("index.html"))
+        self.write_to(&directory.join("index.html"))
     }
 
-    /// The same with another name of the page.
+    /// Writes the page to a file of this name, and its pictures into a folder next to it.
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn write_as(&self, path: &Path) -> Result<(), PageError> {
+    pub fn write_to(&self, path: &Path) -> Result<(), PageError> {
         self.write_pictures(path.parent().unwrap_or(Path::new("")))?;
-        write_whole(path, self.to_html().as_bytes()).map_err(|source| PageError::Write {
+        write_atomic(path, self.to_html().as_bytes()).map_err(|source| PageError::Write {
             path: path.into(),
             source,
         })
     }
 
-    /// Writes it as a part of a page that will lie in a directory: its pictures where that page
-    /// will look for them, the rest in one of the directory's folders.
+    /// Writes the page as a section of a page in `directory`: its text into `folder` there, its pictures where that
+    /// page refers to them.
     ///
     /// # Errors
     /// If a file cannot be written.
-    pub fn write_part(&self, directory: &Path, folder: &str) -> Result<(), PageError> {
+    pub fn write_section(&self, directory: &Path, folder: &str) -> Result<(), PageError> {
         self.write_pictures(directory)?;
-        let path = Path::new(folder).join(PART);
-        let part = html! {
+        let path = Path::new(folder).join(SECTION_FILE);
+        let section = html! {
             section.part { "\n" h2 { (self.title) } "\n" (PreEscaped(&self.body)) } "\n"
         };
-        let html = part.into_string();
-        write_whole_below(directory, &path, html.as_bytes()).map_err(|source| PageError::Write {
+        let html = section.into_string();
+        write_atomic_below(directory, &path, html.as_bytes()).map_err(|source| PageError::Write {
             path: directory.join(path),
             source,
         })
@@ -194,7 +193,7 @@ impl Page {
     fn write_pictures(&self, directory: &Path) -> Result<(), PageError> {
         for (name, picture) in &self.pictures {
             let relative = Path::new(&self.folder).join(name);
-            write_whole_below(directory, &relative, &picture.to_png()?).map_err(|source| {
+            write_atomic_below(directory, &relative, &picture.to_png()?).map_err(|source| {
                 PageError::Write {
                     path: directory.join(relative),
                     source,
@@ -204,7 +203,7 @@ impl Page {
         Ok(())
     }
 
-    /// The page as HTML.
+    /// Formats the page as HTML.
     fn to_html(&self) -> String {
         let body = html! {
             main { h1 { (self.title) } "\n" (PreEscaped(&self.body)) }
@@ -224,7 +223,7 @@ mod tests {
     use super::*;
     use crate::report::{GalleryRow, Tile};
 
-    /// A row of pictures with these labels.
+    /// Returns a gallery of one row of pictures with these labels.
     fn gallery(title: &str, labels: &[&str]) -> Gallery {
         let tile = |label: &&str| Tile {
             label: (*label).into(),
@@ -247,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn a_page_lies_in_its_directory_with_all_it_shows() {
+    fn writes_page_with_its_pictures() {
         let scratch = tempfile::tempdir().unwrap();
         let directory = scratch.path().join("new");
         page().write(&directory).unwrap();
@@ -259,22 +258,22 @@ mod tests {
             assert!(directory.join(file).is_file(), "{file}");
         }
         assert!(html.contains("pictures/blue-rubber-ours-2.png"));
-        // Drawings on white are turned in the dark.
+        // Drawings on white are inverted in dark mode.
         assert!(html.contains(".drawing svg.on-white { filter: invert("));
-        assert!(!html.contains("http"), "nothing is loaded from elsewhere");
+        assert!(!html.contains("http"), "the page loads a remote resource");
     }
 
     #[test]
-    fn parts_become_one_page() {
+    fn sections_form_one_page() {
         let scratch = tempfile::tempdir().unwrap();
         Page::with_pictures_in("First", "first/pictures")
             .gallery(&gallery("gold", &["Ours"]))
-            .write_part(scratch.path(), "first")
+            .write_section(scratch.path(), "first")
             .unwrap();
         let whole = Page::new("All")
-            .part(&scratch.path().join("first"))
+            .section(&scratch.path().join("first"))
             .unwrap()
-            .part(&scratch.path().join("never-made"))
+            .section(&scratch.path().join("never-made"))
             .unwrap();
         whole.write(scratch.path()).unwrap();
         let html = std::fs::read_to_string(scratch.path().join("index.html")).unwrap();
@@ -294,7 +293,7 @@ mod tests {
     }
 
     #[test]
-    fn without_its_pictures_there_is_no_page() {
+    fn page_is_not_written_if_pictures_fail() {
         let scratch = tempfile::tempdir().unwrap();
         std::fs::write(scratch.path().join("pictures"), b"in the way").unwrap();
         assert!(page().write(scratch.path()).is_err());

@@ -1,44 +1,46 @@
-//! A sample pattern: over theta_h and theta_d, and as directions to light and sensor from above.
+//! Drawings of sample patterns: over theta_h and theta_d, and as directions to light and sensor seen from above.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use maud::{Markup, html};
 
-use super::svg::{COLORS, Color, INK, Labels, Rule, drawing, tenths};
+use super::svg::{COLORS, LabelPlacer, StyleRule, TEXT, ThemedColor, drawing, one_decimal};
 
-/// Up to so many samples are numbered.
-const NUMBERED: usize = 16;
-/// Pixels per degree of the first drawing, and where its origin lies.
+/// The maximum number of samples that are numbered.
+const MAX_NUMBERED: usize = 16;
+/// Pixels per degree and origin of the upper drawing.
 const SCALE: f32 = 3.0;
 const ORIGIN: [f32; 2] = [66.0, 294.0];
-/// Radius of the hemispheres, and the centers of light's and sensor's.
+/// Radius of the hemispheres, and their centers for light and sensor.
 const HORIZON: f32 = 145.0;
 const CENTERS: [[f32; 2]; 2] = [[185.0, 540.0], [515.0, 540.0]];
-/// Half the length of the hand that shows phi_d.
+/// Length of the hand that points to phi_d.
 const HAND: f32 = 11.0;
-/// Left edge of the legend, its first line and the height of a line.
+/// Left edge and first baseline of the legend, and the height of a line.
 const LEGEND: [f32; 2] = [400.0, 50.0];
-const LINE: f32 = 30.0;
+const LINE_HEIGHT: f32 = 30.0;
 
-/// On top of the style of all drawings; lights are orange discs, sensors blue squares.
-const RULES: [Rule; 6] = [
-    (".always", "fill", Color::new("#d3e6f1", "#1d3a4c")),
-    (".some", "fill", Color::new("#edf3f7", "#1b2830")),
+/// Colors in addition to the common style; lights are orange discs, sensors blue squares.
+const RULES: [StyleRule; 6] = [
+    (".always", "fill", ThemedColor::new("#d3e6f1", "#1d3a4c")),
+    (".some", "fill", ThemedColor::new("#edf3f7", "#1b2830")),
     (".light", "fill", COLORS[1]),
     (".sensor", "fill", COLORS[0]),
-    (".hand", "stroke", INK),
-    (".dot", "fill", INK),
+    (".hand", "stroke", TEXT),
+    (".dot", "fill", TEXT),
 ];
 const SHAPES: &str = ".plot .hand{stroke-width:1.5}.plot .out{opacity:0.35}";
 
-/// Draws a sample pattern as an SVG picture, to stand alone or within a page.
+/// Draws a sample pattern as an SVG, for a file or for embedding in a page.
 ///
-/// Above, each sample is a dot over theta_h and theta_d in degrees, with a hand that points to
-/// phi_d (to the right for 0, up for 90 degrees). Pairs in the dark triangle are above the horizon
-/// for every phi_d, those beside it only for phi_d near 90 degrees. Below are the directions to
-/// light (discs) and to sensor (squares) of each sample with phi_h = 0, each projected straight
-/// down on the surface: their distance from the center is the sine of the polar angle. Up to 16
-/// samples are numbered from 0, as in the recipe. Samples with a direction below the horizon are
-/// faint, samples with an angle that is not finite left out.
+/// The upper drawing shows each sample as a dot over theta_h and theta_d in degrees, with a hand that points to
+/// phi_d (to the right for 0, up for 90 degrees). Pairs in the dark triangle are above the horizon for every phi_d,
+/// all others only for phi_d near 90 degrees.
+///
+/// The lower drawings show the directions to light (discs) and sensor (squares) of each sample with phi_h = 0,
+/// projected straight down on the surface. Their distance from the center is the sine of the polar angle.
+///
+/// Up to 16 samples are numbered from 0, as in the recipe. Samples with a direction below the horizon are faint.
+/// Samples with an angle that is not finite are left out.
 #[must_use]
 pub fn pattern_svg(angles: &[Angles<f32>]) -> String {
     let finite = angles.iter().enumerate().filter(|(_, angles)| {
@@ -51,10 +53,10 @@ pub fn pattern_svg(angles: &[Angles<f32>]) -> String {
             .iter()
             .all(|angle| angle.is_finite())
     });
-    let samples: Vec<Drawn> = finite
-        .map(|(index, angles)| Drawn::new(index, angles))
+    let samples: Vec<DrawnSample> = finite
+        .map(|(index, angles)| DrawnSample::new(index, angles))
         .collect();
-    let numbered = angles.len() <= NUMBERED;
+    let numbered = angles.len() <= MAX_NUMBERED;
     let marks = html! {
         (axes())
         @for (center, title) in CENTERS.into_iter().zip(["light", "sensor"]) {
@@ -68,35 +70,35 @@ pub fn pattern_svg(angles: &[Angles<f32>]) -> String {
     drawing([700.0, 718.0], &label, &RULES, SHAPES, &marks)
 }
 
-/// Where a pair of angles in degrees lies in the first drawing.
-fn place(theta_h: f32, theta_d: f32) -> [f32; 2] {
+/// Returns the point of a pair of angles, in degrees, in the upper drawing.
+fn point(theta_h: f32, theta_d: f32) -> [f32; 2] {
     let [left, bottom] = ORIGIN;
     [left + SCALE * theta_h, bottom - SCALE * theta_d]
 }
 
-/// Plane, valid region, ticks and labels of the first drawing.
+/// Draws plane, valid region, ticks and labels of the upper drawing.
 fn axes() -> Markup {
     let [left, bottom] = ORIGIN;
-    let [right, top] = place(90.0, 90.0);
-    let [x, y] = place(45.0, 45.0);
-    let (side, beside) = (right - left, 20.0);
+    let [right, top] = point(90.0, 90.0);
+    let [x, y] = point(45.0, 45.0);
+    let (side, label_x) = (right - left, 20.0);
     html! {
         rect.some x=(left) y=(top) width=(side) height=(side) {}
         path.always d=(format!("M{left} {bottom}H{right}L{left} {top}z")) {}
         path.axis d=(format!("M{left} {top}V{bottom}H{right}")) {}
         @for degrees in (0..=90_u8).step_by(30) {
-            @let [x, y] = place(degrees.into(), degrees.into());
+            @let [x, y] = point(degrees.into(), degrees.into());
             text.mid x=(x) y=(bottom + 17.0) { (degrees) "\u{b0}" }
             text.end x=(left - 6.0) y=(y + 4.0) { (degrees) "\u{b0}" }
         }
         text.mid x=(x) y=(bottom + 40.0) { "\u{3b8}h, polar angle of the half vector" }
-        text.mid x=(beside) y=(y) transform=(format!("rotate(-90 {beside} {y})")) {
+        text.mid x=(label_x) y=(y) transform=(format!("rotate(-90 {label_x} {y})")) {
             "\u{3b8}d, of the difference vector"
         }
     }
 }
 
-/// Circles of 30, 60 and 90 degrees around a center, and what is seen there.
+/// Draws circles of 30, 60 and 90 degrees around a center, with a title.
 fn hemisphere([x, y]: [f32; 2], title: &str) -> Markup {
     let [left, right] = [x - HORIZON, x + HORIZON];
     let [top, bottom] = [y - HORIZON, y + HORIZON];
@@ -104,8 +106,8 @@ fn hemisphere([x, y]: [f32; 2], title: &str) -> Markup {
         @for degrees in [30.0_f32, 60.0, 90.0] {
             @let radius = HORIZON * degrees.to_radians().sin();
             @let class = if degrees < 90.0 { "grid" } else { "axis" };
-            circle class=(class) cx=(x) cy=(y) r=(tenths(radius)) {}
-            text.dim.mid x=(x) y=(tenths(y + radius - 4.0)) { (degrees) "\u{b0}" }
+            circle class=(class) cx=(x) cy=(y) r=(one_decimal(radius)) {}
+            text.dim.mid x=(x) y=(one_decimal(y + radius - 4.0)) { (degrees) "\u{b0}" }
         }
         path.grid d=(format!("M{left} {y}H{right}M{x} {top}V{bottom}")) {}
         text.dim x=(right + 5.0) y=(y + 4.0) { "\u{3c6} 0\u{b0}" }
@@ -113,11 +115,11 @@ fn hemisphere([x, y]: [f32; 2], title: &str) -> Markup {
     }
 }
 
-/// What the marks mean.
+/// Draws the legend of the marks.
 fn legend(samples: usize, numbered: bool) -> Markup {
     let [left, top] = LEGEND;
     let middle = left + 6.0;
-    let line = |index: u8| top + LINE * f32::from(index);
+    let line = |index: u8| top + LINE_HEIGHT * f32::from(index);
     let square = |class: &str, y: f32, side: f32| {
         let (x, y) = (middle - side / 2.0, y - 4.0 - side / 2.0);
         html! { rect class=(class) x=(x) y=(y) width=(side) height=(side) {} }
@@ -151,22 +153,22 @@ fn legend(samples: usize, numbered: bool) -> Markup {
             (samples) " samples"
             @if numbered { ", numbered as in the recipe" }
         }
-        @for (index, (mark, what)) in (1_u8..).zip(lines) {
+        @for (index, (mark, meaning)) in (1_u8..).zip(lines) {
             (mark)
-            text x=(left + 26.0) y=(line(index)) { (what) }
+            text x=(left + 26.0) y=(line(index)) { (meaning) }
         }
     }
 }
 
-/// A sample and where it is drawn: over the angles, and as direction to light and to sensor.
-struct Drawn {
+/// A sample with its three points: over the angles, and as direction to light and to sensor.
+struct DrawnSample {
     index: usize,
     valid: bool,
     phi_d: f32,
-    places: [[f32; 2]; 3],
+    points: [[f32; 2]; 3],
 }
 
-impl Drawn {
+impl DrawnSample {
     fn new(index: usize, angles: &Angles<f32>) -> Self {
         let at = HalfDifference::from_angles(*angles);
         let directions = at.directions();
@@ -177,8 +179,8 @@ impl Drawn {
             index,
             valid: at.is_valid(),
             phi_d: angles.phi_d,
-            places: [
-                place(angles.theta_h.to_degrees(), angles.theta_d.to_degrees()),
+            points: [
+                point(angles.theta_h.to_degrees(), angles.theta_d.to_degrees()),
                 project(light, directions.incoming),
                 project(sensor, directions.outgoing),
             ],
@@ -186,44 +188,44 @@ impl Drawn {
     }
 
     fn marks(&self) -> Markup {
-        let [[x, y], [light_x, light_y], [sensor_x, sensor_y]] = self.places;
+        let [[x, y], [light_x, light_y], [sensor_x, sensor_y]] = self.points;
         let (sin, cos) = self.phi_d.sin_cos();
         let (tip_x, tip_y) = (x + HAND * cos, y - HAND * sin);
         let hand = format!("M{x:.1} {y:.1}L{tip_x:.1} {tip_y:.1}");
         html! {
             g.out[!self.valid] {
                 path.hand d=(hand) {}
-                circle.dot cx=(tenths(x)) cy=(tenths(y)) r="3.5" {}
-                circle.light cx=(tenths(light_x)) cy=(tenths(light_y)) r="4.5" {}
-                rect.sensor x=(tenths(sensor_x - 4.0)) y=(tenths(sensor_y - 4.0))
+                circle.dot cx=(one_decimal(x)) cy=(one_decimal(y)) r="3.5" {}
+                circle.light cx=(one_decimal(light_x)) cy=(one_decimal(light_y)) r="4.5" {}
+                rect.sensor x=(one_decimal(sensor_x - 4.0)) y=(one_decimal(sensor_y - 4.0))
                     width="8" height="8" {}
             }
         }
     }
 }
 
-/// Numbers beside all marks, where they cover least.
-fn numbers(samples: &[Drawn]) -> Markup {
-    let mut labels = Labels::default();
+/// Draws numbers next to all marks, with as little overlap as possible.
+fn numbers(samples: &[DrawnSample]) -> Markup {
+    let mut labels = LabelPlacer::default();
     for [x, y] in CENTERS {
-        labels.keep_off([x + HORIZON + 19.0, y], [28.0, 12.0]);
+        labels.reserve_box([x + HORIZON + 19.0, y], [28.0, 12.0]);
         for radius in [30.0_f32, 60.0, 90.0].map(|degrees| HORIZON * degrees.to_radians().sin()) {
-            labels.keep_off([x, y + radius - 8.0], [24.0, 12.0]);
+            labels.reserve_box([x, y + radius - 8.0], [24.0, 12.0]);
         }
     }
     for sample in samples {
-        for place in sample.places {
-            labels.mark(place);
+        for mark in sample.points {
+            labels.reserve_mark(mark);
         }
-        let ([x, y], (sin, cos)) = (sample.places[0], sample.phi_d.sin_cos());
-        labels.mark([x + 0.8 * HAND * cos, y - 0.8 * HAND * sin]);
+        let ([x, y], (sin, cos)) = (sample.points[0], sample.phi_d.sin_cos());
+        labels.reserve_mark([x + 0.8 * HAND * cos, y - 0.8 * HAND * sin]);
     }
     html! {
         @for sample in samples {
-            @for mark in sample.places {
+            @for mark in sample.points {
                 @let number = sample.index.to_string();
                 @let [x, y] = labels.place(mark, number.len());
-                text.dim.mid.out[!sample.valid] x=(tenths(x)) y=(tenths(y)) { (number) }
+                text.dim.mid.out[!sample.valid] x=(one_decimal(x)) y=(one_decimal(y)) { (number) }
             }
         }
     }
@@ -243,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn samples_lie_where_their_angles_say() {
+    fn samples_lie_at_their_angles() {
         let svg = pattern_svg(&[angles(30.0, 60.0, 90.0)]);
         let [x, y] = [66.0 + 90.0, 294.0 - 180.0];
         assert!(
@@ -252,7 +254,7 @@ mod tests {
         );
         // The hand points up.
         assert!(svg.contains(&format!("M{x:.1} {y:.1}L{x:.1} {:.1}", y - HAND)));
-        // By hand: w_i = (sin 30 cos 60, sin 60, ...) = (0.25, 0.866).
+        // Expected: w_i = (sin 30 cos 60, sin 60, ...) = (0.25, 0.866).
         let (x, y) = (185.0 + 145.0 * 0.25, 540.0 - 145.0 * 0.866_03);
         assert!(
             svg.contains(&format!("class=\"light\" cx=\"{x:.1}\" cy=\"{y:.1}\"")),
@@ -261,8 +263,8 @@ mod tests {
     }
 
     #[test]
-    fn impossible_samples_are_faint_or_left_out() {
-        let count = |pattern: &[Angles<f32>], what| pattern_svg(pattern).matches(what).count();
+    fn invalid_samples_are_faint_or_left_out() {
+        let count = |pattern: &[Angles<f32>], text| pattern_svg(pattern).matches(text).count();
         let legend = 1;
         let pattern = [
             angles(10.0, 10.0, 10.0),
@@ -272,10 +274,11 @@ mod tests {
         assert_eq!(count(&pattern, "class=\"dot\""), 2 + legend);
         assert_eq!(count(&pattern, "<g class=\"out\">"), 1);
         assert_eq!(count(&[], "class=\"dot\""), legend);
-        // Numbers beside the marks, of so many samples only.
+        // Numbers next to the marks, up to MAX_NUMBERED samples.
         let number = "<text class=\"dim mid\"";
         let sample = angles(10.0, 10.0, 10.0);
-        let more = count(&[sample; NUMBERED], number) - count(&[sample; NUMBERED + 1], number);
-        assert_eq!(more, 3 * NUMBERED);
+        let more =
+            count(&[sample; MAX_NUMBERED], number) - count(&[sample; MAX_NUMBERED + 1], number);
+        assert_eq!(more, 3 * MAX_NUMBERED);
     }
 }

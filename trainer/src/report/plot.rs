@@ -7,47 +7,46 @@ use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::*;
 
-/// An axis: its title with the unit, and whether equal steps are equal factors.
+/// An axis of a plot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
-    /// The title.
+    /// Title with the unit.
     pub title: String,
-    /// What equal steps mean.
+    /// Scale of values along the axis.
     pub scale: Scale,
 }
 
-/// What equal steps along an axis mean.
+/// The scale of an axis.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Things of these names, in this order, the first one at 1; no lines join them. (Across only.)
-    Names(Vec<String>),
-    /// Equal differences, from 0 on.
+    /// Named categories in this order, the first one at 1; points are not joined by lines. For the x axis only.
+    Categories(Vec<String>),
+    /// A linear scale that contains 0.
     Linear,
-    /// Equal factors, with ticks at powers of 2: numbers of samples.
-    Doublings,
-    /// Equal factors, with ticks at 1, 2 and 5 times powers of 10: errors.
-    Decades,
+    /// A logarithmic scale with ticks at powers of 2, for numbers of samples.
+    Log2,
+    /// A logarithmic scale with ticks at 1, 2 and 5 times powers of 10, for errors.
+    Log10,
 }
 
-/// How a series is drawn.
+/// The marker and line style of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mark {
+pub enum Marker {
     /// A line through discs.
-    Discs,
+    Disc,
     /// A line through triangles.
-    Triangles,
+    Triangle,
     /// A line through crosses.
-    Crosses,
+    Cross,
     /// A dashed line through rings.
-    Rings,
-    /// Large discs alone.
-    Dots,
+    Ring,
+    /// Large discs without a line.
+    LargeDisc,
 }
 
-/// Colors that the color-blind can tell apart (Okabe and Ito), each with a meaning of its own in
-/// all plots.
+/// Colors that remain distinct for color-blind readers (Okabe and Ito).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Hue {
+pub enum SeriesColor {
     /// Vermillion.
     Vermillion,
     /// Orange.
@@ -64,34 +63,33 @@ pub enum Hue {
     Black,
 }
 
-/// Points of one meaning.
+/// A series of points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// The name in the legend.
+    /// Name in the legend.
     pub name: String,
-    /// The color.
-    pub hue: Hue,
-    /// The way it is drawn.
-    pub mark: Mark,
-    /// x and y; points that the axes cannot show (not finite, or not positive on a scale of
-    /// factors) are left out.
+    /// Color of markers and line.
+    pub color: SeriesColor,
+    /// Marker and line style.
+    pub marker: Marker,
+    /// Pairs of x and y. Points that are not finite, or not positive on a logarithmic scale, are left out.
     pub points: Vec<[f64; 2]>,
 }
 
-/// A drawing of several series over common axes.
+/// A plot of several series over common axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plot {
-    /// What it shows, above it.
+    /// Title above the plot.
     pub title: String,
-    /// Across.
+    /// Horizontal axis.
     pub x: Axis,
-    /// Up.
+    /// Vertical axis.
     pub y: Axis,
-    /// What is drawn, in the order of the legend.
+    /// Series in the order of the legend.
     pub series: Vec<Series>,
 }
 
-/// A plot cannot be drawn.
+/// An error of the plot library.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot draw the plot \"{title}\": {reason}")]
 pub struct PlotError {
@@ -99,23 +97,23 @@ pub struct PlotError {
     reason: String,
 }
 
-/// Pixels without legend and names.
+/// Width and height in pixels, without the legend and category names.
 const SIZE: (u32, u32) = (700, 400);
-/// A line of the legend, and how many entries it has: so many that the first ones are seen on a
-/// phone, where the right of a drawing is out of sight.
-const LEGEND_LINE: u32 = 24;
-const LEGEND_ENTRIES: usize = 3;
-/// Pixels of an entry, whose names are "NJR15" or "Ours, diffuse".
-const LEGEND_ENTRY: i32 = 150;
-/// Pixels of a letter of names at the axis, and the most that are shown of a name.
-const LETTER: u32 = 6;
-const MOST_LETTERS: usize = 28;
-/// The most names: more would lie on one another.
-const MOST_NAMES: usize = 45;
+/// Pixels of a line of the legend, and its entries per line. A phone shows only the left of a wide drawing; three
+/// entries fit there.
+const LEGEND_LINE_HEIGHT: u32 = 24;
+const LEGEND_COLUMNS: usize = 3;
+/// Pixels of an entry, for names as long as "Ours, diffuse".
+const LEGEND_ENTRY_WIDTH: i32 = 150;
+/// Pixels per letter of a category name, and the number of letters that a name is cut to.
+const LETTER_WIDTH: u32 = 6;
+const MAX_NAME_LETTERS: usize = 28;
+/// Maximum number of category names; more would overlap.
+const MAX_NAMES: usize = 45;
 const FONT: &str = "sans-serif";
 
-impl Hue {
-    fn color(self) -> RGBColor {
+impl SeriesColor {
+    fn rgb(self) -> RGBColor {
         match self {
             Self::Vermillion => RGBColor(213, 94, 0),
             Self::Orange => RGBColor(230, 159, 0),
@@ -129,37 +127,37 @@ impl Hue {
 }
 
 impl Scale {
-    /// Where a value lies along the axis; None if nowhere.
-    fn place(&self, value: f64) -> Option<f64> {
-        let place = match self {
-            Self::Linear | Self::Names(_) => value,
-            Self::Doublings => value.log2(),
-            Self::Decades => value.log10(),
+    /// Returns the coordinate of a value along the axis; None if it has none.
+    fn coordinate(&self, value: f64) -> Option<f64> {
+        let coordinate = match self {
+            Self::Linear | Self::Categories(_) => value,
+            Self::Log2 => value.log2(),
+            Self::Log10 => value.log10(),
         };
-        place.is_finite().then_some(place)
+        coordinate.is_finite().then_some(coordinate)
     }
 
-    /// The ends of an axis that shows all these places.
-    fn ends(&self, places: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
-        if let Self::Names(names) = self {
+    /// Returns the ends of an axis that shows all these coordinates.
+    fn ends(&self, coordinates: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
+        if let Self::Categories(names) = self {
             return [0.5, names.len().max(1) as f64 + 0.5];
         }
-        let low = places.clone().reduce(f64::min).unwrap_or(0.0);
-        let high = places.reduce(f64::max).unwrap_or(1.0);
+        let low = coordinates.clone().reduce(f64::min).unwrap_or(0.0);
+        let high = coordinates.reduce(f64::max).unwrap_or(1.0);
         match self {
-            Self::Linear | Self::Names(_) => [low.min(0.0), high.max(1e-9) * 1.05],
-            // Room for the marks, and never nothing.
-            Self::Doublings => [low - 0.25, high + 0.25],
-            Self::Decades => [low - 0.05, high.max(low + 0.1) + 0.05],
+            Self::Linear | Self::Categories(_) => [low.min(0.0), high.max(1e-9) * 1.05],
+            // Margins for the markers; the range is never empty.
+            Self::Log2 => [low - 0.25, high + 0.25],
+            Self::Log10 => [low - 0.05, high.max(low + 0.1) + 0.05],
         }
     }
 
-    /// The places of ticks between the ends.
+    /// Returns the coordinates of the ticks between the ends.
     fn ticks(&self, [low, high]: [f64; 2]) -> Vec<f64> {
-        let within = |place: &f64| (low..=high).contains(place);
+        let within = |tick: &f64| (low..=high).contains(tick);
         match self {
-            Self::Names(names) => {
-                let step = names.len().div_ceil(MOST_NAMES).max(1);
+            Self::Categories(names) => {
+                let step = names.len().div_ceil(MAX_NAMES).max(1);
                 (1..=names.len())
                     .step_by(step)
                     .map(|number| number as f64)
@@ -177,27 +175,27 @@ impl Scale {
                     .filter(within)
                     .collect()
             }
-            Self::Doublings => (-4..40).map(f64::from).filter(within).collect(),
-            Self::Decades => (-12..12)
+            Self::Log2 => (-4..40).map(f64::from).filter(within).collect(),
+            Self::Log10 => (-12..12)
                 .flat_map(|power| [1.0, 2.0, 5.0].map(|m: f64| m.log10() + f64::from(power)))
                 .filter(within)
                 .collect(),
         }
     }
 
-    /// What a tick says.
-    fn label(&self, place: f64) -> String {
+    /// Returns the label of a tick.
+    fn label(&self, tick: f64) -> String {
         let value = match self {
-            Self::Names(names) => {
-                let index = (place.round() as usize).saturating_sub(1);
+            Self::Categories(names) => {
+                let index = (tick.round() as usize).saturating_sub(1);
                 let name = names.get(index).map_or("", String::as_str);
-                return name.chars().take(MOST_LETTERS).collect();
+                return name.chars().take(MAX_NAME_LETTERS).collect();
             }
-            Self::Linear => place,
-            Self::Doublings => place.exp2(),
-            Self::Decades => 10f64.powf(place),
+            Self::Linear => tick,
+            Self::Log2 => tick.exp2(),
+            Self::Log10 => 10f64.powf(tick),
         };
-        // As many digits as the tick needs, which is few.
+        // Without trailing zeros.
         let text = format!("{value:.6}");
         match text.contains('.') {
             true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
@@ -206,20 +204,20 @@ impl Scale {
     }
 }
 
-/// An axis' range with its ticks, for plotters.
-struct Ticked {
+/// The range of an axis with its ticks, for plotters.
+struct TickedRange {
     ends: [f64; 2],
     ticks: Vec<f64>,
 }
 
-impl Ranged for Ticked {
+impl Ranged for TickedRange {
     type FormatOption = DefaultFormatting;
     type ValueType = f64;
 
     fn map(&self, value: &f64, (from, to): (i32, i32)) -> i32 {
         let [low, high] = self.ends;
-        let share = (value - low) / (high - low);
-        from + (share * f64::from(to - from)).round() as i32
+        let fraction = (value - low) / (high - low);
+        from + (fraction * f64::from(to - from)).round() as i32
     }
 
     fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
@@ -232,10 +230,10 @@ impl Ranged for Ticked {
 }
 
 impl Plot {
-    /// The plot as SVG, on white; of the class `on-white`, so that a page can turn it dark.
+    /// Draws the plot as SVG on white, with the class `on-white`, so that a page can invert it in dark mode.
     ///
     /// # Errors
-    /// In practice none: the drawing goes to memory.
+    /// If the plot library fails. Drawing to memory is not expected to fail.
     pub fn to_svg(&self) -> Result<String, PlotError> {
         let mut svg = String::new();
         self.draw(&mut svg).map_err(|error| PlotError {
@@ -245,30 +243,33 @@ impl Plot {
         Ok(svg.replacen("<svg ", "<svg class=\"on-white\" ", 1))
     }
 
-    /// Where the points of a series lie.
-    fn places(&self, series: &Series) -> Vec<(f64, f64)> {
-        let place = |[x, y]: &[f64; 2]| Some((self.x.scale.place(*x)?, self.y.scale.place(*y)?));
-        series.points.iter().filter_map(place).collect()
+    /// Returns the coordinates of the points of a series.
+    fn points(&self, series: &Series) -> Vec<(f64, f64)> {
+        let coordinates =
+            |[x, y]: &[f64; 2]| Some((self.x.scale.coordinate(*x)?, self.y.scale.coordinate(*y)?));
+        series.points.iter().filter_map(coordinates).collect()
     }
 
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn Error + '_>> {
         let names = match &self.x.scale {
-            Scale::Names(names) => names.iter().map(|name| name.chars().count()).max(),
+            Scale::Categories(names) => names.iter().map(|name| name.chars().count()).max(),
             _ => None,
         };
-        let names = names.map_or(0, |letters| letters.min(MOST_LETTERS) as u32 * LETTER);
-        let legend = LEGEND_LINE * (self.series.len().div_ceil(LEGEND_ENTRIES) as u32) + 8;
+        let names = names.map_or(0, |letters| {
+            letters.min(MAX_NAME_LETTERS) as u32 * LETTER_WIDTH
+        });
+        let legend = LEGEND_LINE_HEIGHT * (self.series.len().div_ceil(LEGEND_COLUMNS) as u32) + 8;
         let size = (SIZE.0, SIZE.1 + names + legend);
         let root = SVGBackend::with_string(svg, size).into_drawing_area();
         root.fill(&WHITE)?;
         let (above, below) = root.split_vertically(SIZE.1 + names);
-        let places: Vec<_> = self
+        let points: Vec<_> = self
             .series
             .iter()
-            .map(|series| self.places(series))
+            .map(|series| self.points(series))
             .collect();
-        let all = || places.iter().flatten().copied();
-        let axis = |scale: &Scale, ends: [f64; 2]| Ticked {
+        let all = || points.iter().flatten().copied();
+        let axis = |scale: &Scale, ends: [f64; 2]| TickedRange {
             ends,
             ticks: scale.ticks(ends),
         };
@@ -276,7 +277,7 @@ impl Plot {
         let up = axis(&self.y.scale, self.y.scale.ends(all().map(|(_, y)| y)));
         let mut labels = TextStyle::from((FONT, 13).into_font());
         if names > 0 {
-            // They are long, and there are many of them.
+            // Names are long and many.
             labels = labels.transform(FontTransform::Rotate90);
         }
         let mut chart = ChartBuilder::on(&above)
@@ -292,21 +293,21 @@ impl Plot {
             .x_desc(&self.x.title)
             .y_desc(&self.y.title)
             .axis_desc_style((FONT, 15))
-            .x_labels(MOST_NAMES)
+            .x_labels(MAX_NAMES)
             .x_label_style(labels)
             .y_label_style((FONT, 13))
-            .x_label_formatter(&|place| self.x.scale.label(*place))
-            .y_label_formatter(&|place| self.y.scale.label(*place))
+            .x_label_formatter(&|tick| self.x.scale.label(*tick))
+            .y_label_formatter(&|tick| self.y.scale.label(*tick))
             .draw()?;
-        // The legend is below the axes, where no curve can lie behind it.
-        for ((series, points), entry) in self.series.iter().zip(places).zip(0..) {
-            let color = series.hue.color();
+        // The legend is below the axes, so that it covers no curve.
+        for ((series, points), entry) in self.series.iter().zip(points).zip(0..) {
+            let color = series.color.rgb();
             let line = color.stroke_width(2);
-            match series.mark {
-                Mark::Dots => {}
-                // What is between two things of different names is nothing.
+            match series.marker {
+                Marker::LargeDisc => {}
+                // Categories have no values in between.
                 _ if names > 0 => {}
-                Mark::Rings => {
+                Marker::Ring => {
                     chart.draw_series(DashedLineSeries::new(points.clone(), 6, 4, line))?;
                 }
                 _ => {
@@ -314,12 +315,12 @@ impl Plot {
                 }
             }
             for at in points {
-                draw_mark(chart.plotting_area(), series.mark, at, color)?;
+                draw_marker(chart.plotting_area(), series.marker, at, color)?;
             }
-            let [row, column] = [entry / LEGEND_ENTRIES, entry % LEGEND_ENTRIES];
-            let x = 20 + LEGEND_ENTRY * column as i32;
-            let y = LEGEND_LINE as i32 * row as i32 + 10;
-            draw_mark(&below, series.mark, (x, y), color)?;
+            let [row, column] = [entry / LEGEND_COLUMNS, entry % LEGEND_COLUMNS];
+            let x = 20 + LEGEND_ENTRY_WIDTH * column as i32;
+            let y = LEGEND_LINE_HEIGHT as i32 * row as i32 + 10;
+            draw_marker(&below, series.marker, (x, y), color)?;
             below.draw(&Text::new(series.name.clone(), (x + 14, y - 7), (FONT, 15)))?;
         }
         root.present()?;
@@ -327,20 +328,20 @@ impl Plot {
     }
 }
 
-/// The mark of a point, or of the legend.
-fn draw_mark<DB: DrawingBackend, C: CoordTranslate>(
+/// Draws the marker of a point or of a legend entry.
+fn draw_marker<DB: DrawingBackend, C: CoordTranslate>(
     area: &DrawingArea<DB, C>,
-    mark: Mark,
+    marker: Marker,
     at: C::From,
     color: RGBColor,
 ) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
     let (filled, line) = (color.filled(), color.stroke_width(2));
-    match mark {
-        Mark::Discs => area.draw(&Circle::new(at, 4, filled)),
-        Mark::Dots => area.draw(&Circle::new(at, 7, filled)),
-        Mark::Rings => area.draw(&Circle::new(at, 4, line)),
-        Mark::Triangles => area.draw(&TriangleMarker::new(at, 5, filled)),
-        Mark::Crosses => area.draw(&Cross::new(at, 4, line)),
+    match marker {
+        Marker::Disc => area.draw(&Circle::new(at, 4, filled)),
+        Marker::LargeDisc => area.draw(&Circle::new(at, 7, filled)),
+        Marker::Ring => area.draw(&Circle::new(at, 4, line)),
+        Marker::Triangle => area.draw(&TriangleMarker::new(at, 5, filled)),
+        Marker::Cross => area.draw(&Cross::new(at, 4, line)),
     }
 }
 
@@ -353,23 +354,23 @@ mod tests {
             title: "Loss & samples".into(),
             x: Axis {
                 title: "samples n".into(),
-                scale: Scale::Doublings,
+                scale: Scale::Log2,
             },
             y: Axis {
                 title: "Loss".into(),
-                scale: Scale::Decades,
+                scale: Scale::Log10,
             },
             series: vec![Series {
                 name: "Ours".into(),
-                hue: Hue::Blue,
-                mark: Mark::Discs,
+                color: SeriesColor::Blue,
+                marker: Marker::Disc,
                 points,
             }],
         }
     }
 
     #[test]
-    fn a_plot_names_its_axes_ticks_and_series() {
+    fn labels_axes_ticks_and_series() {
         let svg = plot(vec![[1.0, 0.1], [8.0, 0.02], [64.0, 0.01]])
             .to_svg()
             .unwrap();
@@ -390,11 +391,11 @@ mod tests {
     }
 
     #[test]
-    fn things_with_names_are_named_and_not_joined() {
+    fn categories_are_labeled_and_not_joined() {
         let mut plot = plot(vec![[1.0, 0.1], [2.0, 0.02], [3.0, 0.01]]);
         assert!(plot.to_svg().unwrap().contains("<polyline"));
         let names = ["gold-paint", "felt", "steel"].map(str::to_owned);
-        plot.x.scale = Scale::Names(names.to_vec());
+        plot.x.scale = Scale::Categories(names.to_vec());
         let svg = plot.to_svg().unwrap();
         for name in names {
             assert!(svg.contains(&format!("\n{name}\n")), "no {name} in {svg}");
@@ -407,12 +408,12 @@ mod tests {
                 .into_iter()
                 .any(|line| line.split('>').next().unwrap().contains(blue))
         );
-        // On white everywhere; a page turns what is of this class.
+        // A page inverts this class in dark mode.
         assert!(svg.starts_with("<svg class=\"on-white\""));
     }
 
     #[test]
-    fn points_that_no_axis_shows_are_left_out() {
+    fn skips_points_without_coordinates() {
         let points = vec![[1.0, 0.0], [2.0, f64::NAN], [0.0, 1.0], [4.0, 0.5]];
         let svg = plot(points).to_svg().unwrap();
         assert_eq!(svg.matches("<circle").count(), 1 + 1);
@@ -430,9 +431,9 @@ mod tests {
         };
         assert_eq!(labels(Scale::Linear, [0.0, 16.0]), ["0", "5", "10", "15"]);
         assert_eq!(
-            labels(Scale::Decades, [-2.0, -0.9]),
+            labels(Scale::Log10, [-2.0, -0.9]),
             ["0.01", "0.02", "0.05", "0.1"]
         );
-        assert_eq!(labels(Scale::Doublings, [-0.25, 2.25]), ["1", "2", "4"]);
+        assert_eq!(labels(Scale::Log2, [-0.25, 2.25]), ["1", "2", "4"]);
     }
 }

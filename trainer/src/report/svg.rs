@@ -1,74 +1,74 @@
-//! What drawings share: colors in the light and in the dark, and numbers beside their marks.
+//! Shared parts of drawings: colors for light and dark mode, number formats, and placement of labels.
 
 use maud::{Markup, PreEscaped, html};
 
-/// A color on white paper, and in dark surroundings.
+/// A color for light mode and one for dark mode.
 #[derive(Clone, Copy)]
-pub(super) struct Color {
+pub(super) struct ThemedColor {
     light: &'static str,
     dark: &'static str,
 }
 
-impl Color {
+impl ThemedColor {
     pub(super) const fn new(light: &'static str, dark: &'static str) -> Self {
         Self { light, dark }
     }
 }
 
-/// What letters and important marks are drawn in.
-pub(super) const INK: Color = Color::new("#1c1c1e", "#e8e8e6");
-const PAPER: Color = Color::new("#fcfcfa", "#161618");
-const DIM: Color = Color::new("#5b5b62", "#a5a5a8");
-const FAINT: Color = Color::new("#b4b4b8", "#55555a");
+/// The color of text and important marks.
+pub(super) const TEXT: ThemedColor = ThemedColor::new("#1c1c1e", "#e8e8e6");
+const BACKGROUND: ThemedColor = ThemedColor::new("#fcfcfa", "#161618");
+const SECONDARY: ThemedColor = ThemedColor::new("#5b5b62", "#a5a5a8");
+const GRID: ThemedColor = ThemedColor::new("#b4b4b8", "#55555a");
 
-/// Colors of Okabe and Ito, which the color-blind tell apart; every color comes with a shape, a
-/// dash or a name beside it.
-pub(super) const COLORS: [Color; 6] = [
-    Color::new("#0072b2", "#3d9bd6"),
-    Color::new("#d55e00", "#ee7a2c"),
-    Color::new("#009e73", "#009e73"),
-    Color::new("#cc79a7", "#cc79a7"),
-    Color::new("#56b4e9", "#56b4e9"),
-    Color::new("#e69f00", "#e69f00"),
+/// Colors of Okabe and Ito, which remain distinct for color-blind readers. Drawings also distinguish curves and
+/// marks by shape, dash or name.
+pub(super) const COLORS: [ThemedColor; 6] = [
+    ThemedColor::new("#0072b2", "#3d9bd6"),
+    ThemedColor::new("#d55e00", "#ee7a2c"),
+    ThemedColor::new("#009e73", "#009e73"),
+    ThemedColor::new("#cc79a7", "#cc79a7"),
+    ThemedColor::new("#56b4e9", "#56b4e9"),
+    ThemedColor::new("#e69f00", "#e69f00"),
 ];
 
-/// One rule of a drawing's style sheet: what is marked by this class has this property, `fill` or
-/// `stroke`, in this color.
-pub(super) type Rule = (&'static str, &'static str, Color);
+/// A rule of a drawing's style sheet: selector, property (`fill` or `stroke`) and color.
+pub(super) type StyleRule = (&'static str, &'static str, ThemedColor);
 
-/// The rules of all drawings: what is marked by classes `paper`, `dim`, `axis` and `grid`, and text.
-const RULES: [Rule; 5] = [
-    (".paper", "fill", PAPER),
-    ("text", "fill", INK),
-    (".dim", "fill", DIM),
-    (".axis", "stroke", DIM),
-    (".grid", "stroke", FAINT),
+/// The rules of all drawings, for classes `paper`, `dim`, `axis` and `grid`, and for text.
+const COMMON_RULES: [StyleRule; 5] = [
+    (".paper", "fill", BACKGROUND),
+    ("text", "fill", TEXT),
+    (".dim", "fill", SECONDARY),
+    (".axis", "stroke", SECONDARY),
+    (".grid", "stroke", GRID),
 ];
-/// What is the same in any light.
-const SHAPES: &str = "\
+/// The style without colors, which is the same in light and dark mode.
+const COMMON_STYLE: &str = "\
 .plot text{font:13px system-ui,'DejaVu Sans',sans-serif}.plot .dim{font-size:12px}\
 .plot .mid{text-anchor:middle}.plot .end{text-anchor:end}\
 .plot .axis{fill:none}.plot .grid{fill:none;stroke-width:0.7}";
 
-/// The look of a drawing: the rules of all drawings and its own, and its own shapes.
+/// Returns the style sheet of a drawing: the common rules and style, followed by its own.
 ///
-/// Colors are written out, twice where the dark has others: who draws without knowing of dark
-/// surroundings passes those over.
-fn style(rules: &[Rule], shapes: &str) -> String {
-    let rules = || RULES.iter().chain(rules);
-    let rule =
-        |(class, property, _): &Rule, color: &str| format!(".plot {class}{{{property}:{color}}}");
+/// Colors are written out instead of using variables. A renderer that lacks `prefers-color-scheme` ignores the
+/// second set and uses the light one.
+fn style(rules: &[StyleRule], shapes: &str) -> String {
+    let rules = || COMMON_RULES.iter().chain(rules);
+    let rule = |(selector, property, _): &StyleRule, color: &str| {
+        format!(".plot {selector}{{{property}:{color}}}")
+    };
     let light: String = rules().map(|each| rule(each, each.2.light)).collect();
     let dark: String = rules().map(|each| rule(each, each.2.dark)).collect();
-    format!("{SHAPES}{shapes}{light}@media(prefers-color-scheme:dark){{{dark}}}")
+    format!("{COMMON_STYLE}{shapes}{light}@media(prefers-color-scheme:dark){{{dark}}}")
 }
 
-/// Scalable vector graphics of class `plot`, to stand alone or within a page: a paper of their own
-/// keeps them legible on any ground. `label` says what the drawing shows, to those who cannot see it.
+/// Returns an SVG of class `plot`, for a file or for embedding in a page. Its own background keeps it legible on
+/// any page. `label` is the text for screen readers.
 pub(super) fn drawing(
     [width, height]: [f32; 2],
     label: &str,
-    rules: &[Rule],
+    rules: &[StyleRule],
     shapes: &str,
     marks: &Markup,
 ) -> String {
@@ -84,32 +84,32 @@ pub(super) fn drawing(
     drawing.into_string()
 }
 
-/// A length with the digits that are seen.
-pub(super) fn tenths(length: f32) -> String {
+/// Formats a length in SVG units with one decimal.
+pub(super) fn one_decimal(length: f32) -> String {
     format!("{length:.1}")
 }
 
-/// A power of ten, with its exponent raised.
+/// Formats a power of ten with a superscript exponent.
 pub(super) fn power_of_ten(exponent: i32) -> String {
-    let raise = |character| match character {
+    let superscript = |character| match character {
         '-' => '\u{207b}',
         '1' => '\u{b9}',
         '2' => '\u{b2}',
         '3' => '\u{b3}',
         digit => char::from_u32(0x2070 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
     };
-    let raised: String = exponent.to_string().chars().map(raise).collect();
-    format!("10{raised}")
+    let exponent: String = exponent.to_string().chars().map(superscript).collect();
+    format!("10{exponent}")
 }
 
-/// Finds room for labels: boxes of \[left, top, right, bottom\] that are taken.
+/// Placement of labels: occupied boxes as \[left, top, right, bottom\].
 #[derive(Debug, Default)]
-pub(super) struct Labels(Vec<[f32; 4]>);
+pub(super) struct LabelPlacer(Vec<[f32; 4]>);
 
-/// Height of a label, and width of one of its digits.
+/// Width of a digit and height of a label.
 const LABEL: [f32; 2] = [7.0, 11.0];
-/// Where a label's center may be from its mark: beside, above and below, and farther off.
-const AROUND: [[f32; 2]; 16] = [
+/// Candidate offsets of a label's center from its mark, the preferred ones first.
+const OFFSETS: [[f32; 2]; 16] = [
     [11.0, -8.0],
     [-11.0, -8.0],
     [11.0, 8.0],
@@ -128,23 +128,24 @@ const AROUND: [[f32; 2]; 16] = [
     [0.0, 22.0],
 ];
 
-impl Labels {
-    /// Keeps labels off a mark.
-    pub(super) fn mark(&mut self, place: [f32; 2]) {
-        self.keep_off(place, [9.0, 9.0]);
+impl LabelPlacer {
+    /// Reserves the space of a mark.
+    pub(super) fn reserve_mark(&mut self, center: [f32; 2]) {
+        self.reserve_box(center, [9.0, 9.0]);
     }
 
-    /// Keeps labels off a box by its center and its size.
-    pub(super) fn keep_off(&mut self, [x, y]: [f32; 2], [width, height]: [f32; 2]) {
+    /// Reserves a box, given by its center and size.
+    pub(super) fn reserve_box(&mut self, [x, y]: [f32; 2], [width, height]: [f32; 2]) {
         let (x_half, y_half) = (width / 2.0, height / 2.0);
         self.0
             .push([x - x_half, y - y_half, x + x_half, y + y_half]);
     }
 
-    /// The middle of the base line of a label of so many digits, where it covers least.
+    /// Places a label of `digits` digits near a mark at the offset with the least overlap. Returns the middle of its
+    /// baseline.
     pub(super) fn place(&mut self, [x, y]: [f32; 2], digits: usize) -> [f32; 2] {
         let [width, height] = [LABEL[0] * digits as f32, LABEL[1]];
-        let boxes = AROUND.map(|[right, down]| {
+        let boxes = OFFSETS.map(|[right, down]| {
             let (x, y) = (x + right, y + down);
             [
                 x - width / 2.0,
@@ -154,8 +155,7 @@ impl Labels {
             ]
         });
         let covered = |label: &[f32; 4]| -> f32 {
-            let taken = self.0.iter();
-            taken.map(|taken| overlap(label, taken)).sum()
+            self.0.iter().map(|occupied| overlap(label, occupied)).sum()
         };
         let best = boxes
             .iter()
@@ -166,7 +166,7 @@ impl Labels {
     }
 }
 
-/// The area that two boxes share.
+/// Returns the area of the intersection of two boxes.
 fn overlap(a: &[f32; 4], b: &[f32; 4]) -> f32 {
     let side = |low: usize| (a[low + 2].min(b[low + 2]) - a[low].max(b[low])).max(0.0);
     side(0) * side(1)
@@ -177,18 +177,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn exponents_are_raised() {
+    fn formats_powers_of_ten() {
         assert_eq!(power_of_ten(-3), "10⁻³");
         assert_eq!(power_of_ten(12), "10¹²");
         assert_eq!(power_of_ten(0), "10⁰");
     }
 
     #[test]
-    fn labels_of_marks_close_together_do_not_cover_each_other() {
+    fn labels_of_close_marks_do_not_overlap() {
         let marks = [[50.0, 50.0], [52.0, 51.0], [49.0, 53.0], [54.0, 48.0]];
-        let mut labels = Labels::default();
+        let mut labels = LabelPlacer::default();
         for mark in marks {
-            labels.mark(mark);
+            labels.reserve_mark(mark);
         }
         for mark in marks {
             labels.place(mark, 1);

@@ -1,80 +1,79 @@
-//! One table: what it holds, and which of its numbers are the best.
+//! A table of text and numbers, with the best numbers highlighted.
 
-/// Which number of a column is the best.
+/// The number of a column that is highlighted as the best.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Best {
-    /// The least, as of an error.
-    Least,
-    /// The greatest, as of PSNR.
-    Greatest,
-    /// None: numbers are only shown.
+pub enum Highlight {
+    /// The lowest number, for an error.
+    Lowest,
+    /// The highest number, for PSNR.
+    Highest,
+    /// No number.
     None,
 }
 
-/// A column: its title, and how its numbers are shown and compared.
+/// A column: its title, number format and highlight.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Column {
-    /// The title, with the unit if there is one.
+    /// Title with the unit, if any.
     pub title: String,
     /// Digits after the decimal point.
     pub decimals: usize,
-    /// Which number is the best.
-    pub best: Best,
+    /// The number that is highlighted as the best.
+    pub highlight: Highlight,
 }
 
-/// One entry.
+/// An entry of a table.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
-    /// Words, aligned to the left.
+    /// Text, aligned to the left.
     Text(String),
-    /// A number, aligned to the right. One that is not finite is shown and never the best.
+    /// A number, aligned to the right. A number that is not finite is never highlighted.
     Number(f64),
-    /// Nothing.
+    /// An empty entry.
     Missing,
 }
 
-/// Which numbers compete for being marked as the best.
+/// The set of numbers that the best one is chosen from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compare {
-    /// Those of one column: each row is a contender.
-    Down,
-    /// Those of one row: each column is a contender. Only columns that agree in [`Column::best`]
-    /// compete.
-    Across,
+    /// The numbers of one column.
+    WithinColumn,
+    /// The numbers of one row, from the columns with the same [`Column::highlight`].
+    WithinRow,
 }
 
-/// A table. Rows that are too short are filled up with [`Cell::Missing`], longer ones are cut.
+/// A table. Short rows are filled with [`Cell::Missing`], and long rows are cut.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// What it shows, in a sentence.
+    /// Caption, a sentence.
     pub caption: String,
     /// The columns.
     pub columns: Vec<Column>,
     /// The rows.
     pub rows: Vec<Vec<Cell>>,
-    /// Who competes. Numbers that print like the best one share the mark.
+    /// The numbers to compare. Numbers that print like the best one are highlighted too.
     pub compare: Compare,
 }
 
 impl Column {
-    /// A column of words.
+    /// Creates a column of text.
     #[must_use]
     pub fn text(title: impl Into<String>) -> Self {
-        Self::number(title, 0, Best::None)
+        Self::number(title, 0, Highlight::None)
     }
 
-    /// A column of numbers.
+    /// Creates a column of numbers.
     #[must_use]
-    pub fn number(title: impl Into<String>, decimals: usize, best: Best) -> Self {
+    pub fn number(title: impl Into<String>, decimals: usize, highlight: Highlight) -> Self {
         Self {
             title: title.into(),
             decimals,
-            best,
+            highlight,
         }
     }
 
-    /// How an entry of this column reads; empty if there is none.
-    pub(super) fn show(&self, cell: &Cell) -> String {
+    /// Formats an entry of this column; an empty entry gives an empty string.
+    pub(super) fn format(&self, cell: &Cell) -> String {
         match cell {
             Cell::Text(text) => text.clone(),
             Cell::Number(number) => format!("{number:.*}", self.decimals),
@@ -84,7 +83,7 @@ impl Column {
 }
 
 impl Table {
-    /// The entries of a row with their columns, as many as there are columns.
+    /// Iterates over the columns with the entries of a row.
     pub(super) fn row(&self, row: usize) -> impl Iterator<Item = (&Column, &Cell)> {
         let cells = self.rows.get(row).into_iter().flatten();
         self.columns
@@ -92,41 +91,41 @@ impl Table {
             .zip(cells.chain(std::iter::repeat(&Cell::Missing)))
     }
 
-    /// True for columns that are aligned to the right.
+    /// Returns true if a column holds numbers and no text; it is then aligned to the right.
     pub(super) fn is_numeric(&self, index: usize) -> bool {
         let cells = self.rows.iter().filter_map(|row| row.get(index));
         cells.clone().any(|cell| matches!(cell, Cell::Number(_)))
             && !cells.clone().any(|cell| matches!(cell, Cell::Text(_)))
     }
 
-    /// True if an entry is the best of those it competes with, as far as the digits shown tell.
+    /// Returns true if an entry equals the best of the compared numbers in its printed digits.
     pub(super) fn is_best(&self, row: usize, index: usize) -> bool {
         let Some((column, Cell::Number(number))) = self.row(row).nth(index) else {
             return false;
         };
-        let better = match column.best {
-            Best::Least => f64::min,
-            Best::Greatest => f64::max,
-            Best::None => return false,
+        let better = match column.highlight {
+            Highlight::Lowest => f64::min,
+            Highlight::Highest => f64::max,
+            Highlight::None => return false,
         };
-        let rivals: Vec<(&Column, &Cell)> = match self.compare {
-            Compare::Down => (0..self.rows.len())
+        let compared: Vec<(&Column, &Cell)> = match self.compare {
+            Compare::WithinColumn => (0..self.rows.len())
                 .filter_map(|row| self.row(row).nth(index))
                 .collect(),
-            Compare::Across => self
+            Compare::WithinRow => self
                 .row(row)
-                .filter(|(rival, _)| rival.best == column.best)
+                .filter(|(other, _)| other.highlight == column.highlight)
                 .collect(),
         };
-        let best = rivals
+        let best = compared
             .into_iter()
             .filter_map(|(_, cell)| match cell {
-                Cell::Number(rival) if rival.is_finite() => Some(*rival),
+                Cell::Number(other) if other.is_finite() => Some(*other),
                 _ => None,
             })
             .reduce(better);
-        let shown = |number| column.show(&Cell::Number(number));
-        number.is_finite() && best.is_some_and(|best| shown(best) == shown(*number))
+        let printed = |number| column.format(&Cell::Number(number));
+        number.is_finite() && best.is_some_and(|best| printed(best) == printed(*number))
     }
 }
 
@@ -135,7 +134,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_can_compete_across_and_be_ragged() {
+    fn compares_within_rows_and_fills_short_rows() {
         let rows = vec![
             vec![
                 Cell::Text("a".into()),
@@ -146,12 +145,12 @@ mod tests {
             vec![Cell::Text("b".into()), Cell::Number(2.0)],
             vec![],
         ];
-        let loss = |title| Column::number(title, 3, Best::Least);
+        let loss = |title| Column::number(title, 3, Highlight::Lowest);
         let table = Table {
             caption: String::new(),
             columns: vec![Column::text("Material"), loss("Meta"), loss("Ours")],
             rows,
-            compare: Compare::Across,
+            compare: Compare::WithinRow,
         };
         let best = |row| [1, 2, 3].map(|index| table.is_best(row, index));
         assert_eq!(best(0), [false, true, false]);

@@ -1,4 +1,4 @@
-//! What a page is given: recipes, readings, a material, as JSON.
+//! Data of a page as JSON: recipes, readings and a reference material.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -6,70 +6,70 @@ use glimpse_core::geometry::{ArmAngles, HalfDifference};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::{FitMethod, Recipe, RecipeError};
 use glimpse_materials::Material;
-use glimpse_materials::loss::{fewer_directions, loss_between};
-use glimpse_training::linear::{CHANNELS, SINGLE_NODES, single_material};
+use glimpse_materials::loss::{coarse_directions, loss_between};
+use glimpse_training::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
 use serde_json::{Value, json};
 
 use crate::{View, WASM};
 
-/// A recipe, and what was read by it.
+/// A recipe and its readings.
 #[derive(Clone, Debug)]
-pub struct Shown {
-    /// What it is called.
+pub struct RecipeScan {
+    /// Name of the recipe.
     pub name: String,
-    /// The recipe's bytes.
+    /// Bytes of the recipe.
     pub recipe: Vec<u8>,
-    /// Of Linear the compact basis that makes a BRDF of coefficients.
+    /// Compact basis of Linear, which maps coefficients to a BRDF; None for other models.
     pub basis: Option<Vec<u8>>,
-    /// What was read at each of its samples, the BRDF in linear RGB and sr^-1, not times the cosine; None
-    /// where a reading is missing.
+    /// Readings at the recipe's samples: the BRDF in linear RGB, sr^-1, not times the cosine. None is a missing
+    /// reading.
     pub readings: Vec<Option<[f32; 3]>>,
 }
 
-/// A material that fits are compared with.
+/// A reference material for the fits.
 #[derive(Clone, Debug)]
 pub struct Reference {
     name: String,
     table: Vec<u8>,
     table_loss: f64,
-    judge: Vec<f32>,
+    reference_values: Vec<f32>,
 }
 
 impl Reference {
-    /// Of a material: a table of 302 kB to look at, and the BRDF at some 10,000 directions to judge by.
+    /// Tabulates a material in 302 kB for display, and samples its BRDF at about 10,000 directions for the loss.
     #[must_use]
     pub fn new(material: &dyn Material) -> Self {
-        let table = single_material(material, SINGLE_NODES);
+        let table = material_basis(material, MATERIAL_NODES);
         let parsed = Basis::parse(&table).ok();
         let tabulated = |at: &HalfDifference<f32>| {
             let basis = parsed.as_ref();
             basis
-                .and_then(|basis| basis.brdf(CHANNELS, at))
+                .and_then(|basis| basis.brdf(CHANNEL_COEFFICIENTS, at))
                 .unwrap_or_default()
         };
         let table_loss = loss_between(&tabulated, material);
-        let mut judge = Vec::new();
-        for angles in fewer_directions() {
-            judge.extend([angles.theta_h, angles.theta_d, angles.phi_d]);
-            judge.extend(material.brdf(angles));
+        let mut reference_values = Vec::new();
+        for angles in coarse_directions() {
+            reference_values.extend([angles.theta_h, angles.theta_d, angles.phi_d]);
+            reference_values.extend(material.brdf(angles));
         }
         Self {
             name: material.name().to_owned(),
             table,
             table_loss,
-            judge,
+            reference_values,
         }
     }
 
-    /// The loss of the table against the material: how far what is looked at is from what is judged by.
+    /// Returns the loss of the displayed table against the material.
     #[must_use]
     pub fn table_loss(&self) -> f64 {
         self.table_loss
     }
 
     fn to_json(&self) -> Value {
-        let judge: Vec<u8> = self
-            .judge
+        let reference_values: Vec<u8> = self
+            .reference_values
             .iter()
             .flat_map(|number| number.to_le_bytes())
             .collect();
@@ -77,12 +77,12 @@ impl Reference {
             "name": self.name,
             "table": STANDARD.encode(&self.table),
             "table_loss": self.table_loss,
-            "judge": STANDARD.encode(judge),
+            "judge": STANDARD.encode(reference_values),
         })
     }
 }
 
-impl Shown {
+impl RecipeScan {
     fn to_json(&self) -> Result<Value, RecipeError> {
         let recipe = Recipe::parse(&self.recipe)?;
         let samples = recipe.pattern().zip(&self.readings).map(|(angles, reading)| {
@@ -96,7 +96,7 @@ impl Shown {
         Ok(json!({
             "name": self.name,
             "model": recipe.model().name(),
-            "how": how(&recipe),
+            "how": method_summary(&recipe),
             "takes_missing": recipe.tolerates_missing(),
             "expected_loss": recipe.expected_loss(),
             "trained_on": recipe.metadata()?.provenance.map(|provenance| provenance.data),
@@ -107,8 +107,8 @@ impl Shown {
     }
 }
 
-/// How a recipe fits, in a few words.
-fn how(recipe: &Recipe<'_>) -> String {
+/// Returns a short description of a recipe's fit method.
+fn method_summary(recipe: &Recipe<'_>) -> String {
     match recipe.method() {
         FitMethod::Descent(descent) => format!("{} steps of SGD", descent.inner_steps()),
         FitMethod::Ridge(ridge) => format!("{} components, solved", ridge.components()),
@@ -117,19 +117,19 @@ fn how(recipe: &Recipe<'_>) -> String {
 }
 
 impl View {
-    /// What the page's scripts read; no markup can come of it.
+    /// Returns the JSON for the page's scripts, with `<` escaped so that it cannot contain markup.
     pub(crate) fn to_json(&self) -> String {
-        // Recipes were parsed by whoever made this; one that is none is not shown.
-        let shown: Vec<Value> = self
-            .shown
+        // The caller has parsed the recipes; invalid ones are skipped.
+        let scans: Vec<Value> = self
+            .scans
             .iter()
-            .filter_map(|shown| shown.to_json().ok())
+            .filter_map(|scan| scan.to_json().ok())
             .collect();
         let data = json!({
             "title": self.title,
             "wasm": STANDARD.encode(WASM),
             "reference": self.reference.as_ref().map(Reference::to_json),
-            "shown": shown,
+            "shown": scans,
         });
         data.to_string().replace('<', "\\u003c")
     }

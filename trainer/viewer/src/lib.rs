@@ -1,19 +1,20 @@
-//! A page in which light and camera move, readings change, and fits are done anew, by core itself.
+//! An interactive web page that fits BRDFs in the browser with `glimpse-core`.
 //!
-//! `glimpse.wasm` is `trainer/viewer/wasm` as `tests/run wasm` compiles it; `tests/run firmware` builds it once more
-//! and compares what both compute with what core does on the host.
+//! The user moves light and camera and changes readings; the page repeats the fit. `tests/run wasm` compiles
+//! `glimpse.wasm` from `trainer/viewer/wasm`. `tests/run firmware` builds it again and compares the results of both
+//! modules with those of core on the host.
 
 mod data;
 
 use maud::{Markup, PreEscaped, html};
 
-pub use data::{Reference, Shown};
+pub use data::{RecipeScan, Reference};
 
-/// Core for a browser, WebAssembly: what `trainer/viewer/wasm/src/lib.rs` exports.
+/// The WebAssembly module of core; `trainer/viewer/wasm/src/lib.rs` defines its exports.
 pub const WASM: &[u8] = include_bytes!("../www/glimpse.wasm");
-/// The style of the page, which follows the style of all pages.
+/// The style sheet of the page, in addition to the common one.
 pub const STYLE: &str = include_str!("../www/view.css");
-/// What it does: numbers to pixels, fingers to directions. All else is computed by core.
+/// The scripts of the page, for display and input. Core computes fits, BRDFs and losses.
 const SCRIPTS: [&str; 5] = [
     include_str!("../www/core.js"),
     include_str!("../www/spheres.js"),
@@ -22,19 +23,19 @@ const SCRIPTS: [&str; 5] = [
     include_str!("../www/view.js"),
 ];
 
-/// A page that needs nothing from elsewhere: one file.
+/// A self-contained page: one file.
 #[derive(Clone, Debug)]
 pub struct View {
-    /// The material's name.
+    /// Name of the material.
     pub title: String,
-    /// The material itself, if it is known.
+    /// Reference material, if known.
     pub reference: Option<Reference>,
-    /// Recipes, and what was read by each.
-    pub shown: Vec<Shown>,
+    /// Recipes and their readings.
+    pub scans: Vec<RecipeScan>,
 }
 
 impl View {
-    /// The body of the page, for a document in [`STYLE`].
+    /// Returns the body of the page, for a document with [`STYLE`].
     #[must_use]
     pub fn body(&self) -> Markup {
         html! {

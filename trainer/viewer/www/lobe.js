@@ -1,26 +1,26 @@
-// The BRDF in the plane of incidence at the marked point, whose normal is z.
+// Plot of the BRDF in the plane of incidence at the marked point, whose normal is z.
 const STEPS = 361;
-const DECADES = 6; // at most
+const MAX_DECADES = 6;
 const luminance = (rgb, i) => 0.2126 * rgb[i] + 0.7152 * rgb[i + 1] + 0.0722 * rgb[i + 2];
-const POWERS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
-const power = (n) => "10" + (n < 0 ? "⁻" : "") + [...String(Math.abs(n))].map((digit) => POWERS[digit]).join("");
+const SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+const powerOfTen = (n) => "10" + (n < 0 ? "⁻" : "") + [...String(Math.abs(n))].map((digit) => SUPERSCRIPTS[digit]).join("");
 
 const thetaOf = (a) => Math.acos(Math.max(-1, Math.min(1, a[2])));
-// The camera's angle in the plane of incidence: positive across the normal from the light.
+// Returns the camera's angle in the plane of incidence, positive across the normal from the light.
 const cameraAngle = () => {
   const towards = scene.camera[2];
   const across = -(towards[0] * scene.light[0] + towards[1] * scene.light[1]);
   return across < 0 ? -thetaOf(towards) : thetaOf(towards);
 };
-// Brings the light to another angle to the marked point's normal, in the same plane.
-const lightAt = (theta) => {
+// Moves the light to another angle from the marked point's normal, in the same plane.
+const setLightAngle = (theta) => {
   let [x, y] = scene.light;
   const length = Math.hypot(x, y);
   [x, y] = length > 1e-3 ? [x / length, y / length] : [-1, 0];
   scene.light = [Math.sin(theta) * x, Math.sin(theta) * y, Math.cos(theta)];
 };
 
-// `curves` are {core, color, dash, width}.
+// Draws the plot; `curves` are {core, color, dash, width}.
 const drawLobe = (canvas, curves, scale) => {
   const ratio = Math.min(devicePixelRatio, 2), width = canvas.clientWidth, height = canvas.clientHeight;
   if (canvas.width !== Math.round(width * ratio)) [canvas.width, canvas.height] = [width * ratio, height * ratio].map(Math.round);
@@ -33,7 +33,7 @@ const drawLobe = (canvas, curves, scale) => {
   pen.textBaseline = "middle";
   const radius = Math.min(width / 2 - 26, height - 46), center = [width / 2, height - 24];
   if (radius <= 0) return; // not laid out yet
-  const place = (theta, share) => [center[0] + radius * share * Math.sin(theta), center[1] - radius * share * Math.cos(theta)];
+  const point = (theta, fraction) => [center[0] + radius * fraction * Math.sin(theta), center[1] - radius * fraction * Math.cos(theta)];
   const line = (points, close) => {
     pen.beginPath();
     points.forEach(([x, y], i) => (i ? pen.lineTo(x, y) : pen.moveTo(x, y)));
@@ -41,59 +41,59 @@ const drawLobe = (canvas, curves, scale) => {
   };
 
   const theta = thetaOf(scene.light), isLit = theta < 1.55;
-  const found = curves.map((curve) => {
+  const luminances = curves.map((curve) => {
     const rgb = isLit ? curve.core.lobe(theta, STEPS) : new Float32Array(3 * STEPS);
     return Float32Array.from({ length: STEPS }, (_, i) => luminance(rgb, 3 * i));
   });
-  let [least, most] = [Infinity, 0];
-  for (const values of found) for (const value of values) {
-    if (value > 0) [least, most] = [Math.min(least, value), Math.max(most, value)];
+  let [min, max] = [Infinity, 0];
+  for (const values of luminances) for (const value of values) {
+    if (value > 0) [min, max] = [Math.min(min, value), Math.max(max, value)];
   }
-  const high = most > 0 ? Math.ceil(Math.log10(most)) : 0;
-  const low = Math.min(high - 2, Math.max(high - DECADES, Number.isFinite(least) ? Math.floor(Math.log10(least)) : -2));
-  const share = scale === "log"
+  const high = max > 0 ? Math.ceil(Math.log10(max)) : 0;
+  const low = Math.min(high - 2, Math.max(high - MAX_DECADES, Number.isFinite(min) ? Math.floor(Math.log10(min)) : -2));
+  const fraction = scale === "log"
     ? (value) => (value > 0 ? Math.max(0, Math.min(1, (Math.log10(value) - low) / (high - low))) : 0)
-    : (value) => Math.cbrt(Math.max(0, value) / (most || 1));
+    : (value) => Math.cbrt(Math.max(0, value) / (max || 1));
 
   // Rings and rays.
   pen.strokeStyle = color("--line");
   pen.fillStyle = color("--dim");
   pen.lineWidth = 1;
   const rings = scale === "log"
-    ? Array.from({ length: high - low }, (_, i) => [(i + 1) / (high - low), power(low + i + 1)])
-    : [0.001, 0.01, 0.1, 0.3, 1].map((part) => [Math.cbrt(part), (part * most).toPrecision(2).replace(/\.?0+$/, "")]);
-  let free = Infinity; // labels keep clear of each other, the outermost first
-  for (const [at, label] of rings.reverse()) {
+    ? Array.from({ length: high - low }, (_, i) => [(i + 1) / (high - low), powerOfTen(low + i + 1)])
+    : [0.001, 0.01, 0.1, 0.3, 1].map((part) => [Math.cbrt(part), (part * max).toPrecision(2).replace(/\.?0+$/, "")]);
+  let free = Infinity; // labels do not overlap, the outermost one comes first
+  for (const [ring, label] of rings.reverse()) {
     pen.beginPath();
-    pen.arc(...center, radius * at, Math.PI, 0);
+    pen.arc(...center, radius * ring, Math.PI, 0);
     pen.stroke();
-    const half = pen.measureText(label).width / 2 + 3, x = center[0] + radius * at;
+    const half = pen.measureText(label).width / 2 + 3, x = center[0] + radius * ring;
     if (x + half > free) continue;
     pen.fillText(label, x, center[1] + 13);
     free = x - half;
   }
   for (let degrees = -90; degrees <= 90; degrees += 30) {
     const angle = (degrees * Math.PI) / 180;
-    line([center, place(angle, 1)]);
+    line([center, point(angle, 1)]);
     pen.stroke();
-    if (Math.abs(degrees) < 90) pen.fillText(`${degrees < 0 ? "−" : ""}${Math.abs(degrees)}°`, ...place(angle, 1 + 13 / radius));
+    if (Math.abs(degrees) < 90) pen.fillText(`${degrees < 0 ? "−" : ""}${Math.abs(degrees)}°`, ...point(angle, 1 + 13 / radius));
   }
 
-  // The reference comes first, below the others.
-  found.forEach((values, index) => {
+  // The reference is drawn first, below the others.
+  luminances.forEach((values, index) => {
     const { color: stroke, dash, width: thick } = curves[index];
     if (!isLit) return;
     pen.strokeStyle = color(stroke);
     pen.lineWidth = thick;
     pen.lineJoin = "round";
     pen.setLineDash(dash);
-    line(Array.from(values, (value, i) => place((((2 * i + 1) / STEPS - 1) * Math.PI) / 2, share(value))));
+    line(Array.from(values, (value, i) => point((((2 * i + 1) / STEPS - 1) * Math.PI) / 2, fraction(value))));
     pen.stroke();
   });
   pen.setLineDash([]);
 
   const mark = (angle, filled) => {
-    line([place(angle, 1 - 14 / radius), place(angle + 7 / radius, 1), place(angle - 7 / radius, 1)], true);
+    line([point(angle, 1 - 14 / radius), point(angle + 7 / radius, 1), point(angle - 7 / radius, 1)], true);
     pen.fillStyle = pen.strokeStyle = color("--text");
     pen.lineWidth = 1.5;
     if (filled) pen.fill();

@@ -1,41 +1,41 @@
-// Spheres: what is seen of each material, and how light and camera move.
-const FULL = 384; // the most pixels along a side, at rest
-const LEAST = 64; // while something moves
-const BUDGET = 30; // milliseconds of shading in a frame that shall be smooth
-const HOME = { light: [-0.42, 0.5, 0.757], camera: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] };
+// Spheres of all materials, and the motion of light and camera.
+const MAX_SIZE = 384; // maximum pixels along a side, without motion
+const MIN_SIZE = 64; // minimum pixels along a side, during motion
+const FRAME_BUDGET = 30; // milliseconds of shading per frame during motion
+const DEFAULT_VIEW = { light: [-0.42, 0.5, 0.757], camera: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] };
 
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const scaled = (a, s) => a.map((x) => x * s);
 const unit = (a) => scaled(a, 1 / Math.hypot(...a));
-const turned = (a, axis, angle) => {
+const rotated = (a, axis, angle) => {
   const [c, s, d] = [Math.cos(angle), Math.sin(angle), dot(a, axis) * (1 - Math.cos(angle))];
   const [x, y, z] = axis;
   const across = [y * a[2] - z * a[1], z * a[0] - x * a[2], x * a[1] - y * a[0]];
   return a.map((value, i) => value * c + across[i] * s + axis[i] * d);
 };
 
-// The light, and the camera's right, up and towards, all as seen from the material; the marked point's
+// The directions to the light, and the camera's axes right, up and towards, in the material's frame. The marked point's
 // normal is z.
-const scene = { light: unit(HOME.light), camera: HOME.camera, stops: 0 };
+const scene = { light: unit(DEFAULT_VIEW.light), camera: DEFAULT_VIEW.camera, stops: 0 };
 const toCamera = (a) => scene.camera.map((axis) => dot(axis, a));
 const fromCamera = (a) => [0, 1, 2].map((i) => scene.camera[0][i] * a[0] + scene.camera[1][i] * a[1] + scene.camera[2][i] * a[2]);
 const moveLight = (right, up) => {
-  scene.light = unit(turned(turned(scene.light, scene.camera[1], right), scene.camera[0], -up));
+  scene.light = unit(rotated(rotated(scene.light, scene.camera[1], right), scene.camera[0], -up));
 };
 const moveCamera = (right, up) => {
   const [x, y] = scene.camera;
-  scene.camera = scene.camera.map((axis) => unit(turned(turned(axis, y, -right), x, up)));
+  scene.camera = scene.camera.map((axis) => unit(rotated(rotated(axis, y, -right), x, up)));
 };
 
-// From radiance to what is shown: exposed, compressed like film, encoded as sRGB, as in the trainer's
-// pictures. Looked up by the upper half of a float's bits.
-const SHOWN = new Uint8ClampedArray(1 << 15);
+// The tone mapping table, indexed by the upper 16 bits of a float: exposed, compressed like film and encoded as sRGB,
+// as in the trainer's pictures.
+const TONE_MAP = new Uint8ClampedArray(1 << 15);
 const expose = (stops) => {
   const bits = new Uint32Array(1), value = new Float32Array(bits.buffer);
-  for (let i = 0; i < SHOWN.length; i++) {
+  for (let i = 0; i < TONE_MAP.length; i++) {
     bits[0] = (i << 16) | 0x8000;
     const x = -Math.expm1(-1.7 * 2 ** stops * value[0]);
-    SHOWN[i] = Number.isNaN(x) ? 0 : 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055);
+    TONE_MAP[i] = Number.isNaN(x) ? 0 : 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055);
   }
 };
 
@@ -43,11 +43,11 @@ class Sphere {
   constructor(core, canvas) {
     this.core = core;
     this.canvas = canvas;
-    this.cost = 1e-3; // milliseconds a pixel
+    this.cost = 1e-3; // milliseconds per pixel
   }
-  full() {
+  maxSize() {
     const side = Math.round(this.canvas.clientWidth * Math.min(devicePixelRatio, 2));
-    return Math.max(LEAST, Math.min(FULL, side));
+    return Math.max(MIN_SIZE, Math.min(MAX_SIZE, side));
   }
   // Shades rows into an image.
   rows(image, first, end) {
@@ -55,7 +55,7 @@ class Sphere {
     const radiance = this.core.shade(size, first, end, unit(toCamera(scene.light)));
     const bits = new Uint32Array(radiance.buffer, radiance.byteOffset, radiance.length);
     for (let from = 0, to = 4 * size * first; from < bits.length; from += 3, to += 4) {
-      for (let i = 0; i < 3; i++) image.data[to + i] = SHOWN[(bits[from + i] >> 16) & 0x7fff];
+      for (let i = 0; i < 3; i++) image.data[to + i] = TONE_MAP[(bits[from + i] >> 16) & 0x7fff];
       image.data[to + 3] = 255;
     }
     this.cost += 0.3 * ((performance.now() - start) / (size * (end - first)) - this.cost);
@@ -66,21 +66,21 @@ class Sphere {
     this.canvas.dataset.size = image.width;
     this.canvas.dataset.drawn = 1 + Number(this.canvas.dataset.drawn || 0);
   }
-  // All of it at once, in so many pixels.
+  // Draws the whole picture at once, `size` pixels along a side.
   draw(size) {
     const image = new ImageData(size, size);
     this.rows(image, 0, size);
     this.show(image);
-    this.refined = size >= this.full();
+    this.refined = size >= this.maxSize();
     this.image = null;
   }
-  // A few more rows of the picture at its full size; true once it is there.
-  refine(until) {
+  // Shades more rows of the picture in full size until a time. Returns true once it is complete.
+  refine(deadline) {
     if (this.refined) return true;
-    const size = this.full();
+    const size = this.maxSize();
     if (!this.image || this.image.width !== size) [this.image, this.row] = [new ImageData(size, size), 0];
     while (this.row < size) {
-      if (performance.now() > until) return false;
+      if (performance.now() > deadline) return false;
       const end = Math.min(size, this.row + 16);
       this.rows(this.image, this.row, end);
       this.row = end;
@@ -92,53 +92,53 @@ class Sphere {
   }
 }
 
-// Pixels along a side by which all spheres take no longer than the budget.
+// Returns the pixels along a side for all spheres to fit in the frame budget.
 const movingSize = (spheres) => {
   const cost = spheres.reduce((sum, sphere) => sum + sphere.cost, 0);
-  const size = 16 * Math.floor(Math.sqrt(BUDGET / cost) / 16);
-  return Math.max(LEAST, Math.min(FULL, size));
+  const size = 16 * Math.floor(Math.sqrt(FRAME_BUDGET / cost) / 16);
+  return Math.max(MIN_SIZE, Math.min(MAX_SIZE, size));
 };
 
-// The stops by which a material is neither dark nor glaring.
-const fittingStops = (core) => {
-  const seen = Array.from(core.shade(48, 0, 48, unit(toCamera(scene.light)))).filter((x) => x > 0);
-  const bright = seen.sort((a, b) => a - b)[Math.floor(0.97 * seen.length)] || 1;
+// Returns an exposure, in stops, that suits a material's brightness.
+const automaticStops = (core) => {
+  const values = Array.from(core.shade(48, 0, 48, unit(toCamera(scene.light)))).filter((x) => x > 0);
+  const bright = values.sort((a, b) => a - b)[Math.floor(0.97 * values.length)] || 1;
   return Math.max(-4, Math.min(6, Math.round(10 * Math.log2(0.9 / bright)) / 10));
 };
 
-// Makes a sphere answer to fingers, mouse and keys.
+// Handles touch, mouse and keys on a sphere.
 const listen = (ball, mode, changed) => {
-  const fingers = new Map();
-  const follow = (event) => {
+  const pointers = new Map();
+  const moveHighlight = (event) => {
     const box = ball.getBoundingClientRect();
     let [x, y] = [(2 * (event.clientX - box.left)) / box.width - 1, 1 - (2 * (event.clientY - box.top)) / box.height];
     const distance = Math.hypot(x, y);
     if (distance > 0.97) [x, y] = [(0.97 * x) / distance, (0.97 * y) / distance];
-    // The light whose mirror direction at this point is the camera's.
+    // The light is reflected to the camera at this point.
     const z = Math.sqrt(1 - x * x - y * y);
     scene.light = unit(fromCamera([2 * z * x, 2 * z * y, 2 * z * z - 1]));
   };
-  const turn = (dx, dy) => moveCamera((2.4 * dx) / ball.clientWidth, (2.4 * dy) / ball.clientWidth);
-  const turnsCamera = (event) => mode() === "camera" || event.buttons === 2 || fingers.size > 1;
+  const dragCamera = (dx, dy) => moveCamera((2.4 * dx) / ball.clientWidth, (2.4 * dy) / ball.clientWidth);
+  const movesCamera = (event) => mode() === "camera" || event.buttons === 2 || pointers.size > 1;
   ball.addEventListener("contextmenu", (event) => event.preventDefault());
   ball.addEventListener("pointerdown", (event) => {
     ball.setPointerCapture(event.pointerId);
-    fingers.set(event.pointerId, [event.clientX, event.clientY]);
-    if (!turnsCamera(event)) follow(event);
+    pointers.set(event.pointerId, [event.clientX, event.clientY]);
+    if (!movesCamera(event)) moveHighlight(event);
     changed();
   });
   ball.addEventListener("pointermove", (event) => {
-    const before = fingers.get(event.pointerId);
+    const before = pointers.get(event.pointerId);
     if (!before) return;
-    if (turnsCamera(event)) turn((event.clientX - before[0]) / fingers.size, (event.clientY - before[1]) / fingers.size);
-    else follow(event);
-    fingers.set(event.pointerId, [event.clientX, event.clientY]);
+    if (movesCamera(event)) dragCamera((event.clientX - before[0]) / pointers.size, (event.clientY - before[1]) / pointers.size);
+    else moveHighlight(event);
+    pointers.set(event.pointerId, [event.clientX, event.clientY]);
     changed();
   });
-  for (const end of ["pointerup", "pointercancel"]) ball.addEventListener(end, (event) => fingers.delete(event.pointerId));
+  for (const end of ["pointerup", "pointercancel"]) ball.addEventListener(end, (event) => pointers.delete(event.pointerId));
   const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
   ball.addEventListener("keydown", (event) => {
-    if (event.key === "Home") goHome();
+    if (event.key === "Home") resetView();
     else if (!KEYS[event.key] || event.ctrlKey || event.altKey || event.metaKey) return;
     else {
       const [right, up] = scaled(KEYS[event.key], Math.PI / 60);
@@ -150,4 +150,4 @@ const listen = (ball, mode, changed) => {
   });
 };
 
-const goHome = () => [scene.light, scene.camera] = [unit(HOME.light), HOME.camera];
+const resetView = () => [scene.light, scene.camera] = [unit(DEFAULT_VIEW.light), DEFAULT_VIEW.camera];

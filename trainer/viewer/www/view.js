@@ -1,53 +1,53 @@
-// The page: what there is, and a loop that draws what has changed.
-const find = (id) => document.getElementById(id);
+// The page: its elements, and the loop that redraws after changes.
+const byId = (id) => document.getElementById(id);
 const COLORS = ["--c0", "--c1", "--c2", "--c3", "--c4"];
-const REST = 150; // milliseconds without a change until pictures are drawn in full
+const REST_DELAY = 150; // milliseconds without a change before pictures are drawn in full size
 
 const start = async () => {
-  const data = JSON.parse(find("data").textContent);
+  const data = JSON.parse(byId("data").textContent);
   const module = await WebAssembly.compile(bytesOf(data.wasm));
-  const judge = data.reference && bytesOf(data.reference.judge);
+  const referenceValues = data.reference && bytesOf(data.reference.judge);
   const materials = [];
   if (data.reference) {
     const core = new Core(module);
-    core.lookAt(bytesOf(data.reference.table));
+    core.loadTable(bytesOf(data.reference.table));
     materials.push({ core, name: "Reference", reference: data.reference, color: "--text", dash: [7, 4], width: 2 });
   }
-  data.shown.forEach((shown, index) => {
+  data.shown.forEach((scan, index) => {
     const core = new Core(module);
-    core.scanBy(bytesOf(shown.recipe), shown.basis && bytesOf(shown.basis));
-    if (judge) core.judgeBy(judge);
-    const readings = new Readings(shown.samples, shown.takes_missing);
-    materials.push({ core, name: shown.name, shown, readings, color: COLORS[index], dash: [], width: 2.5, error: null });
+    core.loadRecipe(bytesOf(scan.recipe), scan.basis && bytesOf(scan.basis));
+    if (referenceValues) core.loadReferenceValues(referenceValues);
+    const readings = new Readings(scan.samples, scan.takes_missing);
+    materials.push({ core, name: scan.name, scan, readings, color: COLORS[index], dash: [], width: 2.5, error: null });
   });
-  const methods = materials.filter((material) => material.shown);
+  const methods = materials.filter((material) => material.scan);
   let selected = methods[0];
   let changedAt = 0, isMoving = false, isResting = true, frames = 0;
 
-  // Only what is valid replaces what is shown.
+  // An invalid fit does not replace the previous one.
   const refit = (method) => {
-    const { core, readings, shown } = method;
+    const { core, readings, scan } = method;
     try {
       core.fit(readings.all());
       method.error = null;
     } catch (error) {
       method.error = error.message;
-      if (!readings.fitted) throw new Error(`${shown.name}: ${error.message}`);
+      if (!readings.fitted) throw new Error(`${scan.name}: ${error.message}`);
       return;
     }
-    const flat = core.atSamples(shown.samples.length);
-    // What was fitted first stands in for what was never read.
-    readings.fitted ||= shown.samples.map((_, i) => Array.from(flat.slice(3 * i, 3 * i + 3)));
-    method.loss = judge ? core.loss() : NaN;
+    const flat = core.atSamples(scan.samples.length);
+    // The first fit provides the base values of missing readings.
+    readings.fitted ||= scan.samples.map((_, i) => Array.from(flat.slice(3 * i, 3 * i + 3)));
+    method.loss = referenceValues ? core.loss() : NaN;
     method.predicted = core.predictedLoss();
     method.residual = core.residual();
   };
-  const four = (loss) => (Number.isNaN(loss) ? null : loss.toFixed(4));
-  const tellMethod = (method) => {
-    const { loss, predicted, residual, shown, facts } = method;
-    const expected = shown.expected_loss === null ? NaN : shown.expected_loss;
-    const list = [["Loss", four(loss)], ["predicted", four(predicted)], ["at readings", four(residual)], ["trained on", shown.trained_on]];
-    if (Number.isNaN(predicted)) list[1] = ["expected", four(expected)];
+  const formatLoss = (loss) => (Number.isNaN(loss) ? null : loss.toFixed(4));
+  const updateFacts = (method) => {
+    const { loss, predicted, residual, scan, facts } = method;
+    const expected = scan.expected_loss === null ? NaN : scan.expected_loss;
+    const list = [["Loss", formatLoss(loss)], ["predicted", formatLoss(predicted)], ["at readings", formatLoss(residual)], ["trained on", scan.trained_on]];
+    if (Number.isNaN(predicted)) list[1] = ["expected", formatLoss(expected)];
     facts.replaceChildren(...list.filter(([, text]) => text).flatMap(([name, text]) => {
       const [dt, dd] = [document.createElement("dt"), document.createElement("dd")];
       [dt.textContent, dd.textContent] = [name, text];
@@ -63,7 +63,7 @@ const start = async () => {
       requestAnimationFrame(frame);
     }
   };
-  const showScene = () => {
+  const updateScene = () => {
     const [x, y, z] = toCamera([0, 0, 1]);
     for (const { ring } of materials) {
       ring.style.left = `${50 * (1 + x)}%`;
@@ -71,9 +71,9 @@ const start = async () => {
       ring.hidden = z < 0;
     }
     const degrees = (thetaOf(scene.light) * 180) / Math.PI;
-    find("theta").value = degrees;
-    find("theta-value").textContent = `${degrees.toFixed(0)}°`;
-    drawLobe(find("lobe"), materials, find("scale").value);
+    byId("theta").value = degrees;
+    byId("theta-value").textContent = `${degrees.toFixed(0)}°`;
+    drawLobe(byId("lobe"), materials, byId("scale").value);
   };
   const frame = () => {
     const spheres = materials.map((material) => material.sphere);
@@ -82,18 +82,18 @@ const start = async () => {
       for (const method of methods.filter((method) => method.isStale)) {
         method.isStale = false;
         refit(method);
-        tellMethod(method);
-        method.readings.tell();
-        find("refused").hidden = method.error === null;
-        find("refused").textContent = `No fit of these readings: ${method.error}. What is shown is the last one.`;
+        updateFacts(method);
+        method.readings.update();
+        byId("refused").hidden = method.error === null;
+        byId("refused").textContent = `These readings cannot be fitted: ${method.error}. The page shows the last fit.`;
       }
       const size = movingSize(spheres);
-      for (const sphere of spheres) sphere.draw(Math.min(size, sphere.full()));
-      showScene();
+      for (const sphere of spheres) sphere.draw(Math.min(size, sphere.maxSize()));
+      updateScene();
       frames += 1;
-    } else if (performance.now() - changedAt > REST) {
-      const until = performance.now() + 12;
-      isResting = spheres.every((sphere) => sphere.refine(until));
+    } else if (performance.now() - changedAt > REST_DELAY) {
+      const deadline = performance.now() + 12;
+      isResting = spheres.every((sphere) => sphere.refine(deadline));
     }
     if (!isResting) requestAnimationFrame(frame);
   };
@@ -101,92 +101,92 @@ const start = async () => {
   const select = (method) => {
     selected = method;
     for (const other of methods) other.pick.setAttribute("aria-pressed", other === method);
-    find("selected").textContent = method.name;
-    const missing = method.shown.takes_missing ? " A reading may be missing." : "";
-    find("readings-caption").textContent = `The BRDF in sr⁻¹ (red, green, blue), not times the cosine; a slider multiplies it by up to ${2 ** STOPS}, or divides it.${missing}`;
-    find("refused").hidden = true;
-    method.readings.build(find("readings"), () => {
+    byId("selected").textContent = method.name;
+    const missing = method.scan.takes_missing ? " Readings can be missing." : "";
+    byId("readings-caption").textContent = `The BRDF in sr⁻¹ (red, green, blue), not times the cosine. A slider multiplies or divides it by up to ${2 ** MAX_STOPS}.${missing}`;
+    byId("refused").hidden = true;
+    method.readings.build(byId("readings"), () => {
       method.isStale = true;
       changed();
     });
   };
 
-  // What there is.
-  find("title").textContent = data.title;
-  find("lead").textContent = data.reference
+  // Content of the page.
+  byId("title").textContent = data.title;
+  byId("lead").textContent = data.reference
     ? "Scans of this material, fitted in this page by the code that runs on the scanner. Move the light; change a reading."
     : "Fitted from readings in this page, by the code that runs on the scanner. Move the light; change a reading.";
-  find("viewer").hidden = false;
+  byId("viewer").hidden = false;
   for (const material of materials) {
     const figure = document.createElement("figure");
     figure.innerHTML = '<div class="ball" tabindex="0" role="application"><canvas></canvas><i></i></div><figcaption><span class="key"></span><b></b><div></div><dl></dl></figcaption>';
-    const [ball, canvas, key, name, how] = ["div", "canvas", ".key", "b", "figcaption div"].map((part) => figure.querySelector(part));
+    const [ball, canvas, key, name, summary] = ["div", "canvas", ".key", "b", "figcaption div"].map((part) => figure.querySelector(part));
     ball.setAttribute("aria-label", `Sphere: ${material.name}. Arrow keys move the light, with Shift the camera; Home resets both.`);
     name.textContent = material.name;
     key.style.borderColor = `var(${material.color})`;
-    key.classList.toggle("reference", !material.shown);
-    const { shown } = material;
-    how.textContent = shown ? `${shown.model}, ${shown.samples.length} readings, ${shown.how}` : material.reference.name;
+    key.classList.toggle("reference", !material.scan);
+    const { scan } = material;
+    summary.textContent = scan ? `${scan.model}, ${scan.samples.length} readings, ${scan.how}` : material.reference.name;
     material.facts = figure.querySelector("dl");
     material.ring = figure.querySelector("i");
     material.sphere = new Sphere(material.core, canvas);
-    if (shown) {
+    if (scan) {
       material.pick = document.createElement("button");
       Object.assign(material.pick, { type: "button", className: "pick", textContent: "Readings" });
       material.pick.addEventListener("click", () => select(material));
       figure.querySelector("figcaption").append(material.pick);
       refit(material);
-      tellMethod(material);
+      updateFacts(material);
     }
-    find("spheres").append(figure);
+    byId("spheres").append(figure);
     listen(ball, () => document.querySelector('[name="drag"]:checked').value, changed);
   }
   select(selected);
   if (data.reference) {
-    find("footnote").textContent = `Losses are means of |Δ ln(1 + f cos θi)| over ${judge.length / 24} directions, uniform in (θh, θd, φd), against the material itself. The reference is drawn from a table, whose loss is ${data.reference.table_loss.toFixed(4)}.`;
+    byId("footnote").textContent = `Losses against the reference material are means of |Δ ln(1 + f cos θi)| over ${referenceValues.length / 24} directions, uniform in (θh, θd, φd). The reference sphere is drawn from a table with loss ${data.reference.table_loss.toFixed(4)}.`;
   }
 
-  // What can be done.
-  const showStops = () => {
+  // Controls.
+  const updateExposure = () => {
     expose(scene.stops);
-    find("exposure").value = scene.stops;
-    find("stops").textContent = `${scene.stops < 0 ? "−" : "+"}${Math.abs(scene.stops).toFixed(1)}`;
+    byId("exposure").value = scene.stops;
+    byId("stops").textContent = `${scene.stops < 0 ? "−" : "+"}${Math.abs(scene.stops).toFixed(1)}`;
   };
-  scene.stops = fittingStops(materials[0].core);
-  showStops();
-  find("exposure").addEventListener("input", (event) => {
+  scene.stops = automaticStops(materials[0].core);
+  updateExposure();
+  byId("exposure").addEventListener("input", (event) => {
     scene.stops = Number(event.target.value);
-    showStops();
+    updateExposure();
     changed();
   });
-  find("home").addEventListener("click", () => {
-    goHome();
-    scene.stops = fittingStops(materials[0].core);
-    showStops();
+  byId("home").addEventListener("click", () => {
+    resetView();
+    scene.stops = automaticStops(materials[0].core);
+    updateExposure();
     changed();
   });
-  find("theta").addEventListener("input", (event) => {
-    lightAt((Number(event.target.value) * Math.PI) / 180);
+  byId("theta").addEventListener("input", (event) => {
+    setLightAngle((Number(event.target.value) * Math.PI) / 180);
     changed();
   });
-  find("scale").addEventListener("change", changed);
-  find("reset").addEventListener("click", () => {
+  byId("scale").addEventListener("change", changed);
+  byId("reset").addEventListener("click", () => {
     selected.readings.reset();
     selected.isStale = true;
     changed();
   });
-  find("save").addEventListener("click", () => {
+  byId("save").addEventListener("click", () => {
     const link = document.createElement("a");
     link.href = URL.createObjectURL(new Blob([selected.readings.toCsv()], { type: "text/csv" }));
     link.download = `${selected.name}-readings.csv`;
     link.click();
     URL.revokeObjectURL(link.href);
   });
-  const lobe = find("lobe");
+  const lobe = byId("lobe");
   const aim = (event) => {
     const box = lobe.getBoundingClientRect();
     const [x, y] = [event.clientX - box.left - box.width / 2, box.bottom - 24 - event.clientY];
-    lightAt(Math.min(1.535, Math.abs(Math.atan2(x, Math.max(y, 0)))));
+    setLightAngle(Math.min(1.535, Math.abs(Math.atan2(x, Math.max(y, 0)))));
     changed();
   };
   lobe.addEventListener("pointerdown", (event) => {
@@ -198,7 +198,7 @@ const start = async () => {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", changed);
   changed();
 
-  // For tests, and for the curious.
+  // Access for tests and for the browser's console.
   window.glimpse = {
     methods: methods.map((method) => ({
       name: method.name,
@@ -213,7 +213,7 @@ const start = async () => {
 };
 
 start().catch((error) => {
-  find("failure").hidden = false;
-  find("failure").textContent = `This page cannot compute: ${error.message}. It takes a browser with WebAssembly.`;
+  byId("failure").hidden = false;
+  byId("failure").textContent = `The page failed to start: ${error.message}. It needs a browser with WebAssembly.`;
   throw error;
 });

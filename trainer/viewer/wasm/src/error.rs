@@ -1,4 +1,4 @@
-//! Why a scan, a fit or a table comes to nothing, as the page says it.
+//! Errors of scans, fits and tables, with messages for the page.
 
 use core::fmt;
 
@@ -6,9 +6,9 @@ use glimpse_core::model::linear::BasisError;
 use glimpse_core::recipe::RecipeError;
 use glimpse_core::scan::{FinishError, FitError, ReadingError, ScanError};
 
-/// Why something comes to nothing: core's reasons, and two of the page's own.
+/// An error of core, or of the page's calls.
 pub(crate) enum SceneError {
-    NoRoom,
+    NoBuffer,
     NoScan,
     Recipe(RecipeError),
     Basis(BasisError),
@@ -21,8 +21,10 @@ pub(crate) enum SceneError {
 impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NoRoom => f.write_str("the room for it was not asked for, or is too small"),
-            Self::NoScan => f.write_str("no scan was begun"),
+            Self::NoBuffer => {
+                f.write_str("the buffer is not allocated or too small: call room first")
+            }
+            Self::NoScan => f.write_str("the instance has no scan: call begin first"),
             Self::Recipe(error) => error.fmt(f),
             Self::Basis(error) => error.fmt(f),
             Self::Scan(error) => error.fmt(f),

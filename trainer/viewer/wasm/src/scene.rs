@@ -1,4 +1,4 @@
-//! The material that an instance stands for, and the rooms that a page shares with it.
+//! The material of a module instance, and the buffers that the page shares with it.
 
 use core::fmt::Write;
 
@@ -10,80 +10,80 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{FinishError, Fitted, Reading, Scan};
 use heapless::String;
 
+use crate::buffer::Buffer;
 use crate::error::SceneError;
-use crate::room::Room;
-use crate::single::Single;
+use crate::single_threaded::SingleThreaded;
 
-/// The largest recipe has room; what of it is not used is never touched, and takes no memory.
-static MEMORY: Single<[f32; 600_000]> = Single::new([0.0; 600_000]);
+/// Fit memory for the largest recipe. Unused pages are never touched and take no physical memory.
+static MEMORY: SingleThreaded<[f32; 600_000]> = SingleThreaded::new([0.0; 600_000]);
 
-/// The coefficients that make a table's components channels.
+/// Coefficients that select a table's components as channels.
 const CHANNELS: [&[f32]; 3] = [&[1.0], &[0.0, 1.0], &[0.0, 0.0, 1.0]];
 
-/// Numbers of a direction that a loss is judged at: three angles, three channels.
-const JUDGED: usize = 6;
-/// Numbers of a reading: three channels, and whether it is there.
-const READING: usize = 4;
+/// Numbers per reference value of the loss: three angles, three channels.
+const REFERENCE_NUMBERS: usize = 6;
+/// Numbers per reading: three channels, and 1 for a reading or 0 for a missing one.
+const READING_NUMBERS: usize = 4;
 
-/// Rooms, by their numbers.
+/// Indices of the buffers.
 const RECIPE: usize = 0;
 const BASIS: usize = 1;
 const TABLE: usize = 2;
-const JUDGE: usize = 3;
+const REFERENCE_VALUES: usize = 3;
 const NUMBERS: usize = 4;
 
-/// A material, and what is needed to change it.
+/// The state of a module instance.
 pub(crate) struct Scene {
-    rooms: [Option<Room>; 5],
+    buffers: [Option<Buffer>; 5],
     scan: Option<Scan<'static, AnyModel>>,
     table: Option<Basis<'static>>,
     message: String<400>,
 }
 
-/// A material that can be looked at.
-pub(crate) enum Shown<'a> {
+/// A BRDF to display.
+pub(crate) enum Surface<'a> {
     Fitted(Fitted<'a, AnyModel>),
     Table(&'a Basis<'static>),
 }
 
-impl Shown<'_> {
-    /// The BRDF in linear RGB, sr^-1, not times the cosine; 0 below the horizon.
+impl Surface<'_> {
+    /// Returns the BRDF in linear RGB, sr^-1, not times the cosine; 0 below the horizon.
     pub(crate) fn brdf(&self, directions: &Directions<f32>) -> [f32; 3] {
-        let found = match self {
+        let brdf = match self {
             Self::Fitted(fitted) => fitted.brdf(directions),
             Self::Table(table) => {
                 HalfDifference::from_directions(directions).and_then(|at| table.brdf(CHANNELS, &at))
             }
         };
-        found.unwrap_or_default()
+        brdf.unwrap_or_default()
     }
 }
 
 impl Scene {
     pub(crate) const fn new() -> Self {
         Self {
-            rooms: [const { None }; 5],
+            buffers: [const { None }; 5],
             scan: None,
             table: None,
             message: String::new(),
         }
     }
 
-    /// Room for so many bytes.
-    pub(crate) fn room(&mut self, slot: u32, bytes: usize) -> Option<&mut [u8]> {
-        let place = self.rooms.get_mut(slot as usize)?;
-        let again = place.take().and_then(|room| room.again(bytes));
-        *place = again.or_else(|| Room::new(bytes));
-        place.as_mut().map(Room::bytes)
+    /// Allocates buffer `slot` with `bytes` bytes, and reuses its memory if it is large enough.
+    pub(crate) fn allocate(&mut self, slot: u32, bytes: usize) -> Option<&mut [u8]> {
+        let buffer = self.buffers.get_mut(slot as usize)?;
+        let resized = buffer.take().and_then(|buffer| buffer.resized(bytes));
+        *buffer = resized.or_else(|| Buffer::new(bytes));
+        buffer.as_mut().map(Buffer::bytes)
     }
 
-    /// Keeps what went wrong as a sentence, and says whether something did.
-    pub(crate) fn told(&mut self, outcome: Result<(), SceneError>) -> u32 {
+    /// Stores the error message, if any. Returns 0 on success, 1 on failure.
+    pub(crate) fn report(&mut self, outcome: Result<(), SceneError>) -> u32 {
         self.message.clear();
         let Err(error) = outcome else {
             return 0;
         };
-        // A sentence that is too long is cut.
+        // A message that is too long is cut.
         let _ = write!(self.message, "{error}");
         1
     }
@@ -93,9 +93,9 @@ impl Scene {
     }
 
     pub(crate) fn begin(&mut self) -> Result<(), SceneError> {
-        let recipe = self.rooms[RECIPE].take().ok_or(SceneError::NoRoom)?;
+        let recipe = self.buffers[RECIPE].take().ok_or(SceneError::NoBuffer)?;
         let recipe = Recipe::parse(recipe.into_bytes())?;
-        let basis = self.rooms[BASIS].take().map(Room::into_bytes);
+        let basis = self.buffers[BASIS].take().map(Buffer::into_bytes);
         let basis = basis.map(Basis::parse).transpose()?;
         let memory = match self.scan.take() {
             Some(scan) => scan.into_memory(),
@@ -110,7 +110,7 @@ impl Scene {
     }
 
     pub(crate) fn look_at_table(&mut self) -> Result<(), SceneError> {
-        let table = self.rooms[TABLE].take().ok_or(SceneError::NoRoom)?;
+        let table = self.buffers[TABLE].take().ok_or(SceneError::NoBuffer)?;
         let table = Basis::parse(table.into_bytes())?;
         self.table = Some(table);
         Ok(())
@@ -123,19 +123,21 @@ impl Scene {
     pub(crate) fn fit(&mut self) -> Result<(), SceneError> {
         let scan = self.scan.as_mut().ok_or(SceneError::NoScan)?;
         let samples = scan.recipe().samples();
-        let readings = self.rooms[NUMBERS].as_mut().map(Room::numbers);
-        let readings = readings.and_then(|numbers| numbers.get(..READING * samples));
-        let (readings, _) = readings.ok_or(SceneError::NoRoom)?.as_chunks::<READING>();
+        let readings = self.buffers[NUMBERS].as_mut().map(Buffer::numbers);
+        let readings = readings.and_then(|numbers| numbers.get(..READING_NUMBERS * samples));
+        let (readings, _) = readings
+            .ok_or(SceneError::NoBuffer)?
+            .as_chunks::<READING_NUMBERS>();
         scan.restart();
-        for (index, &[red, green, blue, is_there]) in (0..).zip(readings) {
-            if is_there != 0.0 {
+        for (index, &[red, green, blue, is_present]) in (0..).zip(readings) {
+            if is_present != 0.0 {
                 scan.record(index, Reading::new([red, green, blue]))?;
             }
         }
         let mut fit = scan.fit()?;
         fit.advance(u32::MAX);
         match fit.finish() {
-            // The page shows an implausible fit too.
+            // The page also displays implausible fits.
             Ok(_) | Err(FinishError::Implausible(_)) => Ok(()),
             Err(error) => Err(error.into()),
         }
@@ -143,16 +145,16 @@ impl Scene {
 
     pub(crate) fn values(&mut self) -> usize {
         let fitted = self.scan.as_ref().and_then(Scan::fitted);
-        let (Some(fitted), Some(room)) = (fitted, self.rooms[NUMBERS].as_mut()) else {
+        let (Some(fitted), Some(buffer)) = (fitted, self.buffers[NUMBERS].as_mut()) else {
             return 0;
         };
-        let places = room.numbers();
+        let numbers = buffer.numbers();
         let count = fitted.values().count();
-        if count > places.len() {
+        if count > numbers.len() {
             return 0;
         }
-        for (place, value) in places.iter_mut().zip(fitted.values()) {
-            *place = value;
+        for (number, value) in numbers.iter_mut().zip(fitted.values()) {
+            *number = value;
         }
         count
     }
@@ -169,25 +171,25 @@ impl Scene {
     }
 
     pub(crate) fn loss(&mut self) -> f64 {
-        let judge = self.rooms[JUDGE].as_mut().map(Room::numbers);
-        let judge = judge.unwrap_or_default();
-        let (judged, _) = judge.as_chunks::<JUDGED>();
-        let Some(shown) = shown(self.scan.as_ref(), self.table.as_ref()) else {
+        let numbers = self.buffers[REFERENCE_VALUES].as_mut().map(Buffer::numbers);
+        let numbers = numbers.unwrap_or_default();
+        let (reference_values, _) = numbers.as_chunks::<REFERENCE_NUMBERS>();
+        let Some(surface) = surface(self.scan.as_ref(), self.table.as_ref()) else {
             return f64::NAN;
         };
         let mut sum = 0.0;
-        for &[theta_h, theta_d, phi_d, red, green, blue] in judged {
+        for &[theta_h, theta_d, phi_d, red, green, blue] in reference_values {
             let at = HalfDifference::from_angles(Angles {
                 theta_h,
                 theta_d,
                 phi_d,
             });
-            let modeled = shown.brdf(&at.directions());
+            let modeled = surface.brdf(&at.directions());
             let cosine = at.cos_theta_i();
             let error = cosine_weighted_log_error([red, green, blue], modeled, cosine, 1.0);
             sum += f64::from(error.error.value());
         }
-        match judged.len() {
+        match reference_values.len() {
             0 => f64::NAN,
             count => sum / (3 * count) as f64,
         }
@@ -198,40 +200,41 @@ impl Scene {
         let Some(recipe) = self.scan.as_ref().map(|scan| *scan.recipe()) else {
             return 0;
         };
-        let mut places = recipe.directions().map(|(_, directions)| directions);
-        let is_done = self.draw(3 * samples, |shown, numbers| {
-            for (place, directions) in numbers.iter_mut().zip(&mut places) {
-                *place = shown.brdf(&directions);
+        let mut pattern = recipe.directions().map(|(_, directions)| directions);
+        let is_done = self.with_surface(3 * samples, |surface, numbers| {
+            for (value, directions) in numbers.iter_mut().zip(&mut pattern) {
+                *value = surface.brdf(&directions);
             }
         });
         if is_done { samples } else { 0 }
     }
 
-    /// Goes on with the material, if there is one, and room for so many numbers, by threes.
-    pub(crate) fn draw(
+    /// Passes the displayed surface and `count` numbers of the result buffer, in groups of three, to `f`. Returns false
+    /// without a surface, or if the buffer is too small.
+    pub(crate) fn with_surface(
         &mut self,
         count: usize,
-        go_on: impl FnOnce(&Shown<'_>, &mut [[f32; 3]]),
+        f: impl FnOnce(&Surface<'_>, &mut [[f32; 3]]),
     ) -> bool {
-        let numbers = self.rooms[NUMBERS].as_mut().map(Room::numbers);
+        let numbers = self.buffers[NUMBERS].as_mut().map(Buffer::numbers);
         let numbers = numbers.and_then(|numbers| numbers.get_mut(..count));
-        let (Some(numbers), Some(shown)) =
-            (numbers, shown(self.scan.as_ref(), self.table.as_ref()))
+        let (Some(numbers), Some(surface)) =
+            (numbers, surface(self.scan.as_ref(), self.table.as_ref()))
         else {
             return false;
         };
-        go_on(&shown, numbers.as_chunks_mut().0);
+        f(&surface, numbers.as_chunks_mut().0);
         true
     }
 }
 
-/// What there is to look at.
-fn shown<'a>(
+/// Returns the surface to display: the table, or else the fit.
+fn surface<'a>(
     scan: Option<&'a Scan<'static, AnyModel>>,
     table: Option<&'a Basis<'static>>,
-) -> Option<Shown<'a>> {
+) -> Option<Surface<'a>> {
     match table {
-        Some(table) => Some(Shown::Table(table)),
-        None => scan?.fitted().map(Shown::Fitted),
+        Some(table) => Some(Surface::Table(table)),
+        None => scan?.fitted().map(Surface::Fitted),
     }
 }

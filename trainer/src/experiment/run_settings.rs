@@ -1,41 +1,41 @@
-//! Settings that every table, picture and page states.
+//! Settings that are listed in every caption.
 
 use std::fmt;
 
 use glimpse_training::meta::plan::{Effort, Schedule};
 use serde_json::{Value, json};
 
-use super::case::name_of;
+use super::case::value_name;
 
 /// A set of materials: its source and size.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct MaterialSet {
-    /// The source's name without the directories that lead to it.
+    /// Name of the source without its directories.
     pub(crate) source: String,
-    /// The number of materials.
+    /// Number of materials.
     pub(crate) materials: usize,
 }
 
-/// Settings under which figures were found.
+/// The settings of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct RunSettings {
-    /// Schedules that trained, each with its effort.
+    /// Training schedules, each with its effort.
     pub(crate) trainings: Vec<(Schedule, Effort)>,
     /// Seed of all random numbers.
     pub(crate) seed: u64,
-    /// Seeds that methods with random directions are averaged over.
+    /// Number of seeds that methods with random directions are averaged over.
     pub(crate) seeds: u64,
-    /// Materials that were trained on.
+    /// Materials for training.
     pub(crate) training_set: MaterialSet,
-    /// Materials that were judged.
+    /// Materials for evaluation.
     pub(crate) test_set: MaterialSet,
 }
 
 impl RunSettings {
-    /// The same as data.
+    /// Converts the settings to JSON.
     pub(super) fn to_json(&self) -> Value {
         let trainings = self.trainings.iter().map(|(schedule, effort)| {
-            json!({"schedule": name_of(*schedule), "effort": name_of(*effort)})
+            json!({"schedule": value_name(*schedule), "effort": value_name(*effort)})
         });
         let set = |set: &MaterialSet| json!({"source": set.source, "materials": set.materials});
         json!({
@@ -57,10 +57,10 @@ impl fmt::Display for MaterialSet {
 impl fmt::Display for RunSettings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, (schedule, effort)) in self.trainings.iter().enumerate() {
-            let before = if index == 0 { "Schedule" } else { ", schedule" };
-            let (name, length) = (name_of(*schedule), name_of(*effort));
-            write!(f, "{before} {name} at effort {length}")?;
-            match (schedule, effort.divisor_of_the_paper_s_steps()) {
+            let prefix = if index == 0 { "Schedule" } else { ", schedule" };
+            let (name, effort_name) = (value_name(*schedule), value_name(*effort));
+            write!(f, "{prefix} {name} at effort {effort_name}")?;
+            match (schedule, effort.paper_step_divisor()) {
                 (Schedule::Paper, 1) => write!(f, " (all of the paper's steps)")?,
                 (Schedule::Paper, divisor) => write!(f, " (1/{divisor} of the paper's steps)")?,
                 (Schedule::Joint | Schedule::Prior, _) => {}

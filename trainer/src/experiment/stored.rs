@@ -1,4 +1,4 @@
-//! What the store keeps: recipes and judgments, and their files.
+//! Stored recipes and evaluations, and their files.
 
 use std::fs;
 use std::io;
@@ -6,44 +6,44 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use glimpse_materials::basis::Basis;
-use glimpse_materials::files::{make_folders, write_whole};
+use glimpse_materials::files::{ensure_dir_all, write_atomic};
 use glimpse_trainer::evaluation::{MaterialMetrics, Report};
 use glimpse_trainer::metrics::Metrics;
 use glimpse_training::recipe::RecipeFile;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// A trained recipe, and the basis of one of Linear.
-pub(crate) struct Recipe {
+/// A trained recipe, and its basis if the model is Linear.
+pub(crate) struct TrainedRecipe {
     pub(crate) file: RecipeFile,
     pub(crate) basis: Option<Basis>,
 }
 
-/// How well a method did, as it is kept.
+/// The stored evaluation of a method.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Evaluation {
     /// Means over the materials.
     #[serde(flatten)]
-    pub(crate) scores: Metrics,
-    /// How many seeds were averaged over.
+    pub(crate) metrics: Metrics,
+    /// Number of seeds that were averaged over.
     pub(crate) seeds: u64,
-    /// Standard deviation of the mean loss from seed to seed.
+    /// Standard deviation of the mean loss over the seeds.
     pub(crate) loss_spread: f64,
-    /// Each material.
+    /// Metrics of each material.
     pub(crate) materials: Vec<MaterialMetrics>,
 }
 
 impl From<Report> for Evaluation {
     fn from(report: Report) -> Self {
         let Report {
-            scores,
+            metrics,
             seeds,
             loss_spread,
             materials,
             ..
         } = report;
         Self {
-            scores,
+            metrics,
             seeds,
             loss_spread,
             materials,
@@ -51,35 +51,35 @@ impl From<Report> for Evaluation {
     }
 }
 
-impl Recipe {
-    /// From a recipe's file, and the bytes of its basis.
-    pub(super) fn of(file: RecipeFile, basis: Option<&[u8]>) -> anyhow::Result<Self> {
+impl TrainedRecipe {
+    /// Creates it from a recipe's file and the bytes of its basis.
+    pub(super) fn new(file: RecipeFile, basis: Option<&[u8]>) -> anyhow::Result<Self> {
         let basis = basis
             .map(Basis::from_bytes)
             .transpose()
-            .map_err(|what| anyhow!("the basis: {what}"))?;
+            .map_err(|error| anyhow!("the recipe's basis: {error}"))?;
         Ok(Self { file, basis })
     }
 }
 
-/// Adds an extension; what looks like one in the name stays.
-pub(super) fn with_extension(path: &Path, extension: &str) -> PathBuf {
+/// Appends an extension and keeps an existing one.
+pub(super) fn append_extension(path: &Path, extension: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".");
     name.push(extension);
     name.into()
 }
 
-/// Writes a file of the experiments' folder, which is there, whole or not at all.
-pub(super) fn keep(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+/// Writes a file atomically, and creates its folder if it does not exist.
+pub(super) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    make_folders(folder)
-        .and_then(|()| write_whole(path, bytes))
+    ensure_dir_all(folder)
+        .and_then(|()| write_atomic(path, bytes))
         .with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// Reads an evaluation that was kept. Returns None if there is none, or it lacks a metric because an
-/// older version wrote it: it has to be made again.
+/// Reads a stored evaluation. Returns None if the file does not exist, or if an older version wrote it without
+/// `delta_e`; it is then evaluated again.
 pub(super) fn read_evaluation(path: &Path) -> anyhow::Result<Option<Evaluation>> {
     let text = match fs::read_to_string(path) {
         Ok(text) => text,
@@ -104,7 +104,7 @@ mod tests {
     use serde_json::json;
 
     #[test]
-    fn an_evaluation_without_color_difference_is_made_again() {
+    fn evaluation_without_color_difference_is_ignored() {
         let scratch = tempfile::tempdir().unwrap();
         let path = scratch.path().join("sheet.json");
         assert!(read_evaluation(&path).unwrap().is_none());
@@ -113,8 +113,8 @@ mod tests {
             "seeds": 1, "loss_spread": 0.0, "materials": [],
         });
         fs::write(&path, sheet.to_string()).unwrap();
-        let evaluation = read_evaluation(&path).unwrap().expect("it is whole");
-        assert_eq!(evaluation.scores.delta_e, 2.5);
+        let evaluation = read_evaluation(&path).unwrap().expect("it is complete");
+        assert_eq!(evaluation.metrics.delta_e, 2.5);
         sheet.as_object_mut().expect("an object").remove("delta_e");
         fs::write(&path, sheet.to_string()).unwrap();
         assert!(read_evaluation(&path).unwrap().is_none());

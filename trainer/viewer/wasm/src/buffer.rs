@@ -1,19 +1,19 @@
-//! Memory that a page writes to between two calls.
+//! Buffers that the page reads and writes between calls.
 
 use core::arch::wasm32::memory_grow;
 
-/// Bytes of a page of WebAssembly's memory.
+/// Size of a page of WebAssembly memory in bytes.
 const PAGE: usize = 1 << 16;
 
-/// Bytes that a page of the web asked for: memory that WebAssembly's has grown by, and nobody else's.
-pub(crate) struct Room {
+/// A buffer in pages by which WebAssembly memory was grown for it alone.
+pub(crate) struct Buffer {
     first: *mut u8,
     bytes: usize,
     capacity: usize,
 }
 
-impl Room {
-    /// None if memory does not grow any more.
+impl Buffer {
+    /// Allocates a buffer; None if memory is exhausted.
     pub(crate) fn new(bytes: usize) -> Option<Self> {
         let pages = bytes.div_ceil(PAGE).max(1);
         let page = memory_grow::<0>(pages);
@@ -24,24 +24,24 @@ impl Room {
         })
     }
 
-    /// The same room for so many bytes, with what it held; None if it is too small.
-    pub(crate) fn again(self, bytes: usize) -> Option<Self> {
+    /// Resizes the buffer within its capacity and keeps its content; None if the capacity is too small.
+    pub(crate) fn resized(self, bytes: usize) -> Option<Self> {
         (bytes <= self.capacity).then_some(Self { bytes, ..self })
     }
 
     pub(crate) fn bytes(&mut self) -> &mut [u8] {
-        // SAFETY: the pages are zeroed or written by the page, and only reached by way of this.
+        // SAFETY: the memory is initialized, and only this buffer refers to it.
         unsafe { core::slice::from_raw_parts_mut(self.first, self.bytes) }
     }
 
     pub(crate) fn numbers(&mut self) -> &mut [f32] {
-        // SAFETY: as above; pages are aligned, and every four bytes are a number.
+        // SAFETY: as above; pages are aligned, and all bit patterns are valid `f32`.
         unsafe { core::slice::from_raw_parts_mut(self.first.cast(), self.bytes / 4) }
     }
 
-    /// What is never written again, as the page promises.
+    /// Converts the buffer to a slice; the page must not write to it afterwards.
     pub(crate) fn into_bytes(self) -> &'static [u8] {
-        // SAFETY: the room is given up, so nothing reaches it but what comes back.
+        // SAFETY: the buffer is consumed, so only the returned slice refers to its memory.
         unsafe { core::slice::from_raw_parts(self.first, self.bytes) }
     }
 }
