@@ -100,8 +100,8 @@ impl ScanReport {
     }
 }
 
-/// Returns the Rusinkiewicz angles of a pair of directions, phi_d in \[0, 2 pi). None if there is no half vector or one
-/// direction is below the horizon.
+/// Returns the Rusinkiewicz angles of a pair of directions, phi_d in \[0, 2 pi). None if the half vector is undefined or
+/// one direction is below the horizon.
 #[must_use]
 pub fn angles_of(directions: &Directions<f32>) -> Option<Angles<f32>> {
     let at = HalfDifference::from_directions(directions).filter(HalfDifference::is_valid)?;

@@ -36,8 +36,8 @@ pub(super) const fn product(sample_derivatives: bool) -> u64 {
 /// Counts an outer step of one task: a forward gradient and a reverse product for every inner step, and one gradient
 /// over the outer samples.
 pub(super) const fn outer_step(inner: usize, outer: usize, sample_derivatives: bool) -> u64 {
-    let each = gradient() + product(sample_derivatives);
-    (INNER_STEPS * inner) as u64 * each + outer as u64 * gradient()
+    let inner_step = gradient() + product(sample_derivatives);
+    (INNER_STEPS * inner) as u64 * inner_step + outer as u64 * gradient()
 }
 
 #[cfg(test)]

@@ -322,14 +322,14 @@ impl<'a> Method<'a> {
         let parameters = match &self.algorithm {
             FitAlgorithm::Scan(recipe, basis) => {
                 let mut read = self.degradation.reader(material, recipe.samples(), seed);
-                let found = scan_with_missing(recipe, &mut read)?;
-                predicted_loss = found.predicted_loss;
+                let result = scan_with_missing(recipe, &mut read)?;
+                predicted_loss = result.predicted_loss;
                 match (recipe.model(), basis) {
                     (ModelKind::Linear, Some(basis)) => {
-                        let coefficients = basis.channels(&found.values)?;
+                        let coefficients = basis.channels(&result.values)?;
                         return Ok((self.reconstruct(basis, &coefficients), predicted_loss));
                     }
-                    _ => found.values,
+                    _ => result.values,
                 }
             }
             FitAlgorithm::RidgeAnywhere(precision, basis) => {

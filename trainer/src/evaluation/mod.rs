@@ -152,14 +152,17 @@ impl Report {
     /// Returns the loss of each material.
     #[must_use]
     pub fn losses(&self) -> Vec<f64> {
-        let losses = self.materials.iter().map(|each| each.metrics.loss);
+        let losses = self.materials.iter().map(|material| material.metrics.loss);
         losses.collect()
     }
 
     /// Returns the predicted loss of each material, if the recipe predicts losses.
     #[must_use]
     pub fn predicted_losses(&self) -> Option<Vec<f64>> {
-        let predicted = self.materials.iter().map(|each| each.predicted_loss);
+        let predicted = self
+            .materials
+            .iter()
+            .map(|material| material.predicted_loss);
         predicted.collect()
     }
 }
@@ -291,13 +294,17 @@ impl<'a> Evaluator<'a> {
         let by_seed: Vec<f64> = (0..seeds as usize)
             .map(|seed| all.iter().map(|fits| fits[seed].0.loss).sum::<f64>() / all.len() as f64)
             .collect();
-        let losses: Vec<f64> = materials.iter().map(|each| each.metrics.loss).collect();
+        let losses: Vec<f64> = materials
+            .iter()
+            .map(|material| material.metrics.loss)
+            .collect();
         Ok(Report {
             loss_standard_error: Estimate::from_values(&losses).standard_error,
             method: method.name(),
             model: method.model().name(),
             samples: method.samples(),
-            metrics: Metrics::mean(materials.iter().map(|each| each.metrics)).unwrap_or_default(),
+            metrics: Metrics::mean(materials.iter().map(|material| material.metrics))
+                .unwrap_or_default(),
             seeds,
             loss_spread: standard_deviation(&by_seed),
             materials,

@@ -174,11 +174,11 @@ fn add_completed(value: &mut Value, completed: &Completed<'_>) {
         "output": output.chunks(hidden).collect::<Vec<_>>(),
     });
     match completed.target() {
-        Target::Linear(found) => {
-            let scales: Vec<f32> = found.scales().iter().collect();
-            let basis = weights(found.rows(), &|index| scales[index % components]);
+        Target::Linear(linear) => {
+            let scales: Vec<f32> = linear.scales().iter().collect();
+            let basis = weights(linear.rows(), &|index| scales[index % components]);
             value["basis"] = json!(basis.chunks(components).collect::<Vec<_>>());
-            value["basis_checksum"] = checksum(found.basis_checksum());
+            value["basis_checksum"] = checksum(linear.basis_checksum());
         }
         Target::Descent(descent, start) => {
             add_descent(value, descent);

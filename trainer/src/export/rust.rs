@@ -141,7 +141,7 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
         Target::Linear(components) => {
             let basis = "The components at the directions of `PATTERN`.";
             bytes(source, basis, "BASIS", components.rows());
-            let scales = "The scale of each component there.";
+            let scales = "The scale of each component at these directions.";
             list(source, scales, "BASIS_SCALES", components.scales());
             basis_checksum(source, components.basis_checksum());
         }
@@ -207,16 +207,20 @@ fn add_ridge(source: &mut String, ridge: &Ridge<'_>) {
     );
     for (documentation, name, floats) in [
         (
-            "The mean of the mapped training columns there.",
+            "The mean of the mapped training columns at these directions.",
             "MEAN",
             ridge.mean(),
         ),
         (
-            "The median BRDF there, sr^-1 (not times a cosine).",
+            "The median BRDF at these directions, sr^-1 (not times a cosine).",
             "MEDIAN",
             ridge.median(),
         ),
-        ("cos(theta_i) cos(theta_o) there.", "WEIGHT", ridge.weight()),
+        (
+            "cos(theta_i) cos(theta_o) at these directions.",
+            "WEIGHT",
+            ridge.weight(),
+        ),
         (
             "The precision of each coefficient.",
             "PRECISION",

@@ -17,7 +17,7 @@ use super::outliers::{Distribution, OutlierReport};
 pub enum ReadingStatus {
     /// The fit uses the reading.
     Used,
-    /// There is no reading.
+    /// The sample has no reading.
     Missing,
     /// The reading is saturated, and the recipe tolerates missing readings.
     Saturated,
@@ -138,15 +138,15 @@ pub fn fit(
         .enumerate()
         .map(status)
         .collect();
-    let found = scan_with_missing(recipe, &mut |index, _| {
+    let result = scan_with_missing(recipe, &mut |index, _| {
         let index = usize::from(index);
         let mean = measurements.samples.get(index)?.mean()?;
         (statuses.get(index) == Some(&ReadingStatus::Used)).then_some(mean)
     })?;
     Ok(Fit {
-        values: found.values,
-        residual: Some(found.residual),
-        predicted_loss: found.predicted_loss,
+        values: result.values,
+        residual: Some(result.residual),
+        predicted_loss: result.predicted_loss,
         statuses,
         outlier_report,
     })

@@ -41,7 +41,7 @@ impl Measurements {
     /// Matches readings in memory, by the rules of [`read`](Self::read). Errors state the index of a reading, from 0.
     ///
     /// # Errors
-    /// If a reading matches no sample, its numbers are not valid, or there are no readings.
+    /// If a reading matches no sample, its numbers are not valid, or all readings are empty.
     pub fn from_readings(
         readings: &[LabReading],
         pattern: &[Angles<f32>],

@@ -128,7 +128,7 @@ pub fn ciede2000(one: Lab, other: Lab) -> f64 {
     sum.max(0.0).sqrt()
 }
 
-/// Returns the mean CIEDE2000 over some pixels of two pictures, 0 or more; 0 if there are no pixels.
+/// Returns the mean CIEDE2000 over some pixels of two pictures, 0 or more; 0 for no pixels.
 ///
 /// `pixels` are indices, row by row from the top left. Indices outside the picture are ignored.
 ///

@@ -48,8 +48,8 @@ impl Metrics {
         })
     }
 
-    /// Averages several scans of the same material: the mean of each metric, and the PSNR of the mean L2. None if there are
-    /// no scans. A mean of decibels would give too much weight to a single good scan.
+    /// Averages several scans of the same material: the mean of each metric, and the PSNR of the mean L2. None for an
+    /// empty list. A mean of decibels would give too much weight to a single good scan.
     #[must_use]
     pub fn mean_of_repetitions(metrics: impl IntoIterator<Item = Self>) -> Option<Self> {
         Self::mean(metrics).map(|mean| Self {
@@ -58,7 +58,7 @@ impl Metrics {
         })
     }
 
-    /// Averages several materials: the mean of each metric, including PSNR in dB. None if there are no materials.
+    /// Averages several materials: the mean of each metric, including PSNR in dB. None for an empty list.
     #[must_use]
     pub fn mean(metrics: impl IntoIterator<Item = Self>) -> Option<Self> {
         let mut sum = Self::default();

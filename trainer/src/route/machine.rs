@@ -8,8 +8,8 @@ use super::axes::{Axes, wrapped};
 
 /// A machine with two arms.
 ///
-/// All axes move at the same time and at constant speed, so a move takes as long as its slowest axis. Collisions during
-/// a move are not checked.
+/// All axes move at the same time. Acceleration is neglected, so a move takes as long as its slowest axis at full speed.
+/// Collisions during a move are not checked.
 ///
 /// # Azimuths
 ///

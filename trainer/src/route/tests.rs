@@ -49,20 +49,20 @@ fn machines() -> Vec<Machine> {
 
 /// Returns the shortest time over all orders and poses, by exhaustive search.
 fn exhaustive_shortest(points: &Points) -> f64 {
-    fn visit(points: &Points, from: Option<usize>, seen: usize, elapsed: f64, least: &mut f64) {
+    fn visit(points: &Points, from: Option<usize>, seen: usize, elapsed: f64, shortest: &mut f64) {
         if seen + 1 == 1 << points.stops() {
-            *least = least.min(elapsed);
+            *shortest = shortest.min(elapsed);
         }
         for stop in (0..points.stops()).filter(|stop| seen >> stop & 1 == 0) {
             for point in points.of_stop(stop) {
                 let until = elapsed + points.seconds_between(from, Some(point));
-                visit(points, Some(point), seen | 1 << stop, until, least);
+                visit(points, Some(point), seen | 1 << stop, until, shortest);
             }
         }
     }
-    let mut least = f64::INFINITY;
-    visit(points, None, 0, 0.0, &mut least);
-    least
+    let mut shortest = f64::INFINITY;
+    visit(points, None, 0, 0.0, &mut shortest);
+    shortest
 }
 
 #[test]
@@ -72,11 +72,11 @@ fn exact_route_matches_exhaustive_search() {
         for (count, swap) in [(1, true), (2, false), (5, true), (6, true), (7, false)] {
             let stops = random_stops(count, swap, &mut random);
             let route = Route::new(&machine, &stops, Order::Travel, 0);
-            let least = exhaustive_shortest(&Points::new(&machine, &stops));
+            let shortest = exhaustive_shortest(&Points::new(&machine, &stops));
             assert!(route.is_best);
             assert!(
-                (route.travel - least).abs() < 1e-9,
-                "{count} {machine:?}: {} and {least}",
+                (route.travel - shortest).abs() < 1e-9,
+                "{count} {machine:?}: {} and {shortest}",
                 route.travel
             );
             let mut indices: Vec<usize> = route.visits.iter().map(|visit| visit.index).collect();
@@ -90,7 +90,7 @@ fn exact_route_matches_exhaustive_search() {
                     .map(|visit| visit.index)
                     .eq(0..count)
             );
-            assert!(progressive.travel >= least - 1e-9);
+            assert!(progressive.travel >= shortest - 1e-9);
         }
     }
 }
@@ -101,7 +101,7 @@ fn progressive_route_chooses_fastest_poses() {
     for machine in machines() {
         let stops = random_stops(6, true, &mut random);
         let points = Points::new(&machine, &stops);
-        let least = (0..1_usize << stops.len())
+        let shortest = (0..1_usize << stops.len())
             .map(|choice| {
                 let path: Vec<usize> = (0..stops.len())
                     .map(|stop| points.of_stop(stop).start + (choice >> stop & 1))
@@ -110,7 +110,7 @@ fn progressive_route_chooses_fastest_poses() {
             })
             .fold(f64::INFINITY, f64::min);
         let route = Route::new(&machine, &stops, Order::Progressive, 0);
-        assert!((route.travel - least).abs() < 1e-9);
+        assert!((route.travel - shortest).abs() < 1e-9);
     }
 }
 
@@ -166,13 +166,13 @@ fn no_azimuth_choice_is_faster_than_the_rule() {
                 })
                 .collect();
         }
-        let least = reached
+        let shortest = reached
             .iter()
-            .fold(f64::INFINITY, |least, (_, until)| least.min(*until));
+            .fold(f64::INFINITY, |shortest, (_, until)| shortest.min(*until));
         // The grid may be slower, by its 4 degrees at each of six stops, but never faster.
         assert!(
-            rule <= least + 1e-9 && least < rule + 6.0 * 4.0 / 19.0,
-            "{rule} {least}"
+            rule <= shortest + 1e-9 && shortest < rule + 6.0 * 4.0 / 19.0,
+            "{rule} {shortest}"
         );
     }
 }
@@ -287,11 +287,11 @@ fn search_of_12_stops_is_within_1_percent_of_exact() {
         let stops = random_stops(12, true, &mut random);
         let points = Points::new(&machine, &stops);
         let best = points.path_seconds(&exact::fastest_path(&points));
-        let found = points.path_seconds(&search(&points, 0, EFFORT / 20));
+        let searched = points.path_seconds(&search(&points, 0, EFFORT / 20));
         assert!(
-            found >= best - 1e-9,
-            "the search beats the exact algorithm: {found} < {best}"
+            searched >= best - 1e-9,
+            "the search beats the exact algorithm: {searched} < {best}"
         );
-        assert!(found <= 1.01 * best, "{found} and {best}");
+        assert!(searched <= 1.01 * best, "{searched} and {best}");
     }
 }
