@@ -223,6 +223,9 @@ impl<'a> Store<'a> {
     /// Returns the stored recipe of a training, or trains it.
     ///
     /// If the run's mode excludes this training, an untrained recipe is replaced by a placeholder.
+    ///
+    /// # Errors
+    /// If the target cell requires an untrained recipe, or training or a file fails.
     pub(crate) fn recipe(&self, training: &TrainingRun) -> anyhow::Result<TrainedRecipe> {
         let [recipe, basis, checkpoint] = self.files(training);
         let name = format!("{RECIPES}/{}", training.name());

@@ -40,8 +40,8 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     ));
 
     let case = Case::new(Approach::Meta(SCHEDULE), ModelKind::Neural, SAMPLES);
-    let whole = TrainingRun::of(&case).context("Meta is trained")?;
-    let meta = store.recipe(&whole)?;
+    let full_training = TrainingRun::of(&case).context("Meta is trained")?;
+    let meta = store.recipe(&full_training)?;
     let recipe = meta.file.recipe();
     let Some(descent) = recipe.descent() else {
         anyhow::bail!(
@@ -57,7 +57,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         let training = TrainingRun {
             parts: TrainedParts::PatternOnly(pretrained.clone()),
             subset: Some((subset, names)),
-            ..whole.clone()
+            ..full_training.clone()
         };
         let name = format!("neural-n{SAMPLES}-pattern-of-{subset}");
         let evaluation = store.cached_evaluation(store.test, &name, 1, |evaluate| {

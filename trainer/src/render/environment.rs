@@ -301,19 +301,19 @@ mod tests {
                 .take(LEVELS)
                 .enumerate()
             {
-                let [_, found, _] = grid.to_table().integral(|_| 1.0);
+                let [_, actual, _] = grid.to_table().integral(|_| 1.0);
                 assert!(
-                    (found / expected - 1.0).abs() < 0.01,
-                    "sun at ({column}, {row}), level {level}: {found} instead of {expected}"
+                    (actual / expected - 1.0).abs() < 0.01,
+                    "sun at ({column}, {row}), level {level}: {actual} instead of {expected}"
                 );
             }
         }
         for height in [1, 7, 64, 1300] {
             let white = to_light_grid(&panorama(height, |_, _| [0.5, 1.0, 2.0])).unwrap();
             let table = white.to_table();
-            let found = table.integral(|_| 1.0).map(|channel| channel / (4.0 * PI));
-            for (found, expected) in found.into_iter().zip([0.5, 1.0, 2.0]) {
-                assert!((found / expected - 1.0).abs() < 1e-3, "{found}");
+            let actual = table.integral(|_| 1.0).map(|channel| channel / (4.0 * PI));
+            for (actual, expected) in actual.into_iter().zip([0.5, 1.0, 2.0]) {
+                assert!((actual / expected - 1.0).abs() < 1e-3, "{actual}");
             }
             for direction in directions() {
                 let [r, g, b, _] = table.radiance_padded(direction);
@@ -340,10 +340,10 @@ mod tests {
         let [_, middle, _] = environment.radiance([1.0, 0.0, 0.0]);
         for [x, y, z] in directions() {
             let expected = [2.0 + x, 2.0 + y, 2.0 - z].map(|channel| 0.5 * middle * channel);
-            for (found, expected) in environment.radiance([x, y, z]).into_iter().zip(expected) {
+            for (actual, expected) in environment.radiance([x, y, z]).into_iter().zip(expected) {
                 assert!(
-                    (found / expected - 1.0).abs() < 0.05,
-                    "{x} {y} {z}: {found} {expected}"
+                    (actual / expected - 1.0).abs() < 0.05,
+                    "{x} {y} {z}: {actual} {expected}"
                 );
             }
         }

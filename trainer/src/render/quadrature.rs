@@ -60,18 +60,18 @@ impl HalfVectors {
             let (sin_theta, cos_theta) = (FRAC_PI_2 * t * t * t).sin_cos();
             // The midpoint rule in t; it converges faster than the exact area between two rings.
             let thickness = 3.0 * FRAC_PI_2 * t * t * step;
-            let apart = if even {
+            let node_spacing = if even {
                 spacing.min(thickness)
             } else {
                 spacing
             };
-            let around = (TAU * sin_theta / apart).max(min_nodes).ceil();
-            let solid_angle = sin_theta * thickness * TAU / around;
-            let neighbor = TAU * sin_theta / around;
+            let node_count = (TAU * sin_theta / node_spacing).max(min_nodes).ceil();
+            let solid_angle = sin_theta * thickness * TAU / node_count;
+            let neighbor = TAU * sin_theta / node_count;
             // Every other ring is rotated by half a step, so that nodes do not line up.
             let offset = if ring % 2 == 0 { 0.25 } else { 0.75 };
-            (0..around as usize).map(move |node| {
-                let phi = TAU * (node as f32 + offset) / around;
+            (0..node_count as usize).map(move |node| {
+                let phi = TAU * (node as f32 + offset) / node_count;
                 let (sin_phi, cos_phi) = phi.sin_cos();
                 HalfVector {
                     sin_theta,

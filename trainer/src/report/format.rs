@@ -16,7 +16,7 @@ impl Table {
             .collect();
         let mut lines: Vec<Vec<String>> = vec![heads];
         lines.extend((0..self.rows.len()).map(|row| {
-            let shown = self.row(row).enumerate().map(|(index, (column, cell))| {
+            let entries = self.row(row).enumerate().map(|(index, (column, cell))| {
                 // Every number reserves a character for the mark, so that decimal points stay aligned.
                 let mark = match cell {
                     Cell::Number(_) if self.is_best(row, index) => "*",
@@ -25,7 +25,7 @@ impl Table {
                 };
                 column.format(cell) + mark
             });
-            shown.collect()
+            entries.collect()
         }));
         let width = |index: usize| lines.iter().filter_map(move |line| line.get(index));
         let widths: Vec<usize> = (0..self.columns.len())
@@ -69,10 +69,10 @@ impl Table {
         let mut markdown = line(heads.collect()) + &line(alignment.collect());
         for row in 0..self.rows.len() {
             let cells = self.row(row).enumerate().map(|(index, (column, cell))| {
-                let shown = escape(&column.format(cell));
+                let entry = escape(&column.format(cell));
                 match self.is_best(row, index) {
-                    true => format!("**{shown}**"),
-                    false => shown,
+                    true => format!("**{entry}**"),
+                    false => entry,
                 }
             });
             markdown += &line(cells.collect());
@@ -103,13 +103,13 @@ impl Table {
                 @for row in 0..self.rows.len() {
                     tr {
                         @for (index, (column, cell)) in self.row(row).enumerate() {
-                            @let shown = column.format(cell);
+                            @let entry = column.format(cell);
                             @match cell {
-                                Cell::Text(_) if index == 0 => { th scope="row" { (shown) } }
+                                Cell::Text(_) if index == 0 => { th scope="row" { (entry) } }
                                 Cell::Number(_) if self.is_best(row, index) => {
-                                    td.number.best { (shown) }
+                                    td.number.best { (entry) }
                                 }
-                                _ => { td.number[self.is_numeric(index)] { (shown) } }
+                                _ => { td.number[self.is_numeric(index)] { (entry) } }
                             }
                         }
                     }

@@ -150,12 +150,12 @@ fn decades(lobes: &[Lobe]) -> [i32; 2] {
         .iter()
         .copied()
         .reduce(f32::max)
-        .map_or(0, |most| most.log10().ceil() as i32);
+        .map_or(0, |max| max.log10().ceil() as i32);
     let low = values
         .iter()
         .copied()
         .reduce(f32::min)
-        .map_or(-2, |least| least.log10().floor() as i32);
+        .map_or(-2, |min| min.log10().floor() as i32);
     [low.clamp(high - MAX_DECADES, high - 2), high]
 }
 

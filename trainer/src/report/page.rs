@@ -270,12 +270,12 @@ mod tests {
             .gallery(&gallery("gold", &["Ours"]))
             .write_section(scratch.path(), "first")
             .unwrap();
-        let whole = Page::new("All")
+        let index = Page::new("All")
             .section(&scratch.path().join("first"))
             .unwrap()
-            .section(&scratch.path().join("never-made"))
+            .section(&scratch.path().join("missing"))
             .unwrap();
-        whole.write(scratch.path()).unwrap();
+        index.write(scratch.path()).unwrap();
         let html = std::fs::read_to_string(scratch.path().join("index.html")).unwrap();
         assert!(html.contains("<h2>First</h2>"));
         assert!(html.contains("src=\"first/pictures/gold-ours.png\""));

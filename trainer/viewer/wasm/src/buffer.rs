@@ -5,7 +5,7 @@ use core::arch::wasm32::memory_grow;
 /// Size of a page of WebAssembly memory in bytes.
 const PAGE: usize = 1 << 16;
 
-/// A buffer in pages by which WebAssembly memory was grown for it alone.
+/// A buffer in memory pages that were allocated for it alone.
 pub(crate) struct Buffer {
     first: *mut u8,
     bytes: usize,
