@@ -1,4 +1,4 @@
-//! The loop of a firmware that moves its own arms: `cargo run -p glimpse-core --example firmware`
+//! The main loop of a firmware that moves the arms itself: `cargo run -p glimpse-core --example firmware`
 
 pub(crate) mod common;
 use common::Board; // motors, sensor and clock
@@ -11,7 +11,7 @@ use glimpse_core::scan::{Residual, Scan};
 static RECIPE: &[u8] = include_bytes!("recipes/neural-n8.recipe");
 
 pub(crate) fn run(board: &mut Board) -> Result<Residual, Failure> {
-    let mut memory = [0.0; memory_words(&[RECIPE])]; // in firmware a static
+    let mut memory = [0.0; memory_words(&[RECIPE])]; // a static in real firmware
     let recipe = Recipe::parse(RECIPE).map_err(Failure::Recipe)?;
     let scan = Scan::<Neural>::new(recipe, &mut memory).map_err(Failure::Scan)?;
     let mut driver = Driver::new(scan, Config::new(Host::Absent));

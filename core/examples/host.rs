@@ -1,5 +1,5 @@
-//! The host's side of the link: a device asks, a host moves the arms and answers, over a line that
-//! loses bytes. All in memory and in virtual time: `cargo run -p glimpse-core --example host`
+//! Both ends of the serial link, over a line that loses bytes. The device sends requests; the host moves the
+//! arms and replies. Everything is simulated: `cargo run -p glimpse-core --example host`
 
 mod common;
 
@@ -14,42 +14,42 @@ use glimpse_core::scan::{Reading, Residual, Scan};
 
 const RECIPE: &[u8] = include_bytes!("recipes/neural-n8.recipe");
 
-/// A line in one direction, which loses every `loses`th byte.
+/// One direction of the line. It loses one of `loss_interval` bytes.
 struct Line {
-    loses: usize,
+    loss_interval: usize,
     bytes: usize,
 }
 
 impl Line {
-    fn passes(&mut self) -> bool {
+    fn transmit(&mut self) -> bool {
         self.bytes += 1;
-        !self.bytes.is_multiple_of(self.loses)
+        !self.bytes.is_multiple_of(self.loss_interval)
     }
 }
 
-/// A host of one scan.
+/// A host that serves one scan.
 #[derive(Default)]
 pub(crate) struct Computer {
     server: Server,
-    /// What was fitted, as the device told it.
+    /// Fitted values received from the device.
     pub(crate) values: Vec<f32>,
-    /// How often the arms were moved.
+    /// Number of movements of the arms.
     pub(crate) readings: u32,
 }
 
 impl Computer {
-    /// Takes a byte from the line; returns the bytes to be sent back, if any.
+    /// Receives a byte and returns the reply's bytes, if there is a reply.
     fn receive<'b>(&mut self, byte: u8, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
         let reply = match self.server.receive(byte)? {
-            Ok(Received::New(request)) => self.answer(request),
+            Ok(Received::New(request)) => self.reply(request),
             Ok(Received::Duplicate(reply)) => reply,
-            // The arms move for it already; or it was damaged, and the device sends it again.
+            // The request is already being served, or it was damaged and the device repeats it.
             _ => return None,
         };
         self.server.reply(reply, buffer).ok()
     }
 
-    fn answer(&mut self, request: Request) -> Reply {
+    fn reply(&mut self, request: Request) -> Reply {
         match request {
             Request::Hello { .. } => {
                 self.values.clear();
@@ -60,7 +60,7 @@ impl Computer {
                 let reading = Reading::new(material(&directions));
                 Reply::Measured { index, reading }
             }
-            // This host remembers no scan of before.
+            // This host does not remember earlier scans.
             Request::Saved { .. } => Reply::Refused(Refusal::Saved),
             Request::Values { values, .. } => {
                 self.values.extend_from_slice(values.as_slice());
@@ -71,17 +71,17 @@ impl Computer {
     }
 }
 
-/// Device and host, until the scan is done. Returns the residual, the values as the device has
-/// them, and the milliseconds that all of it took.
+/// Runs device and host until the scan is finished. Returns the residual, the device's values, and the time in
+/// milliseconds.
 pub(crate) fn scan(
     computer: &mut Computer,
-    loses: usize,
+    loss_interval: usize,
 ) -> Result<(Residual, Vec<f32>, u32), Failure> {
     let recipe = Recipe::parse(RECIPE).map_err(Failure::Recipe)?;
     let mut memory = [0.0; memory_words(&[RECIPE])];
     let scan = Scan::<Neural>::new(recipe, &mut memory).map_err(Failure::Scan)?;
     let mut driver = Driver::new(scan, Config::new(Host::Measures));
-    let mut line = Line { loses, bytes: 0 };
+    let mut line = Line { loss_interval, bytes: 0 };
     let mut buffer = [0; FRAME_BYTES];
     for now_ms in 0_u32.. {
         match driver.poll(now_ms.into()) {
@@ -91,16 +91,16 @@ pub(crate) fn scan(
                 return Ok((residual, values.unwrap_or_default(), now_ms));
             }
             Action::Failed(failure) => return Err(failure),
-            _ => {} // `Action::Save` and `Action::Forget` are for what outlasts a reset
+            _ => {} // this device saves no readings for resets
         }
-        // A byte in a millisecond and direction; the reply comes at once.
+        // The device sends one byte per millisecond, and the reply arrives immediately.
         let Some(byte) = driver.outgoing().first().copied() else {
             continue;
         };
         driver.sent(1);
-        if line.passes() {
+        if line.transmit() {
             for byte in computer.receive(byte, &mut buffer).unwrap_or_default() {
-                if line.passes() {
+                if line.transmit() {
                     driver.receive(*byte);
                 }
             }
@@ -110,11 +110,11 @@ pub(crate) fn scan(
 }
 
 pub(crate) fn main() -> Result<(), Failure> {
-    for loses in [usize::MAX, 150] {
+    for loss_interval in [usize::MAX, 150] {
         let mut computer = Computer::default();
-        let (residual, _, milliseconds) = scan(&mut computer, loses)?;
+        let (residual, _, milliseconds) = scan(&mut computer, loss_interval)?;
         let (values, readings) = (computer.values.len(), computer.readings);
-        println!("{milliseconds:6} ms: {readings} readings, {values} values told, {residual:.4?}");
+        println!("{milliseconds:6} ms: {readings} readings, {values} values, {residual:.4?}");
     }
     Ok(())
 }

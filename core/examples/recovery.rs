@@ -1,5 +1,5 @@
-//! A scanner with one channel that loses a reading and its power, and then takes another recipe, of another model:
-//! `cargo run -p glimpse-core --example recovery`
+//! A scanner with a monochrome sensor, a missing reading and a power failure, which then scans with a recipe of another
+//! model: `cargo run -p glimpse-core --example recovery`
 
 mod common;
 use std::error::Error;
@@ -8,7 +8,7 @@ use glimpse_core::fit::AnyModel;
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
 use glimpse_core::scan::{Reading, Residual, Saved, Scan};
 
-/// Linear, for readings that may be missing; and Neural.
+/// Linear, which tolerates missing readings, and Neural.
 pub(crate) static RECIPES: [&[u8]; 2] = [
     include_bytes!("recipes/linear-n16-masked.recipe"),
     include_bytes!("recipes/neural-n8.recipe"),
@@ -17,7 +17,7 @@ const SAMPLES: usize = max_samples(&RECIPES);
 pub(crate) const MEMORY_WORDS: usize = memory_words(&RECIPES);
 pub(crate) const FLASH_BYTES: usize = Saved::<SAMPLES>::BYTES;
 
-/// Scans from power on until the fit; or until the power fails, after so many readings.
+/// Boots and scans. Returns the residual of the fit, or None if the power fails after `power_fails_after` readings.
 pub(crate) fn boot(
     recipe: &[u8],
     memory: &mut [f32],
@@ -28,10 +28,10 @@ pub(crate) fn boot(
     let mut scan = Scan::<AnyModel>::new(recipe, memory)?;
     let mut saved = Saved::<SAMPLES>::read(flash, &recipe).unwrap_or(Saved::new(&recipe));
     for (index, reading) in saved.readings() {
-        scan.record(*index, *reading)?; // read before the power failed
+        scan.record(*index, *reading)?; // from before the power failure
     }
     while let Some((index, directions)) = scan.next_pending() {
-        match common::gray(index, &directions) {
+        match common::monochrome(index, &directions) {
             _ if saved.readings().len() == power_fails_after => return Ok(None),
             None => scan.skip(index)?, // the sensor cannot read this sample
             Some(brdf) => {
@@ -44,7 +44,7 @@ pub(crate) fn boot(
     let mut fit = scan.fit()?;
     while !fit.advance(8).is_complete() {}
     let residual = fit.finish()?.residual();
-    saved.clear(); // or the next boot would continue with this material
+    saved.clear(); // otherwise the next boot continues with this material
     saved.write(flash)?;
     Ok(Some(residual))
 }

@@ -1,6 +1,6 @@
-//! Prints the costs of fits on each kind of microcontroller, and of a whole firmware, as the table of
-//! `core/docs/costs.md`.
-//! `tests/run firmware`, which builds what is measured, prints the same figures as `name=value` lines.
+//! Prints the table of `core/docs/costs.md`: costs of fits on each kind of microcontroller, and of a complete firmware.
+//!
+//! `tests/run firmware` builds the binaries and prints the same figures as lines `name=value`.
 
 use glimpse_tests::figures::{demo_figures, figures};
 
@@ -14,8 +14,9 @@ fn main() {
     for row in figures.chunk_by(|(a, _), (b, _)| row_of(a) == row_of(b)) {
         let name = row.first().map_or("", |(name, _)| row_of(name));
         let cell = |figure: &str| {
-            let found = row.iter().find(|(name, _)| name.ends_with(figure));
-            found.map(|(_, value)| grouped(*value)).unwrap_or_default()
+            let cell = row.iter().find(|(name, _)| name.ends_with(figure));
+            cell.map(|(_, value)| group_digits(*value))
+                .unwrap_or_default()
         };
         let figures = [
             ".parse_instructions",
@@ -34,13 +35,13 @@ fn main() {
     }
 }
 
-/// What precedes a figure's name: target and model.
+/// Returns the row of a figure: the part of its name with target and model.
 fn row_of(name: &str) -> &str {
     name.rsplit_once('.').map_or("", |(row, _)| row)
 }
 
-/// Digits in groups of three.
-fn grouped(value: u64) -> String {
+/// Formats a number with its digits in groups of three.
+fn group_digits(value: u64) -> String {
     let digits = value.to_string();
     let groups = digits.as_bytes().rchunks(3).rev();
     let groups: Vec<_> = groups.map(String::from_utf8_lossy).collect();

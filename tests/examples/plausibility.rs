@@ -1,5 +1,5 @@
-//! Prints the extremes that the limits of core's plausibility check stand beyond: of all materials of some sources, read
-//! with each bundled recipe. SOURCE is what `--data` takes.
+//! Prints the extreme values from which the limits of core's plausibility check are derived. All materials of the given
+//! sources are scanned with each bundled recipe. Arguments are sources as for `--data`.
 //!
 //! ```sh
 //! cargo run --release -p glimpse-tests --example plausibility -- "$NBRDF" "$RGL" procedural:100:5
@@ -19,19 +19,19 @@ use glimpse_materials::{Material, Source};
 /// Evaluations of an albedo at normal incidence.
 const NODES: u16 = 1_000;
 
-/// A figure, its name, and the material and recipe with the most extreme value.
+/// A figure and its most extreme value, with the material and recipe that have it.
 struct Extreme {
     name: &'static str,
     /// 1 for the largest value, -1 for the smallest.
     sign: f32,
-    found: Option<(f32, String)>,
+    extreme: Option<(f32, String)>,
 }
 
 impl Extreme {
     fn add(&mut self, value: f32, case: &str) {
-        let is_more = |(most, _): &(f32, String)| value * self.sign > most * self.sign;
-        if self.found.as_ref().is_none_or(is_more) {
-            self.found = Some((value, case.to_owned()));
+        let exceeds = |(extreme, _): &(f32, String)| value * self.sign > extreme * self.sign;
+        if self.extreme.as_ref().is_none_or(exceeds) {
+            self.extreme = Some((value, case.to_owned()));
         }
     }
 }
@@ -44,18 +44,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../trainer/recipes");
     let basis = fs::read(folder.join("linear.basis24"))?;
     let mut extremes = [
-        ("least share of a channel", -1.0),
         (
-            "largest residual by expected loss, of residuals above 0.25",
+            "smallest ratio of the darkest to the brightest channel",
+            -1.0,
+        ),
+        (
+            "largest ratio of residual to expected loss, for residuals above 0.25",
             1.0,
         ),
         ("largest albedo", 1.0),
-        ("largest least reading, 1/sr", 1.0),
+        ("largest minimum reading, 1/sr", 1.0),
     ]
     .map(|(name, sign)| Extreme {
         name,
         sign,
-        found: None,
+        extreme: None,
     });
     let mut counts = [0_u32; 2];
     for path in recipes(&folder)? {
@@ -68,26 +71,26 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     println!("{} plausible, {} implausible", counts[0], counts[1]);
-    for Extreme { name, found, .. } in extremes {
-        let (value, case) = found.ok_or("no material was read")?;
+    for Extreme { name, extreme, .. } in extremes {
+        let (value, case) = extreme.ok_or("no material was scanned: pass at least one source")?;
         println!("{name}: {value:.5}, {case}");
     }
     Ok(())
 }
 
-/// The recipes in a folder and the folders in it.
+/// Returns the recipes in a folder and its subfolders.
 fn recipes(folder: &Path) -> std::io::Result<Vec<std::path::PathBuf>> {
-    let mut found = Vec::new();
+    let mut paths = Vec::new();
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         if path.is_dir() {
-            found.extend(recipes(&path)?);
+            paths.extend(recipes(&path)?);
         } else if path.extension().is_some_and(|ending| ending == "recipe") {
-            found.push(path);
+            paths.push(path);
         }
     }
-    found.sort();
-    Ok(found)
+    paths.sort();
+    Ok(paths)
 }
 
 /// Scans a material, adds its figures, and returns true if the fit is implausible.
@@ -96,7 +99,7 @@ fn scan(
     basis: &[u8],
     material: &dyn Material,
     case: &str,
-    [channel, residual, albedo, least]: &mut [Extreme; 4],
+    [channel, residual, albedo, minimum]: &mut [Extreme; 4],
 ) -> Result<bool, Box<dyn Error>> {
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<AnyModel>::new(*recipe, &mut memory)?;
@@ -104,12 +107,12 @@ fn scan(
     if recipe.basis_checksum() == Some(basis.of()) {
         scan = scan.with_basis(basis)?;
     }
-    let (mut sums, mut least_reading) = ([0.0_f32; 3], [f32::MAX; 3]);
+    let (mut sums, mut min_reading) = ([0.0_f32; 3], [f32::MAX; 3]);
     for (index, angles) in (0..).zip(recipe.pattern()) {
         let brdf = material.brdf(angles);
         scan.record(index, Reading::new(brdf))?;
-        for ((sum, least), value) in sums.iter_mut().zip(&mut least_reading).zip(brdf) {
-            (*sum, *least) = (*sum + value, least.min(value));
+        for ((sum, min), value) in sums.iter_mut().zip(&mut min_reading).zip(brdf) {
+            (*sum, *min) = (*sum + value, min.min(value));
         }
     }
     let mut fit = scan.fit()?;
@@ -124,7 +127,7 @@ fn scan(
         let brightest = sums.into_iter().fold(0.0, f32::max);
         let darkest = sums.into_iter().fold(f32::MAX, f32::min);
         channel.add(darkest / brightest, case);
-        least.add(least_reading.into_iter().fold(0.0, f32::max), case);
+        minimum.add(min_reading.into_iter().fold(0.0, f32::max), case);
     }
     let mean = fitted.residual().mean;
     let expected = fitted.predicted_loss().or(fitted.expected_loss());

@@ -1,5 +1,5 @@
-//! Prints `trainer/recipes/losses.csv`: what each recipe that comes along loses, on 40 procedural materials that it
-//! was not trained on and on the materials of two folders, in the mean.
+//! Prints `trainer/recipes/losses.csv`: the mean loss of each bundled recipe on 40 unseen procedural materials, and on
+//! the materials of two folders.
 //!
 //!     cargo run --release -p glimpse-tests --example recipe_losses -- MERL-networks/ RGL/
 
@@ -13,18 +13,18 @@ use glimpse_trainer::bundled::{self, BundledRecipe};
 use glimpse_trainer::evaluation::Method;
 use rayon::prelude::*;
 
-/// Of another seed than any that recipes are trained on.
+/// Procedural materials with a seed that no recipe is trained on.
 const UNSEEN: &str = "procedural:40:4242";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folders: Vec<String> = env::args().skip(1).collect();
     let [merl, rgl] = &folders[..] else {
-        return Err("give the folder of MERL's networks, and that of RGL's files".into());
+        return Err("two arguments are needed: pass the folder of MERL's networks and the folder of RGL's files".into());
     };
     let sets = [UNSEEN, merl, rgl].map(|source| Source(source.to_owned()).load());
     let [procedural, merl, rgl] = sets;
     let sets = [procedural?, merl?, rgl?];
-    let basis = Basis::of_compact(bundled::BASIS)?;
+    let basis = Basis::from_compact_bytes(bundled::BASIS)?;
     println!("recipe,procedural,merl,rgl");
     for bundled in bundled::ALL {
         print!("{}", bundled.name);

@@ -1,10 +1,12 @@
-//! Counts what others take for a fit, beside Glimpse, on the same emulated Cortex-M4F, from the same
-//! recipe and measurements: of Neural plain C by `arm-none-eabi-gcc -O3`, which ends in the same
-//! parameters; of Phong multicalc's Levenberg-Marquardt, which ends in others, so that both are judged
-//! where nothing was measured.
+//! Compares the cost of fits with other implementations, on the same emulated Cortex-M4F with the same recipe and
+//! readings.
 //!
-//! It needs what `tests/run firmware` has installed and built, and the Debian packages
-//! gcc-arm-none-eabi and libnewlib-arm-none-eabi.
+//! For Neural, the other implementation is plain C, compiled by `arm-none-eabi-gcc -O3`; its parameters are the same.
+//! For Phong, it is multicalc's Levenberg-Marquardt; its parameters differ, so both fits are evaluated at other
+//! directions.
+//!
+//! `tests/run firmware` installs and builds the requirements, except the Debian packages gcc-arm-none-eabi and
+//! libnewlib-arm-none-eabi.
 
 use std::error::Error;
 use std::fmt::Write;
@@ -12,14 +14,14 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use glimpse_bench::judge::loss;
+use glimpse_bench::evaluation::loss;
 use glimpse_bench::{Material, measure, recipes};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::Phong;
 use glimpse_core::recipe::{FitMethod, Recipe};
-use glimpse_tests::cycles::of_fit;
+use glimpse_tests::cycles::fit_cost;
 use glimpse_tests::figures::BRDF_READINGS;
-use glimpse_tests::microcontroller::{Binary, Functions, TARGETS};
+use glimpse_tests::microcontroller::{Binary, MathLibrary, TARGETS};
 
 fn main() -> Result<(), Box<dyn Error>> {
     neural()?;
@@ -27,20 +29,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Phong, against multicalc.
+/// Compares Phong with multicalc.
 fn phong() {
     let [ours, rival] = ["phong", "rival-phong"].map(|name| {
-        let binary = Binary::new(TARGETS[0], Functions::Libm, name);
+        let binary = Binary::new(TARGETS[0], MathLibrary::Libm, name);
         let output = binary.run();
-        let loss = loss::<Phong>(&output.numbers("parameters"), &Material::COUNTED);
-        let later = output
-            .found("brdf_instructions")
-            .map_or(0, |_| BRDF_READINGS);
-        (of_fit(&binary, later), output.count("stack_bytes"), loss)
+        let loss = loss::<Phong>(&output.numbers("parameters"), &Material::BENCHMARK);
+        let later = output.get("brdf_instructions").map_or(0, |_| BRDF_READINGS);
+        (fit_cost(&binary, later), output.count("stack_bytes"), loss)
     });
     for (name, (count, stack, loss)) in [("glimpse", ours), ("multicalc", rival)] {
         println!(
-            "Phong by {name}: {} instructions, {} cycles, {stack} bytes of stack, loss {loss:.4}; \
+            "Phong with {name}: {} instructions, {} cycles, {stack} bytes of stack, loss {loss:.4}; \
              {:.2} times the cycles",
             count.instructions,
             count.cycles,
@@ -49,44 +49,44 @@ fn phong() {
     }
 }
 
-/// Neural, against C.
+/// Compares Neural with C.
 fn neural() -> Result<(), Box<dyn Error>> {
-    let ours = Binary::new(TARGETS[0], Functions::Libm, "neural");
+    let ours = Binary::new(TARGETS[0], MathLibrary::Libm, "neural");
     let directory = tempfile::tempdir()?;
-    fs::write(directory.path().join("numbers.h"), numbers()?)?;
+    fs::write(directory.path().join("numbers.h"), header()?)?;
     let expected = ours.run().numbers("parameters");
 
-    let count = of_fit(&ours, BRDF_READINGS);
+    let count = fit_cost(&ours, BRDF_READINGS);
     println!(
-        "Neural by glimpse: {} instructions, {} cycles",
+        "Neural with glimpse: {} instructions, {} cycles",
         count.instructions, count.cycles
     );
-    let own = count;
+    let glimpse = count;
     for options in [&["-O3"][..], &["-O3", "-ffast-math"]] {
         let rival = Binary::at(TARGETS[0], compile(directory.path(), options)?);
         let found = rival.run().numbers("parameters");
         let distance = expected.iter().zip(&found).map(|(a, b)| (a - b).abs());
         let distance = distance.fold(0.0, f32::max);
-        // Their exponentials differ in the last place.
+        // The exponential functions differ in the last place.
         if found.len() != expected.len() || distance > 1e-3 {
-            return Err(format!("C ends elsewhere: {distance} off").into());
+            return Err(format!("parameters of C and glimpse differ by {distance}").into());
         }
-        let count = of_fit(&rival, 0);
+        let count = fit_cost(&rival, 0);
         println!(
-            "Neural by C {}: {} instructions, {} cycles, {:.2} and {:.2} times as many; parameters within \
+            "Neural with C {}: {} instructions, {} cycles, {:.2} and {:.2} times as many; parameters within \
              {distance:.0e}",
             options.join(" "),
             count.instructions,
             count.cycles,
-            count.instructions as f64 / own.instructions as f64,
-            count.cycles as f64 / own.cycles as f64,
+            count.instructions as f64 / glimpse.instructions as f64,
+            count.cycles as f64 / glimpse.cycles as f64,
         );
     }
     Ok(())
 }
 
-/// The recipe and the measurements as C.
-fn numbers() -> Result<String, Box<dyn Error>> {
+/// Returns the recipe and the readings as a C header.
+fn header() -> Result<String, Box<dyn Error>> {
     let recipe = Recipe::parse(recipes::NEURAL).map_err(|error| format!("{error:?}"))?;
     let FitMethod::Descent(descent) = recipe.method() else {
         return Err("the recipe is not of Neural".into());
@@ -122,7 +122,7 @@ fn numbers() -> Result<String, Box<dyn Error>> {
     Ok(header)
 }
 
-/// Compiles the rival; returns the ELF file.
+/// Compiles the C implementation and returns the path of its ELF file.
 fn compile(directory: &Path, options: &[&str]) -> Result<std::path::PathBuf, Box<dyn Error>> {
     let rivals = Path::new(env!("CARGO_MANIFEST_DIR")).join("../embedded-demo/bench/rivals");
     let out = directory.join(format!("rival{}", options.join("")));

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The most that each figure may be.
+/// The largest allowed value of each figure.
 #[derive(Clone, Debug)]
 pub struct Budgets(BTreeMap<String, u64>);
 
 impl Budgets {
-    /// Reads the repository's.
+    /// Reads the repository's budgets.
     ///
     /// # Panics
-    /// If the file is not there or holds anything but numbers.
+    /// If the file cannot be read or contains anything but numbers.
     #[must_use]
     pub fn load() -> Self {
         let path =
@@ -31,25 +31,25 @@ impl Budgets {
         Self(budgets)
     }
 
-    /// A sentence for each figure above its budget, for each that has none, and for each budget
-    /// without a figure.
+    /// Returns a message for each figure above its budget, each figure without a budget, and each budget without a
+    /// figure.
     #[must_use]
-    pub fn exceeded(&self, figures: &[(String, u64)]) -> Vec<String> {
-        let mut sentences = Vec::new();
+    pub fn violations(&self, figures: &[(String, u64)]) -> Vec<String> {
+        let mut messages = Vec::new();
         for (name, value) in figures {
             match self.0.get(name) {
                 Some(budget) if value > budget => {
-                    sentences.push(format!("{name} is {value}, its budget {budget}"));
+                    messages.push(format!("{name} is {value}, but its budget is {budget}"));
                 }
                 Some(_) => {}
-                None => sentences.push(format!("{name} has no budget")),
+                None => messages.push(format!("{name} has no budget")),
             }
         }
         for name in self.0.keys() {
             if !figures.iter().any(|(figure, _)| figure == name) {
-                sentences.push(format!("{name} has a budget, but nothing measures it"));
+                messages.push(format!("{name} has a budget, but nothing measures it"));
             }
         }
-        sentences
+        messages
     }
 }

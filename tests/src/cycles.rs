@@ -1,11 +1,9 @@
-//! Cycles of a fit on a Cortex-M4F, by Arm's table: QEMU counts instructions, and not how long they
-//! take.
+//! Cycles of a fit on a Cortex-M4F, from Arm's table: QEMU counts instructions only.
 //!
-//! Every instruction that QEMU executes is traced and costs what the tables "Instruction set summary"
-//! and "FPU instruction set" of the Cortex-M4's Technical Reference Manual say. Where those give a
-//! range it is the upper end, but for the refill of the pipeline, which is taken as 2 of its 1 to 3;
-//! loads that a real core overlaps with others, and stores that it buffers, count in full. Memory
-//! answers at once.
+//! Every instruction that QEMU executes is traced. Its cycles are those of the tables "Instruction set summary" and
+//! "FPU instruction set" in the Cortex-M4 Technical Reference Manual. Ranges count with their upper end, except the
+//! pipeline refill, which counts 2 cycles of its 1 to 3. Loads that a real core overlaps and stores that it buffers
+//! count in full. Memory has no wait states.
 
 use std::collections::HashMap;
 use std::fs;
@@ -16,26 +14,26 @@ use object::{Object, ObjectSymbol};
 
 use crate::microcontroller::{Binary, spawn};
 
-/// What it takes to fill the pipeline again after a branch.
+/// Cycles of a pipeline refill after a branch.
 const REFILL: u64 = 2;
 
-/// What a fit takes.
+/// The cost of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Count {
+pub struct FitCost {
     /// Instructions.
     pub instructions: u64,
     /// Cycles.
     pub cycles: u64,
 }
 
-/// What lies between two of a binary's readings of its counter, the fit; `later` is the number of readings behind
-/// them.
+/// Returns the cost of a binary's fit: the instructions between two readings of its counter. `later` is the number of
+/// readings of the counter after the fit.
 ///
 /// # Panics
-/// If the binary is not there, is not for a Cortex-M4F, or reads the counter less often; if QEMU or
+/// If the binary does not exist, is not for a Cortex-M4F, or reads the counter too rarely, or if QEMU or
 /// `arm-none-eabi-objdump` is not installed.
 #[must_use]
-pub fn of_fit(binary: &Binary, later: usize) -> Count {
+pub fn fit_cost(binary: &Binary, later: usize) -> FitCost {
     let program = Program::load(binary);
     let trace = trace(binary);
     let readings: Vec<usize> = trace
@@ -52,21 +50,21 @@ pub fn of_fit(binary: &Binary, later: usize) -> Count {
     let cycles = fit.iter().zip(next).map(|(address, next)| {
         let instruction = program.instructions.get(address);
         let instruction = instruction.unwrap_or_else(|| panic!("no instruction at {address:#x}"));
-        // An instruction is of 2 or 4 bytes.
-        let goes_on = matches!(next.wrapping_sub(*address), 2 | 4);
-        instruction.cycles(!goes_on)
+        // An instruction has 2 or 4 bytes.
+        let is_sequential = matches!(next.wrapping_sub(*address), 2 | 4);
+        instruction.cycles(!is_sequential)
     });
-    Count {
+    FitCost {
         instructions: fit.len() as u64,
         cycles: cycles.sum(),
     }
 }
 
-/// The addresses of all instructions that are executed, in order.
+/// Runs the binary and returns the addresses of all executed instructions, in order.
 fn trace(binary: &Binary) -> Vec<u32> {
     let mut command = binary.emulator();
     command
-        .args(one_at_a_time())
+        .args(single_step_options())
         .args(["-d", "exec,nochain", "-D", "/dev/stderr"])
         .stdout(Stdio::null())
         .stderr(Stdio::piped());
@@ -84,8 +82,8 @@ fn trace(binary: &Binary) -> Vec<u32> {
     addresses
 }
 
-/// The switches by which QEMU executes, and logs, one instruction at a time.
-fn one_at_a_time() -> &'static [&'static str] {
+/// Returns the options with which QEMU executes and logs one instruction at a time.
+fn single_step_options() -> &'static [&'static str] {
     let output = Command::new("qemu-system-arm").arg("--version").output();
     let output = output.unwrap_or_else(|error| panic!("qemu-system-arm: {error}"));
     let text = String::from_utf8_lossy(&output.stdout);
@@ -100,10 +98,10 @@ fn one_at_a_time() -> &'static [&'static str] {
     }
 }
 
-/// A program taken apart.
+/// A disassembled program.
 struct Program {
     instructions: HashMap<u32, Instruction>,
-    /// Where the function is that reads the counter.
+    /// Address of the function that reads the counter.
     counter: u32,
 }
 
@@ -147,19 +145,19 @@ impl Program {
             .address();
         Self {
             instructions: instructions.collect(),
-            counter: counter as u32 & !1, // the lowest bit says that it is Thumb
+            counter: counter as u32 & !1, // the lowest bit marks Thumb code
         }
     }
 }
 
 struct Instruction {
-    /// Without what follows a dot.
+    /// Mnemonic without the suffix after a dot.
     mnemonic: String,
     operands: String,
 }
 
 impl Instruction {
-    /// Cycles, where another instruction follows than the next one or the next one does.
+    /// Returns the cycles. `jumps` is true if execution does not continue with the next instruction.
     fn cycles(&self, jumps: bool) -> u64 {
         let begins = |names: &[&str]| names.iter().any(|name| self.mnemonic.starts_with(name));
         let base = if begins(&["vfma", "vfms", "vfnm", "vmla", "vmls", "vnml"]) {
@@ -182,7 +180,7 @@ impl Instruction {
         base + if jumps { REFILL } else { 0 }
     }
 
-    /// Words in a list as {r4, r5, pc}, {s0-s3} or {d8-d15}.
+    /// Returns the number of words in a register list such as {r4, r5, pc}, {s0-s3} or {d8-d15}.
     fn listed_registers(&self) -> u64 {
         let list = self.operands.split_once('{').map_or("", |(_, list)| list);
         let number = |register: &str| -> u64 {
@@ -205,7 +203,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_manual_s_figures() {
+    fn cycles_match_manual() {
         for (mnemonic, operands, expected) in [
             ("vmla", "s6, s20, s13", 3),
             ("vfma", "s6, s20, s13", 3),

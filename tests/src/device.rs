@@ -1,4 +1,4 @@
-//! The device's part, played on the host: for tests of the scanner, and as the firmware's equal.
+//! A device simulated on the host, for tests of the scanner and as a reference for the firmware.
 
 use std::io::{self, Read, Write};
 use std::net::TcpStream;
@@ -9,22 +9,21 @@ use glimpse_core::fit::AnyModel;
 use glimpse_core::link::{Client, FRAME_BYTES, Reply, Request};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{FinishError, Residual, Scan};
-use glimpse_trainer::scanner::{ScanReport, Taken};
+use glimpse_trainer::scanner::{ScanReading, ScanReport};
 
-/// Fits readings by a recipe, as the firmware does: values and residual.
+/// Fits readings with a recipe, as the firmware does. Returns the values and the residual.
 ///
 /// # Panics
 /// If the recipe is damaged or does not belong to the readings.
 #[must_use]
-pub fn fit(recipe: &[u8], readings: &[Taken]) -> (Vec<f32>, Residual) {
-    let recipe = Recipe::parse(recipe).expect("a whole recipe");
+pub fn fit(recipe: &[u8], readings: &[ScanReading]) -> (Vec<f32>, Residual) {
+    let recipe = Recipe::parse(recipe).expect("the recipe is valid");
     let mut memory = vec![0.0; recipe.memory_words()];
-    let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).expect("there is room");
+    let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).expect("the buffer is large enough");
     for taken in readings {
-        let (index, directions) = scan.next_pending().expect("as many as were read");
+        let (index, directions) = scan.next_pending().expect("a sample for each reading");
         assert_eq!(directions, taken.directions);
-        scan.record(index, taken.reading)
-            .expect("a possible reading");
+        scan.record(index, taken.reading).expect("a valid reading");
     }
     let mut fit = scan.fit().expect("all readings");
     while !fit.advance(u32::MAX).is_complete() {}
@@ -32,7 +31,7 @@ pub fn fit(recipe: &[u8], readings: &[Taken]) -> (Vec<f32>, Residual) {
         Ok(_) | Err(FinishError::Implausible(_)) => {}
         Err(error) => panic!("{error}"),
     }
-    let fitted = scan.fitted().expect("it is finished");
+    let fitted = scan.fitted().expect("the fit is finished");
     (fitted.values().collect(), fitted.residual())
 }
 
@@ -40,9 +39,9 @@ pub fn fit(recipe: &[u8], readings: &[Taken]) -> (Vec<f32>, Residual) {
 ///
 /// # Panics
 /// If it is not.
-pub fn assert_agrees(report: &ScanReport, recipe: &[u8]) {
+pub fn assert_matches_host(report: &ScanReport, recipe: &[u8]) {
     let close = |device: f32, host: f32| (device - host).abs() <= 1e-4 * host.abs() + 1e-7;
-    let parsed = Recipe::parse(recipe).expect("a whole recipe");
+    let parsed = Recipe::parse(recipe).expect("the recipe is valid");
     assert_eq!(report.recipe, parsed.checksum());
     assert_eq!(report.readings.len(), parsed.samples());
 
@@ -51,17 +50,17 @@ pub fn assert_agrees(report: &ScanReport, recipe: &[u8]) {
     for (index, (device, host)) in report.values.iter().zip(&values).enumerate() {
         assert!(
             close(*device, *host),
-            "value {index}: {device}, on the host {host}"
+            "value {index}: {device} on the device, {host} on the host"
         );
     }
     assert!(
         close(report.residual.mean, residual.mean) && close(report.residual.worst, residual.worst),
-        "{:?}, on the host {residual:?}",
+        "{:?} on the device, {residual:?} on the host",
         report.residual
     );
 }
 
-/// A device at the other end of a stream.
+/// A device that is connected by a stream.
 #[derive(Debug)]
 pub struct Device {
     stream: TcpStream,
@@ -87,7 +86,7 @@ impl Device {
     /// Repeats a request until its reply arrives.
     ///
     /// # Errors
-    /// If the stream fails or ends, or there is no reply to a hundred repetitions.
+    /// If the stream fails or ends, or 100 repetitions get no reply.
     ///
     /// # Panics
     /// If the request does not fit into a frame.
@@ -96,7 +95,7 @@ impl Device {
         let frame = self
             .client
             .request(request, &mut frame)
-            .expect("there is room");
+            .expect("the buffer is large enough");
         let mut bytes = [0; 64];
         for _ in 0..100 {
             self.stream.write_all(frame)?;
@@ -118,7 +117,7 @@ impl Device {
         Err(io::ErrorKind::TimedOut.into())
     }
 
-    /// Scans one material, from hello to finished, as core's driver leads it.
+    /// Scans one material with core's driver, from hello to finished.
     ///
     /// # Errors
     /// If the stream fails or ends, or the driver gives up.
@@ -126,9 +125,9 @@ impl Device {
     /// # Panics
     /// If the recipe is damaged.
     pub fn scan(&mut self, recipe: &[u8]) -> io::Result<()> {
-        let recipe = Recipe::parse(recipe).expect("a whole recipe");
+        let recipe = Recipe::parse(recipe).expect("the recipe is valid");
         let mut memory = vec![0.0; recipe.memory_words()];
-        let scan = Scan::<AnyModel>::new(recipe, &mut memory).expect("there is room");
+        let scan = Scan::<AnyModel>::new(recipe, &mut memory).expect("the buffer is large enough");
         let interval = self.reply_timeout.as_millis() as u32;
         let mut config = Config::new(Host::Measures);
         config.retransmit_interval_ms = interval;

@@ -1,4 +1,4 @@
-//! The firmware's ELF file: its sizes, and copies of it with another recipe.
+//! The firmware's ELF file: sizes of its sections, and copies with another recipe.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -13,49 +13,49 @@ use tempfile::NamedTempFile;
 
 use crate::RECIPE;
 
-/// Where `tests/run firmware` builds it.
+/// Path of the firmware built by `tests/run firmware`.
 const DEFAULT: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/../embedded-demo/target/thumbv7em-none-eabihf/release/glimpse-embedded-demo"
 );
 
-/// The kind of the section that pads a recipe: optional and unknown, so readers skip it.
+/// The kind of the section that pads a recipe. It is optional and unknown, so readers skip it.
 const PADDING: u16 = 0x3FFF;
 
-/// Returns a recipe of exactly `length` bytes with the same sections and a section of zeros behind them.
+/// Returns a recipe of exactly `length` bytes: the same sections, followed by a section of zeros.
 ///
 /// # Panics
-/// If the recipe is longer, or so long that the smallest section does not fit.
+/// If the recipe is longer, or too long for the smallest section.
 #[must_use]
-pub fn padded(recipe: &[u8], length: usize) -> Vec<u8> {
+pub fn pad_recipe(recipe: &[u8], length: usize) -> Vec<u8> {
     if recipe.len() == length {
         return recipe.to_vec();
     }
-    // A section is its kind and its length, both varints, and its bytes. The kind takes two bytes.
+    // A section consists of its kind and its length, both varints, and its bytes. The kind takes two bytes.
     let room = length.checked_sub(recipe.len() + 2);
     let room = room.expect("the recipe has room for a section of padding");
     let sizes = (1..=3).map(|bytes| room.saturating_sub(bytes));
     let section = sizes
         .map(|size| postcard::to_allocvec(&(PADDING, vec![0_u8; size])).expect("a section"))
         .find(|section| section.len() == room + 2);
-    // One length in 2^7 cannot be met by a varint of the shortest form.
-    let section = section.expect("a length that a section can fill");
+    // One length in 2^7 cannot be reached with a varint of the shortest form.
+    let section = section.expect("a length that a section can reach");
     let mut bytes = [recipe, &section].concat();
     let body = (length - HEADER_BYTES) as u32;
     bytes[6..10].copy_from_slice(&body.to_le_bytes());
-    let sealed = [&bytes[4..10], &bytes[HEADER_BYTES..]].concat();
-    let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&sealed);
+    let covered = [&bytes[4..10], &bytes[HEADER_BYTES..]].concat();
+    let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&covered);
     bytes[10..HEADER_BYTES].copy_from_slice(&checksum.to_le_bytes());
     bytes
 }
 
-/// The firmware as it was built.
+/// The built firmware.
 #[derive(Debug)]
 pub struct Firmware {
-    /// Its file.
+    /// Path of the file.
     pub path: PathBuf,
     bytes: Vec<u8>,
-    /// The place of the recipe in `bytes`.
+    /// Range of the recipe in `bytes`.
     recipe: Range<usize>,
 }
 
@@ -66,25 +66,27 @@ impl Firmware {
     /// If it is not there, or holds another recipe than the repository.
     #[must_use]
     pub fn load() -> Self {
-        Self::at(env::var_os("GLIMPSE_FIRMWARE").map_or_else(|| DEFAULT.into(), PathBuf::from))
+        Self::read_default(
+            env::var_os("GLIMPSE_FIRMWARE").map_or_else(|| DEFAULT.into(), PathBuf::from),
+        )
     }
 
-    /// Reads the firmware that moves the arms itself, in the simulated scanner.
+    /// Reads the motion firmware for the simulated scanner.
     ///
     /// # Panics
     /// As [`Firmware::load`].
     #[must_use]
     pub fn load_arms() -> Self {
-        Self::at(Path::new(DEFAULT).with_file_name("arms-simulated"))
+        Self::read_default(Path::new(DEFAULT).with_file_name("arms-simulated"))
     }
 
-    /// Reads the same for a board.
+    /// Reads the motion firmware for a board.
     ///
     /// # Panics
     /// As [`Firmware::load`].
     #[must_use]
     pub fn load_arms_board() -> Self {
-        Self::at(Path::new(DEFAULT).with_file_name("arms-board"))
+        Self::read_default(Path::new(DEFAULT).with_file_name("arms-board"))
     }
 
     /// Reads the firmware of a model, whose image holds the model's largest bundled recipe.
@@ -92,20 +94,20 @@ impl Firmware {
     /// # Panics
     /// As [`Firmware::load`].
     #[must_use]
-    pub fn of_model(model: ModelKind) -> Self {
+    pub fn for_model(model: ModelKind) -> Self {
         let name = format!("{}-n32", model.name());
         let bundled = bundled::find(&name).unwrap_or_else(|| panic!("no bundled recipe {name}"));
-        Self::with(format!("{DEFAULT}-{}", model.name()).into(), bundled.bytes)
+        Self::read(format!("{DEFAULT}-{}", model.name()).into(), bundled.bytes)
     }
 
-    fn at(path: PathBuf) -> Self {
-        Self::with(path, RECIPE)
+    fn read_default(path: PathBuf) -> Self {
+        Self::read(path, RECIPE)
     }
 
-    fn with(path: PathBuf, recipe: &'static [u8]) -> Self {
+    fn read(path: PathBuf, recipe: &'static [u8]) -> Self {
         let bytes = fs::read(&path).unwrap_or_else(|error| {
             panic!(
-                "{}: {error}. `tests/run firmware` builds it; with rustup's target it is \
+                "{}: {error}. Build it with `tests/run firmware`, or, with rustup's target, with \
                  `cd embedded-demo && cargo build --release`",
                 path.display()
             )
@@ -121,13 +123,13 @@ impl Firmware {
         }
     }
 
-    /// Its bytes.
+    /// The file's bytes.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 
-    /// Writes a copy whose recipe is altered.
+    /// Writes a copy with an altered recipe.
     ///
     /// # Panics
     /// If the copy cannot be written.
@@ -135,18 +137,18 @@ impl Firmware {
     pub fn with_altered_recipe(&self, alter: impl FnOnce(&mut [u8])) -> NamedTempFile {
         let mut bytes = self.bytes.clone();
         alter(&mut bytes[self.recipe.clone()]);
-        let file = NamedTempFile::new().expect("room for a file");
-        fs::write(file.path(), bytes).expect("room for a file");
+        let file = NamedTempFile::new().expect("a temporary file");
+        fs::write(file.path(), bytes).expect("a temporary file");
         file
     }
 
-    /// Writes a copy that holds another recipe, [padded] to the length of its own.
+    /// Writes a copy that holds another recipe, padded to the length of the original.
     ///
     /// # Panics
     /// If the recipe is too long, or the copy cannot be written.
     #[must_use]
     pub fn with_recipe(&self, recipe: &[u8]) -> NamedTempFile {
-        let recipe = padded(recipe, self.recipe.len());
+        let recipe = pad_recipe(recipe, self.recipe.len());
         self.with_altered_recipe(|bytes| bytes.copy_from_slice(&recipe))
     }
 
@@ -154,10 +156,10 @@ impl Firmware {
         object::File::parse(&*self.bytes).expect("an ELF file")
     }
 
-    /// Size of a section in bytes; 0 if there is none.
+    /// Returns the size of a section in bytes, or 0 if there is none.
     ///
     /// # Panics
-    /// If it is no ELF file.
+    /// If the file is not an ELF file.
     #[must_use]
     pub fn section_bytes(&self, name: &str) -> u64 {
         self.object()
@@ -165,10 +167,10 @@ impl Firmware {
             .map_or(0, |section| section.size())
     }
 
-    /// Names of all functions and statics.
+    /// Returns the names of all functions and statics.
     ///
     /// # Panics
-    /// If it is no ELF file.
+    /// If the file is not an ELF file.
     #[must_use]
     pub fn symbols(&self) -> Vec<String> {
         let object = self.object();
@@ -176,7 +178,7 @@ impl Firmware {
         names.map(str::to_owned).collect()
     }
 
-    /// The same file.
+    /// The path of the file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path

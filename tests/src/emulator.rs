@@ -1,4 +1,4 @@
-//! The firmware in QEMU: its serial line, its log, and its reset button.
+//! The firmware in QEMU: its serial line, log and reset.
 
 use std::io::{BufRead, BufReader, Write};
 use std::net::{TcpListener, TcpStream};
@@ -11,35 +11,35 @@ use std::time::{Duration, Instant};
 use crate::elf::Firmware;
 use crate::microcontroller::spawn;
 
-/// The program of `tests/log`, where `tests/run firmware` builds it.
+/// Path of the program of `tests/log`, built by `tests/run firmware`.
 const LOG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/debug/glimpse-log");
-/// Whatever takes longer than this hangs.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// Timeout of every wait for QEMU or the firmware.
+const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// An STM32F405 that runs the firmware. Ends when dropped.
+/// An emulated STM32F405 that runs the firmware. QEMU ends when this is dropped.
 pub struct Emulator {
     process: Child,
-    /// Decodes the log; ends when QEMU does.
+    /// Decodes the log, and ends with QEMU.
     decoder: Child,
     /// The device's UART.
     pub serial: TcpStream,
-    /// QEMU's own protocol, QMP.
+    /// QEMU's control protocol, QMP.
     control: BufReader<TcpStream>,
     log: Arc<Mutex<Vec<String>>>,
 }
 
 impl Emulator {
-    /// Boots the firmware as it was built.
+    /// Boots the firmware with its built recipe.
     ///
     /// # Panics
     /// As [`Firmware::load`] and [`Emulator::boot`].
     #[must_use]
-    pub fn boot_as_built() -> Self {
+    pub fn boot_default() -> Self {
         let firmware = Firmware::load();
         Self::boot(&firmware, firmware.path())
     }
 
-    /// Boots `image`, which is `firmware` or an altered copy of it.
+    /// Boots `image`, the firmware's file or an altered copy of it.
     ///
     /// # Panics
     /// If QEMU is missing or does not start.
@@ -48,8 +48,8 @@ impl Emulator {
         Self::boot_with(firmware, image, &["-icount", "shift=0"])
     }
 
-    /// Boots `image` with these options of QEMU's, instead of an instruction's taking a nanosecond.
-    /// Without any its time is the wall clock's.
+    /// Boots `image` with these options of QEMU instead of `-icount shift=0`, with which an instruction takes 1 ns.
+    /// Without options, QEMU's time is the wall clock's.
     ///
     /// # Panics
     /// As [`Emulator::boot`].
@@ -57,7 +57,7 @@ impl Emulator {
     pub fn boot_with(firmware: &Firmware, image: &Path, options: &[&str]) -> Self {
         assert!(
             Path::new(LOG).exists(),
-            "{LOG} is not there: `tests/run firmware` builds it"
+            "{LOG} does not exist: build it with `tests/run firmware`"
         );
         let (serial, serial_address) = listen();
         let (control, control_address) = listen();
@@ -74,14 +74,14 @@ impl Emulator {
                 .stdin(Stdio::null())
                 .stdout(Stdio::piped()),
         );
-        let frames = process.stdout.take().expect("it is piped");
+        let frames = process.stdout.take().expect("a pipe");
         let mut decoder = spawn(
             Command::new(LOG)
                 .arg(firmware.path())
                 .stdin(frames)
                 .stdout(Stdio::piped()),
         );
-        let lines = BufReader::new(decoder.stdout.take().expect("it is piped")).lines();
+        let lines = BufReader::new(decoder.stdout.take().expect("a pipe")).lines();
         let log = Arc::<Mutex<Vec<String>>>::default();
         thread::spawn({
             let log = Arc::clone(&log);
@@ -125,16 +125,16 @@ impl Emulator {
     ///
     /// # Panics
     /// If QEMU does not do it.
-    pub fn go_on(&mut self) {
+    pub fn resume(&mut self) {
         self.command("cont");
     }
 
-    /// Has QEMU do something.
+    /// Executes a QMP command.
     fn command(&mut self, name: &str) {
         let command = format!("{{\"execute\": \"{name}\"}}\n");
         let sent = self.control.get_mut().write_all(command.as_bytes());
         sent.expect("QEMU's protocol");
-        // Greetings and events come in between.
+        // QEMU also sends greetings and events.
         let mut line = String::new();
         while !line.contains("\"return\"") {
             line.clear();
@@ -143,7 +143,7 @@ impl Emulator {
         }
     }
 
-    /// The log so far, line by line.
+    /// Returns the lines logged until now.
     #[must_use]
     pub fn log(&self) -> Vec<String> {
         self.log
@@ -157,10 +157,10 @@ impl Emulator {
     /// # Panics
     /// If there is none for a minute.
     #[must_use]
-    pub fn wait_for(&self, start: &str) -> String {
+    pub fn wait_for(&self, prefix: &str) -> String {
         let rest = |log: &[String]| {
             let mut lines = log.iter();
-            lines.find_map(|line| line.strip_prefix(start).map(str::to_owned))
+            lines.find_map(|line| line.strip_prefix(prefix).map(str::to_owned))
         };
         self.wait_until(|log| rest(log).is_some());
         rest(&self.log()).unwrap_or_default()
@@ -170,16 +170,16 @@ impl Emulator {
     ///
     /// # Panics
     /// If it is not for a minute.
-    pub fn wait_until(&self, is_so: impl Fn(&[String]) -> bool) {
-        let begun = Instant::now();
-        while begun.elapsed() < PATIENCE {
-            if is_so(&self.log()) {
+    pub fn wait_until(&self, condition: impl Fn(&[String]) -> bool) {
+        let start = Instant::now();
+        while start.elapsed() < TIMEOUT {
+            if condition(&self.log()) {
                 return;
             }
             thread::sleep(Duration::from_millis(10));
         }
         panic!(
-            "the firmware does not log what it should, only {:#?}",
+            "the firmware's log does not meet the condition: {:#?}",
             self.log()
         );
     }
@@ -193,29 +193,29 @@ impl Drop for Emulator {
     }
 }
 
-/// Where QEMU shall connect to, and how it is told.
+/// Opens a port for QEMU. Returns the listener and QEMU's argument for the address.
 fn listen() -> (TcpListener, String) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
     let address = listener.local_addr().expect("a port");
     (listener, format!("tcp:{address}"))
 }
 
-/// QEMU's end of a connection.
+/// Accepts a connection of QEMU.
 fn accept(listener: &TcpListener, process: &mut Child) -> TcpStream {
     listener.set_nonblocking(true).expect("a socket");
-    let begun = Instant::now();
-    while begun.elapsed() < PATIENCE {
+    let start = Instant::now();
+    while start.elapsed() < TIMEOUT {
         if let Ok((stream, _)) = listener.accept() {
             stream.set_nonblocking(false).expect("a socket");
             stream.set_nodelay(true).expect("a socket");
-            stream.set_read_timeout(Some(PATIENCE)).expect("a socket");
+            stream.set_read_timeout(Some(TIMEOUT)).expect("a socket");
             return stream;
         }
         if let Ok(Some(status)) = process.try_wait() {
-            panic!("qemu-system-arm ends at once: {status}");
+            panic!("qemu-system-arm ended at startup: {status}");
         }
         thread::sleep(Duration::from_millis(5));
     }
     let _ = process.kill();
-    panic!("qemu-system-arm does not open its serial line and its control");
+    panic!("qemu-system-arm does not connect its serial line or its control protocol");
 }

@@ -1,4 +1,5 @@
-//! Costs of fits on each kind of microcontroller and of the demo firmware, as `target.fit.name` and a value.
+//! Costs of fits on each kind of microcontroller, and of the demo firmware. Each has a name `target.fit.figure` and a
+//! value.
 
 use glimpse_bench::recipes::{self, completed, large, masked};
 
@@ -7,97 +8,104 @@ use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 use crate::cycles;
 use crate::elf::Firmware;
 use crate::emulator::Emulator;
-use crate::host::unseen;
-use crate::microcontroller::{Binary, Functions, TARGETS, Target};
+use crate::host::unseen_material;
+use crate::microcontroller::{Binary, MathLibrary, TARGETS, Target};
 
-/// A fit that is tried: a binary of `embedded-demo/bench`.
+/// A measured fit: a binary of `embedded-demo/bench`.
 #[derive(Clone, Copy, Debug)]
-pub struct Fit {
+pub struct FitBinary {
     /// The binary's name.
     pub name: &'static str,
-    /// The recipe that it fits by.
+    /// The recipe of the fit.
     pub recipe: &'static [u8],
-    /// Where it is built.
-    reach: Reach,
+    /// Builds of the binary.
+    builds: Builds,
 }
 
-/// Where a fit is built. What the rest would tell is told by those that are built everywhere.
+/// The builds of a binary. Fits that are built for every target represent the others there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Reach {
-    /// For every target, and for the board's with micromath too.
+enum Builds {
+    /// For every target with libm, and for the board's target with micromath.
     All,
-    /// For every target.
+    /// For every target with libm.
     Targets,
-    /// For the board's target.
+    /// For the board's target with libm.
     Board,
 }
 
-impl Fit {
-    const fn new(name: &'static str, recipe: &'static [u8], reach: Reach) -> Self {
+impl FitBinary {
+    const fn new(name: &'static str, recipe: &'static [u8], builds: Builds) -> Self {
         Self {
             name,
             recipe,
-            reach,
+            builds,
         }
     }
 
-    /// Whether `tests/run firmware` builds it so.
+    /// Returns true if `tests/run firmware` builds it for this target with this library.
     #[must_use]
-    pub fn is_built(&self, target: Target, functions: Functions) -> bool {
+    pub fn is_built(&self, target: Target, library: MathLibrary) -> bool {
         let is_board = target == TARGETS[0];
-        match functions {
-            Functions::Libm => is_board || self.reach != Reach::Board,
-            Functions::Micromath => is_board && self.reach == Reach::All,
+        match library {
+            MathLibrary::Libm => is_board || self.builds != Builds::Board,
+            MathLibrary::Micromath => is_board && self.builds == Builds::All,
         }
     }
 }
 
-/// All of them.
-pub const FITS: [Fit; 16] = [
-    Fit::new("linear", recipes::LINEAR, Reach::All),
-    Fit::new("phong", recipes::PHONG, Reach::All),
-    Fit::new("cook-torrance", recipes::COOK_TORRANCE, Reach::All),
-    Fit::new("neural", recipes::NEURAL, Reach::All),
-    Fit::new("linear-completed", completed::LINEAR, Reach::Targets),
-    Fit::new("phong-completed", completed::PHONG, Reach::Board),
-    Fit::new(
+/// All measured fits.
+pub const FIT_BINARIES: [FitBinary; 16] = [
+    FitBinary::new("linear", recipes::LINEAR, Builds::All),
+    FitBinary::new("phong", recipes::PHONG, Builds::All),
+    FitBinary::new("cook-torrance", recipes::COOK_TORRANCE, Builds::All),
+    FitBinary::new("neural", recipes::NEURAL, Builds::All),
+    FitBinary::new("linear-completed", completed::LINEAR, Builds::Targets),
+    FitBinary::new("phong-completed", completed::PHONG, Builds::Board),
+    FitBinary::new(
         "cook-torrance-completed",
         completed::COOK_TORRANCE,
-        Reach::Board,
+        Builds::Board,
     ),
-    Fit::new("neural-completed", completed::NEURAL, Reach::Targets),
-    Fit::new("linear-masked", masked::LINEAR, Reach::Board),
-    Fit::new("neural-masked", masked::NEURAL, Reach::Board),
-    Fit::new("linear-n32", large::LINEAR_32, Reach::Board),
-    Fit::new("linear-n64", large::LINEAR_64, Reach::Board),
-    Fit::new("neural-n32", large::NEURAL_32, Reach::Board),
-    Fit::new("neural-n64", large::NEURAL_64, Reach::Board),
-    Fit::new("linear-basis", completed::LINEAR, Reach::Board),
-    Fit::new("any", recipes::NEURAL, Reach::Board),
+    FitBinary::new("neural-completed", completed::NEURAL, Builds::Targets),
+    FitBinary::new("linear-masked", masked::LINEAR, Builds::Board),
+    FitBinary::new("neural-masked", masked::NEURAL, Builds::Board),
+    FitBinary::new("linear-n32", large::LINEAR_32, Builds::Board),
+    FitBinary::new("linear-n64", large::LINEAR_64, Builds::Board),
+    FitBinary::new("neural-n32", large::NEURAL_32, Builds::Board),
+    FitBinary::new("neural-n64", large::NEURAL_64, Builds::Board),
+    FitBinary::new("linear-basis", completed::LINEAR, Builds::Board),
+    FitBinary::new("any", recipes::NEURAL, Builds::Board),
 ];
 
-/// Readings of the counter behind those of a fit: before and after a BRDF.
+/// Readings of the counter after a fit: before and after evaluating a BRDF.
 pub const BRDF_READINGS: usize = 2;
 
-/// Instructions of parsing a recipe (`parse_instructions`) or a basis (`basis_parse_instructions`), and of evaluating the
-/// BRDF once (`brdf_instructions`); instructions of a fit as QEMU counts them (`fit_instructions`), its cycles by Arm's
-/// [table](crate::cycles) where there is one (`fit_cycles`), bytes of code and constants
-/// without recipe and basis (`text_bytes`: what the binary is larger than one that does nothing), of
-/// statics (`static_ram_bytes`), and of the stack at its deepest (`stack_bytes`).
+/// Measures all fits. The figures of a fit are:
+///
+/// - `parse_instructions`, `basis_parse_instructions`, `brdf_instructions`: instructions of parsing the recipe, of
+///   parsing the basis, and of one evaluation of the BRDF;
+/// - `fit_instructions`: instructions of the fit, counted by QEMU;
+/// - `fit_cycles`: cycles of the fit from Arm's [table](crate::cycles), if there is one for the target;
+/// - `text_bytes`: code and constants without recipe and basis, as the difference to a binary that does nothing;
+/// - `static_ram_bytes`: statics;
+/// - `stack_bytes`: the largest depth of the stack.
 #[must_use]
 pub fn figures() -> Vec<(String, u64)> {
     let mut figures = Vec::new();
     for target in TARGETS {
-        for functions in [Functions::Libm, Functions::Micromath] {
+        for library in [MathLibrary::Libm, MathLibrary::Micromath] {
             let flash = |name: &str| {
-                Binary::new(target, functions, name).section_bytes(&[".text", ".rodata"])
+                Binary::new(target, library, name).section_bytes(&[".text", ".rodata"])
             };
-            for fit in FITS.iter().filter(|fit| fit.is_built(target, functions)) {
-                let binary = Binary::new(target, functions, fit.name);
+            for fit in FIT_BINARIES
+                .iter()
+                .filter(|fit| fit.is_built(target, library))
+            {
+                let binary = Binary::new(target, library, fit.name);
                 let output = binary.run();
-                let suffix = match functions {
-                    Functions::Libm => "",
-                    Functions::Micromath => "-micromath",
+                let suffix = match library {
+                    MathLibrary::Libm => "",
+                    MathLibrary::Micromath => "-micromath",
                 };
                 let row = format!("{}.{}{suffix}", target.triple, fit.name);
                 let mut add = |name, value| figures.push((format!("{row}.{name}"), value));
@@ -107,14 +115,17 @@ pub fn figures() -> Vec<(String, u64)> {
                     "brdf_instructions",
                     "fit_instructions",
                 ] {
-                    if let Some(value) = output.found(name) {
+                    if let Some(value) = output.get(name) {
                         add(name, value);
                     }
                 }
-                if target.has_table_of_cycles() {
-                    add("fit_cycles", cycles::of_fit(&binary, BRDF_READINGS).cycles);
+                if target.has_cycle_table() {
+                    add(
+                        "fit_cycles",
+                        cycles::fit_cost(&binary, BRDF_READINGS).cycles,
+                    );
                 }
-                let basis = output.found("basis_parse_instructions");
+                let basis = output.get("basis_parse_instructions");
                 let basis = basis.map_or(0, |_| recipes::BASIS.len());
                 let data = (fit.recipe.len() + basis) as u64;
                 add(
@@ -138,7 +149,7 @@ pub fn figures() -> Vec<(String, u64)> {
 pub fn demo_figures() -> Vec<(String, u64)> {
     let firmware = Firmware::load();
     let mut emulator = Emulator::boot(&firmware, firmware.path());
-    VirtualScanner::new(&unseen(0), ScannerNoise::default())
+    VirtualScanner::new(&unseen_material(0), ScannerNoise::default())
         .serve(&mut emulator.serial)
         .expect("a scan");
     let logged = |name: &str| -> u64 {

@@ -1,4 +1,4 @@
-//! A scanner that does as a test tells it, at the host's end of the link.
+//! The host's end of the link, with responses scripted by a test.
 
 use std::io::{Read, Write};
 
@@ -7,38 +7,38 @@ use glimpse_core::scan::Reading;
 use glimpse_materials::{Material, Procedural};
 use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 
-/// The answer to hello.
+/// The reply to hello.
 pub const WELCOME: Reply = Reply::Welcome { protocol: PROTOCOL };
 
-/// A material that recipes are not trained on.
+/// Returns a material that no recipe is trained on.
 #[must_use]
-pub fn unseen(index: usize) -> Procedural {
+pub fn unseen_material(index: usize) -> Procedural {
     Procedural::new(index, 0xFEED)
 }
 
-/// A scanner without noise.
+/// Returns a scanner without noise.
 #[must_use]
 pub fn scanner(material: &dyn Material) -> VirtualScanner<'_> {
     VirtualScanner::new(material, ScannerNoise::default())
 }
 
-/// A reading, not saturated.
+/// Returns the reply with an unsaturated reading.
 #[must_use]
 pub fn measured(index: u16, brdf: [f32; 3]) -> Reply {
     let reading = Reading::new(brdf);
     Reply::Measured { index, reading }
 }
 
-/// What a test makes of a request.
+/// A test's response to a request.
 #[derive(Clone, Debug)]
-pub enum Answer {
-    /// It is answered.
+pub enum Response {
+    /// Send a reply.
     Reply(Reply),
-    /// It is not.
+    /// Send no reply.
     Silence,
-    /// It is not, and that was all.
+    /// Send no reply, and return.
     Stop,
-    /// It is answered, and that was all.
+    /// Send a reply, and return.
     Last(Reply),
 }
 
@@ -46,23 +46,26 @@ pub enum Answer {
 ///
 /// # Panics
 /// If the stream fails, or nothing comes in time.
-pub fn converse(stream: &mut (impl Read + Write), mut answer: impl FnMut(Request) -> Answer) {
+pub fn serve_requests(
+    stream: &mut (impl Read + Write),
+    mut respond: impl FnMut(Request) -> Response,
+) {
     let mut server = Server::new();
     let mut frame = [0; FRAME_BYTES];
     let mut byte = [0];
     loop {
         stream.read_exact(&mut byte).expect("a request");
-        let answer = match server.receive(byte[0]) {
-            Some(Ok(Received::New(request))) => answer(request),
-            Some(Ok(Received::Duplicate(reply))) => Answer::Reply(reply),
+        let response = match server.receive(byte[0]) {
+            Some(Ok(Received::New(request))) => respond(request),
+            Some(Ok(Received::Duplicate(reply))) => Response::Reply(reply),
             _ => continue,
         };
-        let last = matches!(answer, Answer::Stop | Answer::Last(_));
-        if let Answer::Reply(reply) | Answer::Last(reply) = answer {
-            let frame = server.reply(reply, &mut frame).expect("there is room");
-            stream.write_all(frame).expect("the device is there");
+        let is_last = matches!(response, Response::Stop | Response::Last(_));
+        if let Response::Reply(reply) | Response::Last(reply) = response {
+            let frame = server.reply(reply, &mut frame).expect("a frame");
+            stream.write_all(frame).expect("the device is connected");
         }
-        if last {
+        if is_last {
             return;
         }
     }

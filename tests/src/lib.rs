@@ -1,4 +1,4 @@
-//! What the end-to-end tests share.
+//! Shared parts of the end-to-end tests.
 
 pub mod budgets;
 pub mod cycles;
@@ -7,13 +7,13 @@ pub mod elf;
 pub mod emulator;
 pub mod figures;
 pub mod host;
-pub mod line;
 pub mod microcontroller;
+pub mod noisy_line;
 
-/// The recipe that the firmware holds.
+/// The firmware's default recipe.
 pub const RECIPE: &[u8] = include_bytes!("../../trainer/recipes/neural-n8.recipe");
 
-/// The front page's programs, compiled as documentation is.
+/// The programs of the front page, compiled as documentation tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../README.md")]
 pub struct FrontPage;

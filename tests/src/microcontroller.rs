@@ -1,4 +1,4 @@
-//! The microcontrollers that QEMU plays, and the binaries of `embedded-demo/bench` on them.
+//! The microcontrollers that QEMU emulates, and the binaries of `embedded-demo/bench` for them.
 
 use std::collections::HashMap;
 use std::fs;
@@ -9,27 +9,27 @@ use std::time::{Duration, Instant};
 
 use object::{Object, ObjectSection};
 
-/// Whatever takes longer than this hangs.
-const PATIENCE: Duration = Duration::from_secs(120);
+/// Timeout of a run.
+const TIMEOUT: Duration = Duration::from_secs(120);
 
-/// A kind of microcontroller, named by its target.
+/// A kind of microcontroller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Target {
-    /// The compiler's name for it.
+    /// The compiler's target triple.
     pub triple: &'static str,
-    /// What emulates it.
+    /// The command of its emulator.
     emulator: &'static [&'static str],
 }
 
 impl Target {
-    /// Whether [`cycles`](crate::cycles) knows what its instructions take.
+    /// Returns true if [`cycles`](crate::cycles) knows the cycles of its instructions.
     #[must_use]
-    pub fn has_table_of_cycles(&self) -> bool {
+    pub fn has_cycle_table(&self) -> bool {
         self.triple == "thumbv7em-none-eabihf"
     }
 }
 
-/// All of them: with a floating-point unit, without on the same core, the smallest, and RISC-V.
+/// All targets: Cortex-M4F, Cortex-M4 without its floating-point unit, Cortex-M0, and RISC-V.
 pub const TARGETS: [Target; 4] = [
     Target {
         triple: "thumbv7em-none-eabihf",
@@ -49,9 +49,9 @@ pub const TARGETS: [Target; 4] = [
     },
 ];
 
-/// Where elementary functions come from.
+/// The library of elementary library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Functions {
+pub enum MathLibrary {
     /// libm.
     Libm,
     /// micromath.
@@ -65,7 +65,7 @@ pub struct Binary {
     path: PathBuf,
 }
 
-/// What a run printed.
+/// The output of a run.
 #[derive(Clone, Debug)]
 pub struct Output {
     values: HashMap<String, String>,
@@ -77,7 +77,7 @@ impl Output {
     /// # Panics
     /// If it is not a number.
     #[must_use]
-    pub fn found(&self, name: &str) -> Option<u64> {
+    pub fn get(&self, name: &str) -> Option<u64> {
         let value = self.values.get(name)?;
         Some(value.parse().expect("a number"))
     }
@@ -88,7 +88,7 @@ impl Output {
     /// If it was not printed.
     #[must_use]
     pub fn count(&self, name: &str) -> u64 {
-        let value = self.found(name);
+        let value = self.get(name);
         value.unwrap_or_else(|| panic!("no {name} in {:?}", self.values))
     }
 
@@ -98,7 +98,7 @@ impl Output {
     /// If they were not printed.
     #[must_use]
     pub fn numbers(&self, name: &str) -> Vec<f32> {
-        let bits = self.values.get(name).expect("it is printed");
+        let bits = self.values.get(name).expect("a printed list");
         let bits = bits.split_whitespace();
         bits.map(|bits| f32::from_bits(u32::from_str_radix(bits, 16).expect("eight digits")))
             .collect()
@@ -112,18 +112,18 @@ impl Output {
 pub(crate) fn spawn(command: &mut Command) -> Child {
     command.spawn().unwrap_or_else(|error| {
         let program = command.get_program().to_string_lossy();
-        panic!("{program}: {error}. `tests/run firmware` installs it")
+        panic!("{program}: {error}. Install it with `tests/run firmware`")
     })
 }
 
 impl Binary {
-    /// The binary of this name, where `tests/run firmware` builds it.
+    /// The binary of this name, as built by `tests/run firmware`.
     #[must_use]
-    pub fn new(target: Target, functions: Functions, name: &str) -> Self {
+    pub fn new(target: Target, library: MathLibrary, name: &str) -> Self {
         let built = Path::new(env!("CARGO_MANIFEST_DIR")).join("../embedded-demo/target");
-        let folder = match functions {
-            Functions::Libm => built.join(target.triple).join("release"),
-            Functions::Micromath => built.join("micromath").join(target.triple),
+        let folder = match library {
+            MathLibrary::Libm => built.join(target.triple).join("release"),
+            MathLibrary::Micromath => built.join("micromath").join(target.triple),
         };
         Self {
             target,
@@ -131,7 +131,7 @@ impl Binary {
         }
     }
 
-    /// Another binary for a target.
+    /// A binary at another path.
     #[must_use]
     pub fn at(target: Target, path: PathBuf) -> Self {
         Self { target, path }
@@ -145,16 +145,16 @@ impl Binary {
     pub fn run(&self) -> Output {
         assert!(
             self.path.exists(),
-            "{} is not there: `tests/run firmware` builds it",
+            "{} does not exist: build it with `tests/run firmware`",
             self.path.display()
         );
         let mut process = spawn(self.emulator().stdout(Stdio::piped()));
-        // It prints some kilobytes only, for which the pipe has room.
-        let begun = Instant::now();
+        // The output is a few kilobytes, which fit into the pipe.
+        let start = Instant::now();
         while process.try_wait().expect("a process").is_none() {
-            if begun.elapsed() > PATIENCE {
+            if start.elapsed() > TIMEOUT {
                 let _ = process.kill();
-                panic!("{} does not end", self.path.display());
+                panic!("{} does not end within {TIMEOUT:?}", self.path.display());
             }
             thread::sleep(Duration::from_millis(5));
         }
@@ -174,7 +174,7 @@ impl Binary {
         }
     }
 
-    /// QEMU with this binary, its output still to be connected.
+    /// Returns the command of QEMU with this binary. Its output is not connected yet.
     pub(crate) fn emulator(&self) -> Command {
         let (program, machine) = self.target.emulator.split_first().expect("a program");
         let mut command = Command::new(program);
@@ -189,7 +189,7 @@ impl Binary {
         command
     }
 
-    /// The ELF file.
+    /// The path of the ELF file.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
@@ -202,7 +202,7 @@ impl Binary {
     pub fn section_bytes(&self, names: &[&str]) -> u64 {
         let bytes = fs::read(&self.path).unwrap_or_else(|error| {
             panic!(
-                "{}: {error}. `tests/run firmware` builds it",
+                "{}: {error}. Build it with `tests/run firmware`",
                 self.path.display()
             )
         });

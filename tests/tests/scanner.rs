@@ -1,4 +1,4 @@
-//! The virtual scanner in front of a device that is played on the host.
+//! The virtual scanner with a device that is simulated on the host.
 
 use std::net::{TcpListener, TcpStream};
 use std::thread;
@@ -12,13 +12,13 @@ use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, Procedural};
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::{Device, fit};
-use glimpse_tests::host::{scanner, unseen};
-use glimpse_tests::line::{BadLine, Fault};
+use glimpse_tests::host::{scanner, unseen_material};
+use glimpse_tests::noisy_line::{Fault, NoisyLine};
 use glimpse_trainer::scanner::{ScanReport, ScannerError, ScannerNoise, VirtualScanner, angles_of};
 
-const PATIENCE: Duration = Duration::from_millis(30);
+const REPLY_TIMEOUT: Duration = Duration::from_millis(30);
 
-/// Both ends of a line.
+/// Returns both ends of a line: device and host.
 fn line() -> (TcpStream, TcpStream) {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let device = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
@@ -30,7 +30,7 @@ fn line() -> (TcpStream, TcpStream) {
 }
 
 fn material() -> Procedural {
-    unseen(0)
+    unseen_material(0)
 }
 
 fn hello(protocol: u16) -> Request {
@@ -43,115 +43,115 @@ fn hello(protocol: u16) -> Request {
 }
 
 #[test]
-fn angles_survive_the_way_through_directions() {
+fn conversion_to_directions_keeps_angles() {
     for angles in uniform_valid(1000, 1) {
         let at = HalfDifference::from_angles(angles);
-        let back = HalfDifference::from_angles(angles_of(&at.directions()).unwrap());
+        let converted = HalfDifference::from_angles(angles_of(&at.directions()).unwrap());
         for (a, b) in [
-            (at.hx, back.hx),
-            (at.hz, back.hz),
-            (at.dx, back.dx),
-            (at.dy, back.dy),
-            (at.dz, back.dz),
+            (at.hx, converted.hx),
+            (at.hz, converted.hz),
+            (at.dx, converted.dx),
+            (at.dy, converted.dy),
+            (at.dz, converted.dz),
         ] {
-            assert!((a - b).abs() < 1e-5, "{angles:?}: {at:?} {back:?}");
+            assert!((a - b).abs() < 1e-5, "{angles:?}: {at:?} {converted:?}");
         }
     }
 }
 
 #[test]
-fn a_device_gets_what_the_material_is_and_the_host_what_was_fitted() {
+fn device_receives_brdf_and_host_receives_fit() {
     let (device, mut host) = line();
-    let device = thread::spawn(move || Device::new(device, PATIENCE)?.scan(RECIPE));
+    let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
     let material = material();
     let report = scanner(&material).serve(&mut host).unwrap();
     device.join().unwrap().unwrap();
 
     assert_eq!(report.recipe, Recipe::parse(RECIPE).unwrap().checksum());
-    assert_right(&report);
+    assert_correct(&report);
     assert!(report.loss(None, &material).unwrap().is_finite());
 }
 
 #[test]
-fn a_bad_line_changes_nothing() {
+fn noisy_line_does_not_change_result() {
     let (device, host) = line();
-    let device = thread::spawn(move || Device::new(device, PATIENCE)?.scan(RECIPE));
+    let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
     let material = material();
-    let mut host = BadLine::new(host, 0.003, 1);
+    let mut host = NoisyLine::new(host, 0.003, 1);
     let report = scanner(&material).serve(&mut host).unwrap();
-    assert!(host.spoiled > 0);
-    assert_right(&report);
-    // The last word of the host may have been spoiled: then nobody answers the device any more.
+    assert!(host.corrupted > 0);
+    assert_correct(&report);
+    // If the last reply of the host was corrupted, the device receives no further reply.
     drop(host);
     let _ = device.join().unwrap();
 }
 
-/// The scan over a line with one fault, and how many bytes were spoiled.
+/// Scans over a line with one kind of fault. Returns the result and the number of corrupted bytes.
 fn scan_over(fault: Fault, rate: f64) -> (Result<ScanReport, ScannerError>, usize) {
     let (device, host) = line();
-    let device = thread::spawn(move || Device::new(device, PATIENCE)?.scan(RECIPE));
+    let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
     let material = material();
-    let mut host = BadLine::with(host, &[fault], rate, 1);
+    let mut host = NoisyLine::with(host, &[fault], rate, 1);
     let result = scanner(&material).serve(&mut host);
-    let spoiled = host.spoiled;
+    let corrupted = host.corrupted;
     drop(host);
     let _ = device.join().unwrap(); // as above
-    (result, spoiled)
+    (result, corrupted)
 }
 
-/// With one byte in a hundred spoiled, the scan is whole and right. With one in ten, it is, or the device gives
-/// up and hangs up.
+/// Checks that the scan is complete and correct with one corrupted byte in 100. With one in ten, the device may also
+/// give up and close the line.
 fn check_fault(fault: Fault) {
     for rate in [0.01, 0.1] {
-        let (result, spoiled) = scan_over(fault, rate);
-        assert!(spoiled > 0);
+        let (result, corrupted) = scan_over(fault, rate);
+        assert!(corrupted > 0);
         match result {
-            Ok(report) => assert_right(&report),
+            Ok(report) => assert_correct(&report),
             Err(ScannerError::Closed | ScannerError::Link(_)) if rate == 0.1 => {}
             Err(other) => panic!("{rate}: {other}"),
         }
     }
 }
 
-fn assert_right(report: &ScanReport) {
+fn assert_correct(report: &ScanReport) {
     let (values, residual) = fit(RECIPE, &report.readings);
     assert_eq!(report.values, values);
     assert_eq!(report.residual, residual);
-    for taken in &report.readings {
-        assert_eq!(taken.reading.brdf, material().brdf(taken.angles));
+    for reading in &report.readings {
+        assert_eq!(reading.reading.brdf, material().brdf(reading.angles));
     }
 }
 
 #[test]
-fn bytes_lost() {
+fn tolerates_lost_bytes() {
     check_fault(Fault::Lost);
 }
 
 #[test]
-fn bytes_altered() {
+fn tolerates_altered_bytes() {
     check_fault(Fault::Altered);
 }
 
 #[test]
-fn bytes_doubled() {
-    check_fault(Fault::Doubled);
+fn tolerates_duplicated_bytes() {
+    check_fault(Fault::Duplicated);
 }
 
 #[test]
-fn bytes_swapped() {
+fn tolerates_swapped_bytes() {
     check_fault(Fault::Swapped);
 }
 
 #[test]
-fn frames_cut() {
-    check_fault(Fault::Cut);
+fn tolerates_truncated_frames() {
+    check_fault(Fault::Truncated);
 }
 
 #[test]
-fn noise_is_the_same_for_the_same_seed() {
+fn noise_depends_on_seed() {
     let scan = |seed| {
         let (device, mut host) = line();
-        let device = thread::spawn(move || Device::new(device, PATIENCE)?.scan(RECIPE));
+        let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
         let noise = ScannerNoise {
             deviation: 0.1,
             seed,
@@ -164,22 +164,22 @@ fn noise_is_the_same_for_the_same_seed() {
         report
             .readings
             .iter()
-            .map(|taken| taken.reading.brdf)
+            .map(|reading| reading.reading.brdf)
             .collect::<Vec<_>>()
     };
-    let (first, again, other) = (scan(1), scan(1), scan(2));
-    assert_eq!(first, again);
+    let (first, repeated, other) = (scan(1), scan(1), scan(2));
+    assert_eq!(first, repeated);
     assert!(first.iter().zip(&other).all(|(a, b)| a != b));
 }
 
 #[test]
-fn what_cannot_be_met_is_refused_by_name() {
+fn refuses_invalid_requests() {
     let (device, mut host) = line();
     let host = thread::spawn(move || {
         let material = material();
         scanner(&material).serve(&mut host)
     });
-    let mut device = Device::new(device, PATIENCE).unwrap();
+    let mut device = Device::new(device, REPLY_TIMEOUT).unwrap();
     let measure = |incoming| Request::Measure {
         index: 0,
         directions: Directions {
@@ -206,23 +206,23 @@ fn what_cannot_be_met_is_refused_by_name() {
     let failure = FailureReport::from(Failure::Recipe(RecipeError::Checksum));
     device.request(&Request::Failed(failure)).unwrap();
     let error = host.join().unwrap().unwrap_err();
-    assert!(matches!(error, ScannerError::Device(named) if named == failure));
+    assert!(matches!(error, ScannerError::Device(report) if report == failure));
 }
 
-/// A device that was reset asks whether its measurements hold still.
+/// After a reset, a device offers its saved readings.
 #[test]
-fn kept_measurements_hold_only_where_they_were_given() {
+fn saved_readings_are_accepted_only_if_unchanged() {
     let material = material();
     let mut scanner = scanner(&material);
     let (device, mut host) = line();
     let device = thread::spawn(move || {
-        let mut device = Device::new(device, PATIENCE).unwrap();
+        let mut device = Device::new(device, REPLY_TIMEOUT).unwrap();
         let directions = Directions {
             incoming: [0.0, 0.0, 1.0],
             outgoing: [0.6, 0.0, 0.8],
         };
         let index = 0;
-        let kept = |reading| Request::Saved { index, reading };
+        let saved = |reading| Request::Saved { index, reading };
         let refused = Reply::Refused(Refusal::Saved);
         device.request(&hello(PROTOCOL)).unwrap();
         let reply = device
@@ -231,21 +231,21 @@ fn kept_measurements_hold_only_where_they_were_given() {
         let Reply::Measured { reading, .. } = reply else {
             panic!("{reply:?}")
         };
-        // Without a hello between there was no reset.
-        assert_eq!(device.request(&kept(reading)).unwrap(), refused);
+        // Without a hello in between, there was no reset.
+        assert_eq!(device.request(&saved(reading)).unwrap(), refused);
         device.request(&hello(PROTOCOL)).unwrap();
         let mut altered = reading;
         altered.brdf[1] += 0.1;
-        assert_eq!(device.request(&kept(altered)).unwrap(), refused);
+        assert_eq!(device.request(&saved(altered)).unwrap(), refused);
         altered = reading;
         altered.saturated = true;
-        assert_eq!(device.request(&kept(altered)).unwrap(), refused);
+        assert_eq!(device.request(&saved(altered)).unwrap(), refused);
         let other = Request::Saved { index: 1, reading };
         assert_eq!(device.request(&other).unwrap(), refused);
-        assert_eq!(device.request(&kept(reading)).unwrap(), Reply::Accepted);
-        // Reset twice it holds as well; by another recipe it does not.
+        assert_eq!(device.request(&saved(reading)).unwrap(), Reply::Accepted);
+        // After a second reset, the reading is accepted again. With another recipe, it is refused.
         device.request(&hello(PROTOCOL)).unwrap();
-        assert_eq!(device.request(&kept(reading)).unwrap(), Reply::Accepted);
+        assert_eq!(device.request(&saved(reading)).unwrap(), Reply::Accepted);
         let another = Request::Hello {
             protocol: PROTOCOL,
             model: ModelKind::Neural,
@@ -253,21 +253,21 @@ fn kept_measurements_hold_only_where_they_were_given() {
             recipe: 1,
         };
         device.request(&another).unwrap();
-        assert_eq!(device.request(&kept(reading)).unwrap(), refused);
+        assert_eq!(device.request(&saved(reading)).unwrap(), refused);
     });
-    // The device hangs up.
+    // The device closes the line.
     assert!(scanner.serve(&mut host).is_err());
     device.join().unwrap();
 }
 
 #[test]
-fn another_protocol_is_refused_by_name() {
+fn reports_other_protocol() {
     let (device, mut host) = line();
     let host = thread::spawn(move || {
         let material = material();
         scanner(&material).serve(&mut host)
     });
-    let mut device = Device::new(device, PATIENCE).unwrap();
+    let mut device = Device::new(device, REPLY_TIMEOUT).unwrap();
     let welcome = Reply::Welcome { protocol: PROTOCOL };
     assert_eq!(device.request(&hello(PROTOCOL + 1)).unwrap(), welcome);
     let error = host.join().unwrap().unwrap_err();

@@ -1,5 +1,5 @@
-//! The module in pages of `trainer render view` computes the numbers that core computes on the host. With
-//! `GLIMPSE_BUILT_WASM`, a path, the module there is checked too: `tests/run firmware` names the one it built.
+//! The module in pages of `trainer render view` computes the same numbers as core on the host. `GLIMPSE_BUILT_WASM` is
+//! the path of another module to check; `tests/run firmware` sets it to the module that it built.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -13,17 +13,17 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{FinishError, Reading, Scan};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, Procedural};
-use glimpse_training::linear::{CHANNELS, SINGLE_NODES, single_material};
+use glimpse_training::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
 use glimpse_viewer::WASM;
 use wasmi::{Engine, Instance, Linker, Memory, Module, Store, WasmParams, WasmResults};
 
-/// What results may differ by, relative to the largest of them.
+/// Largest allowed difference of results, relative to the largest result.
 const TOLERANCE: f32 = 1e-5;
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 const RECIPE: u32 = 0;
 const TABLE: u32 = 2;
-const JUDGE: u32 = 3;
+const REFERENCE: u32 = 3;
 const NUMBERS: u32 = 4;
 
 /// An instance of the module.
@@ -35,34 +35,32 @@ struct Core {
 impl Core {
     fn new(wasm: &[u8]) -> Self {
         let engine = Engine::default();
-        let module = Module::new(&engine, wasm).expect("it is a module");
-        assert_eq!(module.imports().len(), 0, "it needs nothing of a page");
+        let module = Module::new(&engine, wasm).expect("a module");
+        assert_eq!(module.imports().len(), 0, "the module has imports");
         let mut store = Store::new(&engine, ());
         let instance = Linker::new(&engine)
             .instantiate_and_start(&mut store, &module)
-            .expect("it starts");
+            .expect("the module starts");
         Self { store, instance }
     }
 
-    fn call<P: WasmParams, R: WasmResults>(&mut self, name: &str, with: P) -> R {
+    fn call<P: WasmParams, R: WasmResults>(&mut self, name: &str, arguments: P) -> R {
         let function = self.instance.get_typed_func::<P, R>(&self.store, name);
-        let function = function.expect("the module has it");
-        function
-            .call(&mut self.store, with)
-            .expect("nothing panics")
+        let function = function.expect("the module exports the function");
+        function.call(&mut self.store, arguments).expect("no panic")
     }
 
     fn memory(&self) -> Memory {
         let memory = self.instance.get_memory(&self.store, "memory");
-        memory.expect("the module has it")
+        memory.expect("the module exports its memory")
     }
 
     fn put(&mut self, slot: u32, bytes: &[u8]) {
         let at: u32 = self.call("room", (slot, bytes.len() as u32));
-        assert_ne!(at, 0, "there is memory");
+        assert_ne!(at, 0, "out of memory");
         self.memory()
             .write(&mut self.store, at as usize, bytes)
-            .expect("the room is there");
+            .expect("the slot is in memory");
     }
 
     fn put_numbers(&mut self, slot: u32, numbers: &[f32]) {
@@ -81,11 +79,11 @@ impl Core {
         let [at, count] =
             ["message_at", "message_bytes"].map(|name| self.call::<(), u32>(name, ()));
         let bytes = &self.memory().data(&self.store)[at as usize..][..count as usize];
-        String::from_utf8(bytes.to_vec()).expect("it is text")
+        String::from_utf8(bytes.to_vec()).expect("the message is UTF-8")
     }
 }
 
-/// The module that is committed, and the one that was just built.
+/// Returns the committed module, and the built one if there is one.
 fn modules() -> Vec<Vec<u8>> {
     let mut all = vec![WASM.to_vec()];
     if let Some(built) = env::var_os("GLIMPSE_BUILT_WASM") {
@@ -94,33 +92,36 @@ fn modules() -> Vec<Vec<u8>> {
     all
 }
 
-/// Recipes of every model and every kind.
+/// Returns the paths of bundled recipes of every model and kind.
 fn recipes() -> Vec<PathBuf> {
     let folder = Path::new(ROOT).join("trainer/recipes");
-    let of = |folder: PathBuf| {
-        let all = fs::read_dir(folder).expect("it can be listed");
-        all.map(|entry| entry.expect("it can be listed").path())
+    let files = |folder: PathBuf| {
+        let entries = fs::read_dir(folder).expect("a folder of recipes");
+        entries.map(|entry| entry.expect("an entry").path())
     };
     let folders = ["", "completed", "masked"].map(|name| folder.join(name));
-    let all = folders.into_iter().flat_map(of);
-    all.filter(|path| path.extension().is_some_and(|ending| ending == "recipe"))
+    let files = folders.into_iter().flat_map(files);
+    files
+        .filter(|path| path.extension().is_some_and(|ending| ending == "recipe"))
         .collect()
 }
 
 fn assert_close(found: &[f32], expected: &[f32], what: &str) {
     assert_eq!(found.len(), expected.len(), "{what}");
-    let largest = expected.iter().fold(0.0_f32, |most, x| most.max(x.abs()));
+    let largest = expected
+        .iter()
+        .fold(0.0_f32, |largest, x| largest.max(x.abs()));
     for (found, expected) in found.iter().zip(expected) {
-        let off = (found - expected).abs();
+        let error = (found - expected).abs();
         assert!(
-            off <= TOLERANCE * largest,
-            "{what}: {found}, and {expected} on the host"
+            error <= TOLERANCE * largest,
+            "{what}: {found}, but {expected} on the host"
         );
     }
 }
 
 #[test]
-fn fits_and_pictures_are_those_of_core_on_the_host() {
+fn fits_and_pictures_match_core_on_host() {
     let material = &Procedural::set(4, 77)[3];
     let recipes = recipes();
     assert_eq!(recipes.len(), 32);
@@ -129,8 +130,8 @@ fn fits_and_pictures_are_those_of_core_on_the_host() {
         .flat_map(|wasm| recipes.iter().map(move |path| (wasm, path)))
     {
         let name = path.display().to_string();
-        let bytes = fs::read(path).expect("it is there");
-        let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+        let bytes = fs::read(path).expect("the recipe's file");
+        let recipe = Recipe::parse(&bytes).expect("a recipe");
         let mut readings: Vec<Option<[f32; 3]>> = recipe
             .pattern()
             .map(|angles| Some(material.brdf(angles)))
@@ -140,19 +141,19 @@ fn fits_and_pictures_are_those_of_core_on_the_host() {
         }
 
         let mut memory = vec![0.0; recipe.memory_words()];
-        let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).expect("there is room");
+        let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).expect("enough memory");
         for (index, reading) in (0..).zip(&readings) {
             if let Some(brdf) = reading {
                 scan.record(index, Reading::new(*brdf))
-                    .expect("it is a reading");
+                    .expect("a valid reading");
             }
         }
-        let mut fit = scan.fit().expect("there are enough of them");
+        let mut fit = scan.fit().expect("enough readings");
         fit.advance(u32::MAX);
         if let Err(error) = fit.finish() {
             assert!(matches!(error, FinishError::Implausible(_)), "{error}");
         }
-        let fitted = scan.fitted().expect("it is finished");
+        let fitted = scan.fitted().expect("the fit is finished");
 
         let mut core = Core::new(wasm);
         core.put(RECIPE, &bytes);
@@ -179,8 +180,8 @@ fn fits_and_pictures_are_those_of_core_on_the_host() {
         assert_close(&[residual], &[fitted.residual().mean], &name);
 
         let brdf = |directions: &Directions<f32>| fitted.brdf(directions).unwrap_or_default();
-        let each = recipe.directions().map(|(_, directions)| brdf(&directions));
-        let expected = each.collect::<Vec<_>>().concat();
+        let brdfs = recipe.directions().map(|(_, directions)| brdf(&directions));
+        let expected = brdfs.collect::<Vec<_>>().concat();
         core.numbers(expected.len());
         assert_eq!(
             core.call::<(), u32>("at_samples", ()),
@@ -200,7 +201,7 @@ fn fits_and_pictures_are_those_of_core_on_the_host() {
         core.numbers(expected.len());
         assert_eq!(core.call::<_, u32>("lobe", (0.7_f32, 90_u32)), 90);
         let found = core.numbers(expected.len());
-        // Angles are rounded differently, which a steep lobe notices.
+        // Angles are rounded differently, which matters in a steep lobe.
         for (found, expected) in found.iter().zip(&expected) {
             assert!(
                 (found - expected).abs() <= 1e-3 * expected.abs().max(1e-3),
@@ -211,27 +212,29 @@ fn fits_and_pictures_are_those_of_core_on_the_host() {
 }
 
 #[test]
-fn a_table_is_looked_at_lit_and_judged() {
+fn table_is_evaluated_and_rendered() {
     let material = &Procedural::set(4, 77)[1];
-    let table = single_material(material, SINGLE_NODES);
-    let basis = Basis::parse(&table).expect("it is one");
-    let places = uniform_valid(500, 3);
-    let mut judge = Vec::new();
+    let table = material_basis(material, MATERIAL_NODES);
+    let basis = Basis::parse(&table).expect("a basis");
+    let directions = uniform_valid(500, 3);
+    let mut reference = Vec::new();
     let mut expected = 0.0;
-    for angles in &places {
-        let known = material.brdf(*angles);
+    for angles in &directions {
+        let brdf = material.brdf(*angles);
         let at = HalfDifference::from_angles(*angles);
-        let found = basis.brdf(CHANNELS, &at).expect("it is above the horizon");
-        let error = cosine_weighted_log_error(known, found, at.cos_theta_i(), 1.0);
+        let found = basis
+            .brdf(CHANNEL_COEFFICIENTS, &at)
+            .expect("directions above the horizon");
+        let error = cosine_weighted_log_error(brdf, found, at.cos_theta_i(), 1.0);
         expected += f64::from(error.error.value()) / 1_500.0;
-        judge.extend([angles.theta_h, angles.theta_d, angles.phi_d]);
-        judge.extend(known);
+        reference.extend([angles.theta_h, angles.theta_d, angles.phi_d]);
+        reference.extend(brdf);
     }
     for wasm in modules() {
         let mut core = Core::new(&wasm);
         assert!(
             core.call::<(), f64>("loss", ()).is_nan(),
-            "there is nothing yet"
+            "a loss without a table"
         );
         core.put(TABLE, &table);
         assert_eq!(
@@ -240,11 +243,11 @@ fn a_table_is_looked_at_lit_and_judged() {
             "{}",
             core.message()
         );
-        core.put_numbers(JUDGE, &judge);
+        core.put_numbers(REFERENCE, &reference);
         let loss: f64 = core.call("loss", ());
         assert!((loss / expected - 1.0).abs() < 1e-3, "{loss} {expected}");
 
-        // Light and camera above the middle of 33 x 33 pixels, and a light behind.
+        // The light and the camera are above the center of 33 x 33 pixels; then the light is behind the sphere.
         core.numbers(3 * 33 * 33);
         let shade = |core: &mut Core, z: f32| -> [f32; 3] {
             let light = (33_u32, 0_u32, 33_u32, 0.0_f32, 0.0_f32, z);
@@ -253,7 +256,9 @@ fn a_table_is_looked_at_lit_and_judged() {
             [0, 1, 2].map(|channel| pixels[3 * (16 * 33 + 16) + channel])
         };
         let at = HalfDifference::from_angles(Default::default());
-        let expected = basis.brdf(CHANNELS, &at).expect("it is above the horizon");
+        let expected = basis
+            .brdf(CHANNEL_COEFFICIENTS, &at)
+            .expect("directions above the horizon");
         let expected = expected.map(|f| std::f32::consts::PI * f);
         assert_close(&shade(&mut core, 1.0), &expected, "head on");
         assert_eq!(shade(&mut core, -1.0), [0.0; 3]);
@@ -261,7 +266,7 @@ fn a_table_is_looked_at_lit_and_judged() {
 }
 
 #[test]
-fn each_cause_of_a_failure_has_a_message() {
+fn each_failure_has_its_own_message() {
     for wasm in modules() {
         let mut core = Core::new(&wasm);
         assert_eq!(core.call::<(), u32>("fit", ()), 1);
@@ -272,7 +277,7 @@ fn each_cause_of_a_failure_has_a_message() {
         assert_eq!(core.call::<_, u32>("room", (5_u32, 8_u32)), 0);
         assert_eq!(core.call::<_, u32>("room", (NUMBERS, u32::MAX)), 0);
 
-        let bytes = fs::read(&recipes()[0]).expect("it is there");
+        let bytes = fs::read(&recipes()[0]).expect("the recipe's file");
         core.put(RECIPE, &bytes);
         assert_eq!(core.call::<(), u32>("begin", ()), 0, "{}", core.message());
         let samples: u32 = core.call("samples", ());

@@ -1,20 +1,20 @@
-//! The material that the examples scan, and the board that scans it.
+//! A simulated material and board for the examples.
 
-#![allow(dead_code)] // each example takes what it needs
+#![allow(dead_code)] // no example uses all items
 
 use std::f32::consts::FRAC_1_PI;
 
 use glimpse_core::geometry::Directions;
 use glimpse_core::scan::Reading;
 
-/// A made-up material, a red lacquer. Linear RGB, sr^-1, not times the cosine.
+/// Returns the BRDF of a synthetic red lacquer: linear RGB, sr^-1, not times the cosine.
 pub(crate) fn material(directions: &Directions<f32>) -> [f32; 3] {
     let Directions { incoming, outgoing } = *directions;
     let sum: [f32; 3] = std::array::from_fn(|k| incoming[k] + outgoing[k]);
     let length = sum.iter().map(|h| h * h).sum::<f32>().sqrt();
     let (cos_h, cos_d) = (sum[2] / length, length / 2.0); // of theta_h and theta_d
     let (cos_i, cos_o) = (incoming[2], outgoing[2]);
-    // A highlight of microfacets: GGX of alpha = 0.25, Schlick's Fresnel term, Hammon's shadowing.
+    // A microfacet highlight: GGX with alpha = 0.25, Schlick's Fresnel term, Hammon's shadowing.
     let distribution = FRAC_1_PI * 0.0625 / (1.0 - 0.9375 * cos_h * cos_h).powi(2);
     let fresnel = 0.05 + 0.3 * (1.0 - cos_d).powi(5);
     let visibility = 0.5 / (1.5 * cos_i * cos_o + 0.25 * (cos_i + cos_o));
@@ -22,7 +22,8 @@ pub(crate) fn material(directions: &Directions<f32>) -> [f32; 3] {
     [0.5, 0.2, 0.1].map(|albedo| albedo * FRAC_1_PI + highlight)
 }
 
-/// Light and sensor in one plane, so many degrees from the normal to either side of it.
+/// Returns directions in one plane, with light and sensor on opposite sides of the normal. Angles are in degrees from
+/// the normal.
 pub(crate) fn in_plane(theta_i: f32, theta_o: f32) -> Directions<f32> {
     let (sin_i, cos_i) = theta_i.to_radians().sin_cos();
     let (sin_o, cos_o) = theta_o.to_radians().sin_cos();
@@ -32,19 +33,19 @@ pub(crate) fn in_plane(theta_i: f32, theta_o: f32) -> Directions<f32> {
     }
 }
 
-/// theta_i, theta_o and the angle between both azimuths, in degrees.
+/// Returns theta_i, theta_o and the difference of the azimuths, in degrees.
 pub(crate) fn angles(directions: &Directions<f32>) -> [f32; 3] {
     let ([ix, iy, iz], [ox, oy, oz]) = (directions.incoming, directions.outgoing);
     let phi = (ix * oy - iy * ox).atan2(ix * ox + iy * oy);
     [iz.acos(), oz.acos(), phi].map(f32::to_degrees)
 }
 
-/// Red of the same material, by a sensor with one channel. It cannot read sample 11.
-pub(crate) fn gray(index: u16, directions: &Directions<f32>) -> Option<f32> {
+/// Returns the red channel of the material, as read by a sensor with one channel. The sensor cannot read sample 11.
+pub(crate) fn monochrome(index: u16, directions: &Directions<f32>) -> Option<f32> {
     (index != 11).then(|| material(directions)[0])
 }
 
-/// A board with motors, a sensor and a clock, in virtual time.
+/// A simulated board with motors, a sensor and a clock.
 #[derive(Default)]
 pub(crate) struct Board {
     pub(crate) now_ms: u64,
@@ -54,7 +55,7 @@ pub(crate) struct Board {
 }
 
 impl Board {
-    /// Moves the arms, at 20 degrees per second, and reads the sensor.
+    /// Moves the arms at 20 degrees per second and reads the sensor.
     pub(crate) fn read(&mut self, directions: &Directions<f32>) -> Reading {
         let target = angles(directions);
         let turns = self.arms.iter().zip(&target).map(|(a, b)| (a - b).abs());
@@ -64,7 +65,7 @@ impl Board {
         Reading::new(material(directions))
     }
 
-    /// Sleeps until the driver has something to do.
+    /// Sleeps until the next poll of the driver.
     pub(crate) fn sleep(&mut self, delay_ms: Option<u32>) {
         self.now_ms += u64::from(delay_ms.unwrap_or(1));
     }

@@ -1,4 +1,4 @@
-//! `glimpse_core_fuzz::recipe` on libFuzzer's inputs.
+//! Runs `glimpse_core_fuzz::recipe` on libFuzzer's inputs.
 
 #![no_main]
 

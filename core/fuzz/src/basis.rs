@@ -1,7 +1,6 @@
-//! A compact basis from bytes that nobody vouches for: it is refused, or what it evaluates to is a
-//! BRDF.
+//! A compact basis from untrusted bytes: it is rejected, or it evaluates to a valid BRDF.
 //!
-//! Random bytes never have the right checksum, so one input in two has it put right first.
+//! Random bytes practically never have the right checksum, so the checksum of every second input is corrected first.
 
 use arbitrary::{Arbitrary, Unstructured};
 use glimpse_core::geometry::HalfDifference;
@@ -11,11 +10,11 @@ use glimpse_core::model::linear::format::{HEADER_BYTES, VERSION, checksum_of};
 /// Checks one input.
 pub fn check(input: &[u8]) {
     let input = <(u8, [f32; 8], &[u8])>::arbitrary_take_rest(Unstructured::new(input));
-    let Ok((mend, numbers, bytes)) = input else {
+    let Ok((fix_checksum, numbers, bytes)) = input else {
         return;
     };
     let mut bytes = bytes.to_vec();
-    if mend & 1 == 1 && bytes.len() >= HEADER_BYTES {
+    if fix_checksum & 1 == 1 && bytes.len() >= HEADER_BYTES {
         let body = &bytes[HEADER_BYTES..];
         let length = body.len() as u32;
         let checksum = checksum_of(VERSION, length, body);
@@ -27,21 +26,21 @@ pub fn check(input: &[u8]) {
     };
     assert!(basis.components() > 0);
     let [hx, hz, dx, dy, dz, coefficients @ ..] = &numbers;
-    let any = HalfDifference {
+    let arbitrary = HalfDifference {
         hx: *hx,
         hz: *hz,
         dx: *dx,
         dy: *dy,
         dz: *dz,
     };
-    let straight = HalfDifference {
+    let normal = HalfDifference {
         hx: 0.0,
         hz: 1.0,
         dx: 0.0,
         dy: 0.0,
         dz: 1.0,
     };
-    for at in [any, straight] {
+    for at in [arbitrary, normal] {
         if let Some(brdf) = basis.brdf([coefficients, &numbers, &[]], &at) {
             assert!(brdf.iter().all(|value| value.is_finite() && *value >= 0.0));
         }

@@ -1,6 +1,6 @@
-//! Checks of core's decoders on untrusted bytes, a module for each decoder.
+//! Checks of core's decoders on untrusted bytes, with one module for each decoder.
 //!
-//! `fuzz_targets` runs them on libFuzzer's inputs, `tests/seeds.rs` on the files of `seeds`.
+//! `fuzz_targets` runs them on libFuzzer's inputs, and `tests/seeds.rs` on the files in `seeds`.
 
 pub mod basis;
 pub mod link;

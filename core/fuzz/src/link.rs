@@ -1,4 +1,4 @@
-//! Untrusted bytes on the link, at both ends of it.
+//! Untrusted bytes on the link, received by both ends.
 
 use glimpse_core::link::{Client, FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server, encode};
 use glimpse_core::model::ModelKind;
@@ -19,7 +19,7 @@ pub fn check(bytes: &[u8]) {
     for byte in bytes {
         let _ = device.receive(*byte, &HELLO);
         if let Some(Ok(received)) = host.receive(*byte) {
-            // Every intact request can be sent again, and has a reply.
+            // Every intact request can be encoded again, and gets a reply.
             if let Received::New(request) = received {
                 assert!(encode(1, &request, &mut frame).is_ok());
             }

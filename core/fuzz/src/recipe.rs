@@ -1,6 +1,6 @@
-//! A recipe from bytes that nobody vouches for: it is refused, or all that it promises holds.
+//! A recipe from untrusted bytes: it is rejected, or all its invariants hold.
 //!
-//! Random bytes never have the right checksum, so one input in two has it put right first.
+//! Random bytes practically never have the right checksum, so the checksum of every second input is corrected first.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_core::fit::{Fitter, Linear, MAX_ROWS, MAX_UNITS, Target};
@@ -10,16 +10,16 @@ use glimpse_core::recipe::{
 };
 use glimpse_core::scan::{FinishError, Reading, Scan};
 
-/// The largest number of samples that is fitted.
-const CAPACITY: usize = 64;
+/// The largest number of samples of a fit in this check.
+const MAX_SAMPLES: usize = 64;
 
 /// Checks one input.
 pub fn check(bytes: &[u8]) {
-    let Some((mend, bytes)) = bytes.split_first() else {
+    let Some((fix_checksum, bytes)) = bytes.split_first() else {
         return;
     };
     let mut bytes = bytes.to_vec();
-    if mend & 1 == 1 && bytes.len() >= HEADER_BYTES {
+    if fix_checksum & 1 == 1 && bytes.len() >= HEADER_BYTES {
         let length = (bytes.len() - HEADER_BYTES) as u32;
         bytes[6..10].copy_from_slice(&length.to_le_bytes());
         let covered = [&bytes[4..10], &bytes[HEADER_BYTES..]].concat();
@@ -29,12 +29,12 @@ pub fn check(bytes: &[u8]) {
     let Ok(recipe) = Recipe::parse(&bytes) else {
         return;
     };
-    look(&recipe);
-    copy(&recipe, &bytes);
+    check_metadata(&recipe);
+    check_copies(&recipe, &bytes);
     let budget = match recipe.method() {
         FitMethod::Descent(_) => 64,
         FitMethod::Ridge(_) => u32::MAX,
-        // A completion's own units, and some steps.
+        // The hidden units of the completion, and some steps.
         FitMethod::Completed(_) => 256,
     };
     assert_eq!(memory_words(&[&bytes]), recipe.memory_words());
@@ -44,16 +44,16 @@ pub fn check(bytes: &[u8]) {
     scan::<Linear>(recipe, budget);
 }
 
-/// All that a recipe says of itself.
-fn look(recipe: &Recipe<'_>) {
+/// Checks the metadata, the sections and the method of a recipe.
+fn check_metadata(recipe: &Recipe<'_>) {
     assert_eq!(recipe.pattern().count(), recipe.samples());
     let directions = recipe.directions().map(|(index, _)| usize::from(index));
     assert!(directions.eq(0..recipe.samples()));
     assert!(recipe.expected_loss().is_none_or(f32::is_finite));
-    let Ok(statements) = recipe.metadata() else {
+    let Ok(metadata) = recipe.metadata() else {
         return;
     };
-    if let Some(limits) = statements.limits {
+    if let Some(limits) = metadata.limits {
         let angles = [
             limits.max_theta_i,
             limits.max_theta_o,
@@ -61,24 +61,24 @@ fn look(recipe: &Recipe<'_>) {
         ];
         assert!(angles.iter().all(|angle| *angle >= 0.0 && *angle < 3.2));
     }
-    if let Some(noise) = statements.noise {
+    if let Some(noise) = metadata.noise {
         assert!(noise.multiplicative >= 0.0 && noise.additive >= 0.0);
     }
-    if let Some(expectation) = statements.expectation {
+    if let Some(expectation) = metadata.expectation {
         assert_eq!(recipe.expected_loss(), Some(expectation.loss));
         assert!(expectation.loss.is_finite());
         assert!(expectation.standard_error.is_none_or(|error| error >= 0.0));
     }
-    if let Some(provenance) = statements.provenance {
+    if let Some(provenance) = metadata.provenance {
         assert!(provenance.trainer.len() + provenance.options.len() < 1 << 20);
     }
-    if let Some(training) = statements.training {
+    if let Some(training) = metadata.training {
         let sources = training.sources;
         assert_eq!(sources.count(), sources.len());
         let mut sources = sources;
         assert!(sources.all(|source| (0.0..=1.0).contains(&source.share)));
     }
-    let materials = statements.materials;
+    let materials = metadata.materials;
     assert_eq!(materials.count(), materials.len());
     let kinds: Vec<Kind> = recipe.sections().map(|(kind, _)| kind).collect();
     assert!(kinds.is_sorted_by(|a, b| a < b));
@@ -91,12 +91,12 @@ fn look(recipe: &Recipe<'_>) {
             let entries = recipe.samples() * ridge.components();
             assert_eq!(ridge.basis().len(), entries);
         }
-        FitMethod::Completed(completed) => look_at_completed(recipe, &completed),
+        FitMethod::Completed(completed) => check_completed(recipe, &completed),
     }
 }
 
-/// A completion has the shape that its counts say.
-fn look_at_completed(recipe: &Recipe<'_>, completed: &Completed<'_>) {
+/// Checks that a completion has the shape given by its counts.
+fn check_completed(recipe: &Recipe<'_>, completed: &Completed<'_>) {
     let (samples, completion) = (recipe.samples(), completed.coefficient_net());
     let (components, rows) = (completion.components, completion.rows());
     assert!((1..=MAX_ROWS).contains(&rows) && (1..=rows).contains(&components));
@@ -118,15 +118,17 @@ fn look_at_completed(recipe: &Recipe<'_>, completed: &Completed<'_>) {
     }
 }
 
-/// A copy says the same, and a copy without the optional sections nothing but the rest.
-fn copy(recipe: &Recipe<'_>, bytes: &[u8]) {
+/// Checks that a copy equals the recipe, and that a copy without the optional sections has only the required ones.
+fn check_copies(recipe: &Recipe<'_>, bytes: &[u8]) {
     let mut buffer = vec![0; bytes.len()];
-    let whole = recipe.copy_without(&[], &mut buffer).expect("it fits");
-    let copy = Recipe::parse(whole).expect("a copy is a recipe");
-    assert_eq!(whole[4..6], VERSION.to_le_bytes());
-    let said = |recipe: &Recipe<'_>| format!("{:?}", recipe.metadata());
-    assert_eq!(said(&copy), said(recipe));
-    same_numbers(&copy, recipe);
+    let copy = recipe
+        .copy_without(&[], &mut buffer)
+        .expect("the copy fits");
+    assert_eq!(copy[4..6], VERSION.to_le_bytes());
+    let copy = Recipe::parse(copy).expect("a copy is a recipe");
+    let metadata = |recipe: &Recipe<'_>| format!("{:?}", recipe.metadata());
+    assert_eq!(metadata(&copy), metadata(recipe));
+    assert_same_numbers(&copy, recipe);
     assert!(copy.sections().eq(recipe.sections()));
 
     let optional: Vec<Kind> = copy.sections().map(|(kind, _)| kind).collect();
@@ -135,22 +137,22 @@ fn copy(recipe: &Recipe<'_>, bytes: &[u8]) {
         .filter(|kind| !kind.is_required())
         .collect();
     let mut buffer = vec![0; bytes.len()];
-    let bare = recipe
+    let reduced = recipe
         .copy_without(&optional, &mut buffer)
-        .expect("it fits");
-    let bare = Recipe::parse(bare).expect("a copy is a recipe");
+        .expect("the copy fits");
+    let reduced = Recipe::parse(reduced).expect("a copy is a recipe");
     let required = copy.sections().count() - optional.len();
-    assert_eq!(bare.sections().count(), required);
-    let companions = match recipe.method() {
+    assert_eq!(reduced.sections().count(), required);
+    let method_sections = match recipe.method() {
         FitMethod::Completed(completed) if matches!(completed.target(), Target::Descent(..)) => 3,
         _ => 1,
     };
-    assert_eq!(required, 1 + companions);
-    same_numbers(&bare, recipe);
+    assert_eq!(required, 1 + method_sections);
+    assert_same_numbers(&reduced, recipe);
 }
 
-/// Pattern and method, to the bit.
-fn same_numbers(a: &Recipe<'_>, b: &Recipe<'_>) {
+/// Checks that pattern and method are the same, bit for bit.
+fn assert_same_numbers(a: &Recipe<'_>, b: &Recipe<'_>) {
     let bits = |recipe: &Recipe<'_>| -> Vec<u32> {
         let angles = recipe.pattern();
         let pattern = angles.flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d]);
@@ -171,18 +173,18 @@ fn same_numbers(a: &Recipe<'_>, b: &Recipe<'_>) {
             );
         }
         (FitMethod::Completed(a), FitMethod::Completed(b)) => {
-            // All numbers of it, as they are packed.
+            // The debug format has all packed numbers.
             assert_eq!(format!("{a:?}"), format!("{b:?}"));
         }
         _ => panic!("a copy has another method"),
     }
 }
 
-/// Reads and fits for a while: everything, and where the recipe can do without some of the readings
-/// one of them, and all but the saturated ones. What comes of a fit, if it ends, is finite.
+/// Records readings and fits for a limited number of steps: first one reading, if the recipe tolerates missing
+/// readings, then all, half of them saturated. The values of a finished fit are finite.
 fn scan<K: Fitter>(recipe: Recipe<'_>, budget: u32) {
-    if recipe.samples() > CAPACITY {
-        return; // it would take too long
+    if recipe.samples() > MAX_SAMPLES {
+        return; // the fit would take too long
     }
     let mut memory = vec![0.0; recipe.memory_words()];
     let Ok(mut scan) = Scan::<K>::new(recipe, &mut memory) else {
@@ -190,8 +192,7 @@ fn scan<K: Fitter>(recipe: Recipe<'_>, budget: u32) {
     };
     let samples = recipe.samples() as u16;
     let reading = Reading::new([0.4, 0.3, 0.2]);
-    scan.record(samples / 2, reading)
-        .expect("a BRDF is a reading");
+    scan.record(samples / 2, reading).expect("a valid reading");
     let is_enough = samples == 1 || recipe.tolerates_missing();
     assert_eq!(scan.fit().is_ok(), is_enough);
     if is_enough {
@@ -203,17 +204,17 @@ fn scan<K: Fitter>(recipe: Recipe<'_>, budget: u32) {
             saturated,
             ..reading
         };
-        scan.record(index, reading).expect("a BRDF is a reading");
+        scan.record(index, reading).expect("a valid reading");
     }
     fit(&mut scan, budget);
 }
 
 fn fit<K: Fitter>(scan: &mut Scan<'_, K>, budget: u32) {
-    let mut fit = scan.fit().expect("all that is needed is read");
+    let mut fit = scan.fit().expect("all required readings");
     let is_complete = fit.advance(budget).is_complete();
     match fit.finish() {
         Ok(_) | Err(FinishError::Implausible(_)) => {
-            let fitted = scan.fitted().expect("it is finished");
+            let fitted = scan.fitted().expect("the fit is finished");
             assert!(fitted.values().all(f32::is_finite));
             assert!(fitted.residual().mean.is_finite());
         }

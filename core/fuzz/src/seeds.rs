@@ -1,16 +1,16 @@
-//! Seeds of fuzz targets, checked as ordinary tests.
+//! Seeds of fuzz targets, checked by ordinary tests.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-/// A fuzz target: its name, which is also the folder of its seeds, and its check.
+/// A fuzz target: its name and its check. The name is also the folder of its seeds.
 pub type Target = (&'static str, fn(&[u8]));
 
 /// Runs each target's check on each of its seeds in `folder`, a crate's `seeds`.
 ///
 /// # Panics
-/// If a check fails, or if the folders are not those of the targets.
+/// If a check fails, or if the folders differ from the targets.
 pub fn check_all(folder: &Path, targets: &[Target]) {
     let entries = |folder: &Path| {
         let entries = fs::read_dir(folder).expect("a folder of seeds");
@@ -23,7 +23,7 @@ pub fn check_all(folder: &Path, targets: &[Target]) {
         let seeds = entries(&folder.join(name));
         assert!(!seeds.is_empty(), "{name} has no seeds");
         for seed in seeds {
-            println!("{}", seed.display()); // names the seed where a check fails
+            println!("{}", seed.display()); // identifies the seed if its check fails
             check(&fs::read(&seed).expect("a seed is a file"));
         }
     }

@@ -1,4 +1,4 @@
-//! Every seed of every fuzz target, as an ordinary test.
+//! Checks of all seeds of all fuzz targets.
 
 use std::path::Path;
 

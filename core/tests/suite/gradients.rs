@@ -12,9 +12,9 @@ use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};
 
 use glimpse_gradcheck::cases::{
-    NAMES, Variables, cook_torrance, is_too_steep, mirror_cosine, neural, phong, sample, variables,
+    VARIABLE_NAMES, Variables, cook_torrance, is_too_steep, mirror_cosine, neural, phong, sample, variables,
 };
-use glimpse_gradcheck::{Differences, Traced, parameters, scale_of};
+use glimpse_gradcheck::{Differences, Traced, parameters, gradient_scale};
 
 /// The weighted loss, every branch recorded.
 fn loss<M: Model>(list: &[f64], variables: Variables, weight: f64) -> Traced {
@@ -39,7 +39,7 @@ fn compare<M: Model>(
     let found = M::accumulate_gradient::<f64, true>(&theta, &sample, &mut gradient).gradient;
 
     let slopes: Vec<f64> = gradient.iter().copied().collect();
-    let scale = scale_of(&slopes);
+    let scale = gradient_scale(&slopes);
     for (index, slope) in slopes.iter().enumerate() {
         by_parameters.compare(&format!("parameter {index}"), *slope, scale, |offset| {
             let mut list = list.to_vec();
@@ -49,14 +49,14 @@ fn compare<M: Model>(
     }
 
     if is_too_steep(M::KIND, variables) {
-        by_sample.discard(NAMES.len());
+        by_sample.discard(VARIABLE_NAMES.len());
         return Ok(());
     }
     let at = found.at;
     let [red, green, blue] = found.measured;
     let slopes = [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue];
-    let scale = scale_of(&slopes);
-    for (index, (slope, name)) in slopes.iter().zip(NAMES).enumerate() {
+    let scale = gradient_scale(&slopes);
+    for (index, (slope, name)) in slopes.iter().zip(VARIABLE_NAMES).enumerate() {
         by_sample.compare(name, *slope, scale, |offset| {
             let mut variables = variables;
             variables[index] += offset;

@@ -1,6 +1,5 @@
-//! Writes the seeds of the trainer's fuzz targets, trainer/fuzz/seeds: small files of every format, valid
-//! and damaged in every way that has a name, made of procedural materials. Those that fuzzing has found
-//! (`found-*`) stay as they are.
+//! Writes the seeds of the trainer's fuzz targets to trainer/fuzz/seeds: small files of every format with procedural
+//! materials, valid and with every named kind of damage. Seeds found by fuzzing (`found-*`) are not changed.
 //!
 //!     cargo run --release -p glimpse-tests --example seeds
 
@@ -17,9 +16,9 @@ use materials::{fitted, format, nbrdf, pab, texts};
 use others::{checkpoint, device, environment, readings};
 use tensors::{rgl, tensors};
 
-pub(crate) type Outcome = Result<(), Box<dyn Error>>;
+pub(crate) type SeedResult = Result<(), Box<dyn Error>>;
 
-fn main() -> Outcome {
+fn main() -> SeedResult {
     let seeds = Path::new(env!("CARGO_MANIFEST_DIR")).join("../trainer/fuzz/seeds");
     let material = Procedural::new(3, 7);
     damages(&Folder::new(&seeds, "merl")?, 35_000_000)?;
@@ -37,7 +36,7 @@ fn main() -> Outcome {
     environment(&Folder::new(&seeds, "environment")?)
 }
 
-/// The seeds of one target.
+/// The folder with the seeds of one target.
 pub(crate) struct Folder(pub(crate) PathBuf);
 
 impl Folder {
@@ -47,12 +46,12 @@ impl Folder {
         Ok(Self(path))
     }
 
-    pub(crate) fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> Outcome {
+    pub(crate) fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> SeedResult {
         Ok(fs::write(self.0.join(name), bytes)?)
     }
 
-    /// A valid file, and the same cut in the middle and at its last byte, and with a byte too many.
-    pub(crate) fn write_lengths(&self, name: &str, bytes: &[u8]) -> Outcome {
+    /// Writes a file, its first half, the file without its last byte, and the file with an additional byte.
+    pub(crate) fn write_lengths(&self, name: &str, bytes: &[u8]) -> SeedResult {
         self.write(name, bytes)?;
         self.write(&format!("{name}-half"), &bytes[..bytes.len() / 2])?;
         self.write(&format!("{name}-short"), &bytes[..bytes.len() - 1])?;
@@ -60,15 +59,18 @@ impl Folder {
     }
 }
 
-/// Of a large file: how it is damaged; see `Damage` of the targets.
-fn damages(folder: &Folder, far: u32) -> Outcome {
-    let patch = |place: u32, bytes: [u8; 8]| [&place.to_le_bytes()[..], &bytes].concat();
-    let damaged =
-        |longer: i32, patches: &[Vec<u8>]| [&longer.to_le_bytes()[..], &patches.concat()].concat();
-    let places = [0, 2 * 4, 2 * 8, 2 * 20, 2 * 24, 2 * far + 1];
-    folder.write("valid", damaged(0, &[]))?;
-    for longer in [-1, -8, -1_000_000, i32::MIN, 1, 8] {
-        folder.write(&format!("longer-{longer}"), damaged(longer, &[]))?;
+/// Writes seeds that damage a large file, as inputs of the targets' `Damage`. `far` is half the offset of the last
+/// patch.
+fn damages(folder: &Folder, far: u32) -> SeedResult {
+    let patch = |offset: u32, bytes: [u8; 8]| [&offset.to_le_bytes()[..], &bytes].concat();
+    let damage = |length_change: i32, patches: &[Vec<u8>]| {
+        [&length_change.to_le_bytes()[..], &patches.concat()].concat()
+    };
+    let offsets = [0, 2 * 4, 2 * 8, 2 * 20, 2 * 24, 2 * far + 1];
+    folder.write("valid", damage(0, &[]))?;
+    for length_change in [-1, -8, -1_000_000, i32::MIN, 1, 8] {
+        let name = format!("longer-{length_change}");
+        folder.write(&name, damage(length_change, &[]))?;
     }
     for (name, bytes) in [
         ("nan", f64::NAN.to_le_bytes()),
@@ -77,10 +79,10 @@ fn damages(folder: &Folder, far: u32) -> Outcome {
         ("big-endian", 0.01_f64.to_be_bytes()),
         ("ones", [0xff; 8]),
     ] {
-        for place in places {
+        for offset in offsets {
             folder.write(
-                &format!("{name}-{place}"),
-                damaged(0, &[patch(place, bytes)]),
+                &format!("{name}-{offset}"),
+                damage(0, &[patch(offset, bytes)]),
             )?;
         }
     }

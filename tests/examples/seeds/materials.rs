@@ -1,33 +1,33 @@
-//! Materials in other formats than tensor files.
+//! Seeds of material formats other than tensor files.
 
 use std::collections::BTreeMap;
 use std::error::Error;
 
 use glimpse_core::model::{ModelKind, Neural, NeuralParameters, ParameterSet};
-use glimpse_materials::{Fitted, FittedMaterial, Material, to_nbrdf, to_pab};
+use glimpse_materials::{FittedBrdf, FittedMaterial, Material, to_nbrdf, to_pab};
 
-use crate::{Folder, Outcome};
+use crate::{Folder, SeedResult};
 
-pub(crate) fn nbrdf(folder: &Folder) -> Outcome {
+pub(crate) fn nbrdf(folder: &Folder) -> SeedResult {
     let mut network = NeuralParameters::filled(0.0);
     let mut rest = &mut network[..];
     for (index, length) in Neural::LAYERS.into_iter().enumerate() {
         let (layer, after) = rest.split_at_mut(length);
-        for (place, weight) in layer.iter_mut().enumerate() {
-            *weight = ((place * 7 + index) % 11) as f32 * 0.05 - 0.25;
+        for (entry, weight) in layer.iter_mut().enumerate() {
+            *weight = ((entry * 7 + index) % 11) as f32 * 0.05 - 0.25;
         }
         rest = after;
     }
     let files = to_nbrdf(&network);
-    for (which, (ending, bytes)) in files.iter().enumerate() {
-        let input = [&[which as u8][..], bytes].concat();
+    for (file, (ending, bytes)) in files.iter().enumerate() {
+        let input = [&[file as u8][..], bytes].concat();
         folder.write_lengths(ending.trim_start_matches('_'), &input)?;
     }
-    let replaced = |which: u8, from: &str, to: &str| {
-        let (head, values) = files[usize::from(which)].1.split_at(128);
+    let replaced = |file: u8, from: &str, to: &str| {
+        let (head, values) = files[usize::from(file)].1.split_at(128);
         let head = String::from_utf8_lossy(&head[10..]).replace(from, to);
         [
-            &[which][..],
+            &[file][..],
             b"\x93NUMPY\x01\0",
             &(head.len() as u16).to_le_bytes(),
             head.as_bytes(),
@@ -35,7 +35,7 @@ pub(crate) fn nbrdf(folder: &Folder) -> Outcome {
         ]
         .concat()
     };
-    for (name, which, from, to) in [
+    for (name, file, from, to) in [
         ("double", 1, "<f4", "<f8"),
         ("big-endian", 1, "<f4", ">f4"),
         ("integers", 1, "<f4", "<i4"),
@@ -45,7 +45,7 @@ pub(crate) fn nbrdf(folder: &Folder) -> Outcome {
         ("no-shape", 1, "'shape'", "'form'"),
         ("record", 1, "'<f4'", "[('a', '<f4')]"),
     ] {
-        folder.write(name, replaced(which, from, to))?;
+        folder.write(name, replaced(file, from, to))?;
     }
     for (name, value) in [
         ("nan", f32::NAN),
@@ -63,10 +63,10 @@ pub(crate) fn nbrdf(folder: &Folder) -> Outcome {
     )
 }
 
-/// Every two-hundredth line of a set's first three files.
+/// Returns every 200th line of a set's first three files.
 pub(crate) fn texts(material: &dyn Material) -> Result<Vec<String>, Box<dyn Error>> {
     let texts = to_pab("seed", material)?;
-    let few = texts.iter().take(3).map(|text| {
+    let shortened = texts.iter().take(3).map(|text| {
         let (header, values): (Vec<_>, Vec<_>) =
             text.lines().partition(|line| line.starts_with('#'));
         let values: Vec<&str> = values.into_iter().step_by(200).collect();
@@ -82,15 +82,14 @@ pub(crate) fn texts(material: &dyn Material) -> Result<Vec<String>, Box<dyn Erro
             .collect();
         lines.join("\n") + "\n"
     });
-    Ok(few.collect())
+    Ok(shortened.collect())
 }
 
-pub(crate) fn pab(folder: &Folder, texts: &[String]) -> Outcome {
-    let whole = texts.join("\0");
-    folder.write_lengths("valid", whole.as_bytes())?;
+pub(crate) fn pab(folder: &Folder, texts: &[String]) -> SeedResult {
+    folder.write_lengths("valid", texts.join("\0").as_bytes())?;
     folder.write("lacks-one", texts[..2].join("\0"))?;
     folder.write("twice", [&texts[0][..], &texts[0], &texts[1]].join("\0"))?;
-    let others = texts[0]
+    let single = texts[0]
         .replace("#set_intheta 0 10 20\n", "")
         .replace("#values", "#lines");
     for (name, from, to) in [
@@ -109,12 +108,12 @@ pub(crate) fn pab(folder: &Folder, texts: &[String]) -> Outcome {
         ("negative", " 1.", " -1."),
         ("slashes", "seed", "../../seed"),
     ] {
-        folder.write(name, others.replace(from, to))?;
+        folder.write(name, single.replace(from, to))?;
     }
     Ok(())
 }
 
-pub(crate) fn format(folder: &Folder, tensors: &[u8], text: &str) -> Outcome {
+pub(crate) fn format(folder: &Folder, tensors: &[u8], text: &str) -> SeedResult {
     let merl: Vec<u8> = [90_i32, 90, 180]
         .iter()
         .flat_map(|nodes| nodes.to_le_bytes())
@@ -131,24 +130,24 @@ pub(crate) fn format(folder: &Folder, tensors: &[u8], text: &str) -> Outcome {
         ("notes", b"notes"),
         ("nothing", b""),
     ] {
-        for which in 0..6_u8 {
-            folder.write(&format!("{name}-{which}"), [&[which][..], bytes].concat())?;
+        for reader in 0..6_u8 {
+            folder.write(&format!("{name}-{reader}"), [&[reader][..], bytes].concat())?;
         }
     }
     Ok(())
 }
 
-pub(crate) fn fitted(folder: &Folder) -> Outcome {
+pub(crate) fn fitted(folder: &Folder) -> SeedResult {
     for model in [ModelKind::Phong, ModelKind::CookTorrance, ModelKind::Neural] {
         let values = (0..model.parameters().unwrap_or_default())
             .map(|index| 0.1 + 0.01 * (index % 7) as f32);
-        let fitted = Fitted::new(model, values.collect(), None);
+        let fitted = FittedBrdf::new(model, values.collect(), None);
         let Some(material) = fitted.and_then(|fitted| FittedMaterial::new("seed".into(), fitted))
         else {
-            return Err("not as many values as the model has".into());
+            return Err("the number of values is not that of the model".into());
         };
-        let about = BTreeMap::from([("residual", 0.5)]);
-        let text = material.to_json(None, about)?;
+        let metadata = BTreeMap::from([("residual", 0.5)]);
+        let text = material.to_json(None, metadata)?;
         folder.write_lengths(model.name(), text.as_bytes())?;
         if model != ModelKind::Phong {
             continue;

@@ -1,34 +1,34 @@
-//! What is no material: readings, what a device has sent, checkpoints and environments.
+//! Seeds of other files: readings, reports of devices, checkpoints and environments.
 
 use std::fs;
 
 use glimpse_core::geometry::Angles;
 use glimpse_materials::Material;
-use glimpse_optimizer::{Groups, Optimization};
+use glimpse_optimizer::{Groups, Optimizer};
 use glimpse_trainer::render::Image;
 use glimpse_trainer_fuzz::checkpoint::RUN;
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::identity::RunIdentity;
 use glimpse_training::meta::state::RunState;
 
-use crate::{Folder, Outcome};
+use crate::{Folder, SeedResult};
 
-pub(crate) fn readings(folder: &Folder, material: &dyn Material) -> Outcome {
-    // The first places of the target, in degrees.
-    let places = [
+pub(crate) fn readings(folder: &Folder, material: &dyn Material) -> SeedResult {
+    // The first samples of the target's pattern, in degrees.
+    let samples = [
         [0.0, 0.0, 0.0],
         [11.459, 17.189, 22.918],
         [40.107, 28.648, 355.234],
     ];
     let mut rows = String::from("theta_h,theta_d,phi_d,r,g,b,saturated\n");
-    for place in places {
-        let [theta_h, theta_d, phi_d] = place.map(|degrees: f32| degrees.to_radians());
+    for angles in samples {
+        let [theta_h, theta_d, phi_d] = angles.map(|degrees: f32| degrees.to_radians());
         let brdf = material.brdf(Angles {
             theta_h,
             theta_d,
             phi_d,
         });
-        let cells = place.iter().chain(&brdf).map(f32::to_string);
+        let cells = angles.iter().chain(&brdf).map(f32::to_string);
         rows += &(cells.collect::<Vec<_>>().join(",") + ",0\n");
     }
     folder.write_lengths("valid", rows.as_bytes())?;
@@ -66,7 +66,7 @@ pub(crate) fn readings(folder: &Folder, material: &dyn Material) -> Outcome {
     folder.write("nothing", "")
 }
 
-pub(crate) fn device(folder: &Folder) -> Outcome {
+pub(crate) fn device(folder: &Folder) -> SeedResult {
     let recipe = include_str!("../../../trainer/fuzz/src/device.rs");
     assert!(recipe.contains("phong-n8.recipe"));
     let values = "[0.5, 0.4, 0.3, 0.1, 0.1, 0.1, 20.0]";
@@ -91,7 +91,7 @@ pub(crate) fn device(folder: &Folder) -> Outcome {
     Ok(())
 }
 
-pub(crate) fn checkpoint(folder: &Folder) -> Outcome {
+pub(crate) fn checkpoint(folder: &Folder) -> SeedResult {
     let values = Groups {
         initial: vec![0.5; 7],
         hyperparameters: vec![-1.0; 7],
@@ -104,26 +104,26 @@ pub(crate) fn checkpoint(folder: &Folder) -> Outcome {
         pattern: 1e-3,
         ..Groups::default()
     };
-    let mut optimization = Optimization::new(values.clone());
-    optimization.step(values, &rates);
+    let mut optimizer = Optimizer::new(values.clone());
+    optimizer.step(values, &rates);
     let path = folder.0.join("valid");
     let other = RunIdentity { seed: 8, ..RUN };
     for (name, run) in [("valid", RUN), ("other-run", other)] {
         let checkpoint = Checkpoint {
             run,
             state: RunState::default(),
-            record: optimization.record(),
+            record: optimizer.record(),
         };
         checkpoint.write(&path)?;
         let bytes = fs::read(&path)?;
-        // With the checksum as it is, and put right once it was damaged.
+        // Once with the damaged checksum, and once with instructions to correct it.
         folder.write_lengths(name, &[&[0][..], &bytes].concat())?;
         folder.write_lengths(&format!("{name}-mended"), &[&[1][..], &bytes].concat())?;
     }
     folder.write("other-version", [&b"\0GLC2"[..], &[0; 40]].concat())
 }
 
-pub(crate) fn environment(folder: &Folder) -> Outcome {
+pub(crate) fn environment(folder: &Folder) -> SeedResult {
     let (width, height) = (8, 4);
     let mut panorama = Image::filled(width, height, [0.5, 0.25, 0.125]);
     panorama.pixels[12] = [16.0, 8.0, 4.0];

@@ -1,9 +1,9 @@
-//! Tensor files of few nodes.
+//! Seeds of tensor files with few nodes.
 
 use glimpse_core::geometry::Angles;
 use glimpse_materials::Material;
 
-use crate::{Folder, Outcome};
+use crate::{Folder, SeedResult};
 
 /// A tensor file: name, type, shape and bytes of each field.
 #[derive(Clone)]
@@ -23,7 +23,7 @@ impl Tensors {
             .0
             .iter()
             .map(|(name, _, shape, _)| 13 + name.len() + 8 * shape.len());
-        let mut begin = 18 + header.sum::<usize>();
+        let mut offset = 18 + header.sum::<usize>();
         let mut bytes = b"tensor_file\0\x01\0".to_vec();
         bytes.extend((self.0.len() as u32).to_le_bytes());
         for (name, kind, shape, values) in &self.0 {
@@ -31,27 +31,27 @@ impl Tensors {
             bytes.extend(name.as_bytes());
             bytes.extend((shape.len() as u16).to_le_bytes());
             bytes.push(*kind);
-            bytes.extend((begin as u64).to_le_bytes());
+            bytes.extend((offset as u64).to_le_bytes());
             bytes.extend(shape.iter().flat_map(|length| length.to_le_bytes()));
-            begin += values.len();
+            offset += values.len();
         }
         bytes.extend(self.0.iter().flat_map(|(.., values)| values));
         bytes
     }
 
-    /// With one field changed.
+    /// Returns the bytes with one field changed.
     fn with(&self, name: &str, change: impl Fn(&mut (String, u8, Vec<u64>, Vec<u8>))) -> Vec<u8> {
-        let mut other = self.clone();
-        other
+        let mut changed = self.clone();
+        changed
             .0
             .iter_mut()
             .filter(|field| field.0 == name)
             .for_each(change);
-        other.bytes()
+        changed.bytes()
     }
 }
 
-/// What a measurement of a material holds, in a few nodes.
+/// Returns the fields of a material's measurement, with few nodes.
 pub(crate) fn tensors(material: &dyn Material) -> Tensors {
     let theta_i = [0.0_f32, 0.6, 1.5];
     let brdf = |theta_d: f32, theta_h: f32| {
@@ -80,7 +80,7 @@ pub(crate) fn tensors(material: &dyn Material) -> Tensors {
     tensors
 }
 
-pub(crate) fn rgl(folder: &Folder, tensors: &Tensors) -> Outcome {
+pub(crate) fn rgl(folder: &Folder, tensors: &Tensors) -> SeedResult {
     folder.write_lengths("valid", &tensors.bytes())?;
     let mut big_endian = tensors.bytes();
     big_endian[14..18].reverse();

@@ -9,19 +9,19 @@ use proptest::prelude::*;
 
 use super::{Traced, parameters};
 
-/// What a gradient is taken by, beside the parameters: hx, hz, dx, dy, dz; y in red, green, blue.
+/// Variables of a gradient in addition to the parameters: hx, hz, dx, dy, dz, and the reading y in red, green, blue.
 pub type Variables = [f64; 8];
 
-/// What differences are taken along, in the order of [`Variables`].
-pub const NAMES: [&str; 8] = ["hx", "hz", "dx", "dy", "dz", "y_r", "y_g", "y_b"];
+/// Names of the [`Variables`], in their order.
+pub const VARIABLE_NAMES: [&str; 8] = ["hx", "hz", "dx", "dy", "dz", "y_r", "y_g", "y_b"];
 
-/// A random sample: uniform angles above the horizon, measured values over five decades.
+/// Generates random samples: uniform angles above the horizon, and measured values over five decades.
 pub fn variables() -> impl Strategy<Value = Variables> {
     let angles = (0.0..FRAC_PI_2, 0.0..FRAC_PI_2, 0.0..TAU);
     let logarithms = prop::array::uniform3(-8.0..3.0f64);
     (angles, logarithms)
         .prop_map(|((theta_h, theta_d, phi_d), logarithms)| {
-            // Written out: f64 is a scalar of core's with libm only.
+            // Computed here, because core implements `Scalar` for f64 with the feature libm only.
             let ((hx, hz), (sin_d, dz)) = (theta_h.sin_cos(), theta_d.sin_cos());
             let (sin_phi, cos_phi) = phi_d.sin_cos();
             let [red, green, blue] = logarithms.map(f64::exp);
@@ -42,13 +42,13 @@ pub fn variables() -> impl Strategy<Value = Variables> {
         })
 }
 
-/// Of the incoming and of the outgoing direction.
+/// Returns the cosines of theta_i and theta_o.
 fn cosines(variables: Variables) -> [f64; 2] {
     let at = sample::<Traced>(variables, 0.0).at;
     [at.cos_theta_i().0, at.cos_theta_o().0]
 }
 
-/// The sample that they stand for.
+/// Returns the sample with these variables.
 pub fn sample<S: Scalar>(variables: Variables, weight: f64) -> Sample<S> {
     let [hx, hz, dx, dy, dz, red, green, blue] = variables.map(S::constant);
     Sample {
@@ -58,7 +58,7 @@ pub fn sample<S: Scalar>(variables: Variables, weight: f64) -> Sample<S> {
     }
 }
 
-/// Parameters of the model Phong.
+/// Generates parameters of the model Phong.
 pub fn phong() -> impl Strategy<Value = Vec<f64>> {
     let logits = prop::collection::vec(-3.0..3.0f64, 6);
     (logits, -2.0..5.0f64).prop_map(|(mut logits, exponent)| {
@@ -67,7 +67,7 @@ pub fn phong() -> impl Strategy<Value = Vec<f64>> {
     })
 }
 
-/// Logits, roughness from 0.05 to 0.95.
+/// Generates logits of the model Cook-Torrance: roughness from 0.05 to 0.95.
 pub fn cook_torrance() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-3.0..3.0f64, CookTorrance::PARAMETERS)
 }
@@ -82,7 +82,8 @@ pub fn scale_layers<T: Copy + core::ops::MulAssign>(network: &mut [T], scales: [
     }
 }
 
-/// Weights within the reach of each layer's inputs; output biases that leave most outputs on.
+/// Generates weights of the model Neural. They suit the range of each layer's inputs, and the output biases leave most
+/// outputs active.
 pub fn neural() -> impl Strategy<Value = Vec<f64>> {
     prop::collection::vec(-1.0..1.0f64, Neural::PARAMETERS).prop_map(|list| {
         let mut network: NeuralParameters<f64> = parameters(list, 0.0);
@@ -93,20 +94,20 @@ pub fn neural() -> impl Strategy<Value = Vec<f64>> {
     })
 }
 
-/// Where Phong's lobe is cut off its slope is as steep as (1e-5)^(q-1), and central differences
-/// of any width in question are too coarse.
+/// Returns true near the edge of Phong's lobe. The slope there is as steep as (1e-5)^(q-1), too steep for central
+/// differences.
 fn near_edge_of_lobe(variables: Variables) -> bool {
     mirror_cosine(variables).abs() < 0.02
 }
 
-/// Cook-Torrance divides by cos_i cos_o and by cos theta_d: within a hundred steps of a difference from
-/// 0 these are too curved for it.
+/// Returns true near grazing angles. Cook-Torrance divides by cos theta_i cos theta_o and by cos theta_d. If one of
+/// them is below a hundred steps of a difference, the function is too curved for it.
 fn near_grazing(variables: Variables) -> bool {
     let [cos_theta_i, cos_theta_o] = cosines(variables);
     cos_theta_i.min(cos_theta_o).min(variables[4]) < 0.01
 }
 
-/// If differences by a sample's coordinates are too coarse there for the model.
+/// Returns true if the model is too steep there for differences along a sample's coordinates.
 pub fn is_too_steep(model: ModelKind, variables: Variables) -> bool {
     match model {
         ModelKind::Phong => near_edge_of_lobe(variables),
@@ -115,7 +116,7 @@ pub fn is_too_steep(model: ModelKind, variables: Variables) -> bool {
     }
 }
 
-/// <w_o, r>, r the mirror direction of w_i.
+/// Returns <w_o, r>, where r is the mirror direction of w_i.
 pub fn mirror_cosine(variables: Variables) -> f64 {
     let [hx, hz, dx, dy, dz, ..] = variables;
     // Rotating (dx, dy, dz) about y by theta_h gives w_i; w_o = 2 <h, w_i> h - w_i.

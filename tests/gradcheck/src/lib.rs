@@ -1,9 +1,9 @@
-//! What tests of gradients share: central differences that know where kinks are.
+//! Gradient checks for tests: central differences that detect kinks.
 //!
-//! A kink (of a ReLU, an absolute value, a clamp) is a branch of the model's code, and all
-//! branches go through [`Scalar::if_positive`]. [`Traced`] is an f64 that records which way each
-//! of them went. Where a difference's ends took the same branches as its middle, the function
-//! is smooth between them and the difference must agree; elsewhere it is discarded, and counted.
+//! A kink (of a ReLU, an absolute value, a clamp) is a branch of the model's code, and all branches go through
+//! [`Scalar::if_positive`]. [`Traced`] is an f64 that records all branches taken. If all points of a difference take
+//! the branches of its center, the function is smooth between them, and the difference must agree. Otherwise the
+//! difference is discarded and counted.
 
 pub mod cases;
 
@@ -14,7 +14,7 @@ use glimpse_core::model::ParameterSet;
 use glimpse_core::numeric::{Scalar, Value};
 
 thread_local! {
-    /// A fingerprint of the branches taken since the last [`traced`] began.
+    /// A fingerprint of the branches taken since the start of the last [`traced`].
     static BRANCHES: Cell<u64> = const { Cell::new(0) };
 }
 
@@ -22,7 +22,7 @@ thread_local! {
 #[derive(Clone, Copy, Debug)]
 pub struct Traced(pub f64);
 
-/// Runs `computation`; its value, and a fingerprint of the branches that it took.
+/// Runs `computation` and returns its value and a fingerprint of the branches taken.
 fn traced(computation: impl FnOnce() -> Traced) -> (f64, u64) {
     BRANCHES.set(0xcbf2_9ce4_8422_2325);
     let value = computation().0;
@@ -72,7 +72,7 @@ impl Scalar for Traced {
     }
     fn if_positive(self, then: Self, otherwise: Self) -> Self {
         let positive = self.0 > 0.0;
-        // FNV-1a, a step for each branch.
+        // FNV-1a, one step for each branch.
         let mixed = BRANCHES.get() ^ u64::from(positive) ^ 0x55;
         BRANCHES.set(mixed.wrapping_mul(0x0100_0000_01b3));
         if positive { then } else { otherwise }
@@ -85,33 +85,34 @@ impl Scalar for Traced {
     }
 }
 
-/// Slopes compared with central differences.
+/// A comparison of slopes with central differences.
 #[derive(Debug)]
 pub struct Differences {
-    /// Half the distance of a difference's inner points.
+    /// Half the distance between a difference's inner points.
     step: f64,
-    /// Largest relative error that passes.
+    /// Largest allowed relative error.
     tolerance: f64,
-    /// How many agreed, and how many of those were not 0.
+    /// Number of slopes that agreed.
     compared: usize,
-    sloping: usize,
-    /// How many had a kink between their ends.
+    /// Number of those that are not 0.
+    nonzero: usize,
+    /// Number of differences that were discarded, most of them because of a kink.
     discarded: usize,
-    /// The largest error relative to the larger of slope and scale.
-    worst: f64,
+    /// Largest error relative to the larger of slope and scale.
+    max_error: f64,
 }
 
-/// The sum of a difference's weights, each without its sign.
+/// Sum of the absolute weights of a difference.
 const WEIGHTS: f64 = 18.0 / 12.0;
 
-/// The central difference of `function` about 0, and the largest of the values that it is of; None if
-/// other `branches` are taken somewhere.
+/// Returns the central difference of `function` at 0, and the largest absolute value in it. Returns None if a point
+/// takes other `branches`.
 fn central(step: f64, branches: u64, function: &impl Fn(f64) -> Traced) -> Option<(f64, f64)> {
     let mut difference = 0.0;
     let mut largest: f64 = 0.0;
-    for (place, weight) in [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)] {
-        let (value, taken) = traced(|| function(place * step));
-        if taken != branches {
+    for (offset, weight) in [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)] {
+        let (value, branches_taken) = traced(|| function(offset * step));
+        if branches_taken != branches {
             return None;
         }
         difference += weight * value;
@@ -120,30 +121,29 @@ fn central(step: f64, branches: u64, function: &impl Fn(f64) -> Traced) -> Optio
     Some((difference / (12.0 * step), largest))
 }
 
-/// So many units in the last place may a function's value be off: a loss after many steps of a fit,
-/// each of which rounds.
+/// Assumed rounding error of a function's value, in units of the last place. The value is a loss after many steps of a
+/// fit, and each step rounds.
 const ROUNDINGS: f64 = 8.0;
 
 impl Differences {
-    /// None yet; `step` is half the distance of a difference's inner points, `tolerance` the
-    /// largest relative error that passes.
+    /// An empty comparison. `step` is half the distance between a difference's inner points, and `tolerance` the
+    /// largest allowed relative error.
     pub fn new(step: f64, tolerance: f64) -> Self {
         Self {
             step,
             tolerance,
             compared: 0,
-            sloping: 0,
+            nonzero: 0,
             discarded: 0,
-            worst: 0.0,
+            max_error: 0.0,
         }
     }
 
-    /// Compares `slope` with the central difference (fourth order) of `function` about 0.
+    /// Compares `slope` with the central difference (fourth order) of `function` at 0.
     ///
-    /// The error is relative to the larger of `slope` and `scale`, and rounding is no error: the
-    /// difference of values that carry `ROUNDINGS` each says no more than their sum over `step`.
-    /// A difference that changes with the step by as much as it is off says nothing either, and is
-    /// discarded: a steep function rounds worse than that.
+    /// The error is relative to the larger of `slope` and `scale`. Rounding errors of `ROUNDINGS` units per value are
+    /// subtracted. A difference that changes with the step by half its error is not reliable and is discarded: a steep
+    /// function rounds worse than assumed.
     pub fn compare(
         &mut self,
         what: &str,
@@ -163,42 +163,44 @@ impl Differences {
                 let other = central(factor * self.step, branches, &function);
                 other.map_or(0.0, |(other, _)| (other - difference).abs())
             });
-            let doubt = others.into_iter().fold(0.0, f64::max);
-            if (slope - difference).abs() <= 2.0 * doubt {
+            let uncertainty = others.into_iter().fold(0.0, f64::max);
+            if (slope - difference).abs() <= 2.0 * uncertainty {
                 self.discarded += 1;
                 return Ok(());
             }
             return Err(format!(
-                "by {what}: the slope is {slope:e} but the central difference {difference:e}, \
-                 {error:e} off relative to a scale of {scale:e}"
+                "along {what}: the slope is {slope:e}, but the central difference is {difference:e}; \
+                 the relative error is {error:e} with a scale of {scale:e}"
             ));
         }
         self.compared += 1;
-        self.sloping += usize::from(slope != 0.0);
-        self.worst = self.worst.max(error);
+        self.nonzero += usize::from(slope != 0.0);
+        self.max_error = self.max_error.max(error);
         Ok(())
     }
 
-    /// Counts `count` differences that are not taken, because a kink is near.
+    /// Counts `count` differences as discarded, because a kink is near.
     pub fn discard(&mut self, count: usize) {
         self.discarded += count;
     }
 
-    /// Reports; fails if fewer than `least` slopes other than 0 were compared, or more than one
-    /// in twenty discarded.
-    pub fn conclude(&self, what: &str, least: usize) {
+    /// Prints the counts.
+    ///
+    /// # Panics
+    /// If fewer than `min_nonzero` nonzero slopes were compared, or more than 5 % were discarded.
+    pub fn conclude(&self, what: &str, min_nonzero: usize) {
         let Self {
             compared,
-            sloping,
+            nonzero,
             discarded,
-            worst,
+            max_error,
             ..
         } = self;
         println!(
-            "{what}: {compared} compared ({sloping} not 0), {discarded} at kinks, largest error \
-             {worst:.1e}"
+            "{what}: {compared} compared ({nonzero} nonzero), {discarded} discarded, largest error \
+             {max_error:.1e}"
         );
-        assert!(*sloping >= least, "{what}: only {sloping} compared");
+        assert!(*nonzero >= min_nonzero, "{what}: only {nonzero} compared");
         assert!(
             20 * discarded <= compared + discarded,
             "{what}: {discarded} of {} discarded",
@@ -207,14 +209,14 @@ impl Differences {
     }
 }
 
-/// A thousandth of the largest of some slopes: the scale to judge each of them by.
-pub fn scale_of(slopes: &[f64]) -> f64 {
+/// Returns the scale for errors of some slopes: a thousandth of the largest of them.
+pub fn gradient_scale(slopes: &[f64]) -> f64 {
     1e-3 * slopes
         .iter()
         .fold(1e-3, |largest: f64, slope| largest.max(slope.abs()))
 }
 
-/// A list, in the model's order, as a parameter set.
+/// Converts a list in the model's order to a parameter set.
 pub fn parameters<T: Value, P: ParameterSet<T>>(list: impl IntoIterator<Item = T>, zero: T) -> P {
     let mut set = P::filled(zero);
     for (entry, value) in set.as_mut_slice().iter_mut().zip(list) {

@@ -1,7 +1,7 @@
 //! Prints the firmware's log, one line per message: `glimpse-log ELF < FRAMES`.
 //!
-//! FRAMES are the defmt frames that QEMU writes to its standard output; ELF is the firmware's file, which holds
-//! the texts. A damaged frame prints as `(damaged frame)`.
+//! FRAMES are the defmt frames that QEMU writes to its standard output. ELF is the firmware's file, which holds the
+//! texts. A damaged frame is printed as `(damaged frame)`.
 
 use std::error::Error;
 use std::io::{Read, Write, stdin, stdout};
@@ -14,8 +14,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         .nth(1)
         .ok_or("usage: glimpse-log ELF < FRAMES")?;
     let elf = fs::read(&path).map_err(|error| format!("{path}: {error}"))?;
-    let table =
-        Table::parse(&elf)?.ok_or_else(|| format!("{path}: the file has no defmt messages"))?;
+    let table = Table::parse(&elf)?
+        .ok_or_else(|| format!("{path} has no defmt messages: pass the firmware's ELF file"))?;
     let mut decoder = table.new_stream_decoder();
     let mut bytes = [0; 1024];
     loop {

@@ -1,4 +1,4 @@
-//! A host that listens, and has another recipe.
+//! A host that receives requests and offers a new recipe.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -6,8 +6,8 @@ use std::net::TcpStream;
 use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Reply, Request, Server};
 use glimpse_core::recipe::Recipe;
 
-/// What a device says of its recipe when it greets.
-pub(crate) fn greet(serial: &mut TcpStream) -> u32 {
+/// Returns the checksum of the recipe in the device's hello.
+pub(crate) fn receive_hello(serial: &mut TcpStream) -> u32 {
     let mut server = Server::new();
     loop {
         if let Request::Hello { recipe, .. } = receive(serial, &mut server) {
@@ -16,17 +16,17 @@ pub(crate) fn greet(serial: &mut TcpStream) -> u32 {
     }
 }
 
-/// Offers a recipe, and falls silent once so many bytes of it were told, or all: what the device said
-/// of its present one.
+/// Offers a recipe and stops replying after at least `bytes` bytes of it, or after all. Returns the checksum of the
+/// device's current recipe.
 pub(crate) fn offer(serial: &mut TcpStream, recipe: &[u8], bytes: usize) -> u32 {
     let checksum = Recipe::parse(recipe).unwrap().checksum();
     let mut server = Server::new();
-    let mut present = None;
+    let mut current = None;
     loop {
         let request = receive(serial, &mut server);
         let reply = match request {
             Request::Hello { recipe, .. } => {
-                present = present.or(Some(recipe));
+                current = current.or(Some(recipe));
                 Reply::Welcome { protocol: PROTOCOL }
             }
             Request::Update => Reply::Recipe {
@@ -39,20 +39,20 @@ pub(crate) fn offer(serial: &mut TcpStream, recipe: &[u8], bytes: usize) -> u32 
             },
             request => panic!("{request:?}"),
         };
-        let told = match &reply {
+        let sent = match &reply {
             Reply::RecipePart { offset, bytes } => *offset as usize + bytes.as_slice().len(),
             _ => 0,
         };
         let mut buffer = [0; FRAME_BYTES];
         let frame = server.reply(reply, &mut buffer).unwrap();
         serial.write_all(frame).unwrap();
-        if told >= bytes.min(recipe.len()) {
-            return present.unwrap();
+        if sent >= bytes.min(recipe.len()) {
+            return current.unwrap();
         }
     }
 }
 
-/// The next request that is new.
+/// Returns the next new request.
 fn receive(serial: &mut TcpStream, server: &mut Server) -> Request {
     let mut byte = [0];
     loop {

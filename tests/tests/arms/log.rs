@@ -1,23 +1,23 @@
-//! What the firmware logs.
+//! The firmware's log.
 
 use glimpse_core::scan::Reading;
 
-/// The first words of log lines that tests wait for.
+/// Prefixes of log lines that tests wait for.
 pub(crate) const FINISHED: &str = "finished";
 pub(crate) const NO_HOST: &str = "no host";
 pub(crate) const NEW_RECIPE: &str = "a new recipe";
 pub(crate) const SAVED: &str = "saved readings";
 pub(crate) const RESUMED: &str = "scan resumed";
 
-/// A reading, as the log has it.
+/// A logged reading.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Taken {
+pub(crate) struct LoggedReading {
     pub(crate) index: u16,
     pub(crate) reading: Reading,
 }
 
-/// The readings, in the order in which they were taken.
-pub(crate) fn readings(log: &[String]) -> Vec<Taken> {
+/// Returns the readings in the order of the log.
+pub(crate) fn readings(log: &[String]) -> Vec<LoggedReading> {
     log.iter()
         .filter_map(|line| line.strip_prefix("reading "))
         .map(|line| {
@@ -26,7 +26,7 @@ pub(crate) fn readings(log: &[String]) -> Vec<Taken> {
             let [red, green, blue, saturated] = words[..] else {
                 panic!("{line}")
             };
-            Taken {
+            LoggedReading {
                 index: index.parse().expect("a number"),
                 reading: Reading {
                     brdf: [red, green, blue].map(float),
@@ -37,12 +37,12 @@ pub(crate) fn readings(log: &[String]) -> Vec<Taken> {
         .collect()
 }
 
-/// The indices of readings.
-pub(crate) fn indices(readings: &[Taken]) -> Vec<u16> {
-    readings.iter().map(|taken| taken.index).collect()
+/// Returns the samples of readings.
+pub(crate) fn indices(readings: &[LoggedReading]) -> Vec<u16> {
+    readings.iter().map(|reading| reading.index).collect()
 }
 
-/// The bits of the fitted values.
+/// Returns the bits of the fitted values.
 pub(crate) fn values(log: &[String]) -> Vec<u32> {
     log.iter()
         .filter_map(|line| line.strip_prefix("values "))
@@ -58,7 +58,7 @@ pub(crate) fn values(log: &[String]) -> Vec<u32> {
         .collect()
 }
 
-/// The numbers of the lines about lost steps: the arm, and how many it has lost.
+/// Returns the numbers in each line about lost steps: the arm, and the number of steps.
 pub(crate) fn lost_steps(log: &[String]) -> Vec<Vec<i32>> {
     let lines = log
         .iter()

@@ -1,5 +1,5 @@
-//! The firmware that moves the arms itself, in QEMU, on a simulated scanner: its arms see edges on
-//! their pins only, and its sensor sees the sample from where they are.
+//! The motion firmware in QEMU, with a simulated scanner: its arms react to edges on their pins only, and its sensor
+//! reads the sample from their positions.
 
 mod host;
 mod log;
@@ -13,10 +13,11 @@ use glimpse_tests::RECIPE;
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
 use log::{
-    FINISHED, NEW_RECIPE, NO_HOST, RESUMED, SAVED, Taken, indices, lost_steps, readings, values,
+    FINISHED, LoggedReading, NEW_RECIPE, NO_HOST, RESUMED, SAVED, indices, lost_steps, readings,
+    values,
 };
 
-/// Bytes that press the button, while the firmware asks about saved readings.
+/// Bytes that answer the firmware's question about saved readings, like its button.
 const NEW_SCAN: u8 = b'p';
 const CONTINUE: u8 = b'h';
 
@@ -25,13 +26,13 @@ fn boot() -> Emulator {
     Emulator::boot(&firmware, firmware.path())
 }
 
-/// What the host makes of the last reading of each sample.
-fn fit(readings: &[Taken]) -> Vec<u32> {
+/// Returns the host's fit of the last reading of each sample.
+fn fit(readings: &[LoggedReading]) -> Vec<u32> {
     let recipe = Recipe::parse(RECIPE).unwrap();
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<Neural>::new(recipe, &mut memory).unwrap();
-    for taken in readings {
-        scan.record(taken.index, taken.reading).unwrap();
+    for LoggedReading { index, reading } in readings {
+        scan.record(*index, *reading).unwrap();
     }
     let mut fit = scan.fit().unwrap();
     while !fit.advance(u32::MAX).is_complete() {}
@@ -39,24 +40,24 @@ fn fit(readings: &[Taken]) -> Vec<u32> {
     fitted.values().map(f32::to_bits).collect()
 }
 
-/// Each sample was read once, no step was lost, and the values have the bits of the host's fit.
-fn assert_whole(log: &[String]) {
+/// Checks that each sample was read once, that no step was lost, and that the values have the bits of the host's fit.
+fn assert_complete_scan(log: &[String]) {
     let readings = readings(log);
-    let mut read = indices(&readings);
-    read.sort_unstable();
-    assert_eq!(read, [0, 1, 2, 3, 4, 5, 6, 7]);
+    let mut samples = indices(&readings);
+    samples.sort_unstable();
+    assert_eq!(samples, [0, 1, 2, 3, 4, 5, 6, 7]);
     assert_eq!(values(log), fit(&readings));
     assert!(lost_steps(log).is_empty());
 }
 
 #[test]
-fn a_scan_ends_in_the_bits_of_the_hosts_fit() {
+fn scan_has_bits_of_host_fit() {
     let emulator = boot();
     let _ = emulator.wait_for(FINISHED);
-    assert_whole(&emulator.log());
+    assert_complete_scan(&emulator.log());
 }
 
-/// Resets the firmware, and gives this command once it asks about saved readings.
+/// Resets the firmware, and sends a command when it asks about saved readings.
 fn reset_and_command(emulator: &mut Emulator, command: u8) {
     let questions = |log: &[String]| {
         let is_question = |line: &&String| line.starts_with(SAVED);
@@ -68,10 +69,10 @@ fn reset_and_command(emulator: &mut Emulator, command: u8) {
     emulator.serial.write_all(&[command]).unwrap();
 }
 
-/// Resets after the second, fourth and seventh reading; the arms and the flash are left as they are. Each time
-/// somebody confirms that the same material is there.
+/// Resets after the second, fourth and seventh reading. The arms and the flash keep their state. The answer to each
+/// question confirms that the material is the same.
 #[test]
-fn resets_measure_nothing_twice() {
+fn resets_repeat_no_reading() {
     let mut emulator = boot();
     for count in [2, 4, 7] {
         emulator.wait_until(|log| readings(log).len() >= count);
@@ -79,14 +80,14 @@ fn resets_measure_nothing_twice() {
     }
     let _ = emulator.wait_for(FINISHED);
     let log = emulator.log();
-    assert_whole(&log);
+    assert_complete_scan(&log);
     let resumed = log.iter().filter(|line| line.starts_with(RESUMED));
     assert!(resumed.count() >= 3);
 }
 
-/// After a reset the firmware asks and waits, so another material may be put there.
+/// After a reset, the firmware asks and waits, so the material may be replaced.
 #[test]
-fn a_new_material_after_a_reset_is_read_from_the_first_sample() {
+fn new_material_after_reset_is_read_completely() {
     let mut emulator = boot();
     emulator.wait_until(|log| readings(log).len() >= 5);
     reset_and_command(&mut emulator, NEW_SCAN);
@@ -94,14 +95,13 @@ fn a_new_material_after_a_reset_is_read_from_the_first_sample() {
     let log = emulator.log();
     let question = log.iter().rposition(|line| line.starts_with(SAVED));
     let (_, after) = log.split_at(question.unwrap());
-    assert_whole(after);
+    assert_complete_scan(after);
     assert!(!log.iter().any(|line| line.starts_with(RESUMED)));
 }
 
-/// The sensor's azimuth loses forty steps: its home switch tells, and what was read meanwhile is read
-/// again.
+/// The sensor's azimuth loses 40 steps. Its home switch reveals it, and the affected samples are read again.
 #[test]
-fn lost_steps_are_found_by_name_and_what_they_spoilt_is_read_again() {
+fn lost_steps_are_reported_and_affected_samples_are_read_again() {
     let mut emulator = boot();
     let _ = emulator.wait_for(NO_HOST);
     emulator.wait_until(|log| !readings(log).is_empty());
@@ -116,13 +116,13 @@ fn lost_steps_are_found_by_name_and_what_they_spoilt_is_read_again() {
     assert_eq!((arm, steps.abs()), (3, 40));
     let readings = readings(&log);
     assert!(readings.len() > 8);
-    // What is read after the loss was found is what the fit is of.
+    // The fit uses the readings after the loss was detected.
     assert_eq!(values(&log), fit(&readings));
 }
 
-/// A recipe comes over the link, and a reset in the middle of it leaves the old one.
+/// The link transfers a new recipe. A reset during the transfer keeps the old one.
 #[test]
-fn a_recipe_is_replaced_over_the_link_and_halfway_leaves_the_old_one() {
+fn link_replaces_recipe_and_incomplete_transfer_keeps_old_one() {
     let mut emulator = boot();
     let old = Recipe::parse(RECIPE).unwrap().checksum();
     let other = glimpse_bench::recipes::PHONG;
@@ -132,25 +132,25 @@ fn a_recipe_is_replaced_over_the_link_and_halfway_leaves_the_old_one() {
     assert_eq!(hello, old);
     emulator.reset();
     let hello = host::offer(&mut emulator.serial, other, usize::MAX);
-    assert_eq!(hello, old, "half a recipe is none");
+    assert_eq!(hello, old, "an incomplete transfer replaced the recipe");
     let _ = emulator.wait_for(NEW_RECIPE);
-    assert_eq!(host::greet(&mut emulator.serial), new);
+    assert_eq!(host::receive_hello(&mut emulator.serial), new);
     emulator.reset();
     assert_eq!(
-        host::greet(&mut emulator.serial),
+        host::receive_hello(&mut emulator.serial),
         new,
-        "it outlasts a reset"
+        "a reset removed the new recipe"
     );
 }
 
-/// Sizes of the board's build, which is compiled and not run.
+/// Sizes of the build for the board, which is not run.
 #[test]
-fn the_boards_firmware_is_there_and_has_its_size() {
+fn board_firmware_has_expected_size() {
     let firmware = Firmware::load_arms_board();
     let text = firmware.section_bytes(".text") + firmware.section_bytes(".rodata");
     let ram = firmware.section_bytes(".data") + firmware.section_bytes(".bss");
     println!("arms-board.text_bytes={text}\narms-board.static_ram_bytes={ram}");
-    // Safe paths, checks of the switches, and skipped samples take 7 KiB of these.
+    // Safe paths, checks of the switches, and skipped samples take 7 KiB of the text.
     assert!((20_000..106 * 1024).contains(&text), "{text}");
     assert!((10_000..64 * 1024).contains(&ram), "{ram}");
 }

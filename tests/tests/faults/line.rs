@@ -1,68 +1,67 @@
-//! The line loses, alters, doubles, swaps and cuts.
+//! The line loses, alters, duplicates and swaps bytes, and truncates frames.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
 use glimpse_core::error_code::ErrorCode::{NoReply, RefusedNoScan};
 use glimpse_tests::RECIPE;
-use glimpse_tests::device::assert_agrees;
+use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::{scanner, unseen};
-use glimpse_tests::line::BadLine;
+use glimpse_tests::host::{scanner, unseen_material};
+use glimpse_tests::noisy_line::NoisyLine;
 use glimpse_trainer::scanner::ScannerError;
 
 use super::assert_scans;
 
-/// One byte in a hundred is lost, altered, doubled, swapped with another, or the last of its frame.
+/// One byte in 100 is lost, altered, duplicated or swapped, or truncates its frame.
 #[test]
-fn a_bad_line_costs_time_and_nothing_else() {
-    let mut emulator = Emulator::boot_as_built();
-    let material = unseen(0);
-    let mut line = BadLine::new(&emulator.serial, 0.01, 1);
+fn noisy_line_does_not_change_result() {
+    let mut emulator = Emulator::boot_default();
+    let material = unseen_material(0);
+    let mut line = NoisyLine::new(&emulator.serial, 0.01, 1);
     let mut scanner = scanner(&material);
     let report = scanner.serve(&mut line).unwrap();
-    assert!(line.spoiled > 0);
-    assert_agrees(&report, RECIPE);
-    // And once more over a good one. It is the same host: if its last reply was spoiled, it is asked
-    // for again.
+    assert!(line.corrupted > 0);
+    assert_matches_host(&report, RECIPE);
+    // The next scan uses a good line and the same host. If the last reply was corrupted, the device requests it again.
     let report = scanner.serve(&mut emulator.serial).unwrap();
-    assert_agrees(&report, RECIPE);
+    assert_matches_host(&report, RECIPE);
 }
 
-/// One byte in ten: hardly a frame comes through. Whatever does is right, and once the line is
-/// good again so is the scan.
+/// With one corrupted byte in ten, hardly any frame arrives. A result is correct or missing, and a scan over a good
+/// line succeeds afterwards.
 #[test]
-fn a_line_that_is_hardly_one_ends_in_no_wrong_result() {
-    let mut emulator = Emulator::boot_as_built();
-    let material = unseen(0);
-    let line = BadLine::new(&emulator.serial, 0.1, 2);
-    let mut line = Until {
+fn very_noisy_line_gives_no_wrong_result() {
+    let mut emulator = Emulator::boot_default();
+    let material = unseen_material(0);
+    let line = NoisyLine::new(&emulator.serial, 0.1, 2);
+    let mut line = TimeLimited {
         stream: line,
         end: Instant::now() + Duration::from_secs(15),
     };
     match scanner(&material).serve(&mut line) {
-        Ok(report) => assert_agrees(&report, RECIPE),
+        Ok(report) => assert_matches_host(&report, RECIPE),
         Err(ScannerError::Device(report))
             if matches!(report.error(), Some(NoReply)) || report.code >= RefusedNoScan.code() => {}
         Err(ScannerError::Link(error)) => assert_eq!(error.kind(), ErrorKind::TimedOut),
         Err(other) => panic!("{other}"),
     }
-    assert!(line.stream.spoiled > 0);
+    assert!(line.stream.corrupted > 0);
     let mut scanner = scanner(&material);
-    // What was under way when the line became good may be refused once.
+    // A request that was in progress when the line improved may be refused once.
     let report = scanner
         .serve(&mut emulator.serial)
         .or_else(|_| scanner.serve(&mut emulator.serial));
-    assert_agrees(&report.unwrap(), RECIPE);
+    assert_matches_host(&report.unwrap(), RECIPE);
 }
 
-/// A stream that is over after some time.
-struct Until<S> {
+/// A stream that fails after a point in time.
+struct TimeLimited<S> {
     stream: S,
     end: Instant,
 }
 
-impl<S: Read> Read for Until<S> {
+impl<S: Read> Read for TimeLimited<S> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if Instant::now() > self.end {
             return Err(ErrorKind::TimedOut.into());
@@ -71,7 +70,7 @@ impl<S: Read> Read for Until<S> {
     }
 }
 
-impl<S: Write> Write for Until<S> {
+impl<S: Write> Write for TimeLimited<S> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.stream.write(bytes)
     }
@@ -80,7 +79,7 @@ impl<S: Write> Write for Until<S> {
     }
 }
 
-/// A stream that writes other bytes than it was given.
+/// A stream that alters written bytes.
 struct Altered<S, F> {
     stream: S,
     alter: F,
@@ -102,38 +101,41 @@ impl<S: Write, F: FnMut(&[u8]) -> Vec<u8>> Write for Altered<S, F> {
     }
 }
 
-/// Every third frame of the host ends in the middle.
+/// Every third frame of the host is cut in half.
 #[test]
-fn frames_cut_in_the_middle_are_asked_for_again() {
-    let emulator = Emulator::boot_as_built();
+fn truncated_frames_are_requested_again() {
+    let emulator = Emulator::boot_default();
     let mut writes = 0_usize;
     let mut line = Altered {
         stream: &emulator.serial,
         alter: |bytes: &[u8]| {
             writes += 1;
-            let is_cut = writes.is_multiple_of(3);
-            bytes[..if is_cut { bytes.len() / 2 } else { bytes.len() }].to_vec()
+            let length = match writes.is_multiple_of(3) {
+                true => bytes.len() / 2,
+                false => bytes.len(),
+            };
+            bytes[..length].to_vec()
         },
     };
-    let report = scanner(&unseen(3)).serve(&mut line).unwrap();
+    let report = scanner(&unseen_material(3)).serve(&mut line).unwrap();
     assert!(writes > 100, "{writes}");
-    assert_agrees(&report, RECIPE);
+    assert_matches_host(&report, RECIPE);
 }
 
-/// Each reply comes twice, and after the reply before it.
+/// Each reply arrives twice, after two copies of the previous reply.
 #[test]
-fn replies_that_come_late_and_twice_and_out_of_order_are_dropped() {
-    let mut emulator = Emulator::boot_as_built();
-    let mut before = Vec::new();
+fn late_duplicate_and_reordered_replies_are_ignored() {
+    let mut emulator = Emulator::boot_default();
+    let mut previous = Vec::new();
     let mut line = Altered {
         stream: &emulator.serial,
         alter: |bytes: &[u8]| {
-            let both = [&before, &before, bytes, bytes].concat();
-            before = bytes.to_vec();
-            both
+            let replies = [&previous, &previous, bytes, bytes].concat();
+            previous = bytes.to_vec();
+            replies
         },
     };
-    let report = scanner(&unseen(4)).serve(&mut line).unwrap();
-    assert_agrees(&report, RECIPE);
+    let report = scanner(&unseen_material(4)).serve(&mut line).unwrap();
+    assert_matches_host(&report, RECIPE);
     assert_scans(&mut emulator);
 }

@@ -1,5 +1,5 @@
-//! Bad days of the firmware, in QEMU. Each ends in a completed scan or in an error by name: never
-//! in silence, and never in a wrong result.
+//! Faults of the firmware's environment, in QEMU. Each ends in a complete scan or a named error, never in silence or a
+//! wrong result.
 
 mod host;
 mod line;
@@ -9,13 +9,13 @@ mod sensor;
 mod time;
 
 use glimpse_tests::RECIPE;
-use glimpse_tests::device::assert_agrees;
+use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::{scanner, unseen};
+use glimpse_tests::host::{scanner, unseen_material};
 
-/// After all that, a good scanner gets a whole and right scan.
+/// Checks that a good scanner then receives a complete and correct scan.
 fn assert_scans(emulator: &mut Emulator) {
-    let material = unseen(1);
+    let material = unseen_material(1);
     let report = scanner(&material).serve(&mut emulator.serial).unwrap();
-    assert_agrees(&report, RECIPE);
+    assert_matches_host(&report, RECIPE);
 }

@@ -1,4 +1,4 @@
-//! The recipe in flash is damaged, or another one.
+//! The recipe in flash is damaged or replaced.
 
 use glimpse_core::link::{Failure, FailureReport};
 use glimpse_core::model::ModelKind;
@@ -7,23 +7,23 @@ use glimpse_core::recipe::{
 };
 use glimpse_core::scan::ScanError;
 use glimpse_tests::RECIPE;
-use glimpse_tests::device::assert_agrees;
-use glimpse_tests::elf::{Firmware, padded};
+use glimpse_tests::device::assert_matches_host;
+use glimpse_tests::elf::{Firmware, pad_recipe};
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::{scanner, unseen};
+use glimpse_tests::host::{scanner, unseen_material};
 use glimpse_trainer::scanner::ScannerError;
 
-/// The device's report of a recipe with some bytes altered.
+/// Returns the device's report for an altered recipe.
 fn failure(alter: impl FnOnce(&mut [u8])) -> FailureReport {
     let firmware = Firmware::load();
     let image = firmware.with_altered_recipe(alter);
     let mut emulator = Emulator::boot(&firmware, image.path());
-    let material = unseen(0);
+    let material = unseen_material(0);
     let error = scanner(&material).serve(&mut emulator.serial).unwrap_err();
     let ScannerError::Device(report) = error else {
         panic!("{error}");
     };
-    // The log names it too.
+    // The log names the failure too.
     let name = match report.code {
         32..48 => "Recipe(",
         _ => "Scan(",
@@ -32,14 +32,14 @@ fn failure(alter: impl FnOnce(&mut [u8])) -> FailureReport {
     report
 }
 
-/// Checks the device's report of a recipe with some bytes altered.
+/// Checks the device's report for an altered recipe.
 #[track_caller]
 fn check(alter: impl FnOnce(&mut [u8]), expected: RecipeError) {
     assert_eq!(failure(alter), Failure::Recipe(expected).into());
 }
 
 #[test]
-fn a_flipped_bit_in_the_recipe_is_refused_by_name() {
+fn reports_flipped_bit() {
     check(|recipe| recipe[2] ^= 0x40, RecipeError::Magic);
     let version = u16::from(RECIPE[4] ^ 0x40);
     check(|recipe| recipe[4] ^= 0x40, RecipeError::Version(version));
@@ -50,58 +50,59 @@ fn a_flipped_bit_in_the_recipe_is_refused_by_name() {
 }
 
 #[test]
-fn a_recipe_cut_short_is_refused_by_name() {
-    // Fewer bytes than the header promises, as after a flash that was cut off: the promise grows.
+fn reports_truncated_recipe() {
+    // Fewer bytes than the header states, as after interrupted flashing. Here the stated length grows.
     let found = RECIPE.len() as u32;
     let expected = found + 0x100;
     let error = RecipeError::Length { expected, found };
     check(|recipe| recipe[7] += 1, error);
-    // The rest of it as erased flash.
+    // The rest of the recipe is erased flash.
     check(|recipe| recipe[100..].fill(0xFF), RecipeError::Checksum);
     check(|recipe| recipe.fill(0xFF), RecipeError::Magic);
 }
 
-/// A whole recipe with this pattern and learner, padded to the length of the firmware's.
-fn recipe_of(pattern: &[u8], learner: PackedMethod<'_>) -> Vec<u8> {
+/// Returns a valid recipe with this pattern and method, padded to the length of the firmware's recipe.
+fn write_recipe(pattern: &[u8], method: PackedMethod<'_>) -> Vec<u8> {
     let mut buffer = vec![0; 2 * RECIPE.len()];
-    let bytes = Recipe::write(&RecipeParts::new(pattern, learner), &mut buffer).unwrap();
-    padded(bytes, RECIPE.len())
+    let bytes = Recipe::write(&RecipeParts::new(pattern, method), &mut buffer).unwrap();
+    pad_recipe(bytes, RECIPE.len())
 }
 
-/// The pattern of the firmware's recipe for as many samples, over and over.
+/// Returns a pattern of `samples` samples that repeats the pattern of the firmware's recipe.
 fn pattern(samples: usize) -> Vec<u8> {
     let original = Recipe::parse(RECIPE).unwrap();
-    let all = original.pattern().cycle().take(samples);
-    all.flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
+    let pattern = original.pattern().cycle().take(samples);
+    pattern
+        .flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
         .flat_map(f32::to_le_bytes)
         .collect()
 }
 
-/// The firmware's recipe for another number of samples.
+/// Returns the firmware's recipe for another number of samples.
 fn neural(samples: usize) -> Vec<u8> {
-    let learner = Recipe::parse(RECIPE).unwrap().method();
-    recipe_of(&pattern(samples), learner.into())
+    let method = Recipe::parse(RECIPE).unwrap().method();
+    write_recipe(&pattern(samples), method.into())
 }
 
 #[test]
-fn a_recipe_of_another_model_is_refused_by_name() {
-    let flashed = |bytes: &[u8]| failure(|recipe| recipe.copy_from_slice(bytes));
-    let refused = |recipe| {
+fn reports_recipe_of_other_model() {
+    let report = |bytes: &[u8]| failure(|recipe| recipe.copy_from_slice(bytes));
+    let expected = |recipe| {
         let firmware = ModelKind::Neural;
         FailureReport::from(Failure::Scan(ScanError::Model { firmware, recipe }))
     };
     for model in [ModelKind::Phong, ModelKind::CookTorrance] {
         let parameters = [0; 4].repeat(model.parameters().unwrap());
-        let learner = PackedMethod::Descent(PackedDescent {
+        let method = PackedMethod::Descent(PackedDescent {
             model,
             inner_steps: 20,
             initial: &parameters,
             step_sizes: &parameters,
         });
-        assert_eq!(flashed(&recipe_of(&pattern(8), learner)), refused(model));
+        assert_eq!(report(&write_recipe(&pattern(8), method)), expected(model));
     }
     let ones = 1.0_f32.to_le_bytes().repeat(8);
-    let learner = PackedMethod::Ridge(PackedRidge {
+    let method = PackedMethod::Ridge(PackedRidge {
         components: 1,
         basis: &ones,
         mean: &ones,
@@ -110,12 +111,12 @@ fn a_recipe_of_another_model_is_refused_by_name() {
         precision: &ones[..4],
         basis_checksum: 0,
     });
-    let linear = recipe_of(&pattern(8), learner);
-    assert_eq!(flashed(&linear), refused(ModelKind::Linear));
+    let linear = write_recipe(&pattern(8), method);
+    assert_eq!(report(&linear), expected(ModelKind::Linear));
 }
 
 #[test]
-fn a_recipe_of_more_samples_than_there_is_room_for_is_refused_by_name() {
+fn reports_recipe_with_too_many_samples() {
     let bytes = neural(9);
     let needed = Recipe::parse(&bytes).unwrap().memory_words();
     let found = Recipe::parse(&neural(8)).unwrap().memory_words();
@@ -125,12 +126,12 @@ fn a_recipe_of_more_samples_than_there_is_room_for_is_refused_by_name() {
 }
 
 #[test]
-fn a_recipe_of_fewer_samples_is_scanned_by() {
+fn scans_with_fewer_samples() {
     let bytes = neural(3);
     let firmware = Firmware::load();
     let image = firmware.with_recipe(&bytes);
     let mut emulator = Emulator::boot(&firmware, image.path());
-    let material = unseen(0);
+    let material = unseen_material(0);
     let report = scanner(&material).serve(&mut emulator.serial).unwrap();
-    assert_agrees(&report, &bytes);
+    assert_matches_host(&report, &bytes);
 }

@@ -1,4 +1,4 @@
-//! The device is reset, anywhere in a scan: by its watchdog, its button, a dip of the supply.
+//! The device is reset at any point of a scan, as by its watchdog, its button or a voltage drop.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -6,20 +6,21 @@ use std::net::TcpStream;
 use glimpse_core::link::{FrameReader, Request};
 use glimpse_materials::Material;
 use glimpse_tests::RECIPE;
-use glimpse_tests::device::assert_agrees;
+use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::{scanner, unseen};
+use glimpse_tests::host::{scanner, unseen_material};
 use glimpse_trainer::scanner::{ScanReport, ScannerError, VirtualScanner};
 
-/// The device's serial line, overheard until a certain request, which nobody hears any more.
-struct Overheard<'a> {
+/// A monitor of the device's serial line. It fails at the first request for which `last` is true, so the host does not
+/// receive that request.
+struct MonitoredLine<'a> {
     stream: &'a TcpStream,
     reader: FrameReader,
     requests: Vec<Request>,
     last: &'a dyn Fn(&Request) -> bool,
 }
 
-impl Read for Overheard<'_> {
+impl Read for MonitoredLine<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let count = self.stream.read(buffer)?;
         for byte in &buffer[..count] {
@@ -34,7 +35,7 @@ impl Read for Overheard<'_> {
     }
 }
 
-impl Write for Overheard<'_> {
+impl Write for MonitoredLine<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.stream.write(bytes)
     }
@@ -43,13 +44,13 @@ impl Write for Overheard<'_> {
     }
 }
 
-/// What the device asked until a certain request, or until the scan was whole.
+/// Serves the device until the request `last`, or until the scan is complete. Returns the requests and the report.
 fn serve(
     emulator: &Emulator,
     scanner: &mut VirtualScanner<'_>,
     last: impl Fn(&Request) -> bool,
 ) -> (Vec<Request>, Option<ScanReport>) {
-    let mut line = Overheard {
+    let mut line = MonitoredLine {
         stream: &emulator.serial,
         reader: FrameReader::new(),
         requests: Vec::new(),
@@ -60,33 +61,33 @@ fn serve(
         Err(ScannerError::Link(error)) if error.kind() == ErrorKind::ConnectionAborted => None,
         Err(error) => panic!("{error}"),
     };
-    // What the device still said before it was reset is not of interest.
+    // Skips requests from before the reset.
     let hello = |request: &Request| matches!(request, Request::Hello { .. });
-    let begin = line.requests.iter().position(hello).unwrap_or_default();
-    (line.requests.split_off(begin), report)
+    let start = line.requests.iter().position(hello).unwrap_or_default();
+    (line.requests.split_off(start), report)
 }
 
-/// Indices of the measurements that the device has kept, and of those that it asks for.
+/// Returns the samples of the readings that the device has saved, and of those that it requests.
 fn indices(requests: &[Request]) -> (Vec<u16>, Vec<u16>) {
-    let (mut kept, mut measured) = (Vec::new(), Vec::new());
+    let (mut saved, mut measured) = (Vec::new(), Vec::new());
     for request in requests {
         match request {
-            Request::Saved { index, .. } => kept.push(*index),
+            Request::Saved { index, .. } => saved.push(*index),
             Request::Measure { index, .. } => measured.push(*index),
             _ => {}
         }
     }
-    // The line is good, but a request may be repeated while the host is slow.
-    kept.dedup();
+    // The line is good, but the device may repeat a request while the host is slow.
+    saved.dedup();
     measured.dedup();
-    (kept, measured)
+    (saved, measured)
 }
 
-/// One scan with ten resets: before each measurement, in the fit, and while the result is told.
+/// Resets one scan ten times: before each reading, in the fit, and while the result is sent.
 #[test]
-fn a_scan_goes_on_where_resets_stopped_it_and_measures_nothing_twice() {
-    let mut emulator = Emulator::boot_as_built();
-    let material = unseen(0);
+fn scan_continues_after_resets_without_repeating_readings() {
+    let mut emulator = Emulator::boot_default();
+    let material = unseen_material(0);
     let mut scanner = scanner(&material);
     for next in 0..8_u16 {
         let (requests, report) = serve(
@@ -100,66 +101,66 @@ fn a_scan_goes_on_where_resets_stopped_it_and_measures_nothing_twice() {
         assert_eq!(indices(&requests), expected);
         emulator.reset();
     }
-    let half = |request: &Request| matches!(request, Request::Progress(progress) if 2 * progress.done > progress.total);
-    let (requests, report) = serve(&emulator, &mut scanner, half);
+    let half_fitted = |request: &Request| matches!(request, Request::Progress(progress) if 2 * progress.done > progress.total);
+    let (requests, report) = serve(&emulator, &mut scanner, half_fitted);
     assert!(report.is_none());
     assert_eq!(indices(&requests), ((0..7).collect(), vec![7]));
     emulator.reset();
 
-    let told = |request: &Request| matches!(request, Request::Values { offset: 64, .. });
-    let (requests, report) = serve(&emulator, &mut scanner, told);
+    let some_values = |request: &Request| matches!(request, Request::Values { offset: 64, .. });
+    let (requests, report) = serve(&emulator, &mut scanner, some_values);
     assert!(report.is_none());
     assert_eq!(indices(&requests), ((0..8).collect(), vec![]));
     let progress = requests.iter().find_map(|request| match request {
         Request::Progress(progress) => Some(progress.done),
         _ => None,
     });
-    assert_eq!(progress, Some(8), "the fit begins anew");
+    assert_eq!(progress, Some(8), "the fit did not restart");
     emulator.reset();
 
     let (requests, report) = serve(&emulator, &mut scanner, |_| false);
     assert_eq!(indices(&requests), ((0..8).collect(), vec![]));
     let report = report.unwrap();
-    assert_agrees(&report, RECIPE);
-    for taken in &report.readings {
-        assert_eq!(taken.reading.brdf, material.brdf(taken.angles));
+    assert_matches_host(&report, RECIPE);
+    for reading in &report.readings {
+        assert_eq!(reading.reading.brdf, material.brdf(reading.angles));
     }
 }
 
-/// Nobody knows what lies in the scanner now: the host that comes after the reset refuses.
+/// The material may have been replaced: the host after the reset refuses the saved readings.
 #[test]
-fn measurements_of_a_material_that_was_changed_are_taken_anew() {
-    let mut emulator = Emulator::boot_as_built();
-    let material = unseen(0);
+fn changed_material_is_read_completely() {
+    let mut emulator = Emulator::boot_default();
+    let material = unseen_material(0);
     let fifth = |request: &Request| matches!(request, Request::Measure { index: 5, .. });
     serve(&emulator, &mut scanner(&material), fifth);
     emulator.reset();
 
-    let changed = unseen(1);
+    let changed = unseen_material(1);
     let mut scanner = scanner(&changed);
-    // If a last word from before the reset is refused, that is not the device's any more.
+    // The host may refuse a request from before the reset, which no longer concerns the device.
     let (requests, report) = serve(&emulator, &mut scanner, |_| false);
     assert_eq!(indices(&requests), (vec![0], (0..8).collect()));
     emulator.wait_until(|log| log.iter().any(|line| line.contains("readings are deleted")));
     let report = report.unwrap();
-    assert_agrees(&report, RECIPE);
-    for taken in &report.readings {
-        assert_eq!(taken.reading.brdf, changed.brdf(taken.angles));
+    assert_matches_host(&report, RECIPE);
+    for reading in &report.readings {
+        assert_eq!(reading.reading.brdf, changed.brdf(reading.angles));
     }
 }
 
 #[test]
-fn nothing_is_kept_of_a_scan_that_is_over() {
-    let mut emulator = Emulator::boot_as_built();
-    let material = unseen(0);
+fn finished_scan_saves_no_readings() {
+    let mut emulator = Emulator::boot_default();
+    let material = unseen_material(0);
     let mut scanner = scanner(&material);
     let (_, report) = serve(&emulator, &mut scanner, |_| false);
     assert!(report.is_some());
-    // The device has heard that the scan is over once it greets again.
+    // The device has received the last reply when it sends hello again.
     let hello = |request: &Request| matches!(request, Request::Hello { .. });
     serve(&emulator, &mut scanner, hello);
     emulator.reset();
     let (requests, report) = serve(&emulator, &mut scanner, |_| false);
     assert_eq!(indices(&requests), (vec![], (0..8).collect()));
-    assert_agrees(&report.unwrap(), RECIPE);
+    assert_matches_host(&report.unwrap(), RECIPE);
 }

@@ -1,5 +1,4 @@
-//! Time-outs and watchdog: what the firmware does when, with nobody there and with arms that take
-//! their time.
+//! Timeouts and watchdog: the timing of the firmware with a silent host and with slow arms.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -11,17 +10,17 @@ use std::time::{Duration, Instant};
 use glimpse_core::link::{Failure, FrameReader, Refusal, Reply, Request};
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::{Answer, WELCOME, converse};
+use glimpse_tests::host::{Response, WELCOME, serve_requests};
 use tempfile::NamedTempFile;
 
 use super::assert_scans;
 
-/// The device shall ask this often.
-const REPEAT: f64 = 0.1;
-/// And may be off by this much of it.
+/// Expected interval of requests, in seconds.
+const INTERVAL: f64 = 0.1;
+/// Largest allowed relative error of the interval.
 const TOLERANCE: f64 = 0.05;
 
-/// How many requests the device has made, once there is silence.
+/// Reads until the line is silent and returns the number of requests.
 fn count_requests(serial: &mut TcpStream, reader: &mut FrameReader) -> usize {
     let mut count = 0;
     let mut bytes = [0; 4096];
@@ -34,35 +33,35 @@ fn count_requests(serial: &mut TcpStream, reader: &mut FrameReader) -> usize {
     count
 }
 
-/// Unless it counts instructions, QEMU's time is the wall clock's.
+/// Without instruction counting, QEMU's time is the wall clock's.
 #[test]
-fn a_silent_host_is_asked_every_tenth_of_a_second_by_the_wall_clock() {
+fn requests_repeat_every_100_ms_by_wall_clock() {
     let firmware = Firmware::load();
     let mut emulator = Emulator::boot_with(&firmware, firmware.path(), &[]);
     let mut reader = FrameReader::new();
-    let mut asked = Vec::new();
+    let mut requests = Vec::new();
     let mut byte = [0];
-    while asked.len() <= 40 {
+    while requests.len() <= 40 {
         emulator.serial.read_exact(&mut byte).unwrap();
         if let Some(Ok((_, Request::Hello { .. }))) = reader.push::<Request>(byte[0]) {
-            asked.push(Instant::now());
+            requests.push(Instant::now());
         }
     }
-    let mut intervals: Vec<f64> = asked
+    let mut intervals: Vec<f64> = requests
         .windows(2)
         .map(|pair| (pair[1] - pair[0]).as_secs_f64())
         .collect();
-    // The median, because other programs may hold QEMU up now and then.
+    // The median, because other programs may delay QEMU.
     intervals.sort_by(f64::total_cmp);
     let median = intervals[intervals.len() / 2];
     assert!(
-        (median / REPEAT - 1.0).abs() < TOLERANCE,
+        (median / INTERVAL - 1.0).abs() < TOLERANCE,
         "{median} s: {intervals:?}"
     );
     assert_scans(&mut emulator);
 }
 
-/// QEMU's own test protocol, by which a timer that the firmware leaves alone is set and read.
+/// QEMU's test protocol, qtest. It sets and reads a timer that the firmware does not use.
 struct Registers {
     stream: BufReader<TcpStream>,
 }
@@ -72,7 +71,7 @@ impl Registers {
     const PRESCALER: u32 = 0x4000_0428;
     const COUNTER: u32 = 0x4000_0424;
 
-    fn command(&mut self, command: &str) -> String {
+    fn execute(&mut self, command: &str) -> String {
         let sent = self.stream.get_mut().write_all(command.as_bytes());
         sent.expect("QEMU's test protocol");
         let mut answer = String::new();
@@ -81,26 +80,26 @@ impl Registers {
         answer.trim().to_owned()
     }
 
-    /// Has TIM3 count microseconds.
+    /// Starts TIM3 as a counter of microseconds.
     fn start(stream: TcpStream) -> Self {
         let stream = BufReader::new(stream);
         let mut registers = Self { stream };
-        // QEMU gives timers a clock of 1 GHz.
-        registers.command(&format!("writel {:#x} {}\n", Self::PRESCALER, 1000 - 1));
+        // QEMU's timers have a clock of 1 GHz.
+        registers.execute(&format!("writel {:#x} {}\n", Self::PRESCALER, 1000 - 1));
         registers
     }
 
     fn microseconds(&mut self) -> u32 {
-        let value = self.command(&format!("readl {:#x}\n", Self::COUNTER));
+        let value = self.execute(&format!("readl {:#x}\n", Self::COUNTER));
         let value = u64::from_str_radix(value.trim_start_matches("0x"), 16);
         value.expect("a number") as u32
     }
 }
 
-/// QEMU skips the time in which the core sleeps: minutes pass in a moment. What is counted is what
-/// the machine's own time says, stopped, by another timer than the firmware's.
+/// QEMU skips the time in which the core sleeps, so minutes pass in a moment. The machine is stopped to count its
+/// requests, and its time is read from a timer that the firmware does not use.
 #[test]
-fn a_silent_host_is_asked_every_tenth_of_a_second_by_another_timer() {
+fn requests_repeat_every_100_ms_by_other_timer() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = format!("tcp:{}", listener.local_addr().unwrap());
     let firmware = Firmware::load();
@@ -108,66 +107,66 @@ fn a_silent_host_is_asked_every_tenth_of_a_second_by_another_timer() {
     let options = [&options[..], &["-qtest-log", "none"]].concat();
     let mut emulator = Emulator::boot_with(&firmware, firmware.path(), &options);
     let mut timer = Registers::start(listener.accept().unwrap().0);
-    let patience = Duration::from_millis(200);
-    emulator.serial.set_read_timeout(Some(patience)).unwrap();
+    let timeout = Duration::from_millis(200);
+    emulator.serial.set_read_timeout(Some(timeout)).unwrap();
 
-    // All that was asked up to a moment that both sides know.
+    // Discards requests before the start of the measurement.
     let mut reader = FrameReader::new();
     emulator.stop();
     count_requests(&mut emulator.serial, &mut reader);
-    let begun = timer.microseconds();
+    let start = timer.microseconds();
     let (mut count, mut seconds) = (0, 0.0);
     while seconds < 60.0 {
-        emulator.go_on();
+        emulator.resume();
         thread::sleep(Duration::from_millis(100));
         emulator.stop();
         count += count_requests(&mut emulator.serial, &mut reader);
-        seconds = f64::from(timer.microseconds().wrapping_sub(begun)) / 1e6;
+        seconds = f64::from(timer.microseconds().wrapping_sub(start)) / 1e6;
     }
     let interval = seconds / count as f64;
     assert!(
-        (interval / REPEAT - 1.0).abs() < TOLERANCE,
-        "{interval} s: {count} times in {seconds} s"
+        (interval / INTERVAL - 1.0).abs() < TOLERANCE,
+        "{interval} s: {count} requests in {seconds} s"
     );
 }
 
-/// How often the watchdog was fed: QEMU, which has none, logs what is written to it.
-fn meals(log: &Path) -> usize {
+/// Returns the number of times the watchdog was fed. QEMU has no watchdog and logs writes to its registers.
+fn watchdog_feeds(log: &Path) -> usize {
     let log = fs::read_to_string(log).unwrap();
     log.matches("value 0x0000aaaa").count()
 }
 
-/// The arms take six seconds, which is longer than the watchdog waits; then the device has failed.
+/// The arms move for 6 s, longer than the watchdog's timeout. Then the device fails.
 #[test]
-fn the_watchdog_is_fed_while_arms_move_and_after_a_failure() {
+fn watchdog_is_fed_during_motion_and_after_failure() {
     let log = NamedTempFile::new().unwrap();
     let firmware = Firmware::load();
     let options = ["-icount", "shift=0", "-d", "unimp", "-D"];
     let options = [&options[..], &[log.path().to_str().unwrap()]].concat();
     let mut emulator = Emulator::boot_with(&firmware, firmware.path(), &options);
 
-    let mut fed = Vec::new();
+    let mut feeds = Vec::new();
     let mut failed = None;
-    converse(&mut emulator.serial, |request| match request {
-        Request::Hello { .. } if failed.is_some() => Answer::Stop,
-        Request::Hello { .. } => Answer::Reply(WELCOME),
+    serve_requests(&mut emulator.serial, |request| match request {
+        Request::Hello { .. } if failed.is_some() => Response::Stop,
+        Request::Hello { .. } => Response::Reply(WELCOME),
         Request::Measure { .. } => {
             for _ in 0..12 {
-                fed.push(meals(log.path()));
+                feeds.push(watchdog_feeds(log.path()));
                 thread::sleep(Duration::from_millis(500));
             }
-            Answer::Reply(Reply::Refused(Refusal::Directions))
+            Response::Reply(Reply::Refused(Refusal::Directions))
         }
         Request::Failed(failure) => {
             assert_eq!(failure, Failure::Refused(Refusal::Directions).into());
-            failed = Some(meals(log.path()));
-            Answer::Reply(Reply::Accepted)
+            failed = Some(watchdog_feeds(log.path()));
+            Response::Reply(Reply::Accepted)
         }
         other => panic!("{other:?}"),
     });
-    assert!(fed.windows(2).all(|pair| pair[0] < pair[1]), "{fed:?}");
-    // It rests for half a second then.
-    let rested = meals(log.path()) - failed.unwrap();
-    assert!(rested >= 5, "{rested}");
+    assert!(feeds.windows(2).all(|pair| pair[0] < pair[1]), "{feeds:?}");
+    // The device then pauses for 0.5 s.
+    let feeds_in_pause = watchdog_feeds(log.path()) - failed.unwrap();
+    assert!(feeds_in_pause >= 5, "{feeds_in_pause}");
     assert_scans(&mut emulator);
 }

@@ -2,7 +2,7 @@
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
-use glimpse_gradcheck::{Differences, Traced, parameters, scale_of};
+use glimpse_gradcheck::{Differences, Traced, gradient_scale, parameters};
 use glimpse_materials::Material;
 use glimpse_materials::sampling::uniform_valid;
 
@@ -34,7 +34,7 @@ fn network_derivatives_agree_with_differences() {
             assert_eq!(values, network.brdf(angles));
             let center = [angles.theta_h, angles.theta_d, angles.phi_d].map(f64::from);
             let slopes = derivative.map(|by_angles| by_angles.map(f64::from));
-            let scale = 100.0 * scale_of(slopes.as_flattened());
+            let scale = 100.0 * gradient_scale(slopes.as_flattened());
             for (channel, by_angles) in slopes.iter().enumerate() {
                 for (i, slope) in by_angles.iter().enumerate() {
                     let outcome =

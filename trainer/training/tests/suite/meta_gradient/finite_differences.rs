@@ -9,8 +9,8 @@ use proptest::test_runner::{TestCaseError, TestRunner};
 use crate::problem::{
     COOK_TORRANCE_STEPS, NEURAL_STEPS, PHONG_STEPS, Problem, gradient_by_variables, problems,
 };
-use glimpse_gradcheck::cases::{NAMES, cook_torrance, is_too_steep, neural, phong};
-use glimpse_gradcheck::{Differences, scale_of};
+use glimpse_gradcheck::cases::{VARIABLE_NAMES, cook_torrance, is_too_steep, neural, phong};
+use glimpse_gradcheck::{Differences, gradient_scale};
 
 /// The comparisons of all problems.
 struct Compared {
@@ -29,8 +29,8 @@ impl Compared {
             return Err(format!("the loss is {} instead of {loss}", gradient.loss));
         }
 
-        let initial_scale = scale_of(&gradient.initial);
-        let step_size_scale = scale_of(&gradient.step_sizes);
+        let initial_scale = gradient_scale(&gradient.initial);
+        let step_size_scale = gradient_scale(&gradient.step_sizes);
         for index in indices.iter().copied() {
             let name = format!("initial parameter {index}");
             let slope = gradient.initial[index];
@@ -51,13 +51,14 @@ impl Compared {
         }
 
         let by_samples = gradient_by_variables(&gradient);
-        let scale = scale_of(by_samples.as_flattened());
+        let scale = gradient_scale(by_samples.as_flattened());
         for (index, slopes) in by_samples.iter().enumerate() {
             if is_too_steep(M::KIND, problem.inner[index]) {
-                self.samples.discard(NAMES.len());
+                self.samples.discard(VARIABLE_NAMES.len());
                 continue;
             }
-            for (variable, (slope, variable_name)) in slopes.iter().zip(NAMES).enumerate() {
+            for (variable, (slope, variable_name)) in slopes.iter().zip(VARIABLE_NAMES).enumerate()
+            {
                 let name = format!("{variable_name} of inner sample {index}");
                 self.samples.compare(&name, *slope, scale, |offset| {
                     let mut problem = problem.clone();

@@ -1,12 +1,12 @@
-//! The gradient of the model Linear's loss against central differences. Basis lookup, measurement, mapping, ridge solve and
-//! outer loss are implemented again here, on numbers that record branches.
+//! The gradient of the model Linear's loss against central differences. Basis lookup, measurement, mapping, ridge solve
+//! and outer loss are implemented again here, on numbers that record branches.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{EPSILON, map, unmap};
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 use glimpse_core::numeric::Scalar;
-use glimpse_gradcheck::{Differences, Traced, parameters, scale_of};
+use glimpse_gradcheck::{Differences, Traced, gradient_scale, parameters};
 use glimpse_materials::NeuralBrdf;
 use glimpse_materials::basis::{Basis, Grid, angles_to_f64};
 use glimpse_materials::sampling::uniform_valid;
@@ -196,7 +196,7 @@ fn compare(samples: usize, components: usize) {
                 panic!("n = {samples}, m = {components}, seed {seed}, {error}");
             }
         };
-        let scale = scale_of(gradient.by_angles.as_flattened());
+        let scale = gradient_scale(gradient.by_angles.as_flattened());
         for (index, slope) in gradient.by_angles.as_flattened().iter().enumerate() {
             let name = format!("angle {index}");
             check(by_angles.compare(&name, *slope, scale, |offset| {
@@ -207,7 +207,7 @@ fn compare(samples: usize, components: usize) {
         }
         let logarithmic = gradient.by_precision.iter().zip(&precision);
         let slopes: Vec<f64> = logarithmic.map(|(slope, p)| slope * p).collect();
-        let scale = scale_of(&slopes);
+        let scale = gradient_scale(&slopes);
         for (index, slope) in slopes.iter().enumerate() {
             let name = format!("ln of precision {index}");
             check(by_precision.compare(&name, *slope, scale, |offset| {
