@@ -1,10 +1,9 @@
-//! Finds the commit that is built, for `trainer --version`; without git, or in a package that was
-//! unpacked somewhere, there is none, and only the version is said.
+//! Passes the path of git's HEAD log to the compiler, for the commit in `trainer --version`. Outside of a git
+//! checkout, as in a published package, the program prints its version without a commit.
 //!
-//! A build script that ran after every commit would have everything of this package compiled
-//! again. So it runs once, and tells where git writes down what was checked out: the program
-//! includes that file and takes the commit out of it as it is compiled, so that after a commit only
-//! the program is compiled again.
+//! This script does not read the commit itself. Otherwise it would run after every commit, and cargo would
+//! recompile the whole package. Instead the program includes the log and takes the commit from its last line,
+//! so that a commit recompiles the program only.
 
 use std::env;
 use std::path::{Path, PathBuf};
@@ -13,18 +12,18 @@ use std::process::Command;
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rustc-check-cfg=cfg(commit)");
-    let Some(log) = log_of_commits() else {
+    let Some(log) = head_log() else {
         return;
     };
     println!("cargo:rustc-cfg=commit");
-    println!("cargo:rustc-env=LOG_OF_COMMITS={}", log.display());
+    println!("cargo:rustc-env=GIT_HEAD_LOG={}", log.display());
 }
 
-/// git's log of what HEAD was, whose last line is of what it is.
-fn log_of_commits() -> Option<PathBuf> {
+/// Returns the path of git's log of HEAD, whose last line names the current commit.
+fn head_log() -> Option<PathBuf> {
     let package = env::var_os("CARGO_MANIFEST_DIR")?;
     let package = Path::new(&package);
-    // A published package may lie within somebody else's repository.
+    // A published package may be unpacked within another repository.
     if package.join(".cargo_vcs_info.json").exists() {
         return None;
     }
@@ -48,10 +47,10 @@ fn log_of_commits() -> Option<PathBuf> {
     if last != head {
         return None;
     }
-    // A file that never changes: where it is gone the log is gone too, and is looked for anew.
-    let constant = package.join(git(&["rev-parse", "--git-path", "description"])?);
-    if constant.exists() {
-        println!("cargo:rerun-if-changed={}", constant.display());
+    // This file never changes. If it is removed, so is the repository, and the script runs again.
+    let description = package.join(git(&["rev-parse", "--git-path", "description"])?);
+    if description.exists() {
+        println!("cargo:rerun-if-changed={}", description.display());
     }
     Some(log)
 }

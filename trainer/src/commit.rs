@@ -1,8 +1,8 @@
 //! The version of this program, with the commit that it was built from if that is known.
 
-/// For `--version`.
+/// The text that `--version` prints after the program's name.
 pub(crate) const VERSION: &str = match COMMIT {
-    // The length is that of a line with twelve digits.
+    // LINE has exactly the length for a commit of DIGITS digits.
     Some(_) => match std::str::from_utf8(&LINE) {
         Ok(line) => line,
         Err(_) => env!("CARGO_PKG_VERSION"),
@@ -10,13 +10,13 @@ pub(crate) const VERSION: &str = match COMMIT {
     None => env!("CARGO_PKG_VERSION"),
 };
 
-/// How many digits of a commit are shown.
+/// Number of printed digits of the commit.
 const DIGITS: usize = 12;
 
-/// git's log of what was checked out; each line begins with the commit before, a space, and the
-/// commit after it.
+/// The current commit, from git's log of HEAD. Each line of the log starts with the old commit, a space, and
+/// the new commit.
 #[cfg(commit)]
-const COMMIT: Option<[u8; DIGITS]> = last_commit(include_bytes!(env!("LOG_OF_COMMITS")));
+const COMMIT: Option<[u8; DIGITS]> = last_commit(include_bytes!(env!("GIT_HEAD_LOG")));
 #[cfg(not(commit))]
 const COMMIT: Option<[u8; DIGITS]> = None;
 
@@ -48,7 +48,7 @@ const LINE: [u8; LINE_BYTES] = {
     line
 };
 
-/// The first digits of the commit that the last line leads to; None if it is no such line.
+/// Returns the first digits of the new commit on the log's last line; None if that line is malformed.
 const fn last_commit(log: &[u8]) -> Option<[u8; DIGITS]> {
     let mut end = log.len();
     while end > 0 && log[end - 1] == b'\n' {
@@ -79,23 +79,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_commit_is_the_last_one_of_the_log() {
+    fn commit_is_last_in_log() {
         let log = b"0000000000000000 1111111111111111 A <a@b> 1 +0000\tclone: from x\n\
                     1111111111111111 0123456789abcdef A <a@b> 2 +0000\tcommit: y\n";
         assert_eq!(last_commit(log), Some(*b"0123456789ab"));
-        for no_log in [
+        for malformed in [
             &b""[..],
             b"\n",
             b"0000",
             b"0000 11",
             b"0000 xyz0123456789 A",
         ] {
-            assert_eq!(last_commit(no_log), None);
+            assert_eq!(last_commit(malformed), None);
         }
     }
 
     #[test]
-    fn the_version_comes_first() {
+    fn version_precedes_commit() {
         assert!(VERSION.starts_with(env!("CARGO_PKG_VERSION")), "{VERSION}");
         match COMMIT {
             Some(digits) => {

@@ -1,27 +1,26 @@
-//! The host side of Glimpse: evaluation, rendering, reports, and readings from a lab.
+//! The host side of Glimpse: evaluation, rendering, reports, and fits of readings from a lab.
 //!
-//! Modules from the bottom up. Imports point down only: a module imports those that stand before it, and no
-//! two files import each other. `tests/check_layers.py` checks it by this list.
+//! The list has the modules in order, lowest first. A module imports only modules above it in this list, and
+//! no two files import each other. `tests/check_layers.py` reads the list and enforces both.
 //!
-//! - [`measurement`]: readings from a lab, matched to a pattern, examined and fitted
+//! - [`measurement`]: readings from a lab, matched to a pattern, checked for outliers and fitted
 //! - [`export`]: recipes in other formats
 //! - [`bundled`]: bundled recipes
-//! - [`render`]: spheres under light
+//! - [`render`]: images of spheres in an environment light
 //! - [`metrics`]: errors of a fit against its material
-//! - [`evaluation`]: methods and their errors on materials
+//! - [`evaluation`]: fitting methods and their errors on materials
 //! - [`conversion`]: materials in the formats of other programs
 //! - [`scanner`]: the virtual scanner
 //! - [`route`]: the order in which a machine's arms visit a recipe's samples
 //! - [`report`]: tables, plots, pages
-//! - [`benchmark`]: the work that training spends its time on
-//! - `commit`, of the program: its version
-//! - `experiment`, of the program: the paper's tables and figures
-//! - `commands`, of the program: one file per subcommand
+//! - [`benchmark`]: timing of the computations that dominate training
+//! - `commit` (program only): its version
+//! - `experiment` (program only): the paper's tables and figures
+//! - `commands` (program only): one file per subcommand
 //!
-//! Below all of them are crates of their own, which the compiler keeps in order: [`glimpse_training`]
-//! (meta-learning, recipes), [`glimpse_materials`] (sources of BRDFs, the loss), [`glimpse_optimizer`] (the
-//! meta-parameters as burn holds and steps them) and [`glimpse_kernels`] (sums over samples on lanes, and the
-//! adjoint of the fit).
+//! All of them build on separate crates: [`glimpse_training`] (meta-learning, recipes), [`glimpse_materials`]
+//! (sources of BRDFs, the loss), [`glimpse_optimizer`] (storage and update of the meta-parameters, on burn) and
+//! [`glimpse_kernels`] (SIMD sums over samples, and the adjoint of the fit).
 
 pub mod benchmark;
 pub mod bundled;

@@ -9,46 +9,52 @@ use std::process::ExitCode;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use commands::cells::Given;
+use commands::cell_list::CommandLine;
 
 /// Learn where to measure a BRDF and how to fit it, for a scanner's microcontroller.
 ///
 /// The trainer meta-learns a sample pattern, initial parameters and step sizes on measured
-/// materials and writes them into a recipe. The scanner measures at the recipe's directions and
+/// materials, and writes them into a recipe. The scanner measures at the recipe's directions and
 /// fits a new material in a few steps.
 ///
 /// Start with `trainer quickstart`.
 ///
-/// SOURCES. Wherever a command takes materials (--data, --test, --train, --material, SRC) it takes
-/// a directory holding any mix of MERL *.binary, isotropic RGL *_rgb.bsdf, NBRDF sets
-/// (NAME_fc1.npy and its five siblings) and fitted materials (material.json, as `trainer fit` leaves
-/// it, in a folder of its own too), a single such file, or procedural, procedural:COUNT or
-/// procedural:COUNT:SEED, the built-in set. A material is named by its file (NBRDF: by NAME; a
-/// fitted one: by what its file says), and no two of a directory may have the same name. What of a directory may have been meant and is not
-/// read (folders, endings in capitals, names that are no UTF-8) is told; *.bsdf that are spectral or
-/// anisotropic are an error, so that no material is left out unnoticed.
+/// SOURCES. Every option or argument that takes materials (--data, --test, --train, --material,
+/// SRC) takes one of
+///
+/// - a directory with any mix of MERL *.binary, isotropic RGL *_rgb.bsdf, NBRDF sets
+///   (NAME_fc1.npy and its five siblings) and fitted materials (material.json of `trainer fit`,
+///   in the directory itself or in a subdirectory);
+/// - a single such file;
+/// - procedural, procedural:COUNT or procedural:COUNT:SEED: built-in procedural materials.
+///
+/// The file's name is the material's name; an NBRDF set is called NAME, a fitted material has its
+/// name in the file. Names within a directory must be unique. Skipped entries (subdirectories,
+/// extensions in capitals, non-UTF-8 names) are reported on stderr. A spectral or anisotropic
+/// *.bsdf file is an error.
 #[derive(Parser)]
-#[command(name = "trainer", version = commit::VERSION, max_term_width = 100)]
+#[command(name = "trainer", version = commit::VERSION, max_term_width = 100, verbatim_doc_comment)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
     #[command(flatten)]
-    common: Common,
+    common: CommonArgs,
 }
 
-/// What all commands take.
+/// Options of all commands.
 #[derive(Args, Clone, Copy, Debug)]
-struct Common {
-    /// Seed of all random numbers: the same seed gives the same results. Every command takes it,
-    /// also those that draw none
+struct CommonArgs {
+    /// Seed of all random numbers; the same seed gives the same results. Commands without random
+    /// numbers ignore it
     #[arg(long, global = true, default_value_t = 0, value_parser = commands::numbers::seed)]
     seed: u64,
-    /// Threads to compute on [default: all cores]; the results do not depend on it
+    /// Number of threads, 1 to 256, or to the number of cores if that is larger; results do not
+    /// depend on it [default: all cores]
     #[arg(long, global = true, value_parser = commands::numbers::threads)]
     threads: Option<usize>,
 }
 
-/// Each is described where its arguments are.
+/// The subcommands. The module of each has its arguments and help text.
 #[derive(Subcommand)]
 enum Command {
     Quickstart(commands::quickstart::Quickstart),
@@ -65,19 +71,19 @@ enum Command {
     Reproduce(commands::reproduce::Reproduce),
     VirtualScanner(commands::virtual_scanner::VirtualScanner),
     Bench(commands::bench::Bench),
-    Completion(commands::completion::Completion),
+    Completion(commands::shell_completion::ShellCompletion),
 }
 
 fn main() -> ExitCode {
-    let mut line = commands::numbers::with_negative_values(Cli::command());
-    let matches = line.get_matches_mut();
+    let mut parser = commands::numbers::with_negative_values(Cli::command());
+    let matches = parser.get_matches_mut();
     let Cli { command, common } = match Cli::from_arg_matches(&matches) {
         Ok(cli) => cli,
-        Err(error) => error.format(&mut line).exit(),
+        Err(error) => error.format(&mut parser).exit(),
     };
-    let given = || Given::of(&line, &matches);
+    let command_line = || CommandLine::new(&parser, &matches);
     if let Some(threads) = common.threads {
-        // It fails only if a pool exists already, and none does yet.
+        // This fails only if a thread pool exists already, and none does yet.
         let _ = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build_global();
@@ -86,7 +92,7 @@ fn main() -> ExitCode {
         Command::Quickstart(command) => command.run(common.seed),
         Command::Recipes(command) => command.run(),
         Command::Train(command) if command.list => {
-            given().and_then(|given| commands::grid::list(&command, common.seed, &given))
+            command_line().and_then(|line| commands::grid::list(&command, common.seed, &line))
         }
         Command::Train(command) if command.grid => commands::grid::run(&command, common.seed),
         Command::Train(command) => command.run(common.seed),
@@ -99,7 +105,7 @@ fn main() -> ExitCode {
         Command::Export(command) => command.run(),
         Command::Convert(command) => command.run(common.seed),
         Command::Reproduce(command) if command.list => {
-            given().and_then(|given| command.list(common.seed, &given))
+            command_line().and_then(|line| command.list(common.seed, &line))
         }
         Command::Reproduce(command) => command.run(common.seed),
         Command::VirtualScanner(command) => command.run(common.seed),
@@ -109,7 +115,7 @@ fn main() -> ExitCode {
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // Nobody may be listening any more.
+            // stderr may be closed.
             let message = commands::message::message(&error);
             let _ = writeln!(std::io::stderr(), "error: {message}");
             ExitCode::FAILURE

@@ -4,34 +4,34 @@ use anyhow::ensure;
 use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::lanes::InstructionSet;
-use glimpse_trainer::benchmark::{Ground, Item, Peak, Threads, Timing, materials, measure, peak};
+use glimpse_trainer::benchmark::{Item, Peak, Threads, Timing, Workload, materials, measure, peak};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
 use super::{ModelName, numbers, print};
 
-/// Time the work of meta-learning, and hold it against what this machine can do.
+/// Time the computations of meta-learning, and compare them with this machine's peak.
 ///
-/// Each line is an outer step of one task: the inner loop of 20 steps, the loss it leads to, and
-/// the exact gradient of that by all that is learned. Data are ready in memory. "A training step"
-/// is what `train` repeats, all included (draws, measurements, a batch of tasks, Adam),
-/// divided by its tasks. The last lines of neural are the two sums over samples that the time
-/// goes into.
+/// Each line times the outer step of one task: the inner loop of 20 steps, its loss, and the exact
+/// gradient of the loss by all learned parameters, with data in memory. "A training step" is a
+/// whole step of `train` (random draws, measurements, a batch of tasks, Adam), divided by the
+/// number of tasks. The last lines of neural time the two sums over samples that take most of the
+/// time.
 ///
-/// GFLOP/s count two for each multiply-accumulate of the network's matrix products, and nothing
-/// else, so they understate the work; for the small models none are claimed. The peaks are
-/// measured in the same run: independent multiply-adds in registers, the fastest of many bursts,
-/// on as many threads as the line has.
+/// GFLOP/s count two operations for each multiply-accumulate of the network's matrix products. Other
+/// operations are not counted, so the numbers understate the work; the small models have none. The
+/// peaks are measured in the same run, on as many threads: independent multiply-adds in registers,
+/// the fastest of many bursts.
 ///
 /// Example: trainer bench
 ///          trainer bench --model neural --seconds 5 --threads 1
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Bench {
-    /// Only this model
+    /// Model to time [default: all except linear]
     #[arg(long, value_enum)]
     model: Option<ModelName>,
-    /// Seconds for each line, 0.001 to 3600
+    /// Duration of each line in seconds, 0.001 to 3600
     #[arg(long, default_value_t = 1.0, value_parser = numbers::number(0.001..=3_600.0))]
     seconds: f64,
     /// Print JSON
@@ -39,16 +39,16 @@ pub(crate) struct Bench {
     json: bool,
 }
 
-/// Peaks of one kind of lanes: of one thread, and of all.
+/// Peaks of an instruction set: on one thread, and on all.
 type Peaks = [Peak; 2];
 
 impl Bench {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         ensure!(
             !matches!(self.model, Some(ModelName::Linear)),
-            "--model linear has no inner loop to be timed: give another model"
+            "--model linear has no inner loop to time: give another model"
         );
-        // On a thread of the pool, as training is.
+        // On a thread of the pool, like training.
         let (peaks, lines) = rayon::scope(|_| self.measure());
         match self.json {
             true => print(&(serde_json::to_string_pretty(&to_json(&peaks, &lines))? + "\n")),
@@ -58,20 +58,20 @@ impl Bench {
 
     fn measure(&self) -> (Vec<Peaks>, Vec<Line>) {
         let materials = materials();
-        let ground = Ground::new(&materials);
-        let mut items = ground.items(self.model.map(ModelKind::from));
+        let workload = Workload::new(&materials);
+        let mut items = workload.items(self.model.map(ModelKind::from));
         let sets = instruction_sets();
-        let progress = Bar::new(2 * sets.len() + items.len());
+        let progress = MeasurementProgress::new(2 * sets.len() + items.len());
         let mut peaks = Vec::new();
         for set in sets {
             peaks.push([Threads::One, Threads::All].map(|threads| {
-                progress.now(&format!("peak of {}", set.name()));
+                progress.begin(&format!("peak of {}", set.name()));
                 peak(set, threads, 0.5 * self.seconds)
             }));
         }
         let mut lines = Vec::new();
         for item in &mut items {
-            progress.now(&item.name());
+            progress.begin(&item.name());
             let timing = measure(item, self.seconds);
             lines.push(Line::new(item, timing, &peaks));
         }
@@ -79,9 +79,9 @@ impl Bench {
     }
 }
 
-/// The lanes in use, and AVX2 where they are wider.
+/// Returns the instruction set in use, and AVX2 too if that is AVX-512.
 fn instruction_sets() -> Vec<InstructionSet> {
-    match InstructionSet::of_this_machine() {
+    match InstructionSet::detect() {
         InstructionSet::Avx512 => vec![InstructionSet::Avx512, InstructionSet::Avx2],
         other => vec![other],
     }
@@ -93,7 +93,7 @@ struct Line {
     name: String,
     threads: usize,
     timing: Timing,
-    /// Of each kind of lanes' peak on as many threads.
+    /// Share of each instruction set's peak on as many threads.
     shares: Option<Vec<f64>>,
 }
 
@@ -151,9 +151,9 @@ fn to_text(peaks: &[Peaks], lines: &[Line]) -> String {
         }
     }
     text += "\n\n\
-        Times move with the clock and with what else the machine does; ratios do much less.\n\
-        To compare with a rival run both in turn, in the same minutes, and compare medians:\n    \
-        for i in 1 2 3; do trainer bench --model neural; RIVAL; done\n";
+        Times depend on the clock frequency and on other processes; their ratios vary much less.\n\
+        To compare with another program, run both alternately and compare medians:\n    \
+        for i in 1 2 3; do trainer bench --model neural; OTHER; done\n";
     text
 }
 
@@ -189,10 +189,10 @@ fn to_json(peaks: &[Peaks], lines: &[Line]) -> Value {
     })
 }
 
-/// Says what is being measured: in a bar on a terminal, line by line elsewhere.
-struct Bar(ProgressBar);
+/// Displays the current measurement: in a progress bar on a terminal, or else line by line.
+struct MeasurementProgress(ProgressBar);
 
-impl Bar {
+impl MeasurementProgress {
     fn new(steps: usize) -> Self {
         let bar = ProgressBar::new(steps as u64);
         if let Ok(style) = ProgressStyle::with_template("{wide_bar:.cyan/dim} {pos}/{len} {msg}") {
@@ -201,16 +201,16 @@ impl Bar {
         Self(bar)
     }
 
-    fn now(&self, what: &str) {
+    fn begin(&self, name: &str) {
         if self.0.is_hidden() {
-            eprintln!("{what}");
+            eprintln!("{name}");
         }
         self.0.inc(1);
-        self.0.set_message(what.to_owned());
+        self.0.set_message(name.to_owned());
     }
 }
 
-impl Drop for Bar {
+impl Drop for MeasurementProgress {
     fn drop(&mut self) {
         self.0.finish_and_clear();
     }

@@ -1,4 +1,4 @@
-//! Options of what a completion is trained on, and for which machine.
+//! Options of schedule prior: readings, materials and limits that the completion is trained for.
 
 use anyhow::bail;
 use clap::Args;
@@ -8,50 +8,53 @@ use glimpse_training::meta::plan::Schedule;
 
 use super::numbers;
 
-/// What a completion is trained on, and for which machine.
+/// Options of schedule prior.
 #[derive(Args, Clone, Copy)]
 pub(crate) struct CompletionArgs {
-    /// Schedule prior: the share of training in which readings are missing, 0 to 1. Above 0, say 0.5,
-    /// the recipe fits whatever was read; its samples come most telling first, for scans that end
-    /// early [default: 0, all are needed; 0.5 for more than 32 samples, which lose less for it]
+    /// Schedule prior: share of training tasks with missing readings, 0 to 1. Above 0, for example
+    /// 0.5, the recipe tolerates missing readings, and the first samples of its pattern are the most
+    /// informative, for scans that end early [default: 0; 0.5 for more than 32 samples, where it
+    /// lowers the loss]
     #[arg(long, value_name = "SHARE", value_parser = numbers::share)]
     missing: Option<f32>,
-    /// Schedule prior: noise of readings to train for, relative to each, 0 to 0.5: 0.02 is 2 % [default: 0]
+    /// Schedule prior: standard deviation of the readings' noise, relative to each value, 0 to 0.5:
+    /// 0.02 is 2 % [default: 0]
     #[arg(long, value_name = "S", value_parser = numbers::number(0.0..=0.5_f32))]
     noise: Option<f32>,
-    /// Schedule prior: noise in addition, relative to a white surface, whose BRDF is 1/pi, 0 to 0.5: 0.01 is
-    /// 1 % [default: 0]
+    /// Schedule prior: standard deviation of additional noise, relative to a white surface, whose
+    /// BRDF is 1/pi, 0 to 0.5: 0.01 is 1 % [default: 0]
     #[arg(long, value_name = "S", value_parser = numbers::number(0.0..=0.5_f32))]
     additive: Option<f32>,
-    /// Schedule prior: number of levels that the sensor tells apart between darkness and a white surface that
-    /// faces the light [default: 0, no limit]
-    #[arg(long, value_name = "COUNT", value_parser = numbers::whole(0..=u32::MAX))]
+    /// Schedule prior: number of quantization levels of the sensor between darkness and a white
+    /// surface that faces the light; 0 for no quantization [default: 0]
+    #[arg(long, value_name = "COUNT", value_parser = numbers::integer(0..=u32::MAX))]
     levels: Option<u32>,
-    /// Schedule prior: the share of procedural materials among those trained on, 0 to 0.99
-    /// [default: 0.4]
+    /// Schedule prior: share of procedural materials in training, 0 to 0.99 [default: 0.4]
     #[arg(long, value_name = "SHARE", value_parser = numbers::number(0.0..=0.99_f32))]
     procedural: Option<f32>,
-    /// Schedule prior: the light's largest angle to the normal, degrees above 0 to 90 [default: 90]
-    #[arg(long, value_name = "DEGREES", value_parser = numbers::polar)]
+    /// Schedule prior: largest angle of the light to the normal in degrees, above 0 to 90 [default: 90]
+    #[arg(long, value_name = "DEGREES", value_parser = numbers::polar_angle)]
     max_theta_i: Option<f32>,
-    /// Schedule prior: the sensor's largest angle to the normal, degrees above 0 to 90 [default: 90]
-    #[arg(long, value_name = "DEGREES", value_parser = numbers::polar)]
+    /// Schedule prior: largest angle of the sensor to the normal in degrees, above 0 to 90 [default: 90]
+    #[arg(long, value_name = "DEGREES", value_parser = numbers::polar_angle)]
     max_theta_o: Option<f32>,
-    /// Schedule prior: the least angle between light and sensor, seen from the sample, degrees above 0 to 180
-    /// [default: 0]
+    /// Schedule prior: smallest angle between light and sensor as seen from the sample, in degrees,
+    /// above 0 to 180 [default: 0]
     #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
     min_separation: Option<f32>,
 }
 
 impl CompletionArgs {
-    /// What was asked for, and the defaults for so many samples where nothing was; refused for other
-    /// schedules, by name.
+    /// Returns the options of a training, with defaults for this number of samples.
+    ///
+    /// # Errors
+    /// If an option was given for another schedule, or a value is out of range.
     pub(crate) fn of(
         self,
         schedule: Schedule,
         samples: usize,
     ) -> anyhow::Result<CompletionOptions> {
-        let default = CompletionOptions::of(samples);
+        let default = CompletionOptions::for_samples(samples);
         let given = [
             ("--missing", self.missing.is_some()),
             ("--noise", self.noise.is_some()),
@@ -65,7 +68,7 @@ impl CompletionArgs {
         if schedule != Schedule::Prior
             && let Some((name, _)) = given.iter().find(|(_, given)| *given)
         {
-            bail!("{name} has no effect: it is for --schedule prior");
+            bail!("{name} has no effect: it applies to --schedule prior only; remove it");
         }
         let completion_options = CompletionOptions {
             missing: self.missing.unwrap_or(default.missing),

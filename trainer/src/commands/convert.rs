@@ -5,21 +5,21 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use glimpse_materials::files::holds;
+use glimpse_materials::files::has_content;
 use glimpse_materials::{Format, Source};
-use glimpse_trainer::conversion::{format_of_ending, loss_of, name_of, paths};
+use glimpse_trainer::conversion::{file_name, format_from_extension, loss_of_file, output_paths};
 use serde_json::json;
 
 use super::formats::{Files, FormatName, files_of};
 use super::output::{file_as_json, refuse_source, write_files_forced};
 use super::{load, print, print_json};
 
-/// Write a material in another format.
+/// Convert a material to another format.
 ///
-/// What is written is read again and compared with IN: its loss (mean cosine-weighted logarithmic
-/// error, as `trainer evaluate` has it) is the answer, 0 where both are the same. IN's own format is
-/// copied. A network is fitted to anything that is none, which takes some seconds; what `trainer fit`
-/// found by the model neural is one.
+/// The output is read again, and its loss against IN is printed: the mean cosine-weighted
+/// logarithmic error of `trainer evaluate`, 0 if both are equal. If IN has the output format
+/// already, its files are copied. For NBRDF, a network is fitted to a material that is not a network
+/// itself, which takes some seconds. A material of `trainer fit` with the model neural is a network.
 ///
 /// Example: trainer convert aurora_white_rgb.bsdf aurora_white.binary
 ///          trainer convert gold.binary gold_rgb.bsdf
@@ -27,19 +27,19 @@ use super::{load, print, print_json};
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Convert {
-    /// The material: a source of one
+    /// Material to convert: a source with a single material
     #[arg(value_name = "IN")]
     source: Source,
-    /// The file to write; for NBRDF one of the six, or NAME alone; for pab NAME
+    /// File to write; for nbrdf one of the six files or NAME, for pab NAME
     #[arg(value_name = "OUT")]
     out: PathBuf,
-    /// The format to write [default: by OUT's ending, .binary, .bsdf or .npy]
+    /// Output format [default: by the extension of OUT: .binary, .bsdf or .npy]
     #[arg(long, value_enum)]
     format: Option<FormatName>,
-    /// Replace files that are there
+    /// Replace existing files
     #[arg(long)]
     force: bool,
-    /// Print JSON: material, format, copied (or converted), files and loss
+    /// Print JSON: material, format, copied (true or false), files and loss
     #[arg(long)]
     json: bool,
 }
@@ -47,39 +47,39 @@ pub(crate) struct Convert {
 impl Convert {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         let format = self.format()?;
-        let outs = paths(format, &self.out)?;
+        let outs = output_paths(format, &self.out)?;
         for out in &outs {
             refuse_source(out, &self.source)?;
         }
         let materials = load(&self.source)?;
         let [material] = &materials[..] else {
             bail!(
-                "{} holds {} materials, and one is converted at a time: name its file",
+                "{} holds {} materials, but IN must be a single one: name its file",
                 self.source,
                 materials.len()
             );
         };
         let own = self.source.files()?;
-        let is_own = |first: &PathBuf| Format::of(first).is_ok_and(|own| own == format);
+        let is_own = |first: &PathBuf| Format::detect(first).is_ok_and(|own| own == format);
         let copied = own.first().is_some_and(is_own);
         let files: Vec<Vec<u8>> = match copied {
             true => {
-                // Its directions are those of whoever measured it, and its files as many.
+                // Its number of files depends on its directions, so it does not match `outs`.
                 ensure!(
                     format != Format::Pab,
-                    "{} is PAB-Opto's text already: copy its files",
+                    "{} is in PAB-Opto's format already: copy its files",
                     self.source
                 );
-                eprintln!("{} has that format already: it is copied", self.source);
+                eprintln!("{} has the output format already: copying it", self.source);
                 let read = own.iter().map(|path| {
                     fs::read(path).with_context(|| format!("cannot read {}", path.display()))
                 });
                 read.collect::<anyhow::Result<_>>()?
             }
             false => {
-                // A single file has whatever name was given.
+                // Only the names of PAB-Opto's files depend on OUT here.
                 let name = match format {
-                    Format::Pab => name_of(&self.out)?,
+                    Format::Pab => file_name(&self.out)?,
                     _ => material.name(),
                 };
                 let files = files_of(&**material, format, name, seed)?.into_iter();
@@ -89,8 +89,8 @@ impl Convert {
         let files: Files = outs.into_iter().zip(files).collect();
         for (path, bytes) in &files {
             ensure!(
-                self.force || !path.is_file() || holds(path, bytes),
-                "{} is there: give --force to replace it, or another OUT",
+                self.force || !path.is_file() || has_content(path, bytes),
+                "{} exists: give --force to replace it, or another OUT",
                 path.display()
             );
         }
@@ -98,7 +98,7 @@ impl Convert {
         let (first, _) = &files[0];
         // A pipe cannot be read again.
         let loss = match first.is_file() {
-            true => Some(loss_of(&**material, first)?),
+            true => Some(loss_of_file(&**material, first)?),
             false => None,
         };
         match (self.json, loss) {
@@ -114,23 +114,24 @@ impl Convert {
         }
     }
 
-    /// What was asked for, or what the output's ending stands for; both are the same if both are
-    /// there, since other people's programs go by endings.
+    /// Returns the format of --format, or else of the output's extension.
+    ///
+    /// # Errors
+    /// If the two differ, since other programs detect formats by extension, or if neither is known.
     fn format(&self) -> anyhow::Result<Format> {
-        let by_ending = format_of_ending(&self.out);
+        let by_extension = format_from_extension(&self.out);
         let out = self.out.display();
-        match (self.format.map(Format::from), by_ending) {
+        match (self.format.map(Format::from), by_extension) {
             (Some(format), None) => Ok(format),
             (None, Some(format)) => Ok(format),
-            (Some(format), Some(meant)) if format == meant => Ok(format),
-            (Some(_), Some(meant)) => bail!(
-                "{out} ends as --format {} does, and another one is asked for: give OUT that \
-                 one's ending, or leave out --format",
-                meant.name()
+            (Some(format), Some(other)) if format == other => Ok(format),
+            (Some(_), Some(other)) => bail!(
+                "{out} has the extension of --format {}: change the extension, or remove --format",
+                other.name()
             ),
             (None, None) => bail!(
-                "{out} does not say in which format to write: end it with .binary, .bsdf or \
-                 _fc1.npy, or give --format"
+                "the extension of {out} is not that of a format: use .binary, .bsdf or _fc1.npy, or \
+                 give --format"
             ),
         }
     }

@@ -7,52 +7,57 @@ use anyhow::{Context, Error, anyhow, bail, ensure};
 use clap::{ArgGroup, Args, ValueEnum};
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::{Portion, Source};
-use glimpse_trainer::evaluation::{Evaluator, Method, OPTIMUM_STEPS, Readings, Report, TrainedOn};
-use glimpse_training::linear::{Columns, Prior, least_condition, principal_components};
-use glimpse_training::meta::options::{Options, Parts};
+use glimpse_materials::{Source, SourceShare};
+use glimpse_trainer::evaluation::{
+    Degradation, Evaluator, Method, OPTIMUM_STEPS, Report, TrainingMaterials,
+};
+use glimpse_training::linear::{Columns, Prior, min_condition_pattern, principal_components};
+use glimpse_training::meta::options::{Options, TrainedParts};
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::run::INNER_STEPS;
-use glimpse_training::recipe::{RecipeFile, recipe_of};
+use glimpse_training::recipe::{RecipeFile, pack_recipe};
 
-use super::evaluation_report::{MethodReport, comparison, comparison_as_json, promised};
+use super::evaluation_report::{MethodReport, StatedLoss, comparison, comparison_as_json};
 use super::export_basis::read_compact;
-use super::known::known;
-use super::progress::{Steps, train_with_progress};
+use super::progress::{StepProgress, train_with_progress};
+use super::training_overlap::training_overlaps;
 use super::{ModelName, PriorArgs, environment, load, numbers, print, read_recipe};
 
-/// How a method fits.
+/// A fitting method, as named on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum MethodName {
-    /// A recipe's pattern, start and step sizes.
+    /// Learned pattern, initial parameters and step sizes: a recipe.
     Ours,
-    /// Learned start and step sizes, random samples.
+    /// Learned initial parameters and step sizes, random samples.
     Meta,
-    /// Random start, Adam, random samples; Linear: a fixed prior, random samples.
+    /// Random initial parameters, Adam, random samples; Linear: a fixed prior, random samples.
     Random,
     /// Linear only: samples that make its ridge problem well conditioned (Nielsen et al. 2015).
     Njr15,
-    /// The best that the model can do: samples and steps without limit.
+    /// The best fit that the model allows: unlimited samples and steps.
     Optimum,
 }
 
-/// Evaluator recipes, or a method without a recipe, on materials.
+/// Evaluate recipes, or a method without a recipe, on materials.
 ///
-/// Give --recipe, or else --method and --model (and --samples, but for --method optimum).
+/// Give --recipe, or --method and --model (with --samples, except for --method optimum).
 ///
-/// Each material is measured at the method's n directions and fitted as the scanner would; the
-/// fit is compared with the whole material. The loss is the mean cosine-weighted logarithmic error
-/// over 40,503 directions, uniform in the Rusinkiewicz angles, always the same (docs/losses.md defines
-/// it). DSSIM, L2, PSNR and delta E (mean CIEDE2000 over the disc) are of a sphere of 128 x 128 pixels,
-/// as `trainer render sphere --size 128` draws it.
-/// Random methods are averaged over seeds. The standard error is over the materials: how far as
-/// many others would move the mean.
+/// Each material is measured at the method's n directions and fitted as on the scanner. The fit is
+/// compared with the material itself:
 ///
-/// A recipe that completes readings (train --schedule prior) also predicts each material's loss from
-/// its readings; what was predicted stands beside what was found.
+/// - loss: the mean cosine-weighted logarithmic error over 40,503 fixed directions, uniform in the
+///   Rusinkiewicz angles (definition: docs/losses.md);
+/// - DSSIM, L2, PSNR and delta E (mean CIEDE2000 over the disc): errors of a sphere of 128 x 128
+///   pixels, as `trainer render sphere --size 128` draws it.
 ///
-/// Several recipes are compared in one table, by differences to the first one, material by material.
-/// What was trained on is marked: a loss on it says nothing of unseen materials.
+/// Results of random methods are means over seeds. The standard error is over the materials: it
+/// estimates how much the mean changes with another set of as many materials.
+///
+/// A recipe that completes readings (train --schedule prior) also predicts each material's loss
+/// from its readings. The predicted loss is printed next to the true one.
+///
+/// Several recipes are compared in one table, by paired differences to the first recipe. Training
+/// materials are marked, since losses on them say nothing about unseen materials.
 ///
 /// Example: trainer evaluate --recipe neural-n8.recipe --test MERL-test/
 ///          trainer evaluate --recipe old.recipe new.recipe --test MERL-test/
@@ -63,10 +68,10 @@ pub(crate) enum MethodName {
     verbatim_doc_comment,
     override_usage = "trainer evaluate --recipe <FILE>... --test <SRC> [OPTIONS]\n       \
                       trainer evaluate --method <METHOD> --model <MODEL> --samples <N> --test <SRC> [OPTIONS]",
-    group = ArgGroup::new("judged").args(["recipe", "model"]).required(true)
+    group = ArgGroup::new("evaluated").args(["recipe", "model"]).required(true)
 )]
 pub(crate) struct Evaluate {
-    /// Recipes; with --method meta their start and step sizes are used on random samples
+    /// Recipe files; with --method meta their initial parameters and step sizes, at random samples
     #[arg(
         long,
         num_args = 1..,
@@ -74,56 +79,59 @@ pub(crate) struct Evaluate {
         conflicts_with_all = ["model", "samples", "train", "effort", "bases", "eta"]
     )]
     recipe: Vec<PathBuf>,
-    /// A compact basis (trainer export --format basis): the recipe's coefficients become a BRDF by
-    /// it, as on a device, and not by the whole basis
+    /// Compact basis file (trainer export --format basis) that replaces the recipe's whole basis,
+    /// as on a device
     #[arg(long, requires = "recipe", conflicts_with = "model")]
     basis: Option<PathBuf>,
-    /// The method [default with --recipe: ours]
+    /// Fitting method [default with --recipe: ours]
     #[arg(long, value_enum)]
     method: Option<MethodName>,
-    /// The model, without a recipe
+    /// Model of a method without a recipe
     #[arg(long, value_enum, requires = "method")]
     model: Option<ModelName>,
-    /// Number of directions that are measured, without a recipe: 1 to 4096 [--method optimum takes none]
+    /// Number n of samples of a method without a recipe, 1 to 4096 [none for --method optimum]
     #[arg(long, short = 'n', value_name = "N", value_parser = numbers::samples)]
     samples: Option<usize>,
-    /// Materials to learn on, where the method learns and there is no recipe; the model linear
-    /// takes its components from them [default: procedural:100]
+    /// Training materials for ours and meta without a recipe, and for the components of the model
+    /// linear [default: procedural:100]
     #[arg(long)]
     train: Option<Source>,
-    /// How long to train then [default: standard]
+    /// Length of that training [default: standard]
     #[arg(long, value_enum)]
     effort: Option<Effort>,
     #[command(flatten)]
     prior: PriorArgs,
-    /// Materials to judge on
+    /// Test materials
     #[arg(long, value_name = "SRC")]
     test: Source,
-    /// Light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
+    /// Environment light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
-    /// Number of each recipe's readings that are taken, the first ones of its pattern: 1 to 4096
+    /// Number of readings to use, the first ones of each recipe's pattern, 1 to 4096 [default: all]
     #[arg(long, value_name = "K", requires = "recipe", value_parser = numbers::samples)]
     first: Option<usize>,
-    /// Number of readings of each material that are lost at random: 1 to 4096
+    /// Number of random readings of each material to drop, 1 to 4096 [default: none]
     #[arg(long, value_name = "K", requires = "recipe", value_parser = numbers::samples)]
     lose: Option<usize>,
-    /// Noise of a recipe's readings, relative to each, 0 to 1: 0.02 is 2 % [default: 0]
+    /// Standard deviation of the readings' noise, relative to each value, 0 to 1: 0.02 is 2 %
+    /// [default: 0]
     #[arg(long, value_name = "S", requires = "recipe", value_parser = numbers::share)]
     noise: Option<f32>,
-    /// Noise in addition, relative to a white surface, whose BRDF is 1/pi, 0 to 1: 0.01 is 1 % [default: 0]
+    /// Standard deviation of additional noise, relative to a white surface, whose BRDF is 1/pi,
+    /// 0 to 1: 0.01 is 1 % [default: 0]
     #[arg(long, value_name = "S", requires = "recipe", value_parser = numbers::share)]
     additive: Option<f32>,
-    /// Number of levels that the sensor tells apart between darkness and a white surface that faces the
-    /// light [default: 0, no limit]
+    /// Number of quantization levels of the sensor between darkness and a white surface that faces
+    /// the light; 0 for no quantization [default: 0]
     #[arg(
         long,
         value_name = "COUNT",
         requires = "recipe",
-        value_parser = numbers::whole(0..=u32::MAX)
+        value_parser = numbers::integer(0..=u32::MAX)
     )]
     levels: Option<u32>,
-    /// Repetitions of what is random, methods and readings that are lost or noisy: 1 to 10000 [default: 5]
+    /// Number of repetitions with random methods, or with dropped or noisy readings, 1 to 10000
+    /// [default: 5]
     #[arg(long, value_name = "COUNT", value_parser = numbers::seeds)]
     seeds: Option<u64>,
     /// Print JSON
@@ -131,18 +139,17 @@ pub(crate) struct Evaluate {
     json: bool,
 }
 
-/// Repetitions of random methods, unless told.
+/// Default number of repetitions of random methods.
 const SEEDS: u64 = 5;
-
-/// A recipe and the basis that belongs to it.
-type Learned = (RecipeFile, Option<Basis>);
 
 impl Evaluate {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         let name = self.method.unwrap_or(MethodName::Ours);
-        self.refuse_what_has_no_effect(name)?;
+        self.refuse_unused_options(name)?;
         let compact = match &self.basis {
-            Some(path) => Some(Basis::of_compact(&read_compact(path)?).map_err(Error::msg)?),
+            Some(path) => {
+                Some(Basis::from_compact_bytes(&read_compact(path)?).map_err(Error::msg)?)
+            }
             None => None,
         };
         let mut recipes = Vec::new();
@@ -151,17 +158,17 @@ impl Evaluate {
         }
         let materials = load(&self.test)?;
         let environment = environment(self.environment.as_deref())?;
-        if recipes.is_empty() && name.learns() {
-            recipes.push((None, self.learn(name, seed)?));
+        if recipes.is_empty() && name.uses_recipe() {
+            recipes.push((None, self.train_recipe(name, seed)?));
         }
-        let steps = Steps::new("rendering what fits are compared with", materials.len());
-        let judge = Evaluator::under(environment, &materials);
-        drop(steps);
-        let judge = |method: &Method<'_>| -> anyhow::Result<Report> {
-            let steps = Steps::new("judging", materials.len());
+        let progress = StepProgress::new("rendering the materials", materials.len());
+        let evaluator = Evaluator::with_environment(environment, &materials);
+        drop(progress);
+        let evaluate = |method: &Method<'_>| -> anyhow::Result<Report> {
+            let progress = StepProgress::new("evaluating", materials.len());
             let seeds = self.seeds.unwrap_or(SEEDS);
-            let (done, never) = (|| steps.done(), AtomicBool::new(false));
-            Ok(judge.evaluate_with_progress(method, seed, seeds, &done, &never)?)
+            let (done, cancel) = (|| progress.increment(), AtomicBool::new(false));
+            Ok(evaluator.evaluate_with_progress(method, seed, seeds, &done, &cancel)?)
         };
         let mut all = Vec::new();
         for (path, (file, basis)) in &recipes {
@@ -171,28 +178,31 @@ impl Evaluate {
                 _ => Method::ours(&recipe, basis.as_ref())?,
             };
             let readings = self.readings();
-            let method = match readings == Readings::default() {
+            let method = match readings == Degradation::default() {
                 true => method,
-                false => method.with_readings(readings)?,
+                false => method.with_degradation(readings)?,
             };
             let method = match &compact {
-                Some(compact) => method.by_compact(compact)?,
+                Some(compact) => method.with_compact_basis(compact)?,
                 None => method,
             };
             all.push(MethodReport {
                 recipe: path.clone(),
-                report: judge(&method)?,
-                known: known(TrainedOn::of_recipe(&recipe)?.as_ref(), &materials),
-                promise: promised(&recipe)?,
+                report: evaluate(&method)?,
+                overlaps: training_overlaps(
+                    TrainingMaterials::from_recipe(&recipe)?.as_ref(),
+                    &materials,
+                ),
+                stated_loss: StatedLoss::of(&recipe)?,
             });
         }
         if recipes.is_empty() {
-            let (report, trained_on) = self.evaluate_unlearned(name, seed, &judge)?;
+            let (report, trained_on) = self.evaluate_without_recipe(name, seed, &evaluate)?;
             all.push(MethodReport {
                 recipe: None,
                 report,
-                known: known(Some(&trained_on), &materials),
-                promise: None,
+                overlaps: training_overlaps(Some(&trained_on), &materials),
+                stated_loss: None,
             });
         }
         let text = match (&all[..], self.json) {
@@ -204,32 +214,34 @@ impl Evaluate {
         print(&text)
     }
 
-    /// Refuses, by name, what would be asked for in vain. (What a recipe excludes, clap does.)
-    fn refuse_what_has_no_effect(&self, name: MethodName) -> anyhow::Result<()> {
+    /// Refuses options without effect. (clap refuses those that exclude --recipe.)
+    fn refuse_unused_options(&self, name: MethodName) -> anyhow::Result<()> {
         let method = name.name();
-        if !self.recipe.is_empty() && !name.learns() {
+        if !self.recipe.is_empty() && !name.uses_recipe() {
             bail!(
-                "--recipe has no effect: --method {method} learns nothing; give --model and \
-                 --samples"
+                "--recipe has no effect: --method {method} uses no recipe; give --model and \
+                 --samples instead"
             );
         }
         ensure!(
             self.recipe.len() <= 1 || self.basis.is_none(),
-            "--basis takes a single --recipe"
+            "--basis applies to a single --recipe: evaluate the recipes one by one"
         );
-        if name != MethodName::Ours && self.readings() != Readings::default() {
+        if name != MethodName::Ours && self.readings() != Degradation::default() {
             bail!(
-                "--first, --lose, --noise, --additive and --levels have no effect with --method {method}: they \
-                 are for a recipe's own readings"
+                "--first, --lose, --noise, --additive and --levels have no effect with --method {method}: \
+                 remove them"
             );
         }
         if let (Some(first), Some(lose)) = (self.first, self.lose)
             && lose >= first
         {
-            bail!("--lose {lose} of --first {first} leaves nothing to fit");
+            bail!(
+                "--lose {lose} of --first {first} leaves no reading to fit: give a smaller --lose"
+            );
         }
-        if self.seeds.is_some() && !name.is_random() && !self.readings().are_random() {
-            bail!("--seeds has no effect: nothing of --method {method} is random");
+        if self.seeds.is_some() && !name.is_random() && !self.readings().is_random() {
+            bail!("--seeds has no effect: --method {method} is not random; remove it");
         }
         let Some(model) = self.model else {
             return Ok(());
@@ -237,33 +249,36 @@ impl Evaluate {
         self.prior.refuse_for_others(&[model])?;
         let is_linear = ModelKind::from(model) == ModelKind::Linear;
         let refuse = |option: &str, given: bool, why: &str| match given {
-            true => Err(anyhow!("{option} has no effect: --method {method} {why}")),
+            true => Err(anyhow!(
+                "{option} has no effect: --method {method} {why}; remove it"
+            )),
             false => Ok(()),
         };
         refuse(
             "--effort",
-            self.effort.is_some() && !name.learns(),
-            "trains nothing",
+            self.effort.is_some() && !name.uses_recipe(),
+            "is not trained",
         )?;
         refuse(
             "--train",
-            self.train.is_some() && !name.learns() && !is_linear,
-            "of this model learns nothing",
+            self.train.is_some() && !name.uses_recipe() && !is_linear,
+            "of this model is not trained",
         )?;
         refuse(
             "--samples",
             self.samples.is_some() && name == MethodName::Optimum,
-            "takes samples without limit",
+            "uses unlimited samples",
         )
     }
 
-    /// Judges a method that comes without a recipe; returns what it took its components from, too.
-    fn evaluate_unlearned(
+    /// Evaluates a method without a recipe. Returns the materials of its principal components too, for the model
+    /// linear.
+    fn evaluate_without_recipe(
         &self,
         name: MethodName,
         seed: u64,
-        judge: &dyn Fn(&Method<'_>) -> anyhow::Result<Report>,
-    ) -> anyhow::Result<(Report, TrainedOn)> {
+        evaluate: &dyn Fn(&Method<'_>) -> anyhow::Result<Report>,
+    ) -> anyhow::Result<(Report, TrainingMaterials)> {
         if self.model()? == ModelKind::Linear {
             let prior = self.prior.or(Prior::PAPER)?;
             let Some(eta) = prior.eta else {
@@ -275,27 +290,29 @@ impl Evaluate {
             let basis = principal_components(&columns, &all, prior.components);
             let method = match name {
                 MethodName::Njr15 => {
-                    let pattern = least_condition(&basis, self.samples()?, seed);
+                    let pattern = min_condition_pattern(&basis, self.samples()?, seed);
                     Method::linear_njr15(&basis, eta, pattern)
                 }
                 MethodName::Optimum => Method::linear_optimum(&basis, eta),
                 _ => Method::linear_random(&basis, eta, self.samples()?),
             };
-            return Ok((judge(&method)?, TrainedOn::of_materials(&training)));
+            return Ok((
+                evaluate(&method)?,
+                TrainingMaterials::from_materials(&training),
+            ));
         }
         let method = match name {
-            MethodName::Njr15 => bail!(
-                "--method njr15 is for --model linear: it looks for samples that make its ridge \
-                 problem well conditioned"
-            ),
+            MethodName::Njr15 => {
+                bail!("--method njr15 applies to --model linear only: give another --method")
+            }
             MethodName::Optimum => Method::optimum(self.model()?, OPTIMUM_STEPS),
             _ => Method::random(self.model()?, self.samples()?, INNER_STEPS),
         };
-        Ok((judge(&method)?, TrainedOn::default()))
+        Ok((evaluate(&method)?, TrainingMaterials::default()))
     }
 
-    fn readings(&self) -> Readings {
-        Readings {
+    fn readings(&self) -> Degradation {
+        Degradation {
             first: self.first,
             lost: self.lose.unwrap_or(0),
             noise: self.noise.unwrap_or(0.0),
@@ -305,12 +322,15 @@ impl Evaluate {
     }
 
     fn model(&self) -> anyhow::Result<ModelKind> {
-        let model = self.model.context("give --model, or --recipe FILE")?;
+        let model = self
+            .model
+            .context("no model: give --model, or --recipe FILE")?;
         Ok(model.into())
     }
 
     fn samples(&self) -> anyhow::Result<usize> {
-        self.samples.context("give --samples, or --recipe FILE")
+        self.samples
+            .context("no number of samples: give --samples, or --recipe FILE")
     }
 
     fn train(&self) -> Source {
@@ -318,13 +338,17 @@ impl Evaluate {
         self.train.clone().unwrap_or_else(default)
     }
 
-    /// Trains what the method needs.
-    fn learn(&self, name: MethodName, seed: u64) -> anyhow::Result<Learned> {
+    /// Trains a recipe for the method, with its basis for the model linear.
+    fn train_recipe(
+        &self,
+        name: MethodName,
+        seed: u64,
+    ) -> anyhow::Result<(RecipeFile, Option<Basis>)> {
         let effort = self.effort.unwrap_or(Effort::Standard);
         let mut options = Options {
             parts: match name {
-                MethodName::Meta => Parts::WithoutPattern,
-                _ => Parts::All,
+                MethodName::Meta => TrainedParts::WithoutPattern,
+                _ => TrainedParts::All,
             },
             prior: self.prior.or(Prior::LEARNED)?,
             ..Options::new(
@@ -337,26 +361,26 @@ impl Evaluate {
         };
         let train = self.train();
         let materials = load(&train)?;
-        options.portions = vec![Portion::whole(&train, materials.len())];
+        options.source_shares = vec![SourceShare::single(&train, materials.len())];
         let learned = train_with_progress(&options, materials)?;
         let basis = learned.basis.as_deref().map(Basis::from_bytes).transpose();
-        let basis = basis.map_err(|what| anyhow!("the basis: {what}"))?;
-        Ok((recipe_of(&learned, &options, train.label())?, basis))
+        let basis = basis.map_err(|what| anyhow!("the trained basis is invalid: {what}"))?;
+        Ok((pack_recipe(&learned, &options, train.label())?, basis))
     }
 }
 
 impl MethodName {
-    /// True if it comes with a recipe.
-    fn learns(self) -> bool {
+    /// Returns true if the method uses learned values of a recipe.
+    fn uses_recipe(self) -> bool {
         matches!(self, Self::Ours | Self::Meta)
     }
 
-    /// True if it measures at random directions.
+    /// Returns true if the method measures at random directions.
     fn is_random(self) -> bool {
         matches!(self, Self::Meta | Self::Random)
     }
 
-    /// As on the command line.
+    /// Returns the name on the command line.
     fn name(self) -> String {
         let value = self.to_possible_value();
         value.map_or_else(String::new, |value| value.get_name().to_owned())

@@ -1,37 +1,48 @@
-//! Verdicts as text and as JSON: each with how far it can be relied on.
+//! Reports of evaluations as text and as JSON, with standard errors and warnings about training materials.
 
 use glimpse_core::recipe::{Recipe, RecipeError};
-use glimpse_trainer::evaluation::{Estimate, Known, Report};
-use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_trainer::evaluation::{Estimate, Report, TrainingOverlap};
+use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 use glimpse_training::meta::completion::loss_predictor::rank_correlation;
 use serde_json::{Value, json};
 
 use super::expected_loss::expected_loss;
-use super::known::lines;
+use super::training_overlap::warnings;
 
-/// What a method has been found to do, and what is known besides.
+/// The evaluation of a method, with the statements of its recipe.
 pub(super) struct MethodReport {
-    /// The recipe's file, if it came from one.
+    /// Path of the recipe, if the method has a recipe file.
     pub(super) recipe: Option<String>,
     pub(super) report: Report,
-    /// Which of the materials were trained on; None if that cannot be told.
-    pub(super) known: Option<Vec<Option<Known>>>,
-    /// What the recipe promised, in words and as JSON.
-    pub(super) promise: Option<(String, Value)>,
+    /// Overlap of each test material with the training materials; None if those are unknown.
+    pub(super) overlaps: Option<Vec<Option<TrainingOverlap>>>,
+    /// The expected loss that the recipe states.
+    pub(super) stated_loss: Option<StatedLoss>,
 }
 
-/// What a recipe promises, in words and as JSON.
-pub(super) fn promised(recipe: &Recipe<'_>) -> Result<Option<(String, Value)>, RecipeError> {
-    let Some(expectation) = recipe.metadata()?.expectation else {
-        return Ok(None);
-    };
-    let json = json!({
-        "loss": expectation.loss,
-        "standard_error": expectation.standard_error,
-        "materials": expectation.materials,
-        "on": expectation.on,
-    });
-    Ok(expected_loss(recipe)?.map(|words| (words, json)))
+/// The expected loss that a recipe states.
+pub(super) struct StatedLoss {
+    text: String,
+    json: Value,
+}
+
+impl StatedLoss {
+    /// Returns the expected loss of a recipe; None if it states none.
+    ///
+    /// # Errors
+    /// If the recipe's metadata is malformed.
+    pub(super) fn of(recipe: &Recipe<'_>) -> Result<Option<Self>, RecipeError> {
+        let Some(expectation) = recipe.metadata()?.expectation else {
+            return Ok(None);
+        };
+        let json = json!({
+            "loss": expectation.loss,
+            "standard_error": expectation.standard_error,
+            "materials": expectation.materials,
+            "on": expectation.on,
+        });
+        Ok(expected_loss(recipe)?.map(|text| Self { text, json }))
+    }
 }
 
 impl MethodReport {
@@ -40,55 +51,55 @@ impl MethodReport {
         materials.map(|material| &material.name[..]).collect()
     }
 
-    /// How a material is known.
-    fn known(&self, index: usize) -> Option<Known> {
-        *self.known.as_ref()?.get(index)?
+    /// Returns the overlap of a test material with the training materials.
+    fn overlap(&self, index: usize) -> Option<TrainingOverlap> {
+        *self.overlaps.as_ref()?.get(index)?
     }
 
-    /// The loss over the materials that are new, if there are some beside others that are not.
-    fn loss_of_the_new(&self) -> Option<(usize, Estimate)> {
+    /// Returns the number of unseen materials and their loss; None if all materials, or none, are unseen.
+    fn unseen_loss(&self) -> Option<(usize, Estimate)> {
         let losses = self.report.losses();
         let new: Vec<f64> = losses
             .iter()
             .enumerate()
-            .filter(|(index, _)| self.known(*index).is_none())
+            .filter(|(index, _)| self.overlap(*index).is_none())
             .map(|(_, loss)| *loss)
             .collect();
-        let some = self.known.is_some() && !new.is_empty() && new.len() < losses.len();
-        some.then(|| (new.len(), Estimate::of(&new)))
+        let some = self.overlaps.is_some() && !new.is_empty() && new.len() < losses.len();
+        some.then(|| (new.len(), Estimate::from_values(&new)))
     }
 
-    /// The mean loss that is predicted, and how well it ranks the materials.
+    /// Returns the mean predicted loss, and the rank correlation of predicted and true losses.
     fn prediction(&self) -> Option<(f64, Option<f64>)> {
         let predicted = self.report.predicted_losses()?;
         let mean = predicted.iter().sum::<f64>() / predicted.len() as f64;
         Some((mean, rank_correlation(&predicted, &self.report.losses())))
     }
 
-    /// What there is to be said of the materials, and of what was promised.
+    /// Returns remarks about training materials, predicted losses and the stated loss.
     fn remarks(&self) -> Vec<String> {
-        let mut remarks = lines(self.known.as_deref(), &self.names());
-        if let Some((count, estimate)) = self.loss_of_the_new() {
+        let mut remarks = warnings(self.overlaps.as_deref(), &self.names());
+        if let Some((count, estimate)) = self.unseen_loss() {
             remarks.push(format!(
-                "over the {count} that are new: a mean loss of {}",
-                in_words(estimate)
+                "mean loss over the {count} unseen materials: {}",
+                describe_estimate(estimate)
             ));
         }
         if let Some((mean, rank)) = self.prediction() {
             let rank = rank.map_or(String::new(), |rank| {
-                format!("; their ranks correlate with those of the true ones by {rank:.2}")
+                format!("; rank correlation of predicted and true losses: {rank:.2}")
             });
             remarks.push(format!(
-                "the losses predicted from the readings have a mean of {mean:.4}{rank}"
+                "mean loss predicted from the readings: {mean:.4}{rank}"
             ));
         }
-        if let Some((promise, _)) = &self.promise {
-            remarks.push(format!("the recipe promises {promise}"));
+        if let Some(stated) = &self.stated_loss {
+            remarks.push(format!("expected loss of the recipe: {}", stated.text));
         }
         remarks
     }
 
-    /// A line for each material, the mean, and how far that can be relied on.
+    /// Formats a table with a line for each material, the mean, its standard error, and remarks.
     pub(super) fn to_text(&self) -> String {
         let report = &self.report;
         let width = self.names().iter().map(|name| name.len()).max();
@@ -112,20 +123,20 @@ impl MethodReport {
         );
         let materials = report.materials.iter().enumerate();
         let rows = materials.map(|(index, material)| {
-            let mark = match self.known(index) {
-                Some(Known::Same) => "  trained on",
-                Some(Known::Namesake) => "  namesake trained on",
+            let mark = match self.overlap(index) {
+                Some(TrainingOverlap::SameBrdf) => "  training material",
+                Some(TrainingOverlap::SameName) => "  same name as a training material",
                 None => "",
             };
             (
                 &material.name[..],
-                material.scores,
+                material.metrics,
                 material.predicted_loss,
                 mark,
             )
         });
         let predicted = self.prediction().map(|(mean, _)| mean);
-        let mean = [("mean", report.scores, predicted, "")];
+        let mean = [("mean", report.metrics, predicted, "")];
         for (name, scores, predicted, mark) in rows.chain(mean) {
             let predicted = predicted.map_or(String::new(), |loss| format!("  {loss:14.4}"));
             text += &format!(
@@ -141,7 +152,7 @@ impl MethodReport {
         }
         if report.seeds > 1 {
             text += &format!(
-                "mean of {} seeds; the loss has a standard deviation of {:.4} from seed to seed\n",
+                "means over {} seeds; standard deviation of the loss between seeds: {:.4}\n",
                 report.seeds, report.loss_spread
             );
         }
@@ -160,15 +171,15 @@ impl MethodReport {
             "loss": mean,
             "rank_correlation": rank,
         })));
-        value["promise"] = json!(self.promise.as_ref().map(|(_, json)| json));
-        let names = |kind: Known| {
-            let all = self.known.as_ref()?.iter().zip(self.names());
-            let of_kind = all.filter(|(known, _)| **known == Some(kind));
+        value["promise"] = json!(self.stated_loss.as_ref().map(|stated| &stated.json));
+        let names = |kind: TrainingOverlap| {
+            let all = self.overlaps.as_ref()?.iter().zip(self.names());
+            let of_kind = all.filter(|(overlap, _)| **overlap == Some(kind));
             Some(of_kind.map(|(_, name)| name).collect::<Vec<_>>())
         };
-        value["trained_on"] = json!(names(Known::Same));
-        value["namesakes_trained_on"] = json!(names(Known::Namesake));
-        if let Some((count, estimate)) = self.loss_of_the_new() {
+        value["trained_on"] = json!(names(TrainingOverlap::SameBrdf));
+        value["namesakes_trained_on"] = json!(names(TrainingOverlap::SameName));
+        if let Some((count, estimate)) = self.unseen_loss() {
             value["new"] = json!({
                 "materials": count,
                 "loss": estimate.mean,
@@ -176,49 +187,53 @@ impl MethodReport {
             });
         }
         for (index, _) in self.report.materials.iter().enumerate() {
-            let same = self.known.is_some();
+            let is_known = self.overlaps.is_some();
             value["materials"][index]["trained_on"] =
-                json!(same.then(|| self.known(index) == Some(Known::Same)));
+                json!(is_known.then(|| self.overlap(index) == Some(TrainingOverlap::SameBrdf)));
         }
         Ok(value)
     }
 }
 
-fn in_words(estimate: Estimate) -> String {
+fn describe_estimate(estimate: Estimate) -> String {
     match estimate.standard_error {
         Some(error) => format!("{:.4} (standard error {error:.4})", estimate.mean),
         None => format!("{:.4}", estimate.mean),
     }
 }
 
-/// Less loss than the first one, material by material; and on how many of them there is less.
-fn against(first: &MethodReport, other: &MethodReport) -> (Estimate, usize) {
+/// Compares the losses of two reports on each material. Returns the mean difference, and the number of materials
+/// on which `other` has the lower loss.
+fn paired_difference(first: &MethodReport, other: &MethodReport) -> (Estimate, usize) {
     let (base, losses) = (first.report.losses(), other.report.losses());
     let better = losses.iter().zip(&base).filter(|(loss, base)| loss < base);
-    (Estimate::of_differences(&losses, &base), better.count())
+    (
+        Estimate::from_paired_differences(&losses, &base),
+        better.count(),
+    )
 }
 
-/// Several recipes on the same materials: in one table, the first one being what the others are
-/// compared with, and the loss of each material beneath.
+/// Formats reports on the same materials: a table that compares each with the first, and a table of the losses on
+/// each material.
 pub(super) fn comparison(all: &[MethodReport]) -> String {
     let number = |number: Option<f64>| number.map_or(Cell::Missing, Cell::Number);
-    let name = |judged: &MethodReport| judged.recipe.clone().unwrap_or_default();
+    let name = |report: &MethodReport| report.recipe.clone().unwrap_or_default();
     let materials = all.first().map_or(0, |first| first.report.materials.len());
-    let rows = all.iter().enumerate().map(|(index, judged)| {
-        let report = &judged.report;
+    let rows = all.iter().enumerate().map(|(index, method_report)| {
+        let report = &method_report.report;
         let mut row = vec![
-            Cell::Text(name(judged)),
+            Cell::Text(name(method_report)),
             Cell::Text(report.model.into()),
             Cell::Number(report.samples as f64),
-            Cell::Number(report.scores.loss),
+            Cell::Number(report.metrics.loss),
             number(report.loss_standard_error),
-            Cell::Number(report.scores.dssim),
-            Cell::Number(report.scores.l2),
-            Cell::Number(report.scores.psnr),
-            Cell::Number(report.scores.delta_e),
+            Cell::Number(report.metrics.dssim),
+            Cell::Number(report.metrics.l2),
+            Cell::Number(report.metrics.psnr),
+            Cell::Number(report.metrics.delta_e),
         ];
         if index > 0 {
-            let (difference, better) = against(&all[0], judged);
+            let (difference, better) = paired_difference(&all[0], method_report);
             row.extend([
                 Cell::Number(difference.mean),
                 number(difference.standard_error),
@@ -232,19 +247,19 @@ pub(super) fn comparison(all: &[MethodReport]) -> String {
         columns: vec![
             Column::text("recipe"),
             Column::text("model"),
-            Column::number("n", 0, Best::None),
-            Column::number("loss", 4, Best::Least),
-            Column::number("std. error", 4, Best::None),
-            Column::number("DSSIM", 4, Best::Least),
-            Column::number("L2", 6, Best::Least),
-            Column::number("PSNR", 2, Best::Greatest),
-            Column::number("delta E", 4, Best::Least),
-            Column::number("loss - first", 4, Best::None),
-            Column::number("its std. error", 4, Best::None),
-            Column::number(format!("less loss on (of {materials})"), 0, Best::None),
+            Column::number("n", 0, Highlight::None),
+            Column::number("loss", 4, Highlight::Lowest),
+            Column::number("std. error", 4, Highlight::None),
+            Column::number("DSSIM", 4, Highlight::Lowest),
+            Column::number("L2", 6, Highlight::Lowest),
+            Column::number("PSNR", 2, Highlight::Highest),
+            Column::number("delta E", 4, Highlight::Lowest),
+            Column::number("loss - first", 4, Highlight::None),
+            Column::number("its std. error", 4, Highlight::None),
+            Column::number(format!("less loss on (of {materials})"), 0, Highlight::None),
         ],
         rows: rows.collect(),
-        compare: Compare::Down,
+        compare: Compare::WithinColumn,
     };
     let losses = Table {
         caption: String::new(),
@@ -252,12 +267,12 @@ pub(super) fn comparison(all: &[MethodReport]) -> String {
             .into_iter()
             .chain(
                 all.iter()
-                    .map(|judged| Column::number(name(judged), 4, Best::Least)),
+                    .map(|judged| Column::number(name(judged), 4, Highlight::Lowest)),
             )
             .collect(),
         rows: (0..materials)
             .map(|index| {
-                let of = |judged: &MethodReport| number(judged.report.losses().get(index).copied());
+                let of = |report: &MethodReport| number(report.report.losses().get(index).copied());
                 let material = all[0].names()[index];
                 [Cell::Text(material.into())]
                     .into_iter()
@@ -265,29 +280,29 @@ pub(super) fn comparison(all: &[MethodReport]) -> String {
                     .collect()
             })
             .collect(),
-        compare: Compare::Across,
+        compare: Compare::WithinRow,
     };
     let mut text = format!(
-        "{}\nDifferences are paired, material by material: their standard error is over the \
-         {materials} differences.\n\n{}",
+        "{}\nDifferences are paired by material; their standard error is over the {materials} \
+         differences.\n\n{}",
         table.to_text(),
         losses.to_text()
     );
-    for judged in all {
-        for remark in judged.remarks() {
-            text += &format!("\n{}: {remark}", name(judged));
+    for report in all {
+        for remark in report.remarks() {
+            text += &format!("\n{}: {remark}", name(report));
         }
     }
     text + "\n"
 }
 
-/// The same as JSON.
+/// Returns the content of [`comparison`] as JSON.
 pub(super) fn comparison_as_json(all: &[MethodReport]) -> serde_json::Result<Value> {
     let recipes = all.iter().map(MethodReport::to_json);
-    let differences = all.iter().skip(1).map(|judged| {
-        let (difference, better) = against(&all[0], judged);
+    let differences = all.iter().skip(1).map(|report| {
+        let (difference, better) = paired_difference(&all[0], report);
         json!({
-            "recipe": judged.recipe,
+            "recipe": report.recipe,
             "base": all[0].recipe,
             "loss": difference.mean,
             "standard_error": difference.standard_error,

@@ -1,21 +1,21 @@
-//! The loss to expect by a recipe, always with the materials that it was found on.
+//! Text of a recipe's expected loss. It always names the materials on which the loss was measured.
 
 use glimpse_core::recipe::{
     ExpectedLoss, Metadata, Origin, Recipe, RecipeError, Training, ValidationSplit,
 };
 use glimpse_trainer::bundled;
-use glimpse_training::recipe::split_in_words;
+use glimpse_training::recipe::describe_split;
 
-/// The loss to expect by a recipe, in words that begin with the number; None if it states none.
+/// Describes the expected loss that a recipe states; None if it states none. The text starts with the number.
 pub(super) fn expected_loss(recipe: &Recipe<'_>) -> Result<Option<String>, RecipeError> {
     let caution = caution(recipe)?;
-    let statements = recipe.metadata()?;
-    let expectation = statements.expectation;
-    Ok(expectation.map(|expectation| in_words(expectation, &statements, caution.as_deref())))
+    let metadata = recipe.metadata()?;
+    let expectation = metadata.expectation;
+    Ok(expectation.map(|expectation| describe(expectation, &metadata, caution.as_deref())))
 }
 
-/// A caution about a recipe that was trained on built-in materials alone; None for others, and where
-/// the recipe does not state its sources.
+/// A caution about a recipe that was trained on built-in materials only. None for other recipes, and for recipes
+/// that do not state their training sources.
 pub(super) fn caution(recipe: &Recipe<'_>) -> Result<Option<String>, RecipeError> {
     let training = recipe.metadata()?.training;
     if !training.is_some_and(|training| is_built_in(&training)) {
@@ -24,13 +24,13 @@ pub(super) fn caution(recipe: &Recipe<'_>) -> Result<Option<String>, RecipeError
     let losses = bundled::find_by_checksum(recipe.checksum()).and_then(|bundled| bundled.losses());
     let measured = match losses {
         Some(losses) => format!(
-            "has loss {:.4} on 80 materials of MERL and {:.4} on 17 of RGL, on average",
+            "its mean loss is {:.4} on 80 materials of MERL and {:.4} on 17 of RGL",
             losses.merl, losses.rgl
         ),
-        None => "may have several times this loss on measured ones".to_owned(),
+        None => "its loss on measured materials may be several times larger".to_owned(),
     };
     Ok(Some(format!(
-        "but it was trained on built-in materials alone, and {measured}"
+        "but the recipe was trained on built-in materials only: {measured}"
     )))
 }
 
@@ -40,9 +40,9 @@ fn is_built_in(training: &Training<'_>) -> bool {
     sources.len() > 0 && sources.all(|source| source.origin == Origin::BuiltIn)
 }
 
-fn in_words(
+fn describe(
     expectation: ExpectedLoss<'_>,
-    statements: &Metadata<'_>,
+    metadata: &Metadata<'_>,
     caution: Option<&str>,
 ) -> String {
     let ExpectedLoss {
@@ -55,24 +55,24 @@ fn in_words(
         Some(error) => format!(" (standard error {error:.4})"),
         None => String::new(),
     };
-    let split = statements.training.map(|training| training.split);
-    let found_on = match (materials, split, statements.provenance) {
-        (0, ..) => return format!("{loss:.4}{error}, on materials that are not stated"),
+    let split = metadata.training.map(|training| training.split);
+    let test_set = match (materials, split, metadata.provenance) {
+        (0, ..) => return format!("{loss:.4}{error}, on unstated materials"),
         (1, Some(split), Some(provenance)) => format!(
             "1 material of {} {}",
             provenance.data,
-            split_in_words(split)
+            describe_split(split)
         ),
         _ => format!("{materials} {on}"),
     };
     let caution = match (split, caution) {
         (Some(ValidationSplit::Training), _) => {
-            ": nothing is known about unseen materials".to_owned()
+            "; the loss on unseen materials is unknown".to_owned()
         }
         (_, Some(caution)) => format!(", {caution}"),
-        (_, None) => "; materials of another kind may have a larger loss".to_owned(),
+        (_, None) => "; other kinds of materials may have a larger loss".to_owned(),
     };
-    format!("{loss:.4}{error}, found on {found_on}{caution}")
+    format!("{loss:.4}{error}, measured on {test_set}{caution}")
 }
 
 #[cfg(test)]
@@ -91,37 +91,37 @@ mod tests {
     };
 
     #[test]
-    fn the_split_decides_which_caution_is_given_whatever_the_text_is() {
+    fn split_selects_caution() {
         let expectation = ExpectedLoss {
             loss: 0.0125,
             standard_error: Some(0.0015),
             materials: 7,
             on: "materials of MERL that it was trained on",
         };
-        let in_words = |split| {
-            let statements = Metadata {
+        let describe = |split| {
+            let metadata = Metadata {
                 training: Some(Training { split, ..TRAINING }),
                 ..Metadata::default()
             };
-            in_words(expectation, &statements, Some("CAUTION"))
+            describe(expectation, &metadata, Some("CAUTION"))
         };
-        for (split, is_cautioned) in [
+        for (split, has_caution) in [
             (ValidationSplit::HeldOut, true),
             (ValidationSplit::LeftOut, true),
             (ValidationSplit::Folds, true),
             (ValidationSplit::Training, false),
         ] {
-            let words = in_words(split);
-            assert_eq!(words.contains("CAUTION"), is_cautioned, "{words}");
-            assert!(words.contains("0.0125") && words.contains("0.0015"));
-            assert!(words.contains(expectation.on), "{words}");
+            let text = describe(split);
+            assert_eq!(text.contains("CAUTION"), has_caution, "{text}");
+            assert!(text.contains("0.0125") && text.contains("0.0015"));
+            assert!(text.contains(expectation.on), "{text}");
         }
     }
 
     #[test]
-    fn a_recipe_of_built_in_materials_alone_is_cautioned_about() {
+    fn caution_about_built_in_materials() {
         let is_built_in = |origins: &[Origin]| {
-            // Labels are for people: they decide nothing.
+            // The label must not matter, only the origin.
             let sources: Vec<TrainingSource<'_>> = origins
                 .iter()
                 .map(|origin| TrainingSource {
@@ -142,12 +142,15 @@ mod tests {
         assert!(!is_built_in(&[Origin::BuiltIn, Origin::Files]));
         assert!(!is_built_in(&[]));
 
-        let bundled = bundled::find("neural-n8").expect("it is bundled");
-        let recipe = bundled.recipe().expect("it is whole");
-        let losses = bundled.losses().expect("they were measured");
-        let words = caution(&recipe)
-            .expect("it makes sense")
+        let bundled = bundled::find("neural-n8").expect("a bundled recipe");
+        let recipe = bundled.recipe().expect("a valid recipe");
+        let losses = bundled.losses().expect("recorded losses");
+        let caution = caution(&recipe)
+            .expect("valid metadata")
             .expect("a caution");
-        assert!(words.contains(&format!("{:.4}", losses.merl)), "{words}");
+        assert!(
+            caution.contains(&format!("{:.4}", losses.merl)),
+            "{caution}"
+        );
     }
 }

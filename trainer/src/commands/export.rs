@@ -12,20 +12,20 @@ use super::export_basis::compact_basis;
 use super::numbers;
 use super::output::{refuse_input, write_file_forced};
 
-/// The formats.
+/// An output format of recipes.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
 enum Format {
-    /// The recipe as the device reads it.
+    /// The recipe file itself, as a device reads it.
     Postcard,
     /// A module of Rust constants.
     Rust,
     /// A C header with the recipe's bytes, for the C library.
     C,
-    /// Where to measure: the samples' angles, in degrees.
+    /// The samples' angles in degrees.
     Csv,
-    /// Everything that is needed to redo the fit elsewhere.
+    /// All values that the fit needs, for other programs.
     Json,
-    /// Model linear: the compact basis, by which a device makes a BRDF of its coefficients.
+    /// Model linear: the compact basis, with which a device turns coefficients into a BRDF.
     Basis,
 }
 
@@ -37,21 +37,21 @@ enum Format {
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Export {
-    /// The recipe file
+    /// Recipe file
     recipe: PathBuf,
-    /// The format to write
+    /// Output format
     #[arg(long, value_enum)]
     format: Format,
-    /// With --format basis: principal components that are kept, 1 to 1024 [default: 24]
-    #[arg(long, value_name = "COUNT", value_parser = numbers::whole(1..=1024_usize))]
+    /// With --format basis: number of principal components, 1 to 1024 [default: 24]
+    #[arg(long, value_name = "COUNT", value_parser = numbers::integer(1..=1024_usize))]
     components: Option<usize>,
-    /// The file to write
+    /// Output file
     #[arg(long, short)]
     out: PathBuf,
-    /// Replace another recipe, the basis of one, a material or a sheet of readings
+    /// Replace an existing recipe, basis, material or sheet of readings
     #[arg(long)]
     force: bool,
-    /// Leave out the names of the materials, which nobody reads on a device (postcard and c)
+    /// Remove the names of the training materials, which a device does not use (postcard and c only)
     #[arg(long)]
     strip: bool,
 }
@@ -59,13 +59,13 @@ pub(crate) struct Export {
 impl Export {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         if self.strip && !matches!(self.format, Format::Postcard | Format::C) {
-            bail!("--strip is for what is flashed: it takes --format postcard or c");
+            bail!("--strip has no effect: give --format postcard or --format c, or remove it");
         }
         if self.components.is_some() && !matches!(self.format, Format::Basis) {
-            bail!("--components is for --format basis: a recipe keeps all of its components");
+            bail!("--components has no effect: give --format basis, or remove it");
         }
         refuse_input(&self.out, &self.recipe)?;
-        refuse_input(&self.out, &Basis::beside(&self.recipe))?;
+        refuse_input(&self.out, &Basis::path_for(&self.recipe))?;
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe();
         let bytes = match self.format {

@@ -1,54 +1,54 @@
-//! `trainer export --format basis`, and what reads such a file again.
+//! `trainer export --format basis`: writes and reads compact bases.
 
 use std::path::Path;
 
 use anyhow::{Context, bail};
 use glimpse_core::model::linear;
 use glimpse_materials::basis::Basis;
-use glimpse_training::linear::{COMPACT_COMPONENTS, COMPACT_NODES, compact};
+use glimpse_training::linear::{COMPACT_COMPONENTS, COMPACT_NODES, to_compact_bytes};
 
 use super::read_recipe;
 
-/// The compact basis of a recipe of the model Linear, made of the whole basis beside it.
+/// Compacts the whole basis next to a recipe of the model Linear.
 pub(crate) fn compact_basis(recipe: &Path, components: Option<usize>) -> anyhow::Result<Vec<u8>> {
     let (_, basis) = read_recipe(recipe)?;
     let Some(basis) = basis else {
         bail!(
-            "{} has no basis: --format basis is for recipes of the model linear that were trained \
-             here",
+            "{} has no basis: --format basis takes a recipe of the model linear with its basis file \
+             next to it",
             recipe.display()
         );
     };
     if basis.is_compact() {
         bail!(
-            "{} is a compact basis already: copy it, or train the recipe again for the whole one",
-            Basis::beside(recipe).display()
+            "{} is a compact basis already: copy it, or train the recipe again for a whole basis",
+            Basis::path_for(recipe).display()
         );
     }
     compacted(&basis, components)
 }
 
-/// A whole basis made compact, by so many components or by the usual number.
+/// Compacts a whole basis to a given number of components, or else to [`COMPACT_COMPONENTS`] of them.
 pub(crate) fn compacted(basis: &Basis, components: Option<usize>) -> anyhow::Result<Vec<u8>> {
     let all = basis.components();
     let components = match components {
         Some(count) if !(1..=all).contains(&count) => {
-            bail!("--components must be 1 to {all}, the components of this recipe's basis")
+            bail!("--components {count} is out of range: this recipe's basis has {all} components")
         }
         Some(count) => count,
         None => COMPACT_COMPONENTS.min(all),
     };
-    let bytes = compact(basis, components, COMPACT_NODES);
-    linear::Basis::parse(&bytes).context("the compact basis that was made")?;
+    let bytes = to_compact_bytes(basis, components, COMPACT_NODES);
+    linear::Basis::parse(&bytes).context("the new compact basis is invalid")?;
     eprintln!(
-        "{components} of {all} components, {} bytes; it serves every recipe that was trained with \
-         the same basis, of whatever n",
+        "compact basis: {components} of {all} components, {} bytes, valid for recipes of any n with the \
+         same whole basis",
         bytes.len()
     );
     Ok(bytes)
 }
 
-/// The bytes of a compact basis's file, checked.
+/// Reads and checks the file of a compact basis.
 pub(crate) fn read_compact(path: &Path) -> anyhow::Result<Vec<u8>> {
     let bytes = Basis::read_compact(path)
         .with_context(|| format!("cannot read the compact basis {}", path.display()))?;

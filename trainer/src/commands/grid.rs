@@ -1,4 +1,4 @@
-//! `trainer train --grid`: many recipes, one after another.
+//! `trainer train --grid`: trains a recipe for each model and each n.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -7,27 +7,29 @@ use std::time::Instant;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
-use glimpse_materials::files::write_whole;
-use glimpse_materials::{Portion, Source, Sources};
-use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_materials::files::write_atomic;
+use glimpse_materials::{Source, SourceShare, Sources};
+use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 
-use super::cells::{self, Given, for_a_shell, paths_of, text_of, texts_of};
-use super::existing::Existing;
+use super::cell_list::{
+    CommandLine, ListedCell, path_text, path_texts, print_cells, shell_command, source_paths,
+};
+use super::existing_output::ExistingOutput;
 use super::lock::Lock;
 use super::message::message;
-use super::output::make_out;
+use super::output::create_out_folder;
 use super::progress::{catch_interrupts, interrupted};
-use super::train::{Job, Train};
+use super::train::{Train, TrainingRun};
 use super::{ModelName, load_all, print};
 
 /// One recipe of the grid.
-struct Row {
+struct GridCell {
     model: ModelName,
     name: &'static str,
     samples: usize,
-    /// The loss that it promises; None if it failed.
+    /// The loss that the recipe states; None if its training failed.
     expected_loss: Option<f32>,
-    /// How long its training took; None if that is not known any more.
+    /// Duration of its training; None if unknown.
     seconds: Option<f64>,
 }
 
@@ -35,67 +37,70 @@ struct Row {
 pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
     train.prior.refuse_for_others(&train.model)?;
     catch_interrupts()?;
-    make_out(&train.out)?;
-    let _lock = Lock::within(&train.out)?;
+    create_out_folder(&train.out)?;
+    let _lock = Lock::of_folder(&train.out)?;
     let sources = train.sources()?;
-    let (_, portions) = load_all(&sources)?;
+    let (_, source_shares) = load_all(&sources)?;
     let csv = train.out.join("grid.csv");
-    let mut rows = Vec::new();
-    let known = seconds_of(&csv);
-    for (model, samples) in each(train) {
+    let mut cells = Vec::new();
+    let earlier_seconds = recorded_seconds(&csv);
+    for (model, samples) in models_and_samples(train) {
         let name = ModelKind::from(model).name();
-        rows.push(Row {
+        let seconds = earlier_seconds.get(&(name.to_owned(), samples));
+        cells.push(GridCell {
             model,
             name,
             samples,
             expected_loss: None,
-            seconds: known.get(&(name.to_owned(), samples)).copied(),
+            seconds: seconds.copied(),
         });
     }
-    let total = rows.len();
-    for cell in 0..total {
-        let Row {
+    let total = cells.len();
+    for index in 0..total {
+        let GridCell {
             model,
             name,
             samples,
             ..
-        } = rows[cell];
-        eprintln!("[{}/{total}] {name}, n = {samples}", cell + 1);
-        let out = recipe_of(train, name, samples);
+        } = cells[index];
+        eprintln!("[{}/{total}] {name}, n = {samples}", index + 1);
+        let out = recipe_path(train, name, samples);
         let begin = Instant::now();
         let outcome = train
-            .job(model, samples, out, sources.label(), seed)
-            .and_then(|job| finish(&job, train, &sources, &portions));
+            .training_run(model, samples, out, sources.label(), seed)
+            .and_then(|run| train_if_missing(&run, train, &sources, &source_shares));
         if interrupted() {
-            bail!("stopped at {name}, n = {samples}; repeat the command to go on");
+            bail!("stopped at {name}, n = {samples}: repeat the command to continue");
         }
-        let row = &mut rows[cell];
+        let cell = &mut cells[index];
         match outcome {
             Ok((expected_loss, trained)) => {
-                row.expected_loss = Some(expected_loss);
+                cell.expected_loss = Some(expected_loss);
                 if trained {
-                    row.seconds = Some(begin.elapsed().as_secs_f64());
+                    cell.seconds = Some(begin.elapsed().as_secs_f64());
                 }
             }
             Err(error) => {
-                eprintln!("error: {}", message(&error));
-                row.seconds = None;
+                eprintln!("error: {name}, n = {samples}: {}", message(&error));
+                cell.seconds = None;
             }
         }
-        // Now and not at the end: a resumed grid finds the seconds there.
-        write_whole(&csv, table(&rows).to_csv().as_bytes())
+        // After each cell, since a resumed grid reads the seconds from this file.
+        write_atomic(&csv, table(&cells).to_csv().as_bytes())
             .with_context(|| format!("cannot write {}", csv.display()))?;
     }
-    print(&table(&rows).to_text())?;
-    let failed = rows.iter().filter(|row| row.expected_loss.is_none());
+    print(&table(&cells).to_text())?;
+    let failed = cells.iter().filter(|cell| cell.expected_loss.is_none());
     match failed.count() {
         0 => Ok(()),
-        failed => bail!("{failed} of {total} recipes failed"),
+        failed => bail!(
+            "{failed} of {total} recipes failed: correct the errors above, and repeat the command"
+        ),
     }
 }
 
-/// Every model at every n.
-fn each(train: &Train) -> Vec<(ModelName, usize)> {
+/// Returns every model at every n.
+fn models_and_samples(train: &Train) -> Vec<(ModelName, usize)> {
     let models = match &train.model[..] {
         [] => ModelName::value_variants(),
         some => some,
@@ -110,110 +115,111 @@ fn each(train: &Train) -> Vec<(ModelName, usize)> {
     each.collect()
 }
 
-fn recipe_of(train: &Train, model: &str, samples: usize) -> PathBuf {
+fn recipe_path(train: &Train, model: &str, samples: usize) -> PathBuf {
     train.out.join(format!("{model}-n{samples}.recipe"))
 }
 
-/// Prints every recipe's own command, and makes the folder that they write to.
-pub(crate) fn list(train: &Train, seed: u64, given: &Given) -> anyhow::Result<()> {
+/// Prints a command for each recipe, and creates the output folder.
+pub(crate) fn list(train: &Train, seed: u64, line: &CommandLine) -> anyhow::Result<()> {
     train.prior.refuse_for_others(&train.model)?;
     let sources = train.sources()?;
-    let counts = sources.each().iter().map(Source::count);
+    let counts = sources.as_slice().iter().map(Source::count);
     let counts = counts.collect::<Result<Vec<usize>, _>>()?;
-    let portions = sources.portions(&counts);
+    let source_shares = sources.source_shares(&counts);
     let mut cells = Vec::new();
-    for (model, samples) in each(train) {
+    for (model, samples) in models_and_samples(train) {
         let name = ModelKind::from(model).name();
-        let out = recipe_of(train, name, samples);
-        let job = train.job(model, samples, out, sources.label(), seed)?;
-        let own = [
+        let out = recipe_path(train, name, samples);
+        let run = train.training_run(model, samples, out, sources.label(), seed)?;
+        let added = [
             format!("--model={name}"),
             format!("--samples={samples}"),
-            format!("--out={}", text_of(&job.out)?),
+            format!("--out={}", path_text(&run.out)?),
             "--resume".to_owned(),
         ];
         let command = match model {
-            ModelName::Linear => given.but(&OF_A_GRID, &own),
-            // Alone it would be refused, as having no effect.
-            _ => given.but(&[&OF_A_GRID[..], &["bases", "eta"]].concat(), &own),
+            ModelName::Linear => line.edited(&GRID_ARGUMENTS, &added),
+            // The cell's command would refuse options of the model linear.
+            _ => line.edited(&[&GRID_ARGUMENTS[..], &["bases", "eta"]].concat(), &added),
         };
-        let found = job.find(&portions);
-        cells.push(cells::Cell {
+        let existing = run.existing_output(&source_shares);
+        cells.push(ListedCell {
             name: format!("{name}-n{samples}"),
-            shell: for_a_shell(&command)?,
+            shell: shell_command(&command)?,
             command,
-            inputs: paths_of(sources.each()),
-            outputs: texts_of(&job.outputs())?,
-            checkpoint: Some(text_of(&job.checkpoint)?),
-            done: matches!(found, Existing::Done(_)),
-            in_the_way: match found {
-                Existing::Other(what) if !train.force => Some(what),
+            inputs: source_paths(sources.as_slice()),
+            outputs: path_texts(&run.outputs())?,
+            checkpoint: Some(path_text(&run.checkpoint)?),
+            done: matches!(existing, ExistingOutput::Trained(_)),
+            conflict: match existing {
+                ExistingOutput::Conflict(what) if !train.force => Some(what),
                 _ => None,
             },
         });
     }
-    make_out(&train.out)?;
-    cells::print_all(&cells)
+    create_out_folder(&train.out)?;
+    print_cells(&cells)
 }
 
-/// What a cell's own command does not take over from the grid's.
-const OF_A_GRID: [&str; 5] = ["grid", "list", "model", "samples", "out"];
+/// Arguments of the grid's command that are not repeated in a cell's command.
+const GRID_ARGUMENTS: [&str; 5] = ["grid", "list", "model", "samples", "out"];
 
-/// Trains a recipe if it is not there; returns the loss that it promises, and true if it was
-/// trained.
-fn finish(
-    job: &Job,
+/// Trains a recipe unless it exists. Returns its expected loss, and true if it was trained now.
+fn train_if_missing(
+    run: &TrainingRun,
     train: &Train,
     sources: &Sources,
-    portions: &[Portion],
+    source_shares: &[SourceShare],
 ) -> anyhow::Result<(f32, bool)> {
-    let _locks = job.lock()?;
-    match job.find(portions) {
-        Existing::Done(expected_loss) => {
-            job.clean_up();
-            eprintln!("{} is trained already", job.out.display());
+    let _locks = run.lock()?;
+    match run.existing_output(source_shares) {
+        ExistingOutput::Trained(expected_loss) => {
+            run.remove_checkpoint();
+            eprintln!("{} is already trained", run.out.display());
             Ok((expected_loss, false))
         }
-        Existing::Other(what) if !train.force => {
+        ExistingOutput::Conflict(what) if !train.force => {
             bail!("{what}: remove it, give --force to replace it, or give another --out")
         }
-        found => {
-            job.refuse_to_lose(&found, true, train.force)?;
-            let trained = job.train(sources.load()?, true)?;
+        existing => {
+            run.refuse_overwrite(&existing, true, train.force)?;
+            let trained = run.train(sources.load()?, true)?;
             let expected_loss = trained.file.recipe().expected_loss();
-            Ok((expected_loss.context("the recipe promises nothing")?, true))
+            Ok((
+                expected_loss.context("the recipe states no expected loss")?,
+                true,
+            ))
         }
     }
 }
 
-fn table(rows: &[Row]) -> Table {
+fn table(cells: &[GridCell]) -> Table {
     let number = |number: Option<f64>| number.map_or(Cell::Missing, Cell::Number);
     Table {
-        caption: "What each recipe promises".into(),
+        caption: "Expected loss of each recipe".into(),
         columns: vec![
             Column::text("model"),
-            Column::number("n", 0, Best::None),
-            Column::number("expected loss", 4, Best::None),
-            Column::number("seconds", 1, Best::None),
+            Column::number("n", 0, Highlight::None),
+            Column::number("expected loss", 4, Highlight::None),
+            Column::number("seconds", 1, Highlight::None),
         ],
-        rows: rows
+        rows: cells
             .iter()
-            .map(|row| {
+            .map(|cell| {
                 vec![
-                    Cell::Text(row.name.into()),
-                    Cell::Number(row.samples as f64),
-                    number(row.expected_loss.map(f64::from)),
-                    number(row.seconds),
+                    Cell::Text(cell.name.into()),
+                    Cell::Number(cell.samples as f64),
+                    number(cell.expected_loss.map(f64::from)),
+                    number(cell.seconds),
                 ]
             })
             .collect(),
-        compare: Compare::Down,
+        compare: Compare::WithinColumn,
     }
 }
 
-/// How long each recipe took, as far as an earlier run wrote it down.
-fn seconds_of(path: &Path) -> HashMap<(String, usize), f64> {
-    // A table that is not there, or was changed, knows of none.
+/// Reads the durations of trainings by model and n from the table of an earlier run. Malformed rows are ignored.
+fn recorded_seconds(path: &Path) -> HashMap<(String, usize), f64> {
     let Ok(mut table) = csv::Reader::from_path(path) else {
         return HashMap::new();
     };

@@ -9,20 +9,21 @@ use glimpse_core::recipe::{
     Completed, Descent, FitMethod, Floats, Materials, Noise, Recipe, RecipeError, Ridge,
 };
 use glimpse_trainer::export::{eta, to_json};
-use glimpse_trainer::route::arms_of;
+use glimpse_trainer::route::axes_from_angles;
 use glimpse_training::recipe::RecipeFile;
 
 use super::expected_loss::expected_loss;
 use super::limits::describe;
 use super::print;
 
-/// Show a recipe: model, memory, expected loss, machine, origin and pattern.
+/// Print a recipe: model, memory, expected loss, limits, training and pattern.
 ///
-/// The pattern is listed as angles of the half and difference vector, and as positions of the arms. `memory` is the
-/// memory of a scan in words of 4 bytes. `trainer render pattern` draws the pattern, `trainer plan` orders it.
+/// The pattern is listed as angles of the half and difference vector, and as positions of the arms.
+/// `memory` is the memory of a scan in words of 4 bytes. `trainer render pattern` plots the pattern,
+/// and `trainer plan` orders it.
 #[derive(Args)]
 pub(crate) struct Inspect {
-    /// The recipe file
+    /// Recipe file
     recipe: PathBuf,
     /// Print the whole recipe as JSON, like export --format json
     #[arg(long)]
@@ -47,10 +48,10 @@ impl Inspect {
                 FitMethod::Completed(completed) => describe_completed(&completed, recipe.samples()),
             },
             recipe.memory_words(),
-            describe_statements(&recipe)?,
+            describe_metadata(&recipe)?,
         );
         for (index, angles) in recipe.pattern().enumerate() {
-            let [theta_i, phi_i, theta_o, phi_o] = arms_of(angles).values();
+            let [theta_i, phi_i, theta_o, phi_o] = axes_from_angles(angles).to_array();
             text += &format!(
                 "{index:6} {:8.2} {:8.2} {:8.2} {theta_i:8.2} {phi_i:8.2} {theta_o:8.2} {phi_o:8.2}\n",
                 angles.theta_h.to_degrees(),
@@ -71,14 +72,14 @@ fn describe_descent(descent: &Descent<'_>, samples: usize) -> String {
         descent.model(),
         descent.initial().len(),
         descent.inner_steps(),
-        spread(descent.step_sizes()),
+        range_and_median(descent.step_sizes()),
     )
 }
 
 fn describe_ridge(ridge: &Ridge<'_>, samples: usize) -> String {
     let precision = match eta(ridge) {
         Some(eta) => format!("{eta} for every coefficient"),
-        None => spread(ridge.precision()),
+        None => range_and_median(ridge.precision()),
     };
     let basis = match ridge.basis_checksum() {
         Some(checksum) => format!("{checksum:08x}"),
@@ -95,7 +96,7 @@ fn describe_ridge(ridge: &Ridge<'_>, samples: usize) -> String {
 }
 
 fn describe_completed(completed: &Completed<'_>, samples: usize) -> String {
-    let completion = completed.coefficient_net();
+    let net = completed.coefficient_net();
     let missing = match completed.tolerates_missing() {
         true => "any reading may be missing",
         false => "all readings are needed",
@@ -106,14 +107,14 @@ fn describe_completed(completed: &Completed<'_>, samples: usize) -> String {
             let basis = basis.map_or_else(|| "none".to_owned(), |basis| format!("{basis:08x}"));
             format!("whole basis    {basis}\n")
         }
-        Target::Descent(descent, start) => format!(
-            "start          {} units for {} parameters\n\
+        Target::Descent(descent, init_net) => format!(
+            "init net       {} units for {} parameters\n\
              inner steps    {}\n\
              step sizes     {}\n",
-            start.units(),
+            init_net.units(),
             descent.initial().len(),
             descent.inner_steps(),
-            spread(descent.step_sizes()),
+            range_and_median(descent.step_sizes()),
         ),
     };
     format!(
@@ -122,27 +123,30 @@ fn describe_completed(completed: &Completed<'_>, samples: usize) -> String {
          completion     {} components, {} hidden units\n\
          {target}",
         completed.model(),
-        completion.components,
-        completion.hidden(),
+        net.components,
+        net.hidden(),
     )
 }
 
-/// How many names of materials are shown.
-const NAMES: usize = 3;
+/// Maximum number of printed names of training materials.
+const MAX_NAMES: usize = 3;
 
-/// What the recipe states about itself, line by line.
-fn describe_statements(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
-    let statements = recipe.metadata()?;
+/// Describes the recipe's metadata, one item a line.
+fn describe_metadata(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
+    let metadata = recipe.metadata()?;
     let unstated = || "not stated".to_owned();
     let mut lines = vec![
         (
             "expected loss",
             expected_loss(recipe)?.unwrap_or_else(unstated),
         ),
-        ("limits", statements.limits.map_or_else(unstated, describe)),
-        ("noise", statements.noise.map_or_else(unstated, noise)),
+        ("limits", metadata.limits.map_or_else(unstated, describe)),
+        (
+            "noise",
+            metadata.noise.map_or_else(unstated, describe_noise),
+        ),
     ];
-    match statements.provenance {
+    match metadata.provenance {
         None => lines.push(("trained on", unstated())),
         Some(provenance) => {
             let (data, materials) = (provenance.data, provenance.materials);
@@ -153,11 +157,11 @@ fn describe_statements(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
                     format!("{}, seed {}", provenance.schedule, provenance.seed),
                 ),
                 ("options", provenance.options.to_owned()),
-                ("by", provenance.trainer.to_owned()),
+                ("trainer", provenance.trainer.to_owned()),
             ]);
         }
     }
-    lines.push(("materials", materials(statements.materials)));
+    lines.push(("materials", describe_materials(metadata.materials)));
     lines.extend(
         recipe
             .sections()
@@ -172,7 +176,7 @@ fn describe_statements(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
         .collect())
 }
 
-fn noise(noise: Noise) -> String {
+fn describe_noise(noise: Noise) -> String {
     let levels = match noise.levels {
         0 => String::new(),
         levels => format!(", {levels} levels"),
@@ -183,18 +187,18 @@ fn noise(noise: Noise) -> String {
     )
 }
 
-fn materials(materials: Materials<'_>) -> String {
+fn describe_materials(materials: Materials<'_>) -> String {
     let count = materials.len();
-    let names: Vec<&str> = materials.map(|(name, _)| name).take(NAMES).collect();
+    let names: Vec<&str> = materials.map(|(name, _)| name).take(MAX_NAMES).collect();
     match count {
         0 => "not named".to_owned(),
-        _ if count > NAMES => format!("{count}: {}, ...", names.join(", ")),
+        _ if count > MAX_NAMES => format!("{count}: {}, ...", names.join(", ")),
         _ => format!("{count}: {}", names.join(", ")),
     }
 }
 
-/// Smallest, largest and median of a list.
-fn spread(floats: Floats<'_>) -> String {
+/// Describes the smallest, largest and median value of a list.
+fn range_and_median(floats: Floats<'_>) -> String {
     let mut list: Vec<f32> = floats.iter().collect();
     list.sort_by(f32::total_cmp);
     let quantile = |share: f32| {

@@ -1,4 +1,4 @@
-//! Limits of a machine: as options, and in words.
+//! Limits of a machine's arms: as options, and as text.
 
 use anyhow::Context;
 use clap::Args;
@@ -6,44 +6,47 @@ use glimpse_core::gonio::Limits;
 
 use super::numbers;
 
-/// Where a machine's arms get to.
+/// Options for the limits of a machine's arms.
 #[derive(Args, Clone, Copy)]
 pub(super) struct LimitArgs {
-    /// The light's largest angle to the normal, degrees above 0 to 90 [default: the recipe's, or else 90]
-    #[arg(long, value_name = "DEGREES", value_parser = numbers::polar)]
+    /// Largest angle of the light to the normal in degrees, above 0 to 90 [default: the recipe's, or else 90]
+    #[arg(long, value_name = "DEGREES", value_parser = numbers::polar_angle)]
     max_theta_i: Option<f32>,
-    /// The sensor's largest angle to the normal, degrees above 0 to 90 [default: the recipe's, or else 90]
-    #[arg(long, value_name = "DEGREES", value_parser = numbers::polar)]
+    /// Largest angle of the sensor to the normal in degrees, above 0 to 90 [default: the recipe's, or else 90]
+    #[arg(long, value_name = "DEGREES", value_parser = numbers::polar_angle)]
     max_theta_o: Option<f32>,
-    /// The least angle between light and sensor, seen from the sample, degrees above 0 to 180 [default: the
+    /// Smallest angle between light and sensor as seen from the sample, in degrees, above 0 to 180 [default: the
     /// recipe's, or else 0]
     #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
     min_separation: Option<f32>,
 }
 
 impl LimitArgs {
-    /// What was given, and `stated` where nothing was.
-    pub(super) fn or(self, stated: Limits) -> anyhow::Result<Limits> {
-        let polar = |given: Option<f32>, stated: f32| {
-            let given = given.map(f32::to_radians);
-            given.map_or(stated, |given| given.min(Limits::NONE.max_theta_i))
+    /// Returns the limits of these options, with `default` for options that were not given.
+    ///
+    /// # Errors
+    /// If no pair of directions is within the limits.
+    pub(super) fn or(self, default: Limits) -> anyhow::Result<Limits> {
+        let polar = |option: Option<f32>, default: f32| {
+            let angle = option.map(f32::to_radians);
+            angle.map_or(default, |angle| angle.min(Limits::NONE.max_theta_i))
         };
         let limits = Limits {
-            max_theta_i: polar(self.max_theta_i, stated.max_theta_i),
-            max_theta_o: polar(self.max_theta_o, stated.max_theta_o),
+            max_theta_i: polar(self.max_theta_i, default.max_theta_i),
+            max_theta_o: polar(self.max_theta_o, default.max_theta_o),
             min_separation: self
                 .min_separation
-                .map_or(stated.min_separation, f32::to_radians),
-            ..stated
+                .map_or(default.min_separation, f32::to_radians),
+            ..default
         };
         limits
             .validate()
-            .context("--max-theta-i, --max-theta-o and --min-separation do not go together")?;
+            .context("--max-theta-i, --max-theta-o and --min-separation contradict each other")?;
         Ok(limits)
     }
 }
 
-/// Limits in words, degrees.
+/// Describes limits, in degrees.
 pub(super) fn describe(limits: Limits) -> String {
     let plane = match limits.in_plane {
         true => ", in one plane with the normal",

@@ -1,67 +1,67 @@
-//! A lock on what a run writes, so that no other one writes it too.
+//! Lock files, so that no two runs write the same output.
 
 use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use glimpse_materials::files::require_folder_of;
+use glimpse_materials::files::require_parent_dir;
 
-/// Held while a run lasts. Its file goes with it; of a run that was killed the file stays behind,
-/// and is free.
+/// A lock that a run holds until it ends. Dropping it removes the lock file. A killed run leaves the file behind,
+/// unlocked.
 #[derive(Debug)]
 pub(super) struct Lock {
     path: PathBuf,
-    /// Locked until it is closed.
+    /// The lock file, locked until it is closed; None if the file system has no locks.
     _file: Option<File>,
 }
 
 impl Lock {
-    /// Locks what is written at `out`, by a file OUT.lock beside it.
+    /// Locks the output path `out`, with the file `OUT.lock` next to it.
     ///
     /// # Errors
-    /// If another run holds it, or it cannot be made.
-    pub(super) fn beside(out: &Path) -> anyhow::Result<Self> {
+    /// If another run holds the lock, or the lock file cannot be created.
+    pub(super) fn of_path(out: &Path) -> anyhow::Result<Self> {
         let mut name = out.as_os_str().to_owned();
         name.push(".lock");
-        Self::take(name.into(), out)
+        Self::acquire(name.into(), out)
     }
 
-    /// Locks a folder, by a file in it.
+    /// Locks an output folder, with the file `run.lock` in it.
     ///
     /// # Errors
-    /// As [`Lock::beside`].
-    pub(super) fn within(folder: &Path) -> anyhow::Result<Self> {
-        Self::take(folder.join("run.lock"), folder)
+    /// As [`Lock::of_path`].
+    pub(super) fn of_folder(folder: &Path) -> anyhow::Result<Self> {
+        Self::acquire(folder.join("run.lock"), folder)
     }
 
-    fn take(path: PathBuf, what: &Path) -> anyhow::Result<Self> {
+    fn acquire(path: PathBuf, output: &Path) -> anyhow::Result<Self> {
         let cannot = || format!("cannot write {}", path.display());
-        require_folder_of(&path).with_context(cannot)?;
+        require_parent_dir(&path).with_context(cannot)?;
         loop {
             let file = File::options().create(true).append(true).open(&path);
             let file = file.with_context(cannot)?;
             match file.try_lock() {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => bail!(
-                    "another run is writing {}: it holds {}; wait until it ends, or give another \
-                     --out",
-                    what.display(),
+                    "another run is writing {}, and holds the lock {}: wait until it ends, or give \
+                     another --out",
+                    output.display(),
                     path.display()
                 ),
                 Err(TryLockError::Error(error)) if error.kind() == io::ErrorKind::Unsupported => {
                     eprintln!(
-                        "{} cannot be locked on this file system: see to it that no other run \
+                        "warning: cannot lock {} on this file system: make sure that no other run \
                          writes {}",
                         path.display(),
-                        what.display()
+                        output.display()
                     );
                     return Ok(Self { path, _file: None });
                 }
                 Err(TryLockError::Error(error)) => return Err(error).with_context(cannot),
             }
-            // The one who held it before may have removed it meanwhile: then this is the lock of
-            // a file that nobody else finds any more.
+            // The previous holder may have removed the file between open and lock. Then the lock is
+            // worthless, since other runs create a new file.
             if is_at(&file, &path) {
                 let _file = Some(file);
                 return Ok(Self { path, _file });
@@ -72,23 +72,23 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // While it is held, so that it is never another one's that is removed.
+        // The lock is still held here, so this never removes another run's file.
         let _ = fs::remove_file(&self.path);
     }
 }
 
-/// True if this open file is the one at a path.
+/// Returns true if this open file is the one at a path.
 #[cfg(unix)]
 fn is_at(file: &File, path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
 
     match (file.metadata(), fs::metadata(path)) {
-        (Ok(open), Ok(found)) => (open.dev(), open.ino()) == (found.dev(), found.ino()),
+        (Ok(open), Ok(current)) => (open.dev(), open.ino()) == (current.dev(), current.ino()),
         _ => false,
     }
 }
 
-/// An open file cannot be removed where this is compiled.
+/// Returns true if the path exists. Systems other than Unix do not remove an open file.
 #[cfg(not(unix))]
 fn is_at(_: &File, path: &Path) -> bool {
     path.exists()
@@ -99,18 +99,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_at_a_time_and_nothing_stays() {
+    fn lock_is_exclusive_and_removes_its_file() {
         let scratch = tempfile::tempdir().unwrap();
         let out = scratch.path().join("a.recipe");
-        let first = Lock::beside(&out).unwrap();
-        let message = Lock::beside(&out).unwrap_err().to_string();
+        let first = Lock::of_path(&out).unwrap();
+        let message = Lock::of_path(&out).unwrap_err().to_string();
         assert!(message.contains("a.recipe.lock"), "{message}");
-        Lock::beside(&scratch.path().join("b.recipe")).unwrap();
+        Lock::of_path(&scratch.path().join("b.recipe")).unwrap();
         drop(first);
-        // A file that a killed run has left is free.
+        // The file of a killed run is unlocked.
         fs::write(scratch.path().join("a.recipe.lock"), "").unwrap();
-        drop(Lock::beside(&out).unwrap());
-        drop(Lock::within(scratch.path()).unwrap());
+        drop(Lock::of_path(&out).unwrap());
+        drop(Lock::of_folder(scratch.path()).unwrap());
         assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 0);
     }
 }

@@ -1,29 +1,29 @@
-//! Errors in words, with the names of the command line.
+//! Formats errors for the terminal. Settings are named by their command-line options.
 
 use std::error::Error;
 
 use glimpse_materials::ShareError;
-use glimpse_materials::setting::{NamesSettings, Setting};
+use glimpse_materials::setting::{Setting, SettingError};
 use glimpse_trainer::evaluation::EvaluationError;
 use glimpse_trainer::measurement::FitFailure;
 use glimpse_training::meta::options::CompletionOptionsError;
 
-/// An error and its causes, those left out that the one before has said already.
+/// Joins the messages of an error and its causes. A cause whose message is already included is omitted.
 pub(crate) fn message(error: &anyhow::Error) -> String {
     let mut message = String::new();
     for cause in error.chain() {
-        let cause = sentence(cause);
+        let cause = one_message(cause);
         if !message.contains(&cause) {
-            let joint = if message.is_empty() { "" } else { ": " };
-            message = message + joint + &cause;
+            let separator = if message.is_empty() { "" } else { ": " };
+            message = message + separator + &cause;
         }
     }
     message
 }
 
-/// The message of one error, which names settings by their options.
-fn sentence(error: &(dyn Error + 'static)) -> String {
-    fn with_options<E: NamesSettings + Error + 'static>(
+/// Returns the message of one error, in which settings are named by their options.
+fn one_message(error: &(dyn Error + 'static)) -> String {
+    fn with_options<E: SettingError + Error + 'static>(
         error: &(dyn Error + 'static),
     ) -> Option<String> {
         Some(error.downcast_ref::<E>()?.message(option))
@@ -35,7 +35,7 @@ fn sentence(error: &(dyn Error + 'static)) -> String {
         .unwrap_or_else(|| error.to_string())
 }
 
-/// The option of a setting.
+/// Returns the command-line option of a setting.
 fn option(setting: Setting) -> &'static str {
     match setting {
         Setting::Additive => "--additive",
@@ -58,12 +58,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn settings_are_named_by_their_options() {
-        let error = anyhow::Error::from(EvaluationError::NeedsAll).context("a.recipe");
+    fn names_settings_by_options() {
+        let error = anyhow::Error::from(EvaluationError::NeedsAllReadings).context("a.recipe");
         assert!(message(&error).contains("--missing"));
         let error = CompletionOptionsError::Range {
             field: Setting::MinSeparation,
-            most: 0.5,
+            max: 0.5,
             value: 0.75,
         };
         let plain = error.to_string();
@@ -72,10 +72,10 @@ mod tests {
     }
 
     #[test]
-    fn a_cause_is_told_once() {
-        let told = anyhow::anyhow!("cause").context("effect: cause");
-        assert_eq!(message(&told), "effect: cause");
-        let untold = anyhow::anyhow!("cause").context("effect");
-        assert_eq!(message(&untold), "effect: cause");
+    fn omits_repeated_cause() {
+        let repeated = anyhow::anyhow!("cause").context("effect: cause");
+        assert_eq!(message(&repeated), "effect: cause");
+        let separate = anyhow::anyhow!("cause").context("effect");
+        assert_eq!(message(&separate), "effect: cause");
     }
 }

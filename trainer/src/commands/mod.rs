@@ -1,13 +1,12 @@
-//! The subcommands, one file each; results go to stdout or --out, talk goes to stderr.
+//! The subcommands, one file each. Results go to stdout or --out, messages to stderr.
 
 pub(crate) mod bench;
-pub(crate) mod cells;
-pub(crate) mod completion;
+pub(crate) mod cell_list;
 mod completion_args;
 pub(crate) mod convert;
 pub(crate) mod evaluate;
 mod evaluation_report;
-mod existing;
+mod existing_output;
 mod expected_loss;
 pub(crate) mod export;
 mod export_basis;
@@ -15,7 +14,6 @@ pub(crate) mod fit;
 mod formats;
 pub(crate) mod grid;
 pub(crate) mod inspect;
-mod known;
 mod limits;
 mod lock;
 pub(crate) mod message;
@@ -28,7 +26,9 @@ pub(crate) mod quickstart;
 pub(crate) mod recipes;
 pub(crate) mod render;
 pub(crate) mod reproduce;
+pub(crate) mod shell_completion;
 pub(crate) mod train;
+mod training_overlap;
 pub(crate) mod virtual_scanner;
 
 use std::io::{self, Write};
@@ -38,7 +38,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::{Joined, Material, Source, Sources};
+use glimpse_materials::{Material, MaterialsAndShares, Source, Sources};
 use glimpse_trainer::render::Environment;
 use glimpse_training::linear::Prior;
 use glimpse_training::recipe::RecipeFile;
@@ -54,25 +54,28 @@ pub(crate) enum ModelName {
     CookTorrance,
     /// Principal components of the training materials.
     Linear,
-    /// 675 parameters: a small network.
+    /// 675 parameters: the weights of a small network.
     Neural,
 }
 
-/// The prior of the model linear.
+/// Options for the prior of the model linear.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct PriorArgs {
-    /// Model linear: principal components that a material is made of, 1 to 1024 [default: 60; 5 for
-    /// --schedule paper and for methods that learn no precisions]
-    #[arg(long, value_name = "COUNT", value_parser = numbers::whole(1..=1024_usize))]
+    /// Model linear: number of principal components, 1 to 1024 [default: 60; 5 for --schedule paper
+    /// and for methods that learn no precisions]
+    #[arg(long, value_name = "COUNT", value_parser = numbers::integer(1..=1024_usize))]
     bases: Option<usize>,
-    /// Model linear: the precision of every coefficient, above 0 [default: learned for each; 40 where
-    /// --bases has the default 5]
+    /// Model linear: precision of every coefficient, above 0 [default: learned for each coefficient;
+    /// 40 where --bases has the default 5]
     #[arg(long, value_parser = numbers::positive)]
     eta: Option<f64>,
 }
 
 impl PriorArgs {
-    /// Refuses what is for the model linear only, by name.
+    /// Refuses these options if none of the models is linear. An empty list means all models.
+    ///
+    /// # Errors
+    /// Names the first option that was given.
     pub(crate) fn refuse_for_others(self, models: &[ModelName]) -> anyhow::Result<()> {
         if models.is_empty()
             || models
@@ -86,25 +89,30 @@ impl PriorArgs {
             ("--eta", self.eta.is_some()),
         ];
         match given.iter().find(|(_, given)| *given) {
-            Some((name, _)) => bail!("{name} has no effect: it is for --model linear"),
+            Some((name, _)) => {
+                bail!("{name} has no effect: it applies to --model linear only; remove it")
+            }
             None => Ok(()),
         }
     }
 
-    /// Refuses all of it for a schedule that has no use for it, by name.
+    /// Refuses these options for a schedule that does not use them.
+    ///
+    /// # Errors
+    /// Names the first option that was given.
     pub(crate) fn refuse_for_schedule(self, schedule: &str) -> anyhow::Result<()> {
-        match (self.bases, self.eta) {
-            (None, None) => Ok(()),
-            (Some(_), _) => {
-                bail!("--bases has no effect with --schedule {schedule}: it is for joint and paper")
-            }
-            (None, Some(_)) => {
-                bail!("--eta has no effect with --schedule {schedule}: it is for joint and paper")
-            }
-        }
+        let option = match (self.bases, self.eta) {
+            (None, None) => return Ok(()),
+            (Some(_), _) => "--bases",
+            (None, Some(_)) => "--eta",
+        };
+        bail!(
+            "{option} has no effect with --schedule {schedule}: remove it, or give --schedule joint \
+             or paper"
+        )
     }
 
-    /// What was asked for, and `default` where nothing was.
+    /// Returns the prior of these options, with `default` for options that were not given.
     pub(crate) fn or(self, default: Prior) -> anyhow::Result<Prior> {
         Ok(Prior {
             components: self.bases.unwrap_or(default.components),
@@ -113,7 +121,7 @@ impl PriorArgs {
     }
 }
 
-/// Reads a recipe and, for the model linear, the basis that was written beside it.
+/// Reads a recipe and, for the model linear, its basis file next to it.
 pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<(RecipeFile, Option<Basis>)> {
     Ok(RecipeFile::read_with_basis(path)?)
 }
@@ -129,15 +137,15 @@ impl From<ModelName> for ModelKind {
     }
 }
 
-/// Loads materials and says so, and what of a directory is left out.
+/// Loads the materials of a source. Reports their number, and skipped entries of a directory, on stderr.
 pub(crate) fn load(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
-    // First: there may be nothing else in it.
-    if let Some(left_out) = source
+    // Before loading, which fails if all entries are skipped.
+    if let Some(skipped) = source
         .skipped_entries()
         .ok()
-        .filter(|left_out| !left_out.is_empty())
+        .filter(|skipped| !skipped.is_empty())
     {
-        eprintln!("left out of {source}: {left_out}");
+        eprintln!("skipped in {source}: {skipped}");
     }
     let materials = source.load()?;
     match &materials[..] {
@@ -147,13 +155,13 @@ pub(crate) fn load(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
     Ok(materials)
 }
 
-/// Loads the materials of several sources, and says so.
-pub(crate) fn load_all(sources: &Sources) -> anyhow::Result<Joined> {
-    let lists = sources.each().iter().map(load);
+/// Loads the materials of several sources, as [`load`] does.
+pub(crate) fn load_all(sources: &Sources) -> anyhow::Result<MaterialsAndShares> {
+    let lists = sources.as_slice().iter().map(load);
     Ok(sources.join(lists.collect::<Result<_, _>>()?)?)
 }
 
-/// The light of spheres: a panorama, or the studio.
+/// The environment light of spheres: a panorama, or else the studio.
 pub(crate) fn environment(panorama: Option<&Path>) -> anyhow::Result<Environment> {
     Ok(match panorama {
         Some(path) => Environment::read(path)?,
@@ -166,7 +174,7 @@ pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     print(&(serde_json::to_string_pretty(value)? + "\n"))
 }
 
-/// Prints to stdout; a reader that has gone away, as `head` does, is no error.
+/// Prints to stdout. A closed pipe, as after `trainer ... | head`, is not an error.
 pub(crate) fn print(text: &str) -> anyhow::Result<()> {
     match io::stdout().write_all(text.as_bytes()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {

@@ -12,12 +12,12 @@ use glimpse_trainer::route::Axes;
 
 use glimpse_core::recipe::MAX_SAMPLES;
 
-/// The most threads, on machines that have no more cores: every one of them takes part in every
-/// parallel loop, and thousands do nothing but wait for each other.
-const MOST_THREADS: usize = 256;
+/// Maximum number of threads on machines with fewer cores. All threads take part in every parallel loop, and
+/// thousands of them mostly wait for each other.
+const MAX_THREADS: usize = 256;
 
-/// Makes every option that takes a number accept a value with a leading minus, in a command and its
-/// subcommands. The option's own parser then refuses it, and names the option, the value and the range.
+/// Lets every numeric option of a command and its subcommands accept a value with a leading minus. The option's
+/// parser then rejects the value, with an error that names the option, the value and the range.
 pub(crate) fn with_negative_values(command: Command) -> Command {
     let numbers = [
         TypeId::of::<u32>(),
@@ -30,8 +30,8 @@ pub(crate) fn with_negative_values(command: Command) -> Command {
         TypeId::of::<Duration>(),
     ];
     let takes_number = |arg: &Arg| {
-        let found = arg.get_value_parser().type_id();
-        arg.get_action().takes_values() && numbers.iter().any(|number| found == *number)
+        let value_type = arg.get_value_parser().type_id();
+        arg.get_action().takes_values() && numbers.iter().any(|number| value_type == *number)
     };
     command
         .mut_args(|arg| match takes_number(&arg) {
@@ -41,60 +41,58 @@ pub(crate) fn with_negative_values(command: Command) -> Command {
         .mut_subcommands(with_negative_values)
 }
 
-/// n, the number of directions that are measured.
+/// Parses n, the number of samples of a pattern.
 pub(crate) fn samples(text: &str) -> Result<usize, String> {
     match text.parse::<i128>() {
         Ok(samples) => usize::try_from(samples)
             .ok()
             .filter(|samples| (1..=MAX_SAMPLES).contains(samples))
-            .ok_or_else(|| {
-                format!("{text} samples are out of range: a pattern has 1 to {MAX_SAMPLES}")
-            }),
-        Err(_) => Err(format!("it is no whole number; give 1 to {MAX_SAMPLES}")),
+            .ok_or_else(|| format!("{text} is out of range: give 1 to {MAX_SAMPLES} samples")),
+        Err(_) => Err(format!("not an integer: give 1 to {MAX_SAMPLES} samples")),
     }
 }
 
-/// Threads to compute on.
+/// Parses the number of threads.
 pub(crate) fn threads(text: &str) -> Result<usize, String> {
-    let most = available_parallelism()
+    let max = available_parallelism()
         .map_or(1, usize::from)
-        .max(MOST_THREADS);
-    whole(1..=most)(text)
+        .max(MAX_THREADS);
+    integer(1..=max)(text)
 }
 
-/// The seed of all random numbers.
+/// Parses the seed of all random numbers.
 pub(crate) fn seed(text: &str) -> Result<u64, String> {
-    whole(0..=u64::MAX)(text)
+    integer(0..=u64::MAX)(text)
 }
 
-/// Repetitions of random methods.
+/// Parses the number of seeds, 1 to 10000.
 pub(crate) fn seeds(text: &str) -> Result<u64, String> {
-    whole(1..=10_000)(text)
+    integer(1..=10_000)(text)
 }
 
-/// A share, 0 to 1.
+/// Parses a share, 0 to 1.
 pub(crate) fn share(text: &str) -> Result<f32, String> {
     number(0.0..=1.0)(text)
 }
 
-/// Degrees, above 0 and at most 180.
+/// Parses an angle in degrees, above 0 and at most 180.
 pub(crate) fn degrees(text: &str) -> Result<f32, String> {
     degrees_up_to(180.0, text)
 }
 
-/// The largest polar angle of an arm: degrees, above 0 and at most 90.
-pub(crate) fn polar(text: &str) -> Result<f32, String> {
+/// Parses the largest polar angle of an arm in degrees, above 0 and at most 90.
+pub(crate) fn polar_angle(text: &str) -> Result<f32, String> {
     degrees_up_to(90.0, text)
 }
 
-fn degrees_up_to(most: f32, text: &str) -> Result<f32, String> {
+fn degrees_up_to(max: f32, text: &str) -> Result<f32, String> {
     let number = text.parse().ok();
     number
-        .filter(|number| *number > 0.0 && *number <= most)
-        .ok_or_else(|| format!("give degrees above 0, at most {most}"))
+        .filter(|number| *number > 0.0 && *number <= max)
+        .ok_or_else(|| format!("give an angle above 0 and at most {max} degrees"))
 }
 
-/// A finite number above 0.
+/// Parses a finite number above 0.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
     let number = text.parse().ok();
     number
@@ -102,15 +100,15 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a finite number above 0".to_owned())
 }
 
-/// A finite number, 0 or above.
-pub(crate) fn not_negative(text: &str) -> Result<f32, String> {
+/// Parses a finite number of 0 or above.
+pub(crate) fn nonnegative(text: &str) -> Result<f32, String> {
     let number = text.parse().ok();
     number
         .filter(|number: &f32| *number >= 0.0 && number.is_finite())
-        .ok_or_else(|| "give a finite number, 0 or above".to_owned())
+        .ok_or_else(|| "give a finite number of 0 or above".to_owned())
 }
 
-/// A finite number of either sign.
+/// Parses a finite number of either sign.
 pub(crate) fn finite(text: &str) -> Result<f32, String> {
     let number = text.parse().ok();
     number
@@ -118,52 +116,52 @@ pub(crate) fn finite(text: &str) -> Result<f32, String> {
         .ok_or_else(|| "give a finite number".to_owned())
 }
 
-/// Numbers separated by commas; None where one is not finite.
+/// Parses numbers separated by commas. Returns None in place of each that is malformed or not finite.
 pub(crate) fn list(text: &str) -> Vec<Option<f64>> {
     let number = |text: &str| text.trim().parse().ok();
     let numbers = text.split(',').map(number);
     numbers
-        .map(|found| found.filter(|number: &f64| number.is_finite()))
+        .map(|number| number.filter(|number: &f64| number.is_finite()))
         .collect()
 }
 
-/// One number for all channels, or one for each.
+/// Parses one number for all channels, or one for each channel.
 pub(crate) fn channels(text: &str) -> Result<[f32; 3], String> {
     match list(text)[..] {
         [Some(one)] => Ok([one as f32; 3]),
         [Some(r), Some(g), Some(b)] => Ok([r, g, b].map(|number| number as f32)),
-        _ => Err("give one number, or three with commas between them".to_owned()),
+        _ => Err("give one number, or three separated by commas".to_owned()),
     }
 }
 
-/// One reflectance for all channels, or one for each: above 0, at most 2.
+/// Parses one reflectance for all channels, or one for each channel, above 0 and at most 2.
 pub(crate) fn reflectances(text: &str) -> Result<[f32; 3], String> {
-    let found = channels(text).ok();
-    found
+    let reflectances = channels(text).ok();
+    reflectances
         .filter(|each| each.iter().all(|value| *value > 0.0 && *value <= 2.0))
         .ok_or_else(|| {
-            "give one number above 0, at most 2, or three with commas between them".to_owned()
+            "give one number above 0 and at most 2, or three separated by commas".to_owned()
         })
 }
 
-/// A parser of a number within a range.
+/// Returns a parser of a number within a range.
 pub(crate) fn number<T>(
     range: RangeInclusive<T>,
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
 where
     T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
 {
-    in_range("number", range)
+    in_range("a number", range)
 }
 
-/// A parser of a whole number within a range.
-pub(crate) fn whole<T>(
+/// Returns a parser of an integer within a range.
+pub(crate) fn integer<T>(
     range: RangeInclusive<T>,
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
 where
     T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
 {
-    in_range("whole number", range)
+    in_range("an integer", range)
 }
 
 fn in_range<T>(
@@ -174,8 +172,8 @@ where
     T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
 {
     move |text| {
-        let found = text.parse().ok().filter(|found| range.contains(found));
-        found.ok_or_else(|| format!("give a {what} of {} to {}", range.start(), range.end()))
+        let value = text.parse().ok().filter(|value| range.contains(value));
+        value.ok_or_else(|| format!("give {what} from {} to {}", range.start(), range.end()))
     }
 }
 
@@ -184,7 +182,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_out_of_range_is_told_the_range() {
+    fn error_states_valid_range() {
         for text in ["1", "8", "4096"] {
             assert_eq!(samples(text).map(|n| n.to_string()), Ok(text.to_owned()));
         }
@@ -208,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn one_number_counts_for_all_channels() {
+    fn one_number_sets_all_channels() {
         assert_eq!(channels("96"), Ok([96.0; 3]));
         assert_eq!(channels("96, 98.5,-1"), Ok([96.0, 98.5, -1.0]));
         for text in ["", "1,2", "1,2,3,4", "nan", "a", "1,inf,2"] {

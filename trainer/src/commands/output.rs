@@ -1,4 +1,4 @@
-//! What commands write: never over what they read, and not over hours of work without a word.
+//! Output files. Commands never overwrite their inputs, and overwrite valuable results only with `--force`.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
@@ -8,61 +8,64 @@ use anyhow::{Context, bail, ensure};
 use glimpse_core::model::linear::format::MAGIC as COMPACT_MAGIC;
 use glimpse_core::recipe::MAGIC;
 use glimpse_materials::basis::BASIS_MAGIC;
-use glimpse_materials::files::{holds, make_folder, try_write, write_whole};
+use glimpse_materials::files::{check_writable, ensure_dir, has_content, write_atomic};
 use glimpse_materials::{FittedMaterial, Source};
 use serde_json::{Value, json};
 
-/// Writes a file whole or not at all, and says so. A recipe, a material or a sheet of readings that is there, and is
-/// not the same, stays.
+/// Writes a file atomically, and reports it on stderr.
+///
+/// # Errors
+/// If the path holds a different recipe, material or sheet of readings, or if writing fails.
 pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    refuse_work(path, bytes)?;
-    write_over(path, bytes)
+    refuse_overwrite(path, bytes)?;
+    replace(path, bytes)
 }
 
-/// Refuses what [`write_file`] would, before there is something to write.
+/// Fails where [`write_file`] would fail, before the content exists.
 pub(super) fn refuse_unwritable(path: &Path) -> anyhow::Result<()> {
-    refuse_work(path, &[])?;
-    try_write(path, 1).with_context(|| format!("cannot write {}", path.display()))
+    refuse_overwrite(path, &[])?;
+    check_writable(path, 1).with_context(|| format!("cannot write {}", path.display()))
 }
 
-fn refuse_work(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    match work_at(path, bytes) {
+fn refuse_overwrite(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    match valuable_content(path, bytes) {
         Some(what) => bail!(
-            "{} is {what} that would be lost: give another --out, or remove it",
+            "{} is {what} that would be overwritten: give another --out, or remove the file",
             path.display()
         ),
         None => Ok(()),
     }
 }
 
-/// Writes a file for commands with an option --force: with it, whatever is there goes.
+/// Writes a file for a command with the option --force, which replaces any file.
 pub(super) fn write_file_forced(path: &Path, bytes: &[u8], force: bool) -> anyhow::Result<()> {
     write_files_forced(&[(path.to_owned(), bytes.to_vec())], force)
 }
 
-/// The same for files that belong together: none of them is written if one has to stay.
+/// Writes a group of files, as [`write_file_forced`] does; writes none if one must not be replaced.
 pub(super) fn write_files_forced(files: &[(PathBuf, Vec<u8>)], force: bool) -> anyhow::Result<()> {
     for (path, bytes) in files {
-        if !force && let Some(what) = work_at(path, bytes) {
+        if !force && let Some(what) = valuable_content(path, bytes) {
             bail!(
-                "{} is {what} that would be lost: give --force to replace it, or another output",
+                "{} is {what} that would be overwritten: give --force to replace it, or another output",
                 path.display()
             );
         }
     }
     let mut files = files.iter();
-    files.try_for_each(|(path, bytes)| write_over(path, bytes))
+    files.try_for_each(|(path, bytes)| replace(path, bytes))
 }
 
-fn write_over(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    write_whole(path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
-    // Whoever has stopped listening does not stop what is half done.
+fn replace(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    write_atomic(path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
+    // A closed stderr must not stop a group of files halfway.
     let _ = writeln!(io::stderr(), "wrote {}", path.display());
     Ok(())
 }
 
-/// What training or a scanner has left at a path and these bytes would replace, in words; None if nothing.
-fn work_at(path: &Path, bytes: &[u8]) -> Option<&'static str> {
+/// Describes the valuable file at a path that these bytes would replace: a result of training, or measurements.
+/// Returns None if there is no such file, or if it holds the same bytes.
+fn valuable_content(path: &Path, bytes: &[u8]) -> Option<&'static str> {
     if !path.is_file() {
         return None;
     }
@@ -71,65 +74,65 @@ fn work_at(path: &Path, bytes: &[u8]) -> Option<&'static str> {
     let what = match &head {
         head if *head == MAGIC => "a recipe",
         head if [BASIS_MAGIC, COMPACT_MAGIC].contains(head) => "the basis of a recipe",
-        // A tensor file, a table whose first dimension is 90, an array of NumPy's.
+        // RGL's tensor file, MERL's table whose first dimension is 90, NumPy's array.
         b"tens" | b"\x5a\0\0\0" | b"\x93NUM" => "another material",
-        [b'{', ..] if FittedMaterial::is_one(path) => "a fitted material",
-        b"inde" if is_filled_in(path) => "a sheet of readings",
+        [b'{', ..] if FittedMaterial::is_fitted_file(path) => "a fitted material",
+        b"inde" if has_readings(path) => "a sheet of readings",
         _ => return None,
     };
-    (!holds(path, bytes)).then_some(what)
+    (!has_content(path, bytes)).then_some(what)
 }
 
-/// True of a table in which somebody has written what was read of a recipe's samples, as a sheet of `trainer plan
-/// --blank` is to be filled in and `trainer fit` leaves it.
-fn is_filled_in(path: &Path) -> bool {
+/// Returns true if a table contains a reading in its column `r` or `value`: a filled-in sheet of `trainer plan
+/// --blank`, or `readings.csv` of `trainer fit`.
+fn has_readings(path: &Path) -> bool {
     let Ok(mut sheet) = csv::Reader::from_path(path) else {
         return false;
     };
     let Ok(header) = sheet.headers() else {
         return false;
     };
-    let is_read = |name: &str| ["r", "value"].contains(&name);
-    let Some(column) = header.iter().position(is_read) else {
+    let is_reading = |name: &str| ["r", "value"].contains(&name);
+    let Some(column) = header.iter().position(is_reading) else {
         return false;
     };
-    let filled = |row: csv::StringRecord| row.get(column).is_some_and(|cell| !cell.is_empty());
-    // A row that is cut short is somebody's work too.
-    sheet.records().any(|row| row.map_or(true, filled))
+    let has_value = |row: csv::StringRecord| row.get(column).is_some_and(|cell| !cell.is_empty());
+    // A malformed row counts as a reading, since it may have been edited by hand.
+    sheet.records().any(|row| row.map_or(true, has_value))
 }
 
-/// A file that a command has written, for its JSON. `bytes` is null of a pipe or a device.
+/// The JSON object of a file that a command wrote. `bytes` is null for a pipe or a device.
 pub(super) fn file_as_json(path: &Path) -> Value {
     let metadata = fs::metadata(path).ok().filter(fs::Metadata::is_file);
-    json!({ "path": path.display().to_string(), "bytes": metadata.map(|found| found.len()) })
+    json!({ "path": path.display().to_string(), "bytes": metadata.map(|file| file.len()) })
 }
 
-/// Makes a command's folder, but none above it.
-pub(super) fn make_out(folder: &Path) -> anyhow::Result<()> {
-    make_folder(folder).with_context(|| format!("cannot write to {}", folder.display()))
+/// Creates a command's output folder. The folder above it must exist.
+pub(super) fn create_out_folder(folder: &Path) -> anyhow::Result<()> {
+    ensure_dir(folder).with_context(|| format!("cannot write to {}", folder.display()))
 }
 
-/// Refuses to write to a file that the command reads.
+/// Refuses an output that is an input of the command.
 pub(super) fn refuse_input(out: &Path, input: &Path) -> anyhow::Result<()> {
     ensure!(
         !is_same_file(out, input),
-        "{} is what is read ({}), and would be lost: give another output",
+        "{} is an input of this command ({}) and would be overwritten: give another output",
         out.display(),
         input.display()
     );
     Ok(())
 }
 
-/// Refuses to write to a file that one of the materials is read from.
+/// Refuses an output that is a file of the materials' source.
 pub(super) fn refuse_source(out: &Path, source: &Source) -> anyhow::Result<()> {
     let Ok(files) = source.files() else {
-        // What is wrong with it is said when it is read.
+        // Loading the source reports its error.
         return Ok(());
     };
     files.iter().try_for_each(|file| refuse_input(out, file))
 }
 
-/// True if both are the same regular file, by whatever names.
+/// Returns true if both paths lead to the same regular file, also through links.
 pub(super) fn is_same_file(one: &Path, other: &Path) -> bool {
     if !(one.is_file() && other.is_file()) {
         return false;
@@ -153,7 +156,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_file_is_itself_by_every_name() {
+    fn recognizes_same_file_by_other_paths() {
         let scratch = tempfile::tempdir().unwrap();
         let at = |name: &str| scratch.path().join(name);
         fs::write(at("a"), "1").unwrap();
@@ -173,7 +176,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_trained_stays() {
+    fn keeps_valuable_files() {
         let scratch = tempfile::tempdir().unwrap();
         let path = scratch.path().join("a");
         fs::write(&path, "GLMP and more").unwrap();
@@ -181,14 +184,14 @@ mod tests {
         assert!(write_file_forced(&path, b"other", false).is_err());
         assert!(write_file(&path, b"GLMP and more").is_ok());
         assert!(write_file_forced(&path, b"other", true).is_ok());
-        assert!(write_file(&path, b"once more").is_ok());
-        assert_eq!(fs::read(&path).unwrap(), b"once more");
+        assert!(write_file(&path, b"again").is_ok());
+        assert_eq!(fs::read(&path).unwrap(), b"again");
 
         fs::write(&path, "index,theta_i,r,g,b\n0,30,1,1,1\n").unwrap();
         assert!(write_file(&path, b"other").is_err());
-        // Empty sheets, plans and samples' angles are made again in no time.
-        for lost in ["index,theta_i,r,g,b\n0,30,,,\n", "index,theta_i\n0,30\n"] {
-            fs::write(&path, lost).unwrap();
+        // Empty sheets, plans and tables of angles are quick to make again.
+        for replaceable in ["index,theta_i,r,g,b\n0,30,,,\n", "index,theta_i\n0,30\n"] {
+            fs::write(&path, replaceable).unwrap();
             write_file(&path, b"other").unwrap();
         }
     }

@@ -6,7 +6,7 @@ use anyhow::{Error, bail, ensure};
 use clap::{ArgGroup, Args};
 use glimpse_core::gonio::Limits;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::files::holds;
+use glimpse_materials::files::has_content;
 use glimpse_trainer::route::{self, Axes, Machine, MachineError, Order, Route, stops};
 use glimpse_training::recipe::RecipeFile;
 
@@ -14,46 +14,46 @@ use super::limits::{LimitArgs, describe};
 use super::output::{is_same_file, write_file_forced};
 use super::{numbers, print};
 
-/// Orders, as named on the command line.
+/// An order of samples, as named on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum OrderName {
-    /// Least time: the best of all orders for up to 16 samples, otherwise the best that a search of
-    /// about a second finds.
+    /// Shortest time: the optimum for up to 16 samples, otherwise the best result of a search of
+    /// about one second.
     Travel,
-    /// The recipe's own: of a recipe trained with --missing the samples that tell most come first, so
-    /// that a scan may end early.
+    /// The recipe's own order. With a recipe trained with --missing, the most informative samples
+    /// come first, so that a scan may end early.
     Progressive,
 }
 
-/// Plan a scan: where the arms go, in degrees, in which order, and how long it takes.
+/// Plan a scan: positions of the arms in degrees, their order, and the duration.
 ///
-/// All axes move at once, each at full speed, so that a move takes as long as its slowest axis; then
-/// the arms rest for the reading. What the arms might hit on the way is not looked at, and coming
-/// back at the end is not counted.
+/// All axes move at once, each at full speed: a move takes as long as its slowest axis. Then the
+/// arms rest for the reading. The plan does not check for collisions, and does not include the way
+/// back at the end.
 ///
-/// An isotropic sample, which recipes are for, does not notice when both arms are turned about the
-/// normal together. So only the difference of the azimuths is given, and it is changed the short way
-/// around, by both axes at once, each by its share of the speed: no azimuths take less time. (They
-/// may count on past 180 degrees; see --no-full-turns.)
+/// An isotropic sample looks the same when both arms turn about the normal together. So only the
+/// difference of the azimuths matters. Both azimuth axes change it at once, the short way around,
+/// each in proportion to its speed; no other choice of azimuths takes less time. Azimuths may
+/// exceed 180 degrees (see --no-full-turns).
 ///
-/// The naive order, for comparison, is the recipe's own with azimuths as `trainer inspect` shows
+/// The naive order, for comparison, is the recipe's own, with azimuths as `trainer inspect` prints
 /// them.
 ///
-/// What the machine does not reach is named, all of it, and nothing is planned then.
+/// If samples are out of the machine's reach, the error lists all of them, and nothing is planned.
 ///
 /// Example: trainer plan neural-n8.recipe --speed 20,10,20,10 --settle 1.5 --blank readings.csv
 ///          trainer plan neural-n8.recipe --swap --max-theta-o 78 --out plan.csv
 #[derive(Args)]
 #[command(verbatim_doc_comment, group = ArgGroup::new("written").args(["out", "blank"]).multiple(true))]
 pub(crate) struct Plan {
-    /// The recipe file
+    /// Recipe file
     recipe: PathBuf,
-    /// In which order samples are measured
+    /// Order of the samples
     #[arg(long, value_enum, default_value_t = OrderName::Travel)]
     order: OrderName,
-    /// Speeds of the axes theta_i, phi_i, theta_o, phi_o, degrees per second, 0.001 to 1,000,000: one number
-    /// for all or four, as 20,10,20,10. An azimuth of speed 0 is an axis that the machine does not have, as
-    /// that of a lamp which only swings
+    /// Speeds of the axes theta_i, phi_i, theta_o, phi_o in degrees per second, 0.001 to 1,000,000: one
+    /// number for all axes, or four, for example 20,10,20,10. Speed 0 marks an azimuth axis that the
+    /// machine does not have
     #[arg(
         long,
         value_name = "DEGREES/S",
@@ -61,7 +61,7 @@ pub(crate) struct Plan {
         value_parser = speeds
     )]
     speed: Axes,
-    /// Seconds that the arms stand at each sample, to come to rest and to be read: 0 to 86400
+    /// Seconds for settling and reading at each sample, 0 to 86400
     #[arg(
         long,
         value_name = "SECONDS",
@@ -69,8 +69,8 @@ pub(crate) struct Plan {
         value_parser = numbers::number(0.0..=86_400.0)
     )]
     settle: f64,
-    /// Angles of the axes theta_i, phi_i, theta_o, phi_o at first, degrees, as 0,0,0,180: polar angles of -180
-    /// to 180, azimuths of -3600 to 3600
+    /// Initial angles of the axes theta_i, phi_i, theta_o, phi_o in degrees, for example 0,0,0,180: polar
+    /// angles from -180 to 180, azimuths from -3600 to 3600
     #[arg(
         long,
         value_name = "DEGREES",
@@ -78,27 +78,27 @@ pub(crate) struct Plan {
         value_parser = start
     )]
     start: Axes,
-    /// Samples may be measured with light and sensor exchanged, where that is sooner, or where it is
-    /// the only way within reach. It gives the same reading if the material is reciprocal and the
-    /// sensor is calibrated for it
+    /// Exchange light and sensor for samples where that saves time, or where only that is within
+    /// reach. The reading is the same if the material is reciprocal and the sensor is calibrated for
+    /// both positions
     #[arg(long)]
     swap: bool,
-    /// The sample is not isotropic: azimuths stay as they are in the recipe's pattern
+    /// Keep the azimuths of the recipe's pattern, for a sample that is not isotropic
     #[arg(long)]
     anisotropic: bool,
-    /// Azimuth axes do not go around without end: their difference (with --anisotropic each of them)
-    /// stays within -180 to 180 degrees, so that no cable winds up
+    /// Keep the difference of the azimuths (with --anisotropic each azimuth) within -180 to 180
+    /// degrees, so that no cable winds up
     #[arg(long)]
     no_full_turns: bool,
     #[command(flatten)]
     limits: LimitArgs,
-    /// Write the plan here, as CSV: index, theta_i, phi_i, theta_o, phi_o (degrees), swapped, seconds
+    /// CSV file for the plan: index, theta_i, phi_i, theta_o, phi_o (degrees), swapped, seconds
     #[arg(long, short, value_name = "FILE.csv")]
     out: Option<PathBuf>,
-    /// Write a CSV file to fill in: index, theta_i, phi_i, theta_o, phi_o (degrees), r, g, b
+    /// CSV file for a blank sheet of readings: index, theta_i, phi_i, theta_o, phi_o (degrees), r, g, b
     #[arg(long, value_name = "FILE.csv")]
     blank: Option<PathBuf>,
-    /// Replace files that are there and differ, as sheets do that somebody has filled in
+    /// Replace existing files that differ, such as filled-in sheets
     #[arg(long, requires = "written")]
     force: bool,
     /// Print JSON
@@ -108,7 +108,7 @@ pub(crate) struct Plan {
 
 impl Plan {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        self.refuse_what_cannot_be()?;
+        self.refuse_inputs()?;
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe();
         let stated = recipe.metadata()?.limits;
@@ -134,7 +134,7 @@ impl Plan {
             Err(missed) => {
                 let lines: Vec<String> = missed.iter().map(|each| format!("\n  {each}")).collect();
                 bail!(
-                    "the machine does not reach {} of {} samples:{}\n{}",
+                    "{} of {} samples are out of the machine's reach:{}\n{}",
                     missed.len(),
                     recipe.samples(),
                     lines.concat(),
@@ -151,14 +151,14 @@ impl Plan {
             .is_some_and(|own| own.tolerates_missing());
         if order == Order::Progressive && !takes_missing {
             eprintln!(
-                "note: this recipe needs all of its readings, so that no scan of it ends early; \
-                 --order travel takes less time"
+                "note: this recipe needs all readings, so a scan cannot end early; --order travel takes \
+                 less time"
             );
         }
         let route = Route::new(&machine, &stops, order, seed);
         let files = [
             ("--out", &self.out, route.to_csv()),
-            ("--blank", &self.blank, route::blank(&route.visits)),
+            ("--blank", &self.blank, route::blank_sheet(&route.visits)),
         ];
         let files: Vec<(&str, &Path, String)> = files
             .into_iter()
@@ -168,7 +168,7 @@ impl Plan {
             self.refuse_to_replace(option, path, text)?;
         }
         for (_, path, text) in &files {
-            // Whatever is there is the same, or may go.
+            // Checked above: an existing file is the same, or --force was given.
             write_file_forced(path, text.as_bytes(), true)?;
         }
         match self.json {
@@ -177,14 +177,14 @@ impl Plan {
         }
     }
 
-    /// Refuses, before anything is planned, what is written over what is read or in vain.
-    fn refuse_what_cannot_be(&self) -> anyhow::Result<()> {
+    /// Refuses outputs that are inputs, or both the same file.
+    fn refuse_inputs(&self) -> anyhow::Result<()> {
         let written = [("--out", &self.out), ("--blank", &self.blank)];
         for (option, file) in written {
-            for input in [&self.recipe, &Basis::beside(&self.recipe)] {
+            for input in [&self.recipe, &Basis::path_for(&self.recipe)] {
                 ensure!(
                     !file.as_ref().is_some_and(|file| is_same_file(file, input)),
-                    "{option} {} is what is read, or belongs to it: give another {option}",
+                    "{option} {} is the recipe or its basis: give another {option}",
                     input.display()
                 );
             }
@@ -192,29 +192,29 @@ impl Plan {
         if let (Some(out), Some(blank)) = (&self.out, &self.blank) {
             ensure!(
                 !is_same_file(out, blank) && absolute(out)? != absolute(blank)?,
-                "--out and --blank are the same file: give two"
+                "--out and --blank are the same file {}: give two different files",
+                out.display()
             );
         }
         Ok(())
     }
 
-    /// Refuses to replace a file that is not the same, unless told: it may hold readings by now.
+    /// Refuses to replace a different file without --force, since it may hold readings.
     fn refuse_to_replace(&self, option: &str, path: &Path, text: &str) -> anyhow::Result<()> {
         ensure!(
-            self.force || !path.is_file() || holds(path, text.as_bytes()),
-            "{} is there and may have been filled in: give --force to replace it, or another \
-             {option}",
+            self.force || !path.is_file() || has_content(path, text.as_bytes()),
+            "{} exists, and may contain readings: give --force to replace it, or another {option}",
             path.display()
         );
         Ok(())
     }
 
-    /// What helps if something is out of reach.
+    /// Advises what to do about samples out of reach.
     fn remedy(&self) -> &'static str {
         match self.swap {
             false => {
                 "train a recipe for these limits (trainer train --max-theta-i, --max-theta-o, \
-                 --min-separation), or try whether --swap helps"
+                 --min-separation), or try --swap"
             }
             true => {
                 "train a recipe for these limits (trainer train --max-theta-i, --max-theta-o, \
@@ -224,26 +224,27 @@ impl Plan {
     }
 }
 
-/// One speed for all axes, or four.
+/// Parses one speed for all axes, or four speeds.
 fn speeds(text: &str) -> Result<Axes, String> {
     match numbers::list(text)[..] {
-        [Some(all)] => Ok(Axes::of([all; 4])),
+        [Some(all)] => Ok(Axes::from_array([all; 4])),
         [Some(theta_i), Some(phi_i), Some(theta_o), Some(phi_o)] => {
-            Ok(Axes::of([theta_i, phi_i, theta_o, phi_o]))
+            Ok(Axes::from_array([theta_i, phi_i, theta_o, phi_o]))
         }
         _ => Err(
-            "give one number for all axes, or four, as 20,10,20,10: degrees per second".to_owned(),
+            "give one number for all axes, or four numbers such as 20,10,20,10, in degrees per second"
+                .to_owned(),
         ),
     }
 }
 
-/// Where four axes stand.
+/// Parses the initial angles of the four axes.
 fn start(text: &str) -> Result<Axes, String> {
     match numbers::list(text)[..] {
         [Some(theta_i), Some(phi_i), Some(theta_o), Some(phi_o)] => {
-            Ok(Axes::of([theta_i, phi_i, theta_o, phi_o]))
+            Ok(Axes::from_array([theta_i, phi_i, theta_o, phi_o]))
         }
-        _ => Err("give four numbers, as 0,0,0,180: degrees".to_owned()),
+        _ => Err("give four numbers such as 0,0,0,180, in degrees".to_owned()),
     }
 }
 
@@ -251,7 +252,7 @@ fn to_text(route: &Route, machine: &Machine) -> String {
     let what = match (route.order, route.is_best) {
         (Order::Progressive, _) => "the recipe's own order",
         (Order::Travel, true) => "no other order takes less time",
-        (Order::Travel, false) => "the best that was found",
+        (Order::Travel, false) => "the best order found",
     };
     let seconds =
         |travel: f64, total: f64| format!("{total:.1} seconds, {travel:.1} of which arms move");
@@ -267,7 +268,7 @@ fn to_text(route: &Route, machine: &Machine) -> String {
         describe(machine.limits),
     );
     for visit in &route.visits {
-        let [theta_i, phi_i, theta_o, phi_o] = visit.arms.values();
+        let [theta_i, phi_i, theta_o, phi_o] = visit.arms.to_array();
         let swapped = match visit.swapped {
             true => "swapped",
             false => "",

@@ -1,4 +1,4 @@
-//! Training with a progress bar, and with Ctrl-C that loses nothing.
+//! Progress bars, and interruption of training with Ctrl-C after a checkpoint.
 
 use std::ops::ControlFlow;
 use std::sync::Mutex;
@@ -6,14 +6,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use glimpse_materials::Material;
-use glimpse_training::meta::learned::Learned;
+use glimpse_training::meta::learned::LearnedRecipe;
 use glimpse_training::meta::options::Options;
 use glimpse_training::meta::run::{TrainError, train};
 use indicatif::{ProgressBar, ProgressStyle};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// From now on the first Ctrl-C stops training at the next step, and the second one the program.
+/// Installs a handler of Ctrl-C: the first one stops training at the next step, the second one ends the program
+/// with exit code 130.
 pub(super) fn catch_interrupts() -> anyhow::Result<()> {
     static CAUGHT: AtomicBool = AtomicBool::new(false);
     if !CAUGHT.swap(true, Ordering::Relaxed) {
@@ -26,16 +27,17 @@ pub(super) fn catch_interrupts() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// True after the first Ctrl-C.
+/// Returns true after the first Ctrl-C.
 pub(super) fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// Trains under a progress bar with loss and time left; without a terminal, a line now and then.
+/// Trains with a progress bar of loss and remaining time. Without a terminal, prints a line for each tenth of the
+/// steps instead.
 pub(crate) fn train_with_progress(
     options: &Options,
     materials: Vec<Box<dyn Material>>,
-) -> anyhow::Result<Learned> {
+) -> anyhow::Result<LearnedRecipe> {
     catch_interrupts()?;
     let bar = ProgressBar::new(0);
     bar.set_style(ProgressStyle::with_template(
@@ -69,59 +71,70 @@ pub(crate) fn train_with_progress(
     bar.finish_and_clear();
     match (outcome, &options.checkpoints) {
         (Err(TrainError::Stopped(done)), Some(checkpoints)) => Err(anyhow::anyhow!(
-            "stopped after {done} outer steps, saved in {}; repeat the command with --resume to go on",
+            "stopped after {done} outer steps, which are saved in {}: repeat the command with --resume to \
+             continue",
             checkpoints.directory.display()
         )),
         (outcome, _) => Ok(outcome?),
     }
 }
 
-/// Many steps of one kind, from any thread: a bar on a terminal, and elsewhere a line every ten
-/// seconds, so that nothing is silent for long.
-pub(crate) struct Steps {
+/// Progress of equal steps, counted from any thread: a bar on a terminal, or else a line every 10 s.
+pub(crate) struct StepProgress {
     bar: ProgressBar,
-    what: String,
-    /// How many are done, and when that was last told.
-    told: Mutex<(usize, Instant)>,
+    label: String,
+    reported: Mutex<Reported>,
 }
 
-/// How long nothing is said without a terminal.
-const SILENCE: Duration = Duration::from_secs(10);
+/// State of the progress lines.
+struct Reported {
+    /// Number of completed steps.
+    done: usize,
+    /// Time of the last line.
+    at: Instant,
+}
 
-impl Steps {
-    pub(crate) fn new(what: &str, total: usize) -> Self {
+/// Time between two progress lines without a terminal.
+const REPORT_INTERVAL: Duration = Duration::from_secs(10);
+
+impl StepProgress {
+    pub(crate) fn new(label: &str, total: usize) -> Self {
         let bar = ProgressBar::new(total as u64);
         if let Ok(style) = ProgressStyle::with_template(
             "{msg} {wide_bar:.cyan/dim} {pos}/{len} after {elapsed}, {eta} left",
         ) {
             bar.set_style(style);
         }
-        bar.set_message(what.to_owned());
-        // Also while the first step lasts.
+        bar.set_message(label.to_owned());
+        // Keeps the bar alive during a long first step.
         bar.enable_steady_tick(Duration::from_millis(200));
+        let reported = Reported {
+            done: 0,
+            at: Instant::now(),
+        };
         Self {
             bar,
-            what: what.to_owned(),
-            told: Mutex::new((0, Instant::now())),
+            label: label.to_owned(),
+            reported: Mutex::new(reported),
         }
     }
 
-    /// One more is done.
-    pub(crate) fn done(&self) {
+    /// Counts one completed step.
+    pub(crate) fn increment(&self) {
         self.bar.inc(1);
-        let Ok(mut told) = self.told.lock() else {
+        let Ok(mut reported) = self.reported.lock() else {
             return;
         };
-        told.0 += 1;
-        if self.bar.is_hidden() && told.1.elapsed() > SILENCE {
-            told.1 = Instant::now();
+        reported.done += 1;
+        if self.bar.is_hidden() && reported.at.elapsed() > REPORT_INTERVAL {
+            reported.at = Instant::now();
             let total = self.bar.length().unwrap_or_default();
-            eprintln!("{}: {} of {total}", self.what, told.0);
+            eprintln!("{}: {} of {total}", self.label, reported.done);
         }
     }
 }
 
-impl Drop for Steps {
+impl Drop for StepProgress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

@@ -12,18 +12,22 @@ use serde_json::{Value, json};
 use super::output::{refuse_input, refuse_source};
 use super::{load, print, write_file};
 
-/// Look up the BRDF of materials at given angles.
+/// Evaluate the BRDF of materials at given angles.
 ///
-/// The angles are a CSV file whose first line names its columns, in any order: theta_h, theta_d,
-/// phi_d (half vector to normal, incoming direction to half vector and its azimuth about that),
-/// or theta_i, phi_i, theta_o, phi_o (each direction to the normal, and its azimuth). All are in
-/// degrees: thetas of directions 0 to 180, theta_h and theta_d 0 to 90. A column index is copied
-/// behind them, so that `trainer fit` reads what was looked up at a plan. Other columns are ignored.
+/// INPUT. A CSV file whose first line names the columns, in any order. The angles, in degrees, are
 ///
-/// The answer is CSV too, a row for each row: the angles as they were given, and r, g, b, the BRDF in
-/// linear RGB and sr^-1, not times the cosine, with digits enough to get the same 32-bit floats
-/// back. Where a direction is not above the horizon they are 0. Of several materials, all rows of
-/// one come after all rows of the other, and a first column names the material.
+/// - theta_h (half vector to normal) and theta_d (incoming direction to half vector), 0 to 90, and
+///   phi_d (azimuth of the incoming direction about the half vector);
+/// - or theta_i, phi_i, theta_o, phi_o, the polar angle of each direction to the normal, 0 to 180,
+///   and its azimuth.
+///
+/// The optional column index is copied to the output, so that `trainer fit` can read the BRDF at
+/// the angles of a plan. Other columns are ignored.
+///
+/// OUTPUT. CSV with a row for each input row: the angles, and the BRDF in the columns r, g, b, as
+/// linear RGB in sr^-1, not times the cosine. The numbers have enough digits to restore the 32-bit
+/// floats. The BRDF is 0 if a direction is not above the horizon. With several materials, a first
+/// column names the material, and all rows of a material are together.
 ///
 /// Example: printf 'theta_i,phi_i,theta_o,phi_o\n30,0,30,180\n' > mirror.csv
 ///          trainer query acrylic_felt_green_rgb.bsdf --angles mirror.csv
@@ -33,13 +37,13 @@ use super::{load, print, write_file};
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Query {
-    /// The materials
+    /// Materials (see SOURCES in `trainer --help`)
     #[arg(value_name = "SRC")]
     source: Source,
-    /// Where to look: CSV with angles in degrees
+    /// CSV file with angles in degrees
     #[arg(long, value_name = "FILE.csv")]
     angles: PathBuf,
-    /// Write the BRDF here [default: standard output]
+    /// Output file [default: standard output]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Write JSON instead of CSV
@@ -47,8 +51,11 @@ pub(crate) struct Query {
     json: bool,
 }
 
-/// The BRDF of a material at all angles; 0 where a direction is not above the horizon.
-type Found = Vec<[f32; 3]>;
+/// The BRDF of a material at all rows of a table of angles; 0 where a direction is not above the horizon.
+struct MaterialValues<'a> {
+    material: &'a str,
+    brdf: Vec<[f32; 3]>,
+}
 
 impl Query {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
@@ -58,18 +65,19 @@ impl Query {
         }
         let table = AngleTable::read(&self.angles)?;
         let materials = load(&self.source)?;
-        let look_up = |material: &dyn Material| -> Found {
+        let evaluate = |material: &dyn Material| -> Vec<[f32; 3]> {
             let rows = table.rows.par_iter();
             rows.map(|row| row.angles.map_or([0.0; 3], |angles| material.brdf(angles)))
                 .collect()
         };
-        let found = materials
-            .iter()
-            .map(|material| (material.name(), look_up(&**material)));
-        let found: Vec<(&str, Found)> = found.collect();
+        let values = materials.iter().map(|material| MaterialValues {
+            material: material.name(),
+            brdf: evaluate(&**material),
+        });
+        let values: Vec<MaterialValues<'_>> = values.collect();
         let text = match self.json {
-            true => serde_json::to_string_pretty(&to_json(&found, &table))? + "\n",
-            false => to_csv(&found, &table).context("cannot write the table")?,
+            true => serde_json::to_string_pretty(&to_json(&values, &table))? + "\n",
+            false => to_csv(&values, &table).context("cannot write the table")?,
         };
         match &self.out {
             Some(path) => write_file(path, text.as_bytes()),
@@ -78,15 +86,15 @@ impl Query {
     }
 }
 
-fn to_csv(found: &[(&str, Found)], table: &AngleTable) -> anyhow::Result<String> {
-    let named = found.len() > 1;
+fn to_csv(values: &[MaterialValues<'_>], table: &AngleTable) -> anyhow::Result<String> {
+    let named = values.len() > 1;
     let mut csv = csv::Writer::from_writer(Vec::new());
     let name = |name: &str| named.then(|| name.to_owned()).into_iter();
     let owned = |text: &str| text.to_owned();
     let colors = ["r", "g", "b"].map(owned).into_iter();
     let header = name("material").chain(table.columns.iter().copied().map(owned));
     csv.write_record(header.chain(colors))?;
-    for (material, brdf) in found {
+    for MaterialValues { material, brdf } in values {
         for (row, rgb) in table.rows.iter().zip(brdf) {
             let values = rgb.map(|value| value.to_string());
             let cells = row.cells.iter().cloned().chain(values);
@@ -97,8 +105,8 @@ fn to_csv(found: &[(&str, Found)], table: &AngleTable) -> anyhow::Result<String>
     Ok(String::from_utf8(bytes)?)
 }
 
-/// The same as JSON, with what the numbers are.
-fn to_json(found: &[(&str, Found)], table: &AngleTable) -> Value {
+/// Returns the values as JSON, with their quantity and unit.
+fn to_json(values: &[MaterialValues<'_>], table: &AngleTable) -> Value {
     let cell = |text: &String| match (text.parse::<u64>(), text.parse::<f64>()) {
         (Ok(whole), _) => json!(whole),
         (_, Ok(number)) => json!(number),
@@ -112,11 +120,11 @@ fn to_json(found: &[(&str, Found)], table: &AngleTable) -> Value {
         object["brdf"] = json!(rgb);
         object
     };
-    let material = |(name, brdf): &(&str, Found)| {
+    let material = |MaterialValues { material, brdf }: &MaterialValues<'_>| {
         let rows = table.rows.iter().zip(brdf).map(|(at, rgb)| row(at, rgb));
-        json!({ "name": name, "rows": rows.collect::<Vec<_>>() })
+        json!({ "name": material, "rows": rows.collect::<Vec<_>>() })
     };
     let mut all = json!(Convention::BRDF);
-    all["materials"] = found.iter().map(material).collect();
+    all["materials"] = values.iter().map(material).collect();
     all
 }

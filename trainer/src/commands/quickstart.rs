@@ -8,14 +8,14 @@ use clap::Args;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_materials::files::try_write;
+use glimpse_materials::files::check_writable;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::bundled::{self, BundledRecipe};
 use glimpse_trainer::evaluation::{Evaluator, Method, SPHERE};
 use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::render::Picture;
 use glimpse_trainer::report::{
-    Best, Cell, Column, Compare, Gallery, GalleryRow, Page, Table, Tile, pattern_svg,
+    Cell, Column, Compare, Gallery, GalleryRow, Highlight, Page, Table, Tile, pattern_svg,
 };
 use glimpse_trainer::route::{Machine, Order, Route, stops};
 use glimpse_training::meta::plan::Effort;
@@ -23,33 +23,33 @@ use glimpse_training::meta::run::INNER_STEPS;
 use rayon::prelude::*;
 
 use super::lock::Lock;
-use super::output::{make_out, write_file};
+use super::output::{create_out_folder, write_file};
 use super::{load, print};
 
-/// Number of unseen materials.
-const UNSEEN: usize = 8;
-/// Bundled recipes of growing n.
-const BY_SAMPLES: [&str; 5] = [
+/// Number of test materials.
+const MATERIALS: usize = 8;
+/// Bundled recipes in the order of n.
+const RECIPES_BY_SAMPLES: [&str; 5] = [
     "neural-n1",
     "neural-n2",
     "neural-n4",
     "neural-n8",
     "neural-n16",
 ];
-/// The bundled recipe that is compared with the paper's methods, and left for the next step.
-const COMPARED: &str = "neural-n8";
+/// The bundled recipe that is compared with the paper's methods, and written to the output folder.
+const MAIN_RECIPE: &str = "neural-n8";
 
-/// Scan unseen materials with bundled recipes and write a page of results: start here.
+/// Scan unseen materials with bundled recipes, and write a page of results: start here.
 ///
-/// Eight procedural materials that no bundled recipe was trained on are measured and fitted as a
-/// scanner's microcontroller would do it. The page DIR/index.html shows
+/// Eight procedural materials that no bundled recipe was trained on are measured and fitted as on a
+/// scanner's microcontroller. The page DIR/index.html shows
 ///
-/// - recipes of the model neural for n = 1, 2, 4, 8 and 16 measurements: errors, seconds of scan
-///   (by the rules of `trainer plan`) and cycles of the fit on a Cortex-M4F;
-/// - the paper's methods at n = 8, trained by the paper's schedule, beside the recipe of n = 8.
+/// - recipes of the model neural for n = 1, 2, 4, 8 and 16 measurements: errors, duration of the
+///   scan in seconds (as in `trainer plan`) and cycles of the fit on a Cortex-M4F;
+/// - the paper's methods at n = 8, trained with the paper's schedule, and the recipe of n = 8.
 ///
-/// Nothing is trained: it takes some seconds. DIR/neural-n8.recipe is the bundled recipe of n = 8, to try
-/// other commands on, such as `trainer plan` and `trainer inspect`.
+/// The command trains nothing and takes a few seconds. DIR/neural-n8.recipe is the bundled recipe
+/// of n = 8, for other commands such as `trainer plan` and `trainer inspect`.
 ///
 /// Example: trainer quickstart
 ///          trainer quickstart --seed 7 --out other/
@@ -57,7 +57,7 @@ const COMPARED: &str = "neural-n8";
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Quickstart {
-    /// The folder for index.html, its pictures and the recipe
+    /// Output folder for index.html, its pictures and the recipe
     #[arg(long, short, value_name = "DIR", default_value = "quickstart")]
     out: PathBuf,
 }
@@ -65,66 +65,66 @@ pub(crate) struct Quickstart {
 impl Quickstart {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         let begin = Instant::now();
-        make_out(&self.out)?;
+        create_out_folder(&self.out)?;
         let index = self.out.join("index.html");
-        try_write(&index, 1 << 16)
+        check_writable(&index, 1 << 16)
             .map_err(|error| anyhow!("cannot write {}: {error}", index.display()))?;
-        let _lock = Lock::within(&self.out)?;
-        let left = bundled(COMPARED)?;
-        let path = self.out.join(format!("{COMPARED}.recipe"));
-        write_file(&path, left.bytes)?;
+        let _lock = Lock::of_folder(&self.out)?;
+        let main_recipe = bundled(MAIN_RECIPE)?;
+        let path = self.out.join(format!("{MAIN_RECIPE}.recipe"));
+        write_file(&path, main_recipe.bytes)?;
 
-        // Seed 0 is that of the materials that bundled recipes were trained on.
+        // Not seed 0, whose materials the bundled recipes were trained on.
         let source = Source(format!(
-            "procedural:{UNSEEN}:{}",
+            "procedural:{MATERIALS}:{}",
             seed.wrapping_add(1).max(1)
         ));
-        let unseen = load(&source)?;
-        let judge = Evaluator::new(&unseen);
+        let materials = load(&source)?;
+        let evaluator = Evaluator::new(&materials);
 
         eprintln!(
-            "scanning {UNSEEN} unseen materials with {}",
-            BY_SAMPLES.join(", ")
+            "scanning {MATERIALS} unseen materials with {}",
+            RECIPES_BY_SAMPLES.join(", ")
         );
         let mut by_samples = Vec::new();
-        for name in BY_SAMPLES {
-            by_samples.push(Contender::bundled(bundled(name)?, seed)?);
+        for name in RECIPES_BY_SAMPLES {
+            by_samples.push(ComparedMethod::bundled(bundled(name)?, seed)?);
         }
-        let scans_by_samples = scan_all(&judge, &by_samples, seed)?;
+        let scans_by_samples = scan_all(&evaluator, &by_samples, seed)?;
 
-        eprintln!("scanning them with the paper's methods");
+        eprintln!("scanning the same materials with the paper's methods");
         let paper = &bundled::PAPER;
         let recipe = paper.recipe()?;
         let methods = [
-            Contender {
+            ComparedMethod {
                 label: "Random".into(),
                 method: Method::random(ModelKind::Neural, recipe.samples(), INNER_STEPS),
                 training: None,
                 bundled: None,
                 seconds: None,
             },
-            Contender {
+            ComparedMethod {
                 label: "Meta (paper)".into(),
                 method: Method::meta(&recipe, None)?,
-                training: Some(training_of(&recipe)?),
+                training: Some(describe_training(&recipe)?),
                 bundled: None,
                 seconds: None,
             },
-            Contender {
+            ComparedMethod {
                 label: "Ours (paper)".into(),
-                ..Contender::bundled(paper, seed)?
+                ..ComparedMethod::bundled(paper, seed)?
             },
-            Contender {
+            ComparedMethod {
                 label: "Completed (prior)".into(),
-                ..Contender::bundled(left, seed)?
+                ..ComparedMethod::bundled(main_recipe, seed)?
             },
         ];
-        let scans_of_methods = scan_all(&judge, &methods, seed)?;
+        let scans_of_methods = scan_all(&evaluator, &methods, seed)?;
 
-        let caption = |contenders: &[Contender<'_>]| {
+        let caption = |methods: &[ComparedMethod<'_>]| {
             format!(
-                "Training: {}. Test set: {source} ({UNSEEN} materials)",
-                trainings(contenders)
+                "Training: {}. Test set: {source} ({MATERIALS} materials)",
+                describe_trainings(methods)
             )
         };
         let first = table(
@@ -137,40 +137,40 @@ impl Quickstart {
         );
         let second = table(
             format!(
-                "Neural, n = {}, with the schedule in parentheses. {}",
+                "Neural, n = {}, training schedules in parentheses. {}",
                 recipe.samples(),
                 caption(&methods)
             ),
             &methods,
             &scans_of_methods,
         );
-        let pattern: Vec<_> = left.recipe()?.pattern().collect();
+        let pattern: Vec<_> = main_recipe.recipe()?.pattern().collect();
         Page::new("Glimpse: materials from few measurements")
             .paragraph(INTRODUCTION)
             .table(&first)
-            .paragraph(&about_costs())
+            .paragraph(&explain_columns())
             .heading("Spheres by number of measurements")
             .gallery(&gallery(
                 caption(&by_samples),
-                &judge,
+                &evaluator,
                 &by_samples,
                 &scans_by_samples,
             ))
             .heading("The paper's methods")
             .gallery(&gallery(
                 caption(&methods),
-                &judge,
+                &evaluator,
                 &methods,
                 &scans_of_methods,
             ))
             .table(&second)
-            .paragraph(&about_methods())
+            .paragraph(&explain_methods())
             .heading("Directions of a recipe")
             .drawing(
                 &pattern_svg(&pattern),
                 &format!(
-                    "The directions of {COMPARED}, {}",
-                    training_of(&left.recipe()?)?
+                    "The directions of {MAIN_RECIPE}, {}",
+                    describe_training(&main_recipe.recipe()?)?
                 ),
             )
             .heading("Next: your own materials")
@@ -193,69 +193,69 @@ impl Quickstart {
     }
 }
 
-const INTRODUCTION: &str = "A recipe has learned where to measure a material and how to fit a small \
-    network to the readings. Here bundled recipes for 1, 2, 4, 8 and 16 pairs of directions meet eight \
-    materials that they were not trained on. Each material is measured without noise and fitted as a \
-    scanner's microcontroller would do it.";
+const INTRODUCTION: &str = "A recipe holds learned directions of measurement, and learned initial \
+    parameters of a small network that is fitted to the readings. This page shows scans of eight unseen \
+    materials with bundled recipes for 1, 2, 4, 8 and 16 pairs of directions. Each material is measured \
+    without noise and fitted as on a scanner's microcontroller.";
 const NEXT: &str =
     "Train a recipe for your own materials at standard effort, in about two minutes on two cores:";
 const COMMAND: &str = "trainer train --model neural --samples 8 --data YOUR/ --out mine.recipe";
 
-fn about_costs() -> String {
+fn explain_columns() -> String {
     let machine = Machine::default();
     format!(
-        "Loss is the paper's: the mean cosine-weighted logarithmic error over directions that are uniform in \
-         (theta_h, theta_d, phi_d). DSSIM and PSNR compare the pictures below, of {SPHERE} x {SPHERE} pixels. \
-         The time of a scan is that of motion and settling in the fastest order, at {} degrees per second and \
-         {} s at each sample, from all axes at 0. Cycles are those of one fit on a Cortex-M4F, for recipes that \
-         the firmware's tests measure.",
+        "The loss is that of the paper: the mean cosine-weighted logarithmic error over directions that are \
+         uniform in (theta_h, theta_d, phi_d). DSSIM and PSNR compare the pictures below, of {SPHERE} x {SPHERE} \
+         pixels. The time of a scan is the motion and settling in the fastest order, with {} degrees per second \
+         and {} s at each sample, starting with all axes at 0. The cycles are those of one fit on a Cortex-M4F, \
+         for recipes that the firmware's tests measure.",
         machine.speeds.theta_i, machine.settle
     )
 }
 
-fn about_methods() -> String {
+fn explain_methods() -> String {
     format!(
-        "Random is classic learning: a random start, and one draw of random directions for each material. Meta \
-         has a learned start and learned step sizes, and random directions. Ours has learned directions too. \
-         These three take {INNER_STEPS} steps. Schedule paper takes 1/{} of the paper's steps at effort \
-         standard. Completed has a learned map that completes the readings, and takes one step; its recipe is for noisy readings and for arms with limits, \
-         those of the paper's methods are not.",
-        Effort::Standard.divisor_of_the_paper_s_steps()
+        "Random starts from random parameters, and draws random directions once for each material. Meta has \
+         learned initial parameters and step sizes, and random directions. Ours has learned directions too. \
+         These three take {INNER_STEPS} steps. At effort standard, schedule paper takes 1/{} of the paper's \
+         steps. Completed completes the readings with a learned map, and takes one step. Its recipe is for \
+         noisy readings and for arms with limits, unlike those of the paper's methods.",
+        Effort::Standard.paper_step_divisor()
     )
 }
 
 fn bundled(name: &str) -> anyhow::Result<&'static BundledRecipe> {
-    bundled::find(name).with_context(|| format!("no recipe {name} is bundled"))
+    bundled::find(name).with_context(|| format!("the program lacks the bundled recipe {name}"))
 }
 
-/// A method that scans the materials.
-struct Contender<'a> {
+/// One of the compared methods.
+struct ComparedMethod<'a> {
     label: String,
     method: Method<'a>,
-    /// Schedule, effort and training set, if it was trained.
+    /// Schedule, effort and training set; None if the method is not trained.
     training: Option<String>,
-    /// The bundled recipe that scans, if one does.
+    /// The bundled recipe; None for other methods.
     bundled: Option<&'static BundledRecipe>,
-    /// Seconds of a scan, if the directions are the same for all materials.
+    /// Duration of a scan in seconds; None if the directions differ between materials.
     seconds: Option<f64>,
 }
 
-impl Contender<'static> {
-    /// The scan by a bundled recipe that needs no basis.
+impl ComparedMethod<'static> {
+    /// Creates the method of a bundled recipe without a basis.
     fn bundled(bundled: &'static BundledRecipe, seed: u64) -> anyhow::Result<Self> {
         let recipe = bundled.recipe()?;
         Ok(Self {
             label: bundled.name.into(),
             method: Method::ours(&recipe, None)?,
-            training: Some(training_of(&recipe)?),
+            training: Some(describe_training(&recipe)?),
             bundled: Some(bundled),
-            seconds: Some(seconds_of_scan(&recipe, seed)?),
+            seconds: Some(scan_seconds(&recipe, seed)?),
         })
     }
 }
 
-/// Schedule, effort and training set of a recipe.
-fn training_of(recipe: &Recipe<'_>) -> anyhow::Result<String> {
+/// Describes the schedule, effort and training set of a recipe.
+fn describe_training(recipe: &Recipe<'_>) -> anyhow::Result<String> {
     let training = recipe.metadata()?.training;
     let training = training.context("a bundled recipe lacks its training section")?;
     let sources = training
@@ -269,16 +269,16 @@ fn training_of(recipe: &Recipe<'_>) -> anyhow::Result<String> {
     ))
 }
 
-/// The trainings of all contenders, each once.
-fn trainings(contenders: &[Contender<'_>]) -> String {
+/// Describes the different trainings of the methods, each once.
+fn describe_trainings(methods: &[ComparedMethod<'_>]) -> String {
     let mut parts: Vec<(String, Vec<&str>)> = Vec::new();
-    for contender in contenders {
-        let Some(training) = &contender.training else {
+    for method in methods {
+        let Some(training) = &method.training else {
             continue;
         };
-        match parts.iter_mut().find(|(known, _)| known == training) {
-            Some((_, labels)) => labels.push(&contender.label),
-            None => parts.push((training.clone(), vec![&contender.label])),
+        match parts.iter_mut().find(|(each, _)| each == training) {
+            Some((_, labels)) => labels.push(&method.label),
+            None => parts.push((training.clone(), vec![&method.label])),
         }
     }
     let parts = parts
@@ -287,8 +287,8 @@ fn trainings(contenders: &[Contender<'_>]) -> String {
     parts.collect::<Vec<_>>().join("; ")
 }
 
-/// Seconds of motion and settling on the default machine within the recipe's limits.
-fn seconds_of_scan(recipe: &Recipe<'_>, seed: u64) -> anyhow::Result<f64> {
+/// Returns the seconds of motion and settling on the default machine, within the recipe's limits.
+fn scan_seconds(recipe: &Recipe<'_>, seed: u64) -> anyhow::Result<f64> {
     let machine = Machine {
         limits: recipe.metadata()?.limits.unwrap_or(Limits::NONE),
         ..Machine::default()
@@ -299,94 +299,94 @@ fn seconds_of_scan(recipe: &Recipe<'_>, seed: u64) -> anyhow::Result<f64> {
     Ok(Route::new(&machine, &stops, Order::Travel, seed).total())
 }
 
-/// A material's results by each method.
-struct Scans {
+/// The results of all methods on a material.
+struct MaterialResults {
     material: String,
-    each: Vec<(Metrics, Picture)>,
+    by_method: Vec<(Metrics, Picture)>,
 }
 
 fn scan_all(
-    judge: &Evaluator<'_>,
-    contenders: &[Contender<'_>],
+    evaluator: &Evaluator<'_>,
+    methods: &[ComparedMethod<'_>],
     seed: u64,
-) -> anyhow::Result<Vec<Scans>> {
-    let scan = |index: usize| -> anyhow::Result<Scans> {
-        let material: &dyn Material = &*judge.materials()[index];
-        let each = contenders.iter().map(|contender| {
+) -> anyhow::Result<Vec<MaterialResults>> {
+    let scan = |index: usize| -> anyhow::Result<MaterialResults> {
+        let material: &dyn Material = &*evaluator.materials()[index];
+        let results = methods.iter().map(|method| {
             let seed = seed.wrapping_add(index as u64);
-            let fitted = contender.method.fit(material, seed)?;
-            Ok(judge.score(index, &fitted)?)
+            let fitted = method.method.fit(material, seed)?;
+            Ok(evaluator.compare(index, &fitted)?)
         });
-        Ok(Scans {
+        Ok(MaterialResults {
             material: material.name().to_owned(),
-            each: each.collect::<anyhow::Result<_>>()?,
+            by_method: results.collect::<anyhow::Result<_>>()?,
         })
     };
-    (0..judge.materials().len())
+    (0..evaluator.materials().len())
         .into_par_iter()
         .map(scan)
         .collect()
 }
 
-/// The metrics that are shown: title, decimals, and the better direction.
-const METRICS: [(&str, usize, Best); 4] = [
-    ("Loss", 4, Best::Least),
-    ("delta E", 2, Best::Least),
-    ("DSSIM", 4, Best::Least),
-    ("PSNR (dB)", 1, Best::Greatest),
+/// The columns of metrics: title, number of decimals, and the better direction.
+const METRICS: [(&str, usize, Highlight); 4] = [
+    ("Loss", 4, Highlight::Lowest),
+    ("delta E", 2, Highlight::Lowest),
+    ("DSSIM", 4, Highlight::Lowest),
+    ("PSNR (dB)", 1, Highlight::Highest),
 ];
 
-/// The metrics of [`METRICS`].
+/// Returns the values of the columns [`METRICS`].
 fn metrics(scores: &Metrics) -> [f64; METRICS.len()] {
     [scores.loss, scores.delta_e, scores.dssim, scores.psnr]
 }
 
-/// Means over the materials, and costs.
-fn table(caption: String, contenders: &[Contender<'_>], scans: &[Scans]) -> Table {
+/// Returns a table of means over the materials, and of the costs of each method.
+fn table(caption: String, methods: &[ComparedMethod<'_>], results: &[MaterialResults]) -> Table {
     let number = |number: Option<f64>| number.map_or(Cell::Missing, Cell::Number);
-    let rows = contenders.iter().enumerate().map(|(index, contender)| {
-        let scores = scans.iter().map(|scans| scans.each[index].0);
+    let rows = methods.iter().enumerate().map(|(index, method)| {
+        let scores = results.iter().map(|results| results.by_method[index].0);
         let mean = Metrics::mean(scores).unwrap_or_default();
-        let cycles = contender.bundled.and_then(BundledRecipe::cycles);
-        let mut row = vec![Cell::Text(contender.label.clone())];
+        let cycles = method.bundled.and_then(BundledRecipe::cycles);
+        let mut row = vec![Cell::Text(method.label.clone())];
         row.extend(metrics(&mean).map(Cell::Number));
-        row.push(number(contender.seconds));
+        row.push(number(method.seconds));
         row.push(number(cycles.map(|cycles| cycles as f64)));
         row
     });
     let mut columns = vec![Column::text("Method")];
     columns.extend(METRICS.map(|(title, decimals, best)| Column::number(title, decimals, best)));
     columns.extend([
-        Column::number("Scan (s)", 1, Best::None),
-        Column::number("Fit (cycles)", 0, Best::None),
+        Column::number("Scan (s)", 1, Highlight::None),
+        Column::number("Fit (cycles)", 0, Highlight::None),
     ]);
     Table {
         caption,
         columns,
         rows: rows.collect(),
-        compare: Compare::Down,
+        compare: Compare::WithinColumn,
     }
 }
 
-/// Each material as it is and by each method, with its errors.
+/// Returns the pictures of each material, and of its scans with their errors.
 fn gallery(
     caption: String,
-    judge: &Evaluator<'_>,
-    contenders: &[Contender<'_>],
-    scans: &[Scans],
+    evaluator: &Evaluator<'_>,
+    methods: &[ComparedMethod<'_>],
+    results: &[MaterialResults],
 ) -> Gallery {
-    let rows = scans.iter().enumerate().map(|(index, scans)| {
-        let losses = scans.each.iter().map(|(scores, _)| scores.loss);
+    let rows = results.iter().enumerate().map(|(index, results)| {
+        let losses = results.by_method.iter().map(|(scores, _)| scores.loss);
         let least = losses.fold(f64::INFINITY, f64::min);
         let reference = Tile {
             label: "Reference".into(),
             details: Vec::new(),
             best: false,
-            picture: judge.reference(index).clone(),
+            picture: evaluator.reference(index).clone(),
         };
-        let fits = contenders.iter().zip(&scans.each);
-        let fits = fits.map(|(contender, (scores, picture))| Tile {
-            label: contender.label.clone(),
+        let fits = methods.iter().zip(&results.by_method);
+        let fits = fits.map(|(method, (scores, picture))| Tile {
+            label: method.label.clone(),
             details: vec![
                 format!("loss {:.4}", scores.loss),
                 format!("{:.1} dB", scores.psnr),
@@ -395,7 +395,7 @@ fn gallery(
             picture: picture.clone(),
         });
         GalleryRow {
-            title: scans.material.clone(),
+            title: results.material.clone(),
             tiles: [reference].into_iter().chain(fits).collect(),
         }
     });

@@ -10,17 +10,18 @@ use clap::{Arg, Args, Command, Subcommand};
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_trainer::bundled::{self, BundledRecipe};
-use glimpse_trainer::report::{Best, Cell, Column, Compare, Table};
+use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 use serde_json::{Value, json};
 
-use super::output::{make_out, write_files_forced};
+use super::output::{create_out_folder, write_files_forced};
 use super::{print, print_json};
 
-/// List or write the bundled recipes, to scan with before anything is trained.
+/// List or write the bundled recipes, which need no training.
 ///
-/// All of them were trained on the built-in procedural materials alone, so that they may be passed
-/// on with your firmware; for arms that reach 80 degrees and keep 10 degrees apart, and readings with
-/// 2 % of noise. A recipe trained on materials like yours has less loss: see `trainer train`.
+/// All were trained on the built-in procedural materials only, so you may redistribute them with
+/// your firmware. They are for arms that reach 80 degrees and stay 10 degrees apart, and for
+/// readings with 2 % of noise. A recipe trained on materials like yours has a lower loss: see
+/// `trainer train`.
 ///
 /// Example: trainer recipes list
 ///          trainer recipes get neural-n8 --out recipes/
@@ -34,9 +35,9 @@ pub(crate) struct Recipes {
 
 #[derive(Subcommand)]
 enum Action {
-    /// Print the names, sizes in bytes, and mean losses on materials that training never saw
+    /// Print names, sizes in bytes, and mean losses on unseen materials
     List(List),
-    /// Write some of them to a directory, with the compact basis of those that need one
+    /// Write recipes to a directory, with their compact basis if they need one
     Get(Get),
 }
 
@@ -47,12 +48,12 @@ struct List {
     json: bool,
 }
 
-/// The name that stands for all recipes.
+/// The argument that selects all recipes.
 const ALL: &str = "all";
 
 #[derive(Args)]
 struct Get {
-    /// Their names, as `trainer recipes list` prints them; or `all`
+    /// Names from `trainer recipes list`, or `all`
     #[arg(
         required = true,
         value_name = "NAME",
@@ -60,10 +61,10 @@ struct Get {
         value_parser = NameParser
     )]
     names: Vec<String>,
-    /// The directory to write NAME.recipe and, of the model linear, NAME.basis to
+    /// Output directory for NAME.recipe and, for the model linear, NAME.basis
     #[arg(short, long, default_value = ".")]
     out: PathBuf,
-    /// Replace other recipes of these names
+    /// Replace existing files that differ
     #[arg(long)]
     force: bool,
 }
@@ -71,15 +72,15 @@ struct Get {
 impl Recipes {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         match &self.action {
-            Action::List(List { json: false }) => print(&list()?.to_text()),
+            Action::List(List { json: false }) => print(&list_as_table()?.to_text()),
             Action::List(List { json: true }) => print_json(&list_as_json()?),
             Action::Get(get) => get.run(),
         }
     }
 }
 
-/// A parser of names that suggests similar ones: by their letters, as clap does, or else those that hold all words
-/// of the given one in any order.
+/// A parser of names that suggests similar ones: by spelling, as clap does, or else all names with the same words in
+/// any order.
 #[derive(Clone)]
 struct NameParser;
 
@@ -94,13 +95,13 @@ impl TypedValueParser for NameParser {
     ) -> Result<String, clap::Error> {
         let parsed = PossibleValuesParser::new(names()).parse_ref(command, arg, value);
         parsed.map_err(|mut error| {
-            let given = value.to_string_lossy();
-            let has_all = |name: &&str| {
-                given
+            let unknown = value.to_string_lossy();
+            let has_all_words = |name: &&str| {
+                unknown
                     .split('-')
-                    .all(|word| name.split('-').any(|own| own == word))
+                    .all(|word| name.split('-').any(|each| each == word))
             };
-            let similar: Vec<String> = names().filter(has_all).map(str::to_owned).collect();
+            let similar: Vec<String> = names().filter(has_all_words).map(str::to_owned).collect();
             if error.get(ContextKind::SuggestedValue).is_none() && !similar.is_empty() {
                 error.insert(ContextKind::SuggestedValue, ContextValue::Strings(similar));
             }
@@ -113,7 +114,7 @@ impl TypedValueParser for NameParser {
     }
 }
 
-/// All names that `trainer recipes get` takes.
+/// Returns all names that `trainer recipes get` accepts.
 fn names() -> impl Iterator<Item = &'static str> {
     let names = bundled::ALL.iter().map(|bundled| bundled.name);
     names.chain([ALL])
@@ -148,7 +149,7 @@ fn list_as_json() -> anyhow::Result<Value> {
     bundled::ALL.iter().map(entry).collect()
 }
 
-fn list() -> anyhow::Result<Table> {
+fn list_as_table() -> anyhow::Result<Table> {
     let row = |bundled: &BundledRecipe| {
         let recipe = recipe_of(bundled)?;
         let mut row = vec![
@@ -164,50 +165,49 @@ fn list() -> anyhow::Result<Table> {
     };
     Ok(Table {
         caption: format!(
-            "Bundled recipes: mean loss on materials that training never saw. Each of the model linear \
-             has a compact basis in addition, {} bytes",
+            "Bundled recipes, and their mean loss on unseen materials. Recipes of the model linear also \
+             need the compact basis of {} bytes",
             bundled::BASIS.len()
         ),
         columns: vec![
             Column::text("Recipe"),
-            Column::number("n", 0, Best::None),
-            Column::number("Bytes", 0, Best::None),
-            Column::number("40 procedural", 4, Best::None),
-            Column::number("80 of MERL's", 4, Best::None),
-            Column::number("17 of RGL's", 4, Best::None),
+            Column::number("n", 0, Highlight::None),
+            Column::number("Bytes", 0, Highlight::None),
+            Column::number("40 procedural", 4, Highlight::None),
+            Column::number("80 of MERL's", 4, Highlight::None),
+            Column::number("17 of RGL's", 4, Highlight::None),
         ],
         rows: bundled::ALL
             .iter()
             .map(row)
             .collect::<anyhow::Result<_>>()?,
-        compare: Compare::Down,
+        compare: Compare::WithinColumn,
     })
 }
 
 impl Get {
     fn run(&self) -> anyhow::Result<()> {
         let mut files = Vec::new();
-        for bundled in self.chosen()? {
+        for bundled in self.selected()? {
             let recipe = self.out.join(format!("{}.recipe", bundled.name));
             if let Some(basis) = bundled.basis() {
-                files.push((Basis::beside(&recipe), basis.to_vec()));
+                files.push((Basis::path_for(&recipe), basis.to_vec()));
             }
             files.push((recipe, bundled.bytes.to_vec()));
         }
-        make_out(&self.out)?;
+        create_out_folder(&self.out)?;
         write_files_forced(&files, self.force)
     }
 
-    fn chosen(&self) -> anyhow::Result<Vec<&'static BundledRecipe>> {
+    fn selected(&self) -> anyhow::Result<Vec<&'static BundledRecipe>> {
         if self.names.iter().any(|name| name == ALL) {
             return Ok(bundled::ALL.iter().collect());
         }
         let find = |name: &String| match bundled::find(name) {
             Some(bundled) => Ok(bundled),
-            None => bail!(
-                "there is no bundled recipe `{name}`: `trainer recipes list` prints their names, and `trainer \
-                 train` makes others"
-            ),
+            None => {
+                bail!("unknown bundled recipe `{name}`: give a name from `trainer recipes list`")
+            }
         };
         self.names.iter().map(find).collect()
     }

@@ -5,30 +5,33 @@ use std::path::PathBuf;
 use anyhow::{anyhow, bail};
 use clap::Args;
 use glimpse_materials::Source;
-use glimpse_materials::files::try_write;
-use glimpse_trainer::evaluation::TrainedOn;
+use glimpse_materials::files::check_writable;
+use glimpse_trainer::evaluation::TrainingMaterials;
 use glimpse_training::meta::plan::Effort;
 
-use super::cells::{self, Given, for_a_shell, paths_of, text_of, texts_of};
-use super::known::{known, lines};
+use super::cell_list::{
+    CommandLine, ListedCell, path_text, path_texts, print_cells, shell_command, source_paths,
+};
 use super::lock::Lock;
-use super::output::make_out;
+use super::output::create_out_folder;
 use super::progress::{catch_interrupts, interrupted, train_with_progress};
+use super::training_overlap::{training_overlaps, warnings};
 use super::{environment, load, numbers, print};
 use crate::experiment::{
-    Experiment, Findings, Needed, Notes, Purpose, Settings, Store, TestSet, Wanted, write_index,
+    CellPlan, Experiment, Findings, PlannedCell, RunMode, Settings, Store, TargetCell, TestSet,
+    write_index,
 };
 
-/// Make the paper's tables and figures again, on your materials.
+/// Reproduce the paper's tables and figures on your materials.
 ///
-/// Each experiment trains what it needs, judges it, prints its tables (the paper's figures beside
-/// ours where the paper gives some) and writes them into OUT/EXPERIMENT as CSV, JSON and SVG.
-/// OUT/index.html shows all that was made. Recipes and judgments are kept in OUT: experiments share
-/// them, and the same command goes on after Ctrl-C or kill -9.
+/// Each experiment trains and evaluates methods, and prints its tables, with the paper's numbers
+/// where there are any. It writes them into OUT/EXPERIMENT as CSV, JSON and SVG. OUT/index.html
+/// shows all results. Recipes and evaluations are saved in OUT. Experiments share them, and the same
+/// command continues after Ctrl-C or kill -9.
 ///
-/// With --list each of them is printed as a command of its own, for a cluster, in an order in which they
-/// can be done; what they leave is what this command would, which finds them done then and prints the
-/// tables.
+/// With --list, each training and each evaluation is printed as a separate command, for a cluster,
+/// inputs before the commands that need them. The commands write the same files as this one.
+/// Afterwards the command without --list prints the tables.
 ///
 /// Example: trainer reproduce same-samples --data MERL-train/ --test MERL-test/ --out paper/
 ///          trainer reproduce all --effort quick --data MERL-train/ --test MERL-test/ --out paper/
@@ -37,126 +40,128 @@ use crate::experiment::{
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Reproduce {
-    /// The experiment
+    /// Name of the experiment
     #[arg(value_enum)]
     experiment: Experiment,
-    /// Materials to train on
+    /// Training materials
     #[arg(long, default_value = "procedural:100")]
     data: Source,
-    /// Materials to judge on, none of which is trained on
+    /// Test materials, none of them a training material
     #[arg(long, default_value = "procedural:20:1")]
     test: Source,
-    /// Further materials to judge on, for the experiment `additional`; may be given several times
+    /// Additional test materials of the experiment `additional`; can be given several times
     #[arg(long)]
     additional: Vec<Source>,
-    /// The folder to write to
+    /// Output folder
     #[arg(long, short, default_value = "paper")]
     out: PathBuf,
     /// Length of each training
     #[arg(long, value_enum, default_value_t = Effort::Quick)]
     effort: Effort,
-    /// Length of trainings by schedule paper, in `losses` and `again` [default: that of --effort]
+    /// Length of each training with schedule paper, in `losses` and `again` [default: that of --effort]
     #[arg(long, value_name = "EFFORT", value_enum)]
     paper_effort: Option<Effort>,
-    /// Repetitions of random methods
+    /// Number of repetitions of random methods, 1 to 10000
     #[arg(long, default_value_t = 5, value_parser = numbers::seeds)]
     seeds: u64,
-    /// Light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
+    /// Environment light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
-    /// The most samples, where n grows, 1 to 4096 [default: 64 for --effort quick, else 512]
-    #[arg(long, value_parser = numbers::samples)]
-    most_samples: Option<usize>,
-    /// Print only this table with its caption, as Markdown; tables are called as their files in OUT/EXPERIMENT are
+    /// Largest n of experiments with several n, 1 to 4096 [default: 64 for --effort brief and quick,
+    /// else 512]
+    #[arg(long = "most-samples", value_parser = numbers::samples)]
+    max_samples: Option<usize>,
+    /// Print only this table with its caption, as Markdown. A table has the name of its file in
+    /// OUT/EXPERIMENT, without extension
     #[arg(long, value_name = "NAME")]
     table: Option<String>,
-    /// Make nothing, and print each training and each judgment that is needed as a command of its own, one
-    /// line of JSON each: its words, what it reads and writes, and whether it is done
+    /// Print the command of each training and each evaluation as a line of JSON, without running
+    /// any. The line has the command's words, inputs and outputs, and true if it is done
     #[arg(long, conflicts_with = "table")]
     pub(crate) list: bool,
-    /// Make only this training or judgment, called as --list names it, and print nothing
+    /// Run only this training or evaluation, by its name in --list, and print nothing
     #[arg(long, value_name = "CELL", conflicts_with_all = ["table", "list"])]
     only: Option<String>,
 }
 
-/// The largest n of the paper's curves.
-const MOST_SAMPLES: usize = 512;
+/// The largest n in the paper's plots.
+const MAX_SAMPLES: usize = 512;
 
 impl Reproduce {
-    /// Refuses, by name, what the experiment makes no use of.
-    fn refuse_what_has_no_effect(&self) -> anyhow::Result<()> {
+    /// Refuses options that the experiment does not use.
+    fn refuse_unused_options(&self) -> anyhow::Result<()> {
         let name = self.experiment.name();
         if !self.additional.is_empty() && !self.experiment.evaluates_additional() {
-            bail!("--additional has no effect: {name} judges on --test only");
+            bail!("--additional has no effect: {name} evaluates on --test only; remove it");
         }
-        if self.most_samples.is_some() && !self.experiment.grows() {
-            bail!("--most-samples has no effect: in {name} n does not grow");
+        if self.max_samples.is_some() && !self.experiment.varies_samples() {
+            bail!("--most-samples has no effect: {name} has a fixed n; remove it");
         }
-        if self.paper_effort.is_some() && !self.experiment.trains_as_the_paper() {
-            bail!("--paper-effort has no effect: {name} trains nothing by schedule paper");
+        if self.paper_effort.is_some() && !self.experiment.uses_paper_schedule() {
+            bail!("--paper-effort has no effect: {name} does not use schedule paper; remove it");
         }
         Ok(())
     }
 
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        let purpose = match &self.only {
-            None => Purpose::Everything,
-            Some(name) => Purpose::Only(Wanted::new(name.clone())),
+        let mode = match &self.only {
+            None => RunMode::All,
+            Some(name) => RunMode::Only(TargetCell::new(name.clone())),
         };
-        self.perform(seed, purpose).map(|_| ())
+        self.perform(seed, mode).map(|_| ())
     }
 
-    /// Prints what is needed, each as a command of its own.
-    pub(crate) fn list(&self, seed: u64, given: &Given) -> anyhow::Result<()> {
-        let needed = self.perform(seed, Purpose::Listing(Notes::default()))?;
+    /// Prints a command for each training and each evaluation.
+    pub(crate) fn list(&self, seed: u64, line: &CommandLine) -> anyhow::Result<()> {
+        let planned = self.perform(seed, RunMode::List(CellPlan::default()))?;
         let sources = [&self.data, &self.test].into_iter().chain(&self.additional);
-        let mut paths = paths_of(sources);
+        let mut paths = source_paths(sources);
         if let Some(path) = &self.environment {
-            paths.push(text_of(path)?);
+            paths.push(path_text(path)?);
         }
-        let cell = |needed: Needed| -> anyhow::Result<cells::Cell> {
-            let command = given.but(&["list"], &[format!("--only={}", needed.name)]);
+        let cell = |planned: PlannedCell| -> anyhow::Result<ListedCell> {
+            let command = line.edited(&["list"], &[format!("--only={}", planned.name)]);
             let mut inputs = paths.clone();
-            inputs.extend(texts_of(&needed.inputs)?);
-            Ok(cells::Cell {
-                shell: for_a_shell(&command)?,
+            inputs.extend(path_texts(&planned.inputs)?);
+            Ok(ListedCell {
+                shell: shell_command(&command)?,
                 command,
                 inputs,
-                checkpoint: needed.checkpoint.as_deref().map(text_of).transpose()?,
-                done: needed.is_done,
-                outputs: texts_of(&needed.outputs)?,
-                name: needed.name,
-                in_the_way: None,
+                checkpoint: planned.checkpoint.as_deref().map(path_text).transpose()?,
+                done: planned.is_done,
+                outputs: path_texts(&planned.outputs)?,
+                name: planned.name,
+                conflict: None,
             })
         };
-        let cells = needed.into_iter().map(cell);
-        cells::print_all(&cells.collect::<anyhow::Result<Vec<_>>>()?)
+        let cells = planned.into_iter().map(cell);
+        print_cells(&cells.collect::<anyhow::Result<Vec<_>>>()?)
     }
 
-    /// Runs the experiments; returns what was taken note of.
-    fn perform(&self, seed: u64, purpose: Purpose) -> anyhow::Result<Vec<Needed>> {
+    /// Runs the experiments. For a list, returns the trainings and evaluations.
+    fn perform(&self, seed: u64, mode: RunMode) -> anyhow::Result<Vec<PlannedCell>> {
         catch_interrupts()?;
-        let most_samples = match (self.most_samples, self.effort) {
-            (Some(most), _) => most,
+        let max_samples = match (self.max_samples, self.effort) {
+            (Some(max), _) => max,
             (None, Effort::Brief | Effort::Quick) => 64,
-            (None, _) => MOST_SAMPLES,
+            (None, _) => MAX_SAMPLES,
         };
-        self.refuse_what_has_no_effect()?;
-        make_out(&self.out)?;
+        self.refuse_unused_options()?;
+        create_out_folder(&self.out)?;
         let index = self.out.join("index.html");
-        let _lock = self.lock(&purpose)?;
-        if matches!(purpose, Purpose::Everything) {
-            try_write(&index, 1 << 16)
+        let _lock = self.lock(&mode)?;
+        if matches!(mode, RunMode::All) {
+            check_writable(&index, 1 << 16)
                 .map_err(|error| anyhow!("cannot write {}: {error}", index.display()))?;
         }
         let environment = environment(self.environment.as_deref())?;
         let training = load(&self.data)?;
         let test = load(&self.test)?;
-        let trained_on = TrainedOn::of_materials(&training);
+        let trained_on = TrainingMaterials::from_materials(&training);
         for material in &test {
-            if trained_on.knows(&**material).is_some() {
+            if trained_on.overlap(&**material).is_some() {
                 bail!(
-                    "{} is in --data and in --test: what is judged must not be trained on",
+                    "{} is in both --data and --test: remove it from one of them",
                     material.name()
                 );
             }
@@ -165,9 +170,9 @@ impl Reproduce {
         let additional = additional.collect::<anyhow::Result<Vec<_>>>()?;
         for materials in &additional {
             let names: Vec<&str> = materials.iter().map(|material| material.name()).collect();
-            let known = known(Some(&trained_on), materials);
-            for line in lines(known.as_deref(), &names) {
-                eprintln!("{line}");
+            let overlaps = training_overlaps(Some(&trained_on), materials);
+            for warning in warnings(overlaps.as_deref(), &names) {
+                eprintln!("{warning}");
             }
         }
         let test = TestSet::new("test".into(), &self.test, &test, &environment);
@@ -195,69 +200,72 @@ impl Reproduce {
         };
         let store = Store::open(
             settings,
-            purpose,
+            mode,
             &training,
             &test,
             &additional,
             &train_with_progress,
         )?;
         drop(training);
-        let experiments = self.experiment.each(!additional.is_empty());
+        let experiments = self.experiment.expand(!additional.is_empty());
         for (index, experiment) in experiments.iter().enumerate() {
             let number = index + 1;
-            if matches!(store.purpose, Purpose::Everything) {
+            if matches!(store.mode, RunMode::All) {
                 eprintln!("[{number}/{}] {}", experiments.len(), experiment.name());
             }
-            let outcome = experiment.run(&store, most_samples);
+            let outcome = experiment.run(&store, max_samples);
             if interrupted() {
-                bail!("stopped; repeat the command to go on");
+                bail!("stopped: repeat the command to continue");
             }
             let findings = outcome?;
-            match &store.purpose {
-                Purpose::Everything => {
+            match &store.mode {
+                RunMode::All => {
                     write_index(&store.settings)?;
-                    print(&self.shown(&findings)?)?;
+                    print(&self.format(&findings)?)?;
                 }
-                Purpose::Only(wanted) if wanted.was_found() => return Ok(Vec::new()),
-                Purpose::Only(_) | Purpose::Listing(_) => {}
+                RunMode::Only(target) if target.was_reached() => return Ok(Vec::new()),
+                RunMode::Only(_) | RunMode::List(_) => {}
             }
         }
-        match store.purpose {
-            Purpose::Everything => {
-                eprintln!("look at {}", index.display());
+        match store.mode {
+            RunMode::All => {
+                eprintln!("results: {}", index.display());
                 Ok(Vec::new())
             }
-            Purpose::Listing(notes) => Ok(notes.all()),
-            Purpose::Only(_) => bail!(
-                "{} needs nothing that is called {}: --list tells what it needs",
-                self.experiment.name(),
-                self.only.as_deref().unwrap_or_default()
+            RunMode::List(plan) => Ok(plan.cells()),
+            RunMode::Only(_) => bail!(
+                "--only {}: {} has no such training or evaluation; give a name from --list",
+                self.only.as_deref().unwrap_or_default(),
+                self.experiment.name()
             ),
         }
     }
 
-    /// Keeps other runs from writing the same.
-    fn lock(&self, purpose: &Purpose) -> anyhow::Result<Option<Lock>> {
-        Ok(match (purpose, &self.only) {
-            (Purpose::Everything, _) => Some(Lock::within(&self.out)?),
-            (Purpose::Only(_), Some(name)) => {
-                // Any name but that of something in there is told below to be none.
+    /// Locks the output folder, or the output of --only.
+    fn lock(&self, mode: &RunMode) -> anyhow::Result<Option<Lock>> {
+        Ok(match (mode, &self.only) {
+            (RunMode::All, _) => Some(Lock::of_folder(&self.out)?),
+            (RunMode::Only(_), Some(name)) => {
+                // An unknown name is an error later, in `perform`.
                 let file = name.replace('/', "-");
-                Some(Lock::beside(&self.out.join(file))?)
+                Some(Lock::of_path(&self.out.join(file))?)
             }
             _ => None,
         })
     }
 
-    /// What is printed of an experiment.
-    fn shown(&self, findings: &Findings) -> anyhow::Result<String> {
+    /// Formats the results of an experiment, or only the table of --table.
+    fn format(&self, findings: &Findings) -> anyhow::Result<String> {
         match &self.table {
             None => Ok(findings.to_text() + "\n"),
             Some(name) => findings
-                .named(name)
+                .find_table(name)
                 .map(|table| format!("{}\n{}\n", table.to_markdown(), table.caption))
                 .map_err(|names| {
-                    anyhow!("there is no table {name}; there are {}", names.join(", "))
+                    anyhow!(
+                        "--table {name}: unknown table; give one of {}",
+                        names.join(", ")
+                    )
                 }),
         }
     }

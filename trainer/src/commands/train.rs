@@ -7,53 +7,51 @@ use anyhow::{Context, bail};
 use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::files::{is_stream, try_write};
-use glimpse_materials::{Joined, Portion, Source, Sources};
+use glimpse_materials::files::{check_writable, is_stream};
+use glimpse_materials::{MaterialsAndShares, Source, SourceShare, Sources};
 use glimpse_training::linear::Prior;
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::options::Options;
-use glimpse_training::meta::outer::Checkpoints;
+use glimpse_training::meta::outer::CheckpointOptions;
 use glimpse_training::meta::plan::{Effort, Schedule};
-use glimpse_training::recipe::{RecipeFile, recipe_of};
+use glimpse_training::recipe::{RecipeFile, pack_recipe};
 
 use super::completion_args::CompletionArgs;
-use super::existing::{Existing, existing_at};
+use super::existing_output::{ExistingOutput, existing_output};
 use super::expected_loss::expected_loss;
 use super::lock::Lock;
 use super::output::write_file_forced;
 use super::progress::train_with_progress;
 use super::{ModelName, PriorArgs, load_all, numbers};
 
-/// Train a recipe on materials, or many with --grid.
+/// Train a recipe on materials, or many recipes with --grid.
 ///
-/// By default a recipe completes readings (--schedule prior): a small learned map makes of them what a
-/// whole material is likely to be, and a descent goes on from there. It is trained on all materials;
-/// then four times more, and shorter, without a quarter of them, to find what loss to promise for
-/// unseen ones, and how to predict each material's from its readings.
+/// SCHEDULES. With --schedule prior, the default, a recipe completes the readings: a small learned
+/// map estimates the whole material from them, and a descent refines the estimate. Training uses
+/// all materials. Four shorter trainings follow, each without a quarter of the materials. They
+/// yield the expected loss on unseen materials, and the prediction of a material's loss from its
+/// readings.
 ///
-/// By the schedules joint and paper every tenth material is held out, and the loss on those is what
-/// the recipe promises. (Linear holds none out: each is learned on with the components of others.)
+/// With --schedule joint or paper, every tenth material is held out, and the loss on those is the
+/// expected loss. (Linear holds none out: it leaves each material out of its own components.)
 ///
-/// The run is saved every ten seconds and upon Ctrl-C; repeat the command with --resume to go on. A
-/// resumed run, however it ended, comes to the same bytes as an undisturbed one.
+/// RESUMING. The run is saved every ten seconds and on Ctrl-C. The same command with --resume
+/// continues it, also after kill -9, and writes the same bytes as an undisturbed run. A recipe of
+/// other options is replaced only with --force. Two runs cannot write the same recipe at once.
 ///
-/// A recipe that is there, of other options, stays unless --force is given; and while a run lasts no
-/// other one writes the same recipe.
+/// GRIDS. With --grid, a recipe is trained for each model and each n, as OUT/MODEL-nN.recipe.
+/// Finished recipes are not trained again, so the same command continues after Ctrl-C. A cell that
+/// fails does not stop the others. A table of the recipes is printed and saved as OUT/grid.csv.
 ///
-/// With --grid every one of several models is trained at every one of several n, into
-/// OUT/MODEL-nN.recipe. Recipes that are there already are not trained again, so that the same
-/// command goes on after Ctrl-C; a cell that fails does not stop the others. A table of all of them
-/// is printed at the end, and kept in OUT/grid.csv.
-///
-/// With --grid --list each cell is printed as a command of its own, for a cluster: what they leave is
-/// what the grid would, and the same command without --list finds them done and prints the table.
+/// With --grid --list, each cell is printed as a separate command, for a cluster. The cells write
+/// the same recipes as the grid does. Afterwards the command without --list prints the table.
 ///
 /// Example: trainer train --model neural --samples 8 --data MERL/ --out neural-n8.recipe
 ///          trainer train --grid --model phong,neural --samples 1,2,4,8 --data MERL/ --out recipes/
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Train {
-    /// The model to fit; in a grid several, separated by commas [default there: all]
+    /// Model to fit; with --grid a list separated by commas [default with --grid: all]
     #[arg(
         long,
         value_enum,
@@ -61,8 +59,8 @@ pub(crate) struct Train {
         required_unless_present = "grid"
     )]
     pub(super) model: Vec<ModelName>,
-    /// How many directions the scanner will measure, 1 to 4096; in a grid several [default there:
-    /// 1,2,4,...,512]
+    /// Number n of samples that the scanner measures, 1 to 4096; with --grid a list [default with
+    /// --grid: 1,2,4,...,512]
     #[arg(
         long,
         short = 'n',
@@ -71,43 +69,43 @@ pub(crate) struct Train {
         required_unless_present = "grid"
     )]
     pub(super) samples: Vec<usize>,
-    /// Materials to train on; may be given several times
+    /// Training materials; can be given several times
     #[arg(long, default_value = "procedural:100")]
     data: Vec<Source>,
-    /// Schedule prior, several --data: in what proportion training takes materials of each, as 3,1
-    /// [default: all materials alike]
+    /// Schedule prior: relative weight of each --data in training, above 0, for example 3,1
+    /// [default: all materials have the same weight]
     #[arg(long, value_name = "SHARE", value_delimiter = ',')]
     share: Vec<f32>,
-    /// The recipe file to write; in a grid the directory
+    /// Recipe file to write; with --grid its directory
     #[arg(long, short)]
     pub(super) out: PathBuf,
     #[command(flatten)]
     pub(super) prior: PriorArgs,
     #[command(flatten)]
     completion_options: CompletionArgs,
-    /// How the parts are trained
+    /// Training schedule
     #[arg(long, value_enum, default_value_t = Schedule::Prior)]
     schedule: Schedule,
-    /// How long to train
+    /// Length of the training
     #[arg(long, value_enum, default_value_t = Effort::Standard)]
     effort: Effort,
-    /// Where to keep the run while it lasts [default: OUT.checkpoint]
+    /// Directory of the run's checkpoint, removed at the end [default: OUT.checkpoint]
     #[arg(long, conflicts_with = "grid")]
     checkpoint: Option<PathBuf>,
-    /// Seconds between two saves of the run, 0 to 1e9; 0 saves it after every step
+    /// Seconds between two checkpoints, 0 to 1e9; 0 saves one after every step
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     checkpoint_every: Duration,
-    /// Go on from the checkpoint, if there is one (a grid always does)
+    /// Continue from the checkpoint, if there is one (a grid always does)
     #[arg(long, conflicts_with = "grid")]
     resume: bool,
-    /// Replace a recipe of other options, or throw away a run that was not finished
+    /// Replace a recipe of other options, or discard an unfinished run
     #[arg(long)]
     pub(super) force: bool,
-    /// Train many recipes, one for each of the models at each n
+    /// Train one recipe for each model at each n
     #[arg(long)]
     pub(crate) grid: bool,
-    /// With --grid: train nothing, and print each recipe's own command as a line of JSON: its words, what it
-    /// reads and writes, and whether it is done
+    /// With --grid: print the command of each recipe as a line of JSON, without training. The line
+    /// has the command's words, inputs and outputs, and true if it is done
     #[arg(long, requires = "grid")]
     pub(crate) list: bool,
 }
@@ -121,64 +119,66 @@ impl Train {
         self.prior.refuse_for_others(&self.model)?;
         let sources = self.sources()?;
         let (&[model], &[samples]) = (&self.model[..], &self.samples[..]) else {
-            bail!("several models, or several numbers of samples, take --grid");
+            bail!(
+                "several models or several numbers of samples were given: give --grid, or one of each"
+            );
         };
-        let job = self.job(model, samples, self.out.clone(), sources.label(), seed)?;
-        job.refuse_streams(self.checkpoint.is_some())?;
-        // Better now than after an hour.
-        job.try_write()?;
-        let _locks = job.lock()?;
+        let run = self.training_run(model, samples, self.out.clone(), sources.label(), seed)?;
+        run.refuse_streams(self.checkpoint.is_some())?;
+        // An unwritable output is reported before training, not after hours of it.
+        run.check_writable()?;
+        let _locks = run.lock()?;
         let materials = load_all(&sources)?;
-        let found = job.find(&materials.1);
-        job.refuse_to_lose(&found, self.resume, self.force)?;
-        if self.resume && !Checkpoint::is_in(&job.checkpoint) {
-            if matches!(found, Existing::Done(_)) {
-                job.clean_up();
-                eprintln!("nothing is left to do: {} is trained", self.out.display());
+        let existing = run.existing_output(&materials.1);
+        run.refuse_overwrite(&existing, self.resume, self.force)?;
+        if self.resume && !Checkpoint::exists_in(&run.checkpoint) {
+            if matches!(existing, ExistingOutput::Trained(_)) {
+                run.remove_checkpoint();
+                eprintln!("{} is already trained", self.out.display());
                 return Ok(());
             }
             eprintln!(
                 "no checkpoint in {}: starting from the beginning",
-                job.checkpoint.display()
+                run.checkpoint.display()
             );
         }
         let begin = Instant::now();
-        let trained = job.train(materials, self.resume)?;
+        let trained = run.train(materials, self.resume)?;
         let expected_loss = expected_loss(&trained.file.recipe())?;
         eprintln!(
             "trained in {:.0} s; expected loss {}",
             begin.elapsed().as_secs_f64(),
             expected_loss.unwrap_or_else(|| "not stated".into()),
         );
-        if let Some(rank) = trained.predicts {
+        if let Some(correlation) = trained.rank_correlation {
             eprintln!(
-                "each material's loss is predicted from its readings; over the folds ranks of predicted and \
-                 true losses correlate by {rank:.2}"
+                "loss prediction: rank correlation {correlation:.2} of predicted and true losses, over \
+                 the folds"
             );
         }
         Ok(())
     }
 
-    /// Where materials come from.
+    /// Returns the sources of the training materials, and their shares.
     pub(super) fn sources(&self) -> anyhow::Result<Sources> {
         if !self.share.is_empty() && self.schedule != Schedule::Prior {
-            bail!("--share has no effect: it is for --schedule prior");
+            bail!("--share has no effect: it applies to --schedule prior only; remove it");
         }
         if !self.share.is_empty() && self.data.len() == 1 {
-            bail!("--share has no effect with a single --data");
+            bail!("--share has no effect with a single --data: remove it, or give several --data");
         }
         Ok(Sources::new(self.data.clone(), &self.share)?)
     }
 
-    /// The training of one recipe, of materials that are called `data`.
-    pub(super) fn job(
+    /// Returns the training of one recipe, on materials that messages call `data`.
+    pub(super) fn training_run(
         &self,
         model: ModelName,
         samples: usize,
         out: PathBuf,
         data: String,
         seed: u64,
-    ) -> anyhow::Result<Job> {
+    ) -> anyhow::Result<TrainingRun> {
         let default = match self.schedule {
             Schedule::Paper => Prior::PAPER,
             Schedule::Joint | Schedule::Prior => Prior::LEARNED,
@@ -186,7 +186,7 @@ impl Train {
         if self.schedule == Schedule::Prior {
             self.prior.refuse_for_schedule("prior")?;
         }
-        Ok(Job {
+        Ok(TrainingRun {
             options: Options {
                 prior: self.prior.or(default)?,
                 completion_options: self.completion_options.of(self.schedule, samples)?,
@@ -195,86 +195,86 @@ impl Train {
             data,
             checkpoint: match &self.checkpoint {
                 Some(directory) => directory.clone(),
-                None => beside(&out),
+                None => default_checkpoint(&out),
             },
-            every: self.checkpoint_every,
+            checkpoint_interval: self.checkpoint_every,
             out,
         })
     }
 }
 
 /// The training of one recipe.
-pub(super) struct Job {
+pub(super) struct TrainingRun {
     options: Options,
+    /// Name of the training materials in messages.
     data: String,
     pub(super) out: PathBuf,
     pub(super) checkpoint: PathBuf,
-    every: Duration,
+    checkpoint_interval: Duration,
 }
 
-/// A recipe that was trained.
-pub(super) struct Trained {
+/// The result of a training.
+pub(super) struct TrainedRecipe {
     pub(super) file: RecipeFile,
-    /// How well it ranks materials by the losses that it predicts for them.
-    predicts: Option<f64>,
+    /// Rank correlation of predicted and true losses, if the recipe predicts losses.
+    rank_correlation: Option<f64>,
 }
 
-impl Job {
-    /// Refuses a recipe that goes to a pipe or a device where a file has to lie beside it.
+impl TrainingRun {
+    /// Refuses to write a recipe to a pipe or device if the run needs a file next to it.
     fn refuse_streams(&self, has_checkpoint: bool) -> anyhow::Result<()> {
         if !is_stream(&self.out) {
             return Ok(());
         }
         if self.options.model == ModelKind::Linear {
             bail!(
-                "{} is no regular file, and the model linear writes a basis beside its recipe: \
+                "{} is not a regular file, and the model linear writes a basis next to its recipe: \
                  give a file as --out",
                 self.out.display()
             );
         }
         if !has_checkpoint {
             bail!(
-                "{} is no regular file, beside which a checkpoint could lie: say by --checkpoint \
-                 where the run is kept",
+                "{} is not a regular file, so there is no default place for the checkpoint: give \
+                 --checkpoint",
                 self.out.display()
             );
         }
         Ok(())
     }
 
-    /// Keeps other runs from writing the same files.
+    /// Locks the recipe and the checkpoint.
     pub(super) fn lock(&self) -> anyhow::Result<Vec<Lock>> {
         let mut locks = Vec::new();
         if !is_stream(&self.out) {
-            locks.push(Lock::beside(&self.out)?);
+            locks.push(Lock::of_path(&self.out)?);
         }
-        locks.push(Lock::beside(&self.checkpoint)?);
+        locks.push(Lock::of_path(&self.checkpoint)?);
         Ok(locks)
     }
 
-    /// Refuses to lose, without being told to, what somebody may have waited for.
-    pub(super) fn refuse_to_lose(
+    /// Refuses to replace a recipe, a basis or an unfinished run, unless `force` is set.
+    pub(super) fn refuse_overwrite(
         &self,
-        found: &Existing,
+        existing: &ExistingOutput,
         resume: bool,
         force: bool,
     ) -> anyhow::Result<()> {
-        let unfinished = Checkpoint::is_in(&self.checkpoint);
-        let basis = Basis::beside(&self.out);
+        let unfinished = Checkpoint::exists_in(&self.checkpoint);
+        let basis = Basis::path_for(&self.out);
         let is_linear = self.options.model == ModelKind::Linear;
-        match found {
+        match existing {
             _ if force => Ok(()),
-            Existing::Other(what) => {
+            ExistingOutput::Conflict(what) => {
                 bail!("{what}: give --force to replace it, or another --out")
             }
             _ if unfinished && !resume => bail!(
-                "{} holds a run that was not finished: give --resume to go on with it, or --force \
-                 to throw it away",
+                "{} holds an unfinished run: give --resume to continue it, or --force to discard it",
                 self.checkpoint.display()
             ),
-            // A run that was killed has left the basis and not the recipe, and is being resumed.
-            Existing::Nothing if is_linear && basis.exists() && !unfinished => bail!(
-                "{} is there without its recipe {}, and may belong to another one: give --force to \
+            // With a checkpoint, the basis is that of the unfinished run.
+            ExistingOutput::Missing if is_linear && basis.exists() && !unfinished => bail!(
+                "{} exists without its recipe {}, and may belong to another recipe: give --force to \
                  replace it, or another --out",
                 basis.display(),
                 self.out.display()
@@ -283,96 +283,97 @@ impl Job {
         }
     }
 
-    /// Makes sure that the recipe can be written.
-    fn try_write(&self) -> anyhow::Result<()> {
-        // The largest recipe but for Linear's: a network's with 512 samples takes 12 KB, the names
-        // of a thousand materials some 30. Where readings are completed it is 38, and 0.3 a sample.
+    /// Checks that the recipe can be written.
+    fn check_writable(&self) -> anyhow::Result<()> {
+        // Typical size of a large recipe, other than Linear's: 12 kB for a network with 512 samples, and
+        // 30 kB for the names of 1000 materials. With schedule prior 38 kB, and 0.3 kB a sample.
         let bytes = match self.options.schedule {
             Schedule::Prior => (1 << 16) + 512 * self.options.samples,
             Schedule::Joint | Schedule::Paper => 1 << 16,
         };
-        try_write(&self.out, bytes).with_context(|| format!("cannot write {}", self.out.display()))
+        check_writable(&self.out, bytes)
+            .with_context(|| format!("cannot write {}", self.out.display()))
     }
 
-    /// What it writes.
+    /// Returns the files that the run writes, in the order in which it writes them.
     pub(super) fn outputs(&self) -> Vec<PathBuf> {
         match self.options.model {
-            // First: it is written first.
-            ModelKind::Linear => vec![Basis::beside(&self.out), self.out.clone()],
+            ModelKind::Linear => vec![Basis::path_for(&self.out), self.out.clone()],
             _ => vec![self.out.clone()],
         }
     }
 
-    /// Looks at what is there, for materials of these portions.
-    pub(super) fn find(&self, portions: &[Portion]) -> Existing {
+    /// Checks the recipe's path, for training on materials of these sources.
+    pub(super) fn existing_output(&self, source_shares: &[SourceShare]) -> ExistingOutput {
         let options = Options {
-            portions: portions.to_vec(),
+            source_shares: source_shares.to_vec(),
             ..self.options.clone()
         };
-        existing_at(&self.out, &options, &self.data)
+        existing_output(&self.out, &options, &self.data)
     }
 
-    /// Trains and writes it; what is there is replaced.
+    /// Trains the recipe and writes it. Replaces existing files.
     pub(super) fn train(
         &self,
-        (materials, portions): Joined,
+        (materials, source_shares): MaterialsAndShares,
         resume: bool,
-    ) -> anyhow::Result<Trained> {
-        self.try_write()?;
+    ) -> anyhow::Result<TrainedRecipe> {
+        self.check_writable()?;
         let options = Options {
-            portions,
-            checkpoints: Some(Checkpoints {
+            source_shares,
+            checkpoints: Some(CheckpointOptions {
                 directory: self.checkpoint.clone(),
-                every: self.every,
+                interval: self.checkpoint_interval,
                 resume,
             }),
             ..self.options.clone()
         };
         if options.schedule == Schedule::Prior {
-            eprintln!("training takes {}", self.mixture(&options.portions));
+            eprintln!("training set: {}", self.mixture(&options.source_shares));
         }
         let learned = train_with_progress(&options, materials)?;
-        let file = recipe_of(&learned, &options, &self.data)?;
+        let file = pack_recipe(&learned, &options, &self.data)?;
         if let Some(basis) = &learned.basis {
-            // First: a recipe without its basis would be of no use.
-            write_file_forced(&Basis::beside(&self.out), basis, true)?;
+            // Before the recipe, which is useless without its basis.
+            write_file_forced(&Basis::path_for(&self.out), basis, true)?;
         }
         write_file_forced(&self.out, file.bytes(), true)?;
-        self.clean_up();
-        Ok(Trained {
+        self.remove_checkpoint();
+        Ok(TrainedRecipe {
             file,
-            predicts: learned.prediction.and_then(|each| each.rank_correlation),
+            rank_correlation: learned
+                .loss_predictor
+                .and_then(|each| each.rank_correlation),
         })
     }
 
-    /// What tasks are of, in words.
-    fn mixture(&self, portions: &[Portion]) -> String {
+    /// Describes the shares of materials in training.
+    fn mixture(&self, source_shares: &[SourceShare]) -> String {
         let procedural = self.options.completion_options.procedural;
         let percent = |share: f32| 100.0 * share;
-        let mut parts: Vec<String> = portions
+        let mut parts: Vec<String> = source_shares
             .iter()
-            .map(|portion| {
-                let share = percent(portion.share * (1.0 - procedural));
-                format!("{share:.0} % of {} materials", portion.materials)
+            .map(|source_share| {
+                let share = percent(source_share.share * (1.0 - procedural));
+                format!("{share:.0} % of {} materials", source_share.materials)
             })
             .collect();
         if procedural > 0.0 {
             parts.push(format!(
-                "{:.0} % of procedural ones (--procedural)",
+                "{:.0} % procedural materials (--procedural)",
                 percent(procedural)
             ));
         }
         parts.join(", ")
     }
 
-    /// Removes the checkpoint.
-    pub(super) fn clean_up(&self) {
+    pub(super) fn remove_checkpoint(&self) {
         Checkpoint::remove(&self.checkpoint);
     }
 }
 
-/// OUT.checkpoint
-fn beside(out: &Path) -> PathBuf {
+/// Returns `OUT.checkpoint`.
+fn default_checkpoint(out: &Path) -> PathBuf {
     let mut name = out.as_os_str().to_owned();
     name.push(".checkpoint");
     name.into()

@@ -10,46 +10,47 @@ use glimpse_materials::{Material, Source};
 use glimpse_trainer::scanner::{self, ScanReport, ScannerError, ScannerNoise};
 use serde_json::{Value, json};
 
-use super::known::tell;
-use super::numbers::not_negative;
+use super::numbers::nonnegative;
 use super::output::{refuse_input, refuse_source, refuse_unwritable};
+use super::training_overlap::warn_of_overlap;
 use super::{load, print, read_recipe, write_file};
 
-/// Play motors and sensor from a material, for the firmware at the other end of the line.
+/// Simulate a scanner's motors and sensor for firmware on a serial link.
 ///
-/// For every completed scan it prints the residual that the device found at its readings, and the
-/// loss of the device's result against the whole material. (Of Linear the device has coefficients
-/// only: give its recipe, whose basis makes a BRDF of them.)
+/// Readings are taken from a material. For each completed scan, it prints the residual that the
+/// device reports, and the loss of the device's fit against the material. With the model linear the
+/// device sends coefficients only: give --recipe, whose basis turns them into a BRDF.
 #[derive(Args)]
 pub(crate) struct VirtualScanner {
-    /// The material in front of the scanner: a source that holds one material
+    /// Material to measure: a source with a single material
     #[arg(long, value_name = "FILE")]
     material: Source,
-    /// Where to wait for the device's serial line
+    /// TCP address that the device's serial link connects to
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878")]
     listen: SocketAddr,
     /// Standard deviation of Gaussian noise on each measured channel, relative to its value, 0 or above
-    #[arg(long, value_name = "S", default_value_t = 0.0, value_parser = not_negative)]
+    #[arg(long, value_name = "S", default_value_t = 0.0, value_parser = nonnegative)]
     noise: f32,
-    /// A recipe: offered to devices that can store one, and its basis judges what the model Linear finds
+    /// Recipe file, offered to devices that can store one; for the model linear, its basis is used
+    /// to compute the loss
     #[arg(long, value_name = "FILE.recipe")]
     recipe: Option<PathBuf>,
-    /// Stop after one completed scan
+    /// Exit after one completed scan
     #[arg(long)]
     once: bool,
-    /// Write the last scan's readings, values and residual here, as JSON
+    /// JSON file for the last scan's readings, values and residual
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
 }
 
 impl VirtualScanner {
-    /// Serves devices, one after the other.
+    /// Serves devices, one after another.
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         if let Some(out) = &self.out {
             refuse_source(out, &self.material)?;
             if let Some(recipe) = &self.recipe {
                 refuse_input(out, recipe)?;
-                refuse_input(out, &Basis::beside(recipe))?;
+                refuse_input(out, &Basis::path_for(recipe))?;
             }
         }
         // Before a device has measured anything.
@@ -58,7 +59,11 @@ impl VirtualScanner {
         }
         let materials = load(&self.material)?;
         let [material] = &materials[..] else {
-            bail!("--material takes one material, not {}", materials.len());
+            bail!(
+                "--material {} holds {} materials: give a single one",
+                self.material,
+                materials.len()
+            );
         };
         let material = &**material;
         let noise = ScannerNoise {
@@ -69,10 +74,10 @@ impl VirtualScanner {
         let mut basis = None;
         if let Some(path) = &self.recipe {
             let (file, found) = read_recipe(path)?;
-            tell(&file.recipe(), &materials)?;
+            warn_of_overlap(&file.recipe(), &materials)?;
             let checksum = file.recipe().checksum();
             basis = found.map(|basis| (checksum, basis));
-            scanner = scanner.offering(file.bytes().to_vec());
+            scanner = scanner.with_recipe(file.bytes().to_vec());
         }
         let listener = TcpListener::bind(self.listen)
             .with_context(|| format!("cannot listen on {}", self.listen))?;
@@ -80,14 +85,14 @@ impl VirtualScanner {
         loop {
             let (stream, device) = listener.accept()?;
             stream.set_nodelay(true)?;
-            eprintln!("a device is there: {device}");
+            eprintln!("device connected: {device}");
             if self.serve(stream, &mut scanner, material, basis.as_ref())? {
                 return Ok(());
             }
         }
     }
 
-    /// Serves one device until it hangs up, or (true) the one scan that was asked for is there.
+    /// Serves one device until it disconnects. Returns true if --once was given and a scan is complete.
     fn serve(
         &self,
         mut stream: TcpStream,
@@ -98,7 +103,7 @@ impl VirtualScanner {
         loop {
             match scanner.serve(&mut stream) {
                 Ok(report) => {
-                    // Another recipe's basis says nothing of these coefficients.
+                    // The basis of another recipe does not fit these coefficients.
                     let basis = basis.filter(|(recipe, _)| *recipe == report.recipe);
                     let loss = report.loss(basis.map(|(_, basis)| basis), material);
                     self.show(&report, material, loss)?;
@@ -125,12 +130,12 @@ impl VirtualScanner {
         loss: Option<f64>,
     ) -> anyhow::Result<()> {
         let residual = report.residual;
-        let judged = match loss {
+        let loss_text = match loss {
             Some(loss) => format!("loss {loss:.5}"),
-            None => "no loss (give --recipe, whose basis makes a BRDF of coefficients)".to_owned(),
+            None => "loss unknown (give the device's recipe as --recipe, for its basis)".to_owned(),
         };
         print(&format!(
-            "{}: {judged}; residual {:.5}, worst {:.5} at sample {}, {} saturated{}\n",
+            "{}: {loss_text}; residual {:.5}, worst {:.5} at sample {}, {} saturated{}\n",
             material.name(),
             residual.mean,
             residual.worst,
@@ -150,18 +155,18 @@ impl VirtualScanner {
     }
 }
 
-/// Angles are in radians.
+/// Returns a scan as JSON; angles are in radians.
 fn json(report: &ScanReport, material: &str, loss: Option<f64>) -> Value {
     let readings: Vec<Value> = report
         .readings
         .iter()
-        .map(|taken| {
+        .map(|sample| {
             json!({
-                "theta_h": taken.angles.theta_h,
-                "theta_d": taken.angles.theta_d,
-                "phi_d": taken.angles.phi_d,
-                "brdf": taken.reading.brdf,
-                "saturated": taken.reading.saturated,
+                "theta_h": sample.angles.theta_h,
+                "theta_d": sample.angles.theta_d,
+                "phi_d": sample.angles.phi_d,
+                "brdf": sample.reading.brdf,
+                "saturated": sample.reading.saturated,
             })
         })
         .collect();

@@ -5,35 +5,37 @@ use std::path::Path;
 use anyhow::Context;
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Quantity;
-use glimpse_materials::basis::widened;
+use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::{BasisFile, FittedMaterial, Material};
-use glimpse_trainer::measurement::{Arms, Fit, Meaning, Measured, spread};
+use glimpse_trainer::measurement::{
+    Fit, IsotropicAngles, Measurements, ReadingQuantity, coefficient_of_variation,
+};
 use glimpse_trainer::render::{Environment, render_sphere};
 use glimpse_trainer::report::{Lobe, lobe, lobe_svg};
 
 use super::super::output::write_file_forced;
-use super::about::About;
+use super::report::FitReport;
 
-/// Width and height of the picture, pixels.
-const SPHERE: usize = 256;
-/// Polar angles of the light for which lobes are drawn, degrees.
-const LIGHTS: [f32; 3] = [15.0, 45.0, 75.0];
+/// Width and height of the rendered sphere, pixels.
+const SPHERE_SIZE: usize = 256;
+/// Polar angles of the light in the plot of lobes, degrees.
+const LOBE_THETA_I: [f32; 3] = [15.0, 45.0, 75.0];
 
-/// A fit, ready to be written.
-pub(super) struct Folder<'a> {
+/// The content of a fit's folder.
+pub(super) struct FitFolder<'a> {
     pub(super) material: FittedMaterial,
     pub(super) pattern: &'a [Angles<f32>],
-    pub(super) measured: Measured,
-    pub(super) found: Fit,
-    pub(super) about: About,
+    pub(super) measured: Measurements,
+    pub(super) fit: Fit,
+    pub(super) report: FitReport,
 }
 
-impl Folder<'_> {
+impl FitFolder<'_> {
     /// The names of all files.
     pub(super) const FILES: [&'static str; 4] =
         ["material.json", "sphere.png", "lobe.svg", "readings.csv"];
 
-    /// Writes them.
+    /// Writes all files into a folder.
     pub(super) fn write(
         &self,
         folder: &Path,
@@ -43,10 +45,10 @@ impl Folder<'_> {
         let sphere = render_sphere(
             &self.material as &dyn Material,
             &Environment::studio(),
-            SPHERE,
+            SPHERE_SIZE,
         );
         let contents = [
-            self.material.to_json(basis, &self.about)?.into_bytes(),
+            self.material.to_json(basis, &self.report)?.into_bytes(),
             sphere.tone_map().to_png()?,
             self.lobes().into_bytes(),
             self.readings().context("cannot write the readings")?,
@@ -58,7 +60,7 @@ impl Folder<'_> {
     }
 
     fn lobes(&self) -> String {
-        let lobes = LIGHTS.map(|degrees| {
+        let lobes = LOBE_THETA_I.map(|degrees| {
             let theta_i = degrees.to_radians();
             Lobe {
                 name: format!("{}, light at {degrees}\u{b0}", self.material.name()),
@@ -70,7 +72,7 @@ impl Folder<'_> {
         lobe_svg(&lobes)
     }
 
-    /// A row for each sample of the pattern. It can be corrected, and measured by again.
+    /// Returns readings.csv, with a row for each sample of the pattern. It can be corrected and fitted again.
     fn readings(&self) -> anyhow::Result<Vec<u8>> {
         let mut csv = csv::Writer::from_writer(Vec::new());
         csv.write_record([
@@ -96,10 +98,10 @@ impl Folder<'_> {
             "fate",
         ])?;
         for (index, angles) in self.pattern.iter().enumerate() {
-            let arms = Arms::of(widened(angles));
+            let arms = IsotropicAngles::from_angles(angles_to_f64(angles));
             let degrees = |angle: f64| format!("{:.5}", angle.to_degrees());
             let sample = &self.measured.samples[index];
-            let opinion = self.found.examined.opinions[index];
+            let prediction = self.fit.outlier_report.predictions[index];
             let rgb = |rgb: Option<[f32; 3]>| match rgb {
                 Some(rgb) => rgb.map(|value| value.to_string()),
                 None => Default::default(),
@@ -112,14 +114,19 @@ impl Folder<'_> {
                 degrees(arms.phi.rem_euclid(std::f64::consts::TAU)),
             ];
             row.extend(rgb(sample.mean()));
-            row.push(Meaning::Values(Quantity::Brdf).name().to_owned());
+            row.push(ReadingQuantity::Values(Quantity::Brdf).name().to_owned());
             row.push(u8::from(sample.saturated()).to_string());
             row.push(sample.count().to_string());
-            row.push(spread(sample).map_or_else(String::new, |spread| format!("{spread:.4}")));
+            row.push(
+                coefficient_of_variation(sample)
+                    .map_or_else(String::new, |spread| format!("{spread:.4}")),
+            );
             row.extend(rgb(Some(self.material.brdf(*angles))));
-            row.extend(rgb(opinion.map(|opinion| opinion.expected)));
-            row.push(opinion.map_or_else(String::new, |opinion| format!("{:.2}", opinion.z)));
-            row.push(self.found.fates[index].name().to_owned());
+            row.extend(rgb(prediction.map(|prediction| prediction.expected)));
+            row.push(
+                prediction.map_or_else(String::new, |prediction| format!("{:.2}", prediction.z)),
+            );
+            row.push(self.fit.statuses[index].name().to_owned());
             csv.write_record(row)?;
         }
         Ok(csv.into_inner().map_err(|error| error.into_error())?)

@@ -1,72 +1,76 @@
-//! What the numbers of a file are, by options.
+//! Options for the quantity of a file's numbers.
 
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::{Footprint, Quantity};
-use glimpse_trainer::measurement::{Counts, Meaning, White};
+use glimpse_trainer::measurement::{CountCalibration, ReadingQuantity, WhiteReference};
 
 use super::super::numbers::{channels, finite, reflectances};
 
-/// What numbers are, as named on the command line.
+/// A quantity, as named on the command line.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum QuantityName {
     /// The BRDF, sr^-1.
     Brdf,
-    /// The BRDF times cos(theta_i): radiance under a lamp that lights all that is seen.
+    /// The BRDF times cos(theta_i): radiance under a lamp that lights the sensor's whole spot.
     BrdfCosI,
     /// The BRDF times cos(theta_o), ASTM's cosine-corrected BSDF.
     #[value(alias = "brdf-cos")]
     BrdfCosO,
-    /// pi times the BRDF: relative to a white of reflectance 1.
+    /// pi times the BRDF: relative to a perfect white diffuser.
     ReflectanceFactor,
 }
 
-/// Whose spot on the sample is the larger, as named on the command line.
+/// The larger spot on the sample, as named on the command line.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum FootprintName {
-    /// The light's: all that the sensor sees is lit.
+    /// The light's spot: it covers all that the sensor sees.
     Light,
-    /// The sensor's: it sees all that is lit.
+    /// The sensor's spot: it covers all that is lit.
     Sensor,
 }
 
-/// What the numbers of a file are.
+/// Options for the quantity of a file's numbers.
 #[derive(Args)]
-pub(super) struct MeaningArgs {
-    /// What the numbers are [default: brdf]
+pub(super) struct QuantityArgs {
+    /// Quantity of the readings [default: brdf]
     #[arg(long, value_enum, conflicts_with_all = ["white", "values"])]
     quantity: Option<QuantityName>,
-    /// The numbers are counts, and here are those of a white tile: at the same directions, or one row
-    /// and --footprint
+    /// Counts of a white tile, CSV, for readings that are counts too: at the same directions, or a
+    /// single row with --footprint
     #[arg(long, value_name = "FILE.csv", conflicts_with = "values")]
     white: Option<PathBuf>,
-    /// With --white: counts without light, of all channels or of each [default: 0]
+    /// With --white: count without light, one for all channels or one for each [default: 0]
     #[arg(long, value_name = "V[,V,V]", requires = "white", conflicts_with = "values", value_parser = channels)]
     dark: Option<[f32; 3]>,
-    /// With --white: the tile's reflectance, above 0, at most 2 [default: 0.99]
+    /// With --white: reflectance of the tile, above 0 and at most 2 [default: 0.99]
     #[arg(long, value_name = "R[,R,R]", requires = "white", conflicts_with = "values", value_parser = reflectances)]
     white_reflectance: Option<[f32; 3]>,
-    /// With --white: the count at and above which the sensor is saturated [default: none]
+    /// With --white: smallest count of a saturated sensor [default: none]
     #[arg(long, value_name = "LEVEL", requires = "white", conflicts_with = "values", value_parser = finite)]
     saturation: Option<f32>,
-    /// With --white of one row: whose spot on the sample is the larger at all angles, which tells
-    /// by which cosine counts go
+    /// With --white of a single row: the larger spot on the sample at all angles, the light's or the
+    /// sensor's, which determines the cosine in the counts
     #[arg(long, value_enum, requires = "white", conflicts_with = "values")]
     footprint: Option<FootprintName>,
 }
 
-impl MeaningArgs {
-    /// The file of white readings.
+impl QuantityArgs {
+    /// Returns the path of --white.
     pub(super) fn white(&self) -> Option<&Path> {
         self.white.as_deref()
     }
 
-    /// Reads what is needed.
-    pub(super) fn read(&self, pattern: &[Angles<f32>], tolerance: f64) -> anyhow::Result<Meaning> {
+    /// Returns the quantity of these options. Reads the file of --white.
+    pub(super) fn read(
+        &self,
+        pattern: &[Angles<f32>],
+        tolerance: f64,
+    ) -> anyhow::Result<ReadingQuantity> {
         let Some(white) = &self.white else {
-            return Ok(Meaning::Values(match self.quantity {
+            return Ok(ReadingQuantity::Values(match self.quantity {
                 None | Some(QuantityName::Brdf) => Quantity::Brdf,
                 Some(QuantityName::BrdfCosI) => Quantity::BrdfTimesCosThetaI,
                 Some(QuantityName::BrdfCosO) => Quantity::BrdfTimesCosThetaO,
@@ -77,11 +81,11 @@ impl MeaningArgs {
             FootprintName::Light => Footprint::LightLarger,
             FootprintName::Sensor => Footprint::SensorLarger,
         });
-        Ok(Meaning::Counts(Counts {
+        Ok(ReadingQuantity::Counts(CountCalibration {
             dark: self.dark.unwrap_or([0.0; 3]),
             reflectance: self.white_reflectance.unwrap_or([0.99; 3]),
             saturation: self.saturation,
-            white: White::read(white, pattern, tolerance, footprint)?,
+            white: WhiteReference::read(white, pattern, tolerance, footprint)?,
         }))
     }
 }

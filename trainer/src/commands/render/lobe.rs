@@ -6,26 +6,26 @@ use anyhow::bail;
 use clap::Args;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::Method;
-use glimpse_trainer::report::{self, MOST_LOBES, lobe, lobe_svg};
+use glimpse_trainer::report::{self, MAX_LOBES, lobe, lobe_svg};
 use serde_json::json;
 
 use super::super::output::{file_as_json, refuse_input, refuse_source};
 use super::super::{load, print_json, write_file};
 use super::shared::{check_out, file_type, with_method};
 
-/// Plot BRDFs in the plane of incidence: angle against the logarithm of their luminance.
+/// Plot BRDFs in the plane of incidence: the logarithm of the luminance over the angle.
 ///
-/// A curve for every material and every angle of the light, six at most; with --recipe, a dashed
-/// curve beside each is what a scan by the recipe makes of the material.
+/// The plot has a curve for each material and each angle of the light, six at most. With --recipe,
+/// it has a dashed curve for the scan of each material in addition.
 ///
 /// Example: trainer render lobe gold-paint.binary --theta-i 30,60 --out gold.svg
 ///          trainer render lobe procedural:2 --recipe neural-n8.recipe
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(super) struct Lobe {
-    /// The materials: see SOURCES in `trainer --help`
+    /// Materials (see SOURCES in `trainer --help`)
     source: Source,
-    /// Polar angles of the light in degrees, 0 to below 90
+    /// Polar angles of the light in degrees, from 0 to below 90, separated by commas
     #[arg(
         long,
         value_name = "DEGREES,...",
@@ -34,10 +34,10 @@ pub(super) struct Lobe {
         value_parser = above_horizon
     )]
     theta_i: Vec<f32>,
-    /// A recipe to scan the materials by
+    /// Recipe file for scans of the materials
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
-    /// The plot to write
+    /// Plot to write
     #[arg(long, short, value_name = "FILE.svg", default_value = "lobe.svg")]
     out: PathBuf,
     /// Print JSON: file, and material, angle and kind of each curve
@@ -45,12 +45,12 @@ pub(super) struct Lobe {
     json: bool,
 }
 
-/// A polar angle above the horizon, degrees.
+/// Parses a polar angle in degrees, from 0 to below 90.
 fn above_horizon(text: &str) -> Result<f32, String> {
     let angle = text.parse().ok();
     angle
         .filter(|angle| (0.0..90.0).contains(angle))
-        .ok_or_else(|| "give degrees of 0 to below 90".to_owned())
+        .ok_or_else(|| "give an angle from 0 to below 90 degrees".to_owned())
 }
 
 impl Lobe {
@@ -66,10 +66,10 @@ impl Lobe {
         refuse_source(&self.out, &self.source)?;
         let materials = load(&self.source)?;
         let curves = materials.len() * self.theta_i.len();
-        if curves > MOST_LOBES {
+        if curves > MAX_LOBES {
             bail!(
-                "{} materials at {} angles make {curves} curves, and {MOST_LOBES} can be told \
-                 apart: name a single material, or fewer angles",
+                "{} materials at {} angles make {curves} curves, but a plot has at most {MAX_LOBES}: \
+                 give fewer materials or fewer angles",
                 materials.len(),
                 self.theta_i.len()
             );

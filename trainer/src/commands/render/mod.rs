@@ -8,16 +8,16 @@ mod view;
 
 use clap::{Args, Subcommand};
 
-/// Draw materials, as spheres or as lobes, where a recipe measures, and a page that fits in the browser.
+/// Render spheres, plots of lobes, patterns, or an interactive page.
 #[derive(Args)]
 pub(crate) struct Render {
     #[command(subcommand)]
-    what: What,
+    command: RenderCommand,
 }
 
-/// Each is described where its arguments are.
+/// The subcommands of `render`. The module of each has its arguments and help text.
 #[derive(Subcommand)]
-enum What {
+enum RenderCommand {
     Sphere(sphere::Sphere),
     Lobe(lobe::Lobe),
     Pattern(pattern::Pattern),
@@ -26,11 +26,11 @@ enum What {
 
 impl Render {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        match &self.what {
-            What::Sphere(sphere) => sphere.run(seed),
-            What::Lobe(lobe) => lobe.run(seed),
-            What::Pattern(pattern) => pattern.run(),
-            What::View(view) => view.run(seed),
+        match &self.command {
+            RenderCommand::Sphere(sphere) => sphere.run(seed),
+            RenderCommand::Lobe(lobe) => lobe.run(seed),
+            RenderCommand::Pattern(pattern) => pattern.run(),
+            RenderCommand::View(view) => view.run(seed),
         }
     }
 }

@@ -11,14 +11,14 @@ use super::super::output::{file_as_json, refuse_input};
 use super::super::{print_json, write_file};
 use super::shared::{check_out, file_type};
 
-/// Draw where a recipe measures: over theta_h and theta_d, and towards light and sensor.
+/// Plot a recipe's pattern: over theta_h and theta_d, and as directions of light and sensor.
 ///
 /// Example: trainer render pattern neural-n8.recipe --out pattern.svg
 #[derive(Args)]
 pub(super) struct Pattern {
-    /// The recipe file
+    /// Recipe file
     recipe: PathBuf,
-    /// The drawing to write
+    /// Plot to write
     #[arg(long, short, value_name = "FILE.svg", default_value = "pattern.svg")]
     out: PathBuf,
     /// Print JSON: file, model and samples

@@ -1,41 +1,41 @@
-//! What drawings have in common: where they go, and the scans that they show.
+//! Shared code of the render commands: checks of output paths, and methods from recipes.
 
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use glimpse_materials::files::try_write;
+use glimpse_materials::files::check_writable;
 use glimpse_trainer::evaluation::Method;
 
 use super::super::read_recipe;
 
-/// The one of some file types that a path ends in.
+/// Returns the extension of an output path, in lower case, which must be one of `types`.
 pub(super) fn file_type(path: &Path, types: &[&'static str]) -> anyhow::Result<&'static str> {
     let extension = path.extension().and_then(|extension| extension.to_str());
     let extension = extension.unwrap_or_default().to_ascii_lowercase();
-    match types.iter().find(|known| **known == extension) {
-        Some(known) => Ok(known),
+    match types.iter().find(|each| **each == extension) {
+        Some(file_type) => Ok(file_type),
         None => bail!(
-            "--out {}: its name must end in .{}",
+            "--out {}: unsupported file type, give a name with the extension .{}",
             path.display(),
             types.join(" or .")
         ),
     }
 }
 
-/// Opens a recipe, if there is one, and goes on with its method.
+/// Reads a recipe, if there is one, and runs a closure with its method.
 pub(super) fn with_method<T>(
     recipe: Option<&Path>,
-    go_on: impl FnOnce(Option<&Method<'_>>) -> anyhow::Result<T>,
+    run: impl FnOnce(Option<&Method<'_>>) -> anyhow::Result<T>,
 ) -> anyhow::Result<T> {
     let Some(path) = recipe else {
-        return go_on(None);
+        return run(None);
     };
     let (file, basis) = read_recipe(path)?;
     let recipe = file.recipe();
-    go_on(Some(&Method::ours(&recipe, basis.as_ref())?))
+    run(Some(&Method::ours(&recipe, basis.as_ref())?))
 }
 
-/// Makes sure that a file can be written, before anything is drawn.
+/// Checks that a file can be written, before anything is rendered.
 pub(super) fn check_out(path: &Path) -> anyhow::Result<()> {
-    try_write(path, 1 << 16).with_context(|| format!("cannot write {}", path.display()))
+    check_writable(path, 1 << 16).with_context(|| format!("cannot write {}", path.display()))
 }

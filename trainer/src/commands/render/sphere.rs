@@ -10,34 +10,36 @@ use glimpse_trainer::evaluation::{Method, SPHERE};
 use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::render::{BACKGROUND, Environment, Image, render_sphere};
 use glimpse_trainer::report::{
-    Best, Cell, Column, Compare, Gallery, GalleryRow, Page, Table, Tile,
+    Cell, Column, Compare, Gallery, GalleryRow, Highlight, Page, Table, Tile,
 };
 use serde_json::{Value, json};
 
-use super::super::known::tell;
-use super::super::numbers::whole;
+use super::super::numbers::integer;
 use super::super::output::{file_as_json, refuse_input, refuse_source};
-use super::super::progress::Steps;
+use super::super::progress::StepProgress;
+use super::super::training_overlap::warn_of_overlap;
 use super::super::{environment, load, print, print_json, read_recipe, write_file};
 use super::shared::{check_out, file_type, with_method};
 
-/// The largest side of a sphere's picture, and of all of them together, in pixels.
-const MOST_PIXELS: usize = 4_096;
-const MOST_PIXELS_IN_ALL: usize = 1 << 26;
-/// The smallest side of pictures that are compared, in pixels: that of SSIM's window.
-const SMALLEST_COMPARED: usize = 7;
+/// Maximum width and height of a sphere, in pixels.
+const MAX_SIZE: usize = 4_096;
+/// Maximum number of pixels of all spheres.
+const MAX_PIXELS: usize = 1 << 26;
+/// Minimum width and height of spheres that are compared: the size of SSIM's window, in pixels.
+const MIN_COMPARED_SIZE: usize = 7;
 
-/// Render materials as spheres; with --recipe, each beside what a scan by the recipe makes of it.
+/// Render materials as spheres, and with --recipe their scans.
 ///
-/// A PNG file shows them row by row, in the order that is printed; an EXR file holds the same as
-/// linear radiance, neither exposed nor tone-mapped; an HTML page has names and errors beneath,
-/// its pictures in a folder beside it. The loss is that of `trainer evaluate`; DSSIM, L2, PSNR and
-/// delta E are those of the pictures. At the default size they are the metrics of `evaluate`.
+/// The output is a PNG file with the spheres row by row, an EXR file with the same as linear
+/// radiance (without exposure and tone mapping), or an HTML page with names and errors below the
+/// spheres and its pictures in a folder next to it. The loss is that of `trainer evaluate`; DSSIM,
+/// L2, PSNR and delta E are those of the pictures. At the default size they equal the metrics of
+/// `evaluate`.
 ///
-/// The light is an open-air studio, or a panorama in latitude and longitude: Radiance (*.hdr) or
-/// OpenEXR (*.exr), 2:1. Its center is straight ahead of the viewer, behind the sphere; its edges
-/// meet at the viewer's back. Exposure is chosen so that a white sphere would be as bright as in
-/// the studio.
+/// The environment light is an open-air studio, or a panorama in latitude and longitude: Radiance
+/// (*.hdr) or OpenEXR (*.exr), 2:1. The center of the panorama is straight ahead of the viewer,
+/// behind the sphere. Its left and right edges meet behind the viewer. The exposure makes a white
+/// sphere as bright as in the studio.
 ///
 /// Example: trainer render sphere MERL-test/ --columns 5 --out spheres.png
 ///          trainer render sphere procedural:8:1 --recipe neural-n8.recipe --out scans.html
@@ -45,30 +47,31 @@ const SMALLEST_COMPARED: usize = 7;
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(super) struct Sphere {
-    /// The materials: see SOURCES in `trainer --help`
+    /// Materials (see SOURCES in `trainer --help`)
     source: Source,
-    /// A recipe to scan the materials by
+    /// Recipe file for scans of the materials
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
-    /// The picture or page to write: *.png, *.exr or *.html
+    /// Picture or page to write: *.png, *.exr or *.html
     #[arg(long, short, value_name = "FILE", default_value = "sphere.png")]
     out: PathBuf,
     /// Width and height of each sphere in pixels, 1 to 4096
-    #[arg(long, value_name = "PIXELS", default_value_t = SPHERE, value_parser = whole(1..=MOST_PIXELS))]
+    #[arg(long, value_name = "PIXELS", default_value_t = SPHERE, value_parser = integer(1..=MAX_SIZE))]
     size: usize,
     /// Materials in a row, 1 to 4096 [default: up to 8; with --recipe up to 4]
-    #[arg(long, value_name = "COUNT", value_parser = whole(1..=MOST_PIXELS))]
+    #[arg(long, value_name = "COUNT", value_parser = integer(1..=MAX_SIZE))]
     columns: Option<usize>,
-    /// The light: a panorama (*.hdr or *.exr) [default: the built-in studio]
+    /// Environment light: a panorama (*.hdr or *.exr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
-    /// Print JSON: file, sizes in pixels, light and its exposure, and place and errors of each sphere
+    /// Print JSON: file, sizes in pixels, environment and its exposure, and each sphere's row, column
+    /// and errors
     #[arg(long)]
     json: bool,
 }
 
-/// A material, and its scan if there is a recipe.
-struct Rendered<'a> {
+/// The sphere of a material, with the errors and the sphere of its scan if there is a recipe.
+struct RenderedMaterial<'a> {
     name: &'a str,
     sphere: Image,
     scan: Option<(Metrics, Image)>,
@@ -78,14 +81,14 @@ impl Sphere {
     pub(super) fn run(&self, seed: u64) -> anyhow::Result<()> {
         let file_type = file_type(&self.out, &["png", "exr", "html"])?;
         ensure!(
-            self.recipe.is_none() || self.size >= SMALLEST_COMPARED,
-            "--size {} is too small to compare a scan with its material: give {SMALLEST_COMPARED} or \
+            self.recipe.is_none() || self.size >= MIN_COMPARED_SIZE,
+            "--size {} is too small to compare a scan with its material: give {MIN_COMPARED_SIZE} or \
              more",
             self.size
         );
         ensure!(
             self.columns.is_none() || self.recipe.is_none() || file_type != "html",
-            "--columns has no effect: a page has a row for each material and its scan"
+            "--columns has no effect: a page with --recipe has a row for each material; remove it"
         );
         for input in self.recipe.iter().chain(&self.environment) {
             refuse_input(&self.out, input)?;
@@ -107,27 +110,27 @@ impl Sphere {
         let materials = load(&self.source)?;
         let spheres = materials.len() * if method.is_some() { 2 } else { 1 };
         ensure!(
-            spheres * self.size * self.size <= MOST_PIXELS_IN_ALL,
-            "{spheres} spheres of --size {} are too much for one picture: give fewer materials or \
+            spheres * self.size * self.size <= MAX_PIXELS,
+            "{spheres} spheres of --size {} are too large for one picture: give fewer materials or \
              a smaller --size",
             self.size
         );
         check_out(&self.out)?;
 
-        let steps = Steps::new("rendering", materials.len());
+        let steps = StepProgress::new("rendering", materials.len());
         if let Some(path) = &self.recipe {
-            tell(&read_recipe(path)?.0.recipe(), &materials)?;
+            warn_of_overlap(&read_recipe(path)?.0.recipe(), &materials)?;
         }
         let mut all = Vec::new();
         for material in &materials {
             let sphere = render_sphere(&**material, environment, self.size);
             let scan = method.map(|method| scan(&**material, &sphere, method, environment, seed));
-            all.push(Rendered {
+            all.push(RenderedMaterial {
                 name: material.name(),
                 scan: scan.transpose()?,
                 sphere,
             });
-            steps.done();
+            steps.increment();
         }
         drop(steps);
         let columns = self.columns.unwrap_or(match (file_type, method) {
@@ -137,7 +140,7 @@ impl Sphere {
         });
         let sheet = match file_type {
             "html" => {
-                self.page(&all, columns).write_as(&self.out)?;
+                self.page(&all, columns).write_to(&self.out)?;
                 eprintln!("wrote {}", self.out.display());
                 None
             }
@@ -157,15 +160,15 @@ impl Sphere {
         }
     }
 
-    /// `width` and `height` are those of the picture, null of a page, which has a picture for each sphere.
+    /// Returns the result as JSON. `width` and `height` are null for a page, which has a picture for each sphere.
     fn to_json(
         &self,
-        all: &[Rendered<'_>],
+        all: &[RenderedMaterial<'_>],
         columns: usize,
         sheet: Option<&Image>,
         environment: &Environment,
     ) -> Value {
-        let sphere = |(index, each): (usize, &Rendered<'_>)| {
+        let sphere = |(index, each): (usize, &RenderedMaterial<'_>)| {
             json!({
                 "material": each.name,
                 "row": index / columns + 1,
@@ -184,8 +187,8 @@ impl Sphere {
         })
     }
 
-    /// Names and errors beneath the spheres.
-    fn page(&self, all: &[Rendered<'_>], columns: usize) -> Page {
+    /// Returns a page with names and errors below the spheres.
+    fn page(&self, all: &[RenderedMaterial<'_>], columns: usize) -> Page {
         let folder = self.out.file_stem().unwrap_or_default().to_string_lossy();
         let page = Page::with_pictures_in(
             format!("Spheres of {}", self.source),
@@ -199,7 +202,7 @@ impl Sphere {
         };
         let scanned = all.iter().any(|each| each.scan.is_some());
         let rows = if scanned {
-            let row = |each: &Rendered<'_>| {
+            let row = |each: &RenderedMaterial<'_>| {
                 let mut tiles = vec![tile("Reference", Vec::new(), &each.sphere)];
                 if let Some((scores, image)) = &each.scan {
                     let details = vec![
@@ -218,7 +221,7 @@ impl Sphere {
             };
             all.iter().map(row).collect()
         } else {
-            let row = |some: &[Rendered<'_>]| GalleryRow {
+            let row = |some: &[RenderedMaterial<'_>]| GalleryRow {
                 title: String::new(),
                 tiles: some
                     .iter()
@@ -237,18 +240,18 @@ impl Sphere {
         };
         let caption = match &self.recipe {
             Some(recipe) => format!(
-                "Each material, and its scan by {}, in the light of {light}; delta E (CIEDE2000), \
-                 DSSIM, L2 and PSNR are of these pictures of {size} x {size} pixels",
+                "Each material, and its scan with {}. Environment light: {light}. Delta E (CIEDE2000), \
+                 DSSIM, L2 and PSNR compare these pictures of {size} x {size} pixels",
                 recipe.file_name().unwrap_or_default().to_string_lossy(),
                 size = self.size
             ),
-            None => format!("In the light of {light}; click to enlarge"),
+            None => format!("Environment light: {light}. Click to enlarge"),
         };
         page.gallery(&Gallery { caption, rows })
     }
 }
 
-/// Scans a material, and compares what came of it with the material and its sphere.
+/// Scans a material, and compares the fit and its sphere with the material and its sphere.
 fn scan(
     material: &dyn Material,
     sphere: &Image,
@@ -259,13 +262,13 @@ fn scan(
     let fitted = method.fit(material, seed)?;
     let image = render_sphere(&fitted, environment, sphere.width);
     let loss = loss_between(&fitted, material);
-    let scores = Metrics::of_spheres(loss, &sphere.tone_map(), &image.tone_map())?;
+    let scores = Metrics::from_spheres(loss, &sphere.tone_map(), &image.tone_map())?;
     Ok((scores, image))
 }
 
-/// All spheres on one sheet; a scan is at the right of its material, close to it.
-fn sheet(all: &[Rendered<'_>], columns: usize) -> Image {
-    let cell = |each: &Rendered<'_>| match &each.scan {
+/// Arranges all spheres in a grid. A scan is to the right of its material, without a gap.
+fn sheet(all: &[RenderedMaterial<'_>], columns: usize) -> Image {
+    let cell = |each: &RenderedMaterial<'_>| match &each.scan {
         Some((_, scan)) => Image::grid(&[[each.sphere.clone(), scan.clone()]], 0, BACKGROUND),
         None => each.sphere.clone(),
     };
@@ -274,24 +277,24 @@ fn sheet(all: &[Rendered<'_>], columns: usize) -> Image {
     Image::grid(&rows, 4, [0.0; 3])
 }
 
-/// Where each material is on the sheet, and the errors of its scan.
-fn table(all: &[Rendered<'_>], columns: usize) -> Table {
+/// Returns a table with the position of each material in the grid, and the errors of its scan.
+fn table(all: &[RenderedMaterial<'_>], columns: usize) -> Table {
     let scanned = all.iter().any(|each| each.scan.is_some());
     let mut heads = vec![
-        Column::number("row", 0, Best::None),
-        Column::number("column", 0, Best::None),
+        Column::number("row", 0, Highlight::None),
+        Column::number("column", 0, Highlight::None),
         Column::text("material"),
     ];
     if scanned {
         heads.extend([
-            Column::number("loss", 4, Best::None),
-            Column::number("DSSIM", 4, Best::None),
-            Column::number("L2", 6, Best::None),
-            Column::number("PSNR (dB)", 2, Best::None),
-            Column::number("delta E", 4, Best::None),
+            Column::number("loss", 4, Highlight::None),
+            Column::number("DSSIM", 4, Highlight::None),
+            Column::number("L2", 6, Highlight::None),
+            Column::number("PSNR (dB)", 2, Highlight::None),
+            Column::number("delta E", 4, Highlight::None),
         ]);
     }
-    let row = |(index, each): (usize, &Rendered<'_>)| {
+    let row = |(index, each): (usize, &RenderedMaterial<'_>)| {
         let number = |index: usize| Cell::Number((index + 1) as f64);
         let mut cells = vec![
             number(index / columns),
@@ -314,6 +317,6 @@ fn table(all: &[Rendered<'_>], columns: usize) -> Table {
         caption: String::new(),
         columns: heads,
         rows: all.iter().enumerate().map(row).collect(),
-        compare: Compare::Down,
+        compare: Compare::WithinColumn,
     }
 }

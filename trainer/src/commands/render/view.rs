@@ -8,39 +8,39 @@ use clap::{ArgGroup, Args};
 use glimpse_core::gonio::Quantity;
 use glimpse_core::model::linear;
 use glimpse_core::recipe::Recipe;
-use glimpse_kernels::scan::scan_some;
+use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, Source};
-use glimpse_trainer::evaluation::Readings;
-use glimpse_trainer::measurement::{Meaning, Measured, ReadingStatus, fit};
-use glimpse_trainer::report::{MOST_LOBES, document};
+use glimpse_trainer::evaluation::Degradation;
+use glimpse_trainer::measurement::{Measurements, ReadingQuantity, ReadingStatus, fit};
+use glimpse_trainer::report::{MAX_LOBES, document};
 use glimpse_training::recipe::RecipeFile;
-use glimpse_viewer::{Reference, STYLE, Shown, View as Page};
+use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
 use serde_json::json;
 
 use super::super::export_basis::{compacted, read_compact};
-use super::super::known::tell;
 use super::super::numbers::share;
 use super::super::output::{file_as_json, refuse_input, refuse_source};
+use super::super::training_overlap::warn_of_overlap;
 use super::super::{load, print_json, read_recipe, write_file};
 use super::shared::{check_out, file_type};
 
-/// How far a row may be from its sample, radians: half a degree, as for `trainer fit`.
+/// Largest distance of a row from its sample, radians: 0.5 degrees, as in `trainer fit`.
 const TOLERANCE: f64 = 0.5 / 180.0 * std::f64::consts::PI;
 
-/// Write a page in which scans can be turned, lit and changed, in a browser.
+/// Write an interactive HTML page that fits scans in a browser.
 ///
-/// Each recipe becomes a sphere, beside the reference: drag to move the light, or the camera. Below is
-/// the BRDF in the plane of incidence, and a slider for each reading: whatever is changed is fitted
-/// anew at once, by the very code of the device, which the page brings along. Loss and predicted loss
-/// follow. The page is one file of a megabyte or so that needs neither network nor server, and works
-/// on a phone.
+/// The page shows a sphere for each recipe, and one for the reference. Dragging moves the light or
+/// the camera. Below is a plot of the BRDF in the plane of incidence, and a slider for each reading.
+/// After each change the page repeats the fit, with the device's own code as WebAssembly, and
+/// updates the loss and the predicted loss. The page is a single file of about 1 MB. It needs
+/// neither network nor server, and works on a phone.
 ///
-/// Readings are those that a virtual scanner takes of --material, which is the reference then, or
-/// --measurements: a file for each recipe, in their order, as readings.csv that `trainer fit` leaves
-/// (which can do without --reference). Of a recipe that can do without, readings can be switched off.
+/// The readings are those of a virtual scan of --material, which is also the reference, or those of
+/// --measurements: a file for each recipe, in the same order, such as readings.csv of `trainer fit`;
+/// then --reference is optional. If a recipe tolerates missing readings, each can be switched off.
 ///
-/// A recipe of the model linear needs its basis beside it, or a compact one as --basis.
+/// A recipe of the model linear needs its basis file next to it, or a compact one as --basis.
 ///
 /// Example: trainer render view neural-n8.recipe linear-n8.recipe --material gold.binary
 ///          trainer render view neural-n16-masked.recipe --material procedural:1:77 --noise 0.02
@@ -48,33 +48,34 @@ const TOLERANCE: f64 = 0.5 / 180.0 * std::f64::consts::PI;
 #[derive(Args)]
 #[command(
     verbatim_doc_comment,
-    group = ArgGroup::new("given").args(["material", "measurements"]).required(true)
+    group = ArgGroup::new("input").args(["material", "measurements"]).required(true)
 )]
 pub(super) struct View {
-    /// The recipes
+    /// Recipe files
     #[arg(required = true, value_name = "RECIPE")]
     recipes: Vec<PathBuf>,
-    /// What is scanned, and compared with: a source that holds one material
+    /// Material to scan, and reference: a source with a single material
     #[arg(long, value_name = "SOURCE", conflicts_with = "reference")]
     material: Option<Source>,
-    /// Instead: readings from a lab, CSV with BRDFs, a file for each recipe
+    /// Readings from a lab, instead of a virtual scan: CSV with BRDFs, a file for each recipe
     #[arg(long, value_name = "FILE.csv", num_args = 1..)]
     measurements: Vec<PathBuf>,
-    /// With --measurements: what they are compared with, a source that holds one material
+    /// With --measurements: reference material, a source with a single material [default: none]
     #[arg(long, value_name = "SOURCE")]
     reference: Option<Source>,
-    /// Standard deviation of Gaussian noise on each reading of --material, relative to its value, 0 to 1
-    /// [default: 0]
+    /// With --material: standard deviation of the readings' Gaussian noise, relative to each value,
+    /// 0 to 1 [default: 0]
     #[arg(long, value_name = "S", conflicts_with = "measurements", value_parser = share)]
     noise: Option<f32>,
-    /// Recipes of the model linear: their compact basis (trainer export --format basis) [default: made
-    /// of the basis beside each recipe]
+    /// Model linear: compact basis file (trainer export --format basis) [default: made from the basis
+    /// next to each recipe]
     #[arg(long, value_name = "FILE")]
     basis: Option<PathBuf>,
-    /// The page to write
+    /// Page to write
     #[arg(long, short, value_name = "FILE.html", default_value = "view.html")]
     out: PathBuf,
-    /// Print JSON: file, title, loss of the reference's table, and model and readings of each recipe
+    /// Print JSON: file, title, loss of the reference's table, and each recipe's model and number of
+    /// readings
     #[arg(long)]
     json: bool,
 }
@@ -82,7 +83,7 @@ pub(super) struct View {
 impl View {
     pub(super) fn run(&self, seed: u64) -> anyhow::Result<()> {
         file_type(&self.out, &["html"])?;
-        self.refuse_what_cannot_be_shown()?;
+        self.check_arguments()?;
         self.refuse_inputs()?;
         let files = self.recipes.iter().map(|path| RecipeFile::read(path));
         let files: Vec<RecipeFile> = files.collect::<Result<_, _>>()?;
@@ -93,16 +94,18 @@ impl View {
         let materials = source.map(load).transpose()?.unwrap_or_default();
         ensure!(
             materials.len() <= 1,
-            "a page shows one material, and {} are given: name a single one",
+            "the source has {} materials, but a page shows one: give a source with a single material",
             materials.len()
         );
         let material = materials.first().map(|material| &**material);
-        let mut shown = Vec::new();
+        let mut scans = Vec::new();
         let mut recipes = Vec::new();
         let mut is_used = false;
         for (index, (path, file)) in self.recipes.iter().zip(&files).enumerate() {
             let recipe = file.recipe();
-            tell_of(&recipe, &materials)?;
+            if !materials.is_empty() {
+                warn_of_overlap(&recipe, &materials)?;
+            }
             let basis = match recipe.method().basis_checksum() {
                 Some(of) => Some(basis(path, of, compact.as_deref(), &mut is_used)?),
                 None => None,
@@ -110,8 +113,8 @@ impl View {
             let readings = match self.measurements.get(index) {
                 Some(file) => measured(&recipe, file)?,
                 None => self
-                    .scanned(&recipe, material, seed)
-                    .with_context(|| format!("a scan by {}", path.display()))?,
+                    .virtual_readings(&recipe, material, seed)
+                    .with_context(|| format!("virtual scan with {}", path.display()))?,
             };
             recipes.push(json!({
                 "name": name_of(path),
@@ -119,7 +122,7 @@ impl View {
                 "samples": recipe.samples(),
                 "readings": readings.iter().flatten().count(),
             }));
-            shown.push(Shown {
+            scans.push(RecipeScan {
                 name: name_of(path),
                 recipe: file.bytes().to_vec(),
                 basis,
@@ -128,13 +131,13 @@ impl View {
         }
         ensure!(
             self.basis.is_none() || is_used,
-            "--basis has no effect: none of the recipes is of the model linear"
+            "--basis has no effect: no recipe is of the model linear; remove it"
         );
         let reference = material.map(Reference::new);
         if let Some(reference) = &reference {
             let loss = reference.table_loss();
             eprintln!(
-                "the reference is shown by a table, whose loss is {loss:.5}; fits are judged without"
+                "the page draws the reference from a table of loss {loss:.5}; losses of fits do not depend on it"
             );
         }
         let title = match (material, self.measurements.first()) {
@@ -145,7 +148,7 @@ impl View {
         let page = Page {
             title,
             reference,
-            shown,
+            scans,
         };
         let html = document(&page.title, STYLE, &page.body());
         write_file(&self.out, html.as_bytes())?;
@@ -160,12 +163,12 @@ impl View {
         }))
     }
 
-    fn refuse_what_cannot_be_shown(&self) -> anyhow::Result<()> {
+    fn check_arguments(&self) -> anyhow::Result<()> {
         let (recipes, files) = (self.recipes.len(), self.measurements.len());
         ensure!(
-            recipes < MOST_LOBES,
-            "{recipes} recipes and a reference cannot be told apart: give {} at most",
-            MOST_LOBES - 1
+            recipes < MAX_LOBES,
+            "{recipes} recipes are too many for a page: give {} at most",
+            MAX_LOBES - 1
         );
         ensure!(
             self.material.is_some() || files == recipes,
@@ -175,7 +178,7 @@ impl View {
         for path in &self.recipes {
             ensure!(
                 names.insert(name_of(path)),
-                "two recipes are named {}, and could not be told apart: rename one of them",
+                "two recipes have the name {}: rename one of them",
                 name_of(path)
             );
         }
@@ -195,23 +198,26 @@ impl View {
         sources.try_for_each(|source| refuse_source(&self.out, source))
     }
 
-    /// What a virtual scanner reads, if it can be fitted.
-    fn scanned(
+    /// Returns the readings of a virtual scan.
+    ///
+    /// # Errors
+    /// If the recipe cannot fit them.
+    fn virtual_readings(
         &self,
         recipe: &Recipe<'_>,
         material: Option<&dyn Material>,
         seed: u64,
     ) -> anyhow::Result<Vec<Option<[f32; 3]>>> {
-        let noise = Readings {
+        let noise = Degradation {
             noise: self.noise.unwrap_or(0.0),
-            ..Readings::default()
+            ..Degradation::default()
         };
         let Some(material) = material else {
             return Ok(Vec::new());
         };
-        let mut read = noise.of(material, recipe.samples(), seed);
+        let mut read = noise.reader(material, recipe.samples(), seed);
         let mut readings = Vec::new();
-        scan_some(recipe, &mut |index, angles| {
+        scan_with_missing(recipe, &mut |index, angles| {
             let reading = read(index, angles);
             readings.push(reading);
             reading
@@ -220,21 +226,14 @@ impl View {
     }
 }
 
-/// The name of a file without folders and ending.
+/// Returns the name of a file without folders and extension.
 fn name_of(path: &Path) -> String {
     let name = path.file_stem().unwrap_or_default();
     name.to_string_lossy().into_owned()
 }
 
-fn tell_of(recipe: &Recipe<'_>, materials: &[Box<dyn Material>]) -> anyhow::Result<()> {
-    if !materials.is_empty() {
-        tell(recipe, materials)?;
-    }
-    Ok(())
-}
-
-/// The compact basis of a recipe of the model linear: the one that is given, or the one beside the recipe, or
-/// made of the whole one there.
+/// Returns the compact basis of a recipe of the model linear: the one of --basis, or else the one next to the
+/// recipe, compacted if it is a whole basis. `of` is the checksum of the recipe's whole basis.
 fn basis(
     path: &Path,
     of: u32,
@@ -246,17 +245,17 @@ fn basis(
         let found = linear::Basis::parse(bytes)?.of();
         ensure!(
             found == of,
-            "--basis was made of the whole basis {found:08x}, and {} needs {of:08x}: export it from \
+            "--basis belongs to the whole basis {found:08x}, but {} needs {of:08x}: export the basis of \
              this recipe",
             path.display()
         );
         return Ok(bytes.to_vec());
     }
-    let whole = Basis::beside(path);
+    let whole = Basis::path_for(path);
     ensure!(
         whole.exists(),
-        "{} is of the model linear, and its basis {} is not there, which makes a BRDF of coefficients: \
-         put it beside the recipe, or give --basis with what `trainer export --format basis` made of it",
+        "{} is of the model linear, but its basis {} does not exist: put the basis next to the recipe, or \
+         give a compact basis of `trainer export --format basis` as --basis",
         path.display(),
         whole.display()
     );
@@ -268,12 +267,17 @@ fn basis(
     }
 }
 
-/// Readings from a lab; those that `trainer fit` would leave out are left out here.
+/// Returns readings from a lab, without those that `trainer fit` would leave out.
 fn measured(recipe: &Recipe<'_>, file: &Path) -> anyhow::Result<Vec<Option<[f32; 3]>>> {
     let pattern: Vec<_> = recipe.pattern().collect();
-    let measured = Measured::read(file, &pattern, TOLERANCE, &Meaning::Values(Quantity::Brdf))?;
+    let measured = Measurements::read(
+        file,
+        &pattern,
+        TOLERANCE,
+        &ReadingQuantity::Values(Quantity::Brdf),
+    )?;
     let found = fit(recipe, &measured, false).with_context(|| file.display().to_string())?;
-    let samples = measured.samples.iter().zip(&found.fates);
+    let samples = measured.samples.iter().zip(&found.statuses);
     Ok(samples
         .map(|(sample, fate)| sample.mean().filter(|_| *fate == ReadingStatus::Used))
         .collect())

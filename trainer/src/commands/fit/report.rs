@@ -1,0 +1,455 @@
+//! The report on a fit: text for the terminal, and fields for `--json` and `material.json`.
+
+use std::path::Path;
+
+use glimpse_core::recipe::Recipe;
+use glimpse_core::scan::{Implausible, Residual};
+use glimpse_trainer::measurement::{
+    AngularDistance, Fit, MAX_SAMPLES, Measurements, OutlierReport, ReadingQuantity, ReadingStatus,
+    coefficient_of_variation,
+};
+use serde::Serialize;
+
+use super::super::expected_loss::{self, caution};
+use crate::commit;
+
+/// The coefficient of variation of repeated readings above which one of them is probably wrong.
+const MAX_PLAUSIBLE_SPREAD: f32 = 0.2;
+
+/// The report on a fit. Field names are those of the JSON.
+#[derive(Serialize)]
+pub(super) struct FitReport {
+    trainer: &'static str,
+    recipe: RecipeSummary,
+    measured: InputSummary,
+    readings: ReadingSummary,
+    residual: Option<ResidualSummary>,
+    expected_loss: Option<FitLoss>,
+}
+
+#[derive(Serialize)]
+struct RecipeSummary {
+    file: String,
+    checksum: String,
+    model: &'static str,
+    samples: usize,
+    takes_missing: bool,
+}
+
+#[derive(Serialize)]
+struct InputSummary {
+    /// The input's file name, without directories.
+    file: String,
+    /// The quantity of its numbers, as a column `quantity` names it.
+    quantity: &'static str,
+    /// The quantity, as text for the terminal.
+    #[serde(skip)]
+    quantity_text: String,
+    rows: usize,
+    #[serde(skip)]
+    furthest: Option<AngularDistance>,
+    /// The largest distance of a row from its sample, in degrees.
+    furthest_degrees: Option<f64>,
+}
+
+/// Counts and lists of samples, by the state of their readings.
+#[derive(Serialize)]
+struct ReadingSummary {
+    /// Number of readings that the fit used.
+    used: usize,
+    /// The samples whose readings the fit did not use.
+    excluded: Vec<ExcludedSample>,
+    missing: Vec<usize>,
+    /// Samples with a saturated reading, used or not.
+    saturated: Vec<usize>,
+    left_out: Vec<usize>,
+    /// Samples whose reading is 0 or below in all channels.
+    no_light: Vec<usize>,
+    /// Number of samples with several readings.
+    repeated: usize,
+    /// The largest coefficient of variation of repeated readings.
+    largest_spread: Option<f32>,
+    /// The sample with the largest coefficient of variation.
+    most_spread: Option<usize>,
+    #[serde(rename = "looks_wrong")]
+    outliers: Vec<OutlierSummary>,
+}
+
+/// A sample whose reading the fit did not use.
+#[derive(Serialize)]
+struct ExcludedSample {
+    sample: usize,
+    reason: ReadingStatus,
+}
+
+/// A reading that is improbable given the other readings.
+#[derive(Serialize)]
+struct OutlierSummary {
+    sample: usize,
+    z: f32,
+    /// The magnitude of z above which a reading is an outlier.
+    #[serde(rename = "limit")]
+    threshold: f32,
+    /// The reading as a BRDF, sr^-1.
+    #[serde(rename = "read")]
+    reading: [f32; 3],
+    /// The BRDF predicted from the other readings, sr^-1.
+    expected: [f32; 3],
+}
+
+#[derive(Serialize)]
+struct ResidualSummary {
+    mean: f32,
+    worst: f32,
+    worst_index: u16,
+    implausible: Option<Implausible>,
+}
+
+/// The expected loss of this fit.
+#[derive(Serialize)]
+struct FitLoss {
+    loss: f32,
+    source: LossSource,
+    /// With [`LossSource::Validation`]: the standard error over the materials, if there were several.
+    standard_error: Option<f32>,
+    /// With [`LossSource::Validation`]: the number of materials of the mean; 0 if it is not stated.
+    materials: Option<u32>,
+    /// Text for the terminal.
+    #[serde(skip)]
+    text: String,
+}
+
+/// The origin of an expected loss.
+#[derive(Clone, Copy, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum LossSource {
+    /// Predicted by the recipe from these readings.
+    Readings,
+    /// Stated by the recipe: the mean loss on its validation materials.
+    Validation,
+}
+
+/// An entry of `--json`: a report with the material's name and folder.
+#[derive(Serialize)]
+pub(super) struct ReportEntry<'a> {
+    name: &'a str,
+    folder: String,
+    #[serde(flatten)]
+    report: &'a FitReport,
+}
+
+impl FitReport {
+    /// Creates the report on a fit with a recipe of this file name.
+    ///
+    /// # Errors
+    /// If the recipe's metadata is malformed.
+    pub(super) fn new(
+        recipe_file: String,
+        recipe: &Recipe<'_>,
+        input: &Path,
+        quantity: &ReadingQuantity,
+        measured: &Measurements,
+        fit: &Fit,
+    ) -> anyhow::Result<Self> {
+        let name = input.file_name().unwrap_or_default();
+        let spreads = measured.samples.iter().enumerate();
+        let spreads =
+            spreads.filter_map(|(index, sample)| Some((index, coefficient_of_variation(sample)?)));
+        let most_spread = spreads.max_by(|(_, one), (_, other)| one.total_cmp(other));
+        let mut report = Self {
+            trainer: commit::VERSION,
+            recipe: RecipeSummary {
+                file: recipe_file,
+                checksum: format!("{:08x}", recipe.checksum()),
+                model: recipe.model().name(),
+                samples: recipe.samples(),
+                takes_missing: recipe.tolerates_missing(),
+            },
+            measured: InputSummary {
+                file: name.to_string_lossy().into_owned(),
+                quantity: quantity.name(),
+                quantity_text: match quantity {
+                    ReadingQuantity::Values(quantity) => quantity.to_string(),
+                    ReadingQuantity::Counts(_) => "counts, relative to a white tile".to_owned(),
+                },
+                rows: measured.rows,
+                furthest: measured.max_distance,
+                furthest_degrees: measured
+                    .max_distance
+                    .map(|distance| distance.radians.to_degrees()),
+            },
+            readings: ReadingSummary {
+                used: samples_with(fit, ReadingStatus::Used).len(),
+                excluded: excluded(fit),
+                missing: samples_with(fit, ReadingStatus::Missing),
+                saturated: saturated(measured),
+                left_out: samples_with(fit, ReadingStatus::Excluded),
+                no_light: no_light(measured),
+                repeated: measured.samples.iter().filter(|s| s.count() > 1).count(),
+                largest_spread: most_spread.map(|(_, spread)| spread),
+                most_spread: most_spread.map(|(index, _)| index),
+                outliers: outliers(measured, &fit.outlier_report),
+            },
+            residual: fit.residual.map(|residual| {
+                let Residual {
+                    mean,
+                    worst,
+                    worst_index,
+                    implausible,
+                    ..
+                } = residual;
+                ResidualSummary {
+                    mean,
+                    worst,
+                    worst_index,
+                    implausible,
+                }
+            }),
+            expected_loss: expected_loss(recipe, fit)?,
+        };
+        // Expected losses hold for materials that reflect light, like all training materials.
+        if report.is_mostly_dark() {
+            report.expected_loss = None;
+        }
+        Ok(report)
+    }
+
+    /// Returns the entry of `--json` for a material and its folder.
+    pub(super) fn entry<'a>(&'a self, name: &'a str, folder: &Path) -> ReportEntry<'a> {
+        ReportEntry {
+            name,
+            folder: folder.display().to_string(),
+            report: self,
+        }
+    }
+
+    /// Formats the report for the terminal.
+    pub(super) fn to_text(&self, name: &str, keep_all: bool) -> String {
+        let Self {
+            recipe,
+            measured,
+            readings,
+            ..
+        } = self;
+        let distance = match &measured.furthest {
+            Some(distance) => format!(
+                ", at most {:.2} degrees from their samples",
+                distance.radians.to_degrees()
+            ),
+            None => String::new(),
+        };
+        let mut lines = vec![
+            (
+                "read",
+                format!(
+                    "{} of {} samples of {} in {} rows of {} ({}){distance}",
+                    recipe.samples - readings.missing.len(),
+                    recipe.samples,
+                    recipe.file,
+                    measured.rows,
+                    measured.file,
+                    measured.quantity_text,
+                ),
+            ),
+            ("missing", samples(&readings.missing)),
+            ("saturated", self.saturated()),
+            ("no light", self.no_light()),
+        ];
+        if let (Some(spread), Some(sample)) = (readings.largest_spread, readings.most_spread) {
+            let repeated = readings.repeated;
+            let hint = match spread > MAX_PLAUSIBLE_SPREAD {
+                true => ": one of its rows may be wrong",
+                false => "",
+            };
+            let text = format!(
+                "{repeated} samples; the largest standard deviation is {:.1} % of the mean, in sample \
+                 {sample}{hint}",
+                100.0 * spread
+            );
+            lines.push(("repeated", text));
+        }
+        for outlier in &readings.outliers {
+            let status = match (readings.left_out.contains(&outlier.sample), keep_all) {
+                (true, _) => "left out",
+                (false, true) => "kept by --keep-all",
+                (false, false) if recipe.takes_missing => "not left out",
+                (false, false) => "used, since the recipe needs all readings: measure it again",
+            };
+            lines.push(("outlier", format!("{}; {status}", outlier.to_text())));
+        }
+        if recipe.samples > MAX_SAMPLES {
+            let text = format!("not searched for, with more than {MAX_SAMPLES} samples");
+            lines.push(("outliers", text));
+        }
+        lines.push(("used", format!("{} readings", readings.used)));
+        if let Some(residual) = &self.residual {
+            lines.push((
+                "residual",
+                format!(
+                    "mean {:.4}, largest {:.4} at sample {}",
+                    residual.mean, residual.worst, residual.worst_index
+                ),
+            ));
+            if let Some(reason) = residual.implausible {
+                lines.push(("implausible", reason.to_string()));
+            }
+        }
+        lines.push((
+            "expected loss",
+            match &self.expected_loss {
+                Some(expected) => expected.text.clone(),
+                None if self.is_mostly_dark() => "unknown, since most readings are dark".to_owned(),
+                None if too_few(readings.used, recipe.samples) => {
+                    "unknown, since less than half of the readings are used".to_owned()
+                }
+                None => "not stated by the recipe".to_owned(),
+            },
+        ));
+        let lines = lines.iter().filter(|(_, text)| !text.is_empty());
+        let lines: String = lines
+            .map(|(label, text)| format!("  {label:15}{text}\n"))
+            .collect();
+        format!("{name}\n{lines}")
+    }
+}
+
+impl FitReport {
+    /// Describes the saturated readings and their effect. Empty if there are none.
+    fn saturated(&self) -> String {
+        let list = &self.readings.saturated;
+        let note = match self.recipe.takes_missing {
+            _ if list.is_empty() => "",
+            true => ", left out unless all readings are saturated",
+            false => {
+                ", too small, but the recipe needs all readings: measure again with less light"
+            }
+        };
+        samples(list) + note
+    }
+
+    /// Describes the readings without light. Empty if there are none.
+    fn no_light(&self) -> String {
+        let list = &self.readings.no_light;
+        let note = match self.is_mostly_dark() {
+            _ if list.is_empty() => "",
+            true => ", 0 or below in all channels: check the lamp, --dark and --white",
+            false => ", 0 or below in all channels",
+        };
+        samples(list) + note
+    }
+
+    /// Returns true if most readings have no light.
+    fn is_mostly_dark(&self) -> bool {
+        let read = self.recipe.samples - self.readings.missing.len();
+        2 * self.readings.no_light.len() > read
+    }
+}
+
+/// Returns the samples whose mean reading is 0 or below in all channels.
+fn no_light(measured: &Measurements) -> Vec<usize> {
+    let all = measured.samples.iter().enumerate();
+    let dark = all.filter(|(_, sample)| {
+        let mean = sample.mean();
+        mean.is_some_and(|mean| mean.into_iter().all(|value| value <= 0.0))
+    });
+    dark.map(|(index, _)| index).collect()
+}
+
+/// Returns the samples with a saturated reading.
+fn saturated(measured: &Measurements) -> Vec<usize> {
+    let all = measured.samples.iter().enumerate();
+    let saturated = all.filter(|(_, sample)| sample.saturated());
+    saturated.map(|(index, _)| index).collect()
+}
+
+/// Returns true if a fit uses less than half of the samples. Then neither the predicted nor the stated loss of a
+/// recipe is reliable.
+fn too_few(used: usize, samples: usize) -> bool {
+    2 * used < samples
+}
+
+impl OutlierSummary {
+    fn to_text(&self) -> String {
+        let rgb = |brdf: [f32; 3]| brdf.map(|f| format!("{f:.3}")).join(" ");
+        format!(
+            "sample {}: reading {}, predicted {} (z {:+.1}, threshold {:.1})",
+            self.sample,
+            rgb(self.reading),
+            rgb(self.expected),
+            self.z,
+            self.threshold
+        )
+    }
+}
+
+/// Returns the samples that the fit did not use, with the reasons.
+fn excluded(fit: &Fit) -> Vec<ExcludedSample> {
+    let all = fit.statuses.iter().enumerate();
+    let others = all.filter(|(_, status)| **status != ReadingStatus::Used);
+    others
+        .map(|(sample, reason)| ExcludedSample {
+            sample,
+            reason: *reason,
+        })
+        .collect()
+}
+
+fn samples_with(fit: &Fit, status: ReadingStatus) -> Vec<usize> {
+    let all = fit.statuses.iter().enumerate();
+    let matching = all.filter(|(_, each)| **each == status);
+    matching.map(|(index, _)| index).collect()
+}
+
+/// Lists the numbers of samples; empty if there are none.
+fn samples(list: &[usize]) -> String {
+    let names: Vec<String> = list.iter().map(usize::to_string).collect();
+    match list.len() {
+        0 => String::new(),
+        1 => format!("sample {}", names.join(", ")),
+        _ => format!("samples {}", names.join(", ")),
+    }
+}
+
+fn outliers(measured: &Measurements, outlier_report: &OutlierReport) -> Vec<OutlierSummary> {
+    let outliers = outlier_report
+        .outliers
+        .iter()
+        .map(|outlier| OutlierSummary {
+            sample: outlier.sample,
+            z: outlier.prediction.z as f32,
+            threshold: outlier_report.threshold as f32,
+            reading: measured.samples[outlier.sample].mean().unwrap_or_default(),
+            expected: outlier.prediction.expected,
+        });
+    outliers.collect()
+}
+
+/// Returns the loss that the recipe predicts from these readings, or else the loss that it states.
+fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<FitLoss>> {
+    if too_few(
+        samples_with(fit, ReadingStatus::Used).len(),
+        recipe.samples(),
+    ) {
+        return Ok(None);
+    }
+    if let Some(loss) = fit.predicted_loss {
+        let caution = caution(recipe)?.map_or_else(String::new, |caution| format!(", {caution}"));
+        return Ok(Some(FitLoss {
+            loss,
+            source: LossSource::Readings,
+            standard_error: None,
+            materials: None,
+            text: format!("{loss:.4}, predicted by the recipe from these readings{caution}"),
+        }));
+    }
+    let stated = recipe.metadata()?.expectation;
+    Ok(stated
+        .zip(expected_loss::expected_loss(recipe)?)
+        .map(|(stated, text)| FitLoss {
+            loss: stated.loss,
+            source: LossSource::Validation,
+            standard_error: stated.standard_error,
+            materials: Some(stated.materials),
+            text,
+        }))
+}
