@@ -10,7 +10,7 @@ use crate::samples::OctetRgb;
 /// Principal components at many directions, eight directions per octet.
 #[derive(Clone, Debug, Default)]
 pub struct ComponentTable {
-    /// m.
+    /// m, the number of components.
     pub components: usize,
     /// One row per octet of directions: cos(theta_i), cos(theta_i) cos(theta_o), the mean of ln((f w + e) / e), and the
     /// m components.
@@ -28,8 +28,9 @@ impl ComponentTable {
 
     /// Returns the weighted loss over the octets of directions in `order`, and the loss of black, f = 0.
     ///
-    /// `coefficients` are those of red, then green, then blue. `values` are the material's BRDF at the directions, sr^-1;
-    /// each has weight `weight`. The gradient of the first loss by the coefficients is added to `gradient`.
+    /// `coefficients` are those of red, then green, then blue. `values` are the material's BRDF at the directions,
+    /// sr^-1 (not times the cosine); each has weight `weight`. The gradient of the first loss by the coefficients is
+    /// added to `gradient`.
     #[must_use]
     pub fn loss(
         &self,

@@ -4,12 +4,12 @@
 //! inner samples. Then the outer loss at theta_K (paper, Algorithm 1).
 //!
 //! Reverse: let lambda be the gradient by theta_{k+1}, and v = alpha * lambda. The gradient by theta_k is lambda - H v.
-//! Each step adds -lambda * g to the gradient by alpha. It adds -d(g.v)/dx and -d(g.v)/dy to the gradients by a sample's
-//! coordinates x and measured value y. One evaluation of the model's gradient on dual parameters with tangent v gives
-//! H v and both mixed derivatives. It needs no tape: memory is K parameter vectors for any number of samples.
+//! Each step adds -lambda * g to the gradient by alpha. It adds -d(g.v)/dx and -d(g.v)/dy to the gradients by a
+//! sample's coordinates x and measured value y. One evaluation of the model's gradient on dual parameters with tangent
+//! v gives H v and both mixed derivatives. It needs no tape: memory is K parameter vectors for any number of samples.
 //!
-//! A [`SampleList`] computes the sums over samples, the gradient and the Hessian-vector product: on lanes and threads in
-//! training, in scalar f64 in tests.
+//! A [`SampleList`] computes the sums over samples, the gradient and the Hessian-vector product: on lanes and threads
+//! in training, in scalar f64 in tests.
 
 use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
 use glimpse_core::numeric::{Scalar, Value};

@@ -1,8 +1,8 @@
 //! The trainer's inner loops: sums over many BRDF samples on SIMD lanes, the exact adjoint of a fit by descent, and the
 //! device's fit on the host.
 //!
-//! This is a separate crate because it compiles slowly, for each model on each instruction set. It depends on core only,
-//! so it compiles in parallel with the trainer's other dependencies, and not again after changes of the trainer.
+//! This is a separate crate because it compiles slowly, for each model on each instruction set. It depends on core
+//! only, so it compiles in parallel with the trainer's other dependencies, and not again after changes of the trainer.
 //!
 //! Modules from the bottom up; each imports only from those before it:
 //!

@@ -12,8 +12,8 @@ use crate::lane_model::LaneModel;
 use crate::lanes::{MAX_OCTETS, Octet};
 use crate::samples::SampleOctets;
 
-/// The largest number of octets whose gradient is computed on one thread. Waking another thread costs about 20 us, which
-/// does not pay off for fewer.
+/// The largest number of octets whose gradient is computed on one thread. Waking another thread costs about 20 us,
+/// which does not pay off for fewer.
 const GRADIENT_CHUNK: usize = 64;
 /// The same limit while the other threads are awake.
 const GRADIENT_CHUNK_BACK_TO_BACK: usize = 32;

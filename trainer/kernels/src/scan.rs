@@ -12,13 +12,13 @@ pub enum HostScanError {
     #[error(transparent)]
     Scan(#[from] ScanError),
     /// A value of the material is not a valid reading.
-    #[error("the material cannot be read: {0}")]
+    #[error("a reading of the material is invalid: {0}")]
     Reading(#[from] ReadingError),
     /// The readings cannot be fitted.
-    #[error("the material cannot be fitted: {0}")]
+    #[error("the readings cannot be fitted: {0}")]
     Fit(#[from] FitError),
     /// The fit has no result.
-    #[error("the material cannot be fitted: {0}")]
+    #[error("the fit has no result: {0}")]
     Finish(#[from] FinishError),
 }
 
@@ -33,12 +33,12 @@ pub struct ScanOutcome {
     pub predicted_loss: Option<f32>,
 }
 
-/// Reads a sample, given its index and angles in radians. Returns the BRDF in linear RGB, sr^-1 (not times the cosine), or
-/// None if the reading is missing.
+/// Reads a sample, given its index and angles in radians. Returns the BRDF in linear RGB, sr^-1 (not times the cosine),
+/// or None if the reading is missing.
 pub type ReadSample<'r> = dyn FnMut(u16, Angles<f32>) -> Option<[f32; 3]> + 'r;
 
-/// Reads at the recipe's directions and fits, as the device does. `read` returns the BRDF in linear RGB, sr^-1 (not times
-/// the cosine), at angles in radians.
+/// Reads at the recipe's directions and fits, as the device does. `read` returns the BRDF in linear RGB, sr^-1 (not
+/// times the cosine), at angles in radians.
 ///
 /// # Errors
 /// Fails where a device would fail.

@@ -17,7 +17,7 @@ use crate::lanes::{
 };
 use crate::samples::SampleOctets;
 
-/// Returns true if sums over lists that fit one register are scalar, because sums on lanes of all the parameters would
+/// Returns true if sums over lists that fit one register are scalar. With many parameters, sums on lanes would
 /// fill the cache.
 const fn sums_are_scalar<M: Model>() -> bool {
     M::PARAMETERS > 64
@@ -43,8 +43,8 @@ pub(crate) fn gradient<M: Model>(
     })
 }
 
-/// Computes the product of Hessian and tangent over a range of octets. The derivatives of (gradient times tangent) by the
-/// samples are *subtracted* from `derivatives`.
+/// Computes the product of Hessian and tangent over a range of octets. The derivatives of (gradient times tangent) by
+/// the samples are *subtracted* from `derivatives`.
 pub(crate) fn product<M: Model>(
     theta: &M::Parameters<Dual<f32>>,
     samples: &SampleOctets<'_>,

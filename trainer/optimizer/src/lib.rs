@@ -186,7 +186,8 @@ impl Optimizer {
         Record(self.groups.as_ref().map(GroupRecord::new))
     }
 
-    /// Restores the state from [`Optimizer::record`]. Returns None if a group has different numbers of moments and values.
+    /// Restores the state from [`Optimizer::record`]. Returns None if a group has different numbers of moments and
+    /// values.
     #[must_use]
     pub fn restore(self, Record(record): Record) -> Option<Self> {
         Some(Self {

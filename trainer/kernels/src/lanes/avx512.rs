@@ -1,7 +1,7 @@
 //! Sixteen lanes on AVX-512.
 //!
-//! Safety of every `unsafe` block in this file: [`Avx512Lanes`] values are created only in [`run`], which runs only if the
-//! processor supports AVX-512 (F, DQ and VL). The type is private to `lanes`, so no other code can create values.
+//! Safety of every `unsafe` block in this file: [`Avx512Lanes`] values are created only in [`run`], which runs only if
+//! the processor supports AVX-512 (F, DQ and VL). The type is private to `lanes`, so no other code can create values.
 
 use std::arch::x86_64::*;
 

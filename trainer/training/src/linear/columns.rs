@@ -16,19 +16,21 @@ pub struct Columns {
     count: usize,
     /// The indices of the tabulated materials, in order.
     materials: Vec<usize>,
-    /// x'y of each pair of columns over the valid nodes, row by row. The mean of all columns is subtracted at each node.
+    /// x'y of each pair of columns over the valid nodes, row by row. The mean of all columns is subtracted at each
+    /// node.
     products: Vec<f64>,
 }
 
-/// The largest number of tabulated materials. A column takes half a megabyte, and the time for principal components grows
-/// with the third power of the number of columns. The leading components hardly change with more materials.
+/// The largest number of tabulated materials. A column takes half a megabyte, and the time for principal components
+/// grows with the third power of the number of columns. The leading components hardly change with more materials.
 pub const MAX_TABULATED: usize = 512;
 
 /// The number of nodes per parallel work item.
 const BLOCK: usize = 512;
 
 impl Columns {
-    /// Tabulates materials. Of more than [`MAX_TABULATED`] materials, a random selection with a fixed seed is tabulated.
+    /// Tabulates materials. Of more than [`MAX_TABULATED`] materials, a random selection with a fixed seed is
+    /// tabulated.
     ///
     /// By reciprocity, the grid has period pi in phi_d. A material that is not reciprocal is averaged over phi_d and
     /// phi_d + pi.
@@ -106,8 +108,8 @@ impl Columns {
         self.count
     }
 
-    /// Returns the indices of the columns of materials that meet a condition. The condition receives the material's index in
-    /// the list passed to [`Columns::new`].
+    /// Returns the indices of the columns of materials that meet a condition. The condition receives the material's
+    /// index in the list passed to [`Columns::new`].
     pub fn columns_of(&self, condition: impl Fn(usize) -> bool) -> Vec<usize> {
         let materials = self.materials.iter().enumerate();
         materials
@@ -122,8 +124,8 @@ impl Columns {
         &self.values[node * self.count..][..self.count]
     }
 
-    /// Returns the sum over the valid nodes of the product of two columns. The mean of all columns is subtracted from both:
-    /// that does not change centered products, and reduces rounding errors.
+    /// Returns the sum over the valid nodes of the product of two columns. The mean of all columns is subtracted from
+    /// both: that does not change centered products, and reduces rounding errors.
     #[must_use]
     pub fn product(&self, one: usize, other: usize) -> f64 {
         self.products[one * self.count + other]

@@ -1,7 +1,8 @@
 //! The compact basis: a whole basis on a coarser grid, in bytes that core reads in place.
 //!
-//! The grid ([`Nodes`]) and the interpolation weights are core's. The values at the nodes are a least-squares fit of the
-//! interpolation to the whole basis. Sampling the whole basis at the nodes would need several times as many of them.
+//! The grid ([`Nodes`]) and the interpolation weights are core's. The values at the nodes are a least-squares fit of
+//! the interpolation to the whole basis. Sampling the whole basis at the nodes would need several times as many of
+//! them.
 
 use std::f64::consts::TAU;
 
@@ -98,8 +99,8 @@ fn mirrored(basis: &Basis, angles: &Angles<f64>, components: usize) -> Vec<f32> 
         .collect()
 }
 
-/// Returns the file of a compact basis. `columns` are the mean of ln(1 + f w / e) and the components, each at all nodes.
-/// `source_checksum` is the checksum of the whole basis.
+/// Returns the file of a compact basis. `columns` are the mean of ln(1 + f w / e) and the components, each at all
+/// nodes. `source_checksum` is the checksum of the whole basis.
 pub(super) fn pack(source_checksum: u32, nodes: Nodes, columns: &[Vec<f64>]) -> Vec<u8> {
     let (means, columns) = columns.split_at(1);
     let largest = |values: &[f64]| values.iter().fold(0.0_f64, |max, x| max.max(x.abs()));

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::Columns;
 
-/// Returns the first principal components of the selected columns about their mean, scaled by their singular values. Their
-/// number is at most the number of columns minus one.
+/// Returns the leading principal components of the selected columns about their mean, scaled by their singular values.
+/// Their number is at most the number of columns minus one.
 #[must_use]
 pub fn principal_components(columns: &Columns, selected: &[usize], components: usize) -> Basis {
     let count = selected.len();

@@ -19,7 +19,8 @@ const SWEEPS: usize = 12;
 const TRIES: usize = 64;
 
 /// Returns a pattern whose reduced basis has a small condition number. Beginning with the best of many random patterns,
-/// sweeps replace each sample by a random candidate if that reduces the number. They end when a sweep finds none.
+/// sweeps replace each sample by a random candidate if that reduces the condition number. They end when a sweep finds
+/// no improvement.
 #[must_use]
 pub fn min_condition_pattern(basis: &Basis, samples: usize, seed: u64) -> Vec<Angles<f32>> {
     let candidates = uniform_valid(CANDIDATES, seed);

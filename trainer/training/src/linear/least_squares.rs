@@ -28,10 +28,10 @@ impl LeastSquares {
         // A row may contain an unknown several times; its weights then add up.
         let mut diagonal = vec![0.0; unknowns];
         for row in &rows {
-            for (one, share) in row {
+            for (one, weight) in row {
                 for (other, factor) in row {
                     if one == other {
-                        diagonal[*one as usize] += f64::from(*share) * f64::from(*factor);
+                        diagonal[*one as usize] += f64::from(*weight) * f64::from(*factor);
                     }
                 }
             }
@@ -55,11 +55,11 @@ impl LeastSquares {
 
     /// Returns the unknowns, given the value of each row. Runs conjugate gradients on the normal equations with their
     /// diagonal as preconditioner. An unknown without rows and neighbors is 0.
-    pub(super) fn solve(&self, known: &[f32]) -> Vec<f64> {
+    pub(super) fn solve(&self, values: &[f32]) -> Vec<f64> {
         let mut unknowns = vec![0.0; self.diagonal.len()];
         let mut residual = unknowns.clone();
-        for (row, known) in self.rows.iter().zip(known) {
-            scatter(row, f64::from(*known), &mut residual);
+        for (row, value) in self.rows.iter().zip(values) {
+            scatter(row, f64::from(*value), &mut residual);
         }
         let mut direction = self.preconditioned(&residual);
         let mut norm = dot(&residual, &direction);
@@ -97,7 +97,7 @@ impl LeastSquares {
         for row in &self.rows {
             let terms = row
                 .iter()
-                .map(|(unknown, share)| f64::from(*share) * vector[*unknown as usize]);
+                .map(|(unknown, weight)| f64::from(*weight) * vector[*unknown as usize]);
             scatter(row, terms.sum(), &mut product);
         }
         for (one, other) in &self.neighbors {
@@ -112,8 +112,8 @@ impl LeastSquares {
 
 /// Adds a row times a factor to `sum`.
 fn scatter(row: &[(u32, f32); 8], factor: f64, sum: &mut [f64]) {
-    for (unknown, share) in row {
-        sum[*unknown as usize] += f64::from(*share) * factor;
+    for (unknown, weight) in row {
+        sum[*unknown as usize] += f64::from(*weight) * factor;
     }
 }
 
@@ -149,18 +149,19 @@ mod tests {
     fn solve_inverts_interpolation() {
         // Interpolations between unknowns k and k + 1 at many positions; unknown 4 is also its own neighbor.
         let values = [1.0, -2.0, 0.5, 4.0, 3.0_f32];
-        let (mut rows, mut known) = (Vec::new(), Vec::new());
+        let (mut rows, mut interpolated) = (Vec::new(), Vec::new());
         for index in 0..40 {
             let position = index as f32 * 0.13;
-            let (low, share) = (position as u32, position.fract());
+            let (low, fraction) = (position as u32, position.fract());
             let [low, high] = [low.min(4), (low + 1).min(4)];
             let mut row = [(low, 0.0); 8];
-            row[0].1 = 1.0 - share;
-            row[7] = (high, share);
+            row[0].1 = 1.0 - fraction;
+            row[7] = (high, fraction);
             rows.push(row);
-            known.push(values[low as usize] * (1.0 - share) + values[high as usize] * share);
+            interpolated
+                .push(values[low as usize] * (1.0 - fraction) + values[high as usize] * fraction);
         }
-        let solution = LeastSquares::new(5, rows, Vec::new(), 0.0).solve(&known);
+        let solution = LeastSquares::new(5, rows, Vec::new(), 0.0).solve(&interpolated);
         for (actual, expected) in solution.iter().zip(values) {
             assert!(
                 (actual - f64::from(expected)).abs() < 1e-4,

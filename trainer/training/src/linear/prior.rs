@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// The prior of the coefficients.
+/// A prior of the coefficients.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Prior {
     /// m, the number of components; reduced if there are too few materials.

@@ -14,9 +14,11 @@ use crate::meta::learned::{LearnedRecipe, ValidatedLoss};
 use crate::meta::options::{Options, TrainedParts};
 use crate::meta::plan::Schedule;
 
-/// An error of a training result that is not a valid recipe.
+/// The training result is not a valid recipe.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("training did not converge to a recipe")]
+#[error(
+    "training did not converge to a valid recipe; train with another seed or with more materials"
+)]
 pub struct PackError(#[from] RecipeError);
 
 /// Packs a training result and its provenance as a recipe. `data` is the name of the training materials.

@@ -22,7 +22,7 @@ pub enum RecipeFileError {
         source: io::Error,
     },
     /// The bytes are not a recipe.
-    #[error("{}: {source}; make one with `trainer train`", path.display())]
+    #[error("{}: {source}; use a recipe written by `trainer train`", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
@@ -34,8 +34,8 @@ pub enum RecipeFileError {
     Basis(#[from] BasisError),
 }
 
-/// The largest size of a recipe file: four times the format's largest list, the basis of a ridge problem. The rest leaves
-/// room for names of materials.
+/// The largest size of a recipe file: four times the format's largest list, the basis of a ridge problem. The rest
+/// leaves room for names of materials.
 const MAX_BYTES: u64 = 4 * (MAX_SAMPLES * MAX_COMPONENTS * size_of::<f32>()) as u64;
 
 /// A recipe and its metadata.

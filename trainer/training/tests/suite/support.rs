@@ -26,7 +26,7 @@ pub(crate) fn boxed<M: Material + 'static>(list: Vec<M>) -> Vec<Box<dyn Material
         .collect()
 }
 
-/// Returns a network with random weights, most of whose outputs are positive.
+/// Returns a network with random weights. Most of its outputs are positive.
 pub(crate) fn network(random: &mut ChaCha8Rng) -> NeuralBrdf {
     let list = (0..Neural::PARAMETERS).map(|_| random.random_range(-0.3..0.4f32));
     NeuralBrdf::new("network".to_owned(), parameters(list, 0.0))

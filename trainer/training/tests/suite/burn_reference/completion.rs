@@ -1,5 +1,5 @@
-//! The coefficient net and the init net in tensor operations: logarithms of readings, matrix products, hyperbolic tangents.
-//! Each material is a row of the matrices; core processes one material after the other.
+//! The coefficient net and the init net in tensor operations: logarithms of readings, matrix products, hyperbolic
+//! tangents. Each material is a row of the matrices; core processes one material after the other.
 
 mod case;
 mod implementation;

@@ -1,5 +1,6 @@
-//! The model Linear in tensor operations: sigmoids of logits, trilinear lookups in the basis file, the measured network, the
-//! mapping, elimination of the normal equations, and the loss. Also the barrier of samples below the horizon.
+//! The model Linear in tensor operations: sigmoids of logits, trilinear lookups in the basis file, the measured
+//! network, the mapping, elimination of the normal equations, and the loss. Also the barrier of samples below the
+//! horizon.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::{LazyLock, PoisonError};

@@ -1,11 +1,12 @@
 //! Independent reference implementation of the meta-gradient in tensor operations, differentiated by burn.
 //!
-//! It covers the inner loop, the ridge solve of the model Linear, the coefficient net and the init net. It is written from
-//! the formulas, without the crates under test.
+//! It covers the inner loop, the ridge solve of the model Linear, the coefficient net and the init net. It is written
+//! from the formulas, without the crates under test.
 //!
-//! burn's autodiff is first-order, so the gradient of the inner loop is derived by hand. burn differentiates the steps and
-//! the outer loss. All computations are in f64. burn computes sigmoids and derivatives of a division by a number in f32, so
-//! neither is used. Every tensor requests f64 explicitly: otherwise burn fixes one precision for the whole process.
+//! burn's autodiff is first-order, so the gradient of the inner loop is derived by hand. burn differentiates the steps
+//! and the outer loss. All computations are in f64. burn computes sigmoids and derivatives of a division by a number in
+//! f32, so neither is used. Every tensor requests f64 explicitly: otherwise burn fixes one precision for the whole
+//! process.
 
 mod completion;
 mod linear;
@@ -376,7 +377,8 @@ fn gradient_by_angles(variables: Variables, gradient: Variables) -> [f64; 3] {
     ]
 }
 
-/// Returns the largest difference between two lists, relative to the largest expected entry. NaN if a difference is NaN.
+/// Returns the largest difference between two lists, relative to the largest expected entry. NaN if a difference is
+/// NaN.
 fn relative_error(actual: &[f64], expected: &[f64]) -> f64 {
     assert_eq!(actual.len(), expected.len());
     let largest = expected

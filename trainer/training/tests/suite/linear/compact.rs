@@ -193,7 +193,7 @@ fn compact_basis_has_checksum_of_whole_basis_and_its_shape() {
     assert_eq!(all, Ok(WHOLE.components()));
 }
 
-/// Nodes that differ in phi_d only have equal bytes if phi_d has no effect on the direction.
+/// If phi_d has no effect on the direction, all nodes along phi_d have equal bytes.
 #[test]
 fn nodes_at_poles_are_equal_for_all_phi_d() {
     let [rows, columns] = [COMPACT_NODES.theta_d, COMPACT_NODES.phi_d].map(usize::from);

@@ -1,5 +1,5 @@
-//! Schedule prior: gradients against differences of the loss, equal bits on any number of threads, and recipes that fit like
-//! the trained nets.
+//! Schedule prior: gradients against differences of the loss, equal bits on any number of threads, and recipes that fit
+//! like the trained nets.
 
 use std::ops::{ControlFlow, Range};
 use std::path::Path;
@@ -121,8 +121,8 @@ fn assert_gradient_matches_loss(model: ModelKind) {
             step: 1,
         };
         let mut values = objective.initial_values(0);
-        // Larger weights of the init net: its output depends on the readings, and gradient steps alone are discontinuous
-        // where a residual changes sign.
+        // Larger weights of the init net: its output depends on the readings, and gradient steps alone are
+        // discontinuous where a residual changes sign.
         values.init_net.iter_mut().for_each(|weight| *weight *= 5.0);
         // All samples are within the limits: the barrier contributes to the gradient but not to the loss.
         move_toward_normal(&mut values);

@@ -1,5 +1,5 @@
-//! The meta-gradient of the model Linear over a batch of materials. (`burn_reference` and `linear_finite_differences` test
-//! that of one material.)
+//! The meta-gradient of the model Linear over a batch of materials. (`burn_reference` and `linear_finite_differences`
+//! test that of one material.)
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::LazyLock;
@@ -163,8 +163,8 @@ fn batch_gradient_is_the_mean_of_its_tasks_plus_the_barrier() {
     }
 }
 
-/// A pattern of one sample may move below the horizon during training. Without a measurement, the fit is the mean, and the
-/// barrier is the only gradient.
+/// A pattern of one sample may move below the horizon during training. Without a measurement, the fit is the mean, and
+/// the barrier is the only gradient.
 #[test]
 fn batch_gradient_without_valid_samples_is_the_barrier() {
     let set = &*SET;

@@ -24,8 +24,8 @@ pub(super) struct Case {
     pub(super) scale: f64,
     /// The readings of each sample of each material: three channels, or None if missing.
     pub(super) readings: Vec<Option<[f64; 3]>>,
-    /// The weights of squared coefficients in the score. The score is half the weighted sum of squares of all coefficients
-    /// and initial parameters, so its gradient depends on the outputs.
+    /// The weights of squared coefficients in the score. The score is half the weighted sum of squares of all
+    /// coefficients and initial parameters, so its gradient depends on the outputs.
     pub(super) score_of_coefficients: Vec<f64>,
     /// The weights of squared initial parameters in the score.
     pub(super) score_of_initial: Vec<f64>,
@@ -67,8 +67,8 @@ fn lengths(shape: Shape) -> [usize; 6] {
 }
 
 impl Case {
-    /// Creates a case with a given share of missing readings. The first material has all readings, the second has one if
-    /// readings are missing.
+    /// Creates a case with a given share of missing readings. The first material has all readings, the second has one
+    /// if readings are missing.
     pub(super) fn new(shape: Shape, missing: f64) -> Self {
         let seed = [
             shape.samples,
@@ -133,8 +133,8 @@ impl Case {
             .collect()
     }
 
-    /// Converts derivatives by the readings y of each channel to derivatives by ln(y w + e), which have a similar magnitude
-    /// for dark and bright readings.
+    /// Converts derivatives by the readings y of each channel to derivatives by ln(y w + e), which have a similar
+    /// magnitude for dark and bright readings.
     pub(super) fn by_logarithms(&self, by_readings: &[Vec<f64>; 3]) -> Vec<f64> {
         let mut by_logarithms = Vec::new();
         for (index, reading) in self.readings.iter().enumerate() {

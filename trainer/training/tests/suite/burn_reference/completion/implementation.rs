@@ -1,5 +1,5 @@
-//! The outcome by the code under test: core's forward pass and adjoint in f32 and f64, one material after the other, and
-//! the trainer's batches on lanes.
+//! The outcome by the code under test: core's forward pass and adjoint in f32 and f64, one material after the other,
+//! and the trainer's batches on lanes.
 
 use glimpse_core::fit::coefficient_net::{
     CoefficientNet, CoefficientNetGradient, InitNet, InitNetGradient, Input, Plain, standardized,
