@@ -79,8 +79,8 @@ pub enum SourceError {
     Empty(PathBuf),
     /// A source `procedural:...` whose COUNT or SEED is invalid.
     #[error(
-        "`{0}` is not a valid source; write procedural, procedural:COUNT or procedural:COUNT:SEED, with a COUNT of 1 to \
-         {MAX_PROCEDURAL}"
+        "`{0}` is not a valid source; write procedural, procedural:COUNT or procedural:COUNT:SEED, with a COUNT of 1 \
+         to {MAX_PROCEDURAL}"
     )]
     InvalidProcedural(String),
 }
@@ -88,8 +88,8 @@ pub enum SourceError {
 /// A BRDF cannot be written as a material because it is infinite or NaN at some direction.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "the BRDF is {} at theta_h {:.2}, theta_d {:.2} and phi_d {:.2} degrees, and only finite values can be written; fit \
-     it again, or from other readings", .value, .angles[0], .angles[1], .angles[2]
+    "the BRDF is {} at theta_h {:.2}, theta_d {:.2} and phi_d {:.2} degrees, and only finite values can be written; \
+     fit it again, or from other readings", .value, .angles[0], .angles[1], .angles[2]
 )]
 pub struct NotFinite {
     /// The value.

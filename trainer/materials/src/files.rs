@@ -8,9 +8,9 @@ use tempfile::NamedTempFile;
 
 /// Writes a file atomically: a reader finds either the old content or all of the new.
 ///
-/// The bytes go to a temporary file in the same directory, which then takes the name and the permissions of the old file.
-/// A symbolic link is kept, and its target is written. Temporary files that killed writes of the same file left are
-/// removed. A pipe or a device is written to directly.
+/// The bytes go to a temporary file in the same directory, which then takes the name and the permissions of the old
+/// file. A symbolic link is kept, and its target is written. Temporary files that killed writes of the same file left
+/// are removed. A pipe or a device is written to directly.
 ///
 /// # Errors
 /// If the operating system refuses, the file is read-only, or its directory does not exist. No temporary file remains.
@@ -30,8 +30,8 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// Writes a file atomically at a relative path below a directory. `directory` must exist; missing directories below it are
-/// created.
+/// Writes a file atomically at a relative path below a directory. `directory` must exist; missing directories below it
+/// are created.
 ///
 /// # Errors
 /// As [`write_atomic`].
@@ -42,8 +42,8 @@ pub fn write_atomic_below(directory: &Path, relative: &Path, bytes: &[u8]) -> io
     write_atomic(&path, bytes)
 }
 
-/// Checks that a file of `bytes` bytes can be written, before a long computation. Writes a temporary file and removes it.
-/// Pipes and devices are not checked.
+/// Checks that a file of `bytes` bytes can be written, before a long computation. Writes a temporary file and removes
+/// it. Pipes and devices are not checked.
 ///
 /// # Errors
 /// If the file cannot be written.

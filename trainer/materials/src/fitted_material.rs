@@ -122,8 +122,8 @@ impl FittedMaterial {
         &self.fitted
     }
 
-    /// Returns the text of the file: the values with enough digits to restore the same 32-bit floats, the reference to the
-    /// basis if there is one, and the entries of `metadata`.
+    /// Returns the text of the file: the values with enough digits to restore the same 32-bit floats, the reference to
+    /// the basis if there is one, and the entries of `metadata`.
     ///
     /// # Errors
     /// If `metadata` is neither a map nor a struct.
@@ -262,7 +262,8 @@ fn read_fields(path: &Path) -> Result<MaterialFields, SourceError> {
 fn read_basis(path: &Path, reference: &BasisFile) -> Result<Basis, SourceError> {
     let checksum = u32::from_str_radix(&reference.checksum, 16).map_err(|_| {
         damaged(path)(format!(
-            "the `checksum` of its `basis` is `{}`, and must be eight hexadecimal digits; write it again with `trainer fit`",
+            "the `checksum` of its `basis` is `{}`, and must be eight hexadecimal digits; write it again with `trainer \
+             fit`",
             escaped(&reference.checksum)
         ))
     })?;

@@ -21,7 +21,7 @@ pub(super) fn release(mapped: &Mmap) {
 /// Maps a file. Nothing is allocated, and pages are read on first access.
 pub(super) fn map(path: &Path) -> Result<Mmap, SourceError> {
     let file = File::open(path).map_err(read_error(path))?;
-    // SAFETY: every use copies the mapped bytes and accepts any value. One risk remains for every mapped file: if another
-    // program truncates it, the operating system stops this process.
+    // SAFETY: every use copies the mapped bytes and accepts any value. One risk remains for every mapped file: if
+    // another program truncates it, the operating system stops this process.
     unsafe { Mmap::map(&file) }.map_err(read_error(path))
 }

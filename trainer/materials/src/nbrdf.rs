@@ -78,7 +78,8 @@ impl NeuralBrdf {
         is_array.then(|| name.to_owned())
     }
 
-    /// Returns the paths of a material's six files. `path` is one of them; returns None if it is not the name of an array.
+    /// Returns the paths of a material's six files. `path` is one of them; returns None if it is not the name of an
+    /// array.
     #[must_use]
     pub fn files_of(path: &Path) -> Option<[PathBuf; 6]> {
         let name = Self::name_of(path)?;
@@ -162,8 +163,8 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
     let read_error = |source: io::Error| {
         match source.kind() {
         io::ErrorKind::NotFound => damaged(
-            "the file is missing, and an NBRDF material has six: NAME_fc1.npy, _b1, _fc2, _b2, _fc3 and _b3; put it next \
-             to the others"
+            "the file is missing, and an NBRDF material has six: NAME_fc1.npy, _b1, _fc2, _b2, _fc3 and _b3; put it \
+             next to the others"
                 .to_owned(),
         ),
         _ => SourceError::Read {
@@ -189,7 +190,8 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
     })?;
     if array.shape() != shape || array.order() != npyz::Order::C {
         return Err(damaged(format!(
-            "it must hold an array of shape {shape:?} in C order, not {} in {:?} order; save it that way with numpy.save",
+            "it must hold an array of shape {shape:?} in C order, not {} in {:?} order; save it that way with \
+             numpy.save",
             escaped(&format!("{:?}", array.shape())),
             array.order()
         )));

@@ -1,12 +1,12 @@
 //! Procedural materials that resemble measured ones. No model of this project can fit them exactly.
 //!
-//! Each material has a diffuse base with retro-reflection at grazing angles, a highlight of two GTR microfacet lobes (a core
-//! and a wider haze), Schlick's Fresnel term, sheen, a retro-reflective lobe, and noise. The noise increases towards grazing
-//! angles, as in gonioreflectometer data.
+//! Each material has a diffuse base with retro-reflection at grazing angles, a highlight of two GTR microfacet lobes (a
+//! core and a wider haze), Schlick's Fresnel term, sheen, a retro-reflective lobe, and noise. The noise increases
+//! towards grazing angles, as in gonioreflectometer data.
 //!
 //! The classes are those of measured materials: metals, metallic paints, plastics and lacquers, rubbers and other rough
-//! materials, fabrics, and woods. A set varies as much as measured materials in the brightness and width of highlights and
-//! their tails, the increase towards grazing angles, albedo, and saturation.
+//! materials, fabrics, and woods. A set varies as much as measured materials in the brightness and width of highlights
+//! and their tails, the increase towards grazing angles, albedo, and saturation.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::numeric::{Scalar, Trigonometry};
@@ -360,8 +360,8 @@ fn mixed(a: [f64; 3], b: [f64; 3], share: f64) -> [f64; 3] {
     std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
 }
 
-/// Returns a random color whose largest channel is 1. A pigment absorbs each channel independently, at a saturation of 1 by
-/// a factor of up to e^6.
+/// Returns a random color whose largest channel is 1. A pigment absorbs each channel independently, at a saturation of
+/// 1 by a factor of up to e^6.
 fn tint(random: &mut ChaCha8Rng, saturation: f64) -> [f64; 3] {
     let strength = 6.0 * saturation * uniform(random, 0.0, 1.0);
     let color: [f64; 3] = std::array::from_fn(|_| (-strength * uniform(random, 0.0, 1.0)).exp());

@@ -4,8 +4,9 @@ use std::f32::consts::PI;
 
 /// Returns the BRDF that a sensor with a given number of levels reads.
 ///
-/// The sensor measures the BRDF times cos(theta_i). It resolves `levels` equal steps between darkness and a white surface
-/// (BRDF 1/pi) that faces the light, and continues with the same step above. With 0 levels, it does not quantize.
+/// The sensor measures the BRDF times cos(theta_i). It resolves `levels` equal steps between darkness and a white
+/// surface (BRDF 1/pi) that faces the light, and continues with the same step above. With 0 levels, it does not
+/// quantize.
 #[must_use]
 pub fn quantized(brdf: f32, cos_theta_i: f32, levels: u32) -> f32 {
     if levels == 0 {

@@ -135,8 +135,8 @@ impl Source {
         Ok(files.collect())
     }
 
-    /// Returns the path of each material, in the order of [`Source::load`]. The path of a network is the first of its six
-    /// files. The list is empty for the built-in set.
+    /// Returns the path of each material, in the order of [`Source::load`]. The path of a network is the first of its
+    /// six files. The list is empty for the built-in set.
     ///
     /// # Errors
     /// If the directory cannot be listed, holds no materials, or holds two of the same name.
@@ -149,8 +149,8 @@ impl Source {
         }
     }
 
-    /// Returns entries that look like materials and that [`Source::load`] skips. The list is empty for a single file and
-    /// for the built-in set.
+    /// Returns entries that look like materials and that [`Source::load`] skips. The list is empty for a single file
+    /// and for the built-in set.
     ///
     /// # Errors
     /// If the directory cannot be listed.

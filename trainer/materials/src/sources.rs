@@ -18,7 +18,8 @@ pub struct Sources {
     shares: Option<Vec<f32>>,
 }
 
-/// The materials of one source and their share of the training tasks. They are consecutive in the list of all materials.
+/// The materials of one source and their share of the training tasks. They are consecutive in the list of all
+/// materials.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SourceShare {
     /// The source's label.

@@ -6,7 +6,8 @@ use super::table::{Basis, Reconstruction};
 /// The number of coefficients does not match the basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{actual} coefficients, and this basis needs {expected}; use the basis of the recipe of the fit, and all coefficients"
+    "{actual} coefficients, and this basis needs {expected}; use the basis of the recipe of the fit, and all \
+     coefficients"
 )]
 pub struct CoefficientCountError {
     /// Three times the number of the basis's components.

@@ -6,8 +6,8 @@ use glimpse_core::model::linear;
 use super::Grid;
 use super::grid::Corner;
 
-/// The step in radians of difference quotients, since core has no derivatives of a compact basis. It is large enough for
-/// directions in f32, and smaller than the distance of nodes.
+/// The step in radians of difference quotients, since core has no derivatives of a compact basis. It is large enough
+/// for directions in f32, and smaller than the distance of nodes.
 const STEP: f64 = 1e-3;
 
 /// The nodes of a whole or a compact basis.
@@ -37,8 +37,8 @@ impl Nodes {
         }
     }
 
-    /// Returns the nodes around angles in radians, with weights and their derivatives. The list for a compact basis has more
-    /// than eight elements with repeated nodes, because its derivatives are difference quotients.
+    /// Returns the nodes around angles in radians, with weights and their derivatives. The list for a compact basis has
+    /// more than eight elements with repeated nodes, because its derivatives are difference quotients.
     pub(super) fn corners_with_derivatives(self, angles: Angles<f64>) -> Vec<Corner> {
         let mut corners = self.corners(angles).to_vec();
         if self == Self::Whole {

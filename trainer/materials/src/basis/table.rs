@@ -29,8 +29,8 @@ const MAX_BYTES: u64 = 1 << 28;
 pub enum BasisError {
     /// The operating system cannot read the file.
     #[error(
-        "cannot read the basis {}: {source}; a recipe of the model linear needs the basis that was written with it in the \
-         same directory", path.display()
+        "cannot read the basis {}: {source}; a recipe of the model linear needs the basis that was written with it in \
+         the same directory", path.display()
     )]
     Read {
         /// The file.
@@ -51,8 +51,8 @@ pub enum BasisError {
     },
 }
 
-/// The table of a basis. Each node has a mean, ln(median w + e), and m components. The nodes of a whole basis are those of
-/// a [`Grid`], and the nodes of a compact basis are core's.
+/// The table of a basis. Each node has a mean, ln(median w + e), and m components. The nodes of a whole basis are those
+/// of a [`Grid`], and the nodes of a compact basis are core's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Basis {
     table: Vec<f32>,
@@ -70,7 +70,8 @@ struct Compact {
     file: Vec<u8>,
 }
 
-/// The values of a basis at a pair of directions. Each array holds a value and its derivatives by theta_h, theta_d and phi_d.
+/// The values of a basis at a pair of directions. Each array holds a value and its derivatives by theta_h, theta_d and
+/// phi_d.
 #[derive(Clone, Debug)]
 pub struct BasisValues {
     /// The mean of the mapped columns.
@@ -173,8 +174,8 @@ impl Basis {
         }
     }
 
-    /// Returns the bytes of the file. The file of a whole basis has little-endian words of 32 bits: magic, version, nodes
-    /// along theta_h, theta_d and phi_d, number of components, and the table in f32.
+    /// Returns the bytes of the file. The file of a whole basis has little-endian words of 32 bits: magic, version,
+    /// nodes along theta_h, theta_d and phi_d, number of components, and the table in f32.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         if let Some(compact) = &self.compact {
@@ -203,8 +204,8 @@ impl Basis {
         self.compact.is_some()
     }
 
-    /// Returns the checksum in recipes: that of the file of the whole basis. For a compact basis, it is that of the whole
-    /// basis that it was made of.
+    /// Returns the checksum by which recipes refer to the basis. It is that of the basis file. For a compact basis, it is
+    /// that of the whole basis it was made of.
     #[must_use]
     pub fn whole_checksum(&self) -> u32 {
         match &self.compact {

@@ -8,18 +8,18 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 pub const DIRECTIONS: usize = 40_503;
 /// The number of candidates. [`DIRECTIONS`] of them are valid.
 const CANDIDATES: u32 = 65_536;
-/// The plastic ratio: the root x of x^3 = x + 1. 1/x and 1/x^2 are the steps of an additive recurrence that fills the unit
-/// square evenly (the R2 sequence).
+/// The plastic ratio: the root x of x^3 = x + 1. 1/x and 1/x^2 are the steps of an additive recurrence that fills the
+/// unit square evenly (the R2 sequence).
 const RATIO: f64 = 1.324_717_957_244_746;
 
-/// Returns [`DIRECTIONS`] Rusinkiewicz angles in radians, uniform in (theta_h, theta_d, phi_d) over the valid region: both
-/// directions are above the horizon, and phi_d is in \[0, 2 pi). They are not uniform over the hemisphere: highlights, at
-/// small theta_h, have more weight. `trainer/docs/losses.md` defines the loss.
+/// Returns [`DIRECTIONS`] Rusinkiewicz angles in radians, uniform in (theta_h, theta_d, phi_d) over the valid region:
+/// both directions are above the horizon, and phi_d is in \[0, 2 pi). They are not uniform over the hemisphere:
+/// highlights, at small theta_h, have more weight. `trainer/docs/losses.md` defines the loss.
 ///
-/// The directions do not depend on a seed. Means over the same number of random directions vary by several percent, because
-/// most of the loss of a glossy material is at a theta_h of very few degrees. Here theta_h increases in equal steps, and
-/// theta_d and phi_d follow a recurrence that fills every range of theta_h evenly. Means over shifted sets of this kind
-/// agree within 0.5 percent.
+/// The directions do not depend on a seed. Means over the same number of random directions vary by several percent,
+/// because most of the loss of a glossy material is at a theta_h of very few degrees. Here theta_h increases in equal
+/// steps, and theta_d and phi_d follow a recurrence that fills every range of theta_h evenly. Means over shifted sets
+/// of this kind agree within 0.5 percent.
 #[must_use]
 pub fn directions() -> Vec<Angles<f32>> {
     valid_directions(CANDIDATES)

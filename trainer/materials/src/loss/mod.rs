@@ -14,11 +14,12 @@ use crate::{Brdf, Material};
 /// The number of directions that one call evaluates.
 const BATCH: usize = 4096;
 
-/// Returns the mean over directions and channels of |ln(1 + y c) - ln(1 + f c)|, with c = cos(theta_i) clamped to \[0, 1\].
+/// Returns the mean of |ln(1 + y c) - ln(1 + f c)| over directions and channels. c is cos(theta_i), clamped to
+/// \[0, 1\].
 ///
-/// `brdf` is f, the fitted BRDF. `reference` holds y, the measured BRDF at each element of `at`. Both are in linear RGB,
-/// sr^-1, not times the cosine. The mean is computed in f64. If the lists differ in length, the longer one is truncated. The
-/// mean of no samples is 0. A NaN value makes the mean NaN.
+/// `brdf` is f, the fitted BRDF. `reference` holds y, the measured BRDF at each element of `at`. Both are in linear
+/// RGB, sr^-1, not times the cosine. The mean is computed in f64. If the lists differ in length, the longer one is
+/// truncated. The mean of no samples is 0. A NaN value makes the mean NaN.
 pub fn mean_log_error(
     brdf: &(impl Brdf + ?Sized),
     at: &[HalfDifference<f32>],

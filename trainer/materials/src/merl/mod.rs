@@ -1,9 +1,9 @@
 //! MERL: a material as a table of 90 x 90 x 180 measurements per channel (Matusik et al. 2003).
 //!
-//! `NAME.binary` starts with the dimensions (90, 90, 180) as three little-endian i32. The values follow as little-endian
-//! f64, channel by channel (red, green, blue), at index phi_d + 180 (theta_d + 90 theta_h). They are the BRDF divided by
-//! 1/1500, 1.15/1500 and 1.66/1500. Node k of theta_h is at pi/2 (k/90)^2. The nodes of theta_d and phi_d are at whole
-//! degrees, and phi_d has period pi.
+//! `NAME.binary` starts with the dimensions (90, 90, 180) as three little-endian i32. The values follow as
+//! little-endian f64, channel by channel (red, green, blue), at index phi_d + 180 (theta_d + 90 theta_h). They are the
+//! BRDF divided by 1/1500, 1.15/1500 and 1.66/1500. Node k of theta_h is at pi/2 (k/90)^2. The nodes of theta_d and
+//! phi_d are at whole degrees, and phi_d has period pi.
 //!
 //! Negative values, and values that are not finite as f32, count as not measured.
 
@@ -49,17 +49,17 @@ pub struct MerlTable {
     lookups: Option<AtomicUsize>,
 }
 
-/// Single look-ups after which one of many tables releases its pages. Each look-up reads 64 KiB at about six places of the
-/// file, so that hundreds of tables would soon be completely in memory.
+/// Single look-ups after which one of many tables releases its pages. Each look-up reads 64 KiB at about six places of
+/// the file, so that hundreds of tables would soon be completely in memory.
 const RELEASE_INTERVAL: usize = 16;
 
 impl MerlTable {
-    /// Opens a table and checks its header, its length and every value. Thousands of look-ups at random directions, as in
-    /// all commands, also read nearly the whole file.
+    /// Opens a table and checks its header, its length and every value. Thousands of look-ups at random directions, as
+    /// in all commands, also read nearly the whole file.
     ///
     /// # Errors
-    /// If the file cannot be read, has other dimensions or another length, a value is not finite as f32, or a channel has
-    /// no measured value.
+    /// If the file cannot be read, has other dimensions or another length, a value is not finite as f32, or a channel
+    /// has no measured value.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let mut table = Self::open(path)?;
         table.lookups = None;

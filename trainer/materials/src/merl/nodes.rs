@@ -52,8 +52,8 @@ pub enum TabulateError {
     Memory(#[from] std::io::Error),
 }
 
-/// Returns the nodes at which both directions are above the horizon, in the order of the table: the index in a channel's
-/// values, and the angles in radians.
+/// Returns the nodes at which both directions are above the horizon, in the order of the table: the index in a
+/// channel's values, and the angles in radians.
 fn indexed_nodes() -> impl Iterator<Item = (usize, Angles<f32>)> {
     let [_, count_d, count_phi] = NODES;
     let all = (0..PLANE).map(move |index| {
@@ -67,8 +67,8 @@ fn indexed_nodes() -> impl Iterator<Item = (usize, Angles<f32>)> {
     all.filter(|(_, angles)| HalfDifference::from_angles(*angles).is_valid())
 }
 
-/// Returns the MERL nodes at which both directions are above the horizon, as angles in radians. A tabulated material has
-/// one value for each. phi_d covers \[0, pi): in the other half, light and sensor are exchanged.
+/// Returns the MERL nodes at which both directions are above the horizon, as angles in radians. A tabulated material
+/// has one value for each. phi_d covers \[0, pi): in the other half, light and sensor are exchanged.
 #[must_use]
 pub fn table_nodes() -> Vec<Angles<f32>> {
     indexed_nodes().map(|(_, angles)| angles).collect()
@@ -81,14 +81,15 @@ pub(super) fn header() -> Vec<u8> {
 }
 
 impl MerlTable {
-    /// Makes a table of BRDFs in linear RGB, sr^-1, not times the cosine: one for each of [`table_nodes`], and NaN where the
-    /// BRDF is unknown.
+    /// Makes a table of BRDFs in linear RGB, sr^-1, not times the cosine: one for each of [`table_nodes`], and NaN
+    /// where the BRDF is unknown.
     ///
-    /// Negative values, even small ones, are errors, because in the table they mean "not measured". Set negative noise of a
-    /// dark measurement to 0 first.
+    /// Negative values, even small ones, are errors, because in the table they mean "not measured". Set negative noise
+    /// of a dark measurement to 0 first.
     ///
     /// # Errors
-    /// If the number of values differs from that of the nodes, a value is infinite or negative, or a channel has no value.
+    /// If the number of values differs from that of the nodes, a value is infinite or negative, or a channel has no
+    /// value.
     pub fn from_nodes(name: String, brdf: &[[f32; 3]]) -> Result<Self, TabulateError> {
         let nodes: Vec<_> = indexed_nodes().collect();
         if nodes.len() != brdf.len() {
@@ -136,8 +137,8 @@ impl MerlTable {
         })
     }
 
-    /// Returns the BRDF at [`table_nodes`], in their order, and NaN where it was not measured. [`MerlTable::from_nodes`]
-    /// makes the same table of it.
+    /// Returns the BRDF at [`table_nodes`], in their order, and NaN where it was not measured.
+    /// [`MerlTable::from_nodes`] makes the same table of it.
     #[must_use]
     pub fn to_nodes(&self) -> Vec<[f32; 3]> {
         let at = |index: usize| {

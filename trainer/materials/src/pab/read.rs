@@ -53,8 +53,8 @@ pub struct PabSet {
 }
 
 impl PabSet {
-    /// Reads a material. `path` is any of its files. The others are those in the same directory with the same extension and
-    /// the same sample name, which becomes the name of the material.
+    /// Reads a material. `path` is any of its files. The others are those in the same directory with the same extension
+    /// and the same sample name, which becomes the name of the material.
     ///
     /// # Errors
     /// If a file cannot be read or is damaged, the files have more than one phi_i, or a theta_i that a header lists is
@@ -70,8 +70,8 @@ impl PabSet {
                 let first = *phi_i.get_or_insert(incidence.phi_i);
                 if (incidence.phi_i - first).abs() > ANGLE_TOLERANCE {
                     return Err(damaged(file)(format!(
-                        "its inphi is {}, and that of other files of {} is {first}; only isotropic materials (one inphi) \
-                         are supported; remove the file",
+                        "its inphi is {}, and that of other files of {} is {first}; only isotropic materials (one \
+                         inphi) are supported; remove the file",
                         incidence.phi_i,
                         escaped(&sample)
                     )));
@@ -101,8 +101,8 @@ impl PabSet {
             .find(|theta| !is_present(theta))
         {
             return Err(damaged(path)(format!(
-                "its {SET_THETA_I} lists the intheta {theta}, and none of the {} files of {} has it; restore the missing \
-                 file",
+                "its {SET_THETA_I} lists the intheta {theta}, and none of the {} files of {} has it; restore the \
+                 missing file",
                 files.len(),
                 escaped(&sample)
             )));
@@ -178,8 +178,8 @@ fn read_head(path: &Path) -> io::Result<String> {
 
 /// Values at scattered outgoing directions, sorted into square cells of a plane.
 ///
-/// A direction has the position theta_o (cos phi, sin phi) in the plane, in units of 90 degrees. phi is the azimuth relative
-/// to the incoming direction.
+/// A direction has the position theta_o (cos phi, sin phi) in the plane, in units of 90 degrees. phi is the azimuth
+/// relative to the incoming direction.
 struct ScatteredValues {
     cells: Vec<Vec<([f64; 2], [f32; 3])>>,
 }

@@ -131,8 +131,8 @@ pub(super) struct Densities {
 }
 
 impl Densities {
-    /// Normalizes slices of values. Integrals are in units of nodes and use the trapezoidal rule, which is exact for linear
-    /// functions.
+    /// Normalizes slices of values. Integrals are in units of nodes and use the trapezoidal rule, which is exact for
+    /// linear functions.
     pub(super) fn new(grid: TableShape, mut density: Vec<f32>) -> Self {
         let mut conditional = Vec::with_capacity(density.len());
         let mut marginal = Vec::with_capacity(density.len() / grid.columns);
@@ -228,8 +228,8 @@ impl Densities {
     }
 }
 
-/// Returns the position at which the integral of a piecewise linear function reaches `area`: the index of the value before,
-/// and the fraction of the way to the next one. `integrals` are the integrals up to each of `values`.
+/// Returns the position at which the integral of a piecewise linear function reaches `area`: the index of the value
+/// before, and the fraction of the way to the next one. `integrals` are the integrals up to each of `values`.
 fn invert_integral(area: f64, integrals: &[f64], values: &[f64]) -> (usize, f64) {
     let after = integrals.partition_point(|integral| *integral <= area);
     let low = after.saturating_sub(1).min(integrals.len() - 2);

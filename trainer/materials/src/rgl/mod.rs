@@ -1,9 +1,9 @@
-//! RGL: an isotropic material of the RGL material database, in the adaptive parameterization of the measurement (Dupuy and
-//! Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition and Modeling").
+//! RGL: an isotropic material of the RGL material database, in the adaptive parameterization of the measurement (Dupuy
+//! and Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition and Modeling").
 //!
 //! A tensor file `NAME_rgb.bsdf` holds functions on unit squares, bilinear between nodes. The angles of a direction are
-//! mapped to \[0, 1\] by u(theta) = sqrt(2 theta / pi) and v(phi) = (phi + pi) / 2 pi. w_m is the half vector, and phi is
-//! its azimuth relative to w_i. The fields are:
+//! mapped to \[0, 1\] by u(theta) = sqrt(2 theta / pi) and v(phi) = (phi + pi) / 2 pi. w_m is the half vector, and phi
+//! is its azimuth relative to w_i. The fields are:
 //!
 //! - `ndf`: D(u(theta_m), v(phi)), the distribution of microfacet normals, from retro-reflection;
 //! - `sigma`: the projected area of these microfacets towards theta_i;
@@ -41,9 +41,9 @@ use glimpse_kernels::Dual;
 
 /// A material from a measurement of the RGL database.
 ///
-/// The BRDF is 0 below the horizon. Above, it is interpolated between the measured directions, with the exact derivatives of
-/// the interpolant. theta_i is clamped to the last measured one. The stored values are the BRDF times cos(theta_o), and
-/// look-ups return the BRDF without the cosine. It is therefore unbounded towards a grazing theta_o.
+/// The BRDF is 0 below the horizon. Above, it is interpolated between the measured directions, with the exact
+/// derivatives of the interpolant. theta_i is clamped to the last measured one. The stored values are the BRDF times
+/// cos(theta_o), and look-ups return the BRDF without the cosine. It is therefore unbounded towards a grazing theta_o.
 pub struct RglMeasurement {
     name: String,
     tensors: Tensors,

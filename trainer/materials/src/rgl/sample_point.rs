@@ -75,8 +75,8 @@ fn unit(x: f64, y: f64) -> [f64; 2] {
     }
 }
 
-/// Returns half and difference vector of an incoming direction of azimuth 0. The half vector is given by sine and cosine of
-/// its theta, and cosine and sine of its azimuth.
+/// Returns half and difference vector of an incoming direction of azimuth 0. The half vector is given by sine and
+/// cosine of its theta, and cosine and sine of its azimuth.
 fn half_difference(
     [x, _, z]: [f64; 3],
     [sin_h, cos_h]: [f64; 2],

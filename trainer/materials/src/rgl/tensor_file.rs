@@ -1,8 +1,8 @@
 //! The container of RGL measurements: named arrays in one file.
 //!
-//! Numbers are little-endian. The file starts with `tensor_file` and a zero byte, version 1.0 in two bytes, and the number of
-//! fields (u32). Each field follows: length of its name (u16), name, number of dimensions (u16), type (u8), offset of its
-//! values in the file (u64), each dimension (u64). The values come last, last dimension fastest.
+//! Numbers are little-endian. The file starts with `tensor_file` and a zero byte, version 1.0 in two bytes, and the
+//! number of fields (u32). Each field follows: length of its name (u16), name, number of dimensions (u16), type (u8),
+//! offset of its values in the file (u64), each dimension (u64). The values come last, last dimension fastest.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -42,8 +42,8 @@ struct Field {
 }
 
 impl<'a> TensorFile<'a> {
-    /// Reads and checks the header: the values of all fields follow it without overlaps, and the file ends with the last
-    /// field. No allocation depends on sizes that the header states.
+    /// Reads and checks the header: the values of all fields follow it without overlaps, and the file ends with the
+    /// last field. No allocation depends on sizes that the header states.
     pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, String> {
         let mut header = Header { rest: bytes };
         if header.take(MAGIC.len())? != MAGIC {
@@ -256,8 +256,8 @@ impl<'a> Header<'a> {
         let range = byte_range(offset, &shape, width).filter(|range| range.end <= file_bytes);
         let range = range.ok_or_else(|| {
             format!(
-                "its field {} of shape {} starts at byte {offset} and ends after the {file_bytes} bytes of the file: it \
-                 was cut short or is damaged; get it again",
+                "its field {} of shape {} starts at byte {offset} and ends after the {file_bytes} bytes of the file: \
+                 it was cut short or is damaged; get it again",
                 escaped(name),
                 escaped(&format!("{shape:?}"))
             )

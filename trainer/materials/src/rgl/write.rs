@@ -5,9 +5,9 @@
 //!
 //! - `ndf` is the mean of the BRDF at each theta_m, times cos(theta_m). The ratio is smooth at sharp highlights.
 //! - `sigma` is the projected area of these normals, as in a measurement.
-//! - `vndf` is *not* the density of visible normals, but a mixture of its square root and a constant, and small below the
-//!   horizon. The density itself would leave few nodes outside of a mirror's highlight. Importance sampling is equally good,
-//!   because it uses `luminance` too.
+//! - `vndf` is *not* the density of visible normals, but a mixture of its square root and a constant, and small below
+//!   the horizon. The density itself would leave few nodes outside of a mirror's highlight. Importance sampling is
+//!   equally good, because it uses `luminance` too.
 //!
 //! Below the horizon, `rgb` is extrapolated from the BRDF times cosine just above it, usually to negative values.
 //! Interpolation then reaches 0 at the horizon and not at the node before it.
@@ -89,8 +89,8 @@ pub fn to_rgl(description: &str, brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>,
     ]))
 }
 
-/// Returns the nodes of theta_i in radians. They are denser near the horizon. The last one is so close to it that f32 still
-/// represents the cosine well.
+/// Returns the nodes of theta_i in radians. They are denser near the horizon. The last one is so close to it that f32
+/// still represents the cosine well.
 fn theta_i() -> Vec<f32> {
     let even = (0..56).map(|step| 1.5 * f64::from(step));
     let near_horizon = [84.0, 85.0, 86.0, 87.0, 88.0, 88.5, 89.0, 89.4, 89.7, 89.9];
@@ -169,8 +169,8 @@ impl Slice {
     }
 }
 
-/// Limits negative ratios to the largest magnitude above the horizon. Below the horizon a small `ndf` makes them arbitrarily
-/// large, and only the first node there affects interpolation.
+/// Limits negative ratios to the largest magnitude above the horizon. Below the horizon a small `ndf` makes them
+/// arbitrarily large, and only the first node there affects interpolation.
 fn bounded_below(ratios: &[f64], is_above_horizon: &[bool]) -> Vec<f32> {
     let above = ratios
         .iter()
@@ -205,8 +205,8 @@ fn node_density(theta_i: f64, ndf: impl Fn([f64; 2]) -> f64) -> Vec<f32> {
         .collect()
 }
 
-/// Returns the relative node density at a cosine of theta_o. It is small below the horizon, and largest just above it, where
-/// the BRDF times cosine is nearly 0 and relative errors are large.
+/// Returns the relative node density at a cosine of theta_o. It is small below the horizon, and largest just above it,
+/// where the BRDF times cosine is nearly 0 and relative errors are large.
 fn horizon_weight(cos_o: f64) -> f64 {
     let above = 1.0 / (1.0 + (-(cos_o + 0.12) / 0.04).exp());
     let near_horizon = 1.5 * (-(cos_o / 0.2).powi(2)).exp();

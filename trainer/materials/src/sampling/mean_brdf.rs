@@ -15,8 +15,8 @@ const SLAB: usize = CELLS[1] * CELLS[2];
 /// An offset that keeps the logarithm of a black BRDF finite, sr^-1.
 const LOG_OFFSET: f32 = 1e-4;
 
-/// The geometric mean of materials' BRDFs times cos(theta_i), as a density over (theta_h, theta_d, phi_d). It is constant in
-/// each of 48 x 48 x 24 cells, and 0 where a direction is below the horizon.
+/// The geometric mean of materials' BRDFs times cos(theta_i), as a density over (theta_h, theta_d, phi_d). It is
+/// constant in each of 48 x 48 x 24 cells, and 0 where a direction is below the horizon.
 pub struct MeanBrdf {
     /// The density of each cell, not normalized. theta_h varies slowest, phi_d fastest.
     density: Vec<f64>,
@@ -45,8 +45,8 @@ impl MeanBrdf {
         }
     }
 
-    /// Returns `count` valid samples: points of an Owen-scrambled Sobol sequence, transformed by the inverse distribution of
-    /// each coordinate.
+    /// Returns `count` valid samples: points of an Owen-scrambled Sobol sequence, transformed by the inverse
+    /// distribution of each coordinate.
     #[must_use]
     pub fn samples(&self, count: usize, seed: u32) -> Vec<Angles<f32>> {
         (0..1 << 16)

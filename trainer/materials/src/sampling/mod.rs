@@ -14,8 +14,8 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::angles_of;
 
-/// Returns `count` angles that are uniform in (theta_h, theta_d, phi_d) over the valid region, by rejection. phi_d is in
-/// \[0, 2 pi).
+/// Returns `count` angles that are uniform in (theta_h, theta_d, phi_d) over the valid region, by rejection. phi_d is
+/// in \[0, 2 pi).
 #[must_use]
 pub fn uniform_valid(count: usize, seed: u64) -> Vec<Angles<f32>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -34,8 +34,8 @@ pub fn uniform_valid(count: usize, seed: u64) -> Vec<Angles<f32>> {
     angles
 }
 
-/// Returns `count` angles distributed as in a picture of a sphere that is seen from far away under a uniform sky. phi_d is
-/// in \[0, 2 pi).
+/// Returns `count` angles distributed as in a picture of a sphere that is seen from far away under a uniform sky. phi_d
+/// is in \[0, 2 pi).
 #[must_use]
 pub fn sphere_view_samples(count: usize, seed: u64) -> Vec<Angles<f32>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -55,8 +55,8 @@ pub fn sphere_view_samples(count: usize, seed: u64) -> Vec<Angles<f32>> {
     angles
 }
 
-/// Returns the first `count` valid points of the three-dimensional Sobol sequence, Owen-scrambled with `seed` and scaled to
-/// the range of a pattern. phi_d is in \[0, pi).
+/// Returns the first `count` valid points of the three-dimensional Sobol sequence, Owen-scrambled with `seed` and
+/// scaled to the range of a pattern. phi_d is in \[0, pi).
 #[must_use]
 pub fn sobol_valid(count: usize, seed: u32) -> Vec<Angles<f32>> {
     let [theta_h, theta_d, phi_d] = RANGE;

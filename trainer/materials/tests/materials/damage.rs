@@ -53,8 +53,8 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// Returns the description of a damaged file's defect, or None if the file can be read. The other files of a network are
-/// valid.
+/// Returns the description of a damaged file's defect, or None if the file can be read. The other files of a network
+/// are valid.
 fn damage(case: &Case, bytes: &[u8]) -> Option<String> {
     let folder = Folder::new();
     if case.name.ends_with(".npy") {

@@ -38,8 +38,8 @@ impl Field {
     }
 }
 
-/// Encodes a tensor file independently of the code under test. `stated_offset` maps a field's name and true offset to the
-/// offset in the header.
+/// Encodes a tensor file independently of the code under test. `stated_offset` maps a field's name and true offset to
+/// the offset in the header.
 fn tensor_file(fields: &[Field], stated_offset: impl Fn(&str, u64) -> u64) -> Vec<u8> {
     let header: usize = fields
         .iter()

@@ -125,8 +125,8 @@ fn table_holds_the_tabulated_brdf() {
     });
 }
 
-/// A strategy of cells whose eight nodes are all measured: the angles of the lower and upper nodes, and random angles in
-/// the cell.
+/// A strategy of cells whose eight nodes are all measured: the angles of the lower and upper nodes, and random angles
+/// in the cell.
 fn measured_cells(
     shares: std::ops::Range<f64>,
 ) -> impl Strategy<Value = ([[f64; 3]; 2], [f64; 3])> {
