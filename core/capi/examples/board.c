@@ -1,4 +1,4 @@
-/* Start-up of a Cortex-M in QEMU: from reset to main, with output by semihosting. */
+/* Start-up code for a Cortex-M in QEMU, with output over semihosting. */
 
 #include "example.h"
 
@@ -20,7 +20,7 @@ static int semihosting(int operation, const void *argument)
     return r0;
 }
 
-/* Prints to the standard output, which is opened once as ":tt" for writing. */
+/* Prints to the standard output, which the first call opens as ":tt" for writing. */
 void print(const char *text)
 {
     static int output = -1;

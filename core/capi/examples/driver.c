@@ -1,5 +1,5 @@
-/* Scans a material with each recipe by a driver, which returns the next action. Here there is no host;
-   with a host, the same loop exchanges bytes with it. */
+/* Scans a material with each recipe by a driver, which returns the next action. This example has no host.
+   With a host, the same loop also exchanges bytes with it. */
 
 #include "example.h"
 
@@ -25,8 +25,8 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
                                                  &config, NULL, 0, &driver);
     uint64_t now_ms = 0; /* the time of a monotonic clock */
     while (status == GLIMPSE_STATUS_OK) {
-        /* With a line, first: pass the received bytes to glimpse_driver_receive(), send those of
-           glimpse_driver_outgoing() as far as there is room, then call glimpse_driver_sent(). */
+        /* With a serial line: first pass received bytes to glimpse_driver_receive(), send as many bytes of
+           glimpse_driver_outgoing() as possible, and call glimpse_driver_sent() with their number. */
         glimpse_action action;
         status = glimpse_driver_poll(driver, now_ms++, &action);
         if (status != GLIMPSE_STATUS_OK) break;

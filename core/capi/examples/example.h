@@ -1,4 +1,4 @@
-/* Shared parts of both examples: a simulated material in place of a scanner, recipes, and printing. */
+/* Common parts of both examples: a simulated material instead of a scanner, recipes, and output. */
 
 #ifndef EXAMPLE_H
 #define EXAMPLE_H
@@ -10,7 +10,7 @@
 /* Defined in host.c or board.c. */
 void print(const char *text);
 
-/* Defined in recipes.S; firmware would have one. */
+/* Defined in recipes.S; firmware usually has one recipe. */
 extern const uint8_t phong_begin[], phong_end[];
 extern const uint8_t cook_torrance_begin[], cook_torrance_end[];
 extern const uint8_t neural_begin[], neural_end[];
@@ -25,11 +25,11 @@ static const struct {
     {"cook-torrance", cook_torrance_begin, cook_torrance_end},
     {"neural", neural_begin, neural_end},
     {"linear", linear_begin, linear_end},
-    /* Neural again, with a recipe that completes the readings. */
+    /* Neural, with a recipe that completes the readings. */
     {"neural-completed", completed_begin, completed_end},
 };
 #define RECIPE_COUNT (sizeof RECIPES / sizeof RECIPES[0])
-/* Memory of the largest of them, as printed by trainer inspect neural-n8.recipe. */
+/* Words of the largest recipe, as printed by trainer inspect neural-n8.recipe. */
 #define RECIPE_WORDS 1423
 
 static inline float lobe(float sharpness, float theta_h)
@@ -38,9 +38,9 @@ static inline float lobe(float sharpness, float theta_h)
     return 1.0f / (falloff * falloff);
 }
 
-/* The reading of the simulated material: a diffuse color, and a highlight of two widths. It uses only
-   sums, products and quotients, which every machine rounds alike. A scanner would move its arms to
-   sample->directions instead, read its sensor, and divide the reading by that of a white tile. */
+/* Returns the reading of the simulated material: a diffuse color, and a highlight of two widths. It uses
+   only sums, products and quotients, which every machine rounds identically. A scanner would instead move
+   its arms to sample->directions, read its sensor, and divide the counts by those of a white tile. */
 static inline glimpse_reading read_sensor(const glimpse_sample *sample)
 {
     float lobes = (8.0f * lobe(40.0f, sample->theta_h) + lobe(0.1f * 40.0f, sample->theta_h)) / 9.0f;
@@ -67,7 +67,7 @@ static inline void print_bits(float value)
 /* Prints all values of a fitted material on a line. */
 static inline glimpse_status print_values(const char *name, const glimpse_scan *scan)
 {
-    static float values[675]; /* of the largest model here */
+    static float values[675]; /* enough for the largest model */
     size_t count = 0;
     glimpse_status status =
         glimpse_fitted_values(scan, values, sizeof values / sizeof values[0], &count);
@@ -79,7 +79,7 @@ static inline glimpse_status print_values(const char *name, const glimpse_scan *
     return status;
 }
 
-/* Prints the reason of a failure. */
+/* Prints the text of a status. */
 static inline int fail(const char *name, glimpse_status status)
 {
     print(name);

@@ -1,4 +1,4 @@
-/* Recipes as bytes in flash. The assembler searches the files in the directory of -Wa,-I. */
+/* Recipes in flash. The assembler searches for the files in the directory of the option -Wa,-I. */
 
 .macro recipe name, file
     .global \name\()_begin

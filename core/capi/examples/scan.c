@@ -1,9 +1,9 @@
-/* Scans a material with each recipe, step by step. The same file is built for a host and for a
-   microcontroller. */
+/* Scans a material with each recipe, step by step. The same file is compiled for a host and for
+   microcontrollers. */
 
 #include "example.h"
 
-/* Memory of one scan after the other. */
+/* Memory of a scan, reused by the next one. */
 static GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(RECIPE_WORDS));
 
 static glimpse_status scan_material(const char *name, const uint8_t *recipe, size_t recipe_bytes)
@@ -13,7 +13,7 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
         glimpse_scan_begin(memory, sizeof memory, recipe, recipe_bytes, &scan);
     if (status != GLIMPSE_STATUS_OK) return status;
 
-    /* Readings come in any order; this is the recipe's. */
+    /* Samples may be read in any order; this is the recipe's. */
     glimpse_sample sample;
     while (glimpse_scan_next(scan, 0, &sample) == GLIMPSE_STATUS_OK) {
         glimpse_reading reading = read_sensor(&sample);
@@ -27,7 +27,7 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
         status = glimpse_fit_advance(scan, 8, &progress); /* service motors and watchdog here */
     if (status != GLIMPSE_STATUS_OK) return status;
 
-    /* An implausible material (84 to 91) has a residual and values too; here it counts as a failure. */
+    /* An implausible material (84 to 91) also has a residual and values; this example treats it as a failure. */
     glimpse_residual residual;
     status = glimpse_fit_finish(scan, &residual);
     if (status != GLIMPSE_STATUS_OK) return status;
@@ -37,7 +37,7 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
     print_bits(residual.worst);
     print("\n");
 
-    /* The BRDF in other directions. Linear needs a basis for it. */
+    /* Evaluate the BRDF at other directions. Linear needs a basis for it. */
     static const glimpse_directions MIRROR = {{0.6f, 0.0f, 0.8f}, {-0.6f, 0.0f, 0.8f}};
     float brdf[3];
     status = glimpse_fitted_brdf(scan, &MIRROR, &brdf);

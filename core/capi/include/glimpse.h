@@ -1,6 +1,6 @@
 /*
- * Glimpse for firmware in C: measures a material's reflectance (BRDF) at the few directions that a
- * recipe names, and fits a model to them.
+ * Glimpse for firmware in C: measures the reflectance (BRDF) of a material in the few directions of a
+ * recipe, and fits a model to the readings.
  *
  *     static GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(RECIPE_WORDS));
  *
@@ -17,13 +17,13 @@
  * Rules for all functions:
  * - Directions are unit vectors away from the surface, z is its normal; angles are in radians. A BRDF is
  *   in linear RGB, sr^-1, and not times the cosine.
- * - Memory is the caller's. Nothing is allocated, nothing has to be freed, and no state is
- *   global: scans in different memories are independent.
- * - One thread at a time uses a scan or driver, and no interrupt that may come during a call.
- * - Null and misaligned pointers are detected and returned as a status. The caller guarantees that a
- *   pointer leads to the stated number of values of its type, and that a handle comes from a function
- *   that returned GLIMPSE_STATUS_OK. Results must not be written into the memory of a scan or driver.
- * - No call waits, and none takes longer than its units of work.
+ * - The caller provides the memory. The library does not allocate and has no global state: scans in
+ *   different memories are independent, and nothing has to be freed.
+ * - Use a scan or driver from one thread at a time, and from no interrupt that may occur during a call.
+ * - Null and misaligned pointers are returned as a status. The caller guarantees that a pointer leads to
+ *   the stated number of values of its type, and that a handle comes from a function that returned
+ *   GLIMPSE_STATUS_OK. Results must not be written into the memory of a scan or driver.
+ * - No call waits; its duration is that of its units of work.
  *
  * This file is generated from core/capi/src by cbindgen. SPDX-License-Identifier: MIT OR Apache-2.0
  */
@@ -40,21 +40,21 @@
 /** Alignment of the memory of a scan or driver, in bytes. */
 #define GLIMPSE_ALIGNMENT 8
 
-/** Bytes of static memory for a scan with a recipe of this many words, the number that trainer inspect
-    prints as memory. glimpse_scan_bytes() returns the exact size at run time. */
+/** Bytes of static memory for a scan. words is the number of words of the recipe, printed by trainer
+    inspect as memory. glimpse_scan_bytes() returns the exact size at run time. */
 #define GLIMPSE_SCAN_BYTES(words) (48 * sizeof(void *) + 64 + 4 * (size_t)(words))
 
-/** The same for a driver. */
+/** Bytes of static memory for a driver, likewise. */
 #define GLIMPSE_DRIVER_BYTES(words) (GLIMPSE_SCAN_BYTES(words) + 640)
 
-/** Words for any recipe of the model Phong with at most this many samples: for firmware whose recipe is
-    replaced in the field. The memory of several models is that of the largest. */
+/** Maximum words of a recipe of the model Phong with at most samples samples, for firmware whose recipe
+    is replaced in the field. For several models use the maximum. */
 #define GLIMPSE_PHONG_WORDS(samples) (9 * (samples) + 424)
 
-/** Words for any recipe of the model Cook-Torrance. */
+/** Maximum words of a recipe of the model Cook-Torrance. */
 #define GLIMPSE_COOK_TORRANCE_WORDS(samples) (9 * (samples) + 425)
 
-/** Words for any recipe of the model Neural. */
+/** Maximum words of a recipe of the model Neural. */
 #define GLIMPSE_NEURAL_WORDS(samples) (9 * (samples) + 1351)
 
 /** Declares memory: static GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(1423)); */
@@ -65,10 +65,10 @@
 #endif
 
 /**
- * The status of a call: 0 on success. glimpse_status_text() has a sentence for each.
+ * The status of a call: 0 on success. glimpse_status_text() returns its text.
  *
- * After any other status than GLIMPSE_STATUS_OK nothing has changed and no result is written, unless
- * a function states otherwise. A number never gets another meaning.
+ * After a status other than GLIMPSE_STATUS_OK nothing has changed and no result is written, unless the
+ * function states otherwise. The meaning of a number never changes.
  */
 enum glimpse_status
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -92,11 +92,11 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_MEMORY_TOO_SMALL = 3,
     /**
-     * A length is larger than memory can be.
+     * A length exceeds the address space.
      */
     GLIMPSE_STATUS_LENGTH = 4,
     /**
-     * The buffer is too small for the result; the count says how much room it takes.
+     * The buffer is too small for the result; the count is the required capacity.
      */
     GLIMPSE_STATUS_BUFFER_TOO_SMALL = 5,
     /**
@@ -108,7 +108,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_UNKNOWN = 7,
     /**
-     * No sample is pending; this ends a loop.
+     * No sample is pending: the loop over samples ends.
      */
     GLIMPSE_STATUS_NONE_PENDING = 16,
     /**
@@ -116,7 +116,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_NOT_READ = 17,
     /**
-     * A reading is missing; glimpse_scan_next() says which.
+     * A reading is missing; glimpse_scan_next() returns its sample.
      */
     GLIMPSE_STATUS_INCOMPLETE = 18,
     /**
@@ -232,7 +232,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_READING_NON_FINITE = 64,
     /**
-     * A channel of the reading is below -1 sr^-1, further than noise can be.
+     * A channel of the reading is below -1 sr^-1, which noise cannot explain.
      */
     GLIMPSE_STATUS_READING_NEGATIVE = 65,
     /**
@@ -244,7 +244,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_READING_REQUIRED = 67,
     /**
-     * The readings are too large for a BRDF: they have to be in sr^-1, not counts.
+     * The readings are too large for a BRDF: pass values in sr^-1, not counts.
      */
     GLIMPSE_STATUS_TOO_LARGE = 80,
     /**
@@ -320,7 +320,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_REFUSED_MODEL = 102,
     /**
-     * The host refused: it did not give this reading.
+     * The host refused: it has not sent this reading.
      */
     GLIMPSE_STATUS_REFUSED_SAVED = 103,
     /**
@@ -361,7 +361,7 @@ enum glimpse_model
      */
     GLIMPSE_MODEL_PHONG = 0,
     /**
-     * A network: 675 values.
+     * Neural network: 675 values.
      */
     GLIMPSE_MODEL_NEURAL = 1,
     /**
@@ -382,7 +382,7 @@ typedef int32_t glimpse_model;
 #endif // __cplusplus
 
 /**
- * Kinds of glimpse_action. Ignore kinds that the firmware does not know.
+ * Kinds of glimpse_action. Ignore unknown kinds.
  */
 enum glimpse_action_kind
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -398,13 +398,13 @@ enum glimpse_action_kind
      */
     GLIMPSE_ACTION_KIND_CONTINUE = 1,
     /**
-     * Move the arms to `directions`, read the sensor, then call glimpse_driver_record() with `index`;
-     * or glimpse_driver_skip(), or glimpse_driver_fail(). Any other pending sample is as good. The
-     * driver repeats this action until one of these calls.
+     * Move the arms to `directions`, read the sensor, then call glimpse_driver_record() with `index`, or
+     * glimpse_driver_skip(), or glimpse_driver_fail(). Other pending samples are allowed, too. The driver
+     * repeats this action until one of these calls.
      */
     GLIMPSE_ACTION_KIND_MEASURE = 2,
     /**
-     * Save `index` and `reading` where they outlast a reset.
+     * Save `index` and `reading` in memory that survives a reset.
      */
     GLIMPSE_ACTION_KIND_SAVE = 3,
     /**
@@ -412,24 +412,24 @@ enum glimpse_action_kind
      */
     GLIMPSE_ACTION_KIND_FORGET = 4,
     /**
-     * Write `byte_count` of `bytes` to `offset` of a new recipe, next to the present one. At 0 another
-     * recipe begins.
+     * Write `byte_count` bytes of `bytes` at `offset` of a new recipe, separate from the present one. A new
+     * recipe begins at offset 0.
      */
     GLIMPSE_ACTION_KIND_STORE = 5,
     /**
-     * The new recipe of `offset` bytes is stored, and should have `checksum`. If
-     * glimpse_driver_bytes() of it is neither 0 nor more than the memory, begin a driver with it; else
-     * call glimpse_driver_reject().
+     * The new recipe of `offset` bytes is complete, and should have `checksum`. If its
+     * glimpse_driver_bytes() are neither 0 nor larger than the memory, begin a driver with it; else call
+     * glimpse_driver_reject().
      */
     GLIMPSE_ACTION_KIND_INSTALL = 6,
     /**
-     * The scan is finished, with `residual`; glimpse_driver_scan() has the material until the next
-     * poll.
+     * The scan is finished, with `residual`. glimpse_driver_scan() returns the fitted material until the
+     * next poll.
      */
     GLIMPSE_ACTION_KIND_FINISHED = 7,
     /**
-     * The scan has failed, because of `failure`. With a host it begins again by itself after a pause,
-     * else with glimpse_driver_restart().
+     * The scan has failed because of `failure`. With a host it restarts automatically after a pause, else
+     * by glimpse_driver_restart().
      */
     GLIMPSE_ACTION_KIND_FAILED = 8,
 };
@@ -442,7 +442,7 @@ typedef int32_t glimpse_action_kind;
 #endif // __cplusplus
 
 /**
- * The other end of the line, and who moves the arms.
+ * The role of the host.
  */
 enum glimpse_host
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -471,19 +471,19 @@ typedef int32_t glimpse_host;
 #endif // __cplusplus
 
 /**
- * A driver of scans, in the caller's memory. It receives bytes from the line, readings and the time,
- * and returns the next action. Motors, sensor, line, flash and clock belong to the firmware. One thread
- * uses it at a time, and no interrupt that may come during a call.
+ * A driver of scans, in the caller's memory. It takes received bytes, readings and the time, and returns
+ * the next action. Motors, sensor, serial line, flash and clock belong to the firmware. Use it from one
+ * thread at a time, and from no interrupt that may occur during a call.
  */
 typedef struct glimpse_driver glimpse_driver;
 
 /**
- * A scan of one material, in the caller's memory. One thread uses it at a time.
+ * A scan of one material, in the caller's memory. Use it from one thread at a time.
  */
 typedef struct glimpse_scan glimpse_scan;
 
 /**
- * A pair of unit directions, pointing away from the surface; z is the normal.
+ * A pair of unit directions that point away from the surface; z is the normal.
  */
 typedef struct glimpse_directions {
     /**
@@ -497,8 +497,8 @@ typedef struct glimpse_directions {
 } glimpse_directions;
 
 /**
- * Positions of both arms as spherical angles in radians: theta from the normal, phi about the normal,
- * from x towards y.
+ * Positions of both arms as spherical angles in radians: theta from the normal, phi about the normal from
+ * x towards y.
  */
 typedef struct glimpse_arms {
     /**
@@ -506,7 +506,7 @@ typedef struct glimpse_arms {
      */
     float theta_i;
     /**
-     * Azimuth of the light, in any turn. 0 along the normal.
+     * Azimuth of the light, modulo 2 pi. 0 along the normal.
      */
     float phi_i;
     /**
@@ -514,7 +514,7 @@ typedef struct glimpse_arms {
      */
     float theta_o;
     /**
-     * Azimuth of the sensor, in any turn. 0 along the normal.
+     * Azimuth of the sensor, modulo 2 pi. 0 along the normal.
      */
     float phi_o;
 } glimpse_arms;
@@ -524,7 +524,7 @@ typedef struct glimpse_arms {
  */
 typedef struct glimpse_recipe {
     /**
-     * The model that it fits.
+     * The fitted model.
      */
     glimpse_model model;
     /**
@@ -536,11 +536,11 @@ typedef struct glimpse_recipe {
      */
     uint16_t values;
     /**
-     * The CRC-32 in its header. It names the recipe: saved readings belong to one recipe.
+     * The CRC-32 in its header. It identifies the recipe that saved readings belong to.
      */
     uint32_t checksum;
     /**
-     * The expected loss on a material outside of the training set; NaN if the recipe states none.
+     * Expected loss on a material outside of the training set; NaN if the recipe does not include it.
      */
     float expected_loss;
 } glimpse_recipe;
@@ -554,25 +554,24 @@ typedef struct glimpse_sample {
      */
     uint16_t index;
     /**
-     * Directions of light and sensor. The half vector lies in the xz plane; with an isotropic
-     * material both azimuths may be turned together.
+     * Directions of light and sensor. The half vector lies in the xz plane; for an isotropic material
+     * both azimuths may be rotated by the same angle.
      */
     struct glimpse_directions directions;
     /**
-     * The same as spherical angles.
+     * The directions as spherical angles.
      */
     struct glimpse_arms arms;
     /**
-     * The same in Rusinkiewicz angles, radians. Angle between the normal and the half vector: 0 to
-     * pi/2.
+     * Rusinkiewicz angle between the normal and the half vector, radians: 0 to pi/2.
      */
     float theta_h;
     /**
-     * Angle between the half vector and the light: 0 to pi/2.
+     * Rusinkiewicz angle between the half vector and the light, radians: 0 to pi/2.
      */
     float theta_d;
     /**
-     * Azimuth of the light about the half vector.
+     * Rusinkiewicz azimuth of the light about the half vector, radians.
      */
     float phi_d;
 } glimpse_sample;
@@ -583,8 +582,8 @@ typedef struct glimpse_sample {
 typedef struct glimpse_reading {
     /**
      * The BRDF in linear red, green and blue, in sr^-1: not times the cosine, not counts, not a
-     * reflectance factor. Noise may bring it slightly below 0, to -1 at most. A sensor with one
-     * channel gives it three times.
+     * reflectance factor. Values down to -1 are accepted as noise. A sensor with one channel repeats its
+     * value three times.
      */
     float brdf[3];
     /**
@@ -602,14 +601,14 @@ typedef struct glimpse_recorded {
      */
     uint8_t replaced;
     /**
-     * 1 if a channel is so far below 0 that the fit raises it, else 0.
+     * 1 if the fit will raise a channel that is too far below 0, else 0.
      */
     uint8_t clamped;
 } glimpse_recorded;
 
 /**
  * Progress of a fit in units of work: gradients of one sample, rows and channels of Linear's solve, or
- * parts of a completion of the readings.
+ * parts of the completion of readings.
  */
 typedef struct glimpse_progress {
     /**
@@ -617,14 +616,14 @@ typedef struct glimpse_progress {
      */
     uint32_t done;
     /**
-     * Units of the whole fit: it is complete when done equals total.
+     * Units of the whole fit, which is complete when done equals total.
      */
     uint32_t total;
 } glimpse_progress;
 
 /**
- * Quality of a fit, from its readings. It does not show a wrong convention: readings that are times the
- * cosine are fitted as well as others.
+ * Quality of a fit at its readings. It does not reveal a wrong convention: readings that are times the
+ * cosine have equally small residuals.
  */
 typedef struct glimpse_residual {
     /**
@@ -644,8 +643,8 @@ typedef struct glimpse_residual {
      */
     uint16_t saturated;
     /**
-     * Number of readings that equal the one before them, bit for bit. A real sensor is too noisy for
-     * that: if all but the first do, the sensor is stuck.
+     * Number of readings that equal the previous one bit for bit. A real sensor has noise: if all but the
+     * first are equal, the sensor is stuck.
      */
     uint16_t repeated;
     /**
@@ -653,14 +652,14 @@ typedef struct glimpse_residual {
      */
     uint16_t clamped;
     /**
-     * The reason why the fitted material is implausible: GLIMPSE_STATUS_DARK to
-     * GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to 91). 0 if it is plausible.
+     * Reason of an implausible material: GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to
+     * 91). 0 if it is plausible.
      */
     int32_t implausible;
 } glimpse_residual;
 
 /**
- * Limits of the machine that measures; angles in radians.
+ * Limits of the measuring machine; angles in radians.
  */
 typedef struct glimpse_limits {
     /**
@@ -682,7 +681,7 @@ typedef struct glimpse_limits {
 } glimpse_limits;
 
 /**
- * Options of a driver. glimpse_config_default() has sensible values.
+ * Options of a driver. glimpse_config_default() returns the defaults.
  */
 typedef struct glimpse_config {
     /**
@@ -691,25 +690,25 @@ typedef struct glimpse_config {
     int32_t host;
     /**
      * Not 0 if `limits` are set. The driver skips samples out of reach if the recipe tolerates missing
-     * readings; else the scan fails before anything moves. 0: every sample is within reach.
+     * readings; else the scan fails before the first measurement. 0: all samples are within reach.
      */
     uint8_t has_limits;
     /**
-     * Number of invalid readings of a sample after which the driver skips it; or fails, if the recipe
-     * needs every reading.
+     * Number of invalid readings of a sample after which the driver skips it, or fails if the recipe needs
+     * every reading.
      */
     uint8_t attempts;
     /**
-     * Limits of the machine that measures.
+     * Limits of the measuring machine.
      */
     struct glimpse_limits limits;
     /**
-     * The seed of the sequence numbers on the line. It must differ from the seeds of all earlier
+     * Seed of the sequence numbers on the link. It must differ from the seeds of all earlier
      * drivers of this device: a boot counter, a random number, or the value of a free-running timer.
      */
     uint32_t sequence_seed;
     /**
-     * Units of the fit in one glimpse_driver_poll(). 0 counts as 1.
+     * Units of the fit per glimpse_driver_poll(). 0 means 1.
      */
     uint32_t steps_per_poll;
     /**
@@ -721,17 +720,17 @@ typedef struct glimpse_config {
      */
     uint32_t reply_timeout_ms;
     /**
-     * Timeout of a reading by the host, in ms: its motors move.
+     * Timeout of a reading by the host, in ms; includes the motion of its arms.
      */
     uint32_t measure_timeout_ms;
     /**
-     * The largest recipe that the device can store, in bytes. 0: it stores none.
+     * Maximum size of a recipe that the device can store, in bytes. 0: it stores none.
      */
     uint32_t recipe_bytes;
 } glimpse_config;
 
 /**
- * A reading that outlasted a reset.
+ * A reading that survived a reset.
  */
 typedef struct glimpse_saved {
     /**
@@ -745,7 +744,7 @@ typedef struct glimpse_saved {
 } glimpse_saved;
 
 /**
- * The next action of the firmware. Fields that the kind does not name are 0.
+ * The next action of the firmware. Fields that its kind does not use are 0.
  */
 typedef struct glimpse_action {
     /**
@@ -757,11 +756,11 @@ typedef struct glimpse_action {
      */
     glimpse_status failure;
     /**
-     * Position of bytes in a new recipe, or its length.
+     * Offset of the bytes in a new recipe, or its length.
      */
     uint32_t offset;
     /**
-     * The checksum that a new recipe should have in its header.
+     * Expected checksum in the header of a new recipe.
      */
     uint32_t checksum;
     /**
@@ -795,19 +794,19 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * Returns the meaning of a status as an English sentence. It is zero-terminated, constant and never
- * null; a number that is not a status has a text too.
+ * Returns the text of a status: an English sentence, zero-terminated, constant and never null. A number
+ * that is not a status has a text, too.
  */
 const char *glimpse_status_text(int32_t status);
 
 /**
- * Returns the version of this library, such as "0.3.0". It should equal the header's GLIMPSE_VERSION.
- * It is zero-terminated, constant and never null.
+ * Returns the version of this library, such as "0.3.0": zero-terminated, constant and never null. It
+ * should equal the header's GLIMPSE_VERSION.
  */
 const char *glimpse_version(void);
 
 /**
- * Returns the directions of two arms. Any angles are valid; below the horizon the BRDF is undefined.
+ * Returns the directions of two arms. All angles are valid; below the horizon the BRDF is undefined.
  */
 struct glimpse_directions glimpse_directions_of(struct glimpse_arms arms);
 
@@ -825,8 +824,8 @@ glimpse_status glimpse_recipe_describe(const uint8_t *bytes,
                                        struct glimpse_recipe *recipe);
 
 /**
- * Returns the bytes of memory that glimpse_scan_begin() needs with a recipe. 0 if the bytes are not a
- * recipe that this library accepts: glimpse_recipe_describe() says why.
+ * Returns the bytes of memory that glimpse_scan_begin() needs with a recipe. Returns 0 if this library does
+ * not accept the recipe: glimpse_recipe_describe() returns the reason.
  *
  * @param recipe  The recipe, with any alignment.
  * @param count   Number of bytes.
@@ -838,8 +837,8 @@ size_t glimpse_scan_bytes(const uint8_t *recipe,
  * Begins a scan. The memory needs no initialization; its content is overwritten.
  *
  * @param memory        The caller's memory, aligned to GLIMPSE_ALIGNMENT, as declared by
- *                      GLIMPSE_MEMORY. Nothing else may read, write or move it while the scan is in
- *                      use. There is nothing to free.
+ *                      GLIMPSE_MEMORY. No other code may read, write or move it while the scan is in
+ *                      use. Nothing must be freed.
  * @param memory_bytes  Its size: at least glimpse_scan_bytes() of the recipe.
  * @param recipe        The recipe, with any alignment. It is not copied: it must not change while the
  *                      scan is in use. It must not lie in the scan's memory.
@@ -854,8 +853,8 @@ glimpse_status glimpse_scan_begin(void *memory,
                                   struct glimpse_scan **scan);
 
 /**
- * Gives Linear the basis that glimpse_fitted_brdf() needs; other models have no use for it. The whole
- * basis is checked, which takes some milliseconds for each 100 kB.
+ * Sets the basis that glimpse_fitted_brdf() needs for the model Linear. The whole basis is checked, which
+ * takes some milliseconds per 100 kB.
  *
  * @param scan   The scan.
  * @param basis  The output of trainer export --format basis, with any alignment. It is not copied: it
@@ -869,7 +868,7 @@ glimpse_status glimpse_scan_set_basis(struct glimpse_scan *scan,
                                       size_t count);
 
 /**
- * Drops all readings and marks of skipped samples, for the next material.
+ * Deletes all readings and marks of skipped samples, for the next material.
  */
 glimpse_status glimpse_scan_restart(struct glimpse_scan *scan);
 
@@ -879,7 +878,7 @@ glimpse_status glimpse_scan_restart(struct glimpse_scan *scan);
  * @param scan    The scan.
  * @param from    The smallest index to return; 0 for the first pending sample.
  * @param sample  Receives the sample.
- * @return GLIMPSE_STATUS_NONE_PENDING if every sample from there on is read or skipped.
+ * @return GLIMPSE_STATUS_NONE_PENDING if all samples from there on are read or skipped.
  */
 glimpse_status glimpse_scan_next(const struct glimpse_scan *scan,
                                  uint16_t from,
@@ -901,7 +900,7 @@ glimpse_status glimpse_scan_record(struct glimpse_scan *scan,
                                    struct glimpse_recorded *recorded);
 
 /**
- * Skips a sample that cannot be read: it stops being pending, and loses its reading. A later
+ * Skips a sample that cannot be read: it is no longer pending, and its reading is deleted. A later
  * glimpse_scan_record() of the sample undoes this. A fit that is under way, or its result, is dropped.
  *
  * @param scan   The scan.
@@ -935,12 +934,12 @@ glimpse_status glimpse_scan_reading(const struct glimpse_scan *scan,
 /**
  * Begins a fit of all readings. An earlier fit is dropped.
  *
- * If the recipe tolerates missing readings, the fit leaves out missing and saturated ones, as long as
- * one is left: a fit may begin after the first reading, and again after each further one.
+ * If the recipe tolerates missing readings, the fit excludes missing and saturated ones, as long as one is
+ * left. A fit may therefore begin after the first reading, and again after each further one.
  *
  * @param scan  The scan.
- * @return GLIMPSE_STATUS_INCOMPLETE if a reading is missing that the recipe needs, or if there is none
- *         at all; GLIMPSE_STATUS_TOO_LARGE if the readings are too large for a BRDF, such as counts.
+ * @return GLIMPSE_STATUS_INCOMPLETE if a required reading or every reading is missing;
+ *         GLIMPSE_STATUS_TOO_LARGE if the readings are too large for a BRDF, such as counts.
  */
 glimpse_status glimpse_fit_begin(struct glimpse_scan *scan);
 
@@ -948,8 +947,8 @@ glimpse_status glimpse_fit_begin(struct glimpse_scan *scan);
  * Advances the fit. The result does not depend on the budgets.
  *
  * @param scan      The scan.
- * @param budget    The largest number of units of work to do: 8 take some milliseconds on a Cortex-M4F
- *                  at 168 MHz with the slowest model. UINT32_MAX does all of them.
+ * @param budget    The maximum number of units of work. 8 units take some milliseconds on a Cortex-M4F at
+ *                  168 MHz with the slowest model. UINT32_MAX completes the fit.
  * @param progress  Receives the progress, or null.
  * @return GLIMPSE_STATUS_NO_FIT if no fit is under way.
  */
@@ -958,8 +957,8 @@ glimpse_status glimpse_fit_advance(struct glimpse_scan *scan,
                                    struct glimpse_progress *progress);
 
 /**
- * Finishes a complete fit: checks every value, the fitted material at every reading, and that both are
- * plausible.
+ * Finishes a complete fit: checks every value and the fitted material at every reading, and tests both for
+ * plausibility.
  *
  * After GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to 91) the fit has a result, but it
  * is unlikely to describe a material: check the sensor. The residual is written, and the
@@ -968,8 +967,8 @@ glimpse_status glimpse_fit_advance(struct glimpse_scan *scan,
  * @param scan      The scan.
  * @param residual  Receives the residual, or null.
  * @return GLIMPSE_STATUS_NO_FIT if no fit is under way; GLIMPSE_STATUS_UNFINISHED if it is not
- *         complete; GLIMPSE_STATUS_DIVERGED if a number is not finite: the readings stay, and the fit is
- *         no longer under way; GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER if the result is
+ *         complete; GLIMPSE_STATUS_DIVERGED if a number is not finite: the readings stay, and the fit
+ *         ends; GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER if the result is
  *         implausible.
  */
 glimpse_status glimpse_fit_finish(struct glimpse_scan *scan,
@@ -986,12 +985,12 @@ glimpse_status glimpse_fitted_residual(const struct glimpse_scan *scan,
                                        struct glimpse_residual *residual);
 
 /**
- * Returns the loss predicted from this material's readings: an error bar, if the recipe predicts one.
- * Recipes that complete readings do.
+ * Returns the loss predicted from this material's readings: an error bar. Only recipes that complete
+ * readings predict it.
  *
  * @param scan  The scan.
  * @param loss  Receives the mean of |ln(1 + f cos(theta_i)) - ln(1 + f_fitted cos(theta_i))| over all
- *              directions; NAN if the recipe predicts none, or if it is too large for a number.
+ *              directions; NAN if the recipe predicts none, or if it is too large for a float.
  * @return GLIMPSE_STATUS_NOT_FITTED if no fit was finished since the last reading.
  */
 glimpse_status glimpse_fitted_predicted_loss(const struct glimpse_scan *scan,
@@ -1003,9 +1002,9 @@ glimpse_status glimpse_fitted_predicted_loss(const struct glimpse_scan *scan,
  * @param scan        The scan.
  * @param directions  Two unit directions above the horizon.
  * @param brdf        Receives linear red, green and blue, in sr^-1, not times the cosine.
- * @return GLIMPSE_STATUS_NOT_FITTED; GLIMPSE_STATUS_DIRECTIONS; for Linear GLIMPSE_STATUS_NO_BASIS: see
- *         glimpse_scan_set_basis(), or compute the BRDF on a host from the values; with a basis
- *         GLIMPSE_STATUS_DIVERGED if the BRDF is too large for a number.
+ * @return GLIMPSE_STATUS_NOT_FITTED; GLIMPSE_STATUS_DIRECTIONS; for Linear without a basis
+ *         GLIMPSE_STATUS_NO_BASIS: call glimpse_scan_set_basis(), or compute the BRDF on a host from the
+ *         values; with a basis GLIMPSE_STATUS_DIVERGED if the BRDF is too large for a float.
  */
 glimpse_status glimpse_fitted_brdf(const struct glimpse_scan *scan,
                                    const struct glimpse_directions *directions,
@@ -1027,8 +1026,8 @@ glimpse_status glimpse_fitted_values(const struct glimpse_scan *scan,
                                      size_t *count);
 
 /**
- * Returns the bytes of memory that glimpse_driver_begin() needs with a recipe. 0 if the bytes are not a
- * recipe that this library accepts: glimpse_recipe_describe() says why. GLIMPSE_DRIVER_BYTES(0) are
+ * Returns the bytes of memory that glimpse_driver_begin() needs with a recipe. Returns 0 if this library
+ * does not accept the recipe: glimpse_recipe_describe() returns the reason. GLIMPSE_DRIVER_BYTES(0) are
  * enough for a driver without a usable recipe.
  *
  * @param recipe  The recipe, with any alignment.
@@ -1038,28 +1037,28 @@ size_t glimpse_driver_bytes(const uint8_t *recipe,
                             size_t count);
 
 /**
- * Returns options with no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, timeouts of 2 s
- * and of 60 s for readings, three attempts, and no storage for recipes.
+ * Returns the default options: no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, timeouts
+ * of 2 s and of 60 s for readings, three attempts, and no storage for recipes.
  *
  * @param host  One of glimpse_host.
  */
 struct glimpse_config glimpse_config_default(int32_t host);
 
 /**
- * Begins. Memory and recipe are as for glimpse_scan_begin().
+ * Begins a driver. Memory and recipe are as for glimpse_scan_begin().
  *
- * An unusable recipe is not an error here: if it is damaged, for another library, or needs more memory,
- * the driver reports the failure to the host, asks it for a better one if it can store one, and returns
- * GLIMPSE_ACTION_KIND_FAILED. Without any recipe, pass null and 0.
+ * An unusable recipe is not an error here: it may be damaged, for another library, or need more memory.
+ * The driver then reports the failure to the host, requests another recipe if it can store one, and
+ * returns GLIMPSE_ACTION_KIND_FAILED. Without a recipe, pass null and 0.
  *
  * @param memory        The caller's memory, aligned to GLIMPSE_ALIGNMENT.
  * @param memory_bytes  Its size: glimpse_driver_bytes() of the recipe.
  * @param recipe        The recipe, which must not change while the driver is in use.
  * @param recipe_bytes  Number of bytes of the recipe.
  * @param config        The options; they are copied.
- * @param saved         Saved readings by this recipe (see glimpse_recipe.checksum); they are copied, and a
- *                      host that measures is asked whether they are still valid. Invalid readings are
- *                      ignored. May be null if there are none.
+ * @param saved         Saved readings by this recipe (see glimpse_recipe.checksum); they are copied. A host
+ *                      that measures confirms that they are still valid. Invalid readings are ignored.
+ *                      May be null if saved_count is 0.
  * @param saved_count   Number of saved readings.
  * @param driver        Receives the handle, a pointer into the memory; null after an error.
  * @return GLIMPSE_STATUS_MEMORY_TOO_SMALL if the memory is too small for any driver;
@@ -1075,8 +1074,8 @@ glimpse_status glimpse_driver_begin(void *memory,
                                     struct glimpse_driver **driver);
 
 /**
- * Does the next piece of work and returns the firmware's next action. The firmware calls it again and
- * again; a call takes no longer than steps_per_poll units of the fit.
+ * Advances the driver and returns the firmware's next action. Call it repeatedly; a call takes at most the
+ * time of steps_per_poll units of the fit.
  *
  * @param driver  The driver.
  * @param now_ms  The time of a monotonic clock with any origin, in ms.
@@ -1087,19 +1086,19 @@ glimpse_status glimpse_driver_poll(struct glimpse_driver *driver,
                                    struct glimpse_action *action);
 
 /**
- * Returns the time until glimpse_driver_poll() has something to do by itself.
+ * Returns the time until the next timeout of the driver.
  *
  * @param driver    The driver.
  * @param now_ms    The time, as for glimpse_driver_poll().
  * @param delay_ms  Receives the time in ms. UINT32_MAX if only a byte from the line, a sent byte, or a
- *                  call of this driver changes anything.
+ *                  call of this driver changes its state.
  */
 glimpse_status glimpse_driver_poll_delay(const struct glimpse_driver *driver,
                                          uint64_t now_ms,
                                          uint32_t *delay_ms);
 
 /**
- * Takes all bytes that were received from the line.
+ * Takes bytes that were received from the serial line.
  *
  * @param driver  The driver.
  * @param bytes   The bytes; may be null if count is 0.
@@ -1125,7 +1124,7 @@ glimpse_status glimpse_driver_outgoing(const struct glimpse_driver *driver,
  * Marks the first outgoing bytes as sent.
  *
  * @param driver  The driver.
- * @param count   Number of bytes; a larger number than there are counts as all.
+ * @param count   Number of bytes; a larger number than that of the outgoing bytes means all.
  */
 glimpse_status glimpse_driver_sent(struct glimpse_driver *driver, size_t count);
 
@@ -1163,19 +1162,19 @@ glimpse_status glimpse_driver_skip(struct glimpse_driver *driver,
 glimpse_status glimpse_driver_finish_early(struct glimpse_driver *driver);
 
 /**
- * Ends the scan with GLIMPSE_STATUS_MACHINE: the device's own arms or sensor failed.
+ * Ends the scan with GLIMPSE_STATUS_MACHINE, because the device's own arms or sensor failed.
  */
 glimpse_status glimpse_driver_fail(struct glimpse_driver *driver);
 
 /**
- * Reports to the host why the stored recipe is unusable: after GLIMPSE_ACTION_KIND_INSTALL, if
- * glimpse_driver_bytes() of it is 0 or more than this driver's memory. The present recipe stays in use,
- * and the driver does not fetch the other one again.
+ * Reports to the host that the stored recipe is unusable, with the reason. Call it after
+ * GLIMPSE_ACTION_KIND_INSTALL if glimpse_driver_bytes() of the stored recipe is 0 or larger than this
+ * driver's memory. The present recipe stays in use, and the driver does not fetch the other one again.
  *
  * @param driver  The driver.
  * @param recipe  The stored recipe.
  * @param count   Number of bytes.
- * @return GLIMPSE_STATUS_ARGUMENT if the recipe is usable: then nothing has changed.
+ * @return GLIMPSE_STATUS_ARGUMENT if the recipe is usable; then nothing changes.
  */
 glimpse_status glimpse_driver_reject(struct glimpse_driver *driver,
                                      const uint8_t *recipe,

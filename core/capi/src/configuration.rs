@@ -1,4 +1,4 @@
-//! The model, chosen when the library is built, and the types behind C's handles.
+//! The model, selected at build time, and the types behind the handles.
 
 use glimpse_core::driver::Driver;
 use glimpse_core::scan::Scan;
@@ -12,7 +12,7 @@ use glimpse_core::scan::Scan;
     all(feature = "only-neural", feature = "only-linear"),
 ))]
 compile_error!(
-    "the features `only-...` exclude each other: choose one of them, or none for all models"
+    "the features `only-...` are mutually exclusive: select one of them, or none for all models"
 );
 
 #[cfg(feature = "only-phong")]
@@ -31,11 +31,11 @@ pub(crate) type Fitter = glimpse_core::fit::Linear;
 )))]
 pub(crate) type Fitter = glimpse_core::fit::AnyModel;
 
-/// The scan behind a handle. It borrows C's memory and recipe, which live as long as C promises.
+/// The scan behind a handle. It borrows the caller's memory and recipe, whose lifetimes the caller guarantees.
 pub(crate) type CScan = Scan<'static, Fitter>;
 
-/// The driver behind a handle, and the length of its memory. The driver is the first field, so that a pointer to
-/// this is also a pointer to the driver.
+/// The driver behind a handle, and the length of its memory. The driver is the first field, so a pointer to this struct is
+/// also a pointer to the driver.
 #[repr(C)]
 pub(crate) struct CDriver {
     pub(crate) driver: Driver<'static, Fitter>,

@@ -1,4 +1,4 @@
-//! The driver: the main loop that every scanner's firmware shares, including the link to a host.
+//! The driver: the state machine of a scan, including the link to a host.
 
 use core::convert::Infallible;
 use core::ffi::c_void;
@@ -10,7 +10,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 
 use crate::configuration::{CDriver, CScan, Fitter};
-use crate::place::{Out, Place, bytes_for, exclusive, get, list, shared, status};
+use crate::pointer::{CallerMemory, Out, bytes_for, copy_of, exclusive, shared, slice, status};
 use crate::scan::glimpse_scan;
 use crate::status::glimpse_status;
 use crate::types::{
@@ -18,15 +18,15 @@ use crate::types::{
     glimpse_reading, glimpse_residual, glimpse_saved,
 };
 
-/// A driver of scans, in the caller's memory. It receives bytes from the line, readings and the time,
-/// and returns the next action. Motors, sensor, line, flash and clock belong to the firmware. One thread
-/// uses it at a time, and no interrupt that may come during a call.
+/// A driver of scans, in the caller's memory. It takes received bytes, readings and the time, and returns
+/// the next action. Motors, sensor, serial line, flash and clock belong to the firmware. Use it from one
+/// thread at a time, and from no interrupt that may occur during a call.
 pub struct glimpse_driver {
     _private: (),
 }
 
-/// Returns the bytes of memory that glimpse_driver_begin() needs with a recipe. 0 if the bytes are not a
-/// recipe that this library accepts: glimpse_recipe_describe() says why. GLIMPSE_DRIVER_BYTES(0) are
+/// Returns the bytes of memory that glimpse_driver_begin() needs with a recipe. Returns 0 if this library
+/// does not accept the recipe: glimpse_recipe_describe() returns the reason. GLIMPSE_DRIVER_BYTES(0) are
 /// enough for a driver without a usable recipe.
 ///
 /// @param recipe  The recipe, with any alignment.
@@ -37,8 +37,8 @@ pub unsafe extern "C" fn glimpse_driver_bytes(recipe: *const u8, count: usize) -
     unsafe { bytes_for::<CDriver>(recipe, count) }
 }
 
-/// Returns options with no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, timeouts of 2 s
-/// and of 60 s for readings, three attempts, and no storage for recipes.
+/// Returns the default options: no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, timeouts
+/// of 2 s and of 60 s for readings, three attempts, and no storage for recipes.
 ///
 /// @param host  One of glimpse_host.
 #[unsafe(no_mangle)]
@@ -82,20 +82,20 @@ impl glimpse_config {
     }
 }
 
-/// Begins. Memory and recipe are as for glimpse_scan_begin().
+/// Begins a driver. Memory and recipe are as for glimpse_scan_begin().
 ///
-/// An unusable recipe is not an error here: if it is damaged, for another library, or needs more memory,
-/// the driver reports the failure to the host, asks it for a better one if it can store one, and returns
-/// GLIMPSE_ACTION_KIND_FAILED. Without any recipe, pass null and 0.
+/// An unusable recipe is not an error here: it may be damaged, for another library, or need more memory.
+/// The driver then reports the failure to the host, requests another recipe if it can store one, and
+/// returns GLIMPSE_ACTION_KIND_FAILED. Without a recipe, pass null and 0.
 ///
 /// @param memory        The caller's memory, aligned to GLIMPSE_ALIGNMENT.
 /// @param memory_bytes  Its size: glimpse_driver_bytes() of the recipe.
 /// @param recipe        The recipe, which must not change while the driver is in use.
 /// @param recipe_bytes  Number of bytes of the recipe.
 /// @param config        The options; they are copied.
-/// @param saved         Saved readings by this recipe (see glimpse_recipe.checksum); they are copied, and a
-///                      host that measures is asked whether they are still valid. Invalid readings are
-///                      ignored. May be null if there are none.
+/// @param saved         Saved readings by this recipe (see glimpse_recipe.checksum); they are copied. A host
+///                      that measures confirms that they are still valid. Invalid readings are ignored.
+///                      May be null if saved_count is 0.
 /// @param saved_count   Number of saved readings.
 /// @param driver        Receives the handle, a pointer into the memory; null after an error.
 /// @return GLIMPSE_STATUS_MEMORY_TOO_SMALL if the memory is too small for any driver;
@@ -115,26 +115,26 @@ pub unsafe extern "C" fn glimpse_driver_begin(
     status(unsafe {
         Out::new(driver).and_then(|out| {
             out.put(core::ptr::null_mut());
-            let recipe = list(recipe, recipe_bytes)?;
-            let config = get(config)?.check()?;
-            let saved = list(saved, saved_count)?;
-            let place = Place::<CDriver>::new(memory, memory_bytes)?;
-            out.put(begin(place, recipe, config, saved).cast());
+            let recipe = slice(recipe, recipe_bytes)?;
+            let config = copy_of(config)?.check()?;
+            let saved = slice(saved, saved_count)?;
+            let memory = CallerMemory::<CDriver>::new(memory, memory_bytes)?;
+            out.put(begin(memory, recipe, config, saved).cast());
             Ok(())
         })
     })
 }
 
 fn begin(
-    place: Place<CDriver>,
+    memory: CallerMemory<CDriver>,
     recipe: &'static [u8],
     config: Config,
     saved: &[glimpse_saved],
 ) -> *mut CDriver {
-    let words = place.words();
+    let words = memory.words();
     let accepted = accept(recipe, words);
     let needed = accepted.as_ref().map_or(0, |(_, needed)| *needed);
-    let handle = place.put(needed, |numbers| {
+    let handle = memory.put(needed, |numbers| {
         let scan = accepted.and_then(|(recipe, _)| {
             let mut scan = Scan::new(recipe, numbers).map_err(Failure::Scan)?;
             for saved in saved {
@@ -153,15 +153,15 @@ fn begin(
     }
 }
 
-/// Parses a recipe, and returns the words that it needs, of `words`.
+/// Parses a recipe, and returns the words that it needs; at most `words`.
 fn accept(recipe: &[u8], words: usize) -> Result<(Recipe<'_>, usize), Failure> {
     let recipe = Recipe::parse(recipe).map_err(Failure::Recipe)?;
     let needed = CScan::accept(&recipe, words).map_err(Failure::Scan)?;
     Ok((recipe, needed))
 }
 
-/// Does the next piece of work and returns the firmware's next action. The firmware calls it again and
-/// again; a call takes no longer than steps_per_poll units of the fit.
+/// Advances the driver and returns the firmware's next action. Call it repeatedly; a call takes at most the
+/// time of steps_per_poll units of the fit.
 ///
 /// @param driver  The driver.
 /// @param now_ms  The time of a monotonic clock with any origin, in ms.
@@ -180,12 +180,12 @@ pub unsafe extern "C" fn glimpse_driver_poll(
     }))
 }
 
-/// Returns the time until glimpse_driver_poll() has something to do by itself.
+/// Returns the time until the next timeout of the driver.
 ///
 /// @param driver    The driver.
 /// @param now_ms    The time, as for glimpse_driver_poll().
 /// @param delay_ms  Receives the time in ms. UINT32_MAX if only a byte from the line, a sent byte, or a
-///                  call of this driver changes anything.
+///                  call of this driver changes its state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_poll_delay(
     driver: *const glimpse_driver,
@@ -200,7 +200,7 @@ pub unsafe extern "C" fn glimpse_driver_poll_delay(
     }))
 }
 
-/// Takes all bytes that were received from the line.
+/// Takes bytes that were received from the serial line.
 ///
 /// @param driver  The driver.
 /// @param bytes   The bytes; may be null if count is 0.
@@ -212,7 +212,7 @@ pub unsafe extern "C" fn glimpse_driver_receive(
     count: usize,
 ) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
-    let (driver, bytes) = unsafe { (exclusive(driver.cast::<CDriver>()), list(bytes, count)) };
+    let (driver, bytes) = unsafe { (exclusive(driver.cast::<CDriver>()), slice(bytes, count)) };
     status(driver.and_then(|driver| {
         for byte in bytes? {
             driver.driver.receive(*byte);
@@ -248,7 +248,7 @@ pub unsafe extern "C" fn glimpse_driver_outgoing(
 /// Marks the first outgoing bytes as sent.
 ///
 /// @param driver  The driver.
-/// @param count   Number of bytes; a larger number than there are counts as all.
+/// @param count   Number of bytes; a larger number than that of the outgoing bytes means all.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_sent(
     driver: *mut glimpse_driver,
@@ -273,7 +273,7 @@ pub unsafe extern "C" fn glimpse_driver_record(
     reading: *const glimpse_reading,
 ) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
-    let (driver, reading) = unsafe { (with_scan(driver), get(reading)) };
+    let (driver, reading) = unsafe { (with_scan(driver), copy_of(reading)) };
     status(driver.and_then(|driver| {
         driver.record(index, reading?.into());
         Ok(())
@@ -310,14 +310,14 @@ pub unsafe extern "C" fn glimpse_driver_finish_early(
     status(driver.and_then(|driver| Ok(driver.finish_early()?)))
 }
 
-/// A driver that has a scan.
+/// Returns a driver that has a scan.
 ///
 /// # Safety
 /// As [`exclusive`].
 unsafe fn with_scan<'a>(
     driver: *mut glimpse_driver,
 ) -> Result<&'a mut Driver<'static, Fitter>, glimpse_status> {
-    // SAFETY: by the caller's word.
+    // SAFETY: guaranteed by the caller.
     let driver = unsafe { &mut exclusive(driver.cast::<CDriver>())?.driver };
     match driver.scan() {
         Ok(_) => Ok(driver),
@@ -325,7 +325,7 @@ unsafe fn with_scan<'a>(
     }
 }
 
-/// Ends the scan with GLIMPSE_STATUS_MACHINE: the device's own arms or sensor failed.
+/// Ends the scan with GLIMPSE_STATUS_MACHINE, because the device's own arms or sensor failed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_fail(driver: *mut glimpse_driver) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
@@ -333,14 +333,14 @@ pub unsafe extern "C" fn glimpse_driver_fail(driver: *mut glimpse_driver) -> gli
     status(driver.map(|driver| driver.driver.fail(Failure::Machine)))
 }
 
-/// Reports to the host why the stored recipe is unusable: after GLIMPSE_ACTION_KIND_INSTALL, if
-/// glimpse_driver_bytes() of it is 0 or more than this driver's memory. The present recipe stays in use,
-/// and the driver does not fetch the other one again.
+/// Reports to the host that the stored recipe is unusable, with the reason. Call it after
+/// GLIMPSE_ACTION_KIND_INSTALL if glimpse_driver_bytes() of the stored recipe is 0 or larger than this
+/// driver's memory. The present recipe stays in use, and the driver does not fetch the other one again.
 ///
 /// @param driver  The driver.
 /// @param recipe  The stored recipe.
 /// @param count   Number of bytes.
-/// @return GLIMPSE_STATUS_ARGUMENT if the recipe is usable: then nothing has changed.
+/// @return GLIMPSE_STATUS_ARGUMENT if the recipe is usable; then nothing changes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_reject(
     driver: *mut glimpse_driver,
@@ -348,7 +348,7 @@ pub unsafe extern "C" fn glimpse_driver_reject(
     count: usize,
 ) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
-    let (driver, recipe) = unsafe { (exclusive(driver.cast::<CDriver>()), list(recipe, count)) };
+    let (driver, recipe) = unsafe { (exclusive(driver.cast::<CDriver>()), slice(recipe, count)) };
     status(
         driver.and_then(|driver| match accept(recipe?, driver.words) {
             Ok(_) => Err(glimpse_status::Argument),
@@ -455,7 +455,7 @@ impl From<Action> for glimpse_action {
                 failure: failure.into(),
                 ..nothing
             },
-            // Firmware may ignore actions that it does not know, and so may this library.
+            // Actions of a newer core may be ignored.
             _ => nothing,
         }
     }

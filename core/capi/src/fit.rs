@@ -6,19 +6,19 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::scan::Scan;
 
 use crate::configuration::CScan;
-use crate::place::{Out, exclusive, get, shared, status};
+use crate::pointer::{Out, copy_of, exclusive, shared, status};
 use crate::scan::glimpse_scan;
 use crate::status::glimpse_status;
 use crate::types::{glimpse_directions, glimpse_progress, glimpse_residual};
 
 /// Begins a fit of all readings. An earlier fit is dropped.
 ///
-/// If the recipe tolerates missing readings, the fit leaves out missing and saturated ones, as long as
-/// one is left: a fit may begin after the first reading, and again after each further one.
+/// If the recipe tolerates missing readings, the fit excludes missing and saturated ones, as long as one is
+/// left. A fit may therefore begin after the first reading, and again after each further one.
 ///
 /// @param scan  The scan.
-/// @return GLIMPSE_STATUS_INCOMPLETE if a reading is missing that the recipe needs, or if there is none
-///         at all; GLIMPSE_STATUS_TOO_LARGE if the readings are too large for a BRDF, such as counts.
+/// @return GLIMPSE_STATUS_INCOMPLETE if a required reading or every reading is missing;
+///         GLIMPSE_STATUS_TOO_LARGE if the readings are too large for a BRDF, such as counts.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fit_begin(scan: *mut glimpse_scan) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
@@ -29,8 +29,8 @@ pub unsafe extern "C" fn glimpse_fit_begin(scan: *mut glimpse_scan) -> glimpse_s
 /// Advances the fit. The result does not depend on the budgets.
 ///
 /// @param scan      The scan.
-/// @param budget    The largest number of units of work to do: 8 take some milliseconds on a Cortex-M4F
-///                  at 168 MHz with the slowest model. UINT32_MAX does all of them.
+/// @param budget    The maximum number of units of work. 8 units take some milliseconds on a Cortex-M4F at
+///                  168 MHz with the slowest model. UINT32_MAX completes the fit.
 /// @param progress  Receives the progress, or null.
 /// @return GLIMPSE_STATUS_NO_FIT if no fit is under way.
 #[unsafe(no_mangle)]
@@ -48,7 +48,7 @@ unsafe fn advance(
     budget: u32,
     progress: *mut glimpse_progress,
 ) -> Result<(), glimpse_status> {
-    // SAFETY: by the caller's word.
+    // SAFETY: guaranteed by the caller.
     let (scan, out) = unsafe { (exclusive(scan.cast::<CScan>())?, Out::optional(progress)?) };
     let mut fit = scan.fit_under_way().ok_or(glimpse_status::NoFit)?;
     let Progress { done, total } = fit.advance(budget);
@@ -58,8 +58,8 @@ unsafe fn advance(
     Ok(())
 }
 
-/// Finishes a complete fit: checks every value, the fitted material at every reading, and that both are
-/// plausible.
+/// Finishes a complete fit: checks every value and the fitted material at every reading, and tests both for
+/// plausibility.
 ///
 /// After GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to 91) the fit has a result, but it
 /// is unlikely to describe a material: check the sensor. The residual is written, and the
@@ -68,8 +68,8 @@ unsafe fn advance(
 /// @param scan      The scan.
 /// @param residual  Receives the residual, or null.
 /// @return GLIMPSE_STATUS_NO_FIT if no fit is under way; GLIMPSE_STATUS_UNFINISHED if it is not
-///         complete; GLIMPSE_STATUS_DIVERGED if a number is not finite: the readings stay, and the fit is
-///         no longer under way; GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER if the result is
+///         complete; GLIMPSE_STATUS_DIVERGED if a number is not finite: the readings stay, and the fit
+///         ends; GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER if the result is
 ///         implausible.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fit_finish(
@@ -84,11 +84,11 @@ unsafe fn finish(
     scan: *mut glimpse_scan,
     residual: *mut glimpse_residual,
 ) -> Result<(), glimpse_status> {
-    // SAFETY: by the caller's word.
+    // SAFETY: guaranteed by the caller.
     let (scan, out) = unsafe { (exclusive(scan.cast::<CScan>())?, Out::optional(residual)?) };
     let fit = scan.fit_under_way().ok_or(glimpse_status::NoFit)?;
     let finished = fit.finish().map(|_| ());
-    // An implausible material is fitted as well.
+    // An implausible material has a residual, too.
     if let (Some(out), Some(fitted)) = (out, scan.fitted()) {
         out.put(fitted.residual().into());
     }
@@ -115,12 +115,12 @@ pub unsafe extern "C" fn glimpse_fitted_residual(
     }))
 }
 
-/// Returns the loss predicted from this material's readings: an error bar, if the recipe predicts one.
-/// Recipes that complete readings do.
+/// Returns the loss predicted from this material's readings: an error bar. Only recipes that complete
+/// readings predict it.
 ///
 /// @param scan  The scan.
 /// @param loss  Receives the mean of |ln(1 + f cos(theta_i)) - ln(1 + f_fitted cos(theta_i))| over all
-///              directions; NAN if the recipe predicts none, or if it is too large for a number.
+///              directions; NAN if the recipe predicts none, or if it is too large for a float.
 /// @return GLIMPSE_STATUS_NOT_FITTED if no fit was finished since the last reading.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fitted_predicted_loss(
@@ -142,9 +142,9 @@ pub unsafe extern "C" fn glimpse_fitted_predicted_loss(
 /// @param scan        The scan.
 /// @param directions  Two unit directions above the horizon.
 /// @param brdf        Receives linear red, green and blue, in sr^-1, not times the cosine.
-/// @return GLIMPSE_STATUS_NOT_FITTED; GLIMPSE_STATUS_DIRECTIONS; for Linear GLIMPSE_STATUS_NO_BASIS: see
-///         glimpse_scan_set_basis(), or compute the BRDF on a host from the values; with a basis
-///         GLIMPSE_STATUS_DIVERGED if the BRDF is too large for a number.
+/// @return GLIMPSE_STATUS_NOT_FITTED; GLIMPSE_STATUS_DIRECTIONS; for Linear without a basis
+///         GLIMPSE_STATUS_NO_BASIS: call glimpse_scan_set_basis(), or compute the BRDF on a host from the
+///         values; with a basis GLIMPSE_STATUS_DIVERGED if the BRDF is too large for a float.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fitted_brdf(
     scan: *const glimpse_scan,
@@ -160,11 +160,11 @@ unsafe fn brdf(
     directions: *const glimpse_directions,
     brdf: *mut [f32; 3],
 ) -> Result<(), glimpse_status> {
-    // SAFETY: by the caller's word.
+    // SAFETY: guaranteed by the caller.
     let (scan, directions, out) = unsafe {
         (
             shared(scan.cast::<CScan>())?,
-            get(directions)?,
+            copy_of(directions)?,
             Out::new(brdf)?,
         )
     };
@@ -174,7 +174,7 @@ unsafe fn brdf(
         return Err(match (is_above(&directions), scan.recipe().model()) {
             (false, _) => glimpse_status::Directions,
             (true, ModelKind::Linear) if scan.basis().is_none() => glimpse_status::NoBasis,
-            // The value is too large for a number.
+            // The value is too large for a float.
             (true, _) => glimpse_status::Diverged,
         });
     };
@@ -182,8 +182,8 @@ unsafe fn brdf(
     Ok(())
 }
 
-/// Returns false for directions without a BRDF: invalid ones, and those so close to the horizon that
-/// rounding decides.
+/// Returns true if the BRDF is defined at these directions. Directions closer to the horizon than rounding errors
+/// count as below it.
 fn is_above(directions: &Directions<f32>) -> bool {
     const GRAZING: f32 = 1e-5; // cosine
     let Directions {
@@ -218,7 +218,7 @@ unsafe fn values(
     capacity: usize,
     count: *mut usize,
 ) -> Result<(), glimpse_status> {
-    // SAFETY: by the caller's word.
+    // SAFETY: guaranteed by the caller.
     let (scan, count) = unsafe { (shared(scan.cast::<CScan>())?, Out::new(count)?) };
     let fitted = Scan::fitted(scan).ok_or(glimpse_status::NotFitted)?;
     let total = fitted.values().count();
@@ -226,10 +226,10 @@ unsafe fn values(
         count.put(total);
         return Err(glimpse_status::BufferTooSmall);
     }
-    // SAFETY: only its pointer is checked here.
+    // SAFETY: this only checks the pointer.
     let first = unsafe { Out::new(values)? };
     for (index, value) in fitted.values().enumerate() {
-        // SAFETY: there is room for `capacity` values, by the caller's word, and `total` is at most that.
+        // SAFETY: the caller guarantees room for `capacity` values, and `total` is at most `capacity`.
         unsafe { first.put_at(index, value) };
     }
     count.put(total);

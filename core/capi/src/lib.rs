@@ -1,13 +1,13 @@
-//! `glimpse-core` for firmware in C: scans by a recipe, fits, and returns the fitted BRDF.
+//! C API of `glimpse-core`: scans by a recipe, fits, and returns the fitted BRDF.
 //!
-//! Every function is declared in `include/glimpse.h` with its contract; README.md is the introduction. The functions
-//! here check the arguments, call `glimpse_core`, and turn its errors into a
-//! [`glimpse_status`](status::glimpse_status). It has no global state, does not allocate, and never panics.
+//! `include/glimpse.h` declares every function with its contract; README.md is the introduction. The functions check
+//! their arguments, call `glimpse_core`, and convert its errors to a [`glimpse_status`](status::glimpse_status). The
+//! library has no global state, does not allocate, and never panics.
 //!
 //! # Aliasing
 //! A handle points to a `Scan` or a `Driver` at the front of the caller's memory. The scan borrows the rest of that
-//! memory. Every function makes one reference to the handle for the time of its call. Results are written through raw
-//! pointers, so they may even overlap each other.
+//! memory. Every function creates one reference to the handle for the duration of its call. Results are written through
+//! raw pointers, so they may overlap each other.
 
 #![no_std]
 #![cfg_attr(
@@ -22,15 +22,15 @@
         clippy::unreachable
     )
 )]
-#![allow(non_camel_case_types)] // C's names, so that a search finds both
+#![allow(non_camel_case_types)] // the names of the C API
 
 #[cfg(not(target_os = "none"))]
-extern crate std; // for its panic handler: tests, and C on a host
+extern crate std; // panic handler for tests and for C on a host
 
 mod configuration;
 mod driver;
 mod fit;
-mod place;
+mod pointer;
 mod recipe;
 mod scan;
 mod status;
@@ -55,7 +55,7 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     }
 }
 
-/// A function that the proof must reject.
+/// A function that can panic, which the no-panic proof must reject.
 #[cfg(feature = "can-panic")]
 #[unsafe(no_mangle)]
 #[allow(clippy::indexing_slicing)]

@@ -3,7 +3,7 @@
 use glimpse_core::recipe::Recipe;
 
 use crate::configuration::CScan;
-use crate::place::{Out, list, status};
+use crate::pointer::{Out, slice, status};
 use crate::status::glimpse_status;
 use crate::types::{glimpse_model, glimpse_recipe};
 
@@ -29,8 +29,8 @@ unsafe fn describe(
     count: usize,
     out: *mut glimpse_recipe,
 ) -> Result<(), glimpse_status> {
-    // SAFETY: by the caller's word.
-    let (out, bytes) = unsafe { (Out::new(out)?, list(bytes, count)?) };
+    // SAFETY: guaranteed by the caller.
+    let (out, bytes) = unsafe { (Out::new(out)?, slice(bytes, count)?) };
     let recipe = Recipe::parse(bytes)?;
     CScan::accept(&recipe, usize::MAX)?;
     out.put(glimpse_recipe {

@@ -8,17 +8,17 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Scan, ScanError};
 
 use crate::configuration::CScan;
-use crate::place::{Out, Place, bytes_for, exclusive, get, list, shared, status};
+use crate::pointer::{CallerMemory, Out, bytes_for, copy_of, exclusive, shared, slice, status};
 use crate::status::glimpse_status;
 use crate::types::{glimpse_reading, glimpse_recorded, glimpse_sample};
 
-/// A scan of one material, in the caller's memory. One thread uses it at a time.
+/// A scan of one material, in the caller's memory. Use it from one thread at a time.
 pub struct glimpse_scan {
     _private: (),
 }
 
-/// Returns the bytes of memory that glimpse_scan_begin() needs with a recipe. 0 if the bytes are not a
-/// recipe that this library accepts: glimpse_recipe_describe() says why.
+/// Returns the bytes of memory that glimpse_scan_begin() needs with a recipe. Returns 0 if this library does
+/// not accept the recipe: glimpse_recipe_describe() returns the reason.
 ///
 /// @param recipe  The recipe, with any alignment.
 /// @param count   Number of bytes.
@@ -31,8 +31,8 @@ pub unsafe extern "C" fn glimpse_scan_bytes(recipe: *const u8, count: usize) -> 
 /// Begins a scan. The memory needs no initialization; its content is overwritten.
 ///
 /// @param memory        The caller's memory, aligned to GLIMPSE_ALIGNMENT, as declared by
-///                      GLIMPSE_MEMORY. Nothing else may read, write or move it while the scan is in
-///                      use. There is nothing to free.
+///                      GLIMPSE_MEMORY. No other code may read, write or move it while the scan is in
+///                      use. Nothing must be freed.
 /// @param memory_bytes  Its size: at least glimpse_scan_bytes() of the recipe.
 /// @param recipe        The recipe, with any alignment. It is not copied: it must not change while the
 ///                      scan is in use. It must not lie in the scan's memory.
@@ -58,28 +58,28 @@ unsafe fn begin(
     recipe_bytes: usize,
     scan: *mut *mut glimpse_scan,
 ) -> Result<(), glimpse_status> {
-    // SAFETY: by the caller's word.
+    // SAFETY: guaranteed by the caller.
     let out = unsafe { Out::new(scan)? };
     out.put(core::ptr::null_mut());
-    // SAFETY: by the caller's word; recipe and memory stay while the handle is in use.
-    let (recipe, place) = unsafe {
+    // SAFETY: guaranteed by the caller; recipe and memory stay while the handle is in use.
+    let (recipe, memory) = unsafe {
         (
-            list(recipe, recipe_bytes)?,
-            Place::<CScan>::new(memory, memory_bytes)?,
+            slice(recipe, recipe_bytes)?,
+            CallerMemory::<CScan>::new(memory, memory_bytes)?,
         )
     };
     let recipe = Recipe::parse(recipe)?;
-    let words = CScan::accept(&recipe, place.words()).map_err(|error| match error {
+    let words = CScan::accept(&recipe, memory.words()).map_err(|error| match error {
         ScanError::Memory { .. } => glimpse_status::MemoryTooSmall,
         error => error.into(),
     })?;
-    let handle = place.put(words, |numbers| Scan::new(recipe, numbers))?;
+    let handle = memory.put(words, |numbers| Scan::new(recipe, numbers))?;
     out.put(handle.cast::<glimpse_scan>());
     Ok(())
 }
 
-/// Gives Linear the basis that glimpse_fitted_brdf() needs; other models have no use for it. The whole
-/// basis is checked, which takes some milliseconds for each 100 kB.
+/// Sets the basis that glimpse_fitted_brdf() needs for the model Linear. The whole basis is checked, which
+/// takes some milliseconds per 100 kB.
 ///
 /// @param scan   The scan.
 /// @param basis  The output of trainer export --format basis, with any alignment. It is not copied: it
@@ -102,18 +102,18 @@ unsafe fn set_basis(
     basis: *const u8,
     count: usize,
 ) -> Result<(), glimpse_status> {
-    // SAFETY: by the caller's word; the basis stays while the handle is in use.
+    // SAFETY: guaranteed by the caller; the basis stays while the handle is in use.
     let basis = unsafe {
         exclusive(scan)?;
-        Basis::parse(list(basis, count)?)?
+        Basis::parse(slice(basis, count)?)?
     };
-    // SAFETY: the pointer was checked. The copy is written back, or dropped, which does nothing, before the original
-    // is used again.
+    // SAFETY: the pointer was checked. The copy is written back before the original is used again, or dropped, which
+    // has no effect.
     unsafe { scan.write(scan.read().with_basis(basis)?) };
     Ok(())
 }
 
-/// Drops all readings and marks of skipped samples, for the next material.
+/// Deletes all readings and marks of skipped samples, for the next material.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_restart(scan: *mut glimpse_scan) -> glimpse_status {
     // SAFETY: C keeps the contract in the header.
@@ -126,7 +126,7 @@ pub unsafe extern "C" fn glimpse_scan_restart(scan: *mut glimpse_scan) -> glimps
 /// @param scan    The scan.
 /// @param from    The smallest index to return; 0 for the first pending sample.
 /// @param sample  Receives the sample.
-/// @return GLIMPSE_STATUS_NONE_PENDING if every sample from there on is read or skipped.
+/// @return GLIMPSE_STATUS_NONE_PENDING if all samples from there on are read or skipped.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_next(
     scan: *const glimpse_scan,
@@ -142,7 +142,7 @@ unsafe fn next(
     from: u16,
     sample: *mut glimpse_sample,
 ) -> Result<(), glimpse_status> {
-    // SAFETY: by the caller's word.
+    // SAFETY: guaranteed by the caller.
     let (scan, out) = unsafe { (shared(scan.cast::<CScan>())?, Out::new(sample)?) };
     let mut pending = scan.pending().skip_while(|(index, _)| *index < from);
     let (index, directions) = pending.next().ok_or(glimpse_status::NonePending)?;
@@ -188,11 +188,11 @@ unsafe fn record(
     reading: *const glimpse_reading,
     recorded: *mut glimpse_recorded,
 ) -> Result<(), glimpse_status> {
-    // SAFETY: by the caller's word.
+    // SAFETY: guaranteed by the caller.
     let (scan, reading, out) = unsafe {
         (
             exclusive(scan.cast::<CScan>())?,
-            get(reading)?,
+            copy_of(reading)?,
             Out::optional(recorded)?,
         )
     };
@@ -206,7 +206,7 @@ unsafe fn record(
     Ok(())
 }
 
-/// Skips a sample that cannot be read: it stops being pending, and loses its reading. A later
+/// Skips a sample that cannot be read: it is no longer pending, and its reading is deleted. A later
 /// glimpse_scan_record() of the sample undoes this. A fit that is under way, or its result, is dropped.
 ///
 /// @param scan   The scan.

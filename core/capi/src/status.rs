@@ -8,10 +8,10 @@ use glimpse_core::model::linear::BasisError;
 use glimpse_core::recipe::RecipeError;
 use glimpse_core::scan::{FinishError, FitError, ReadingError, ScanError, SkipError};
 
-/// The status of a call: 0 on success. glimpse_status_text() has a sentence for each.
+/// The status of a call: 0 on success. glimpse_status_text() returns its text.
 ///
-/// After any other status than GLIMPSE_STATUS_OK nothing has changed and no result is written, unless
-/// a function states otherwise. A number never gets another meaning.
+/// After a status other than GLIMPSE_STATUS_OK nothing has changed and no result is written, unless the
+/// function states otherwise. The meaning of a number never changes.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum glimpse_status {
@@ -23,20 +23,20 @@ pub enum glimpse_status {
     Misaligned = 2,
     /// The memory is too small for the recipe: see glimpse_scan_bytes() and glimpse_driver_bytes().
     MemoryTooSmall = 3,
-    /// A length is larger than memory can be.
+    /// A length exceeds the address space.
     Length = 4,
-    /// The buffer is too small for the result; the count says how much room it takes.
+    /// The buffer is too small for the result; the count is the required capacity.
     BufferTooSmall = 5,
     /// An argument is out of range.
     Argument = 6,
     /// An error of glimpse-core that this library does not know.
     Unknown = 7,
 
-    /// No sample is pending; this ends a loop.
+    /// No sample is pending: the loop over samples ends.
     NonePending = 16,
     /// This sample has no reading.
     NotRead = 17,
-    /// A reading is missing; glimpse_scan_next() says which.
+    /// A reading is missing; glimpse_scan_next() returns its sample.
     Incomplete = 18,
     /// No fit is under way; glimpse_fit_begin() begins one, and a reading ends it.
     NoFit = 19,
@@ -97,14 +97,14 @@ pub enum glimpse_status {
 
     /// A channel of the reading is not a finite number.
     ReadingNonFinite = 64,
-    /// A channel of the reading is below -1 sr^-1, further than noise can be.
+    /// A channel of the reading is below -1 sr^-1, which noise cannot explain.
     ReadingNegative = 65,
     /// The recipe's pattern has no sample with this index.
     ReadingIndex = 66,
     /// A sample was skipped, but the recipe needs every reading.
     ReadingRequired = 67,
 
-    /// The readings are too large for a BRDF: they have to be in sr^-1, not counts.
+    /// The readings are too large for a BRDF: pass values in sr^-1, not counts.
     TooLarge = 80,
     /// The fit diverged.
     Diverged = 81,
@@ -143,7 +143,7 @@ pub enum glimpse_status {
     RefusedValues = 101,
     /// The host refused: it does not support this model.
     RefusedModel = 102,
-    /// The host refused: it did not give this reading.
+    /// The host refused: it has not sent this reading.
     RefusedSaved = 103,
     /// The host refused: it sends another recipe than it offered.
     RefusedRecipe = 104,
@@ -172,8 +172,8 @@ const OWN_TEXTS: &[(Status, &CStr)] = &[
         Status::MemoryTooSmall,
         c"the memory is too small for the recipe: glimpse_scan_bytes and glimpse_driver_bytes return its size",
     ),
-    (Status::Length, c"a length is larger than memory can be"),
-    (Status::Argument, c"an argument is out of range"),
+    (Status::Length, c"a length exceeds the address space"),
+    (Status::Argument, c"an argument is out of range: see the function's documentation in glimpse.h"),
     (
         Status::Unknown,
         c"an error that this library does not know: update the library",
@@ -202,7 +202,7 @@ const OWN_TEXTS: &[(Status, &CStr)] = &[
     ),
 ];
 
-/// Gives each of these error codes of `glimpse-core` the status of the same name, number and text.
+/// Defines the status of the same name, number and text for each of these error codes of `glimpse-core`.
 macro_rules! core_codes {
     ($($name:ident)+) => {
         /// The statuses of `glimpse-core`'s error codes, with their texts.
@@ -242,7 +242,7 @@ core_codes! {
     RefusedRequest RefusedOther
 }
 
-/// The bytes of a text, which has `N - 1` of them, and a zero.
+/// Returns the bytes of a text of `N - 1` bytes, and a zero.
 const fn terminated<const N: usize>(text: &str) -> [u8; N] {
     let mut bytes = [0; N];
     let mut to = bytes.as_mut_slice();
@@ -254,13 +254,13 @@ const fn terminated<const N: usize>(text: &str) -> [u8; N] {
     bytes
 }
 
-/// Every status with its text.
+/// Returns every status with its text.
 pub(crate) fn texts() -> impl Iterator<Item = (Status, &'static CStr)> {
     OWN_TEXTS.iter().chain(CORE_TEXTS).copied()
 }
 
-/// Returns the meaning of a status as an English sentence. It is zero-terminated, constant and never
-/// null; a number that is not a status has a text too.
+/// Returns the text of a status: an English sentence, zero-terminated, constant and never null. A number
+/// that is not a status has a text, too.
 #[unsafe(no_mangle)]
 pub extern "C" fn glimpse_status_text(status: i32) -> *const c_char {
     let found = texts().find(|(known, _)| *known as i32 == status);
@@ -269,8 +269,8 @@ pub extern "C" fn glimpse_status_text(status: i32) -> *const c_char {
         .as_ptr()
 }
 
-/// Returns the version of this library, such as "0.3.0". It should equal the header's GLIMPSE_VERSION.
-/// It is zero-terminated, constant and never null.
+/// Returns the version of this library, such as "0.3.0": zero-terminated, constant and never null. It
+/// should equal the header's GLIMPSE_VERSION.
 #[unsafe(no_mangle)]
 pub extern "C" fn glimpse_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0")

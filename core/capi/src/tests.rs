@@ -1,4 +1,4 @@
-//! Calls of the functions, as C makes them.
+//! Tests of the C functions, called as from C.
 
 mod basis;
 mod driver;
@@ -22,7 +22,7 @@ use crate::scan::{glimpse_scan, glimpse_scan_begin, glimpse_scan_next, glimpse_s
 use crate::status::glimpse_status;
 use crate::types::{glimpse_directions, glimpse_reading, glimpse_sample};
 
-/// A recipe of each model with a descent or a solve, and then of each model one that completes the readings.
+/// Recipes: of each model one with a descent or a solve, then of each model one that completes the readings.
 pub(crate) const RECIPES: [&[u8]; 8] = [
     include_bytes!("../../../trainer/recipes/phong-n8.recipe"),
     include_bytes!("../../../trainer/recipes/cook-torrance-n8.recipe"),
@@ -36,11 +36,11 @@ pub(crate) const RECIPES: [&[u8]; 8] = [
 pub(crate) const NEURAL: &[u8] = RECIPES[2];
 /// A recipe of 16 samples that tolerates missing readings.
 pub(crate) const MASKED: &[u8] = include_bytes!("../../../trainer/recipes/masked/phong-n16.recipe");
-/// Words of the largest of them.
+/// Words of the largest of these recipes.
 pub(crate) const WORDS: usize = memory_words(&RECIPES);
 const _: () = assert!(memory_words(&[MASKED]) <= WORDS);
 
-/// Memory of C: aligned and not initialized.
+/// The caller's memory: aligned and uninitialized.
 pub(crate) struct Bytes {
     words: Box<[u64]>,
     pub(crate) bytes: usize,
@@ -66,7 +66,7 @@ impl Bytes {
     }
 }
 
-/// Begins a scan, with or without success.
+/// Begins a scan. Returns the status and the scan.
 pub(crate) fn begin(memory: &mut Bytes, recipe: &[u8]) -> (glimpse_status, *mut glimpse_scan) {
     let mut scan = null_mut();
     let bytes = memory.bytes;
@@ -83,7 +83,7 @@ pub(crate) fn begin(memory: &mut Bytes, recipe: &[u8]) -> (glimpse_status, *mut 
     (status, scan)
 }
 
-/// A material that differs from sample to sample.
+/// Returns a reading that differs between samples.
 pub(crate) fn reading(index: u16) -> glimpse_reading {
     let value = 0.05 + 0.02 * f32::from(index % 7);
     glimpse_reading {
@@ -92,7 +92,7 @@ pub(crate) fn reading(index: u16) -> glimpse_reading {
     }
 }
 
-/// Reads all samples and returns their number.
+/// Records readings of all pending samples and returns their number.
 pub(crate) fn record_all(scan: *mut glimpse_scan) -> usize {
     let mut sample = glimpse_sample::default();
     let mut count = 0;
@@ -106,7 +106,7 @@ pub(crate) fn record_all(scan: *mut glimpse_scan) -> usize {
     count
 }
 
-/// The fit of the same readings by core itself: the values' bits, and the predicted loss.
+/// Fits the same readings by core. Returns the bits of the values, and the predicted loss.
 pub(crate) fn fitted_by_core(recipe: &[u8]) -> (Vec<u32>, Option<f32>) {
     use glimpse_core::recipe::Recipe;
     use glimpse_core::scan::Scan;
@@ -124,7 +124,7 @@ pub(crate) fn fitted_by_core(recipe: &[u8]) -> (Vec<u32>, Option<f32>) {
     (values, fitted.predicted_loss())
 }
 
-/// The values of that fit.
+/// Fits the same readings by core. Returns the bits of the values.
 pub(crate) fn values_by_core(recipe: &[u8]) -> Vec<u32> {
     fitted_by_core(recipe).0
 }

@@ -1,4 +1,4 @@
-//! Values that C and the library exchange.
+//! Types of the C API.
 
 use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
 use glimpse_core::gonio::Limits;
@@ -8,7 +8,7 @@ use glimpse_core::scan::{Reading, Residual};
 
 use crate::status::glimpse_status;
 
-/// A pair of unit directions, pointing away from the surface; z is the normal.
+/// A pair of unit directions that point away from the surface; z is the normal.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_directions {
@@ -18,18 +18,18 @@ pub struct glimpse_directions {
     pub outgoing: [f32; 3],
 }
 
-/// Positions of both arms as spherical angles in radians: theta from the normal, phi about the normal,
-/// from x towards y.
+/// Positions of both arms as spherical angles in radians: theta from the normal, phi about the normal from
+/// x towards y.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_arms {
     /// Polar angle of the light: 0 to pi/2.
     pub theta_i: f32,
-    /// Azimuth of the light, in any turn. 0 along the normal.
+    /// Azimuth of the light, modulo 2 pi. 0 along the normal.
     pub phi_i: f32,
     /// Polar angle of the sensor: 0 to pi/2.
     pub theta_o: f32,
-    /// Azimuth of the sensor, in any turn. 0 along the normal.
+    /// Azimuth of the sensor, modulo 2 pi. 0 along the normal.
     pub phi_o: f32,
 }
 
@@ -39,17 +39,16 @@ pub struct glimpse_arms {
 pub struct glimpse_sample {
     /// Index in the pattern, from 0.
     pub index: u16,
-    /// Directions of light and sensor. The half vector lies in the xz plane; with an isotropic
-    /// material both azimuths may be turned together.
+    /// Directions of light and sensor. The half vector lies in the xz plane; for an isotropic material
+    /// both azimuths may be rotated by the same angle.
     pub directions: glimpse_directions,
-    /// The same as spherical angles.
+    /// The directions as spherical angles.
     pub arms: glimpse_arms,
-    /// The same in Rusinkiewicz angles, radians. Angle between the normal and the half vector: 0 to
-    /// pi/2.
+    /// Rusinkiewicz angle between the normal and the half vector, radians: 0 to pi/2.
     pub theta_h: f32,
-    /// Angle between the half vector and the light: 0 to pi/2.
+    /// Rusinkiewicz angle between the half vector and the light, radians: 0 to pi/2.
     pub theta_d: f32,
-    /// Azimuth of the light about the half vector.
+    /// Rusinkiewicz azimuth of the light about the half vector, radians.
     pub phi_d: f32,
 }
 
@@ -58,8 +57,8 @@ pub struct glimpse_sample {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_reading {
     /// The BRDF in linear red, green and blue, in sr^-1: not times the cosine, not counts, not a
-    /// reflectance factor. Noise may bring it slightly below 0, to -1 at most. A sensor with one
-    /// channel gives it three times.
+    /// reflectance factor. Values down to -1 are accepted as noise. A sensor with one channel repeats its
+    /// value three times.
     pub brdf: [f32; 3],
     /// Not 0 if the sensor was saturated: the true value is larger.
     pub saturated: u8,
@@ -71,23 +70,23 @@ pub struct glimpse_reading {
 pub struct glimpse_recorded {
     /// 1 if it replaced an earlier reading, else 0.
     pub replaced: u8,
-    /// 1 if a channel is so far below 0 that the fit raises it, else 0.
+    /// 1 if the fit will raise a channel that is too far below 0, else 0.
     pub clamped: u8,
 }
 
 /// Progress of a fit in units of work: gradients of one sample, rows and channels of Linear's solve, or
-/// parts of a completion of the readings.
+/// parts of the completion of readings.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_progress {
     /// Units done.
     pub done: u32,
-    /// Units of the whole fit: it is complete when done equals total.
+    /// Units of the whole fit, which is complete when done equals total.
     pub total: u32,
 }
 
-/// Quality of a fit, from its readings. It does not show a wrong convention: readings that are times the
-/// cosine are fitted as well as others.
+/// Quality of a fit at its readings. It does not reveal a wrong convention: readings that are times the
+/// cosine have equally small residuals.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_residual {
@@ -99,13 +98,13 @@ pub struct glimpse_residual {
     pub worst_index: u16,
     /// Number of saturated readings.
     pub saturated: u16,
-    /// Number of readings that equal the one before them, bit for bit. A real sensor is too noisy for
-    /// that: if all but the first do, the sensor is stuck.
+    /// Number of readings that equal the previous one bit for bit. A real sensor has noise: if all but the
+    /// first are equal, the sensor is stuck.
     pub repeated: u16,
     /// Number of readings that were too far below 0 and were raised.
     pub clamped: u16,
-    /// The reason why the fitted material is implausible: GLIMPSE_STATUS_DARK to
-    /// GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to 91). 0 if it is plausible.
+    /// Reason of an implausible material: GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to
+    /// 91). 0 if it is plausible.
     pub implausible: i32,
 }
 
@@ -115,7 +114,7 @@ pub struct glimpse_residual {
 pub enum glimpse_model {
     /// Phong: 7 values.
     Phong = 0,
-    /// A network: 675 values.
+    /// Neural network: 675 values.
     Neural = 1,
     /// Cook-Torrance: 8 values.
     CookTorrance = 2,
@@ -127,19 +126,19 @@ pub enum glimpse_model {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct glimpse_recipe {
-    /// The model that it fits.
+    /// The fitted model.
     pub model: glimpse_model,
     /// n, the number of samples of its pattern.
     pub samples: u16,
     /// Number of values of a fit.
     pub values: u16,
-    /// The CRC-32 in its header. It names the recipe: saved readings belong to one recipe.
+    /// The CRC-32 in its header. It identifies the recipe that saved readings belong to.
     pub checksum: u32,
-    /// The expected loss on a material outside of the training set; NaN if the recipe states none.
+    /// Expected loss on a material outside of the training set; NaN if the recipe does not include it.
     pub expected_loss: f32,
 }
 
-/// A reading that outlasted a reset.
+/// A reading that survived a reset.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_saved {
@@ -149,7 +148,7 @@ pub struct glimpse_saved {
     pub reading: glimpse_reading,
 }
 
-/// The other end of the line, and who moves the arms.
+/// The role of the host.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum glimpse_host {
@@ -161,7 +160,7 @@ pub enum glimpse_host {
     Absent = 2,
 }
 
-/// Limits of the machine that measures; angles in radians.
+/// Limits of the measuring machine; angles in radians.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct glimpse_limits {
@@ -175,36 +174,36 @@ pub struct glimpse_limits {
     pub in_plane: u8,
 }
 
-/// Options of a driver. glimpse_config_default() has sensible values.
+/// Options of a driver. glimpse_config_default() returns the defaults.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct glimpse_config {
     /// One of glimpse_host.
     pub host: i32,
     /// Not 0 if `limits` are set. The driver skips samples out of reach if the recipe tolerates missing
-    /// readings; else the scan fails before anything moves. 0: every sample is within reach.
+    /// readings; else the scan fails before the first measurement. 0: all samples are within reach.
     pub has_limits: u8,
-    /// Number of invalid readings of a sample after which the driver skips it; or fails, if the recipe
-    /// needs every reading.
+    /// Number of invalid readings of a sample after which the driver skips it, or fails if the recipe needs
+    /// every reading.
     pub attempts: u8,
-    /// Limits of the machine that measures.
+    /// Limits of the measuring machine.
     pub limits: glimpse_limits,
-    /// The seed of the sequence numbers on the line. It must differ from the seeds of all earlier
+    /// Seed of the sequence numbers on the link. It must differ from the seeds of all earlier
     /// drivers of this device: a boot counter, a random number, or the value of a free-running timer.
     pub sequence_seed: u32,
-    /// Units of the fit in one glimpse_driver_poll(). 0 counts as 1.
+    /// Units of the fit per glimpse_driver_poll(). 0 means 1.
     pub steps_per_poll: u32,
     /// Interval of retransmissions of a request without a reply, in ms.
     pub retransmit_interval_ms: u32,
     /// Timeout of a reply, in ms.
     pub reply_timeout_ms: u32,
-    /// Timeout of a reading by the host, in ms: its motors move.
+    /// Timeout of a reading by the host, in ms; includes the motion of its arms.
     pub measure_timeout_ms: u32,
-    /// The largest recipe that the device can store, in bytes. 0: it stores none.
+    /// Maximum size of a recipe that the device can store, in bytes. 0: it stores none.
     pub recipe_bytes: u32,
 }
 
-/// Kinds of glimpse_action. Ignore kinds that the firmware does not know.
+/// Kinds of glimpse_action. Ignore unknown kinds.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum glimpse_action_kind {
@@ -212,30 +211,30 @@ pub enum glimpse_action_kind {
     Wait = 0,
     /// Poll again soon.
     Continue = 1,
-    /// Move the arms to `directions`, read the sensor, then call glimpse_driver_record() with `index`;
-    /// or glimpse_driver_skip(), or glimpse_driver_fail(). Any other pending sample is as good. The
-    /// driver repeats this action until one of these calls.
+    /// Move the arms to `directions`, read the sensor, then call glimpse_driver_record() with `index`, or
+    /// glimpse_driver_skip(), or glimpse_driver_fail(). Other pending samples are allowed, too. The driver
+    /// repeats this action until one of these calls.
     Measure = 2,
-    /// Save `index` and `reading` where they outlast a reset.
+    /// Save `index` and `reading` in memory that survives a reset.
     Save = 3,
     /// Delete all saved readings.
     Forget = 4,
-    /// Write `byte_count` of `bytes` to `offset` of a new recipe, next to the present one. At 0 another
-    /// recipe begins.
+    /// Write `byte_count` bytes of `bytes` at `offset` of a new recipe, separate from the present one. A new
+    /// recipe begins at offset 0.
     Store = 5,
-    /// The new recipe of `offset` bytes is stored, and should have `checksum`. If
-    /// glimpse_driver_bytes() of it is neither 0 nor more than the memory, begin a driver with it; else
-    /// call glimpse_driver_reject().
+    /// The new recipe of `offset` bytes is complete, and should have `checksum`. If its
+    /// glimpse_driver_bytes() are neither 0 nor larger than the memory, begin a driver with it; else call
+    /// glimpse_driver_reject().
     Install = 6,
-    /// The scan is finished, with `residual`; glimpse_driver_scan() has the material until the next
-    /// poll.
+    /// The scan is finished, with `residual`. glimpse_driver_scan() returns the fitted material until the
+    /// next poll.
     Finished = 7,
-    /// The scan has failed, because of `failure`. With a host it begins again by itself after a pause,
-    /// else with glimpse_driver_restart().
+    /// The scan has failed because of `failure`. With a host it restarts automatically after a pause, else
+    /// by glimpse_driver_restart().
     Failed = 8,
 }
 
-/// The next action of the firmware. Fields that the kind does not name are 0.
+/// The next action of the firmware. Fields that its kind does not use are 0.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct glimpse_action {
@@ -243,9 +242,9 @@ pub struct glimpse_action {
     pub kind: glimpse_action_kind,
     /// Reason of a failure.
     pub failure: glimpse_status,
-    /// Position of bytes in a new recipe, or its length.
+    /// Offset of the bytes in a new recipe, or its length.
     pub offset: u32,
-    /// The checksum that a new recipe should have in its header.
+    /// Expected checksum in the header of a new recipe.
     pub checksum: u32,
     /// Directions of light and sensor.
     pub directions: glimpse_directions,
@@ -261,7 +260,7 @@ pub struct glimpse_action {
     pub bytes: [u8; 60],
 }
 
-const _: () = assert!(BYTES_PER_FRAME == 60); // the header's number
+const _: () = assert!(BYTES_PER_FRAME == 60); // the length of `bytes` above
 
 impl From<Directions<f32>> for glimpse_directions {
     fn from(directions: Directions<f32>) -> Self {
@@ -281,7 +280,7 @@ impl From<glimpse_directions> for Directions<f32> {
     }
 }
 
-/// Returns the directions of two arms. Any angles are valid; below the horizon the BRDF is undefined.
+/// Returns the directions of two arms. All angles are valid; below the horizon the BRDF is undefined.
 #[unsafe(no_mangle)]
 pub extern "C" fn glimpse_directions_of(arms: glimpse_arms) -> glimpse_directions {
     let spherical = |theta, phi| Spherical { theta, phi };

@@ -1,4 +1,4 @@
-//! The examples in C on a host: no warnings, no undefined behavior that sanitizers find, the bits of Rust.
+//! Tests of the C examples on a host: no warnings, no undefined behavior found by sanitizers, the same bits as Rust.
 
 mod common;
 
@@ -9,7 +9,7 @@ use std::{env, fs};
 use common::{compile, expected, folder, run};
 use glimpse_core::recipe::Recipe;
 
-/// Builds the library, because cargo does not build static libraries for tests. Its dependencies are compiled already.
+/// Builds the library, because cargo does not build static libraries for tests. Its dependencies are already compiled.
 fn library() -> String {
     let mut target: PathBuf = env::current_exe().unwrap();
     for _ in 0..3 {
@@ -49,7 +49,7 @@ fn has_sanitizers() -> bool {
 }
 
 #[test]
-fn the_examples_print_the_bits_of_rust() {
+fn examples_match_rust() {
     let library = library();
     let directory = tempfile::tempdir().unwrap();
     let all: [&[&str]; 3] = [
@@ -72,7 +72,7 @@ fn the_examples_print_the_bits_of_rust() {
     }
 }
 
-/// The recipes of the README's table.
+/// Recipes in the README's table.
 const RECIPES: [&str; 6] = [
     "neural-n8",
     "phong-n8",
@@ -94,7 +94,7 @@ fn words(name: &str) -> usize {
 
 /// The header's macros are large enough for the library.
 #[test]
-fn the_headers_sizes_are_enough_for_the_library() {
+fn header_sizes_fit_library() {
     let library = library();
     let directory = tempfile::tempdir().unwrap();
     let out = directory.path().join("sizes");
@@ -130,15 +130,15 @@ fn the_headers_sizes_are_enough_for_the_library() {
     }
 }
 
-/// The header's formulas, on a machine with pointers of `pointer` bytes.
+/// Evaluates the header's formulas for pointers of `pointer` bytes.
 fn sizes(words: usize, pointer: usize) -> [usize; 2] {
     let scan = 48 * pointer + 64 + 4 * words;
     [scan, scan + 640]
 }
 
-/// On 32-bit machines.
+/// The table is for 32-bit machines.
 #[test]
-fn the_readmes_table_of_memory_is_right() {
+fn readme_memory_table_is_correct() {
     let readme = fs::read_to_string(folder().join("README.md")).unwrap();
     for name in RECIPES {
         let [scan, driver] = sizes(words(name), 4).map(thousands);
@@ -148,9 +148,9 @@ fn the_readmes_table_of_memory_is_right() {
     }
 }
 
-/// The memory that the examples declare is that of the largest recipe.
+/// The memory of the examples is enough for their largest recipe.
 #[test]
-fn the_examples_declare_enough_memory() {
+fn example_memory_fits_largest_recipe() {
     let largest = RECIPES.into_iter().filter(|name| name.ends_with("-n8"));
     let largest = largest.map(words).max().unwrap();
     let header = fs::read_to_string(folder().join("examples/example.h")).unwrap();
@@ -165,9 +165,9 @@ fn thousands(number: usize) -> String {
     }
 }
 
-/// The header is valid C++ too.
+/// The header is valid C++.
 #[test]
-fn the_header_compiles_as_cpp() {
+fn header_compiles_as_cpp() {
     let directory = tempfile::tempdir().unwrap();
     let source = directory.path().join("header.cpp");
     let text = "#include \"glimpse.h\"\nstatic GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(87));\n\

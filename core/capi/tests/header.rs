@@ -1,10 +1,10 @@
-//! The committed header equals the one that cbindgen generates from the sources.
+//! Test of the committed header: it equals the one that cbindgen generates from the sources.
 
 use std::path::Path;
 use std::{env, fs};
 
 #[test]
-fn the_header_is_up_to_date() {
+fn header_is_up_to_date() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let config = cbindgen::Config::from_file(folder.join("cbindgen.toml")).unwrap();
     let mut builder = cbindgen::Builder::new().with_config(config);

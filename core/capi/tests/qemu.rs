@@ -1,6 +1,6 @@
-//! The examples in C on microcontrollers: built by Arm's compiler, run in QEMU, with the bits of Rust.
+//! Tests of the C examples on microcontrollers: compiled by Arm's compiler, run in QEMU, with the same bits as Rust.
 //!
-//! `tests/run firmware` builds the libraries that they are linked with.
+//! `tests/run firmware` builds the libraries for linking.
 
 mod common;
 
@@ -8,7 +8,7 @@ use std::process::Command;
 
 use common::{compile, expected, folder, run};
 
-/// A microcontroller in QEMU: target, machine, and the C compiler's options.
+/// A microcontroller in QEMU: target, machine, and options of the C compiler.
 struct Board {
     triple: &'static str,
     machine: &'static str,
@@ -21,7 +21,7 @@ const BOARDS: [Board; 2] = [
         machine: "netduinoplus2",
         options: &["-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"],
     },
-    // It has 16 KiB of RAM.
+    // This machine has 16 KiB of RAM.
     Board {
         triple: "thumbv6m-none-eabi",
         machine: "microbit",
@@ -34,7 +34,7 @@ const BOARDS: [Board; 2] = [
 ];
 
 #[test]
-fn the_examples_print_the_bits_of_rust_in_qemu() {
+fn examples_match_rust_in_qemu() {
     let directory = tempfile::tempdir().unwrap();
     let script = folder().join("examples/board.ld");
     let script = format!("-T{}", script.display());

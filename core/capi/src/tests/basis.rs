@@ -1,4 +1,4 @@
-//! The basis of Linear.
+//! Tests of Linear's basis.
 
 use core::ptr::null;
 use std::vec::Vec;
@@ -14,7 +14,7 @@ use crate::types::glimpse_reading;
 
 const LINEAR: &[u8] = RECIPES[3];
 
-/// A basis of eight nodes with a table of zeros: its BRDF is that of the mean, (e^0 - 1) e / w = 0.
+/// Returns a basis of eight nodes with a table of zeros. Its BRDF is that of the mean, (e^0 - 1) e / w = 0.
 fn basis(of: u32, components: u16) -> Vec<u8> {
     let mut body = of.to_le_bytes().to_vec();
     for count in [components, 2, 2, 2] {
@@ -35,7 +35,7 @@ fn basis(of: u32, components: u16) -> Vec<u8> {
 }
 
 #[test]
-fn linear_has_a_brdf_by_its_own_basis() {
+fn linear_brdf_requires_matching_basis() {
     let of = Recipe::parse(LINEAR).unwrap().basis_checksum().unwrap();
     let components = super::scan::describe(LINEAR).values / 3;
     let right = basis(of, components);
@@ -54,24 +54,25 @@ fn linear_has_a_brdf_by_its_own_basis() {
         );
         assert_eq!(glimpse_fit_finish(scan, core::ptr::null_mut()), Status::Ok);
     }
-    let ask = |brdf: &mut [f32; 3]| unsafe { glimpse_fitted_brdf(scan, &raw const MIRROR, brdf) };
-    assert_eq!(ask(&mut brdf), Status::NoBasis);
+    let evaluate =
+        |brdf: &mut [f32; 3]| unsafe { glimpse_fitted_brdf(scan, &raw const MIRROR, brdf) };
+    assert_eq!(evaluate(&mut brdf), Status::NoBasis);
     for (bytes, status) in [
         (b"no basis".as_slice(), Status::BasisMagic),
         (right.get(..40).unwrap(), Status::BasisLength),
         (&other, Status::Basis),
     ] {
         assert_eq!(set(bytes), status);
-        assert_eq!(ask(&mut brdf), Status::NoBasis);
+        assert_eq!(evaluate(&mut brdf), Status::NoBasis);
     }
     let nothing = unsafe { glimpse_scan_set_basis(scan, null(), 9) };
     assert_eq!(nothing, Status::Null);
     let nowhere = unsafe { glimpse_scan_set_basis(core::ptr::null_mut(), right.as_ptr(), 9) };
     assert_eq!(nowhere, Status::Null);
 
-    // Readings and fit are still there.
+    // Readings and fit are unchanged.
     assert_eq!(set(&right), Status::Ok);
-    assert_eq!(ask(&mut brdf), Status::Ok);
+    assert_eq!(evaluate(&mut brdf), Status::Ok);
     assert_eq!(brdf, [0.0; 3]);
     let mut reading = glimpse_reading::default();
     let status = unsafe { glimpse_scan_reading(scan, 7, &raw mut reading) };
@@ -79,7 +80,7 @@ fn linear_has_a_brdf_by_its_own_basis() {
 }
 
 #[test]
-fn the_other_models_have_no_basis() {
+fn other_models_reject_basis() {
     let mut memory = Bytes::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[0]);
     let basis = basis(0, 5);

@@ -1,4 +1,4 @@
-//! Drivers, alone and with a host.
+//! Tests of drivers with and without a host.
 
 use core::cell::Cell;
 use core::mem::MaybeUninit;
@@ -54,7 +54,7 @@ fn begin_with(
     driver
 }
 
-/// Polls a millisecond after the poll before.
+/// Polls one millisecond after the previous poll.
 pub(super) fn poll(driver: *mut glimpse_driver) -> glimpse_action {
     thread_local!(static NOW_MS: Cell<u64> = const { Cell::new(0) });
     NOW_MS.set(NOW_MS.get() + 1);
@@ -82,9 +82,9 @@ fn values(driver: *const glimpse_driver) -> Vec<u32> {
     values.iter().map(|value| value.to_bits()).collect()
 }
 
-/// There is no host. Some readings outlasted a reset; one of them has an invalid index.
+/// Without a host. Some readings have survived a reset; one of them has an invalid index.
 #[test]
-fn a_driver_alone_ends_in_the_same_bits_as_rust() {
+fn driver_without_host_matches_rust() {
     let mut memory = Bytes::for_driver();
     for recipe in RECIPES {
         let saved = [2, 5, 9999].map(|index| glimpse_saved {
@@ -92,7 +92,7 @@ fn a_driver_alone_ends_in_the_same_bits_as_rust() {
             reading: reading(index),
         });
         let driver = begin(&mut memory, recipe, glimpse_host::Absent, &saved);
-        let mut actions_save = 0;
+        let mut save_count = 0;
         let mut kinds = 0_u32;
         loop {
             let action = poll(driver);
@@ -107,20 +107,20 @@ fn a_driver_alone_ends_in_the_same_bits_as_rust() {
                 }
                 Kind::Save => {
                     assert_eq!(action.reading, reading(action.index));
-                    actions_save += 1;
+                    save_count += 1;
                 }
                 Kind::Finished => break assert!(action.residual.mean > 0.0),
                 Kind::Failed => panic!("{:?}", action.failure),
                 _ => {}
             }
         }
-        assert_eq!(actions_save, 6);
+        assert_eq!(save_count, 6);
         assert_eq!(values(driver), values_by_core(recipe));
         assert!(kinds & 1 << Kind::Continue as i32 != 0);
     }
 }
 
-/// A host that answers every request.
+/// A host that replies to every request.
 struct Scanner {
     server: Server,
     values: Vec<f32>,
@@ -138,7 +138,7 @@ impl Scanner {
         }
     }
 
-    /// Takes the driver's bytes and returns the answers to it.
+    /// Passes the driver's bytes to the host, and the replies to the driver.
     fn turn(&mut self, driver: *mut glimpse_driver) {
         let (mut bytes, mut count) = (null(), 0);
         let received: Vec<u8> = unsafe {
@@ -186,7 +186,7 @@ impl Scanner {
 }
 
 #[test]
-fn a_host_measures_and_receives_the_same_bits() {
+fn driver_with_host_matches_rust() {
     let mut memory = Bytes::for_driver();
     for recipe in RECIPES {
         let driver = begin(&mut memory, recipe, glimpse_host::Measures, &[]);
@@ -206,7 +206,7 @@ fn a_host_measures_and_receives_the_same_bits() {
 }
 
 #[test]
-fn failures_reach_both_sides() {
+fn failures_are_reported_to_host_and_firmware() {
     let mut memory = Bytes::for_driver();
     // The host cannot reach a direction.
     let driver = begin(&mut memory, RECIPES[0], glimpse_host::Measures, &[]);
@@ -227,7 +227,7 @@ fn failures_reach_both_sides() {
 
 /// A damaged recipe is reported to the host, or without a host to the firmware.
 #[test]
-fn a_driver_without_a_recipe_reports_it() {
+fn driver_reports_unusable_recipe() {
     let mut memory = Bytes::for_driver();
     let driver = begin(&mut memory, b"", glimpse_host::Absent, &[]);
     let mut scanner = Scanner::new();
@@ -256,7 +256,7 @@ fn until_failed(driver: *mut glimpse_driver, scanner: &mut Scanner) -> Status {
         }
         scanner.turn(driver);
     }
-    panic!("it never fails");
+    panic!("the driver does not fail");
 }
 
 fn delay(driver: *const glimpse_driver, now_ms: u64) -> u32 {
@@ -266,34 +266,34 @@ fn delay(driver: *const glimpse_driver, now_ms: u64) -> u32 {
     delay_ms
 }
 
-/// Times are those of the configuration, and may begin anywhere in 64 bits.
+/// Delays match the configuration. The time may have any origin within 64 bits.
 #[test]
-fn a_driver_states_its_next_deadline() {
-    let begun = u64::from(u32::MAX) - 3;
+fn poll_delay_matches_timeouts() {
+    let start_ms = u64::from(u32::MAX) - 3;
     let mut memory = Bytes::for_driver();
     let mut config = glimpse_config_default(glimpse_host::Listens as i32);
     config.retransmit_interval_ms = 250;
     let driver = begin_with(&mut memory, RECIPES[0], &config, &[]);
-    assert_eq!(delay(driver, begun), 0);
-    assert_eq!(poll_at(driver, begun).kind, Kind::Wait);
-    poll_at(driver, begun);
-    // The greeting has no timeout, and is retransmitted once it is sent.
-    assert_eq!(delay(driver, begun), u32::MAX);
+    assert_eq!(delay(driver, start_ms), 0);
+    assert_eq!(poll_at(driver, start_ms).kind, Kind::Wait);
+    poll_at(driver, start_ms);
+    // The greeting has no timeout, and is retransmitted once it was sent.
+    assert_eq!(delay(driver, start_ms), u32::MAX);
     assert_eq!(unsafe { glimpse_driver_sent(driver, 999) }, Status::Ok);
-    assert_eq!(delay(driver, begun), 250);
-    assert_eq!(delay(driver, begun + 200), 50);
-    assert_eq!(delay(driver, begun + 300), 0);
-    // Without a host nothing happens by itself after a failure.
+    assert_eq!(delay(driver, start_ms), 250);
+    assert_eq!(delay(driver, start_ms + 200), 50);
+    assert_eq!(delay(driver, start_ms + 300), 0);
+    // Without a host the driver does not continue after a failure.
     let driver = begin(&mut memory, RECIPES[0], glimpse_host::Absent, &[]);
     assert_eq!(unsafe { glimpse_driver_fail(driver) }, Status::Ok);
-    while poll_at(driver, begun).kind != Kind::Wait {}
-    assert_eq!(delay(driver, begun), u32::MAX);
+    while poll_at(driver, start_ms).kind != Kind::Wait {}
+    assert_eq!(delay(driver, start_ms), u32::MAX);
     assert_eq!(unsafe { glimpse_driver_restart(driver) }, Status::Ok);
-    assert_eq!(delay(driver, begun), 0);
+    assert_eq!(delay(driver, start_ms), 0);
 }
 
 #[test]
-fn samples_out_of_reach_fail_before_anything_moves() {
+fn samples_out_of_reach_fail_before_first_move() {
     let mut memory = Bytes::for_driver();
     let mut config = glimpse_config_default(glimpse_host::Absent as i32);
     config.has_limits = 1;
@@ -305,7 +305,7 @@ fn samples_out_of_reach_fail_before_anything_moves() {
 
 /// A driver with too little memory for its recipe has no scan.
 #[test]
-fn a_driver_reports_too_little_memory() {
+fn driver_reports_insufficient_memory() {
     let mut memory = Bytes::for_driver();
     memory.bytes = crate::configuration::driver_bytes(0).unwrap();
     let driver = begin(&mut memory, RECIPES[2], glimpse_host::Absent, &[]);

@@ -1,4 +1,4 @@
-//! Fits: the residual, and implausible materials.
+//! Tests of fits: the residual, and implausible materials.
 
 use core::ptr::null_mut;
 use std::vec;
@@ -31,10 +31,10 @@ pub(super) fn finish(scan: *mut glimpse_scan) -> (Status, glimpse_residual) {
     (status, residual)
 }
 
-/// A broken sensor: its reading of the sample with an index.
+/// A broken sensor: a function from sample index to reading.
 type Sensor = fn(u16) -> [f32; 3];
 
-/// Broken sensors, with the status of a fit of their readings.
+/// Broken sensors, and the status of a fit of their readings.
 const BROKEN: [(Sensor, Status); 5] = [
     (|index| [-0.01 * f32::from(index + 1); 3], Status::Dark),
     (|_| [0.2; 3], Status::Repeated),
@@ -48,7 +48,7 @@ fn level(index: u16) -> f32 {
 }
 
 #[test]
-fn an_implausible_material_has_a_status_and_a_result() {
+fn implausible_material_has_status_and_result() {
     let mut memory = Bytes::for_scan();
     for (broken, expected) in BROKEN {
         let (_, scan) = begin(&mut memory, RECIPES[0]);
@@ -76,14 +76,14 @@ fn an_implausible_material_has_a_status_and_a_result() {
         assert_eq!(found, [Status::Ok; 3]);
         assert_eq!((again, count), (residual, 7));
         assert!(brdf.iter().chain(&values).all(|value| value.is_finite()));
-        // It is no longer under way.
+        // The fit has ended.
         let status = unsafe { glimpse_fit_finish(scan, null_mut()) };
         assert_eq!(status, Status::NoFit);
     }
 }
 
 #[test]
-fn a_driver_reports_an_implausible_material() {
+fn driver_reports_implausible_material() {
     let mut memory = Bytes::for_driver();
     let driver = begin_driver(&mut memory, RECIPES[0], glimpse_host::Absent, &[]);
     let reading = glimpse_reading {

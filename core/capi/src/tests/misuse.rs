@@ -1,4 +1,4 @@
-//! Wrong arguments from C: each is an error by value, and no pointer is dereferenced.
+//! Tests of invalid arguments: each is returned as a status, and no invalid pointer is dereferenced.
 
 use core::ptr::{null, null_mut};
 use std::vec::Vec;
@@ -27,38 +27,38 @@ use crate::types::{
 };
 
 #[test]
-fn unsuitable_memory_is_refused() {
+fn rejects_unsuitable_memory() {
     let mut memory = Bytes::for_scan();
     let (recipe, bytes) = (NEURAL.as_ptr(), NEURAL.len());
     let mut scan: *mut glimpse_scan = null_mut();
-    let least = unsafe { glimpse_scan_bytes(recipe, bytes) };
+    let min_bytes = unsafe { glimpse_scan_bytes(recipe, bytes) };
     unsafe {
         let out = &raw mut scan;
         let pointer = memory.pointer();
         for (memory, memory_bytes, status) in [
-            (null_mut(), least, Status::Null),
-            (pointer.byte_add(1), least, Status::Misaligned),
-            (pointer.byte_add(2), least, Status::Misaligned),
-            (pointer, least - 1, Status::MemoryTooSmall),
+            (null_mut(), min_bytes, Status::Null),
+            (pointer.byte_add(1), min_bytes, Status::Misaligned),
+            (pointer.byte_add(2), min_bytes, Status::Misaligned),
+            (pointer, min_bytes - 1, Status::MemoryTooSmall),
             (pointer, 0, Status::MemoryTooSmall),
-            (pointer, least, Status::Ok),
+            (pointer, min_bytes, Status::Ok),
         ] {
             out.write(core::ptr::dangling_mut());
             let found = glimpse_scan_begin(memory, memory_bytes, recipe, bytes, out);
             assert_eq!(found, status);
             assert_eq!(scan.is_null(), status != Status::Ok);
         }
-        let found = glimpse_scan_begin(pointer, least, recipe, bytes, null_mut());
+        let found = glimpse_scan_begin(pointer, min_bytes, recipe, bytes, null_mut());
         assert_eq!(found, Status::Null);
-        let found = glimpse_scan_begin(pointer, least, null(), bytes, out);
+        let found = glimpse_scan_begin(pointer, min_bytes, null(), bytes, out);
         assert_eq!(found, Status::Null);
-        let found = glimpse_scan_begin(pointer, least, recipe, usize::MAX, out);
+        let found = glimpse_scan_begin(pointer, min_bytes, recipe, usize::MAX, out);
         assert_eq!(found, Status::Length);
     }
 }
 
 #[test]
-fn bytes_that_are_not_a_recipe_are_refused_by_name() {
+fn rejects_invalid_recipe_with_status() {
     let mut memory = Bytes::for_scan();
     let cut = NEURAL.get(..NEURAL.len() - 1).unwrap();
     // A recipe may have any alignment.
@@ -71,22 +71,22 @@ fn bytes_that_are_not_a_recipe_are_refused_by_name() {
     ] {
         assert_eq!(begin(&mut memory, bytes).0, status);
     }
-    for place in 0..NEURAL.len() {
+    for index in 0..NEURAL.len() {
         let mut altered = Vec::from(NEURAL);
-        altered[place] ^= 0x10;
-        let expected = match place {
+        altered[index] ^= 0x10;
+        let expected = match index {
             0..4 => Status::RecipeMagic,
             4..6 => Status::RecipeVersion,
             6..10 => Status::RecipeLength,
             _ => Status::RecipeChecksum,
         };
-        assert_eq!(begin(&mut memory, &altered).0, expected, "{place}");
+        assert_eq!(begin(&mut memory, &altered).0, expected, "{index}");
     }
 }
 
-/// Null in place of each pointer, and a pointer off by one where alignment is required.
+/// Each pointer in turn is null, or misaligned where alignment is required.
 #[test]
-fn null_and_misaligned_pointers_are_errors() {
+fn rejects_null_and_misaligned_pointers() {
     let mut memory = Bytes::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[0]);
     let (no_scan, off) = (null_mut(), scan.wrapping_byte_add(1));
@@ -132,7 +132,7 @@ fn null_and_misaligned_pointers_are_errors() {
 }
 
 #[test]
-fn a_driver_refuses_the_same() {
+fn driver_rejects_invalid_arguments() {
     let mut memory = Bytes::for_driver();
     let config = glimpse_config_default(glimpse_host::Absent as i32);
     let wrong = glimpse_config_default(3);
@@ -168,7 +168,7 @@ fn a_driver_refuses_the_same() {
         ] {
             let mut wrong = config;
             limits(&mut wrong);
-            // They are ignored unless the flag is set.
+            // Limits are ignored unless the flag is set.
             assert_eq!(begin(&raw const wrong, null(), 0, out), Status::Ok);
             wrong.has_limits = 1;
             assert_eq!(begin(&raw const wrong, null(), 0, out), Status::Argument);
@@ -217,15 +217,15 @@ fn a_driver_refuses_the_same() {
     }
 }
 
-/// A recipe that is valid, but needs more memory than the driver has, is reported to the host as well.
+/// A valid recipe that needs more memory than the driver has is reported to the host, too.
 #[test]
-fn a_driver_rejects_a_recipe_that_needs_more_memory() {
+fn driver_rejects_recipe_larger_than_memory() {
     let [small, large] = [RECIPES[0], NEURAL];
     let mut memory = Bytes::for_driver();
     let config = glimpse_config_default(glimpse_host::Absent as i32);
     let mut driver = null_mut();
     unsafe {
-        let least = glimpse_driver_bytes(small.as_ptr(), small.len());
+        let min_bytes = glimpse_driver_bytes(small.as_ptr(), small.len());
         let mut begin = |memory_bytes| {
             glimpse_driver_begin(
                 memory.pointer(),
@@ -239,7 +239,7 @@ fn a_driver_rejects_a_recipe_that_needs_more_memory() {
             )
         };
         assert_eq!(begin(100), Status::MemoryTooSmall);
-        assert_eq!(begin(least), Status::Ok);
+        assert_eq!(begin(min_bytes), Status::Ok);
         let status = glimpse_driver_reject(driver, small.as_ptr(), small.len());
         assert_eq!(status, Status::Argument);
         let status = glimpse_driver_reject(driver, large.as_ptr(), large.len());

@@ -1,4 +1,4 @@
-//! Scans from beginning to end.
+//! Tests of complete scans.
 
 use core::ptr::{null, null_mut};
 use std::vec;
@@ -20,7 +20,7 @@ use crate::types::{
     glimpse_residual, glimpse_sample,
 };
 
-/// Fits in slices and returns the residual.
+/// Fits in small steps and returns the residual.
 fn fit(scan: *mut glimpse_scan) -> glimpse_residual {
     assert_eq!(unsafe { glimpse_fit_begin(scan) }, Status::Ok);
     let (status, residual) = finish(scan);
@@ -38,11 +38,11 @@ pub(super) fn describe(recipe: &[u8]) -> glimpse_recipe {
     }
 }
 
-/// All models and kinds of recipes, one after the other in one memory, give the bits of core.
+/// All models and kinds of recipes, one after the other in the same memory, have the same bits as core.
 #[test]
-fn every_recipe_ends_in_the_same_bits_as_in_rust() {
+fn every_recipe_matches_rust() {
     let mut memory = Bytes::for_scan();
-    let mut predicting = 0;
+    let mut predicted_count = 0;
     for recipe in RECIPES {
         let (status, scan) = begin(&mut memory, recipe);
         assert_eq!(status, Status::Ok);
@@ -68,7 +68,7 @@ fn every_recipe_ends_in_the_same_bits_as_in_rust() {
         }
         assert_eq!(again, residual);
         assert_eq!(loss.to_bits(), predicted.unwrap_or(f32::NAN).to_bits());
-        predicting += usize::from(predicted.is_some());
+        predicted_count += usize::from(predicted.is_some());
         assert!(values.pop().unwrap().is_nan());
         let bits: vec::Vec<u32> = values.iter().map(|value| value.to_bits()).collect();
         assert_eq!(bits, expected);
@@ -82,11 +82,11 @@ fn every_recipe_ends_in_the_same_bits_as_in_rust() {
             assert!(brdf.iter().all(|value| value.is_finite() && *value >= 0.0));
         }
     }
-    assert!(predicting > 0 && predicting < RECIPES.len());
+    assert!(predicted_count > 0 && predicted_count < RECIPES.len());
 }
 
 #[test]
-fn readings_come_in_any_order_and_replace_each_other() {
+fn readings_in_any_order_replace_earlier_ones() {
     let mut memory = Bytes::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[0]);
     let mut recorded = glimpse_recorded::default();
@@ -121,7 +121,7 @@ fn readings_come_in_any_order_and_replace_each_other() {
 }
 
 #[test]
-fn angles_of_arms_lead_to_the_same_directions() {
+fn arm_angles_match_directions() {
     let mut memory = Bytes::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[2]);
     let mut sample = glimpse_sample::default();
@@ -141,16 +141,16 @@ fn angles_of_arms_lead_to_the_same_directions() {
     }
 }
 
-/// A call in a wrong state has a status of its own, and changes nothing.
+/// A call in a wrong state has its own status, and changes nothing.
 #[test]
-fn the_wrong_order_of_calls_is_an_error() {
+fn rejects_wrong_order_of_calls() {
     let mut memory = Bytes::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[1]);
     let mut residual = glimpse_residual::default();
     let mut brdf = [0.0; 3];
     let mut count = 0;
     unsafe {
-        let mut none_is_fitted = || {
+        let mut assert_not_fitted = || {
             let found = [
                 glimpse_fitted_residual(scan, &raw mut residual),
                 glimpse_fitted_brdf(scan, &raw const MIRROR, &raw mut brdf),
@@ -158,7 +158,7 @@ fn the_wrong_order_of_calls_is_an_error() {
             ];
             assert_eq!(found, [Status::NotFitted; 3]);
         };
-        none_is_fitted();
+        assert_not_fitted();
         assert_eq!(glimpse_fit_begin(scan), Status::Incomplete);
         assert_eq!(glimpse_fit_advance(scan, 8, null_mut()), Status::NoFit);
         assert_eq!(glimpse_fit_finish(scan, null_mut()), Status::NoFit);
@@ -166,8 +166,8 @@ fn the_wrong_order_of_calls_is_an_error() {
         assert_eq!(glimpse_fit_advance(scan, 8, null_mut()), Status::NoFit);
         assert_eq!(glimpse_fit_begin(scan), Status::Ok);
         assert_eq!(glimpse_fit_finish(scan, null_mut()), Status::Unfinished);
-        none_is_fitted();
-        // A reading ends the fit.
+        assert_not_fitted();
+        // A new reading ends the fit.
         let reading = reading(3);
         let status = glimpse_scan_record(scan, 3, &raw const reading, null_mut());
         assert_eq!(status, Status::Ok);
@@ -175,7 +175,7 @@ fn the_wrong_order_of_calls_is_an_error() {
         assert_eq!(glimpse_fit_begin(scan), Status::Ok);
         let status = glimpse_fit_advance(scan, u32::MAX, null_mut());
         assert_eq!(status, Status::Ok);
-        none_is_fitted();
+        assert_not_fitted();
         assert_eq!(glimpse_fit_finish(scan, null_mut()), Status::Ok);
         assert_eq!(glimpse_fit_finish(scan, null_mut()), Status::NoFit);
         let below = crate::types::glimpse_directions {
@@ -193,7 +193,7 @@ fn the_wrong_order_of_calls_is_an_error() {
 }
 
 #[test]
-fn invalid_readings_are_refused() {
+fn rejects_invalid_readings() {
     let mut memory = Bytes::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[0]);
     let record = |index, brdf| {

@@ -1,4 +1,4 @@
-//! Sizes of memory: enough, and little more.
+//! Tests of memory sizes: large enough, and not much larger.
 
 use core::ptr::null;
 
@@ -11,7 +11,7 @@ use crate::configuration::{ALIGNMENT, driver_bytes, scan_bytes};
 use crate::driver::glimpse_driver_bytes;
 use crate::scan::glimpse_scan_bytes;
 
-fn least(recipe: &[u8]) -> [usize; 2] {
+fn bytes(recipe: &[u8]) -> [usize; 2] {
     let (pointer, count) = (recipe.as_ptr(), recipe.len());
     unsafe {
         [
@@ -21,12 +21,12 @@ fn least(recipe: &[u8]) -> [usize; 2] {
     }
 }
 
-/// The compiler checks that the macros are large enough; this test, that they waste little.
+/// The compiler checks that the macros are large enough. This test checks that they are not much larger.
 #[test]
-fn the_macros_of_the_header_waste_little() {
+fn header_macros_are_tight() {
     for recipe in RECIPES.into_iter().chain([MASKED]) {
         let words = memory_words(&[recipe]);
-        let [scan, driver] = least(recipe);
+        let [scan, driver] = bytes(recipe);
         assert!((scan..scan + 256).contains(&scan_bytes(words).unwrap()));
         assert!((driver..driver + 256).contains(&driver_bytes(words).unwrap()));
     }
@@ -34,10 +34,10 @@ fn the_macros_of_the_header_waste_little() {
 }
 
 #[test]
-fn an_unusable_recipe_has_no_size() {
+fn unusable_recipe_has_size_0() {
     let cut = NEURAL.get(1..).unwrap();
     for recipe in [b"".as_slice(), b"no recipe", cut] {
-        assert_eq!(least(recipe), [0, 0]);
+        assert_eq!(bytes(recipe), [0, 0]);
     }
     unsafe {
         assert_eq!(glimpse_scan_bytes(null(), 9), 0);
@@ -46,10 +46,10 @@ fn an_unusable_recipe_has_no_size() {
     }
 }
 
-/// The numbers of `GLIMPSE_PHONG_WORDS` and its siblings: parameters, the larger of gradient and completion, and the
-/// predicted loss.
+/// The constants of `GLIMPSE_PHONG_WORDS` and the other macros are the sum of: the parameters, the larger of gradient
+/// and completion, and the predicted loss.
 #[test]
-fn the_words_of_each_model_are_the_bounds_of_core() {
+fn words_macros_match_core_bounds() {
     let header = include_str!("../../include/glimpse.h");
     for (model, name) in [
         (ModelKind::Phong, "PHONG"),

@@ -1,4 +1,4 @@
-//! Skipped samples, by a scan and by a driver.
+//! Tests of skipped samples, in a scan and in a driver.
 
 use core::ptr::null_mut;
 
@@ -32,7 +32,7 @@ fn record(scan: *mut glimpse_scan, index: u16) {
 }
 
 #[test]
-fn a_recipe_that_tolerates_missing_readings_is_finished_early() {
+fn tolerant_recipe_can_finish_early() {
     let mut memory = Bytes::for_scan();
     let (_, scan) = begin(&mut memory, MASKED);
     let mut found = glimpse_reading::default();
@@ -82,7 +82,7 @@ fn other_recipes_need_every_reading() {
 }
 
 #[test]
-fn a_driver_skips_and_finishes_early() {
+fn driver_skips_and_finishes_early() {
     let mut memory = Bytes::for_driver();
     let driver = begin_driver(&mut memory, MASKED, glimpse_host::Absent, &[]);
     let mut measured = std::vec::Vec::new();

@@ -1,4 +1,4 @@
-//! Statuses with their texts, and the version.
+//! Tests of the status texts and the version.
 
 use core::ffi::CStr;
 use std::collections::HashSet;
@@ -15,12 +15,12 @@ fn text(status: i32) -> &'static str {
 }
 
 #[test]
-fn every_status_has_a_text_of_its_own() {
+fn status_texts_are_unique() {
     let header = include_str!("../../include/glimpse.h");
     let (_, statuses) = header
         .split_once("enum glimpse_status")
-        .expect("the statuses");
-    let (statuses, _) = statuses.split_once('}').expect("their end");
+        .expect("the enum exists");
+    let (statuses, _) = statuses.split_once('}').expect("the enum ends");
     let numbers: Vec<i32> = statuses
         .lines()
         .filter_map(|line| line.trim().strip_prefix("GLIMPSE_STATUS_"))
@@ -35,7 +35,7 @@ fn every_status_has_a_text_of_its_own() {
     assert_eq!(text(i32::MAX), unknown);
 }
 
-/// Numbers, names and texts are those of `glimpse-core`.
+/// Numbers, names and texts equal those of `glimpse-core`.
 #[test]
 fn every_error_code_is_a_status() {
     for code in ErrorCode::ALL {
@@ -51,19 +51,19 @@ fn every_error_code_is_a_status() {
 }
 
 #[test]
-fn the_readme_has_all_texts() {
-    let readme = include_str!("../../README.md");
+fn status_document_has_all_texts() {
+    let document = include_str!("../../STATUSES.md");
     for (status, text) in texts() {
         let row = format!("| {} | ", status as i32);
         let text = text.to_str().unwrap();
-        let line = readme.lines().find(|line| line.starts_with(&row));
+        let line = document.lines().find(|line| line.starts_with(&row));
         let line = line.unwrap_or_else(|| panic!("{row}: {text}"));
         assert!(line.ends_with(&format!("| {text} |")), "{line}: {text}");
     }
 }
 
 #[test]
-fn the_version_is_the_crates() {
+fn version_matches_crate() {
     let version = unsafe { CStr::from_ptr(glimpse_version()) };
     assert_eq!(version.to_str().unwrap(), env!("CARGO_PKG_VERSION"));
     let line = concat!(

@@ -1,4 +1,4 @@
-//! The expected output of the examples, and the compilation of C.
+//! Expected output of the C examples, and their compilation.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -8,7 +8,7 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Scan};
 
-/// The recipes in the order of the examples, each with its file.
+/// Names and files of the recipes, in the order of the examples.
 const RECIPES: [(&str, &str); 5] = [
     ("phong", "phong-n8.recipe"),
     ("cook-torrance", "cook-torrance-n8.recipe"),
@@ -17,12 +17,12 @@ const RECIPES: [(&str, &str); 5] = [
     ("neural-completed", "completed/neural-n8.recipe"),
 ];
 
-/// This crate's folder.
+/// Returns the folder of this crate.
 pub fn folder() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The simulated material of examples/example.h.
+/// Returns a reading of the simulated material in examples/example.h.
 fn read_sensor(angles: Angles<f32>) -> Reading {
     let lobe = |sharpness: f32| {
         let falloff = 1.0 + sharpness * angles.theta_h * angles.theta_h;
@@ -34,7 +34,7 @@ fn read_sensor(angles: Angles<f32>) -> Reading {
     Reading::new([0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight])
 }
 
-/// The folder of the recipes that the firmware in Rust is tested with.
+/// Returns the folder of the bundled recipes.
 fn recipes() -> PathBuf {
     folder().join("../../trainer/recipes")
 }
@@ -46,7 +46,7 @@ fn line(name: &str, what: &str, values: impl Iterator<Item = f32>) -> String {
     format!("{name}.{what}={}\n", bits.concat())
 }
 
-/// The output of `scan.c` and `driver.c`: the bits of the same scans by core itself.
+/// Returns the expected output of `scan.c` and `driver.c`: the bits of the same scans by core.
 pub fn expected() -> [String; 2] {
     let mut printed = [String::new(), String::new()];
     for (name, file) in RECIPES {
@@ -78,7 +78,7 @@ pub fn expected() -> [String; 2] {
     printed
 }
 
-/// Compiles an example; `options` name the machine and the library.
+/// Compiles an example. `options` name the machine and the library.
 pub fn compile(compiler: &str, platform: &str, example: &str, options: &[&str], out: &Path) {
     let examples = folder().join("examples");
     let sources: Vec<PathBuf> = [example, platform, "recipes.S"]
@@ -86,7 +86,7 @@ pub fn compile(compiler: &str, platform: &str, example: &str, options: &[&str], 
         .into();
     let output = Command::new(compiler)
         .args(["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"])
-        // ISO C's default; explicit, because fused products round differently.
+        // ISO C's default. Explicit, because fused products round differently.
         .arg("-ffp-contract=off")
         .arg("-I")
         .arg(folder().join("include"))
@@ -101,7 +101,7 @@ pub fn compile(compiler: &str, platform: &str, example: &str, options: &[&str], 
     assert!(output.status.success(), "{compiler} {options:?}:\n{text}");
 }
 
-/// Runs a program to its end and returns its output.
+/// Runs a program and returns its output.
 pub fn run(command: &mut Command) -> String {
     let output = command.output().expect("a program that starts");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();

@@ -1,29 +1,29 @@
-//! Checks of the pointers that C passes.
+//! Checks of the pointers from C.
 //!
-//! Null and misaligned pointers are errors by value. Only C knows if a pointer leads to a value of its type, and who
-//! else uses that value: this is the contract of every function.
+//! Null and misaligned pointers are returned as a status. The caller guarantees that other pointers lead to values of their
+//! type, and that no other code uses these values during a call.
 
 use glimpse_core::recipe::Recipe;
 
 use crate::configuration::CScan;
 use crate::status::glimpse_status;
 
-/// Bytes of a number that a scan works in.
+/// Bytes of a word of a scan's memory.
 const WORD_BYTES: usize = 4;
 const _: () = assert!(size_of::<f32>() == WORD_BYTES);
 
-/// The caller's memory: a handle at its front, and behind it the numbers that a scan works in.
-pub(crate) struct Place<T> {
+/// The caller's memory: a handle at its front, followed by the words of a scan.
+pub(crate) struct CallerMemory<T> {
     handle: *mut T,
     words: usize,
 }
 
-impl<T> Place<T> {
+impl<T> CallerMemory<T> {
     /// Checks the memory.
     ///
     /// # Safety
-    /// If it is neither null nor misaligned, `memory` leads to `bytes` writable bytes, which nobody else uses while
-    /// the handle is in use.
+    /// If it is neither null nor misaligned, `memory` leads to `bytes` writable bytes, which no other code uses while the
+    /// handle is in use.
     pub(crate) unsafe fn new(
         memory: *mut core::ffi::c_void,
         bytes: usize,
@@ -39,12 +39,12 @@ impl<T> Place<T> {
         })
     }
 
-    /// Number of words (of 4 bytes) behind the handle.
+    /// Returns the number of words (of 4 bytes) behind the handle.
     pub(crate) fn words(&self) -> usize {
         self.words
     }
 
-    /// Writes the handle. `make` receives the first `words` numbers behind it, set to 0.
+    /// Writes the handle and returns it. `make` receives the first `words` numbers behind it, set to 0.
     pub(crate) fn put<E>(
         self,
         words: usize,
@@ -52,8 +52,8 @@ impl<T> Place<T> {
     ) -> Result<*mut T, E> {
         const { assert!(align_of::<T>() >= align_of::<f32>()) };
         let words = words.min(self.words);
-        // SAFETY: `Place::new` checked the alignment, and that the memory has room for the handle and for `words`
-        // numbers behind it. Nobody else uses it, by the caller's word, and the two do not overlap.
+        // SAFETY: `CallerMemory::new` has checked the alignment, and that handle and `words` numbers fit. They do not
+        // overlap, and the caller guarantees that no other code uses the memory.
         unsafe {
             let first = self.handle.add(1).cast::<f32>();
             first.write_bytes(0, words);
@@ -64,13 +64,14 @@ impl<T> Place<T> {
     }
 }
 
-/// Bytes of memory for a handle `T` and a scan with this recipe. 0 if this library does not accept the recipe.
+/// Returns the bytes of memory for a handle `T` and a scan with this recipe. Returns 0 if this library does not accept the
+/// recipe.
 ///
 /// # Safety
-/// As [`list`].
+/// As [`slice`].
 pub(crate) unsafe fn bytes_for<T>(recipe: *const u8, count: usize) -> usize {
-    // SAFETY: by the caller's word.
-    let Ok(recipe) = (unsafe { list(recipe, count) }) else {
+    // SAFETY: guaranteed by the caller.
+    let Ok(recipe) = (unsafe { slice(recipe, count) }) else {
         return 0;
     };
     let words = Recipe::parse(recipe)
@@ -91,32 +92,31 @@ fn check<T>(pointer: *const T) -> Result<(), glimpse_status> {
     Ok(())
 }
 
-/// A handle to read from.
+/// Returns a shared reference.
 ///
 /// # Safety
-/// If it is neither null nor misaligned, `pointer` leads to a `T`, which nobody changes for `'a`.
+/// If it is neither null nor misaligned, `pointer` leads to a `T`, which no code changes for `'a`.
 pub(crate) unsafe fn shared<'a, T>(pointer: *const T) -> Result<&'a T, glimpse_status> {
     check(pointer)?;
-    // SAFETY: it was checked; the rest is the caller's word.
+    // SAFETY: the pointer was checked; the caller guarantees the rest.
     Ok(unsafe { &*pointer })
 }
 
-/// A handle to change.
+/// Returns an exclusive reference.
 ///
 /// # Safety
-/// If it is neither null nor misaligned, `pointer` leads to a `T`, which nobody else uses for `'a`.
+/// If it is neither null nor misaligned, `pointer` leads to a `T`, which no other code uses for `'a`.
 pub(crate) unsafe fn exclusive<'a, T>(pointer: *mut T) -> Result<&'a mut T, glimpse_status> {
     check(pointer)?;
-    // SAFETY: it was checked; the rest is the caller's word.
+    // SAFETY: the pointer was checked; the caller guarantees the rest.
     Ok(unsafe { &mut *pointer })
 }
 
-/// A list. The pointer may be null if the list is empty.
+/// Returns a slice. The pointer may be null if `count` is 0.
 ///
 /// # Safety
-/// If it is neither null nor misaligned, `pointer` leads to `count` values of `T`, which nobody changes
-/// for `'a`.
-pub(crate) unsafe fn list<'a, T>(
+/// If it is neither null nor misaligned, `pointer` leads to `count` values of `T`, which no code changes for `'a`.
+pub(crate) unsafe fn slice<'a, T>(
     pointer: *const T,
     count: usize,
 ) -> Result<&'a [T], glimpse_status> {
@@ -127,33 +127,34 @@ pub(crate) unsafe fn list<'a, T>(
     if count.saturating_mul(size_of::<T>()) > isize::MAX as usize {
         return Err(glimpse_status::Length);
     }
-    // SAFETY: it was checked; the rest is the caller's word.
+    // SAFETY: the pointer was checked; the caller guarantees the rest.
     Ok(unsafe { core::slice::from_raw_parts(pointer, count) })
 }
 
-/// A copy of an argument.
+/// Returns a copy of an argument.
 ///
 /// # Safety
 /// If it is neither null nor misaligned, `pointer` leads to a `T`.
-pub(crate) unsafe fn get<T: Copy>(pointer: *const T) -> Result<T, glimpse_status> {
+pub(crate) unsafe fn copy_of<T: Copy>(pointer: *const T) -> Result<T, glimpse_status> {
     check(pointer)?;
-    // SAFETY: it was checked; the rest is the caller's word.
+    // SAFETY: the pointer was checked; the caller guarantees the rest.
     Ok(unsafe { pointer.read() })
 }
 
-/// The checked place of a result.
+/// A checked pointer to a result.
 pub(crate) struct Out<T>(*mut T);
 
 impl<T> Out<T> {
+    /// Checks the pointer.
+    ///
     /// # Safety
-    /// If it is neither null nor misaligned, `pointer` leads to room for a `T` until
-    /// [`Out::put`].
+    /// If it is neither null nor misaligned, `pointer` leads to room for a `T` until [`Out::put`].
     pub(crate) unsafe fn new(pointer: *mut T) -> Result<Self, glimpse_status> {
         check(pointer)?;
         Ok(Self(pointer))
     }
 
-    /// The place of an optional result: None if the pointer is null.
+    /// Checks the pointer to an optional result. Returns None if it is null.
     ///
     /// # Safety
     /// As [`Out::new`].
@@ -161,26 +162,28 @@ impl<T> Out<T> {
         if pointer.is_null() {
             return Ok(None);
         }
-        // SAFETY: by the caller's word.
+        // SAFETY: guaranteed by the caller.
         unsafe { Self::new(pointer) }.map(Some)
     }
 
     pub(crate) fn put(&self, value: T) {
-        // SAFETY: by the word of the caller of `Out::new`.
+        // SAFETY: guaranteed by the caller of `Out::new`.
         unsafe { self.0.write(value) }
     }
 
+    /// Writes to an array of results.
+    ///
     /// # Safety
     /// There is room for more than `index` values.
     pub(crate) unsafe fn put_at(&self, index: usize, value: T) {
-        // SAFETY: by the caller's word.
+        // SAFETY: guaranteed by the caller.
         unsafe { self.0.add(index).write(value) }
     }
 }
 
-/// The return value of a function.
-pub(crate) fn status(outcome: Result<(), glimpse_status>) -> glimpse_status {
-    match outcome {
+/// Converts the result of a function to its status.
+pub(crate) fn status(result: Result<(), glimpse_status>) -> glimpse_status {
+    match result {
         Ok(()) => glimpse_status::Ok,
         Err(status) => status,
     }
