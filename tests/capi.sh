@@ -1,6 +1,6 @@
-# Steps of tests/run for the C library; `run`, `say`, `need_programs` and the variables are defined there.
+# Steps of tests/run for the C library. tests/run defines `run`, `say`, `need_programs` and the variables.
 
-# On the host: lints, the header, a call of every function, the examples compiled by cc.
+# On the host: lints, the header, a call of every function, and the examples compiled by cc.
 capi() {
     pushd core/capi > /dev/null
     run cargo clippy --all-targets -- -D warnings
@@ -12,19 +12,19 @@ capi() {
     popd > /dev/null
 }
 
-# On microcontrollers, after `find_compiler`: the proof that nothing panics, for each target, and the
-# examples in QEMU.
+# On microcontrollers, after `find_compiler`: the proof for each target that no function can panic, and the examples in
+# QEMU.
 capi_firmware() {
     need_programs arm-none-eabi-gcc:gcc-arm-none-eabi ld.lld:lld
     if [ ! -e /usr/lib/arm-none-eabi/newlib ] && [ ! -e /usr/arm-none-eabi/lib ]; then
         install libnewlib-arm-none-eabi
     fi
-    # In its directory, for its .cargo/config.toml.
+    # In the crate's directory, which has its .cargo/config.toml.
     pushd core/capi > /dev/null
     local triple build=(build --release --target-dir "$firmware_target" "${build_std[@]}")
     run "${firmware_cargo[@]}" "${build[@]}" --target "$target" --features prove-no-panic,can-panic
     if ! { capi_links "$target" glimpse_any_of_three 2>&1 || true; } | grep glimpse_can_panic; then
-        say "the proof proves nothing: a function that can panic links" >&2
+        say "the proof is invalid: a function that can panic links" >&2
         exit 1
     fi
     for triple in "${targets[@]}"; do
@@ -39,8 +39,8 @@ capi_firmware() {
     popd > /dev/null
 }
 
-# Links these functions of the library for a target. The panic handler calls an undefined function, so this fails if
-# one of them can reach it: unreachable sections are removed before symbols are resolved.
+# capi_links TARGET FUNCTION... links functions of the library. The panic handler calls an undefined function, so
+# linking fails if one of the functions can reach it: unreachable sections are removed before symbols are resolved.
 capi_links() {
     local library=$firmware_target/$1/release/libglimpse.a emulation=armelf function functions=()
     case $1 in riscv32*) emulation=elf32lriscv ;; esac

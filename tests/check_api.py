@@ -1,4 +1,4 @@
-"""Compares the public items of a crate, as rustdoc renders them, with a list that is committed.
+"""Compares the public items of a crate, as rendered by rustdoc, with a committed list.
 
     python3 tests/check_api.py target/doc/glimpse_core core/docs/api.txt             # fails on a difference
     python3 tests/check_api.py target/doc/glimpse_core core/docs/api.txt --update    # writes the list
@@ -13,7 +13,7 @@ from pathlib import Path
 DECLARATION = re.compile(r'<pre class="rust item-decl"><code>(.*?)</code></pre>', re.S)
 METHOD = re.compile(r'<h4 class="code-header">(.*?)</h4>', re.S)
 IMPLEMENTATION = re.compile(r'<h3 class="code-header">(impl.*?)</h3>', re.S)
-# Derived from others, or the same for every type.
+# Implementations that are derived, or the same for every type.
 REST = re.compile(r'id="(?:synthetic|blanket)-implementations"')
 
 
@@ -41,19 +41,19 @@ def items(folder):
 
 def main():
     folder, file = Path(sys.argv[1]), Path(sys.argv[2])
-    found = [line + "\n" for line in items(folder)]
-    if not found:
+    documented = [line + "\n" for line in items(folder)]
+    if not documented:
         sys.exit(f"{folder} has no public item: build the documentation first")
     if "--update" in sys.argv[3:]:
-        file.write_text("".join(found))
+        file.write_text("".join(documented))
         return
     listed = file.read_text().splitlines(keepends=True)
-    difference = list(difflib.unified_diff(listed, found, str(file), "the documentation", n=0))
+    difference = list(difflib.unified_diff(listed, documented, str(file), "the documentation", n=0))
     if difference:
         sys.stdout.writelines(difference)
-        sys.exit(f"the public API differs from {file}: if that is meant, run this with --update, "
-                 "and say in CHANGELOG.md what breaks")
-    print(f"{len(found)} public items are those of {file}")
+        sys.exit(f"the public API differs from {file}: if this is intended, run the script with --update, "
+                 "and describe breaking changes in CHANGELOG.md")
+    print(f"{len(documented)} public items match {file}")
 
 
 main()

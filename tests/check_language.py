@@ -3,36 +3,36 @@
 
     python3 tests/check_language.py [--list]
 
-Fails if a count exceeds its ceiling below. Ceilings only ever fall: lower them with each clean-up.
-`--list` prints every finding as FILE:LINE: TEXT. Rust, C, Python, shell, Markdown and notebooks are read:
-comments and string literals of code (help texts and error messages are among them), and the text of documents."""
+The check fails if a count exceeds its ceiling below. Lower the ceilings with each clean-up, and never raise them.
+`--list` prints every finding as FILE:LINE: TEXT. The script reads Rust, C, Python, shell, Markdown and notebooks. In
+code it checks comments and string literals, which include help texts and error messages."""
 import io, json, re, subprocess, sys, tokenize
 
-# Sentences that open with a question word and are not questions.
+# Sentences that start with a question word but are not questions.
 OPENER = re.compile(r"(What|How|Whether|Where|Which|Who|Why)\b[^?]*$")
 OPENERS_CEILING = 900
 BANNED = re.compile(
     r"\b(told|tells|so many|comes? along|is no(?! longer)|are no|besides|anew|whoever|in the mean)\b", re.I)
 BANNED_CEILING = 380
 
-# In Rust and C: a comment line, or a string literal.
+# A comment line, a block comment, a string literal or a character literal of Rust and C.
 CODE = re.compile(r'//[/!]?(?P<line>[^\n]*)|/\*(?P<block>.*?)\*/|"(?P<string>(?:\\.|[^"\\])*)"|' r"'(?:\\.|[^'\\])'", re.S)
 
 
-def of_code(text):
-    """Comments and strings of Rust and C as (line number, text)."""
+def code_pieces(text):
+    """Yields comments and strings of Rust and C as (line number, text)."""
     for match in CODE.finditer(text):
         number = text.count("\n", 0, match.start()) + 1
         if match["line"] is not None:
             yield number, match["line"]
         elif match["block"] or match["string"]:
-            # Never joined with what stands on the lines around it.
-            found = re.sub(r"\\\n\s*|\n\s*\*?", " ", match["block"] or match["string"])
-            yield from ((number, ""), (number, found), (number, ""))
+            # The empty pieces prevent joining with adjacent lines.
+            joined = re.sub(r"\\\n\s*|\n\s*\*?", " ", match["block"] or match["string"])
+            yield from ((number, ""), (number, joined), (number, ""))
 
 
-def of_python(text):
-    """Comments and strings of Python."""
+def python_pieces(text):
+    """Yields comments and strings of Python."""
     for token in tokenize.generate_tokens(io.StringIO(text).readline):
         if token.type == tokenize.COMMENT:
             yield token.start[0], token.string.lstrip("#! ")
@@ -41,15 +41,15 @@ def of_python(text):
                 yield token.start[0] + offset, line
 
 
-def of_shell(text):
-    """Comments of a shell script."""
+def shell_pieces(text):
+    """Yields comments of a shell script."""
     for number, line in enumerate(text.splitlines(), 1):
         if line.lstrip().startswith("#"):
             yield number, line.lstrip("#! ")
 
 
-def of_markdown(text):
-    """Lines of a document outside of code blocks, without list marks and table bars."""
+def markdown_pieces(text):
+    """Yields lines of a document outside code blocks, without list markers, leading table bars and inline code."""
     fenced = False
     for number, line in enumerate(text.splitlines(), 1):
         fenced ^= line.lstrip().startswith("```")
@@ -57,35 +57,40 @@ def of_markdown(text):
             yield number, re.sub(r"^\s*(?:[-*>#|]+|\d+\.)\s*|`[^`]*`", "", line)
 
 
-def of_notebook(text):
-    """Text cells of a notebook; each line counts as line 1."""
+def notebook_pieces(text):
+    """Yields lines of a notebook's text cells, all with line number 1."""
     for cell in json.loads(text)["cells"]:
         if cell["cell_type"] == "markdown":
-            yield from ((1, line) for _, line in of_markdown("".join(cell["source"])))
+            yield from ((1, line) for _, line in markdown_pieces("".join(cell["source"])))
 
 
-READERS = {"rs": of_code, "h": of_code, "c": of_code, "py": of_python, "pyi": of_python, "sh": of_shell,
-           "md": of_markdown, "ipynb": of_notebook, "run": of_shell, "release": of_shell}
+# By the ending of a file's name, or the whole name if it has none.
+READERS = {"rs": code_pieces, "h": code_pieces, "c": code_pieces, "py": python_pieces, "pyi": python_pieces,
+           "sh": shell_pieces, "run": shell_pieces, "release": shell_pieces, "md": markdown_pieces,
+           "ipynb": notebook_pieces}
 
 
 def sentences(pieces):
-    """Joins lines that follow each other and splits them into (line number, sentence)."""
+    """Joins consecutive lines, splits them into sentences, and yields each as (line number, sentence)."""
     first, last, text = 1, None, ""
     for number, piece in [*pieces, (None, "")]:
-        follows = piece.strip() and number in (last, last and last + 1)
-        if not follows:
+        continues = piece.strip() and number in (last, last and last + 1)
+        if not continues:
             for sentence in re.split(r"(?<=[.!?:])\s+", text):
                 yield first, sentence.strip()
             first, text = number, ""
         text, last = f"{text} {piece.strip()}".strip(), number
 
 
+def ending(name):
+    return name.rsplit("/", 1)[-1].rsplit(".", 1)[-1]
+
+
 def findings(name, text):
-    """Openers and banned words of a file, each as (line number, sentence)."""
-    kind = name.rsplit("/", 1)[-1].rsplit(".", 1)[-1]
-    found = list(sentences(READERS[kind](text)))
-    openers = [each for each in found if OPENER.match(each[1])]
-    return openers, [each for each in found for _ in BANNED.findall(each[1])]
+    """Returns the openers and the banned words of a file, each as (line number, sentence)."""
+    numbered = list(sentences(READERS[ending(name)](text)))
+    openers = [(line, sentence) for line, sentence in numbered if OPENER.match(sentence)]
+    return openers, [(line, sentence) for line, sentence in numbered for _ in BANNED.findall(sentence)]
 
 
 def self_test():
@@ -98,18 +103,19 @@ def self_test():
 def main():
     self_test()
     files = subprocess.run(["git", "ls-files"], check=True, capture_output=True, text=True).stdout.split()
-    files = [name for name in files if name.rsplit("/", 1)[-1].rsplit(".", 1)[-1] in READERS
-             and name != "tests/check_language.py"]
+    files = [name for name in files if ending(name) in READERS and name != "tests/check_language.py"]
     counts = {"openers": 0, "banned words": 0}
     for name in files:
         for kind, found in zip(counts, findings(name, open(name, encoding="utf-8").read())):
             counts[kind] += len(found)
             if "--list" in sys.argv:
-                print(*(f"{name}:{line}: {sentence}" for line, sentence in found), sep="\n", end="\n" if found else "")
+                for line, sentence in found:
+                    print(f"{name}:{line}: {sentence}")
     ceilings = {"openers": OPENERS_CEILING, "banned words": BANNED_CEILING}
     print(", ".join(f"{kind}: {count} (at most {ceilings[kind]})" for kind, count in counts.items()))
     if any(counts[kind] > ceilings[kind] for kind in counts):
-        sys.exit("too many: `python3 tests/check_language.py --list` shows them; rewrite what you added or touched")
+        sys.exit("a count exceeds its ceiling: list the findings with `python3 tests/check_language.py --list`, "
+                 "and rewrite those in text that you changed")
 
 
 if __name__ == "__main__":

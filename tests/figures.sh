@@ -1,7 +1,7 @@
-# Figures of documents: a part of tests/run, which has `run` and `say`.
+# Figures of documents: a part of tests/run, which defines `run` and `say`.
 
-# Puts what each named command prints between its markers; with a word, only where the command has
-# that word in it. trainer/docs/contributing.md says more.
+# figures [WORD] runs the commands that documents name in markers, and replaces the text after each marker by the
+# command's output. With WORD, it runs only commands that contain it. See trainer/docs/contributing.md.
 figures() {
     local word="${1:-}" documents document
     run cargo build --release -p glimpse-trainer
@@ -16,7 +16,7 @@ figures() {
     fi
 }
 
-# A document is written as a whole, at its end: a command that fails leaves it as it was.
+# Updates one document. It is written at the end, so a failing command leaves it unchanged.
 figures_of() {
     local document="$1" word="$2" begin='<!-- printed by: ' end='<!-- end of what is printed -->'
     local line command printed new='' keep=true
@@ -33,13 +33,13 @@ figures_of() {
         command="${line#"$begin"}"
         command="${command% -->}"
         if lacks_materials "$command"; then
-            say "$document: left out, for want of TRAIN, TEST or RGL in the environment: $command"
+            say "$document: skipped, because TRAIN, TEST or RGL is not set in the environment: $command"
             continue
         fi
         say "$document: $command"
         printed="$(bash -euo pipefail -c "$command")"
         keep=false
-        # A table is Markdown; all else is text as a terminal shows it.
+        # A table is Markdown. Other output is shown as in a terminal.
         if [[ "$printed" != '|'* ]]; then
             printed='```text'$'\n'"$printed"$'\n''```'
         fi
@@ -48,7 +48,7 @@ figures_of() {
     printf '%s' "$new" > "$document"
 }
 
-# True if a command asks for a folder of materials that the environment does not name.
+# Succeeds if a command needs a folder of materials that is not set in the environment.
 lacks_materials() {
     local name
     for name in TRAIN TEST RGL; do
@@ -59,7 +59,7 @@ lacks_materials() {
     return 1
 }
 
-# Makes README's picture again: the first two materials of quickstart's comparison with the paper's methods.
+# Updates the picture of the README: the first two materials in quickstart's comparison with the paper's methods.
 picture_of_quickstart() {
     local folder=target/quickstart keep
     keep='main>*{display:none}main>section:nth-of-type(2){display:block}'

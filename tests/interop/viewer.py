@@ -1,10 +1,10 @@
-"""Looks at pages of `trainer render view` in headless Chromium, without a GPU.
+"""Tests pages of `trainer render view` in headless Chromium, without a GPU.
 
     python3 tests/interop/viewer.py [TRAINER] [PICTURES]
 
-Playwright is installed from PyPI into an environment of its own in target/; Chromium is the system's. A page
-with a recipe of every model is opened from its file: light and camera are dragged, by mouse, finger and keys; a slider is
-moved and a reading switched off; and every fit is compared with that of `trainer fit` by the same readings. PICTURES is a folder for
+Playwright is installed from PyPI into an environment in target/; Chromium is the system's. The script opens a page
+with a recipe of every model from its file. It moves light and camera with mouse, touch and keys, moves sliders, and
+disables readings. It compares every fit with that of `trainer fit` for the same readings. PICTURES is a folder for
 screenshots.
 """
 import json, math, os, shutil, subprocess, sys, tempfile, time, venv
@@ -14,12 +14,14 @@ ROOT = Path(__file__).resolve().parents[2]
 ENVIRONMENT = ROOT / "target" / "viewer"
 RECIPES = ROOT / "trainer" / "recipes"
 MATERIAL = "procedural:1:77"
-# What fits may differ by, relative to the largest of their values; frames a second while a finger moves.
-TOLERANCE, LEAST_FRAMES = 1e-5, 10
+# Largest allowed error of fitted values, relative to the largest value.
+TOLERANCE = 1e-5
+# Smallest allowed frame rate while dragging, in frames per second.
+MIN_FRAME_RATE = 10
 
 
 def enter_environment():
-    """Goes on in the environment, which is made if it is not there."""
+    """Restarts this script in the environment, which is created if it does not exist."""
     python = ENVIRONMENT / "bin" / "python"
     if not python.exists():
         venv.create(ENVIRONMENT, with_pip=True)
@@ -27,14 +29,14 @@ def enter_environment():
     os.execv(python, [str(python), __file__, *sys.argv[1:], "--inside"])
 
 
-def run(*words):
-    print("==", *words, flush=True)
-    subprocess.run([str(word) for word in words], check=True, stdout=subprocess.DEVNULL)
+def run(*command):
+    print("==", *command, flush=True)
+    subprocess.run([str(word) for word in command], check=True, stdout=subprocess.DEVNULL)
 
 
 def compare_fits(page, trainer, recipes, step):
-    """What the page has found from its readings, beside what the trainer finds from them."""
-    worst = 0
+    """Compares the fits of the page with those of the trainer, for the page's readings."""
+    max_error = 0
     for index, recipe in enumerate(recipes):
         Path("readings.csv").write_text(page.evaluate(f"glimpse.methods[{index}].csv()"))
         out = Path(f"{step}-{index}")
@@ -43,10 +45,10 @@ def compare_fits(page, trainer, recipes, step):
         found, expected = page.evaluate(f"glimpse.methods[{index}].values()"), material["values"]
         assert len(found) == len(expected) > 0, (recipe, len(found), len(expected))
         largest = max(map(abs, expected))
-        off = max(abs(one - other) for one, other in zip(found, expected)) / largest
-        worst = max(worst, off)
-        assert off <= TOLERANCE, (recipe, step, off)
-    print(f"{step}: values differ by {worst:.1e} at most")
+        error = max(abs(a - b) for a, b in zip(found, expected)) / largest
+        max_error = max(max_error, error)
+        assert error <= TOLERANCE, (recipe, step, error)
+    print(f"{step}: the largest relative error of values is {max_error:.1e}")
 
 
 def settle(page):
@@ -55,17 +57,17 @@ def settle(page):
 
 
 def pixels(page):
-    """The pictures of all spheres."""
+    """Returns the pictures of all spheres."""
     settle(page)
     return page.evaluate("[...document.querySelectorAll('.ball canvas')].map((canvas) => canvas.toDataURL())")
 
 
-def fits_across(page):
+def check_width(page):
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page is wider than the window"
 
 
 def drag(page, seconds=3):
-    """Drags the light in circles; returns frames a second."""
+    """Drags the light in circles and returns the frame rate."""
     box = page.locator(".ball").first.bounding_box()
     x, y, radius = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2, box["width"] / 4
     page.mouse.move(x, y)
@@ -74,23 +76,23 @@ def drag(page, seconds=3):
     while time.monotonic() - start < seconds:
         page.mouse.move(x + radius * math.cos(step / 9), y + radius * math.sin(step / 9))
         step += 1
-    # At the end of all that was asked for, so that nothing is counted that was not drawn in time.
+    # The frames are read before the time, so late frames do not count.
     frames = page.evaluate("glimpse.frames()") - before
     seconds = time.monotonic() - start
     page.mouse.up()
     return frames / seconds
 
 
-def look_at_desktop(page, trainer, recipes, masked):
+def check_desktop(page, trainer, recipes, masked):
     compare_fits(page, trainer, recipes, "as-read")
     before = pixels(page)
-    frames = drag(page)
-    print(f"{frames:.1f} frames a second while the light of {len(recipes) + 1} spheres is dragged")
-    assert frames >= LEAST_FRAMES, frames
-    lit = pixels(page)
-    assert all(one != other for one, other in zip(before, lit)), "the light moved, and a sphere did not change"
+    frame_rate = drag(page)
+    print(f"{frame_rate:.1f} frames per second while the light of {len(recipes) + 1} spheres is dragged")
+    assert frame_rate >= MIN_FRAME_RATE, frame_rate
+    after = pixels(page)
+    assert all(a != b for a, b in zip(before, after)), "the light moved, but a sphere did not change"
 
-    # The camera, by the right button and by keys; and back again.
+    # Move the camera with the right button, and reset it with a key.
     ball = page.locator(".ball").first
     box = ball.bounding_box()
     page.mouse.move(box["x"] + 80, box["y"] + 80)
@@ -104,12 +106,12 @@ def look_at_desktop(page, trainer, recipes, masked):
     page.keyboard.press("Home")
     settle(page)
     assert page.evaluate(ring) == "50%"
-    assert pixels(page) == before, "home is elsewhere"
+    assert pixels(page) == before, "Home does not reset the camera and the light"
     page.keyboard.press("ArrowLeft")
     assert pixels(page) != before, "keys do not move the light"
     page.keyboard.press("Home")
 
-    # Sliders of every method: only its own sphere changes.
+    # The sliders of a method change only its own sphere.
     picks = page.locator(".pick")
     for index in range(len(recipes)):
         before = pixels(page)
@@ -119,8 +121,8 @@ def look_at_desktop(page, trainer, recipes, masked):
         slider.focus()
         for _ in range(25):
             page.keyboard.press("ArrowRight")
-        changed = [one != other for one, other in zip(before, pixels(page))]
-        assert changed == [place == index + 1 for place in range(len(recipes) + 1)], changed
+        changed = [a != b for a, b in zip(before, pixels(page))]
+        assert changed == [sphere == index + 1 for sphere in range(len(recipes) + 1)], changed
         assert page.evaluate("glimpse.methods.map((method) => method.loss())")[index] != losses[index]
     compare_fits(page, trainer, recipes, "moved")
     picks.nth(masked).click()
@@ -134,7 +136,7 @@ def look_at_desktop(page, trainer, recipes, masked):
         if boxes.nth(index).is_checked():
             boxes.nth(index).click()
     settle(page)
-    assert page.locator("#refused").is_visible(), "a fit of nothing is not refused"
+    assert page.locator("#refused").is_visible(), "a fit without readings is not refused"
     page.locator("#reset").click()
     settle(page)
     assert page.locator("#refused").is_hidden()
@@ -150,33 +152,33 @@ def main(trainer, pictures):
     run(trainer, "render", "view", *recipes, "--material", MATERIAL, "--out", "view.html")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"])
-        looks = {
+        devices = {
             "light": dict(viewport={"width": 1280, "height": 1000}, color_scheme="light"),
             "dark": dict(viewport={"width": 1280, "height": 1000}, color_scheme="dark"),
             "phone": dict(viewport={"width": 390, "height": 844}, device_scale_factor=2, is_mobile=True, has_touch=True),
             "small phone": dict(viewport={"width": 320, "height": 640}, is_mobile=True, has_touch=True),
         }
         backgrounds = set()
-        for look, options in looks.items():
+        for device, options in devices.items():
             context = browser.new_context(offline=True, **options)
             page = context.new_page()
-            complaints = []
-            page.on("console", lambda message: complaints.append(message.text))
-            page.on("pageerror", lambda error: complaints.append(str(error)))
+            errors = []
+            page.on("console", lambda message: errors.append(message.text))
+            page.on("pageerror", lambda error: errors.append(str(error)))
             page.goto(Path("view.html").resolve().as_uri())
             page.wait_for_function("window.glimpse !== undefined")
             settle(page)
-            fits_across(page)
-            if look == "light":
-                look_at_desktop(page, trainer, recipes, masked=4)
-            if "phone" in look:
+            check_width(page)
+            if device == "light":
+                check_desktop(page, trainer, recipes, masked=4)
+            if "phone" in device:
                 before = pixels(page)
                 page.locator(".ball").first.tap(position={"x": 90, "y": 60})
-                assert pixels(page) != before, "a finger does not move the light"
+                assert pixels(page) != before, "a touch does not move the light"
             backgrounds.add(page.evaluate("getComputedStyle(document.body).backgroundColor"))
             if pictures:
-                page.screenshot(path=f"{pictures}/{look}.png", full_page=True)
-            assert not complaints, complaints
+                page.screenshot(path=f"{pictures}/{device}.png", full_page=True)
+            assert not errors, errors
             context.close()
         assert len(backgrounds) == 2, backgrounds
         browser.close()
@@ -185,9 +187,9 @@ def main(trainer, pictures):
 if __name__ == "__main__":
     if "--inside" not in sys.argv:
         enter_environment()
-    words = [word for word in sys.argv[1:] if word != "--inside"]
-    trainer = Path(words[0] if words else ROOT / "target/release/trainer").resolve()
-    pictures = Path(words[1]).resolve() if len(words) > 1 else None
+    arguments = [argument for argument in sys.argv[1:] if argument != "--inside"]
+    trainer = Path(arguments[0] if arguments else ROOT / "target/release/trainer").resolve()
+    pictures = Path(arguments[1]).resolve() if len(arguments) > 1 else None
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         main(trainer, pictures)

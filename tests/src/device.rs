@@ -35,7 +35,7 @@ pub fn fit(recipe: &[u8], readings: &[ScanReading]) -> (Vec<f32>, Residual) {
     (fitted.values().collect(), fitted.residual())
 }
 
-/// The device's result is the host's fit of the same measurements.
+/// Checks that the device's result is the host's fit of the same readings.
 ///
 /// # Panics
 /// If it is not.
@@ -72,7 +72,7 @@ impl Device {
     /// A device that repeats a request after `reply_timeout`.
     ///
     /// # Errors
-    /// If the stream refuses a time-out.
+    /// If the stream does not support timeouts.
     pub fn new(stream: TcpStream, reply_timeout: Duration) -> io::Result<Self> {
         stream.set_nodelay(true)?;
         stream.set_read_timeout(Some(Duration::from_millis(1)))?;

@@ -60,10 +60,11 @@ pub struct Firmware {
 }
 
 impl Firmware {
-    /// Reads it from `GLIMPSE_FIRMWARE`, or from where `tests/run firmware` builds it.
+    /// Reads the firmware from the path in `GLIMPSE_FIRMWARE`, or from the path at which `tests/run firmware` builds
+    /// it.
     ///
     /// # Panics
-    /// If it is not there, or holds another recipe than the repository.
+    /// If the file does not exist, or holds another recipe than the repository.
     #[must_use]
     pub fn load() -> Self {
         Self::read_default(

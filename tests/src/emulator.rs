@@ -105,26 +105,26 @@ impl Emulator {
         emulator
     }
 
-    /// Presses the reset button: the core starts anew, RAM stays as it is.
+    /// Presses the reset button. The core restarts, and RAM keeps its contents.
     ///
     /// # Panics
-    /// If QEMU does not do it.
+    /// If QEMU rejects the command.
     pub fn reset(&mut self) {
         self.command("system_reset");
     }
 
-    /// Stops the machine and its time, or lets them go on.
+    /// Stops the machine and its time.
     ///
     /// # Panics
-    /// If QEMU does not do it.
+    /// If QEMU rejects the command.
     pub fn stop(&mut self) {
         self.command("stop");
     }
 
-    /// As [`Emulator::stop`].
+    /// Resumes the machine and its time.
     ///
     /// # Panics
-    /// If QEMU does not do it.
+    /// If QEMU rejects the command.
     pub fn resume(&mut self) {
         self.command("cont");
     }
@@ -152,10 +152,10 @@ impl Emulator {
             .clone()
     }
 
-    /// Waits for a log line that begins with `start` and returns the rest of it.
+    /// Waits for a log line that begins with `prefix`, and returns the rest of it.
     ///
     /// # Panics
-    /// If there is none for a minute.
+    /// If there is none within 60 s.
     #[must_use]
     pub fn wait_for(&self, prefix: &str) -> String {
         let rest = |log: &[String]| {
@@ -166,10 +166,10 @@ impl Emulator {
         rest(&self.log()).unwrap_or_default()
     }
 
-    /// Waits until the log is as it shall be.
+    /// Waits until the log meets a condition.
     ///
     /// # Panics
-    /// If it is not for a minute.
+    /// If it does not within 60 s.
     pub fn wait_until(&self, condition: impl Fn(&[String]) -> bool) {
         let start = Instant::now();
         while start.elapsed() < TIMEOUT {

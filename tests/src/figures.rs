@@ -141,10 +141,10 @@ pub fn figures() -> Vec<(String, u64)> {
     figures
 }
 
-/// Costs of the whole firmware of `embedded-demo`, from a scan in QEMU.
+/// Measures the complete firmware of `embedded-demo` with a scan in QEMU.
 ///
 /// # Panics
-/// If the firmware is not built, or does not scan.
+/// If the firmware is not built, or the scan fails.
 #[must_use]
 pub fn demo_figures() -> Vec<(String, u64)> {
     let firmware = Firmware::load();

@@ -42,10 +42,11 @@ pub enum Response {
     Last(Reply),
 }
 
-/// Answers each request as told, and a repeated one as before, until told to stop.
+/// Responds to each new request with `respond`, and to a repeated one with its previous reply, until [`Response::Stop`]
+/// or [`Response::Last`].
 ///
 /// # Panics
-/// If the stream fails, or nothing comes in time.
+/// If the stream fails, or no request arrives before its timeout.
 pub fn serve_requests(
     stream: &mut (impl Read + Write),
     mut respond: impl FnMut(Request) -> Response,

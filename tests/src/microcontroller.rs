@@ -72,7 +72,7 @@ pub struct Output {
 }
 
 impl Output {
-    /// A count; None if it was not printed.
+    /// Returns a printed count, or None if it was not printed.
     ///
     /// # Panics
     /// If it is not a number.
@@ -82,7 +82,7 @@ impl Output {
         Some(value.parse().expect("a number"))
     }
 
-    /// A count.
+    /// Returns a printed count.
     ///
     /// # Panics
     /// If it was not printed.
@@ -92,10 +92,10 @@ impl Output {
         value.unwrap_or_else(|| panic!("no {name} in {:?}", self.values))
     }
 
-    /// Numbers.
+    /// Returns a printed list of numbers.
     ///
     /// # Panics
-    /// If they were not printed.
+    /// If it was not printed.
     #[must_use]
     pub fn numbers(&self, name: &str) -> Vec<f32> {
         let bits = self.values.get(name).expect("a printed list");
@@ -108,7 +108,7 @@ impl Output {
 /// Starts a program that `tests/run firmware` installs.
 ///
 /// # Panics
-/// If it is not there.
+/// If it is not installed.
 pub(crate) fn spawn(command: &mut Command) -> Child {
     command.spawn().unwrap_or_else(|error| {
         let program = command.get_program().to_string_lossy();
@@ -137,10 +137,10 @@ impl Binary {
         Self { target, path }
     }
 
-    /// Runs it in QEMU to its end.
+    /// Runs the binary in QEMU to its end.
     ///
     /// # Panics
-    /// If it is not there, takes too long, or does not end well.
+    /// If it does not exist, does not end within 120 s, or fails.
     #[must_use]
     pub fn run(&self) -> Output {
         assert!(
@@ -194,10 +194,10 @@ impl Binary {
         &self.path
     }
 
-    /// Bytes of the sections whose names begin so.
+    /// Returns the total size of the named sections in bytes.
     ///
     /// # Panics
-    /// If it is no ELF file.
+    /// If the file is not an ELF file.
     #[must_use]
     pub fn section_bytes(&self, names: &[&str]) -> u64 {
         let bytes = fs::read(&self.path).unwrap_or_else(|error| {
