@@ -30,7 +30,7 @@ const AXIS_GROUPS: usize = 15;
 /// Azimuth differences that are tried on a route via home, radians. None keeps the azimuths.
 const AZIMUTH_DIFFERENCES: [Option<f32>; 3] = [None, Some(PI), Some(-PI)];
 
-/// The reason why there is no route.
+/// An error of route planning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RouteError {
