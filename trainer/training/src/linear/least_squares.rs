@@ -61,11 +61,11 @@ impl LeastSquares {
         for (row, value) in self.rows.iter().zip(values) {
             scatter(row, f64::from(*value), &mut residual);
         }
-        let mut direction = self.preconditioned(&residual);
+        let mut direction = self.precondition(&residual);
         let mut norm = dot(&residual, &direction);
-        let enough = TOLERANCE * norm;
+        let threshold = TOLERANCE * norm;
         for _ in 0..MAX_STEPS {
-            if norm <= enough {
+            if norm <= threshold {
                 break;
             }
             let product = self.multiply(&direction);
@@ -76,17 +76,17 @@ impl LeastSquares {
             for (entry, along) in residual.iter_mut().zip(&product) {
                 *entry -= step * along;
             }
-            let downhill = self.preconditioned(&residual);
-            let next = dot(&residual, &downhill);
-            for (entry, downhill) in direction.iter_mut().zip(downhill) {
-                *entry = downhill + next / norm * *entry;
+            let preconditioned = self.precondition(&residual);
+            let next = dot(&residual, &preconditioned);
+            for (entry, preconditioned) in direction.iter_mut().zip(preconditioned) {
+                *entry = preconditioned + next / norm * *entry;
             }
             norm = next;
         }
         unknowns
     }
 
-    fn preconditioned(&self, vector: &[f64]) -> Vec<f64> {
+    fn precondition(&self, vector: &[f64]) -> Vec<f64> {
         let pairs = vector.iter().zip(&self.diagonal);
         pairs.map(|(entry, diagonal)| entry / diagonal).collect()
     }
