@@ -20,10 +20,11 @@ pub fn fit(recipe: &[u8], readings: &[ScanReading]) -> (Vec<f32>, Residual) {
     let recipe = Recipe::parse(recipe).expect("the recipe is valid");
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).expect("the buffer is large enough");
-    for taken in readings {
+    for reading in readings {
         let (index, directions) = scan.next_pending().expect("a sample for each reading");
-        assert_eq!(directions, taken.directions);
-        scan.record(index, taken.reading).expect("a valid reading");
+        assert_eq!(directions, reading.directions);
+        scan.record(index, reading.reading)
+            .expect("a valid reading");
     }
     let mut fit = scan.fit().expect("all readings");
     while !fit.advance(u32::MAX).is_complete() {}

@@ -49,7 +49,7 @@ pub const TARGETS: [Target; 4] = [
     },
 ];
 
-/// The library of elementary library.
+/// The library of elementary functions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MathLibrary {
     /// libm.

@@ -30,13 +30,13 @@ fn initial_residual(recipe: &Recipe<'_>) -> f32 {
 }
 
 fn initial_residual_of<K: Fitter>(recipe: &Recipe<'_>) -> f32 {
-    let learner = recipe.method();
-    let words = K::words(&learner, recipe.samples()).unwrap();
+    let method = recipe.method();
+    let words = K::words(&method, recipe.samples()).unwrap();
     let mut workspace = vec![0.0; words];
-    K::start(&mut workspace, &learner, Channels::Color);
+    K::start(&mut workspace, &method, Channels::Color);
     let errors = recipe.pattern().enumerate().map(|(index, angles)| {
         let at = HalfDifference::from_angles(angles);
-        let modeled = K::at_sample(&workspace, &learner, index, &at);
+        let modeled = K::at_sample(&workspace, &method, index, &at);
         let measured = measure(angles).brdf;
         let loss = cosine_weighted_log_error(measured, modeled, at.cos_theta_i(), 1.0 / 3.0);
         loss.error.value()

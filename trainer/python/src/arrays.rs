@@ -156,7 +156,7 @@ pub(crate) fn shape_text(shape: &[usize]) -> String {
     }
 }
 
-/// Returns an array of the argument shape with these entries.
+/// Returns an array with the given shape and entries.
 pub(crate) fn array<'py, T: numpy::Element>(
     py: Python<'py>,
     shape: &[usize],

@@ -189,7 +189,7 @@ impl PyMaterial {
     ///
     /// The format follows from the file's ending unless `format` is given. For "nbrdf", a network is fitted to a
     /// material that is not a network, which takes some seconds; `seed` is the seed of that fit (0). If a file exists
-    /// with other contents, FileExistsError is to_exception, unless `overwrite`.
+    /// with other contents, FileExistsError is raised, unless `overwrite`.
     #[pyo3(signature = (path, format = None, *, seed = 0, overwrite = false))]
     pub(crate) fn save(
         &self,
@@ -421,9 +421,9 @@ impl Material for Shared {
     fn brdf_batch_with_derivative(
         &self,
         angles: &[Angles<f32>],
-        found: &mut [([f32; 3], [[f32; 3]; 3])],
+        results: &mut [([f32; 3], [[f32; 3]; 3])],
     ) {
-        self.0.brdf_batch_with_derivative(angles, found);
+        self.0.brdf_batch_with_derivative(angles, results);
     }
     fn is_reciprocal(&self) -> bool {
         self.0.is_reciprocal()

@@ -72,8 +72,8 @@ impl ReadingArgs<'_, '_> {
                 flags.iter().map(|flag| *flag == 1.0).collect()
             }
         };
-        let taken = values.into_iter().zip(saturated).enumerate();
-        let taken = taken.map(|(row, (values, saturated))| LabReading {
+        let readings = values.into_iter().zip(saturated).enumerate();
+        let readings = readings.map(|(row, (values, saturated))| LabReading {
             sample: pairs.is_none().then_some(row),
             directions: pairs.as_ref().map(|pairs| pairs[row]),
             values,
@@ -86,8 +86,8 @@ impl ReadingArgs<'_, '_> {
             ));
         }
         let meaning = self.meaning(pattern.len())?;
-        let taken: Vec<LabReading> = taken.collect();
-        Measurements::from_readings(&taken, pattern, tolerance.to_radians(), &meaning)
+        let readings: Vec<LabReading> = readings.collect();
+        Measurements::from_readings(&readings, pattern, tolerance.to_radians(), &meaning)
             .map_err(to_exception)
     }
 

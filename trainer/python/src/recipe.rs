@@ -89,7 +89,7 @@ impl PyRecipe {
     }
 
     /// Writes the recipe. For the model linear, also writes its basis next to it, NAME.basis. If a file exists with
-    /// other contents, FileExistsError is to_exception, unless `overwrite`.
+    /// other contents, FileExistsError is raised, unless `overwrite`.
     #[pyo3(signature = (path, *, overwrite = false))]
     fn save(&self, py: Python<'_>, path: PathBuf, overwrite: bool) -> PyResult<()> {
         let mut files = Vec::new();
