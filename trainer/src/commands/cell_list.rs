@@ -85,7 +85,7 @@ impl CommandLine {
     /// Collects the arguments of a parsed command line; defaults are not included.
     ///
     /// # Errors
-    /// If there is no subcommand, or an argument is not UTF-8.
+    /// If the subcommand is missing, or an argument is not UTF-8.
     pub(crate) fn new(command: &Command, matches: &ArgMatches) -> anyhow::Result<Self> {
         let (subcommand, matches) = matches.subcommand().context("no subcommand was given")?;
         let command = command

@@ -55,7 +55,7 @@ impl CompletionArgs {
         samples: usize,
     ) -> anyhow::Result<CompletionOptions> {
         let default = CompletionOptions::for_samples(samples);
-        let given = [
+        let options = [
             ("--missing", self.missing.is_some()),
             ("--noise", self.noise.is_some()),
             ("--additive", self.additive.is_some()),
@@ -66,7 +66,7 @@ impl CompletionArgs {
             ("--min-separation", self.min_separation.is_some()),
         ];
         if schedule != Schedule::Prior
-            && let Some((name, _)) = given.iter().find(|(_, given)| *given)
+            && let Some((name, _)) = options.iter().find(|(_, is_set)| *is_set)
         {
             bail!("{name} has no effect: it applies to --schedule prior only; remove it");
         }

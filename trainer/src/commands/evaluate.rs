@@ -248,7 +248,7 @@ impl Evaluate {
         };
         self.prior.refuse_for_others(&[model])?;
         let is_linear = ModelKind::from(model) == ModelKind::Linear;
-        let refuse = |option: &str, given: bool, why: &str| match given {
+        let refuse = |option: &str, is_unused: bool, why: &str| match is_unused {
             true => Err(anyhow!(
                 "{option} has no effect: --method {method} {why}; remove it"
             )),

@@ -267,7 +267,7 @@ pub(super) fn comparison(all: &[MethodReport]) -> String {
             .into_iter()
             .chain(
                 all.iter()
-                    .map(|judged| Column::number(name(judged), 4, Highlight::Lowest)),
+                    .map(|report| Column::number(name(report), 4, Highlight::Lowest)),
             )
             .collect(),
         rows: (0..materials)

@@ -31,9 +31,9 @@ enum Format {
 
 /// Write a recipe in another format.
 ///
-/// Examples: trainer export neural-n8.recipe --format rust --out recipe.rs
-///           trainer export neural-n8.recipe --format postcard --strip --out flash.recipe
-///           trainer export neural-n8.recipe --format c --strip --out recipe.h
+/// Example: trainer export neural-n8.recipe --format rust --out recipe.rs
+///          trainer export neural-n8.recipe --format postcard --strip --out flash.recipe
+///          trainer export neural-n8.recipe --format c --strip --out recipe.h
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Export {

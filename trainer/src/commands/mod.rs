@@ -84,11 +84,11 @@ impl PriorArgs {
         {
             return Ok(());
         }
-        let given = [
+        let options = [
             ("--bases", self.bases.is_some()),
             ("--eta", self.eta.is_some()),
         ];
-        match given.iter().find(|(_, given)| *given) {
+        match options.iter().find(|(_, is_set)| *is_set) {
             Some((name, _)) => {
                 bail!("{name} has no effect: it applies to --model linear only; remove it")
             }

@@ -64,7 +64,7 @@ fn replace(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
 }
 
 /// Describes the valuable file at a path that these bytes would replace: a result of training, or measurements.
-/// Returns None if there is no such file, or if it holds the same bytes.
+/// Returns None for other files, and if the file holds the same bytes.
 fn valuable_content(path: &Path, bytes: &[u8]) -> Option<&'static str> {
     if !path.is_file() {
         return None;

@@ -35,7 +35,7 @@ use crate::experiment::{
 ///
 /// Example: trainer reproduce same-samples --data MERL-train/ --test MERL-test/ --out paper/
 ///          trainer reproduce all --effort quick --data MERL-train/ --test MERL-test/ --out paper/
-///          trainer reproduce losses --effort standard --paper-effort long --data MERL-train/ --test MERL-test/
+///          trainer reproduce losses --paper-effort long --data MERL-train/ --test MERL-test/
 ///          trainer reproduce additional --data MERL/ --test MERL-test/ --additional RGL/ --out paper/
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
@@ -75,8 +75,8 @@ pub(crate) struct Reproduce {
     /// OUT/EXPERIMENT, without extension
     #[arg(long, value_name = "NAME")]
     table: Option<String>,
-    /// Print the command of each training and each evaluation as a line of JSON, without running
-    /// any. The line has the command's words, inputs and outputs, and true if it is done
+    /// Print the command of each training and each evaluation without running it, as a line of JSON
+    /// with its words, inputs, outputs and state
     #[arg(long, conflicts_with = "table")]
     pub(crate) list: bool,
     /// Run only this training or evaluation, by its name in --list, and print nothing

@@ -27,10 +27,10 @@ use super::{ModelName, PriorArgs, load_all, numbers};
 /// Train a recipe on materials, or many recipes with --grid.
 ///
 /// SCHEDULES. With --schedule prior, the default, a recipe completes the readings: a small learned
-/// map estimates the whole material from them, and a descent refines the estimate. Training uses
-/// all materials. Four shorter trainings follow, each without a quarter of the materials. They
-/// yield the expected loss on unseen materials, and the prediction of a material's loss from its
-/// readings.
+/// map estimates the whole material from them. For models other than linear, a descent refines the
+/// estimate. Training uses all materials. Four shorter trainings follow, each without a quarter of
+/// the materials. They yield the expected loss on unseen materials, and the prediction of a
+/// material's loss from its readings.
 ///
 /// With --schedule joint or paper, every tenth material is held out, and the loss on those is the
 /// expected loss. (Linear holds none out: it leaves each material out of its own components.)
@@ -104,8 +104,8 @@ pub(crate) struct Train {
     /// Train one recipe for each model at each n
     #[arg(long)]
     pub(crate) grid: bool,
-    /// With --grid: print the command of each recipe as a line of JSON, without training. The line
-    /// has the command's words, inputs and outputs, and true if it is done
+    /// With --grid: print the command of each recipe without training, as a line of JSON with its
+    /// words, inputs, outputs and state
     #[arg(long, requires = "grid")]
     pub(crate) list: bool,
 }
@@ -235,8 +235,7 @@ impl TrainingRun {
         }
         if !has_checkpoint {
             bail!(
-                "{} is not a regular file, so there is no default place for the checkpoint: give \
-                 --checkpoint",
+                "{} is not a regular file, and has no default checkpoint path: give --checkpoint",
                 self.out.display()
             );
         }

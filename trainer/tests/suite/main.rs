@@ -1,4 +1,4 @@
-//! The trainer as its users meet it: its commands, what documents say of them, and readings from a lab.
+//! Tests of the trainer's commands, of documents about them, and of readings from a lab.
 
 mod command_line;
 mod common;

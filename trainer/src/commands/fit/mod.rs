@@ -89,7 +89,7 @@ pub(crate) struct Fit {
     /// Formats of additional files of the material in DIR/formats
     #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT,...")]
     format: Vec<FormatName>,
-    /// Use outliers too
+    /// Keep outliers in the fit
     #[arg(long, conflicts_with = "values")]
     keep_all: bool,
     /// Replace the results of an earlier run in DIR

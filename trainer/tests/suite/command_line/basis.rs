@@ -1,4 +1,4 @@
-//! The compact basis at the command line: one file for recipes of every n.
+//! Compact bases on the command line: one file for recipes of every n.
 
 use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
@@ -14,15 +14,15 @@ fn export(recipe: &str, out: &str) -> String {
 }
 
 fn loss(folder: &Folder, options: &str) -> f64 {
-    let judged = folder.succeed_as_json(&format!("evaluate --test {TEST} --recipe {options}"));
-    number(&judged["loss"])
+    let report = folder.succeed_as_json(&format!("evaluate --test {TEST} --recipe {options}"));
+    number(&report["loss"])
 }
 
-/// Asserts that a recipe fits with a compact basis almost as with the whole one.
-fn assert_serves(folder: &Folder, basis: &str, recipe: &str) {
+/// Asserts that the loss of a recipe with a compact basis is almost that with the whole basis.
+fn assert_compact_basis_is_accurate(folder: &Folder, basis: &str, recipe: &str) {
     let whole = loss(folder, recipe);
     let compact = loss(folder, &format!("{recipe} --basis {basis}"));
-    println!("{recipe}: {whole:.5} by the whole basis, {compact:.5} by the compact one");
+    println!("{recipe}: loss {whole:.5} with the whole basis, {compact:.5} with the compact one");
     assert!(
         compact != whole && (compact - whole).abs() < 0.1 * whole,
         "{compact}, {whole}"
@@ -30,7 +30,7 @@ fn assert_serves(folder: &Folder, basis: &str, recipe: &str) {
 }
 
 #[test]
-fn one_compact_basis_serves_every_n() {
+fn compact_basis_is_valid_for_every_n() {
     let folder = Folder::new();
     LINEAR_N2.copy_to(folder.path());
     LINEAR_N4.copy_to(folder.path());
@@ -38,17 +38,17 @@ fn one_compact_basis_serves_every_n() {
     folder.succeed(&export("linear-n4.recipe", "again.basis"));
     let compact = folder.read("compact.basis");
     assert_eq!(compact, folder.read("again.basis"));
-    let basis = Basis::parse(&compact).expect("it is a basis");
+    let basis = Basis::parse(&compact).expect("a valid basis");
     for name in ["linear-n2.recipe", "linear-n4.recipe"] {
         let bytes = folder.read(name);
-        let recipe = Recipe::parse(&bytes).expect("it is a recipe");
-        let ridge = recipe.ridge().expect("it is Linear");
+        let recipe = Recipe::parse(&bytes).expect("a valid recipe");
+        let ridge = recipe.ridge().expect("a recipe of Linear");
         assert_eq!(ridge.basis_checksum(), Some(basis.of()));
         assert!(basis.components() <= ridge.components());
-        assert_serves(&folder, "compact.basis", name);
+        assert_compact_basis_is_accurate(&folder, "compact.basis", name);
     }
 
-    // By schedule prior coefficients are of another scale: the basis is another one, for every n too.
+    // With schedule prior, coefficients have another scale and another basis, also the same for every n.
     for (samples, out) in [(2, "p2.recipe"), (3, "p3.recipe")] {
         folder.succeed(&format!(
             "train --model linear --schedule prior --samples {samples} --data procedural:6 \
@@ -61,15 +61,15 @@ fn one_compact_basis_serves_every_n() {
     assert_eq!(folder.read("again.basis"), compact);
     folder.succeed(&export("p3.recipe", "prior-again.basis"));
     assert_eq!(folder.read("prior.basis"), folder.read("prior-again.basis"));
-    assert_serves(&folder, "prior.basis", "p3.recipe");
+    assert_compact_basis_is_accurate(&folder, "prior.basis", "p3.recipe");
 
-    // Fewer components, when asked for.
+    // --components limits the number of components.
     let fewer = export("linear-n2.recipe", "fewer.basis");
     folder.succeed(&format!("{fewer} --components 3"));
     let bytes = folder.read("fewer.basis");
     assert_eq!(Basis::parse(&bytes).map(|basis| basis.components()), Ok(3));
 
-    // Another seed shuffles the materials, and has a basis of its own.
+    // Another seed shuffles the materials, and yields another basis.
     folder.succeed(
         "train --model linear --schedule joint --samples 2 --data procedural:6 --effort brief \
          --seed 1 --out other.recipe",
@@ -77,11 +77,11 @@ fn one_compact_basis_serves_every_n() {
     let mut damaged = compact;
     damaged[100] ^= 1;
     folder.write("damaged.basis", damaged);
-    // A basis of other materials, a damaged one, and options without effect or sense.
+    // A basis of other materials, a damaged basis, and invalid options.
     let other = format!("evaluate --recipe other.recipe --basis compact.basis --test {TEST}");
     let damaged = format!("evaluate --recipe linear-n2.recipe --basis damaged.basis --test {TEST}");
     let export = "export linear-n2.recipe --out x";
-    for (command, named) in [
+    for (command, words) in [
         (&other, &[][..]),
         (&damaged, &["damaged.basis"]),
         (
@@ -97,13 +97,13 @@ fn one_compact_basis_serves_every_n() {
             &["--components", "--format", "basis"],
         ),
     ] {
-        folder.fail_naming(command, named);
+        folder.fail_naming(command, words);
     }
     assert!(!folder.exists("x"));
 }
 
 #[test]
-fn a_compact_basis_is_for_linear() {
+fn rejects_compact_basis_of_other_models() {
     let folder = Folder::with("phong.recipe", PHONG_N8);
     folder.fail_naming(&export("phong.recipe", "x"), &["linear"]);
     assert!(!folder.exists("x"));

@@ -1,23 +1,23 @@
-//! Materials from one format to another.
+//! `trainer convert`
 
 use serde_json::json;
 
 use super::{Folder, number};
 
 #[test]
-fn a_material_goes_from_format_to_format() {
+fn converts_between_formats() {
     let folder = Folder::new();
-    // The loss that a conversion comes to: the last word that it prints.
+    // The loss of a conversion is the last printed word.
     let convert = |arguments: &str| -> f64 {
         let printed = folder.succeed(&format!("convert {arguments}"));
         let number = printed.split_whitespace().last();
-        number.expect("a number").parse().expect("it is a number")
+        number.expect("a number").parse().expect("a number")
     };
     let table = convert("procedural:1:3 made.binary");
     assert!(table < 0.005, "{table}");
     let tensors = convert("made.binary made_rgb.bsdf");
     assert!(tensors < 0.002, "{tensors}");
-    // Its own format is copied, also where the name does not tell it.
+    // A file of the same format is copied, also without an extension.
     assert_eq!(convert("made.binary copy --format merl"), 0.0);
     assert_eq!(folder.read("copy"), folder.read("made.binary"));
     assert_eq!(convert("copy again.binary"), 0.0);
@@ -38,11 +38,11 @@ fn a_material_goes_from_format_to_format() {
 }
 
 #[test]
-fn what_cannot_be_meant_is_refused() {
+fn rejects_invalid_arguments() {
     let folder = Folder::new();
     folder.succeed("convert procedural:1:3 made_rgb.bsdf");
     let before = folder.read("made_rgb.bsdf");
-    for (arguments, named) in [
+    for (arguments, words) in [
         ("procedural:2 made.binary", &["procedural:2", "2"][..]),
         (
             "procedural:1 made",
@@ -57,7 +57,7 @@ fn what_cannot_be_meant_is_refused() {
         ("procedural:1 made_rgb.bsdf", &["made_rgb.bsdf", "--force"]),
         ("procedural:1 none/made.binary", &["none"]),
     ] {
-        folder.fail_naming(&format!("convert {arguments}"), named);
+        folder.fail_naming(&format!("convert {arguments}"), words);
     }
     assert_eq!(folder.names(""), ["made_rgb.bsdf"]);
     assert_eq!(folder.read("made_rgb.bsdf"), before);
@@ -66,7 +66,7 @@ fn what_cannot_be_meant_is_refused() {
 }
 
 #[test]
-fn what_was_written_is_reported_as_json() {
+fn reports_json() {
     let folder = Folder::new();
     let made = folder.succeed_as_json("convert procedural:1:3 made.binary");
     let bytes = folder.read("made.binary").len();

@@ -1,11 +1,11 @@
-//! `trainer evaluate`: how far its numbers can be relied on.
+//! `trainer evaluate`: accuracy of its numbers, and comparisons.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::recipe::{Recipe, RecipeParts};
 use glimpse_materials::loss::mean_log_error;
 use glimpse_materials::{Material, Procedural, Source, digest};
 use glimpse_trainer::evaluation::Method;
-use glimpse_training::recipe::{RecipeFile, packed_pattern};
+use glimpse_training::recipe::{RecipeFile, pack_pattern};
 use serde_json::{Value, json};
 
 use super::folder::{COOK_TORRANCE_N8, NEURAL_N8, PHONG_N8};
@@ -18,7 +18,7 @@ const RECIPES: [(&str, &[u8]); 3] = [
     ("neural.recipe", NEURAL_N8),
     ("cook-torrance.recipe", COOK_TORRANCE_N8),
 ];
-/// The same as an option.
+/// All recipes, as an option.
 const ALL: &str = "--recipe phong.recipe neural.recipe cook-torrance.recipe";
 
 fn folder() -> Folder {
@@ -30,7 +30,7 @@ fn folder() -> Folder {
 }
 
 /// The report of `evaluate`.
-fn judge(folder: &Folder, options: &str) -> Value {
+fn evaluate(folder: &Folder, options: &str) -> Value {
     folder.succeed_as_json(&format!("evaluate {options}"))
 }
 
@@ -48,7 +48,7 @@ fn mean_and_error(list: &[f64]) -> [f64; 2] {
     [mean, (squares / (count - 1.0) / count).sqrt()]
 }
 
-/// The digits of a number behind the point, in reverse.
+/// The radical inverse: the digits of a number, mirrored at the decimal point.
 fn radical_inverse(mut number: u32, base: u32) -> f64 {
     let (mut inverse, mut place) = (0.0, 1.0);
     while number > 0 {
@@ -60,10 +60,12 @@ fn radical_inverse(mut number: u32, base: u32) -> f64 {
 }
 
 #[test]
-fn the_seed_moves_no_mean_and_the_mean_is_that_of_all_directions() {
+fn loss_is_independent_of_seed_and_converged() {
     let folder = folder();
-    let materials = Source("procedural:4:3".into()).load().expect("they load");
-    // Other directions, many more: Hammersley's points.
+    let materials = Source("procedural:4:3".into())
+        .load()
+        .expect("the materials load");
+    // Other directions, and many more of them: Hammersley points.
     const MANY: u32 = 1 << 18;
     let at: Vec<HalfDifference<f32>> = (0..MANY)
         .map(|index| {
@@ -82,44 +84,47 @@ fn the_seed_moves_no_mean_and_the_mean_is_that_of_all_directions() {
         })
         .filter(HalfDifference::is_valid)
         .collect();
-    let judge = |test, seed| judge(&folder, &format!("{ALL} --test {test} --seed {seed}"));
-    assert_eq!(judge("procedural:1:3", 0), judge("procedural:1:3", 1));
-    let judged = judge("procedural:4:3", 0);
+    let evaluate = |test, seed| evaluate(&folder, &format!("{ALL} --test {test} --seed {seed}"));
+    assert_eq!(evaluate("procedural:1:3", 0), evaluate("procedural:1:3", 1));
+    let report = evaluate("procedural:4:3", 0);
     for (index, (name, bytes)) in RECIPES.into_iter().enumerate() {
-        let recipe = Recipe::parse(bytes).expect("it is a recipe");
-        let method = Method::ours(&recipe, None).expect("it needs no basis");
+        let recipe = Recipe::parse(bytes).expect("a valid recipe");
+        let method = Method::ours(&recipe, None).expect("a method without a basis");
         let losses = materials.iter().map(|material| {
-            let fitted = method.fit(&**material, 0).expect("it fits");
+            let fitted = method.fit(&**material, 0).expect("a fit");
             let mut reference = vec![[0.0; 3]; at.len()];
             material.brdf_batch(&at, &mut reference);
             mean_log_error(&fitted, &at, &reference)
         });
         let expected = losses.sum::<f64>() / materials.len() as f64;
-        let loss = number(&judged["recipes"][index]["loss"]);
-        println!("{name}: {loss:.6}, of many more directions {expected:.6}");
+        let loss = number(&report["recipes"][index]["loss"]);
+        println!("{name}: loss {loss:.6}, {expected:.6} over more directions");
         assert!((loss / expected - 1.0).abs() < 0.01, "{loss}, {expected}");
     }
 }
 
 #[test]
-fn the_standard_error_is_over_the_materials() {
+fn standard_error_is_over_materials() {
     let folder = folder();
-    let judged = judge(&folder, "--recipe phong.recipe --test procedural:3:3");
-    let [_, expected] = mean_and_error(&losses(&judged));
-    let found = number(&judged["loss_standard_error"]);
-    assert!((found / expected - 1.0).abs() < 1e-9, "{found}, {expected}");
-    // One material has none.
-    let judged = judge(&folder, "--recipe phong.recipe --test procedural:1:3");
-    assert_eq!(judged["loss_standard_error"], Value::Null);
+    let report = evaluate(&folder, "--recipe phong.recipe --test procedural:3:3");
+    let [_, expected] = mean_and_error(&losses(&report));
+    let standard_error = number(&report["loss_standard_error"]);
+    assert!(
+        (standard_error / expected - 1.0).abs() < 1e-9,
+        "{standard_error}, {expected}"
+    );
+    // A single material has no standard error.
+    let report = evaluate(&folder, "--recipe phong.recipe --test procedural:1:3");
+    assert_eq!(report["loss_standard_error"], Value::Null);
 }
 
 #[test]
-fn recipes_are_compared_pair_by_pair() {
+fn compares_recipes_by_paired_differences() {
     let folder = folder();
     let options = format!("{ALL} --test procedural:2:3");
-    let all = judge(&folder, &options);
-    // Each is judged as it is alone.
-    let alone = judge(&folder, "--recipe neural.recipe --test procedural:2:3");
+    let all = evaluate(&folder, &options);
+    // The report of each recipe equals that of a separate evaluation.
+    let alone = evaluate(&folder, "--recipe neural.recipe --test procedural:2:3");
     assert_eq!(all["recipes"][1], alone);
     let first = losses(&all["recipes"][0]);
     for (index, name) in [(1, "neural.recipe"), (2, "cook-torrance.recipe")] {
@@ -144,105 +149,105 @@ fn recipes_are_compared_pair_by_pair() {
     assert_names(&text, &[materials[0].name(), materials[1].name()]);
 }
 
-/// Writes a recipe of Linear that says it was trained on these, with the basis of one that was.
-fn write_recipe_that_knows(folder: &Folder, materials: &[(&str, u32)]) {
+/// Writes a recipe of Linear, and its basis, that states these training materials.
+fn write_recipe_trained_on(folder: &Folder, materials: &[(&str, u32)]) {
     LINEAR_N2.copy_to(folder.path());
-    let file = RecipeFile::read(&folder.at("linear-n2.recipe")).expect("it is a recipe");
+    let file = RecipeFile::read(&folder.at("linear-n2.recipe")).expect("a valid recipe");
     let recipe = file.recipe();
     let pattern: Vec<_> = recipe.pattern().collect();
     let file = RecipeFile::write(&RecipeParts {
         expectation: file.metadata().expectation,
         materials,
-        ..RecipeParts::new(&packed_pattern(&pattern), recipe.method().into())
+        ..RecipeParts::new(&pack_pattern(&pattern), recipe.method().into())
     });
-    let file = file.expect("it is a recipe");
+    let file = file.expect("a valid recipe");
     folder.write("k.recipe", file.bytes());
     folder.write("k.basis", folder.read("linear-n2.basis"));
 }
 
 #[test]
-fn materials_of_training_are_told() {
+fn marks_training_materials() {
     let folder = folder();
     let set = Procedural::set(4, 0);
-    let evaluate_on = |test| judge(&folder, &format!("--recipe k.recipe --test {test}"));
+    let evaluate_on = |test| evaluate(&folder, &format!("--recipe k.recipe --test {test}"));
 
-    // One under another name, one by its name only, two that are new.
-    let known = [("another-name", digest(&set[1])), (set[2].name(), 7)];
-    write_recipe_that_knows(&folder, &known);
-    let judged = evaluate_on("procedural:4");
-    assert_eq!(judged["trained_on"], json!([set[1].name()]));
-    assert_eq!(judged["namesakes_trained_on"], json!([set[2].name()]));
-    let flags = [0, 1, 2, 3].map(|index| &judged["materials"][index]["trained_on"]);
+    // One training material under another name, one with the same name only, and two unseen materials.
+    let trained_on = [("another-name", digest(&set[1])), (set[2].name(), 7)];
+    write_recipe_trained_on(&folder, &trained_on);
+    let report = evaluate_on("procedural:4");
+    assert_eq!(report["trained_on"], json!([set[1].name()]));
+    assert_eq!(report["namesakes_trained_on"], json!([set[2].name()]));
+    let flags = [0, 1, 2, 3].map(|index| &report["materials"][index]["trained_on"]);
     assert_eq!(flags, [false, true, false, false]);
-    assert_eq!(judged["new"]["materials"], 2);
-    let losses = losses(&judged);
-    let new = number(&judged["new"]["loss"]);
+    assert_eq!(report["new"]["materials"], 2);
+    let losses = losses(&report);
+    let new = number(&report["new"]["loss"]);
     assert!((new - (losses[0] + losses[3]) / 2.0).abs() < 1e-12);
 
-    // Text and pictures name them too, in addition to the rows of all materials.
+    // The text reports name them once more, in addition to the rows of all materials.
     for command in [
         "evaluate --test procedural:2 --recipe k.recipe",
         "render sphere procedural:2 --recipe k.recipe --size 8",
     ] {
-        let text = folder.succeed_with_talk(command).concat();
+        let text = folder.succeed_with_messages(command).concat();
         let times = |index: usize| text.matches(set[index].name()).count();
         assert_eq!((times(0), times(1)), (1, 2), "{text}");
     }
 
-    // All new.
-    write_recipe_that_knows(&folder, &[("another", 1)]);
-    let judged = evaluate_on("procedural:1");
-    assert_eq!(judged["trained_on"], json!([]));
-    assert_eq!(judged.get("new"), None);
+    // All materials are unseen.
+    write_recipe_trained_on(&folder, &[("another", 1)]);
+    let report = evaluate_on("procedural:1");
+    assert_eq!(report["trained_on"], json!([]));
+    assert_eq!(report.get("new"), None);
 
-    // A recipe that does not name its materials.
-    write_recipe_that_knows(&folder, &[]);
-    let judged = evaluate_on("procedural:1");
-    assert_eq!(judged["trained_on"], Value::Null);
-    assert_eq!(judged["materials"][0]["trained_on"], Value::Null);
+    // A recipe that does not name its training materials.
+    write_recipe_trained_on(&folder, &[]);
+    let report = evaluate_on("procedural:1");
+    assert_eq!(report["trained_on"], Value::Null);
+    assert_eq!(report["materials"][0]["trained_on"], Value::Null);
 
-    // Of methods without a recipe, those that took components from materials.
+    // A method without a recipe whose components come from training materials.
     let random = "--method random --model linear --samples 4 --train procedural:2 \
                   --test procedural:3 --seeds 1";
-    let judged = judge(&folder, random);
-    assert_eq!(judged["trained_on"].as_array().map(Vec::len), Some(2));
+    let report = evaluate(&folder, random);
+    assert_eq!(report["trained_on"].as_array().map(Vec::len), Some(2));
 }
 
 #[test]
-fn a_promise_is_told_with_what_it_was_found_on() {
+fn expected_loss_names_its_materials() {
     let folder = folder();
     let train = TRAIN.replace("--samples 4", "--samples 1");
     let train = train.replace("procedural:12", "procedural:1");
-    let [_, talk] = folder.succeed_with_talk(&train.replace("phong.recipe", "one.recipe"));
-    let shown = folder.succeed_as_json("inspect one.recipe");
-    assert_eq!(shown["training"]["split"], "training");
+    let [_, messages] = folder.succeed_with_messages(&train.replace("phong.recipe", "one.recipe"));
+    let recipe = folder.succeed_as_json("inspect one.recipe");
+    assert_eq!(recipe["training"]["split"], "training");
     let options = "--recipe one.recipe --test procedural:1:3";
-    let judged = judge(&folder, options);
-    assert_eq!(judged["promise"]["materials"], 1);
-    // The loss, and what it was found on, wherever the recipe is spoken of.
-    let loss = format!("{:.4}", number(&judged["promise"]["loss"]));
-    let shown = folder.succeed("inspect one.recipe");
+    let report = evaluate(&folder, options);
+    assert_eq!(report["promise"]["materials"], 1);
+    // Training, `inspect` and `evaluate` print the loss with its materials.
+    let loss = format!("{:.4}", number(&report["promise"]["loss"]));
+    let printed = folder.succeed("inspect one.recipe");
     let text = folder.succeed(&format!("evaluate {options}"));
-    for text in [talk, shown, text] {
+    for text in [messages, printed, text] {
         assert_names(&text, &[&loss, "1", "procedural:1"]);
     }
-    assert_eq!(judged["promise"]["standard_error"], Value::Null);
-    // An older recipe does not say.
-    let judged = judge(&folder, "--recipe phong.recipe --test procedural:1:3");
-    assert_eq!(judged["promise"]["materials"], 0);
+    assert_eq!(report["promise"]["standard_error"], Value::Null);
+    // An older recipe does not state the number of materials.
+    let report = evaluate(&folder, "--recipe phong.recipe --test procedural:1:3");
+    assert_eq!(report["promise"]["materials"], 0);
 }
 
 #[test]
-fn random_is_judged_without_a_recipe() {
+fn evaluates_random_without_recipe() {
     let random = "--method random --model neural --samples 8 --test procedural:1:9 --seeds 2";
-    let judged = judge(&Folder::new(), random);
-    assert_eq!(judged["method"], "random");
-    assert_eq!(judged["seeds"], 2);
-    assert!(number(&judged["loss_spread"]) > 0.0);
+    let report = evaluate(&Folder::new(), random);
+    assert_eq!(report["method"], "random");
+    assert_eq!(report["seeds"], 2);
+    assert!(number(&report["loss_spread"]) > 0.0);
 }
 
 #[test]
-fn no_more_readings_are_asked_for_than_there_are() {
+fn rejects_more_readings_than_samples() {
     let folder = Folder::new();
     folder.succeed("recipes get neural-n16-masked");
     let evaluate = "evaluate --recipe neural-n16-masked.recipe --test procedural:1:3";
@@ -252,7 +257,7 @@ fn no_more_readings_are_asked_for_than_there_are() {
 }
 
 #[test]
-fn both_ways_to_judge_are_offered() {
+fn offers_recipe_or_method() {
     let folder = folder();
     for command in ["evaluate", "evaluate --test procedural:1"] {
         let output = folder.run(command);
@@ -269,7 +274,7 @@ fn both_ways_to_judge_are_offered() {
         let mut usage = help.lines().filter(is_usage);
         assert!(usage.any(|line| line.contains(option)), "{help}");
     }
-    // A model is judged by a method, and not beside a recipe.
+    // --model and --method require each other, and exclude --recipe.
     for options in [
         "--model phong",
         "--method random",

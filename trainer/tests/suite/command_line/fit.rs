@@ -4,9 +4,9 @@ use std::fs;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
-use glimpse_materials::basis::widened;
+use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::{Material, Procedural};
-use glimpse_trainer::measurement::Arms;
+use glimpse_trainer::measurement::IsotropicAngles;
 use serde_json::{Value, json};
 
 use super::Folder;
@@ -32,11 +32,11 @@ fn material() -> Procedural {
 
 fn pattern(folder: &Folder, recipe: &str) -> Vec<Angles<f32>> {
     let bytes = folder.read(recipe);
-    let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+    let recipe = Recipe::parse(&bytes).expect("a valid recipe");
     recipe.pattern().collect()
 }
 
-/// Writes the readings of some samples, each times a number, in this order.
+/// Writes readings of samples in this order, each times a factor.
 fn write_readings(folder: &Folder, file: &str, recipe: &str, samples: &[(usize, f32)]) {
     let pattern = pattern(folder, recipe);
     let rows = samples.iter().map(|(sample, factor)| {
@@ -50,15 +50,15 @@ fn write_readings(folder: &Folder, file: &str, recipe: &str, samples: &[(usize, 
     folder.write(file, text);
 }
 
-/// The first samples, each as it is.
+/// The first samples, with factor 1.
 fn first(count: usize) -> Vec<(usize, f32)> {
     (0..count).map(|sample| (sample, 1.0)).collect()
 }
 
-/// All but the third of 16 samples, from the last to the first.
-fn shuffled(wrong: Option<usize>) -> Vec<(usize, f32)> {
+/// 16 samples without sample 3, in reverse order, with an optional outlier of factor 10.
+fn shuffled(outlier: Option<usize>) -> Vec<(usize, f32)> {
     let all = (0..16).rev().filter(|sample| *sample != 3);
-    let factor = |sample| match Some(sample) == wrong {
+    let factor = |sample| match Some(sample) == outlier {
         true => 10.0,
         false => 1.0,
     };
@@ -66,62 +66,62 @@ fn shuffled(wrong: Option<usize>) -> Vec<(usize, f32)> {
 }
 
 #[test]
-fn readings_are_matched_looked_at_and_fitted() {
+fn fits_readings_without_outlier() {
     let folder = folder();
-    write_readings(&folder, "wrong.csv", MASKED, &shuffled(Some(1)));
+    write_readings(&folder, "outlier.csv", MASKED, &shuffled(Some(1)));
     let mut without = shuffled(None);
     without.retain(|(sample, _)| *sample != 1);
-    write_readings(&folder, "right.csv", MASKED, &without);
+    write_readings(&folder, "missing.csv", MASKED, &without);
 
     let fit = format!("fit {MASKED} --measurements");
-    let report = folder.succeed_as_json(&format!("{fit} wrong.csv right.csv --out fits"));
+    let report = folder.succeed_as_json(&format!("{fit} outlier.csv missing.csv --out fits"));
     for (field, expected) in [
-        ("/0/name", json!("wrong")),
+        ("/0/name", json!("outlier")),
         ("/0/measured/rows", json!(15)),
-        ("/0/measured/file", json!("wrong.csv")),
+        ("/0/measured/file", json!("outlier.csv")),
         ("/0/recipe/file", json!(MASKED)),
         ("/0/recipe/samples", json!(16)),
         ("/0/readings/missing", json!([3])),
         ("/0/readings/looks_wrong/0/sample", json!(1)),
         ("/0/readings/left_out", json!([1])),
         ("/0/readings/used", json!(14)),
-        ("/1/name", json!("right")),
+        ("/1/name", json!("missing")),
         ("/1/measured/rows", json!(14)),
         ("/1/readings/missing", json!([1, 3])),
     ] {
         assert_eq!(report.pointer(field), Some(&expected), "{field}");
     }
     assert!(report[0]["expected_loss"]["loss"].is_number(), "{report}");
-    assert_eq!(folder.names("fits"), ["right", "wrong"]);
+    assert_eq!(folder.names("fits"), ["missing", "outlier"]);
     let files = ["lobe.svg", "material.json", "readings.csv", "sphere.png"];
-    assert_eq!(folder.names("fits/wrong"), files);
+    assert_eq!(folder.names("fits/outlier"), files);
     // A fit without the outlier equals a fit with that reading missing.
     let values = |of: &str| folder.read_json(&format!("{of}/material.json"))["values"].clone();
-    assert_eq!(values("fits/wrong"), values("fits/right"));
-    let readings = folder.read_text("fits/wrong/readings.csv");
+    assert_eq!(values("fits/outlier"), values("fits/missing"));
+    let readings = folder.read_text("fits/outlier/readings.csv");
     let rows = readings.lines().skip(1);
-    let fates: Vec<&str> = rows
+    let statuses: Vec<&str> = rows
         .map(|row| row.rsplit(',').next().unwrap_or_default())
         .collect();
     assert_eq!(
-        (fates.len(), fates[1], fates[3], fates[0]),
+        (statuses.len(), statuses[1], statuses[3], statuses[0]),
         (16, "left out", "missing", "used")
     );
 
-    // A table of readings can be measured by again, and a fit is a material.
-    folder.succeed(&format!("{fit} fits/right/readings.csv --out again"));
-    assert_eq!(values("again"), values("fits/right"));
-    let found = folder.succeed("query fits --angles right.csv");
-    assert_eq!(found.lines().count(), 1 + 2 * 14, "{found}");
+    // readings.csv can be fitted again, and the folder is a source of materials.
+    folder.succeed(&format!("{fit} fits/missing/readings.csv --out again"));
+    assert_eq!(values("again"), values("fits/missing"));
+    let brdf = folder.succeed("query fits --angles missing.csv");
+    assert_eq!(brdf.lines().count(), 1 + 2 * 14, "{brdf}");
     folder.succeed("render sphere fits --size 16 --out s.png");
 
-    // All are kept if that is asked for, and it is said.
-    let text = folder.succeed(&format!("{fit} wrong.csv --keep-all --out kept"));
-    assert_names(&text, &["wrong.csv", "--keep-all", "15", "16", "1", "3"]);
+    // --keep-all uses the outlier, which the report names.
+    let text = folder.succeed(&format!("{fit} outlier.csv --keep-all --out kept"));
+    assert_names(&text, &["outlier.csv", "--keep-all", "15", "16", "1", "3"]);
 }
 
 #[test]
-fn a_recipe_that_needs_all_readings_says_so() {
+fn rejects_missing_readings() {
     let folder = folder();
     let some = [7, 1, 2, 4, 5, 6].map(|sample| (sample, 1.0));
     write_readings(&folder, "some.csv", WHOLE, &some);
@@ -145,13 +145,13 @@ fn a_recipe_that_needs_all_readings_says_so() {
 }
 
 #[test]
-fn what_a_file_says_of_itself_holds() {
+fn checks_quantity_and_material_columns() {
     let folder = folder();
     let fit = format!("fit {MASKED} --out out --measurements");
     write_readings(&folder, "read.csv", MASKED, &shuffled(None));
     folder.succeed(&format!("fit {MASKED} --measurements read.csv --out first"));
 
-    // Neither is lost to a command that writes something else.
+    // Other commands do not overwrite the results.
     let query = "query procedural:1 --angles read.csv --out first/readings.csv";
     let export = format!("export {MASKED} --format json --out first/material.json");
     for (command, file) in [
@@ -163,16 +163,16 @@ fn what_a_file_says_of_itself_holds() {
         assert_eq!(folder.read(file), before);
     }
 
-    // `readings.csv` holds BRDFs, which are not converted again.
+    // `readings.csv` holds BRDFs, which must not be converted again.
     folder.write("brdf.csv", folder.read("first/readings.csv"));
     // The column accepts the quantity of the options, by either of its names.
     folder.write(
         "cosine.csv",
         "index,value,quantity\n0,1,BRDF-cos\n1,1,brdf-cos-o\n2,1,\n3,1,brdf\n",
     );
-    // A file is of one material.
+    // A file must have a single material.
     folder.write("two.csv", "material,index,value\ngold,0,1\nfelt,0,0.1\n");
-    // Light and sensor exchanged, and nothing that says so.
+    // Light and sensor are exchanged without an index.
     let angles = pattern(&folder, MASKED)[2];
     let [theta_h, theta_d, phi_d] =
         [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_degrees);
@@ -181,7 +181,7 @@ fn what_a_file_says_of_itself_holds() {
         "swapped.csv",
         format!("theta_h,theta_d,phi_d,value\n{theta_h},{theta_d},{exchanged},0.1\n"),
     );
-    for (measured, named) in [
+    for (measured, words) in [
         (
             "brdf.csv --quantity reflectance-factor",
             &["brdf.csv", "2", "quantity", "brdf", "reflectance-factor"][..],
@@ -197,14 +197,14 @@ fn what_a_file_says_of_itself_holds() {
         ("two.csv", &["two.csv", "3", "material", "felt", "gold"]),
         ("swapped.csv", &["swapped.csv", "2", "--swap", "index"]),
     ] {
-        folder.fail_naming(&format!("{fit} {measured}"), named);
+        folder.fail_naming(&format!("{fit} {measured}"), words);
         assert!(!folder.exists("out"), "{measured}");
     }
 }
 
-/// A dead sensor reads as a black material, of which no good fit may be promised.
+/// The readings of a dead sensor look like a black material, for which no loss is expected.
 #[test]
-fn readings_without_light_are_named() {
+fn reports_readings_without_light() {
     let folder = folder();
     for dark in [8, 3] {
         let mut all = first(8);
@@ -216,14 +216,13 @@ fn readings_without_light_are_named() {
         let report = folder.succeed_as_json(&fit);
         let no_light: Vec<usize> = (0..dark).collect();
         assert_eq!(report[0]["readings"]["no_light"], json!(no_light));
-        // Of a black material no loss is promised.
         let is_known = report[0]["expected_loss"].is_object();
         assert_eq!(is_known, dark == 3, "{report}");
     }
 }
 
 #[test]
-fn nothing_is_written_over_unless_it_is_forced() {
+fn replaces_results_only_with_force() {
     let folder = folder();
     write_readings(&folder, "a.csv", MASKED, &shuffled(None));
     let fit = format!("fit {MASKED} --measurements a.csv --out out");
@@ -231,26 +230,26 @@ fn nothing_is_written_over_unless_it_is_forced() {
     folder.fail_naming(&fit, &["out/material.json", "--force"]);
     folder.succeed(&format!("{fit} --force"));
 
-    // Not what is read, and no folder above the one that is named.
+    // Inputs are not overwritten, and parent folders are not created.
     let text = folder.read("a.csv");
     folder.write("readings.csv", &text);
-    fs::create_dir(folder.at("b")).expect("it is made");
+    fs::create_dir(folder.at("b")).expect("the folder is created");
     folder.write("b/a.csv", &text);
-    for (options, named) in [
+    for (options, words) in [
         ("readings.csv --out . --force", &["readings.csv"][..]),
         ("a.csv --out none/deeper", &["none"]),
         ("a.csv b/a.csv --out two", &["--measurements", "a"]),
     ] {
-        folder.fail_naming(&format!("fit {MASKED} --measurements {options}"), named);
+        folder.fail_naming(&format!("fit {MASKED} --measurements {options}"), words);
     }
     assert_eq!(folder.read("readings.csv"), text);
     assert!(!folder.exists("none") && !folder.exists("two"));
 }
 
 #[test]
-fn an_option_without_effect_is_refused() {
+fn rejects_options_without_effect() {
     let folder = folder();
-    for (options, named) in [
+    for (options, words) in [
         ("", &["--measurements", "--values"][..]),
         ("--measurements a.csv --values b.json", &["--measurements"]),
         ("--measurements a.csv --dark 9", &["--dark", "--white"]),
@@ -261,7 +260,7 @@ fn an_option_without_effect_is_refused() {
         ),
         ("--values b.json --keep-all", &["--keep-all", "--values"]),
     ] {
-        folder.fail_naming(&format!("fit {MASKED} --out out {options}"), named);
+        folder.fail_naming(&format!("fit {MASKED} --out out {options}"), words);
     }
     for (option, value) in [
         ("--quantity", "brdf-cos"),
@@ -279,7 +278,7 @@ fn an_option_without_effect_is_refused() {
 }
 
 #[test]
-fn what_a_device_has_found_becomes_the_same_folder() {
+fn fits_values_of_device() {
     let folder = folder();
     write_readings(&folder, "a.csv", MASKED, &shuffled(None));
     folder.succeed(&format!("fit {MASKED} --measurements a.csv --out lab"));
@@ -308,7 +307,7 @@ fn what_a_device_has_found_becomes_the_same_folder() {
     assert_eq!(folder.names("device"), folder.names("lab"));
     assert_eq!(device["values"], lab["values"]);
 
-    for (field, value, named) in [
+    for (field, value, words) in [
         ("recipe", json!("00000000"), "00000000"),
         ("values", json!([1.0]), "1"),
     ] {
@@ -317,12 +316,12 @@ fn what_a_device_has_found_becomes_the_same_folder() {
         sent[field] = value;
         folder.write("scan.json", sent.to_string());
         let other = format!("fit {MASKED} --values scan.json --out other");
-        folder.fail_naming(&other, &["scan.json", named]);
+        folder.fail_naming(&other, &["scan.json", words]);
     }
 }
 
 #[test]
-fn a_fit_of_linear_has_its_basis_beside_it() {
+fn linear_fit_includes_basis() {
     let folder = Folder::new();
     LINEAR_N4.copy_to(folder.path());
     let (recipe, basis) = ("linear-n4.recipe", "linear-n4.basis");
@@ -334,21 +333,21 @@ fn a_fit_of_linear_has_its_basis_beside_it() {
         "fit {recipe} --measurements a.csv b.csv --out two"
     ));
     assert_eq!(folder.names("two"), ["a", "b", basis]);
-    // Both can be moved, and say the same.
-    fs::rename(folder.at("two"), folder.at("moved")).expect("it is moved");
-    fs::remove_file(folder.at(basis)).expect("it is removed");
+    // Both folders can be moved, and have the same BRDF.
+    fs::rename(folder.at("two"), folder.at("moved")).expect("the folder is moved");
+    fs::remove_file(folder.at(basis)).expect("the file is removed");
     let one = "query one --angles a.csv";
     assert_eq!(
         folder.succeed(one),
         folder.succeed("query moved/b --angles a.csv")
     );
-    fs::remove_file(folder.at("one").join(basis)).expect("it is removed");
+    fs::remove_file(folder.at("one").join(basis)).expect("the file is removed");
     folder.fail_naming(one, &[basis]);
 }
 
-/// Files for other programs are in a subfolder, so that the folder remains one material.
+/// Files for other programs are in a subfolder, so that the folder remains a source of one material.
 #[test]
-fn a_fit_goes_out_in_other_formats() {
+fn writes_other_formats() {
     let folder = folder();
     write_readings(&folder, "a.csv", MASKED, &shuffled(None));
     let fit = format!("fit {MASKED} --measurements a.csv --format nbrdf,rgl --out fits");
@@ -357,7 +356,7 @@ fn a_fit_goes_out_in_other_formats() {
     let mut expected = arrays.map(|array| format!("a_{array}.npy")).to_vec();
     expected.push("a_rgb.bsdf".to_owned());
     assert_eq!(folder.names("fits/formats"), expected);
-    // A network that was fitted is written to the bit.
+    // A fitted network is written with its exact weights.
     folder.succeed("convert fits again --format nbrdf");
     for array in arrays {
         assert_eq!(
@@ -368,53 +367,56 @@ fn a_fit_goes_out_in_other_formats() {
     folder.fail_naming(&format!("{fit} --force"), &["fits/formats"]);
 }
 
-/// Rows at a recipe's samples, whose azimuths are counted by a sign.
-fn at_directions(pattern: &[Angles<f32>], sign: f64, is_named: bool) -> String {
+/// Rows at a recipe's samples, with azimuths times `sign`, and with the samples' indices or empty cells.
+fn rows_at_directions(pattern: &[Angles<f32>], sign: f64, has_index: bool) -> String {
     let rows = pattern.iter().enumerate().map(|(sample, angles)| {
-        let arms = Arms::of(widened(angles));
+        let arms = IsotropicAngles::from_angles(angles_to_f64(angles));
         let [r, g, b] = material().brdf(*angles);
         let [theta_i, theta_o, phi] =
             [arms.theta_i, arms.theta_o, sign * arms.phi].map(f64::to_degrees);
-        let name = if is_named {
+        let index = if has_index {
             format!("{sample}")
         } else {
             String::new()
         };
-        format!("{name},{theta_i},10,{theta_o},{},{r},{g},{b}\n", phi + 10.0)
+        format!(
+            "{index},{theta_i},10,{theta_o},{},{r},{g},{b}\n",
+            phi + 10.0
+        )
     });
     "index,theta_i,phi_i,theta_o,phi_o,r,g,b\n".to_owned() + &rows.collect::<String>()
 }
 
 #[test]
-fn a_mirrored_azimuth_is_named_with_its_remedy() {
+fn detects_mirrored_azimuths() {
     let folder = folder();
     for recipe in [MASKED, WHOLE] {
         let pattern = pattern(&folder, recipe);
-        for is_named in [false, true] {
+        for has_index in [false, true] {
             let fit = format!("fit {recipe} --measurements a.csv --out out");
-            folder.write("a.csv", at_directions(&pattern, -1.0, is_named));
+            folder.write("a.csv", rows_at_directions(&pattern, -1.0, has_index));
             let message = folder.fail(&fit);
             let samples = pattern.len().to_string();
             for part in ["a.csv", "phi_i", "phi_o", "phi_d", &samples] {
                 assert!(message.contains(part), "no {part} in {message}");
             }
             assert!(!folder.exists("out"));
-            // The remedy.
-            folder.write("a.csv", at_directions(&pattern, 1.0, is_named));
+            // With the signs corrected, as the error advises.
+            folder.write("a.csv", rows_at_directions(&pattern, 1.0, has_index));
             folder.succeed(&fit);
-            fs::remove_dir_all(folder.at("out")).expect("it is there");
+            fs::remove_dir_all(folder.at("out")).expect("the file exists");
         }
     }
 }
 
 #[test]
-fn a_fitted_material_reports_on_itself_in_fields() {
+fn material_json_has_report_fields() {
     let folder = folder();
     write_readings(&folder, "a.csv", MASKED, &shuffled(Some(1)));
     folder.succeed(&format!("fit {MASKED} --measurements a.csv --out masked"));
-    let found = folder.read_json("masked/material.json");
+    let material_json = folder.read_json("masked/material.json");
     let bytes = folder.read(MASKED);
-    let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+    let recipe = Recipe::parse(&bytes).expect("a valid recipe");
     for (field, expected) in [
         ("/format", json!("glimpse-material")),
         ("/version", json!(1)),
@@ -442,28 +444,28 @@ fn a_fitted_material_reports_on_itself_in_fields() {
         ("/expected_loss/source", json!("readings")),
         ("/expected_loss/materials", Value::Null),
     ] {
-        assert_eq!(found.pointer(field), Some(&expected), "{field}");
+        assert_eq!(material_json.pointer(field), Some(&expected), "{field}");
     }
-    let trainer = found["trainer"].as_str().expect("a version");
+    let trainer = material_json["trainer"].as_str().expect("a version");
     assert!(trainer.starts_with(env!("CARGO_PKG_VERSION")), "{trainer}");
     for field in ["/residual/mean", "/residual/worst", "/expected_loss/loss"] {
         assert!(
-            found.pointer(field).is_some_and(Value::is_number),
+            material_json.pointer(field).is_some_and(Value::is_number),
             "{field}"
         );
     }
-    // No text is longer than a name or a version.
-    let mut left = vec![&found];
-    while let Some(value) = left.pop() {
+    // All texts are identifiers or versions, not sentences.
+    let mut remaining = vec![&material_json];
+    while let Some(value) = remaining.pop() {
         match value {
             Value::String(text) => assert!(text.split(' ').count() <= 3, "{text}"),
-            Value::Array(list) => left.extend(list),
-            Value::Object(fields) => left.extend(fields.values()),
+            Value::Array(list) => remaining.extend(list),
+            Value::Object(fields) => remaining.extend(fields.values()),
             _ => {}
         }
     }
 
-    // A recipe that states its loss, and predicts none.
+    // A recipe that states its loss but does not predict losses.
     PHONG.copy_to(folder.path());
     write_readings(&folder, "a.csv", "phong.recipe", &first(4));
     folder.succeed("fit phong.recipe --measurements a.csv --out stated");
@@ -474,9 +476,9 @@ fn a_fitted_material_reports_on_itself_in_fields() {
     );
 }
 
-/// As an earlier version wrote it.
+/// The format of version 0.2.0.
 #[test]
-fn a_fitted_material_of_before_is_still_read() {
+fn reads_material_of_older_version() {
     let old = json!({
         "format": "glimpse-material",
         "version": 1,
@@ -489,6 +491,6 @@ fn a_fitted_material_of_before_is_still_read() {
     });
     let folder = Folder::with("material.json", old.to_string().as_bytes());
     folder.write("a.csv", "theta_h,theta_d,phi_d\n1,2,3\n");
-    let found = folder.succeed("query material.json --angles a.csv");
-    assert_eq!(found.lines().count(), 2);
+    let brdf = folder.succeed("query material.json --angles a.csv");
+    assert_eq!(brdf.lines().count(), 2);
 }

@@ -1,4 +1,4 @@
-//! A temporary folder, and commands that run in it.
+//! A temporary folder in which commands run.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -15,9 +15,9 @@ pub(crate) const NEURAL_N8: &[u8] =
 pub(crate) const COOK_TORRANCE_N8: &[u8] =
     include_bytes!("../../../../core/examples/recipes/cook-torrance-n8.recipe");
 
-/// A temporary folder. Names of files are relative to it, and commands run in it.
+/// A temporary folder. File names are relative to it, and commands run in it.
 ///
-/// A command is one line without the program's name; words are quoted as in a shell.
+/// A command is one line without the program's name. Words are quoted as in a shell.
 pub(crate) struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -46,7 +46,7 @@ impl Folder {
     }
 
     pub(crate) fn write(&self, name: &str, content: impl AsRef<[u8]>) {
-        fs::write(self.at(name), content).expect("it is written");
+        fs::write(self.at(name), content).expect("the file is written");
     }
 
     pub(crate) fn read(&self, name: &str) -> Vec<u8> {
@@ -54,34 +54,34 @@ impl Folder {
     }
 
     pub(crate) fn read_text(&self, name: &str) -> String {
-        String::from_utf8(self.read(name)).expect("it is text")
+        String::from_utf8(self.read(name)).expect("UTF-8 text")
     }
 
     pub(crate) fn read_json(&self, name: &str) -> Value {
-        serde_json::from_slice(&self.read(name)).expect("it is JSON")
+        serde_json::from_slice(&self.read(name)).expect("valid JSON")
     }
 
-    /// The sorted names of what lies in a folder of this one; in this one itself for "".
+    /// Returns the sorted names of the entries of a subfolder, or of this folder for "".
     pub(crate) fn names(&self, of: &str) -> Vec<String> {
-        let entries = fs::read_dir(self.at(of)).expect("it can be listed");
+        let entries = fs::read_dir(self.at(of)).expect("a readable folder");
         let names = entries.map(|entry| entry.expect("an entry").file_name());
         let mut names: Vec<String> = names
-            .map(|name| name.into_string().expect("it is text"))
+            .map(|name| name.into_string().expect("UTF-8 text"))
             .collect();
         names.sort();
         names
     }
 
-    /// Copies a bundled recipe here, under its own name.
+    /// Copies a bundled recipe into this folder, under its own name.
     pub(crate) fn add_bundled(&self, recipe: &str) {
         let recipes = Path::new(env!("CARGO_MANIFEST_DIR")).join("recipes");
         let name = Path::new(recipe).file_name().expect("a name");
-        fs::copy(recipes.join(recipe), self.path().join(name)).expect("it is bundled");
+        fs::copy(recipes.join(recipe), self.path().join(name)).expect("a bundled recipe");
     }
 
     fn command(&self, command: &str) -> Command {
         let mut process = Command::new(env!("CARGO_BIN_EXE_trainer"));
-        let words = shlex::split(command).expect("quotes are in pairs");
+        let words = shlex::split(command).expect("paired quotes");
         process.args(words).current_dir(self.path());
         process
     }
@@ -91,40 +91,40 @@ impl Folder {
         self.command(command).output().expect("the trainer runs")
     }
 
-    /// Starts a command that prints its messages into the file `talk`.
+    /// Starts a command, with stderr redirected to the file `stderr`.
     pub(crate) fn start(&self, command: &str) -> Child {
-        let talk = File::create(self.at("talk")).expect("a file");
+        let stderr = File::create(self.at("stderr")).expect("a file");
         let mut process = self.command(command);
-        process.stdout(Stdio::null()).stderr(talk);
+        process.stdout(Stdio::null()).stderr(stderr);
         process.spawn().expect("the trainer runs")
     }
 
-    /// Runs a command that must succeed; returns its results and its messages.
-    pub(crate) fn succeed_with_talk(&self, command: &str) -> [String; 2] {
+    /// Runs a command that must succeed. Returns stdout and stderr.
+    pub(crate) fn succeed_with_messages(&self, command: &str) -> [String; 2] {
         let Output {
             status,
             stdout,
             stderr,
         } = self.run(command);
-        let [printed, talk] =
-            [stdout, stderr].map(|bytes| String::from_utf8(bytes).expect("it prints text"));
-        assert!(status.success(), "{command}: {talk}");
-        [printed, talk]
+        let [printed, messages] =
+            [stdout, stderr].map(|bytes| String::from_utf8(bytes).expect("UTF-8 output"));
+        assert!(status.success(), "{command}: {messages}");
+        [printed, messages]
     }
 
-    /// Runs a command that must succeed; returns its results.
+    /// Runs a command that must succeed. Returns stdout.
     pub(crate) fn succeed(&self, command: &str) -> String {
-        let [printed, _] = self.succeed_with_talk(command);
+        let [printed, _] = self.succeed_with_messages(command);
         printed
     }
 
-    /// Runs a command that must succeed, with `--json`.
+    /// Runs a command with `--json`, which must succeed. Returns stdout.
     pub(crate) fn succeed_as_json(&self, command: &str) -> Value {
         let printed = self.succeed(&format!("{command} --json"));
-        serde_json::from_str(&printed).expect("it is JSON")
+        serde_json::from_str(&printed).expect("valid JSON")
     }
 
-    /// Runs a command that must fail by an error, which is not a panic; returns its messages.
+    /// Runs a command that must fail with an error, not a panic. Returns stderr.
     pub(crate) fn fail(&self, command: &str) -> String {
         let Output {
             status,
@@ -133,12 +133,12 @@ impl Folder {
         } = self.run(command);
         let code = status.code();
         assert!(matches!(code, Some(1 | 2)), "{command}: {code:?}");
-        assert!(stdout.is_empty(), "results of a failed {command}");
-        String::from_utf8(stderr).expect("it prints text")
+        assert!(stdout.is_empty(), "output of the failed command {command}");
+        String::from_utf8(stderr).expect("UTF-8 output")
     }
 
-    /// Runs a command that must fail by a message that names these.
-    pub(crate) fn fail_naming(&self, command: &str, named: &[&str]) {
-        assert_names(&self.fail(command), named);
+    /// Runs a command that must fail with a message that contains these words.
+    pub(crate) fn fail_naming(&self, command: &str, words: &[&str]) {
+        assert_names(&self.fail(command), words);
     }
 }

@@ -11,28 +11,31 @@ const GRID: &str =
     "train --grid --model phong --samples 1,2,4 --data procedural:5 --effort brief --out grid";
 
 #[test]
-fn a_killed_grid_goes_on_and_skips_what_is_done() {
+fn killed_grid_resumes() {
     let folder = Folder::new();
     let mut killed = folder.start(GRID);
     while !folder.exists("grid/grid.csv") {
-        assert!(killed.try_wait().expect("it runs").is_none(), "it ended");
+        assert!(
+            killed.try_wait().expect("the process runs").is_none(),
+            "it ended"
+        );
         sleep(Duration::from_millis(1));
     }
-    killed.kill().expect("it is killed");
-    killed.wait().expect("it ends");
+    killed.kill().expect("the process is killed");
+    killed.wait().expect("the process ends");
     let first = || {
         let file = fs::metadata(folder.at("grid/phong-n1.recipe"));
         let trained_at = file.and_then(|file| file.modified());
         (
             folder.read("grid/phong-n1.recipe"),
-            trained_at.expect("it is there"),
+            trained_at.expect("the file exists"),
         )
     };
     let before = first();
     assert!(!folder.exists("grid/phong-n4.recipe"));
 
-    let [table, talk] = folder.succeed_with_talk(GRID);
-    assert_names(&talk, &["phong-n1.recipe"]);
+    let [table, messages] = folder.succeed_with_messages(GRID);
+    assert_names(&messages, &["phong-n1.recipe"]);
     assert_eq!(first(), before);
     let names = folder.names("grid");
     assert_eq!(names.len(), 4, "three recipes and grid.csv: {names:?}");
@@ -48,13 +51,13 @@ fn a_killed_grid_goes_on_and_skips_what_is_done() {
         assert_eq!(rows.len(), 4, "{table}{csv}");
         for (row, samples) in rows[1..].iter().zip(["1", "2", "4"]) {
             assert_eq!((row[0], row[1]), ("phong", samples), "{table}{csv}");
-            // Expected loss and seconds, those of the killed grid's cells too.
+            // Expected loss and seconds, also for cells of the killed grid.
             assert!(row[2].parse::<f64>().expect("a number") > 0.0);
             assert!(row[3].parse::<f64>().is_ok());
         }
     }
 
-    // A cell is what would be trained alone.
+    // A cell is the same recipe as a separate training's.
     folder.succeed(
         "train --model phong --samples 2 --data procedural:5 --effort brief --out alone.recipe",
     );
@@ -65,18 +68,18 @@ fn a_killed_grid_goes_on_and_skips_what_is_done() {
 }
 
 #[test]
-fn a_cell_that_fails_is_named_and_stops_no_other() {
+fn failed_cell_does_not_stop_others() {
     let folder = Folder::new();
     folder.succeed(&GRID.replace("1,2,4", "2"));
     let trained = folder.read("grid/phong-n2.recipe");
     folder.write("grid/phong-n1.recipe", "no recipe");
 
     let output = folder.run(&format!("{GRID} --seed 1"));
-    let talk = String::from_utf8(output.stderr).expect("it is text");
-    assert_eq!(output.status.code(), Some(1), "{talk}");
-    // Two of three have failed.
-    assert_names(&talk, &["phong-n1.recipe", "phong-n2.recipe", "2", "3"]);
-    let table = String::from_utf8(output.stdout).expect("it is text");
+    let messages = String::from_utf8(output.stderr).expect("UTF-8 text");
+    assert_eq!(output.status.code(), Some(1), "{messages}");
+    // Two of three cells fail.
+    assert_names(&messages, &["phong-n1.recipe", "phong-n2.recipe", "2", "3"]);
+    let table = String::from_utf8(output.stdout).expect("UTF-8 text");
     assert_eq!(table.lines().count(), 4, "{table}");
     assert!(folder.exists("grid/phong-n4.recipe"));
     assert_eq!(folder.read("grid/phong-n2.recipe"), trained);

@@ -1,4 +1,4 @@
-//! A recipe of the model Linear at the command line.
+//! Recipes of the model Linear on the command line.
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
@@ -6,9 +6,9 @@ use glimpse_core::recipe::{
     Effort, ExpectedLoss, Field, Noise, Origin, Parts, Provenance, Recipe, RecipeError,
     RecipeParts, Schedule, Training, TrainingSource, TrainingSources, ValidationSplit,
 };
-use glimpse_training::linear::ReducedBasis;
+use glimpse_training::linear::RecipeBasis;
 use glimpse_training::meta::learned::LearnedFit;
-use glimpse_training::recipe::{RecipeFile, packed_fit, packed_pattern};
+use glimpse_training::recipe::{RecipeFile, pack_fit, pack_pattern};
 use serde_json::{Value, json};
 
 use super::{Folder, number, numbers};
@@ -22,8 +22,8 @@ fn pattern() -> [Angles<f32>; 3] {
     })
 }
 
-fn reduced() -> ReducedBasis {
-    ReducedBasis {
+fn reduced() -> RecipeBasis {
+    RecipeBasis {
         basis: vec![1.5, -2.0, 0.25, 8.0, 3.0, -0.1],
         mean: vec![-0.5, 0.0, 0.5],
         median: vec![0.25, 0.0, 1.5],
@@ -40,8 +40,8 @@ const SOURCES: [TrainingSource<'_>; 1] = [TrainingSource {
     share: 1.0,
 }];
 
-/// States all that a recipe can state.
-fn with_statements(bare: RecipeParts<'_>) -> RecipeParts<'_> {
+/// Adds all metadata that a recipe can have.
+fn with_metadata(bare: RecipeParts<'_>) -> RecipeParts<'_> {
     RecipeParts {
         limits: Some(Limits {
             max_theta_i: 1.25,
@@ -81,28 +81,31 @@ fn with_statements(bare: RecipeParts<'_>) -> RecipeParts<'_> {
     }
 }
 
-/// A recipe of all that can be stated.
-pub(crate) fn stated() -> RecipeFile {
-    write(reduced(), with_statements).expect("it is a recipe")
+/// A recipe with all metadata that a recipe can have.
+pub(crate) fn recipe_with_metadata() -> RecipeFile {
+    write(reduced(), with_metadata).expect("a valid recipe")
 }
 
 fn write(
-    reduced: ReducedBasis,
-    state: fn(RecipeParts<'_>) -> RecipeParts<'_>,
+    reduced: RecipeBasis,
+    add_metadata: fn(RecipeParts<'_>) -> RecipeParts<'_>,
 ) -> Result<RecipeFile, RecipeError> {
-    packed_fit(&LearnedFit::Ridge(reduced), |fit| {
-        RecipeFile::write(&state(RecipeParts::new(&packed_pattern(&pattern()), fit)))
+    pack_fit(&LearnedFit::Ridge(reduced), |fit| {
+        RecipeFile::write(&add_metadata(RecipeParts::new(
+            &pack_pattern(&pattern()),
+            fit,
+        )))
     })
 }
 
 #[test]
-fn a_linear_recipe_is_shown_and_exported() {
+fn inspects_and_exports_linear_recipe() {
     let folder = Folder::new();
     let mut unequal = reduced();
     unequal.precision[1] = 4.0;
     unequal.basis_checksum = 0;
     for (name, reduced) in [("equal", reduced()), ("unequal", unequal)] {
-        let file = write(reduced.clone(), with_statements).expect("it is a recipe");
+        let file = write(reduced.clone(), with_metadata).expect("a valid recipe");
         folder.write(&format!("{name}.recipe"), file.bytes());
         let recipe = file.recipe();
         assert!(recipe.pattern().eq(pattern()));
@@ -120,7 +123,7 @@ fn a_linear_recipe_is_shown_and_exported() {
     let json = folder.read_json("equal.json");
     let expected = reduced();
     let bytes = folder.read("equal.recipe");
-    let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+    let recipe = Recipe::parse(&bytes).expect("a valid recipe");
     for (field, expected) in [
         ("/model", json!("linear")),
         ("/samples", json!(3)),
@@ -185,21 +188,21 @@ fn a_linear_recipe_is_shown_and_exported() {
     }
     assert!(!rust.contains("INNER_STEPS"));
 
-    let shown = folder.succeed("inspect equal.recipe");
+    let printed = folder.succeed("inspect equal.recipe");
     let figures = [
         "2", "40", "0123abcd", "0.0125", "0.0015", "7", "71.6", "85.9", "7.2", "0.02", "0.001",
         "4096", "4",
     ];
-    assert_names(&shown, &figures);
+    assert_names(&printed, &figures);
     let names = ["linear", "procedural:7", "brass", "felt", "silk"];
-    assert_names(&shown, &names);
-    let shown = folder.succeed("inspect unequal.recipe");
-    assert_names(&shown, &["4.00e0", "4.00e1"]);
+    assert_names(&printed, &names);
+    let printed = folder.succeed("inspect unequal.recipe");
+    assert_names(&printed, &["4.00e0", "4.00e1"]);
 }
 
 #[test]
-fn a_recipe_that_states_nothing_is_shown_and_exported() {
-    let file = write(reduced(), |bare| bare).expect("it is a recipe");
+fn inspects_and_exports_recipe_without_metadata() {
+    let file = write(reduced(), |bare| bare).expect("a valid recipe");
     let folder = Folder::with("bare.recipe", file.bytes());
     folder.succeed("inspect bare.recipe");
     for format in ["json", "rust"] {
@@ -222,8 +225,8 @@ fn a_recipe_that_states_nothing_is_shown_and_exported() {
 }
 
 #[test]
-fn a_linear_recipe_is_not_judged_without_its_basis() {
-    let folder = Folder::with("linear.recipe", stated().bytes());
+fn rejects_evaluation_without_basis() {
+    let folder = Folder::with("linear.recipe", recipe_with_metadata().bytes());
     for method in ["ours", "meta"] {
         let evaluate =
             format!("evaluate --recipe linear.recipe --method {method} --test procedural:2");
@@ -232,13 +235,13 @@ fn a_linear_recipe_is_not_judged_without_its_basis() {
 }
 
 #[test]
-fn a_basis_that_does_not_fit_its_pattern_is_refused() {
+fn rejects_malformed_reduced_basis() {
     let mut wrong = reduced();
     wrong.basis.pop();
-    let error = write(wrong, with_statements).expect_err("it is short");
+    let error = write(wrong, with_metadata).expect_err("a short basis");
     assert_eq!(error, RecipeError::Count(Field::Basis));
     let mut wrong = reduced();
     wrong.weight[2] = 0.0;
-    let error = write(wrong, with_statements).expect_err("its weight is 0");
+    let error = write(wrong, with_metadata).expect_err("a weight of 0");
     assert_eq!(error, RecipeError::NotPositive(Field::Weight));
 }

@@ -1,4 +1,4 @@
-//! `--list`: cells as commands of their own.
+//! `--list`: the commands of cells.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,7 +8,7 @@ use serde_json::Value;
 use super::Folder;
 use super::shared::{BASES, EXPERIMENT, files_below};
 
-/// Cells that a command prints.
+/// The cells that a command prints.
 fn cells(folder: &Folder, command: &str) -> Vec<Value> {
     let printed = folder.succeed(&format!("{command} --list"));
     let lines = printed.lines().map(serde_json::from_str);
@@ -25,64 +25,65 @@ fn texts(cell: &Value, field: &str) -> Vec<String> {
         .collect()
 }
 
-/// The words of a cell's command, as one line.
+/// A cell's command, as one line.
 fn command(cell: &Value) -> String {
     let words = texts(cell, "command");
     assert_eq!(words[0], "trainer");
     let words = words[1..].iter().map(String::as_str);
-    shlex::try_join(words).expect("no word has a NUL")
+    shlex::try_join(words).expect("words without NUL")
 }
 
-/// Does what a cell's command says; `by_shell` as a shell reads it.
-fn run(folder: &Folder, cell: &Value, by_shell: bool) {
-    let output = if by_shell {
+/// Runs a cell's command, either its words or its text for a shell.
+fn run(folder: &Folder, cell: &Value, with_shell: bool) {
+    let output = if with_shell {
         let line = cell["shell"].as_str().expect("text");
-        let rest = line.strip_prefix("trainer ").expect("a command of ours");
+        let rest = line.strip_prefix("trainer ").expect("a trainer command");
         std::process::Command::new("sh")
             .args(["-c", &format!("\"$TRAINER\" {rest}")])
             .env("TRAINER", env!("CARGO_BIN_EXE_trainer"))
             .current_dir(folder.path())
             .output()
-            .expect("it runs")
+            .expect("the process runs")
     } else {
         folder.run(&command(cell))
     };
-    let talk = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{cell}: {talk}");
+    let messages = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{cell}: {messages}");
     for path in texts(cell, "outputs") {
-        assert!(folder.exists(&path), "{cell} has left no {path}");
+        assert!(folder.exists(&path), "{cell} did not write {path}");
     }
 }
 
-/// Asserts that what a cell needs is made by cells before it.
+/// Asserts that the inputs of each cell are outputs of cells before it.
 fn assert_inputs_come_first(cells: &[Value]) {
-    let mut made: Vec<String> = Vec::new();
+    let mut written: Vec<String> = Vec::new();
     for cell in cells {
         for input in texts(cell, "inputs") {
             assert!(
-                made.contains(&input),
-                "{input} is made by no cell before {cell}"
+                written.contains(&input),
+                "no cell before {cell} writes {input}"
             );
         }
-        made.extend(texts(cell, "outputs"));
+        written.extend(texts(cell, "outputs"));
     }
 }
 
-fn assert_all_are(cells: &[Value], done: bool) {
+/// Asserts that all cells are done, or that none is.
+fn assert_done(cells: &[Value], done: bool) {
     assert!(cells.iter().all(|cell| cell["done"] == done), "{cells:?}");
 }
 
-/// The bytes of all files of these endings in a folder and below.
-fn files(folder: &Path, endings: &[&str]) -> BTreeMap<String, Vec<u8>> {
+/// The contents of all files in a folder and its subfolders whose names end with one of these suffixes.
+fn files(folder: &Path, suffixes: &[&str]) -> BTreeMap<String, Vec<u8>> {
     let files = files_below(folder).into_iter();
-    let named = files.map(|(path, bytes)| (path.to_string_lossy().into_owned(), bytes));
-    named
-        .filter(|(name, _)| endings.iter().any(|ending| name.ends_with(ending)))
+    let words = files.map(|(path, bytes)| (path.to_string_lossy().into_owned(), bytes));
+    words
+        .filter(|(name, _)| suffixes.iter().any(|suffix| name.ends_with(suffix)))
         .collect()
 }
 
 #[test]
-fn a_grid_s_cells_leave_what_the_grid_does() {
+fn cells_write_same_recipes_as_grid() {
     let folder = Folder::new();
     let grid = |samples, seed, out| {
         format!(
@@ -97,7 +98,7 @@ fn a_grid_s_cells_leave_what_the_grid_does() {
     folder.succeed(&grid("2", 5, "whole"));
     let command = grid("2", 5, "\"it's here\"");
     let listed = cells(&folder, &command);
-    assert_all_are(&listed, false);
+    assert_done(&listed, false);
     for (index, cell) in listed.iter().enumerate() {
         assert!(texts(cell, "inputs").is_empty(), "{cell}");
         run(&folder, cell, index % 2 == 0);
@@ -107,20 +108,20 @@ fn a_grid_s_cells_leave_what_the_grid_does() {
     assert_eq!(whole.len(), 3);
     assert_eq!(files("it's here"), whole);
 
-    assert_all_are(&cells(&folder, &command), true);
+    assert_done(&cells(&folder, &command), true);
     folder.succeed(&command);
     assert_eq!(files("it's here"), whole);
 
-    // Recipes of another seed are in the way, and a cell's command would refuse to replace them.
+    // The recipes of another seed conflict: a cell's command would refuse to replace them.
     let listed = cells(&folder, &grid("2", 6, "\"it's here\""));
-    assert_all_are(&listed, false);
+    assert_done(&listed, false);
     for cell in listed {
         assert!(cell["in_the_way"].is_string(), "{cell}");
     }
 }
 
 #[test]
-fn an_option_for_linear_alone_is_given_to_linear_alone() {
+fn linear_options_only_in_linear_cells() {
     let grid = "train --grid --model phong,linear -n 2 --data procedural:4 --schedule joint --bases 3 \
                 --effort brief --out grid";
     let listed = cells(&Folder::new(), grid);
@@ -129,29 +130,30 @@ fn an_option_for_linear_alone_is_given_to_linear_alone() {
 }
 
 #[test]
-fn an_experiment_s_cells_leave_what_it_does() {
+fn cells_write_same_files_as_experiment() {
     let folder = Folder::new();
     let whole = folder.at("whole");
     let printed = EXPERIMENT.copy_to(&whole);
     let listed = cells(&folder, BASES);
     assert!(!folder.exists("paper/settings.json"));
-    assert_all_are(&listed, false);
+    assert_done(&listed, false);
     assert_inputs_come_first(&listed);
-    // A cell that needs a recipe names it.
-    let mut judged = listed.iter();
-    let judged = judged.find(|cell| name(cell) == "sheets/test/linear-n8-m5-eta-40-joint-ours");
-    let judged = judged.expect("Ours is judged");
-    let inputs = texts(judged, "inputs");
-    assert_eq!(inputs.len(), 2, "a recipe and its basis: {judged}");
+    // The command of an evaluation fails if its recipe is missing.
+    let mut cells_left = listed.iter();
+    let evaluation =
+        cells_left.find(|cell| name(cell) == "sheets/test/linear-n8-m5-eta-40-joint-ours");
+    let evaluation = evaluation.expect("an evaluation of Ours");
+    let inputs = texts(evaluation, "inputs");
+    assert_eq!(inputs.len(), 2, "a recipe and its basis: {evaluation}");
     let recipe = inputs.iter().find(|input| input.ends_with(".recipe"));
-    folder.fail_naming(&command(judged), &[recipe.expect("a recipe is needed")]);
+    folder.fail_naming(&command(evaluation), &[recipe.expect("an input recipe")]);
 
     for cell in &listed {
         run(&folder, cell, false);
     }
     let kept = |root: &Path| files(&root.join("paper"), &[".recipe", ".basis", "json"]);
     let (mut whole, mut paper) = (kept(&whole), kept(folder.path()));
-    // The tables are made by the command itself.
+    // The command without --list writes the tables.
     whole.retain(|name, _| name.starts_with("recipes/") || name.starts_with("sheets/"));
     paper.retain(|name, _| name != "settings.json");
     assert!(paper.keys().eq(whole.keys()), "{:?}", paper.keys());
@@ -159,8 +161,8 @@ fn an_experiment_s_cells_leave_what_it_does() {
     let outputs = listed.iter().map(|cell| texts(cell, "outputs").len());
     assert_eq!(paper.len(), outputs.sum::<usize>());
 
-    // Nothing is left to train or to judge; the command prints the tables.
-    assert_all_are(&cells(&folder, BASES), true);
+    // All cells are done; the command prints the tables.
+    assert_done(&cells(&folder, BASES), true);
     assert_eq!(folder.succeed(BASES), printed);
     let now = kept(folder.path());
     let is_unchanged = |(name, bytes)| now.get(name) == Some(bytes);
@@ -168,7 +170,7 @@ fn an_experiment_s_cells_leave_what_it_does() {
 }
 
 #[test]
-fn all_experiments_are_listed_without_making_anything() {
+fn lists_all_experiments_without_writing() {
     let folder = Folder::new();
     let all =
         "reproduce all --data procedural:3 --test procedural:2:1 --effort brief --most-samples 8";
@@ -186,11 +188,11 @@ fn all_experiments_are_listed_without_making_anything() {
         let mut names = listed.iter().map(name);
         assert!(names.any(|name| name == expected), "no {expected}");
     }
-    assert!(folder.names("paper").is_empty(), "something was written");
+    assert!(folder.names("paper").is_empty(), "a file was written");
 }
 
 #[test]
-fn losses_need_a_recipe_of_each_model_by_each_schedule() {
+fn losses_lists_each_model_and_schedule() {
     let losses = "reproduce losses --paper-effort long --data procedural:3 --test procedural:2:1";
     let listed = cells(&Folder::new(), losses);
     let names = listed.iter().map(name);
@@ -216,19 +218,19 @@ fn losses_need_a_recipe_of_each_model_by_each_schedule() {
 }
 
 #[test]
-fn what_has_no_effect_beside_a_list_is_refused() {
+fn rejects_options_that_exclude_list() {
     let folder = Folder::new();
     let bases = "reproduce bases --data procedural:3 --out paper";
     folder.fail_naming(
         "train --model phong -n 2 --out a.recipe --list",
         &["--grid"],
     );
-    for (options, named) in [
+    for (options, words) in [
         ("--list --table bases", &["--table"][..]),
         ("--list --only recipes/a", &["--only"]),
         ("--only a --table bases", &["--table"]),
         ("--only recipes/none", &["recipes/none", "--list"]),
     ] {
-        folder.fail_naming(&format!("{bases} {options}"), named);
+        folder.fail_naming(&format!("{bases} {options}"), words);
     }
 }

@@ -1,7 +1,7 @@
-//! The command line as a user meets it: what it writes, how it ends, and what its messages name.
+//! Tests of the command line: output, exit codes and messages.
 //!
-//! Messages may be reworded: tests look for options, files, columns and numbers in them. Exit
-//! code 2 is for command lines that cannot be parsed, 1 for all other failures.
+//! Tests look for options, files, columns and numbers in messages, not for their wording. The exit
+//! code is 2 for an invalid command line, and 1 for all other failures.
 
 mod basis;
 mod convert;
@@ -9,7 +9,7 @@ mod evaluate;
 mod fit;
 mod folder;
 mod grid;
-mod left_out;
+mod interruption;
 mod linear;
 mod list;
 mod options;
@@ -22,7 +22,7 @@ mod recipes;
 mod render;
 mod reproduce;
 mod shared;
-mod survival;
+mod skipped_entries;
 mod view;
 
 use glimpse_core::recipe::{Effort, Kind, Parts, Recipe, Schedule, ValidationSplit};
@@ -45,31 +45,31 @@ fn numbers(list: &Value) -> Vec<f32> {
 }
 
 #[test]
-fn a_recipe_is_trained_shown_exported_and_judged() {
+fn trains_inspects_exports_and_evaluates() {
     let folder = Folder::new();
     PHONG.copy_to(folder.path());
     assert_eq!(
         folder.names(""),
         ["phong.recipe"],
-        "a finished run leaves more than the recipe"
+        "a finished run writes more than the recipe"
     );
     let bytes = folder.read("phong.recipe");
-    let recipe = Recipe::parse(&bytes).expect("it is a recipe");
+    let recipe = Recipe::parse(&bytes).expect("a valid recipe");
     assert_eq!((recipe.model().name(), recipe.samples()), ("phong", 4));
-    let statements = recipe.metadata().expect("they make sense");
-    let provenance = statements.provenance.expect("it says where it came from");
+    let statements = recipe.metadata().expect("valid metadata");
+    let provenance = statements.provenance.expect("stated provenance");
     assert_eq!(
         (provenance.data, provenance.materials),
         ("procedural:12", 12)
     );
-    let training = statements.training.expect("it says how it was trained");
+    let training = statements.training.expect("stated training");
     assert_eq!(
         (training.schedule, training.effort, training.parts),
         (Schedule::Joint, Effort::Brief, Parts::All)
     );
     assert_eq!(training.split, ValidationSplit::HeldOut);
-    // Of twelve materials one is held out, and one has no standard error.
-    let expectation = statements.expectation.expect("it promises a loss");
+    // One of twelve materials is held out; a single material has no standard error.
+    let expectation = statements.expectation.expect("a stated loss");
     assert_eq!(
         (expectation.materials, expectation.standard_error),
         (1, None)
@@ -78,18 +78,18 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
     let identities = materials.iter().map(|each| (each.name(), digest(each)));
     assert!(statements.materials.eq(identities));
 
-    // The same seed gives the same bytes, on one thread too.
+    // The same seed gives the same bytes, also on one thread.
     let again = TRAIN.replace("phong.recipe", "again.recipe");
     folder.succeed(&format!("{again} --threads 1"));
     assert_eq!(folder.read("again.recipe"), bytes);
 
-    let shown = folder.succeed("inspect phong.recipe");
-    assert_names(&shown, &["phong", "7", "procedural:12", "12"]);
+    let printed = folder.succeed("inspect phong.recipe");
+    assert_names(&printed, &["phong", "7", "procedural:12", "12"]);
     let words = recipe.memory_words();
-    assert_names(&shown, &[&format!("memory         {words} words\n")]);
-    let shown_as_json = folder.succeed_as_json("inspect phong.recipe");
-    assert_eq!(shown_as_json["memory_words"], words);
-    assert_names(&shown, &[materials[0].name(), materials[2].name()]);
+    assert_names(&printed, &[&format!("memory         {words} words\n")]);
+    let as_json = folder.succeed_as_json("inspect phong.recipe");
+    assert_eq!(as_json["memory_words"], words);
+    assert_names(&printed, &[materials[0].name(), materials[2].name()]);
 
     for (format, file) in [
         ("postcard", "copy.recipe"),
@@ -125,29 +125,29 @@ fn a_recipe_is_trained_shown_exported_and_judged() {
     let declared = "pub const PATTERN: [[f32; 3]; 4]";
     assert!(source.contains(declared), "{source}");
 
-    let judged = folder.succeed_as_json("evaluate --recipe phong.recipe --test procedural:2:9");
-    assert_eq!(judged["method"], "ours");
-    assert_eq!(judged["materials"].as_array().expect("a list").len(), 2);
+    let report = folder.succeed_as_json("evaluate --recipe phong.recipe --test procedural:2:9");
+    assert_eq!(report["method"], "ours");
+    assert_eq!(report["materials"].as_array().expect("a list").len(), 2);
     for metric in ["loss", "dssim", "l2", "psnr", "delta_e"] {
-        let mean = number(&judged[metric]);
-        let each = [0, 1].map(|i| number(&judged["materials"][i][metric]));
+        let mean = number(&report[metric]);
+        let each = [0, 1].map(|i| number(&report["materials"][i][metric]));
         assert!((mean - (each[0] + each[1]) / 2.0).abs() < 1e-9, "{metric}");
     }
 }
 
 #[test]
-fn names_of_materials_are_left_out_for_flash() {
-    let whole = linear::stated();
+fn strip_removes_material_names() {
+    let whole = linear::recipe_with_metadata();
     let folder = Folder::with("whole.recipe", whole.bytes());
     let strip = |format: &str, out: &str| {
         format!("export whole.recipe --format {format} --strip --out {out}")
     };
     folder.succeed(&strip("postcard", "flash.recipe"));
     let bytes = folder.read("flash.recipe");
-    let flash = Recipe::parse(&bytes).expect("it is a recipe");
+    let flash = Recipe::parse(&bytes).expect("a valid recipe");
     let whole = whole.recipe();
     let materials_of = |recipe: &Recipe<'_>| {
-        let statements = recipe.metadata().expect("they make sense");
+        let statements = recipe.metadata().expect("valid metadata");
         statements.materials.count()
     };
     assert_eq!([materials_of(&whole), materials_of(&flash)], [4, 0]);
@@ -155,10 +155,10 @@ fn names_of_materials_are_left_out_for_flash() {
         .sections()
         .filter(|(kind, _)| *kind != Kind::MATERIALS);
     assert!(flash.sections().eq(others));
-    let shown = folder.succeed_as_json("inspect flash.recipe");
-    assert_eq!(shown["materials"], Value::Null);
+    let printed = folder.succeed_as_json("inspect flash.recipe");
+    assert_eq!(printed["materials"], Value::Null);
 
-    // The same bytes, as C has them.
+    // The C header has the same bytes.
     folder.succeed(&strip("c", "flash.h"));
     let source = folder.read_text("flash.h");
     let (_, array) = source.split_once("= {").expect("an array");
@@ -177,7 +177,7 @@ fn names_of_materials_are_left_out_for_flash() {
 }
 
 #[test]
-fn mistakes_are_named() {
+fn errors_name_file_or_option() {
     let folder = Folder::with("bad.recipe", b"GLMQ");
     folder.fail_naming("inspect bad.recipe", &["bad.recipe", "GLMP"]);
     folder.fail_naming("inspect none.recipe", &["none.recipe"]);

@@ -1,11 +1,11 @@
-//! Options without effect are refused by name; errors for numbers out of range state the range.
+//! Options without effect are errors, and errors for numbers out of range state the range.
 
 use super::Folder;
 use super::folder::PHONG_N8;
 use crate::common::assert_names;
 
 #[test]
-fn an_option_without_effect_is_refused_by_name() {
+fn rejects_options_without_effect() {
     let folder = Folder::new();
     let recipe = "evaluate --recipe r.recipe --test procedural:1";
     let random = "evaluate --method random --model phong --samples 8 --test procedural:1";
@@ -44,22 +44,22 @@ fn an_option_without_effect_is_refused_by_name() {
     ] {
         folder.fail_naming(&format!("{command} {option} {value}"), &[option]);
     }
-    // And the other way round: methods that learn nothing take no recipe, and fit true readings.
+    // Methods without a recipe take neither --recipe nor options for a recipe's readings.
     folder.fail_naming(&format!("{recipe} --method random"), &["--recipe"]);
     for option in ["--noise 0.1", "--first 2"] {
-        let named = ["--method", "random"];
-        folder.fail_naming(&format!("{random} {option}"), &named);
+        let words = ["--method", "random"];
+        folder.fail_naming(&format!("{random} {option}"), &words);
     }
     folder.fail_naming("bench --model linear", &["linear"]);
     assert_is_empty(&folder);
 }
 
 fn assert_is_empty(folder: &Folder) {
-    assert!(folder.names("").is_empty(), "something was written");
+    assert!(folder.names("").is_empty(), "a file was written");
 }
 
 #[test]
-fn numbers_out_of_range_are_told_the_range() {
+fn errors_state_number_ranges() {
     let folder = Folder::new();
     let evaluate = "evaluate --method random --model phong --test procedural:1";
     for (command, option) in [
@@ -84,7 +84,7 @@ fn numbers_out_of_range_are_told_the_range() {
 }
 
 #[test]
-fn shells_complete_every_command() {
+fn completion_scripts_contain_commands() {
     let folder = Folder::new();
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
         let script = folder.succeed(&format!("completion {shell}"));
@@ -100,24 +100,24 @@ fn shells_complete_every_command() {
 }
 
 #[test]
-fn the_version_names_the_commit_where_there_is_one() {
+fn version_names_commit() {
     let printed = Folder::new().succeed("--version");
     let version = printed
         .trim_end()
         .strip_prefix("trainer ")
-        .expect("the name comes first");
+        .expect("the program's name");
     let rest = version
         .strip_prefix(env!("CARGO_PKG_VERSION"))
-        .expect("then the version");
+        .expect("the version after the name");
     let is_commit =
         |word: &str| word.len() == 12 && word.chars().all(|digit| digit.is_ascii_hexdigit());
     let mut words = rest.split(|letter: char| !letter.is_alphanumeric());
     assert!(rest.is_empty() || words.any(is_commit), "{printed}");
 }
 
-/// A leading minus does not make an option: the error names the option, the value and the range.
+/// A value with a leading minus is not parsed as an option: the error names the option, the value and the range.
 #[test]
-fn a_negative_number_is_out_of_range_and_not_an_unknown_option() {
+fn rejects_negative_numbers_with_range() {
     let folder = Folder::with("r.recipe", PHONG_N8);
     let recipe = "evaluate --recipe r.recipe --test procedural:1";
     let method = "evaluate --method random --model linear --test procedural:1";
@@ -187,7 +187,7 @@ fn a_negative_number_is_out_of_range_and_not_an_unknown_option() {
         ("reproduce curves", "--most-samples", "-5", "4096"),
     ] {
         let message = folder.fail(&format!("{command} {option} {value}"));
-        // Of several numbers the first one is wrong.
+        // Of several numbers, the first one is out of range.
         let number = value.split(',').next().unwrap_or_default();
         for part in [option, number, bound] {
             assert!(message.contains(part), "no {part} in {message}");

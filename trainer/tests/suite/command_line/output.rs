@@ -1,4 +1,4 @@
-//! Files that commands write, and files that they leave alone.
+//! Output files, and files that commands must not overwrite.
 
 use std::fs;
 use std::thread::sleep;
@@ -9,7 +9,7 @@ use super::folder::{NEURAL_N8, PHONG_N8};
 use super::shared::TRAIN;
 use crate::common::assert_names;
 
-/// A folder with a recipe in it.
+/// A folder with a recipe.
 fn folder() -> Folder {
     Folder::with("r.recipe", PHONG_N8)
 }
@@ -20,31 +20,31 @@ fn export(format: &str, out: &str) -> String {
 
 #[cfg(unix)]
 #[test]
-fn what_is_no_regular_file_is_written_to_and_not_replaced() {
+fn writes_to_pipes_and_devices() {
     use std::os::unix::fs::{FileTypeExt, symlink};
     use std::process::Command;
 
     let folder = folder();
     let file_type = |name| fs::metadata(folder.at(name)).map(|file| file.file_type());
-    // By a link: a defect shall not cost this machine its device.
-    symlink("/dev/full", folder.at("full")).expect("it is linked");
+    // Through a link, so that a defect cannot remove this machine's device.
+    symlink("/dev/full", folder.at("full")).expect("the link is created");
     folder.fail_naming(&export("json", "full"), &["full"]);
     assert!(folder.at("full").is_symlink());
-    assert!(file_type("full").expect("it is there").is_char_device());
+    assert!(file_type("full").expect("the file exists").is_char_device());
 
     let printed = folder.succeed(&export("json", "/dev/fd/1"));
-    let printed: serde_json::Value = serde_json::from_str(&printed).expect("it is JSON");
+    let printed: serde_json::Value = serde_json::from_str(&printed).expect("valid JSON");
     assert_eq!(printed["inner_steps"], 20);
 
     let made = Command::new("mkfifo").arg(folder.at("pipe")).status();
     assert!(made.expect("mkfifo runs").success());
     let mut run = folder.start(&export("postcard", "pipe"));
     assert_eq!(folder.read("pipe"), PHONG_N8);
-    assert!(run.wait().expect("it ends").success());
-    assert!(file_type("pipe").expect("it is there").is_fifo());
+    assert!(run.wait().expect("the process ends").success());
+    assert!(file_type("pipe").expect("the file exists").is_fifo());
 
-    // A checkpoint or a basis cannot lie beside a device.
-    symlink("/dev/null", folder.at("null")).expect("it is linked");
+    // A checkpoint or a basis cannot be next to a device.
+    symlink("/dev/null", folder.at("null")).expect("the link is created");
     for (model, option) in [("phong", "--checkpoint"), ("linear", "basis")] {
         let train = format!("train --model {model} --samples 1 --out null");
         folder.fail_naming(&train, &["null", option]);
@@ -53,11 +53,11 @@ fn what_is_no_regular_file_is_written_to_and_not_replaced() {
 
 #[cfg(unix)]
 #[test]
-fn links_are_followed_and_read_only_files_left_alone() {
+fn follows_links_and_keeps_read_only_files() {
     use std::os::unix::fs::{PermissionsExt, symlink};
 
     let folder = folder();
-    symlink("real.json", folder.at("link.json")).expect("it is linked");
+    symlink("real.json", folder.at("link.json")).expect("the link is created");
     for _ in 0..2 {
         folder.succeed(&export("json", "link.json"));
         let [link, real] = ["link.json", "real.json"].map(|name| folder.at(name));
@@ -66,9 +66,9 @@ fn links_are_followed_and_read_only_files_left_alone() {
 
     folder.write("kept.json", "kept");
     let read_only = PermissionsExt::from_mode(0o444);
-    fs::set_permissions(folder.at("kept.json"), read_only).expect("it is set");
-    fs::remove_file(folder.at("link.json")).expect("it is removed");
-    symlink("kept.json", folder.at("link.json")).expect("it is linked");
+    fs::set_permissions(folder.at("kept.json"), read_only).expect("the permissions are set");
+    fs::remove_file(folder.at("link.json")).expect("the file is removed");
+    symlink("kept.json", folder.at("link.json")).expect("the link is created");
     for out in ["kept.json", "link.json"] {
         folder.fail_naming(&export("json", out), &[out]);
     }
@@ -86,7 +86,7 @@ fn write_network(folder: &Folder, name: &str) {
         ("b3", "3,", 3),
     ] {
         let header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({shape}), }}");
-        // With the ten bytes before it and the line's end a multiple of 64 bytes.
+        // The ten bytes before it, the header and the newline make a multiple of 64 bytes.
         let header = format!("{header:117}\n");
         let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
         bytes.extend((header.len() as u16).to_le_bytes());
@@ -97,13 +97,13 @@ fn write_network(folder: &Folder, name: &str) {
 }
 
 #[test]
-fn what_is_read_is_not_written_over() {
+fn rejects_output_that_is_an_input() {
     let folder = folder();
     folder.write("r.basis", "a basis");
     folder.write("r.svg", PHONG_N8);
     folder.write("e.exr", "a panorama");
     folder.write("a.csv", "theta_h,theta_d,phi_d\n1,2,3\n");
-    fs::create_dir(folder.at("materials")).expect("it is made");
+    fs::create_dir(folder.at("materials")).expect("the folder is created");
     write_network(&folder, "materials/felt");
     let material = "virtual-scanner --material materials/felt_b1.npy";
     let scanner = "virtual-scanner --material procedural:1 --recipe r.recipe";
@@ -128,18 +128,18 @@ fn what_is_read_is_not_written_over() {
         folder.fail_naming(&format!("{command} --out {out}"), &[out]);
         assert_eq!(folder.read(out), before, "{command}");
     }
-    // A scanner says so before it waits for a device, whose scan would be lost.
+    // The virtual scanner fails before it waits for a device, whose scan would be lost.
     folder.write("other.recipe", PHONG_N8);
-    for (out, named) in [("no/x.json", "no"), ("other.recipe", "other.recipe")] {
+    for (out, words) in [("no/x.json", "no"), ("other.recipe", "other.recipe")] {
         let listen = format!("{material} --listen 127.0.0.1:0 --out {out}");
-        folder.fail_naming(&listen, &[named]);
+        folder.fail_naming(&listen, &[words]);
     }
-    // Beside what is read it may be.
+    // The folder of an input is allowed.
     folder.succeed("query materials --angles a.csv --out materials/felt.csv");
 }
 
 #[test]
-fn no_folder_is_made_above_the_one_that_is_named() {
+fn rejects_output_without_parent_folder() {
     let folder = folder();
     for command in [
         &export("json", "nope/x")[..],
@@ -157,7 +157,7 @@ fn no_folder_is_made_above_the_one_that_is_named() {
 }
 
 #[test]
-fn what_took_hours_stays_until_it_is_told_to_go() {
+fn replaces_valuable_files_only_with_force() {
     let folder = folder();
     let refuse = |command: &str, name: &str| {
         let before = folder.read(name);
@@ -165,29 +165,29 @@ fn what_took_hours_stays_until_it_is_told_to_go() {
         assert_eq!(folder.read(name), before);
     };
 
-    // Of another training.
+    // A recipe of another training.
     folder.write("phong.recipe", NEURAL_N8);
     refuse(TRAIN, "phong.recipe");
     refuse(&format!("{TRAIN} --resume"), "phong.recipe");
-    // No recipe at all.
+    // A file that is not a recipe.
     folder.write("phong.recipe", b"a letter");
     refuse(TRAIN, "phong.recipe");
-    fs::remove_file(folder.at("phong.recipe")).expect("it is removed");
+    fs::remove_file(folder.at("phong.recipe")).expect("the file is removed");
 
-    // The basis of another recipe, such as linear.old.
+    // The basis of another recipe.
     folder.write("linear.basis", b"a basis");
     refuse(&TRAIN.replace("phong", "linear"), "linear.basis");
 
-    // A run that was stopped.
+    // An unfinished run.
     let checkpoint = "phong.recipe.checkpoint/checkpoint.bin";
-    fs::create_dir(folder.at("phong.recipe.checkpoint")).expect("it is made");
+    fs::create_dir(folder.at("phong.recipe.checkpoint")).expect("the folder is created");
     folder.write(checkpoint, b"hours");
     folder.fail_naming(TRAIN, &["phong.recipe.checkpoint", "--resume", "--force"]);
     assert_eq!(folder.read(checkpoint), b"hours");
     folder.succeed(&format!("{TRAIN} --force"));
     assert!(!folder.exists("phong.recipe.checkpoint"));
 
-    // An export over another recipe; over the same one nothing is lost.
+    // An export over another recipe. Exporting over the same recipe is allowed.
     folder.write("other.recipe", NEURAL_N8);
     refuse(&export("postcard", "other.recipe"), "other.recipe");
     refuse(&export("json", "other.recipe"), "other.recipe");
@@ -196,14 +196,14 @@ fn what_took_hours_stays_until_it_is_told_to_go() {
     folder.succeed(&export("postcard", "other.recipe --force"));
     assert_eq!(folder.read("other.recipe"), PHONG_N8);
 
-    // The first command that anybody types.
-    fs::create_dir(folder.at("recipes")).expect("it is made");
+    // A quickstart into a folder with another recipe of the same name.
+    fs::create_dir(folder.at("recipes")).expect("the folder is created");
     folder.write("recipes/neural-n8.recipe", PHONG_N8);
     folder.fail_naming("quickstart --out recipes", &["neural-n8.recipe"]);
     assert_eq!(folder.read("recipes/neural-n8.recipe"), PHONG_N8);
     assert!(!folder.exists("recipes/index.html"));
 
-    // Commands that have no --force name another remedy.
+    // Commands without --force.
     folder.write("a.csv", b"theta_h,theta_d,phi_d\n1,2,3\n");
     folder.write("kept", NEURAL_N8);
     folder.fail_naming("query procedural:1 --angles a.csv --out kept", &["kept"]);
@@ -211,7 +211,7 @@ fn what_took_hours_stays_until_it_is_told_to_go() {
 }
 
 #[test]
-fn two_runs_do_not_write_the_same() {
+fn concurrent_runs_cannot_write_same_output() {
     let folder = Folder::new();
     let wait_for = |name: &str| {
         while !folder.exists(name) {
@@ -225,12 +225,15 @@ fn two_runs_do_not_write_the_same() {
     for more in ["", "--resume", "--force", "--checkpoint elsewhere"] {
         folder.fail_naming(&format!("{long} {more}"), &["n.recipe", "n.recipe.lock"]);
     }
-    // Another recipe by way of the same checkpoint.
+    // Another recipe with the same checkpoint.
     let other = long.replace("n.recipe", "other.recipe --checkpoint n.recipe.checkpoint");
     folder.fail_naming(&other, &["n.recipe.checkpoint.lock"]);
-    assert!(first.try_wait().expect("it runs").is_none(), "it ended");
-    first.kill().expect("it is killed");
-    first.wait().expect("it ends");
+    assert!(
+        first.try_wait().expect("the process runs").is_none(),
+        "it ended"
+    );
+    first.kill().expect("the process is killed");
+    first.wait().expect("the process ends");
     assert!(folder.exists("n.recipe.checkpoint/checkpoint.bin"));
     // A killed run does not hold its lock.
     let message = folder.fail(long);
@@ -250,12 +253,12 @@ fn two_runs_do_not_write_the_same() {
     ] {
         folder.fail_naming(command, &[lock]);
     }
-    first.kill().expect("it is killed");
-    first.wait().expect("it ends");
+    first.kill().expect("the process is killed");
+    first.wait().expect("the process ends");
 }
 
 #[test]
-fn a_file_where_a_directory_is_needed_is_named() {
+fn rejects_file_in_place_of_folder() {
     let folder = folder();
     folder.write("file", "kept");
     folder.write(

@@ -1,4 +1,4 @@
-//! `trainer plan`, and where `trainer inspect` says that the arms stand.
+//! `trainer plan`, and the positions of the arms in `trainer inspect`.
 
 use std::fs;
 
@@ -7,14 +7,14 @@ use glimpse_materials::Source;
 use serde_json::Value;
 
 use super::folder::NEURAL_N8;
-use super::linear::stated;
+use super::linear::recipe_with_metadata;
 use super::{Folder, number};
 use crate::common::assert_names;
 
-/// A recipe whose readings may be missing, for arms that get to 80 degrees and no nearer than 10.
+/// A recipe that tolerates missing readings, for arms that reach 80 degrees and stay 10 degrees apart.
 const MASKED: &str = "neural-n16.recipe";
 
-/// A folder with Neural's eight samples, and with those of [`MASKED`].
+/// A folder with a recipe of eight samples that needs all readings, and with [`MASKED`].
 fn folder() -> Folder {
     let folder = Folder::with("n8.recipe", NEURAL_N8);
     folder.add_bundled("masked/neural-n16.recipe");
@@ -26,12 +26,12 @@ fn plan_as_json(folder: &Folder, options: &str) -> Value {
 }
 
 #[test]
-fn a_plan_is_quicker_than_the_naive_order_and_visits_every_sample() {
+fn plan_beats_naive_order() {
     let folder = folder();
-    let found = plan_as_json(&folder, "--out plan.csv --blank sheet.csv");
-    assert_eq!(found["order"], "travel");
-    assert_eq!(found["samples"], 8);
-    assert_eq!(found["is_best"], true);
+    let route = plan_as_json(&folder, "--out plan.csv --blank sheet.csv");
+    assert_eq!(route["order"], "travel");
+    assert_eq!(route["samples"], 8);
+    assert_eq!(route["is_best"], true);
     let [total, moving, settling, naive_total, naive_moving] = [
         "seconds",
         "moving_seconds",
@@ -39,13 +39,13 @@ fn a_plan_is_quicker_than_the_naive_order_and_visits_every_sample() {
         "naive_seconds",
         "naive_moving_seconds",
     ]
-    .map(|name| number(&found[name]));
+    .map(|name| number(&route[name]));
     assert!(moving < 0.5 * naive_moving, "{moving} {naive_moving}");
     assert!((total - moving - settling).abs() < 1e-9 && (settling - 4.0).abs() < 1e-9);
     assert!((naive_total - naive_moving - settling).abs() < 1e-9);
-    assert!((number(&found["visits"][7]["seconds"]) - total).abs() < 1e-9);
+    assert!((number(&route["visits"][7]["seconds"]) - total).abs() < 1e-9);
 
-    // The same rows as CSV, which `query` reads: the directions are the pattern's, as a material sees.
+    // `query` reads the plan as CSV. Its directions have the same BRDF as those of the pattern.
     let csv = folder.read_text("plan.csv");
     let mut lines = csv.lines();
     assert_eq!(
@@ -61,9 +61,11 @@ fn a_plan_is_quicker_than_the_naive_order_and_visits_every_sample() {
     let mut sorted = indices.clone();
     sorted.sort_unstable();
     assert_eq!(sorted, (0..8).collect::<Vec<_>>());
-    let recipe = Recipe::parse(NEURAL_N8).expect("it is a recipe");
+    let recipe = Recipe::parse(NEURAL_N8).expect("a valid recipe");
     let pattern: Vec<_> = recipe.pattern().collect();
-    let material = &Source("procedural:1:4".into()).load().expect("it loads")[0];
+    let material = &Source("procedural:1:4".into())
+        .load()
+        .expect("the material loads")[0];
     let seen = folder.succeed("query procedural:1:4 --angles plan.csv");
     for (row, index) in seen.lines().skip(1).zip(indices) {
         let values = row.split(',').skip(5);
@@ -86,7 +88,7 @@ fn a_plan_is_quicker_than_the_naive_order_and_visits_every_sample() {
 }
 
 #[test]
-fn what_the_machine_is_like_counts() {
+fn plan_depends_on_machine() {
     let folder = folder();
     let travel = |options| number(&plan_as_json(&folder, options)["moving_seconds"]);
     let usual = travel("");
@@ -103,7 +105,7 @@ fn what_the_machine_is_like_counts() {
 }
 
 #[test]
-fn what_is_out_of_reach_is_named_and_nothing_is_planned() {
+fn reports_samples_out_of_reach() {
     let folder = folder();
     let within = "plan n8.recipe --max-theta-o 80 --out plan.csv";
     let message = folder.fail(within);
@@ -121,26 +123,26 @@ fn what_is_out_of_reach_is_named_and_nothing_is_planned() {
     };
     assert!(swapped("6,") && swapped("7,"), "{csv}");
 
-    // Limits that a recipe states hold unless others are given.
-    let found = folder.succeed_as_json(&format!("plan {MASKED} --swap"));
+    // The recipe's limits apply by default.
+    let route = folder.succeed_as_json(&format!("plan {MASKED} --swap"));
     for (limit, degrees) in [
         ("max_theta_i", 80.0),
         ("max_theta_o", 80.0),
         ("min_separation", 10.0),
     ] {
-        let stated = number(&found["machine"][limit]);
+        let stated = number(&route["machine"][limit]);
         assert!((stated - degrees).abs() < 1e-3, "{limit} {stated}");
     }
     folder.fail(&format!("plan {MASKED} --max-theta-i 70"));
-    folder.write("stated.recipe", stated().bytes());
-    folder.fail_naming("plan stated.recipe", &["3", "in_plane"]);
+    folder.write("in-plane.recipe", recipe_with_metadata().bytes());
+    folder.fail_naming("plan in-plane.recipe", &["3", "in_plane"]);
 }
 
 #[test]
-fn options_that_make_no_sense_are_refused_by_name() {
+fn rejects_invalid_options() {
     let folder = folder();
     let before = folder.names("");
-    for (options, named) in [
+    for (options, words) in [
         ("--speed fast", &["--speed", "fast"][..]),
         ("--speed 1,2", &["--speed", "1,2"]),
         ("--speed 1,2,3,inf", &["--speed", "1,2,3,inf"]),
@@ -159,13 +161,13 @@ fn options_that_make_no_sense_are_refused_by_name() {
         ("--out n8.recipe --force", &["--out", "n8.recipe"]),
         ("--blank n8.recipe", &["--blank", "n8.recipe"]),
     ] {
-        folder.fail_naming(&format!("plan n8.recipe {options}"), named);
+        folder.fail_naming(&format!("plan n8.recipe {options}"), words);
     }
-    assert_eq!(folder.names(""), before, "something was written");
+    assert_eq!(folder.names(""), before, "a file was written");
 }
 
 #[test]
-fn a_sheet_that_was_filled_in_stays() {
+fn keeps_filled_in_sheet() {
     let folder = folder();
     for option in ["--out", "--blank"] {
         let plan = format!("plan n8.recipe {option} sheet.csv");
@@ -177,36 +179,37 @@ fn a_sheet_that_was_filled_in_stays() {
         assert_eq!(folder.read_text("sheet.csv"), filled);
         folder.succeed(&format!("{plan} --force"));
         assert_ne!(folder.read_text("sheet.csv"), filled);
-        fs::remove_file(folder.at("sheet.csv")).expect("it is removed");
+        fs::remove_file(folder.at("sheet.csv")).expect("the file is removed");
     }
 }
 
 #[test]
-fn the_recipe_s_own_order_is_kept_and_noted_to_be_in_vain_where_all_are_needed() {
+fn progressive_order_is_that_of_recipe() {
     let folder = folder();
-    for (recipe, samples, in_vain) in [("n8.recipe", 8, true), (MASKED, 16, false)] {
+    // If the recipe needs all readings, a note says that the order has no advantage.
+    for (recipe, samples, has_note) in [("n8.recipe", 8, true), (MASKED, 16, false)] {
         let plan = format!("plan {recipe} --order progressive --swap --json");
-        let [printed, talk] = folder.succeed_with_talk(&plan);
-        assert_eq!(!talk.is_empty(), in_vain, "{talk}");
-        let found: Value = serde_json::from_str(&printed).expect("it is JSON");
-        let visits = found["visits"].as_array().expect("a list");
+        let [printed, messages] = folder.succeed_with_messages(&plan);
+        assert_eq!(!messages.is_empty(), has_note, "{messages}");
+        let route: Value = serde_json::from_str(&printed).expect("valid JSON");
+        let visits = route["visits"].as_array().expect("a list");
         let indices = visits.iter().map(|visit| number(&visit["index"]) as usize);
         assert!(indices.eq(0..samples));
     }
 }
 
 #[test]
-fn inspect_shows_where_the_arms_stand() {
+fn inspect_prints_arm_positions() {
     let folder = folder();
-    let shown = folder.succeed("inspect n8.recipe");
-    assert_names(&shown, &["theta_i", "phi_i", "theta_o", "phi_o"]);
+    let printed = folder.succeed("inspect n8.recipe");
+    assert_names(&printed, &["theta_i", "phi_i", "theta_o", "phi_o"]);
     let json = folder.succeed("inspect n8.recipe --json");
     folder.succeed("export n8.recipe --format json --out n8.json");
     assert_eq!(json, folder.read_text("n8.json"));
-    let found: Value = serde_json::from_str(&json).expect("it is JSON");
-    let arms = found["arms"].as_array().expect("a list");
+    let as_json: Value = serde_json::from_str(&json).expect("valid JSON");
+    let arms = as_json["arms"].as_array().expect("a list");
     assert_eq!(arms.len(), 8);
-    for (row, line) in arms.iter().rev().zip(shown.lines().rev()) {
+    for (row, line) in arms.iter().rev().zip(printed.lines().rev()) {
         let cells = line.split_whitespace().skip(4);
         let cells: Vec<f64> = cells.map(|cell| cell.parse().expect("a number")).collect();
         assert_eq!(cells.len(), 4);

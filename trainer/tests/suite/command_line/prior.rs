@@ -1,4 +1,4 @@
-//! Schedule prior, as a user meets it.
+//! Schedule prior on the command line.
 
 use glimpse_core::recipe::Recipe;
 use serde_json::Value;
@@ -7,7 +7,7 @@ use super::{Folder, number};
 use crate::common::assert_names;
 
 #[test]
-fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
+fn trains_inspects_exports_and_evaluates_prior_recipes() {
     let folder = Folder::new();
     for model in ["linear", "phong"] {
         let recipe = format!("{model}.recipe");
@@ -17,13 +17,13 @@ fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
              --levels 4096 --max-theta-i 70 --min-separation 10 --out {recipe}"
         ));
 
-        let shown = folder.succeed(&format!("inspect {recipe}"));
+        let printed = folder.succeed(&format!("inspect {recipe}"));
         let figures = [
             "3", "24", "64", "0.5", "0.02", "0.01", "4096", "0.4", "70.0", "90.0", "10.0", "12",
             "0.200", "0.800",
         ];
-        assert_names(&shown, &figures);
-        assert_names(&shown, &["procedural:9:1", "procedural:3:2"]);
+        assert_names(&printed, &figures);
+        assert_names(&printed, &["procedural:9:1", "procedural:3:2"]);
 
         let export = |format: &str| {
             let out = format!("{model}.{format}");
@@ -42,8 +42,8 @@ fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
             ("/prediction", 25),
             of_model,
         ] {
-            let found = value.pointer(list).and_then(Value::as_array);
-            assert_eq!(found.map(Vec::len), Some(length), "{list}");
+            let array = value.pointer(list).and_then(Value::as_array);
+            assert_eq!(array.map(Vec::len), Some(length), "{list}");
         }
         let source = folder.read_text(&export("rust"));
         for list in ["READINGS: [i8; 792]", "PREDICTION: [f32; 25]"] {
@@ -70,21 +70,21 @@ fn a_recipe_that_completes_is_trained_shown_exported_and_judged() {
         let [_, mean] = predicted(&report);
         assert_names(&folder.succeed(&evaluate), &[&format!("{mean:.4}")]);
 
-        // All of its directions are where the machine gets to.
+        // All directions are within the machine's limits.
         let bytes = folder.read(&recipe);
-        let recipe = Recipe::parse(&bytes).expect("it is a recipe");
-        let limits = recipe.metadata().expect("they make sense").limits;
-        let limits = limits.expect("they are stated");
+        let recipe = Recipe::parse(&bytes).expect("a valid recipe");
+        let limits = recipe.metadata().expect("valid metadata").limits;
+        let limits = limits.expect("stated limits");
         assert_eq!(recipe.out_of_reach(&limits), None);
         assert!((limits.min_separation.to_degrees() - 10.0).abs() < 1e-4);
     }
 }
 
 #[test]
-fn options_of_schedule_prior_are_refused_where_they_have_no_effect() {
+fn rejects_options_of_other_schedules() {
     let folder = Folder::new();
     let two = "--data procedural:2 --data procedural:2:1";
-    for (options, named) in [
+    for (options, words) in [
         ("--schedule joint --missing 0.5", "--missing"),
         ("--schedule paper --noise 0.02", "--noise"),
         ("--schedule joint --procedural 0", "--procedural"),
@@ -100,16 +100,16 @@ fn options_of_schedule_prior_are_refused_where_they_have_no_effect() {
         ("--schedule prior --missing 1.5", "--missing"),
     ] {
         let train = format!("train --model linear --samples 3 --out x.recipe {options}");
-        folder.fail_naming(&train, &[named]);
+        folder.fail_naming(&train, &[words]);
     }
 }
 
 #[test]
-fn readings_are_lost_where_a_recipe_can_do_without_them() {
+fn evaluates_with_missing_and_noisy_readings() {
     let folder = Folder::new();
     folder.add_bundled("completed/phong-n8.recipe");
     folder.add_bundled("masked/neural-n16.recipe");
-    for (options, named) in [
+    for (options, words) in [
         ("phong-n8.recipe --first 4", &["--missing"][..]),
         ("phong-n8.recipe --lose 1", &["--missing"]),
         (
@@ -122,7 +122,7 @@ fn readings_are_lost_where_a_recipe_can_do_without_them() {
         ),
     ] {
         let evaluate = format!("evaluate --test procedural:2:9 --recipe {options}");
-        folder.fail_naming(&evaluate, named);
+        folder.fail_naming(&evaluate, words);
     }
     let loss = |options: &str| {
         let evaluate = "evaluate --recipe neural-n16.recipe --test procedural:1:9";
@@ -137,9 +137,9 @@ fn readings_are_lost_where_a_recipe_can_do_without_them() {
     assert!(all < coarse && coarse < 0.1 && (fine / all - 1.0).abs() < 0.02);
 }
 
-/// A map that always sees many readings learns the training's materials by heart.
+/// A completion that always has many readings overfits the training materials.
 #[test]
-fn of_many_readings_some_may_be_missing_unless_it_is_asked_otherwise() {
+fn missing_is_default_above_32_samples() {
     let folder = Folder::new();
     for (options, takes_missing) in [
         ("--samples 32", false),
@@ -150,7 +150,7 @@ fn of_many_readings_some_may_be_missing_unless_it_is_asked_otherwise() {
             "train --model linear {options} --effort brief --data procedural:3:1 --out many.recipe --force"
         ));
         let bytes = folder.read("many.recipe");
-        let recipe = Recipe::parse(&bytes).expect("it is whole");
+        let recipe = Recipe::parse(&bytes).expect("a valid recipe");
         assert_eq!(recipe.tolerates_missing(), takes_missing, "{options}");
     }
 }

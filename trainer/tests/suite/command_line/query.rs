@@ -9,7 +9,7 @@ use super::Folder;
 use super::folder::NEURAL_N8;
 use crate::common::assert_names;
 
-/// The rows of a CSV file, as text, without its first line, which must be `header`.
+/// The cells of a CSV file, as text, without the first line, which must be `header`.
 fn rows(csv: &str, header: &str) -> Vec<Vec<String>> {
     let mut lines = csv.lines();
     assert_eq!(lines.next(), Some(header));
@@ -24,7 +24,7 @@ fn numbers(cells: &[String]) -> Vec<f32> {
 }
 
 #[test]
-fn both_kinds_of_angles_give_the_material_s_own_values() {
+fn both_angle_conventions_give_same_brdf() {
     let folder = Folder::new();
     let angles = uniform_valid(300, 1);
     let mut half = "material,phi_d,theta_h,note,theta_d\n".to_owned();
@@ -41,7 +41,7 @@ fn both_kinds_of_angles_give_the_material_s_own_values() {
         let pair = at.directions();
         let theta = |direction: [f64; 3]| direction[2].acos().to_degrees();
         let phi = |[x, y, _]: [f64; 3]| y.atan2(x).to_degrees();
-        // Turned about the normal, which changes nothing.
+        // Rotation about the normal does not change the BRDF.
         directions += &format!(
             "{}, {}, {}, {}\r\n",
             phi(pair.outgoing) - 77.0,
@@ -52,29 +52,31 @@ fn both_kinds_of_angles_give_the_material_s_own_values() {
     }
     folder.write("half.csv", half);
     folder.write("directions.csv", directions);
-    let material = &Source("procedural:1:4".into()).load().expect("it loads")[0];
+    let material = &Source("procedural:1:4".into())
+        .load()
+        .expect("the material loads")[0];
     let query = |file| folder.succeed(&format!("query procedural:1:4 --angles {file}"));
 
-    let found = rows(&query("half.csv"), "theta_h,theta_d,phi_d,r,g,b");
-    assert_eq!(found.len(), angles.len());
-    for (row, angles) in found.iter().zip(&angles) {
+    let output = rows(&query("half.csv"), "theta_h,theta_d,phi_d,r,g,b");
+    assert_eq!(output.len(), angles.len());
+    for (row, angles) in output.iter().zip(&angles) {
         assert_eq!(numbers(&row[3..]), material.brdf(*angles));
-        // The angles as they were given, in degrees.
-        let given = [angles.theta_h, angles.theta_d, angles.phi_d];
-        let given = given.map(|angle| f64::from(angle).to_degrees().to_string());
-        assert_eq!(row[..3], given);
+        // The angles of the input, in degrees.
+        let input = [angles.theta_h, angles.theta_d, angles.phi_d];
+        let input = input.map(|angle| f64::from(angle).to_degrees().to_string());
+        assert_eq!(row[..3], input);
     }
     let header = "theta_i,phi_i,theta_o,phi_o,r,g,b";
-    let found = rows(&query("directions.csv"), header);
-    for (row, angles) in found.iter().zip(&angles) {
-        for (found, expected) in numbers(&row[4..]).into_iter().zip(material.brdf(*angles)) {
-            assert!((found - expected).abs() <= 2e-4 * expected, "{angles:?}");
+    let output = rows(&query("directions.csv"), header);
+    for (row, angles) in output.iter().zip(&angles) {
+        for (output, expected) in numbers(&row[4..]).into_iter().zip(material.brdf(*angles)) {
+            assert!((output - expected).abs() <= 2e-4 * expected, "{angles:?}");
         }
     }
 }
 
 #[test]
-fn several_materials_are_named_and_written_to_a_file() {
+fn writes_several_materials_to_file() {
     let folder = Folder::new();
     folder.write(
         "a.csv",
@@ -83,26 +85,28 @@ fn several_materials_are_named_and_written_to_a_file() {
     let printed = folder.succeed("query procedural:2 --angles a.csv --out f.csv");
     assert_eq!(printed, "");
     let csv = folder.read_text("f.csv");
-    let found = rows(&csv, "material,theta_i,phi_i,theta_o,phi_o,r,g,b");
-    let materials = Source("procedural:2".into()).load().expect("they load");
-    for (rows, material) in found.chunks(4).zip(&materials) {
+    let output = rows(&csv, "material,theta_i,phi_i,theta_o,phi_o,r,g,b");
+    let materials = Source("procedural:2".into())
+        .load()
+        .expect("the materials load");
+    for (rows, material) in output.chunks(4).zip(&materials) {
         for (row, cells) in rows.iter().enumerate() {
             assert_eq!(cells[0], material.name());
-            // At the horizon and below it there is nothing.
+            // The BRDF is 0 at and below the horizon.
             let above = numbers(&cells[5..]).iter().all(|value| *value > 0.0);
             assert_eq!(above, row == 0, "{csv}");
             assert!(row == 0 || cells[5..] == ["0", "0", "0"], "{csv}");
         }
     }
-    assert_eq!(found.len(), 8);
+    assert_eq!(output.len(), 8);
 }
 
 #[test]
-fn mistakes_name_the_file_the_line_and_the_column() {
+fn errors_name_file_line_and_column() {
     let folder = Folder::new();
     let query =
         |angles: &str| folder.fail(&format!("query procedural:1 --angles {angles} --out f.csv"));
-    for (text, named) in [
+    for (text, words) in [
         (
             &b"theta_h,theta_d\n1,2\n"[..],
             &["theta_h, theta_d", "phi_d", "theta_i"][..],
@@ -137,16 +141,16 @@ fn mistakes_name_the_file_the_line_and_the_column() {
         folder.write("a.csv", text);
         let message = query("a.csv");
         assert_names(&message, &["a.csv"]);
-        assert_names(&message.replace("a.csv", ""), named);
+        assert_names(&message.replace("a.csv", ""), words);
         assert!(!folder.exists("f.csv"));
     }
     assert_names(&query("none.csv"), &["none.csv"]);
     folder.fail_naming("query nowhere --angles a.csv", &["a.csv", "2"]);
 }
 
-/// Rows of a plan name their samples, which an exchange of light and sensor makes necessary.
+/// Rows of a plan have the index of their sample, which is necessary if light and sensor are exchanged.
 #[test]
-fn what_is_looked_up_at_a_plan_is_fitted() {
+fn fits_query_of_plan() {
     let folder = Folder::with("n8.recipe", NEURAL_N8);
     for (name, options, swaps) in [
         ("plain", "", false),
@@ -163,28 +167,28 @@ fn what_is_looked_up_at_a_plan_is_fitted() {
             assert!(planned.starts_with(&own), "{planned}");
         }
         let fit = format!("fit n8.recipe --measurements read.csv --out {name}");
-        let told = folder.succeed_as_json(&fit);
-        assert_eq!(told[0]["readings"]["used"], 8);
-        assert_eq!(told[0]["readings"]["excluded"], json!([]));
+        let report = folder.succeed_as_json(&fit);
+        assert_eq!(report[0]["readings"]["used"], 8);
+        assert_eq!(report[0]["readings"]["excluded"], json!([]));
     }
 }
 
 #[test]
-fn json_holds_what_csv_does() {
+fn json_equals_csv() {
     let folder = Folder::with(
         "a.csv",
         b"phi_d,theta_h,theta_d,index\n90,10,20.5,3\n0,89,89,1\n",
     );
     let query = "query procedural:2 --angles a.csv";
-    let found = folder.succeed_as_json(query);
+    let output = folder.succeed_as_json(query);
     for (field, expected) in [
         ("quantity", json!("brdf")),
         ("unit", json!("sr^-1")),
         ("times_cosine", json!(false)),
     ] {
-        assert_eq!(found[field], expected, "{field}");
+        assert_eq!(output[field], expected, "{field}");
     }
-    let listed = found["materials"].as_array().expect("a list");
+    let listed = output["materials"].as_array().expect("a list");
     let listed = listed.iter().flat_map(|material| {
         let rows = material["rows"].as_array().expect("a list");
         rows.iter().map(|row| (&material["name"], row))
@@ -200,8 +204,8 @@ fn json_holds_what_csv_does() {
         let values: Vec<f32> = values.map(|x| x.expect("a number") as f32).collect();
         assert_eq!(values, numbers(&cells[1..]));
     }
-    // A file gets the same.
+    // --out writes the same JSON.
     let printed = folder.succeed(&format!("{query} --json --out f.json"));
     assert_eq!(printed, "");
-    assert_eq!(folder.read_json("f.json"), found);
+    assert_eq!(folder.read_json("f.json"), output);
 }

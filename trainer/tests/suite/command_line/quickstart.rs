@@ -6,17 +6,17 @@ use super::Folder;
 use super::render::pixels_of_png;
 
 #[test]
-fn it_leaves_a_page_of_all_methods_and_the_recipe_of_the_next_step() {
+fn writes_page_and_recipe() {
     let folder = Folder::new();
     let printed = folder.succeed("quickstart --out q");
-    let bundled = bundled::find("neural-n8").expect("it is bundled");
+    let bundled = bundled::find("neural-n8").expect("a bundled recipe");
     assert_eq!(folder.read("q/neural-n8.recipe"), bundled.bytes);
-    let cycles = bundled.cycles().expect("they are measured").to_string();
+    let cycles = bundled.cycles().expect("recorded cycles").to_string();
     for name in ["neural-n1", "neural-n16", "procedural:8:1", &cycles] {
         assert!(printed.contains(name), "no {name} in {printed}");
     }
 
-    // Eight materials: themselves twice, by five recipes, and by four methods.
+    // For each of eight materials two pictures of itself, five of recipes, and four of methods.
     let names = folder.names("q/pictures");
     assert_eq!(names.len(), 8 * (2 + 5 + 4), "{names:?}");
     // The mean of all bytes, 0 to 255.
@@ -41,7 +41,7 @@ fn it_leaves_a_page_of_all_methods_and_the_recipe_of_the_next_step() {
         }
     }
 
-    // Nothing is trained, so that there is nothing to force.
+    // The command has no --force.
     let forced = folder.run("quickstart --out q --force");
     assert_eq!(forced.status.code(), Some(2));
 }

@@ -8,20 +8,20 @@ use serde_json::json;
 use super::{Folder, number};
 
 #[test]
-fn bundled_recipes_are_listed_written_and_used() {
+fn lists_and_writes_bundled_recipes() {
     let folder = Folder::new();
     let list = folder.succeed("recipes list");
     for bundled in bundled::ALL {
-        let there = list.lines().any(|line| line.starts_with(bundled.name));
-        assert!(there, "{} in {list}", bundled.name);
+        let is_listed = list.lines().any(|line| line.starts_with(bundled.name));
+        assert!(is_listed, "{} in {list}", bundled.name);
     }
 
     folder.succeed("recipes get linear-n8 neural-n16-masked --out mine");
     assert_eq!(folder.read("mine/linear-n8.basis"), bundled::BASIS);
-    let neural = bundled::find("neural-n16-masked").expect("it is bundled");
+    let neural = bundled::find("neural-n16-masked").expect("a bundled recipe");
     assert_eq!(folder.read("mine/neural-n16-masked.recipe"), neural.bytes);
 
-    // The compact basis serves wherever a whole one does. (That it is a device's is tested beside core.)
+    // The host accepts a compact basis in place of a whole one.
     let evaluate = "evaluate --test procedural:2:5 --recipe mine/linear-n8.recipe";
     let loss = number(&folder.succeed_as_json(evaluate)["loss"]);
     assert!(loss < 0.005, "{loss}");
@@ -29,7 +29,7 @@ fn bundled_recipes_are_listed_written_and_used() {
     assert!(folder.exists("view.html"));
 
     folder.write("mine/phong-n1.recipe", neural.bytes);
-    for (command, named) in [
+    for (command, words) in [
         (
             "export mine/linear-n8.recipe --format basis --out x.basis",
             &["mine/linear-n8.basis"][..],
@@ -40,30 +40,30 @@ fn bundled_recipes_are_listed_written_and_used() {
             &["mine/phong-n1.recipe", "--force"],
         ),
     ] {
-        folder.fail_naming(command, named);
+        folder.fail_naming(command, words);
     }
 }
 
 #[test]
-fn a_name_that_is_almost_right_is_suggested() {
+fn suggests_similar_names() {
     let folder = Folder::new();
-    for (given, meant) in [
+    for (misspelled, name) in [
         ("linear-n16-maskd", "linear-n16-masked"),
         ("masked-n16", "linear-n16-masked"),
         ("masked-n16", "neural-n16-masked"),
         ("nural-n8", "neural-n8"),
         ("cook-torance-n4", "cook-torrance-n4"),
     ] {
-        let output = folder.run(&format!("recipes get {given}"));
+        let output = folder.run(&format!("recipes get {misspelled}"));
         assert_eq!(output.status.code(), Some(2));
         let message = String::from_utf8_lossy(&output.stderr);
-        let suggested = format!("'{meant}'");
+        let suggested = format!("'{name}'");
         assert!(
-            message.contains(&suggested) && message.contains(given),
+            message.contains(&suggested) && message.contains(misspelled),
             "{message}"
         );
     }
-    // A shell completes them.
+    // Shells complete the names.
     let script = folder.succeed("completion bash");
     for bundled in bundled::ALL {
         assert!(script.contains(bundled.name), "{}", bundled.name);
@@ -71,13 +71,13 @@ fn a_name_that_is_almost_right_is_suggested() {
 }
 
 #[test]
-fn the_list_is_json_too() {
+fn lists_recipes_as_json() {
     let list = Folder::new().succeed_as_json("recipes list");
     let list = list.as_array().expect("a list");
     assert_eq!(list.len(), bundled::ALL.len());
     for (entry, bundled) in list.iter().zip(bundled::ALL) {
-        let recipe = bundled.recipe().expect("it is whole");
-        let losses = bundled.losses().expect("they were measured");
+        let recipe = bundled.recipe().expect("a valid recipe");
+        let losses = bundled.losses().expect("recorded losses");
         let expected = json!({
             "name": bundled.name,
             "model": recipe.model().name(),
@@ -96,16 +96,16 @@ fn the_list_is_json_too() {
     }
 }
 
-/// A file that is not a recipe is not read to its end, since it may not end.
+/// Files of the wrong format are not read to their end, since they may be endless.
 #[cfg(target_os = "linux")]
 #[test]
-fn what_has_no_end_is_refused_by_name() {
+fn rejects_endless_files() {
     use std::process::Command;
 
     let folder = Folder::new();
     folder.succeed("recipes get linear-n1");
     let huge = fs::File::create(folder.at("huge.hdr")).expect("a file");
-    huge.set_len(1 << 40).expect("it is sparse");
+    huge.set_len(1 << 40).expect("a sparse file");
     for (command, file) in [
         ("inspect /dev/zero", "/dev/zero"),
         ("plan /dev/zero", "/dev/zero"),
@@ -125,7 +125,7 @@ fn what_has_no_end_is_refused_by_name() {
         ("query procedural:1 --angles /dev/zero", "/dev/zero"),
         ("query /dev/zero --angles x", "x"),
     ] {
-        // A gigabyte of addresses, threads and all.
+        // 2 GB of address space, including the threads' stacks.
         let limited = format!("ulimit -v 2000000 && exec \"$0\" {command}");
         let output = Command::new("sh")
             .args(["-c", &limited, env!("CARGO_BIN_EXE_trainer")])

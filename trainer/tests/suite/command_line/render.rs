@@ -12,16 +12,16 @@ use super::shared::PHONG;
 use super::{Folder, number};
 use crate::common::assert_names;
 
-/// The errors of a scan that evaluate and render report.
+/// The metrics that `evaluate` and `render` report.
 const METRICS: [&str; 5] = ["loss", "dssim", "l2", "psnr", "delta_e"];
 
 /// The pixels of a PNG file.
 pub(super) fn pixels_of_png(path: &Path) -> Picture {
-    let file = fs::File::open(path).expect("it is there");
+    let file = fs::File::open(path).expect("the file exists");
     let reader = png::Decoder::new(std::io::BufReader::new(file)).read_info();
-    let mut reader = reader.expect("it is a PNG file");
-    let mut bytes = vec![0; reader.output_buffer_size().expect("it has a size")];
-    let info = reader.next_frame(&mut bytes).expect("it is whole");
+    let mut reader = reader.expect("a PNG file");
+    let mut bytes = vec![0; reader.output_buffer_size().expect("a buffer size")];
+    let info = reader.next_frame(&mut bytes).expect("a valid recipe");
     Picture {
         width: info.width as usize,
         height: info.height as usize,
@@ -46,7 +46,7 @@ fn panorama(width: u8, height: u8) -> Vec<u8> {
 }
 
 #[test]
-fn spheres_are_rendered_in_a_grid_or_on_a_page() {
+fn renders_grid_and_page() {
     let folder = Folder::new();
     let sphere = "render sphere procedural:3:5 --size 24 --columns 2";
 
@@ -63,11 +63,11 @@ fn spheres_are_rendered_in_a_grid_or_on_a_page() {
     assert_eq!(folder.read("all.exr")[..4], magic_number, "OpenEXR's");
 
     PHONG.copy_to(folder.path());
-    // A page of scans has a row for each material.
+    // A page with scans has a row for each material.
     folder.succeed("render sphere procedural:2:5 --size 24 --out scans.html --recipe phong.recipe");
     let html = folder.read_text("scans.html");
     assert_eq!(html.matches("<img").count(), 4);
-    assert!(!html.contains('`'), "markup of another kind: {html}");
+    assert!(!html.contains('`'), "Markdown on the page: {html}");
     for name in folder.names("scans-pictures") {
         assert_eq!(
             size_of_png(&folder.at("scans-pictures").join(&name)),
@@ -78,7 +78,7 @@ fn spheres_are_rendered_in_a_grid_or_on_a_page() {
 }
 
 #[test]
-fn errors_belong_to_the_pictures_that_are_written() {
+fn printed_errors_match_pictures() {
     let folder = Folder::new();
     PHONG.copy_to(folder.path());
     let printed = folder.succeed(
@@ -101,7 +101,7 @@ fn errors_belong_to_the_pictures_that_are_written() {
                 })
                 .collect(),
         };
-        let expected = Metrics::of_spheres(0.0, &cell(0), &cell(1)).expect("they can be compared");
+        let expected = Metrics::from_spheres(0.0, &cell(0), &cell(1)).expect("comparable pictures");
         let Metrics {
             dssim,
             l2,
@@ -109,26 +109,29 @@ fn errors_belong_to_the_pictures_that_are_written() {
             delta_e,
             ..
         } = expected;
-        // Each with the last digit that is printed.
+        // The tolerance is half of the last printed digit.
         for (index, expected, last) in [
             (4, dssim, 1e-4),
             (5, l2, 1e-6),
             (6, psnr, 1e-2),
             (7, delta_e, 1e-4),
         ] {
-            let found: f64 = words[index].parse().expect("a number");
-            assert!((found - expected).abs() < 0.51 * last, "{line}: {expected}");
+            let printed: f64 = words[index].parse().expect("a number");
+            assert!(
+                (printed - expected).abs() < 0.51 * last,
+                "{line}: {expected}"
+            );
         }
     }
 
-    // Of the size of evaluate's pictures, they are those of evaluate, in any light.
+    // At the default size, the errors equal those of `evaluate`, with any environment light.
     folder.write("gray.hdr", panorama(8, 4));
     for light in ["", "--environment gray.hdr"] {
         let scan = "render sphere procedural:1:5 --recipe phong.recipe";
         let printed = folder.succeed(&format!("{scan} {light}"));
-        let judge = "evaluate --recipe phong.recipe --test procedural:1:5";
-        let judged = folder.succeed_as_json(&format!("{judge} {light}"));
-        let material = &judged["materials"][0];
+        let evaluate = "evaluate --recipe phong.recipe --test procedural:1:5";
+        let evaluation = folder.succeed_as_json(&format!("{evaluate} {light}"));
+        let material = &evaluation["materials"][0];
         let name = material["name"].as_str().expect("a name");
         let row = printed.lines().find(|line| line.contains(name));
         let [loss, dssim, l2, psnr, delta_e] = METRICS.map(|metric| number(&material[metric]));
@@ -139,30 +142,30 @@ fn errors_belong_to_the_pictures_that_are_written() {
 }
 
 #[test]
-fn lobes_and_patterns_are_drawn() {
+fn plots_lobes_and_patterns() {
     let folder = Folder::new();
     PHONG.copy_to(folder.path());
     folder.succeed("render pattern phong.recipe --out p.svg");
     let svg = folder.read_text("p.svg");
-    // Four samples, and the legend.
+    // Four samples, and one in the legend.
     let dots = svg.matches("class=\"dot\"").count();
     assert!(svg.starts_with("<svg") && dots == 4 + 1, "{svg}");
     folder.succeed("render lobe procedural:1 --theta-i 30,60 --recipe phong.recipe");
     let svg = folder.read_text("lobe.svg");
-    // Each of four curves is in the legend too.
+    // Four curves, each also in the legend.
     assert_eq!(svg.matches("class=\"curve").count(), 8, "{svg}");
     assert_eq!(svg.matches("class=\"curve dash\"").count(), 4);
 }
 
 #[test]
-fn what_cannot_be_drawn_is_refused_at_once() {
+fn rejects_invalid_arguments() {
     let folder = Folder::new();
     folder.write("square.hdr", panorama(8, 8));
     folder.write("cut.hdr", &panorama(8, 4)[..60]);
     folder.write("not.exr", b"no picture");
     folder.write("bad.recipe", b"GLMQ");
     folder.write("file", b"in the way");
-    for (command, named) in [
+    for (command, words) in [
         (
             "sphere procedural:1 --environment square.hdr",
             &["square.hdr", "2:1"][..],
@@ -189,23 +192,23 @@ fn what_cannot_be_drawn_is_refused_at_once() {
         ("lobe procedural:1 --out file/lobe.svg", &["file/lobe.svg"]),
         ("pattern bad.recipe", &["bad.recipe"]),
     ] {
-        folder.fail_naming(&format!("render {command}"), named);
+        folder.fail_naming(&format!("render {command}"), words);
     }
-    assert_eq!(folder.names("").len(), 5, "something was written");
+    assert_eq!(folder.names("").len(), 5, "a file was written");
 }
 
 #[test]
-fn what_was_drawn_is_reported_as_json() {
+fn reports_json() {
     let folder = Folder::with("r.recipe", PHONG_N8);
-    // A gray light that is brighter than the studio's.
+    // A gray environment that is brighter than the studio.
     folder.write("gray.hdr", panorama(8, 4));
     let run = |command: &str, out: &str| -> Value {
-        let told = folder.succeed_as_json(&format!("render {command} --out {out}"));
+        let report = folder.succeed_as_json(&format!("render {command} --out {out}"));
         let bytes = folder.read(out).len();
-        assert_eq!(told["file"], json!({ "path": out, "bytes": bytes }));
-        told
+        assert_eq!(report["file"], json!({ "path": out, "bytes": bytes }));
+        report
     };
-    let told = run("sphere procedural:3:5 --size 24 --columns 2", "s.png");
+    let report = run("sphere procedural:3:5 --size 24 --columns 2", "s.png");
     let [width, height] = size_of_png(&folder.at("s.png"));
     for (field, expected) in [
         ("/width", json!(width)),
@@ -216,43 +219,46 @@ fn what_was_drawn_is_reported_as_json() {
         ("/spheres/2/column", json!(1)),
         ("/spheres/2/scan", Value::Null),
     ] {
-        assert_eq!(told.pointer(field), Some(&expected), "{field}");
+        assert_eq!(report.pointer(field), Some(&expected), "{field}");
     }
 
-    // The default size is that of the metrics.
+    // At the default size, the metrics equal those of `evaluate`.
     let light = "--environment gray.hdr --recipe r.recipe";
-    let told = run(&format!("sphere procedural:3:5 {light}"), "scans.png");
-    assert_eq!(told["environment"], "gray.hdr");
-    let exposure = number(&told["exposure"]);
+    let report = run(&format!("sphere procedural:3:5 {light}"), "scans.png");
+    assert_eq!(report["environment"], "gray.hdr");
+    let exposure = number(&report["exposure"]);
     assert!(exposure > 0.0 && exposure != 1.0, "{exposure}");
-    let judged = folder.succeed_as_json(&format!("evaluate --test procedural:3:5 {light}"));
+    let evaluation = folder.succeed_as_json(&format!("evaluate --test procedural:3:5 {light}"));
     for index in 0..3 {
-        let (scan, material) = (&told["spheres"][index]["scan"], &judged["materials"][index]);
+        let (scan, material) = (
+            &report["spheres"][index]["scan"],
+            &evaluation["materials"][index],
+        );
         for metric in METRICS {
             assert!(scan[metric].is_number());
             assert_eq!(scan[metric], material[metric], "{metric}");
         }
     }
-    let told = run("sphere procedural:2 --size 24", "page.html");
-    assert_eq!(told["width"], Value::Null);
-    assert_eq!(told["sphere_pixels"], 24);
+    let report = run("sphere procedural:2 --size 24", "page.html");
+    assert_eq!(report["width"], Value::Null);
+    assert_eq!(report["sphere_pixels"], 24);
 
     let lobe = "lobe procedural:1 --theta-i 30,60 --recipe r.recipe";
-    let told = run(lobe, "l.svg");
+    let report = run(lobe, "l.svg");
     let curve = |degrees: f64| {
         let material = "procedural-000-metal";
         json!({ "material": material, "theta_i_degrees": degrees, "scanned": true })
     };
-    assert_eq!(told["curves"], json!([curve(30.0), curve(60.0)]));
+    assert_eq!(report["curves"], json!([curve(30.0), curve(60.0)]));
 
-    let told = run("pattern r.recipe", "p.svg");
-    assert_eq!(told["model"], "phong");
-    assert_eq!(told["samples"], 8);
+    let report = run("pattern r.recipe", "p.svg");
+    assert_eq!(report["model"], "phong");
+    assert_eq!(report["samples"], 8);
 
-    let told = run("view r.recipe --material procedural:1", "v.html");
+    let report = run("view r.recipe --material procedural:1", "v.html");
     assert_eq!(
-        told["recipes"],
+        report["recipes"],
         json!([{ "name": "r", "model": "phong", "samples": 8, "readings": 8 }])
     );
-    assert!(number(&told["reference_table_loss"]) < 0.01);
+    assert!(number(&report["reference_table_loss"]) < 0.01);
 }

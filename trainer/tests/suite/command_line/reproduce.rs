@@ -10,16 +10,16 @@ use super::Folder;
 use super::shared::{BASES, EXPERIMENT};
 
 fn modified(path: &Path) -> std::time::SystemTime {
-    let metadata = fs::metadata(path).expect("it is there");
-    metadata.modified().expect("files have times")
+    let metadata = fs::metadata(path).expect("the file exists");
+    metadata.modified().expect("a modification time")
 }
 
 #[test]
-fn an_experiment_is_printed_written_down_and_not_made_twice() {
+fn experiment_is_saved_and_reused() {
     let folder = Folder::new();
     let printed = EXPERIMENT.copy_to(folder.path());
     let csv = folder.read_text("paper/bases/bases.csv");
-    // Random, NJR15 and Ours with two priors, for 5 components and for the 11 that there are.
+    // Random, NJR15 and Ours with two priors, for 5 components and for all 11.
     assert_eq!(csv.lines().count(), 1 + 8, "{csv}");
     let mut of_eleven = csv.lines().skip(5);
     assert!(of_eleven.all(|line| line.starts_with("11,")), "{csv}");
@@ -45,16 +45,16 @@ fn an_experiment_is_printed_written_down_and_not_made_twice() {
     let html = folder.read_text("paper/index.html");
     assert_eq!(html.matches("<h2>").count(), 1, "{html}");
 
-    // The same command again trains and evaluates nothing; a lost sheet, and one that an older version
-    // wrote, which lacks a metric, are made again, the same.
+    // The same command again trains and evaluates nothing, except for a missing evaluation, and for one of an
+    // older version that lacks a metric. Both results are the same as before.
     let recipe = folder.at("paper/recipes/linear-n8-m5-eta-40-joint.recipe");
     let sheets = ["joint-ours", "njr15"]
         .map(|method| format!("paper/sheets/test/linear-n8-m5-eta-40-{method}.json"));
     let before = modified(&recipe);
     let read = || sheets.each_ref().map(|sheet| folder.read(sheet));
-    let judged = read();
-    fs::remove_file(folder.at(&sheets[0])).expect("it is removed");
-    let mut older: Value = serde_json::from_slice(&judged[1]).expect("it is JSON");
+    let evaluations = read();
+    fs::remove_file(folder.at(&sheets[0])).expect("the file is removed");
+    let mut older: Value = serde_json::from_slice(&evaluations[1]).expect("valid JSON");
     let lacking = older.as_object_mut().expect("an object").remove("delta_e");
     assert!(lacking.is_some_and(|value| value.as_f64() > Some(0.0)));
     folder.write(&sheets[1], older.to_string());
@@ -71,19 +71,19 @@ fn an_experiment_is_printed_written_down_and_not_made_twice() {
     assert_eq!(modified(&recipe), before);
     assert!(modified_sheets().is_superset(&others));
     assert_eq!(modified_sheets().len(), others.len() + sheets.len());
-    assert_eq!(read(), judged);
+    assert_eq!(read(), evaluations);
 }
 
 #[test]
-fn work_of_other_settings_is_not_mixed_in() {
+fn rejects_folder_of_other_settings() {
     let folder = Folder::new();
-    fs::create_dir_all(folder.at("paper")).expect("it is made");
+    fs::create_dir_all(folder.at("paper")).expect("the folder is created");
     folder.write("paper/settings.json", "another seed");
     folder.fail_naming(BASES, &["paper", "--out", "settings.json"]);
 }
 
 #[test]
-fn what_is_judged_must_not_be_trained_on_and_additional_sources_must_be_given() {
+fn rejects_overlapping_and_missing_materials() {
     let folder = Folder::new();
     let same = BASES.replace("procedural:1:1", "procedural:3");
     folder.fail_naming(&same, &["--data", "--test"]);

@@ -1,4 +1,4 @@
-//! Results of commands that take seconds: each is made once, and every test gets a copy of its own.
+//! Results of commands that take seconds. Each command runs once, and every test gets a copy of the result.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,7 +6,7 @@ use std::sync::OnceLock;
 
 use super::folder::Folder;
 
-/// A training by schedule joint; `prior.rs` has the default.
+/// A training with schedule joint; `prior.rs` tests the default schedule.
 pub(crate) const TRAIN: &str = "train --model phong --samples 4 --data procedural:12 --effort brief \
                                 --out phong.recipe --schedule joint";
 /// A recipe of the model Phong, `phong.recipe`.
@@ -16,12 +16,12 @@ pub(crate) static LINEAR_N2: Shared = Shared::of(
     "train --model linear --schedule joint --samples 2 --data procedural:6 --effort brief \
      --out linear-n2.recipe",
 );
-/// Another n with the same basis, `linear-n4.recipe`.
+/// A recipe of another n with the same basis, `linear-n4.recipe`.
 pub(crate) static LINEAR_N4: Shared = Shared::of(
     "train --model linear --schedule joint --samples 4 --data procedural:6 --effort brief \
      --out linear-n4.recipe",
 );
-/// An experiment that trains Linear only, without `--out`: in the folder `paper`.
+/// An experiment that trains Linear only, with the default output folder `paper`.
 pub(crate) const BASES: &str =
     "reproduce bases --data procedural:4 --test procedural:1:1 --seeds 2 --effort brief";
 /// The files of this experiment.
@@ -47,13 +47,13 @@ impl Shared {
         }
     }
 
-    /// Writes the command's files into a folder; returns what it printed.
+    /// Writes the command's files into a folder. Returns its stdout.
     pub(crate) fn copy_to(&self, directory: &Path) -> &str {
         let Result { printed, files } = self.result.get_or_init(|| Result::of(self.command));
         for (path, bytes) in files {
             let path = directory.join(path);
-            fs::create_dir_all(path.parent().expect("a folder")).expect("it is made");
-            fs::write(path, bytes).expect("it is written");
+            fs::create_dir_all(path.parent().expect("a folder")).expect("the folder is created");
+            fs::write(path, bytes).expect("the file is written");
         }
         printed
     }
@@ -70,17 +70,17 @@ impl Result {
     }
 }
 
-/// All files in a folder and below: their paths within it, and their bytes.
+/// All files in a folder and its subfolders: their relative paths and their contents.
 pub(crate) fn files_below(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut files = Vec::new();
-    for entry in fs::read_dir(folder).expect("it can be listed") {
+    for entry in fs::read_dir(folder).expect("a readable folder") {
         let entry = entry.expect("an entry");
         let name = PathBuf::from(entry.file_name());
         if entry.path().is_dir() {
             let below = files_below(&entry.path()).into_iter();
             files.extend(below.map(|(path, bytes)| (name.join(path), bytes)));
         } else {
-            files.push((name, fs::read(entry.path()).expect("it can be read")));
+            files.push((name, fs::read(entry.path()).expect("a readable file")));
         }
     }
     files

@@ -21,17 +21,17 @@ fn folder() -> Folder {
     folder
 }
 
-/// The data that a page passes to its scripts.
+/// The data that a page contains for its scripts.
 fn data(page: &str) -> Value {
     let (_, data) = page
         .split_once("<script type=\"application/json\" id=\"data\">")
-        .expect("it has data");
-    let (data, _) = data.split_once("</script>").expect("they end");
-    serde_json::from_str(data).expect("they are JSON")
+        .expect("a data element");
+    let (data, _) = data.split_once("</script>").expect("the end of the script");
+    serde_json::from_str(data).expect("valid JSON")
 }
 
 #[test]
-fn a_page_has_every_recipe_and_what_was_read() {
+fn page_contains_recipes_and_readings() {
     let folder = folder();
     let names = ["phong-n8", "cook-torrance-n8", "neural-n8", "neural-n16"];
     let recipes = names.map(|name| format!("{name}.recipe"));
@@ -41,37 +41,37 @@ fn a_page_has_every_recipe_and_what_was_read() {
     );
     assert_eq!(folder.succeed(&view), "");
     let html = folder.read_text("view.html");
-    // All of it is in the page.
-    for outside in ["http://", "https://", "src=", "@import", "fetch("] {
-        assert!(!html.contains(outside), "{outside}");
+    // The page loads nothing from outside.
+    for external in ["http://", "https://", "src=", "@import", "fetch("] {
+        assert!(!html.contains(external), "{external}");
     }
     assert!(
         html.contains("<script>\"use strict\";"),
-        "scripts are not to be escaped"
+        "scripts must not be escaped"
     );
     let data = data(&html);
     assert_eq!(data["title"], "procedural-77-000-metal");
     assert!(number(&data["reference"]["table_loss"]) < 2e-3);
-    let shown = data["shown"].as_array().expect("a list");
-    let of = |name: &str| -> Vec<&Value> { shown.iter().map(|shown| &shown[name]).collect() };
+    let scans = data["shown"].as_array().expect("a list");
+    let of = |name: &str| -> Vec<&Value> { scans.iter().map(|scan| &scan[name]).collect() };
     assert_eq!(of("model"), ["phong", "cook-torrance", "neural", "neural"]);
     assert_eq!(of("name"), names);
     assert_eq!(of("takes_missing"), [false, false, false, true]);
     let material = &Procedural::set(1, 77)[0];
-    for (recipe, shown) in recipes.iter().zip(shown) {
+    for (recipe, scan) in recipes.iter().zip(scans) {
         let bytes = folder.read(recipe);
-        let recipe = Recipe::parse(&bytes).expect("it is a recipe");
-        let samples = shown["samples"].as_array().expect("a list");
+        let recipe = Recipe::parse(&bytes).expect("a valid recipe");
+        let samples = scan["samples"].as_array().expect("a list");
         assert_eq!(samples.len(), recipe.samples());
         for (sample, angles) in samples.iter().zip(recipe.pattern()) {
-            // Text that gives the same 32-bit floats back.
+            // The text restores the same 32-bit floats.
             let read: [f32; 3] =
                 serde_json::from_value(sample["brdf"].clone()).expect("three numbers");
             assert_eq!(read, material.brdf(angles));
         }
     }
 
-    // The same seed, the same noise; another one, another.
+    // The noise depends on the seed only.
     let noisy = |seed| {
         folder.succeed(&format!(
             "{view} --noise 0.05 --seed {seed} --out noisy.html"
@@ -82,7 +82,7 @@ fn a_page_has_every_recipe_and_what_was_read() {
 }
 
 #[test]
-fn readings_from_a_lab_are_shown_without_a_reference() {
+fn page_of_lab_readings_without_reference() {
     let folder = folder();
     let rows = "index,r,g,b\n0,0.2,0.1,0.05\n3,0.3,0.2,0.1\n7,,,\n9,0.25,0.12,0.06\n";
     folder.write("<gold>.csv", rows);
@@ -95,7 +95,7 @@ fn readings_from_a_lab_are_shown_without_a_reference() {
     let samples = data["shown"][0]["samples"].as_array().expect("a list");
     let read = samples.iter().filter(|sample| !sample["brdf"].is_null());
     assert_eq!(read.count(), 3);
-    assert!(!html.contains("<gold>"), "a name has become markup");
+    assert!(!html.contains("<gold>"), "unescaped name");
 
     folder.succeed(&format!(
         "{view} --reference procedural:1:2 --out both.html"
@@ -107,10 +107,10 @@ fn readings_from_a_lab_are_shown_without_a_reference() {
 }
 
 #[test]
-fn what_cannot_be_shown_is_refused_with_a_remedy() {
+fn rejects_invalid_arguments() {
     let folder = folder();
     folder.write("a.csv", "index,r,g,b\n0,1,1,1\n");
-    for (options, named) in [
+    for (options, words) in [
         ("neural-n8.recipe", &["--material", "--measurements"][..]),
         (
             "neural-n8.recipe neural-n8.recipe --material procedural:1",
@@ -150,7 +150,7 @@ fn what_cannot_be_shown_is_refused_with_a_remedy() {
             &["a.csv"],
         ),
     ] {
-        folder.fail_naming(&format!("render view {options}"), named);
+        folder.fail_naming(&format!("render view {options}"), words);
     }
     assert!(!folder.exists("view.html"));
 }

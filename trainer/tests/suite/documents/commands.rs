@@ -1,4 +1,4 @@
-//! Commands in documents are understood: the trainer's with every option, and cargo's examples.
+//! Commands in documents are valid: the trainer's commands with all options, and cargo's examples.
 
 use std::path::Path;
 use std::process::Command;
@@ -9,8 +9,8 @@ use serde_json::Value;
 use super::figures::printed;
 use super::{documents, root, with_figures};
 
-/// A command's words, for the first of several that are joined by `&&`. Quotes are left out, and
-/// so is where the output goes (`> FILE`, `>&2`), which is the shell's.
+/// Returns the words of a command, or of the first one in a list with `&&`, `|` or `;`. Quotes and redirections
+/// (`> FILE`, `>&2`) are removed.
 fn words(command: &str) -> Vec<String> {
     let command = command.split(" #").next().unwrap_or_default();
     let words = command.split_whitespace();
@@ -26,29 +26,29 @@ fn words(command: &str) -> Vec<String> {
     own
 }
 
-/// Why a command is not understood, if it is not.
-fn misunderstood(command: &str) -> Option<String> {
+/// Returns the error of an invalid command; None if it is valid.
+fn command_error(command: &str) -> Option<String> {
     let words = words(command);
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     match words[..] {
         ["trainer", ref arguments @ ..] => trainer(arguments),
         ["cargo", "run", ref arguments @ ..] => cargo(arguments),
-        _ => Some("neither the trainer's nor cargo's".into()),
+        _ => Some("neither a trainer nor a cargo command".into()),
     }
 }
 
-/// `--help` comes last, after all options were read.
+/// Returns the error of a trainer command. With `--help` at the end, it parses all options but does not run.
 fn trainer(arguments: &[&str]) -> Option<String> {
     let output = Command::new(env!("CARGO_BIN_EXE_trainer"))
         .args(arguments)
         .arg("--help")
         .output()
         .expect("the trainer runs");
-    let talk = String::from_utf8_lossy(&output.stderr).into_owned();
-    (!output.status.success()).then_some(talk)
+    let messages = String::from_utf8_lossy(&output.stderr).into_owned();
+    (!output.status.success()).then_some(messages)
 }
 
-/// The package has the example, and the features.
+/// Returns an error if the package of a `cargo run` lacks the example or the features.
 fn cargo(arguments: &[&str]) -> Option<String> {
     let own = arguments.split(|word| *word == "--");
     let own = own.into_iter().next().unwrap_or_default();
@@ -61,17 +61,17 @@ fn cargo(arguments: &[&str]) -> Option<String> {
     let Some(example) = after("--example") else {
         return Some("no example".into());
     };
-    let known = packages(&root().join(manifest)).into_iter().any(|known| {
-        let named = package.is_none_or(|name| known["name"] == name);
-        let has_example = known["targets"]
+    let exists = packages(&root().join(manifest)).into_iter().any(|each| {
+        let has_name = package.is_none_or(|name| each["name"] == name);
+        let has_example = each["targets"]
             .as_array()
             .into_iter()
             .flatten()
             .any(|target| target["name"] == example && target["kind"][0] == "example");
-        let has_feature = after("--features").is_none_or(|name| known["features"][name].is_array());
-        named && has_example && has_feature
+        let has_feature = after("--features").is_none_or(|name| each["features"][name].is_array());
+        has_name && has_example && has_feature
     });
-    (!known).then(|| format!("cargo knows no such example: {example}"))
+    (!exists).then(|| format!("cargo has no such example: {example}"))
 }
 
 fn packages(manifest: &Path) -> Vec<Value> {
@@ -87,23 +87,23 @@ fn packages(manifest: &Path) -> Vec<Value> {
         .arg(manifest)
         .output()
         .expect("cargo runs");
-    let metadata: Value = serde_json::from_slice(&output.stdout).expect("cargo answers in JSON");
+    let metadata: Value = serde_json::from_slice(&output.stdout).expect("JSON from cargo");
     metadata["packages"].as_array().expect("a list").clone()
 }
 
 #[test]
-fn commands_that_print_figures_are_known() {
+fn commands_of_markers_are_valid() {
     for document in with_figures() {
         for printed in printed(&document) {
-            let why = misunderstood(printed.command);
+            let error = command_error(printed.command);
             let path = document.path.display();
-            assert_eq!(why, None, "{path}: {}", printed.command);
+            assert_eq!(error, None, "{path}: {}", printed.command);
         }
     }
 }
 
 #[test]
-fn commands_that_readers_may_copy_are_known() {
+fn commands_in_shell_blocks_are_valid() {
     let mut count = 0;
     for document in documents() {
         let shown = document.text.split("```").skip(1).step_by(2);
@@ -117,8 +117,8 @@ fn commands_that_readers_may_copy_are_known() {
                 count += 1;
                 let arguments = words(own.strip_prefix("trainer ").unwrap_or(own));
                 let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-                let why = trainer(&arguments);
-                assert_eq!(why, None, "{}: {line}", document.path.display());
+                let error = trainer(&arguments);
+                assert_eq!(error, None, "{}: {line}", document.path.display());
             }
         }
     }
@@ -126,7 +126,7 @@ fn commands_that_readers_may_copy_are_known() {
 }
 
 #[test]
-fn commands_that_are_unknown_are_found() {
+fn detects_invalid_commands() {
     for wrong in [
         "trainer trane",
         "trainer bench --modle neural",
@@ -134,35 +134,35 @@ fn commands_that_are_unknown_are_found() {
         "cargo run --release -p glimpse-tests --features firm --example figures",
         "ls",
     ] {
-        assert!(misunderstood(wrong).is_some(), "{wrong}");
+        assert!(command_error(wrong).is_some(), "{wrong}");
     }
     let right = "cargo run -p glimpse-tests --example figures";
-    assert_eq!(misunderstood(right), None);
+    assert_eq!(command_error(right), None);
     for right in [
         "trainer bench --model \"neural\" >&2 && ls",
         "trainer completion bash > ~/completions/trainer",
     ] {
-        assert_eq!(misunderstood(right), None, "{right}");
+        assert_eq!(command_error(right), None, "{right}");
     }
 }
 
-/// As `trainer recipes get` writes them, and no other way.
+/// Masked recipes have the file names that `trainer recipes get` gives them.
 #[test]
-fn recipes_that_tolerate_missing_readings_have_their_bundled_names() {
+fn masked_recipes_have_bundled_names() {
     let help = |command: &[&str]| {
         let output = Command::new(env!("CARGO_BIN_EXE_trainer"))
             .args(command)
             .arg("--help")
             .output();
-        String::from_utf8(output.expect("the trainer runs").stdout).expect("it prints text")
+        String::from_utf8(output.expect("the trainer runs").stdout).expect("UTF-8 output")
     };
     let help = [&["render", "view"][..], &["evaluate"], &["plan"], &["fit"]].map(help);
     let texts = documents().into_iter().map(|document| document.text);
     let mut count = 0;
     for text in texts.chain(help) {
-        let is_part = |c: char| c.is_ascii_alphanumeric() || "-._/*".contains(c);
+        let is_path_character = |c: char| c.is_ascii_alphanumeric() || "-._/*".contains(c);
         let files = text
-            .split(|c| !is_part(c))
+            .split(|c| !is_path_character(c))
             .filter(|word| !word.contains('/'));
         let names = files.filter_map(|word| word.strip_suffix(".recipe"));
         for name in names.filter(|name| name.contains("masked")) {

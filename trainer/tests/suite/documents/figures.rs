@@ -1,27 +1,28 @@
-//! Figures stand between markers that name the command which prints them.
+//! Figures in documents are between markers that name the command that prints them.
 
 use super::{Document, with_figures};
 
 const BEGIN: &str = "<!-- printed by: ";
 const END: &str = "<!-- end of what is printed -->";
 
-/// What a command has printed into a document.
+/// The output of a command in a document.
 pub(super) struct Printed<'a> {
     pub(super) command: &'a str,
     lines: Vec<&'a str>,
 }
 
-/// All that commands have printed into a document, and the lines that no command has.
+/// Splits a document into the outputs of commands and the other lines.
 fn parts(text: &str) -> Result<(Vec<Printed<'_>>, Vec<&str>), String> {
     let (mut printed, mut prose) = (Vec::<Printed<'_>>::new(), Vec::new());
     let mut open = false;
     for (number, line) in (1..).zip(text.lines()) {
         if let Some(rest) = line.strip_prefix(BEGIN) {
             if open {
-                return Err(format!("line {number}: the marker before was not closed"));
+                return Err(format!("line {number}: the previous marker is not closed"));
             }
             let command = rest.strip_suffix(" -->");
-            let command = command.ok_or_else(|| format!("line {number}: a marker ends in -->"))?;
+            let command =
+                command.ok_or_else(|| format!("line {number}: the marker does not end in -->"))?;
             printed.push(Printed {
                 command,
                 lines: Vec::new(),
@@ -29,11 +30,11 @@ fn parts(text: &str) -> Result<(Vec<Printed<'_>>, Vec<&str>), String> {
             open = true;
         } else if line == END {
             if !open {
-                return Err(format!("line {number}: closes what was not opened"));
+                return Err(format!("line {number}: no marker to close"));
             }
             open = false;
         } else if line.starts_with("<!--") {
-            return Err(format!("line {number}: {line} is no marker that is known"));
+            return Err(format!("line {number}: unknown marker {line}"));
         } else if let (true, Some(printed)) = (open, printed.last_mut()) {
             printed.lines.push(line);
         } else {
@@ -41,7 +42,7 @@ fn parts(text: &str) -> Result<(Vec<Printed<'_>>, Vec<&str>), String> {
         }
     }
     match open {
-        true => Err("the last marker was not closed".into()),
+        true => Err("the last marker is not closed".into()),
         false => Ok((printed, prose)),
     }
 }
@@ -53,7 +54,7 @@ pub(super) fn printed(document: &Document) -> Vec<Printed<'_>> {
     }
 }
 
-/// True for a row of a table with three figures or more.
+/// Returns true for a row of a table with at least three numbers.
 fn is_row_of_figures(line: &str) -> bool {
     let digits = |cell: &str| cell.chars().filter(char::is_ascii_digit).count();
     let letters = |cell: &str| cell.chars().filter(|each| each.is_alphabetic()).count();
@@ -64,29 +65,29 @@ fn is_row_of_figures(line: &str) -> bool {
 }
 
 #[test]
-fn markers_are_in_pairs_with_something_between() {
+fn markers_are_paired_and_nonempty() {
     let mut count = 0;
     for document in with_figures() {
         for printed in printed(&document) {
             count += 1;
             assert!(
                 !printed.lines.is_empty(),
-                "{}: nothing was printed by {}",
+                "{}: no output of {}",
                 document.path.display(),
                 printed.command
             );
         }
     }
-    assert!(count >= 6, "only {count} commands print into documents");
+    assert!(count >= 6, "only {count} outputs of commands");
 }
 
-/// The document of what fits cost, the file of the same cycles, and the target that both are for.
+/// The document with the costs of fits, the file with the same cycles, and their target.
 const COSTS: &str = "core/docs/costs.md";
 const CYCLES: &str = "trainer/recipes/cycles.csv";
 const BOARD: &str = "thumbv7em-none-eabihf";
 
 #[test]
-fn cycles_of_bundled_recipes_are_those_that_the_firmware_s_tests_print() {
+fn cycles_match_costs_document() {
     let costs = super::document(COSTS.into()).text;
     let mut expected: Vec<String> = Vec::new();
     for line in costs.lines() {
@@ -101,24 +102,24 @@ fn cycles_of_bundled_recipes_are_those_that_the_firmware_s_tests_print() {
         };
         expected.push(format!("{recipe},{}", cycles.replace(',', "")));
     }
-    assert!(expected.len() >= 5, "{COSTS} has its table");
-    let text = std::fs::read_to_string(super::root().join(CYCLES)).expect("it is there");
+    assert!(expected.len() >= 5, "no table in {COSTS}");
+    let text = std::fs::read_to_string(super::root().join(CYCLES)).expect("the file exists");
     let mut found: Vec<&str> = text.lines().skip(1).collect();
     expected.sort_unstable();
     found.sort_unstable();
     assert_eq!(found, expected);
     for line in found {
         let (name, cycles) = line.split_once(',').expect("two columns");
-        let bundled = glimpse_trainer::bundled::find(name).expect("it is bundled");
+        let bundled = glimpse_trainer::bundled::find(name).expect("a bundled recipe");
         assert_eq!(bundled.cycles(), cycles.parse().ok(), "{name}");
     }
 }
 
-/// A table whose cells come from several commands each, which the text beside it names: none prints it.
+/// A document with a table of numbers from several commands, which its text names.
 const OF_SEVERAL_COMMANDS: &str = "core/docs/basis.md";
 
 #[test]
-fn tables_of_figures_stand_between_markers() {
+fn tables_of_figures_have_markers() {
     let others = |document: &Document| !document.path.ends_with(OF_SEVERAL_COMMANDS);
     for document in with_figures().filter(others) {
         let (_, prose) = parts(&document.text).expect("markers in pairs");
@@ -126,16 +127,16 @@ fn tables_of_figures_stand_between_markers() {
         assert_eq!(
             row,
             None,
-            "{}: which command prints it?",
+            "{}: no marker names the command that prints this row",
             document.path.display()
         );
     }
 }
 
 #[test]
-fn markers_that_are_wrong_are_found() {
+fn detects_invalid_markers() {
     let good = format!("a\n{BEGIN}b -->\n| 1 |\n{END}\nc\n");
-    let (printed, prose) = parts(&good).expect("it is well-formed");
+    let (printed, prose) = parts(&good).expect("valid markers");
     assert_eq!(
         (printed[0].command, &printed[0].lines[..]),
         ("b", &["| 1 |"][..])

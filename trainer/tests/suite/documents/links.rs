@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::{document, documents, root};
 
-/// What links and pictures of a text point at, fenced code left aside.
+/// Returns the targets of links and pictures in a text, outside of fenced code.
 fn targets(text: &str) -> Vec<&str> {
     let prose = text.split("```").step_by(2);
     prose
@@ -14,7 +14,7 @@ fn targets(text: &str) -> Vec<&str> {
         .collect()
 }
 
-/// A heading as GitHub names it in links.
+/// Returns the anchor that GitHub gives to a heading.
 fn anchor(heading: &str) -> String {
     let kept = |character: &char| character.is_alphanumeric() || " -_".contains(*character);
     let heading = heading.trim_start_matches('#').trim().to_lowercase();
@@ -25,8 +25,8 @@ fn anchor(heading: &str) -> String {
         .replace(' ', "-")
 }
 
-/// Why a link leads nowhere, if it does.
-fn broken(from: &Path, target: &str) -> Option<String> {
+/// Returns the error of a broken link; None if it is valid.
+fn link_error(from: &Path, target: &str) -> Option<String> {
     if target.starts_with("http://") || target.starts_with("https://") {
         return None;
     }
@@ -36,7 +36,7 @@ fn broken(from: &Path, target: &str) -> Option<String> {
         path => root().join(from).parent()?.join(path),
     };
     if !file.exists() {
-        return Some(format!("{}: there is no {path}", from.display()));
+        return Some(format!("{}: {path} does not exist", from.display()));
     }
     if heading.is_empty() {
         return None;
@@ -53,21 +53,21 @@ fn broken(from: &Path, target: &str) -> Option<String> {
 }
 
 #[test]
-fn every_link_leads_somewhere() {
+fn links_are_valid() {
     let mut checked = 0;
-    let mut lost = Vec::new();
+    let mut errors = Vec::new();
     for document in documents() {
         for target in targets(&document.text) {
             checked += 1;
-            lost.extend(broken(&document.path, target));
+            errors.extend(link_error(&document.path, target));
         }
     }
-    assert!(lost.is_empty(), "{}", lost.join("\n"));
+    assert!(errors.is_empty(), "{}", errors.join("\n"));
     assert!(checked > 100, "only {checked} links were found");
 }
 
 #[test]
-fn links_that_lead_nowhere_are_found() {
+fn detects_broken_links() {
     let text = "[a](b.md) and ![c](d/e.png#f)\n```\n[g](h)\n```\n[i](j)";
     assert_eq!(targets(text), ["b.md", "d/e.png#f", "j"]);
     assert_eq!(
@@ -75,14 +75,14 @@ fn links_that_lead_nowhere_are_found() {
         "when-it-does-not-work-x"
     );
     let from = Path::new("core/README.md");
-    assert!(broken(from, "docs/nothing.md").is_some());
-    assert!(broken(from, "docs/link.md#no-such-heading").is_some());
-    assert!(broken(from, "docs/link.md").is_none());
-    assert!(broken(from, "https://example.org/").is_none());
+    assert!(link_error(from, "docs/nothing.md").is_some());
+    assert!(link_error(from, "docs/link.md#no-such-heading").is_some());
+    assert!(link_error(from, "docs/link.md").is_none());
+    assert!(link_error(from, "https://example.org/").is_none());
 }
 
 #[test]
-fn each_row_of_the_paper_s_table_names_a_file() {
+fn rows_of_paper_table_link_to_files() {
     let text = document("trainer/docs/paper.md".into()).text;
     let rows: Vec<&str> = text
         .lines()
@@ -91,6 +91,6 @@ fn each_row_of_the_paper_s_table_names_a_file() {
         .collect();
     assert!(rows.len() > 20, "the table has {} rows", rows.len());
     for row in rows {
-        assert!(!targets(row).is_empty(), "no file: {row}");
+        assert!(!targets(row).is_empty(), "no link in {row}");
     }
 }

@@ -1,5 +1,5 @@
-//! The documents keep their word: links lead somewhere, figures name the command that prints them,
-//! and commands are understood.
+//! Checks of the documents: links are valid, figures name the command that prints them, and commands are
+//! accepted by the trainer.
 
 mod commands;
 mod figures;
@@ -8,21 +8,21 @@ mod links;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A file of Markdown.
+/// A Markdown file.
 struct Document {
-    /// Its path, seen from the workspace.
+    /// The path, relative to the workspace.
     path: PathBuf,
     text: String,
 }
 
-/// The workspace's root.
+/// The root of the workspace.
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
         .parent()
-        .expect("the trainer lies in the workspace")
+        .expect("a parent folder")
 }
 
-/// Every document of the workspace.
+/// All documents of the workspace.
 fn documents() -> Vec<Document> {
     let mut documents = Vec::new();
     let folders = ["core", "trainer", "embedded-demo", "tests"];
@@ -42,16 +42,16 @@ fn documents() -> Vec<Document> {
             }
         }
     }
-    assert!(documents.len() > 10, "documents are where they were");
+    assert!(documents.len() > 10, "only {} documents", documents.len());
     documents
 }
 
 fn document(path: PathBuf) -> Document {
-    let text = fs::read_to_string(root().join(&path)).expect("a document is text");
+    let text = fs::read_to_string(root().join(&path)).expect("a UTF-8 document");
     Document { path, text }
 }
 
-/// The documents whose figures are printed by commands: the front page and those of the packages.
+/// The documents with figures that commands print: the front page and those of the packages.
 fn with_figures() -> impl Iterator<Item = Document> {
     let folders = ["README.md", "core/docs", "trainer/docs"];
     documents().into_iter().filter(move |document| {
@@ -62,7 +62,7 @@ fn with_figures() -> impl Iterator<Item = Document> {
 }
 
 #[test]
-fn the_front_page_is_one_page() {
+fn readme_is_short() {
     let lines = document("README.md".into()).text.lines().count();
     assert!(
         lines <= 120,

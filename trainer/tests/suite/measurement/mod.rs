@@ -1,4 +1,4 @@
-//! Readings from a lab: how rows become samples, and which readings look wrong.
+//! Readings from a lab: matching of rows to samples, quantities, and outliers.
 
 mod outliers;
 mod quantities;
@@ -8,13 +8,13 @@ use std::path::PathBuf;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Quantity;
-use glimpse_trainer::measurement::{Meaning, Measured, TableError};
+use glimpse_trainer::measurement::{Measurements, ReadingQuantity, TableError};
 use glimpse_training::recipe::RecipeFile;
 
 /// One of the firmware's recipes.
 pub(crate) fn recipe(name: &str) -> RecipeFile {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/recipes/");
-    RecipeFile::read(&PathBuf::from(folder).join(name)).expect("it is a recipe")
+    RecipeFile::read(&PathBuf::from(folder).join(name)).expect("a valid recipe")
 }
 
 /// Three samples, in radians.
@@ -33,26 +33,29 @@ pub(crate) fn pattern() -> Vec<Angles<f32>> {
 
 pub(crate) const TOLERANCE: f64 = 0.5 * std::f64::consts::PI / 180.0;
 
-/// What is read of a file with this text.
-pub(crate) fn measured_as(text: &str, meaning: &Meaning) -> Result<Measured, TableError> {
+/// Reads a file with this text.
+pub(crate) fn measured_as(
+    text: &str,
+    quantity: &ReadingQuantity,
+) -> Result<Measurements, TableError> {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let path = scratch.path().join("a.csv");
-    std::fs::write(&path, text).expect("it is written");
-    Measured::read(&path, &pattern(), TOLERANCE, meaning)
+    std::fs::write(&path, text).expect("the file is written");
+    Measurements::read(&path, &pattern(), TOLERANCE, quantity)
 }
 
-pub(crate) fn measured(text: &str) -> Result<Measured, TableError> {
-    measured_as(text, &Meaning::Values(Quantity::Brdf))
+pub(crate) fn measured(text: &str) -> Result<Measurements, TableError> {
+    measured_as(text, &ReadingQuantity::Values(Quantity::Brdf))
 }
 
-/// The message about a file that is refused, without its path.
-pub(crate) fn mistake(result: Result<Measured, TableError>) -> String {
+/// Returns the error message about an invalid file, without the path.
+pub(crate) fn error_message(result: Result<Measurements, TableError>) -> String {
     match result {
-        Err(TableError::Damaged { path, what }) => {
+        Err(TableError::Damaged { path, message }) => {
             assert!(path.ends_with("a.csv"), "{}", path.display());
-            what
+            message
         }
         Err(error) => panic!("{error}"),
-        Ok(_) => panic!("it is read"),
+        Ok(_) => panic!("the file is accepted"),
     }
 }

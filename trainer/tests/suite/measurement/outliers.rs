@@ -1,34 +1,34 @@
-//! Which readings look wrong, on materials that the statistics were not made of.
+//! Detection of outliers, on materials that are not part of the statistics.
 
 use glimpse_core::geometry::Angles;
 use glimpse_materials::{Material, Procedural};
-use glimpse_trainer::measurement::{Distribution, Examined};
+use glimpse_trainer::measurement::{Distribution, OutlierReport};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
 use super::recipe;
 
-/// What is made of one reading.
+/// A change to one reading.
 #[derive(Clone, Copy, Debug)]
-enum Spoilt {
-    Nothing,
-    /// All channels times a number.
-    Times(f32),
-    /// One channel ten times too large.
+enum Corruption {
+    None,
+    /// Multiplies all channels by a factor.
+    Factor(f32),
+    /// Multiplies one channel by ten.
     OneChannel,
 }
 
-/// Of procedural materials with 2 % noise and one reading lost: how often a reading that was spoilt is
-/// named, and how often one that was not.
-fn rates(name: &str, spoilt: Spoilt) -> [f64; 2] {
+/// Returns the rate of detected corrupt readings, and the rate of materials with false positives, over procedural
+/// materials with 2 % noise and one missing reading.
+fn rates(name: &str, corruption: Corruption) -> [f64; 2] {
     let file = recipe(name);
     let recipe = file.recipe();
-    let distribution = Distribution::new(&recipe).expect("it is not too large");
+    let distribution = Distribution::new(&recipe).expect("not too many samples");
     let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let materials = Procedural::set(100, 77);
-    let (mut named, mut others) = (0, 0);
+    let (mut detected, mut false_positives) = (0, 0);
     for material in &materials {
         let mut readings: Vec<Option<[f32; 3]>> = pattern
             .iter()
@@ -40,68 +40,73 @@ fn rates(name: &str, spoilt: Spoilt) -> [f64; 2] {
         let lost = random.random_range(0..pattern.len());
         readings[lost] = None;
         let bad = (lost + random.random_range(1..pattern.len())) % pattern.len();
-        let reading = readings[bad].as_mut().expect("it is there");
-        match spoilt {
-            Spoilt::Nothing => {}
-            Spoilt::Times(factor) => *reading = reading.map(|f| factor * f),
-            Spoilt::OneChannel => reading[1] *= 10.0,
+        let reading = readings[bad].as_mut().expect("a reading");
+        match corruption {
+            Corruption::None => {}
+            Corruption::Factor(factor) => *reading = reading.map(|f| factor * f),
+            Corruption::OneChannel => reading[1] *= 10.0,
         }
-        let Examined {
-            suspects, opinions, ..
-        } = distribution.examine(&readings);
-        assert_eq!(opinions.iter().filter(|one| one.is_none()).count(), 1);
-        let is_bad = |sample: usize| sample == bad && !matches!(spoilt, Spoilt::Nothing);
-        named += usize::from(suspects.iter().any(|one| is_bad(one.sample)));
-        others += usize::from(suspects.iter().any(|one| !is_bad(one.sample)));
+        let OutlierReport {
+            outliers,
+            predictions,
+            ..
+        } = distribution.find_outliers(&readings);
+        assert_eq!(predictions.iter().filter(|each| each.is_none()).count(), 1);
+        let is_bad = |sample: usize| sample == bad && !matches!(corruption, Corruption::None);
+        detected += usize::from(outliers.iter().any(|outlier| is_bad(outlier.sample)));
+        false_positives += usize::from(outliers.iter().any(|outlier| !is_bad(outlier.sample)));
     }
     let share = |count: usize| count as f64 / materials.len() as f64;
     println!(
-        "{name} {spoilt:?}: {:.2}, others {:.2}",
-        share(named),
-        share(others)
+        "{name} {corruption:?}: detected {:.2}, false positives {:.2}",
+        share(detected),
+        share(false_positives)
     );
-    [share(named), share(others)]
+    [share(detected), share(false_positives)]
 }
 
 #[test]
-fn a_reading_ten_times_too_large_is_named_and_others_are_not() {
-    for (name, least) in [
+fn detects_tenfold_readings() {
+    for (name, min_rate) in [
         ("masked/linear-n16.recipe", 0.95),
         ("masked/neural-n16.recipe", 0.95),
         ("completed/linear-n8.recipe", 0.8),
         ("completed/phong-n8.recipe", 0.8),
-        // They say nothing of what they were trained on.
+        // Recipes without statistics of their training materials.
         ("neural-n8.recipe", 0.8),
         ("cook-torrance-n8.recipe", 0.8),
     ] {
-        let [_, alarms] = rates(name, Spoilt::Nothing);
-        assert!(alarms <= 0.08, "{name}: {alarms}");
-        let [named, others] = rates(name, Spoilt::Times(10.0));
-        assert!(named >= least && others <= 0.15, "{name}: {named} {others}");
+        let [_, false_positives] = rates(name, Corruption::None);
+        assert!(false_positives <= 0.08, "{name}: {false_positives}");
+        let [detected, false_positives] = rates(name, Corruption::Factor(10.0));
+        assert!(
+            detected >= min_rate && false_positives <= 0.15,
+            "{name}: {detected} {false_positives}"
+        );
     }
 }
 
 #[test]
-fn one_that_is_too_small_or_of_one_channel_is_named_too() {
+fn detects_small_readings_and_single_channels() {
     let name = "masked/linear-n16.recipe";
-    let [named, _] = rates(name, Spoilt::Times(0.1));
-    assert!(named >= 0.75, "{named}");
-    let [named, _] = rates(name, Spoilt::OneChannel);
-    assert!(named >= 0.85, "{named}");
+    let [detected, _] = rates(name, Corruption::Factor(0.1));
+    assert!(detected >= 0.75, "{detected}");
+    let [detected, _] = rates(name, Corruption::OneChannel);
+    assert!(detected >= 0.85, "{detected}");
 }
 
 #[test]
-fn at_most_a_quarter_of_the_readings_looks_wrong() {
+fn at_most_a_quarter_are_outliers() {
     let file = recipe("masked/linear-n16.recipe");
     let recipe = file.recipe();
-    let distribution = Distribution::new(&recipe).expect("it is not too large");
-    let absurd: Vec<Option<[f32; 3]>> = (0..recipe.samples())
+    let distribution = Distribution::new(&recipe).expect("not too many samples");
+    let extreme: Vec<Option<[f32; 3]>> = (0..recipe.samples())
         .map(|index| Some([if index % 2 == 0 { 1e-4 } else { 50.0 }; 3]))
         .collect();
-    assert_eq!(distribution.examine(&absurd).suspects.len(), 4);
-    // Of three readings none is called wrong, whatever they are; nor is nothing an error.
+    assert_eq!(distribution.find_outliers(&extreme).outliers.len(), 4);
+    // Three readings or fewer have no outliers.
     let mut few = vec![None; recipe.samples()];
-    assert_eq!(distribution.examine(&few).suspects, []);
-    few[..3].copy_from_slice(&absurd[..3]);
-    assert_eq!(distribution.examine(&few).suspects, []);
+    assert_eq!(distribution.find_outliers(&few).outliers, []);
+    few[..3].copy_from_slice(&extreme[..3]);
+    assert_eq!(distribution.find_outliers(&few).outliers, []);
 }

@@ -1,14 +1,14 @@
-//! Rows in any order, missing, repeated, by angles or by number; and what is said of those that are wrong.
+//! Rows in any order, missing and repeated rows, rows with angles or index, and errors of invalid rows.
 
-use glimpse_trainer::measurement::spread;
+use glimpse_trainer::measurement::coefficient_of_variation;
 
-use super::{measured, mistake};
+use super::{error_message, measured};
 use crate::common::assert_names;
 
 #[test]
-fn rows_come_in_any_order_and_some_are_missing_or_repeated() {
-    // The samples 0, 1 and 2 at theta_i, theta_o: 30 30, ~22.3 22.3, and not at all. Turned about the
-    // normal, and a little off.
+fn accepts_any_order_missing_and_repeated_rows() {
+    // Two readings of sample 0 at theta_i = theta_o = 30 degrees, rotated about the normal and with small errors.
+    // Rows without values do not count.
     let read = measured(
         "b,note,theta_o,phi_o,theta_i,phi_i,g,r\n\
          0.3,x,30.1,10,30,190.2,0.2,0.1\n\
@@ -16,42 +16,42 @@ fn rows_come_in_any_order_and_some_are_missing_or_repeated() {
          0.5,\"a, b\",29.9,10,30,190,0.4,0.3\n\
          nan,,30,10,30,190,NaN,nan\n",
     )
-    .expect("it is read");
+    .expect("the file is read");
     assert_eq!((read.rows, read.missing()), (2, vec![1, 2]));
-    let mean = read.samples[0].mean().expect("it was read");
+    let mean = read.samples[0].mean().expect("a reading");
     for (mean, expected) in mean.into_iter().zip([0.2, 0.3, 0.4]) {
         assert!((mean - expected).abs() < 1e-6);
     }
-    // Deviations of 0.1414 in each channel, by means of 0.9 together.
-    let varies = spread(&read.samples[0]).expect("it was read twice");
+    // The standard deviation is 0.1414 in each channel, and the sum of the means is 0.9.
+    let varies = coefficient_of_variation(&read.samples[0]).expect("two readings");
     assert!((varies - 3.0 * 0.141_421 / 0.9).abs() < 1e-4, "{varies}");
-    assert_eq!(spread(&read.samples[1]), None);
-    let far = read.furthest.expect("it says its directions");
-    assert!((far.largest.to_degrees() - 0.1).abs() < 1e-3, "{far}");
+    assert_eq!(coefficient_of_variation(&read.samples[1]), None);
+    let far = read.max_distance.expect("rows with directions");
+    assert!((far.radians.to_degrees() - 0.1).abs() < 1e-3, "{far}");
 }
 
 #[test]
-fn a_sensor_with_one_channel_and_samples_by_number() {
-    let read = measured("index,value,saturated\n2,0.5,1\n0,0.25,0\n").expect("it is read");
+fn accepts_single_channel_and_index() {
+    let read = measured("index,value,saturated\n2,0.5,1\n0,0.25,0\n").expect("the file is read");
     assert_eq!(read.samples[2].mean(), Some([0.5; 3]));
     assert!(read.samples[2].saturated() && !read.samples[0].saturated());
-    assert_eq!((read.missing(), read.furthest), (vec![1], None));
-    // Angles may be left out where the number is given; where they are there, they are checked.
+    assert_eq!((read.missing(), read.max_distance), (vec![1], None));
+    // With an index, angles are optional; if present, they are checked.
     let text = "theta_h,index,theta_d,phi_d,value\n,1,,,0.5\n20,1,10,90.2,0.7\n";
-    let read = measured(text).expect("it is read");
+    let read = measured(text).expect("the file is read");
     assert_eq!(read.samples[1].count(), 2);
 }
 
-/// Spreadsheets write capitals, and numbers of samples with a point.
+/// Spreadsheets may write capitals, and indices with a decimal point.
 #[test]
-fn names_and_numbers_are_taken_as_programs_write_them() {
-    let read = measured("Index,Value\n2.0,0.5\n").expect("it is read");
+fn accepts_capitals_and_decimal_indices() {
+    let read = measured("Index,Value\n2.0,0.5\n").expect("the file is read");
     assert_eq!(read.samples[2].mean(), Some([0.5; 3]));
 }
 
 #[test]
-fn mistakes_name_the_line_and_the_column() {
-    for (text, named) in [
+fn errors_name_line_and_column() {
+    for (text, words) in [
         ("r,g,b\n1,2,3\n", &["theta_h", "theta_i", "index"][..]),
         ("index,r,g\n", &["r, g, b", "value"]),
         ("index,r,g,b,value\n", &["r, g, b", "value"]),
@@ -78,13 +78,13 @@ fn mistakes_name_the_line_and_the_column() {
             &["2", "theta_d", "x"],
         ),
     ] {
-        assert_names(&mistake(measured(text)), named);
+        assert_names(&error_message(measured(text)), words);
     }
 }
 
 #[test]
-fn a_near_miss_is_named() {
-    let told = mistake(measured(
+fn error_names_nearest_sample() {
+    let message = error_message(measured(
         "theta_i,phi_i,theta_o,phi_o,value\n30,0,30,180,1\n30,0,31.2,180,1\n",
     ));
     let near = [
@@ -97,26 +97,26 @@ fn a_near_miss_is_named() {
         "--tolerance",
         "0.5",
     ];
-    assert_names(&told, &near);
-    let told = mistake(measured("theta_h,theta_d,phi_d,index,value\n0,30,0,1,1\n"));
-    assert_names(&told, &["2", "1", "0"]);
+    assert_names(&message, &near);
+    let message = error_message(measured("theta_h,theta_d,phi_d,index,value\n0,30,0,1,1\n"));
+    assert_names(&message, &["2", "1", "0"]);
 }
 
 #[test]
-fn radians_are_suspected_aloud() {
+fn error_suggests_radians() {
     let in_radians = "theta_h,theta_d,phi_d,value\n\
                       0,0.5235988,0,1\n\
                       0.3490659,0.1745329,1.5707963,1\n";
     let degrees_in_a_radian = "57.29578";
-    let told = mistake(measured(in_radians));
-    assert_names(&told, &[degrees_in_a_radian]);
-    // Not of a file in which only some would match.
-    let told = mistake(measured(&format!("{in_radians}0.7,0.2,0.1,1\n")));
-    assert!(!told.contains(degrees_in_a_radian), "{told}");
+    let message = error_message(measured(in_radians));
+    assert_names(&message, &[degrees_in_a_radian]);
+    // No hint if only some rows match as radians.
+    let message = error_message(measured(&format!("{in_radians}0.7,0.2,0.1,1\n")));
+    assert!(!message.contains(degrees_in_a_radian), "{message}");
 }
 
 #[test]
-fn other_dialects_are_taken_or_named() {
+fn accepts_or_reports_csv_dialects() {
     let whole = "theta_h,theta_d,phi_d,r,g,b\n0,30,0,0.25,0.5,0.75\n20,10,90,1,2,3\n";
     for same in [
         whole.replace('\n', "\r\n"),
@@ -124,12 +124,12 @@ fn other_dialects_are_taken_or_named() {
         format!("\u{feff}{whole}"),
         whole.trim_end().to_owned(),
     ] {
-        let read = measured(&same).expect("it is read");
+        let read = measured(&same).expect("the file is read");
         assert_eq!(read.rows, 2);
         assert_eq!(read.samples[0].mean(), Some([0.25, 0.5, 0.75]));
     }
     let long = "x".repeat(100_000);
-    for (text, named) in [
+    for (text, words) in [
         (whole.replace(',', ";"), &[][..]),
         (whole.replace(',', "\t"), &[]),
         (whole.replace("0.25", "0,25"), &["2", "7", "6"]),
@@ -141,19 +141,19 @@ fn other_dialects_are_taken_or_named() {
         (whole[..28].to_owned(), &[]),
         (String::new(), &[]),
     ] {
-        let told = mistake(measured(&text));
-        assert_names(&told, named);
+        let message = error_message(measured(&text));
+        assert_names(&message, words);
         assert!(
-            !told.contains(char::is_control) && told.len() < 600,
-            "{told}"
+            !message.contains(char::is_control) && message.len() < 600,
+            "{message}"
         );
     }
 }
 
-/// A CSV need not end its last line, so that a cut within a number leaves another one: then a sample is
-/// missing, or it is one row that is wrong.
+/// The last line of a CSV file needs no newline, so a file that is cut within a number is still valid. Then a sample
+/// is missing, or one row is wrong.
 #[test]
-fn a_cut_leaves_fewer_rows_or_a_message() {
+fn truncated_file_has_fewer_rows_or_fails() {
     let whole = "index,r,g,b\n0,0.25,0.5,0.75\n1,1.5,2.5,3.5\n2,0.1,0.2,0.3\n";
     for length in 0..whole.len() {
         match measured(&whole[..length]) {
@@ -162,7 +162,7 @@ fn a_cut_leaves_fewer_rows_or_a_message() {
                 assert!(read.rows == ends || read.rows + 1 == ends, "{length}");
             }
             refused => {
-                mistake(refused);
+                error_message(refused);
             }
         }
     }

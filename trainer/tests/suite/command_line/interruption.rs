@@ -1,4 +1,4 @@
-//! Long work survives: kills, other numbers of threads, places that cannot be written.
+//! Interrupted and resumed training, other numbers of threads, and unwritable outputs.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 use glimpse_core::model::ModelKind;
 use glimpse_materials::Source;
 use glimpse_training::meta::checkpoint::CheckpointError;
-use glimpse_training::meta::learned::Learned;
+use glimpse_training::meta::learned::LearnedRecipe;
 use glimpse_training::meta::options::Options;
-use glimpse_training::meta::outer::Checkpoints;
+use glimpse_training::meta::outer::CheckpointOptions;
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::run::{TrainError, train};
 use rand::{Rng, SeedableRng};
@@ -20,7 +20,7 @@ use rand_chacha::ChaCha8Rng;
 use super::Folder;
 use crate::common::assert_names;
 
-/// A small run of either schedule, saved so often that kills hit writes too.
+/// A small run of each schedule, with so frequent checkpoints that kills hit their writing too.
 const JOINT: &str = "train --model phong --samples 3 --data procedural:5 --effort brief \
                      --schedule joint --checkpoint-every 0.01 --out phong.recipe";
 const PAPER: &str = "train --model phong --samples 3 --data procedural:5 --effort brief \
@@ -29,8 +29,9 @@ const PAPER: &str = "train --model phong --samples 3 --data procedural:5 --effor
 const HOURS: &str = "train --samples 512 --data procedural:5 --effort long --schedule joint \
                      --checkpoint-every 0.01";
 
-/// Kills the run `kills` times, each at a random moment; it always comes to the same bytes.
-fn killed_runs_end_like_undisturbed_ones(command: &str, kills: usize, seed: u64) {
+/// Kills a run at random moments and resumes it, `kills` times in total. Asserts that every recipe equals that of an
+/// undisturbed run.
+fn assert_killed_runs_match(command: &str, kills: usize, seed: u64) {
     let folder = Folder::new();
     let begin = Instant::now();
     folder.succeed(command);
@@ -45,61 +46,66 @@ fn killed_runs_end_like_undisturbed_ones(command: &str, kills: usize, seed: u64)
         loop {
             let mut run = folder.start(&resume);
             sleep(undisturbed.mul_f64(random.random()));
-            // An error says that it has ended already.
+            // This fails if the process has ended already.
             let _ = run.kill();
-            let status = run.wait().expect("it ends");
+            let status = run.wait().expect("the process ends");
             if status.success() {
                 break;
             }
-            let talk = folder.read_text("talk");
+            let messages = folder.read_text("stderr");
             assert_eq!(
                 status.code(),
                 None,
-                "it was not the kill that ended it: {talk}"
+                "the process was not ended by the kill: {messages}"
             );
             killed += 1;
             let saved = "phong.recipe.checkpoint";
-            let half = |name: &String| name.starts_with(".unfinished-");
-            if folder.exists(saved) && folder.names(saved).iter().any(half) {
+            let is_partial = |name: &String| name.starts_with(".unfinished-");
+            if folder.exists(saved) && folder.names(saved).iter().any(is_partial) {
                 in_writing += 1;
             }
         }
         assert_eq!(folder.read("phong.recipe"), expected);
-        assert_eq!(folder.names(""), ["phong.recipe", "talk"], "left-overs");
+        assert_eq!(
+            folder.names(""),
+            ["phong.recipe", "stderr"],
+            "other files remain"
+        );
     }
-    eprintln!("{killed} kills, {in_writing} of them while a checkpoint was written");
+    eprintln!("{killed} kills, {in_writing} of them during the writing of a checkpoint");
 }
 
 #[test]
-fn a_killed_joint_run_goes_on_to_the_same_recipe() {
-    killed_runs_end_like_undisturbed_ones(JOINT, 10, 1);
+fn killed_joint_runs_resume() {
+    assert_killed_runs_match(JOINT, 10, 1);
 }
 
 #[test]
-fn a_killed_paper_run_goes_on_to_the_same_recipe() {
-    killed_runs_end_like_undisturbed_ones(PAPER, 40, 2);
+fn killed_paper_runs_resume() {
+    assert_killed_runs_match(PAPER, 40, 2);
 }
 
 #[test]
-fn resuming_says_where_it_stands() {
+fn resume_without_checkpoint() {
     let folder = Folder::new();
-    // The remains of a run that was killed while it wrote its first checkpoint.
+    // The files of a run that was killed during its first checkpoint.
     let saved = folder.at("phong.recipe.checkpoint");
-    fs::create_dir(&saved).expect("it is made");
-    fs::write(saved.join(".unfinished-checkpoint.bin-aBc123"), "half").expect("it is written");
+    fs::create_dir(&saved).expect("the folder is created");
+    fs::write(saved.join(".unfinished-checkpoint.bin-aBc123"), "half")
+        .expect("the file is written");
     let resume = format!("{JOINT} --resume");
-    let [_, talk] = folder.succeed_with_talk(&resume);
-    assert_names(&talk, &["phong.recipe.checkpoint"]);
+    let [_, messages] = folder.succeed_with_messages(&resume);
+    assert_names(&messages, &["phong.recipe.checkpoint"]);
     assert_eq!(folder.names(""), ["phong.recipe"]);
     let first = folder.read("phong.recipe");
 
-    // Killed when the recipe was there and the checkpoint was gone, but not its directory.
-    fs::create_dir(&saved).expect("it is made");
+    // The files of a run that was killed after it removed the checkpoint, but not its directory.
+    fs::create_dir(&saved).expect("the folder is created");
     let written_at = || {
         let metadata = fs::metadata(folder.at("phong.recipe"));
         metadata
             .and_then(|file| file.modified())
-            .expect("it is there")
+            .expect("the file exists")
     };
     let before = written_at();
     folder.succeed(&resume);
@@ -109,7 +115,7 @@ fn resuming_says_where_it_stands() {
         (first.clone(), before)
     );
 
-    // The recipe of another run is not this one's, and stays until it is told to go.
+    // The recipe of another run is replaced only with --force.
     let other = format!("{resume} --seed 1");
     folder.fail_naming(&other, &["phong.recipe", "--force"]);
     assert_eq!(folder.read("phong.recipe"), first);
@@ -118,7 +124,7 @@ fn resuming_says_where_it_stands() {
 }
 
 #[test]
-fn the_same_recipe_comes_of_any_number_of_threads() {
+fn recipe_is_independent_of_threads() {
     let folder = Folder::new();
     for command in [JOINT, PAPER] {
         let recipes = [1, 2, 7].map(|threads| {
@@ -129,19 +135,22 @@ fn the_same_recipe_comes_of_any_number_of_threads() {
     }
 }
 
-/// Does some work, and asserts that it ends within a minute.
-fn in_a_minute<T>(work: impl FnOnce() -> T) -> T {
+/// Calls a function, and asserts that it returns within a minute.
+fn assert_within_a_minute<T>(work: impl FnOnce() -> T) -> T {
     let begin = Instant::now();
     let done = work();
     let seconds = begin.elapsed().as_secs_f64();
-    assert!(seconds < 60.0, "it was trained first: {seconds}");
+    assert!(
+        seconds < 60.0,
+        "the error came after {seconds} s of training"
+    );
     done
 }
 
 #[test]
-fn places_that_cannot_be_written_are_named_before_hours_are_spent() {
+fn rejects_unwritable_paths_before_training() {
     let folder = Folder::with("file", b"text");
-    fs::create_dir(folder.at("directory")).expect("it is made");
+    fs::create_dir(folder.at("directory")).expect("the folder is created");
     for (options, place) in [
         ("--out directory", "directory"),
         ("--out file/phong.recipe", "file/phong.recipe"),
@@ -152,17 +161,17 @@ fn places_that_cannot_be_written_are_named_before_hours_are_spent() {
         ),
     ] {
         let command = format!("{HOURS} --model phong {options}");
-        in_a_minute(|| folder.fail_naming(&command, &[place]));
+        assert_within_a_minute(|| folder.fail_naming(&command, &[place]));
         assert_eq!(folder.names(""), ["directory", "file"]);
     }
 }
 
-/// Files may have so many blocks of 512 bytes only, as on a disk that is nearly full.
+/// A limit on the size of files, in blocks of 512 bytes, simulates a disk that is nearly full.
 #[cfg(unix)]
 #[test]
-fn a_full_disk_is_named_before_hours_are_spent() {
+fn rejects_full_disk_before_training() {
     let folder = Folder::new();
-    // The recipe, and a checkpoint, which is larger.
+    // The first limit is too small for the recipe, the second for a checkpoint, which is larger.
     for (blocks, place) in [("64", "phong.recipe"), ("160", "checkpoint.bin")] {
         let trainer = env!("CARGO_BIN_EXE_trainer");
         let command = format!("{HOURS} --model neural --out phong.recipe");
@@ -171,8 +180,8 @@ fn a_full_disk_is_named_before_hours_are_spent() {
         shell
             .args(["-c", &limited, trainer])
             .current_dir(folder.path());
-        let output = in_a_minute(|| shell.output().expect("the shell runs"));
-        let message = String::from_utf8(output.stderr).expect("it is text");
+        let output = assert_within_a_minute(|| shell.output().expect("the shell runs"));
+        let message = String::from_utf8(output.stderr).expect("UTF-8 text");
         assert_eq!(output.status.code(), Some(1), "{message}");
         assert_names(&message, &[place]);
         assert!(!folder.exists("phong.recipe"));
@@ -184,26 +193,26 @@ fn train_on(
     source: &str,
     options: &Options,
     at_each_step: &mut (dyn FnMut(usize) -> ControlFlow<()> + Send),
-) -> Result<Learned, TrainError> {
+) -> Result<LearnedRecipe, TrainError> {
     let materials = Source(source.into()).load().expect("materials");
     train(options, materials, &mut |progress| {
         at_each_step(progress.done)
     })
 }
 
-/// A run that is stopped goes on where its last checkpoint was, to the same numbers.
+/// A stopped run continues from its last checkpoint, with the same result.
 #[test]
-fn a_stopped_run_goes_on_to_the_same_recipe() {
+fn stopped_run_resumes() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
-    let go_on = &mut |_| ControlFlow::Continue(());
+    let proceed = &mut |_| ControlFlow::Continue(());
     let mut options = Options::new(ModelKind::Phong, 4, Schedule::Joint, Effort::Brief, 3);
-    let whole = train_on("procedural:12", &options, go_on).expect("it is trained");
-    let mut checkpoints = Checkpoints {
+    let whole = train_on("procedural:12", &options, proceed).expect("the recipe is trained");
+    let mut checkpoints = CheckpointOptions {
         directory: scratch.path().join("checkpoint"),
-        every: Duration::from_secs(10),
+        interval: Duration::from_secs(10),
         resume: false,
     };
-    // In a phase of gradients, at the very end of one, and in two of evolution.
+    // In a phase of gradient descent, at the end of one, and in two phases of evolution.
     for stop in [123, 300, 320, 750] {
         options.checkpoints = Some(checkpoints.clone());
         let outcome = train_on("procedural:12", &options, &mut |done| match done == stop {
@@ -217,11 +226,11 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
         checkpoints.resume = true;
     }
     options.checkpoints = Some(checkpoints);
-    let resumed = train_on("procedural:12", &options, go_on).expect("it is trained");
+    let resumed = train_on("procedural:12", &options, proceed).expect("the recipe is trained");
     assert_eq!(resumed, whole);
 
     options.seed = 4;
-    let outcome = train_on("procedural:12", &options, go_on);
+    let outcome = train_on("procedural:12", &options, proceed);
     assert!(
         matches!(
             outcome,
@@ -231,23 +240,23 @@ fn a_stopped_run_goes_on_to_the_same_recipe() {
     );
 }
 
-/// A checkpoint that cannot be written any more is an error, and the one before stays whole.
+/// A checkpoint that cannot be written is an error, and the previous checkpoint remains valid.
 #[test]
-fn a_disk_that_goes_away_costs_only_what_was_not_saved() {
+fn failed_checkpoint_keeps_previous_one() {
     let folder = Folder::new();
     let [directory, away] = ["checkpoint", "away"].map(|name| folder.at(name));
     let mut options = Options::new(ModelKind::Phong, 3, Schedule::Paper, Effort::Quick, 3);
-    let go_on = &mut |_| ControlFlow::Continue(());
-    let whole = train_on("procedural:5", &options, go_on).expect("it is trained");
-    options.checkpoints = Some(Checkpoints {
+    let proceed = &mut |_| ControlFlow::Continue(());
+    let whole = train_on("procedural:5", &options, proceed).expect("the recipe is trained");
+    options.checkpoints = Some(CheckpointOptions {
         directory: directory.clone(),
-        every: Duration::ZERO,
+        interval: Duration::ZERO,
         resume: true,
     });
     let outcome = train_on("procedural:5", &options, &mut |done| {
         if done == 770 {
-            fs::rename(&directory, &away).expect("it is renamed");
-            fs::write(&directory, "in the way").expect("it is written");
+            fs::rename(&directory, &away).expect("the file is renamed");
+            fs::write(&directory, "in the way").expect("the file is written");
         }
         ControlFlow::Continue(())
     });
@@ -259,13 +268,13 @@ fn a_disk_that_goes_away_costs_only_what_was_not_saved() {
         ),
         "{outcome:?}"
     );
-    fs::remove_file(&directory).expect("it is removed");
-    fs::rename(&away, &directory).expect("it is renamed");
+    fs::remove_file(&directory).expect("the file is removed");
+    fs::rename(&away, &directory).expect("the file is renamed");
     let mut first = None;
     let outcome = train_on("procedural:5", &options, &mut |done| {
         first.get_or_insert(done);
         ControlFlow::Continue(())
     });
-    assert_eq!(outcome.expect("it is trained"), whole);
+    assert_eq!(outcome.expect("the recipe is trained"), whole);
     assert_eq!(first, Some(770));
 }
