@@ -106,7 +106,8 @@ pub(crate) fn checkpoint(folder: &Folder) -> SeedResult {
     };
     let mut optimizer = Optimizer::new(values.clone());
     optimizer.step(values, &rates);
-    let path = folder.0.join("valid");
+    let directory = tempfile::tempdir()?;
+    let path = directory.path().join("checkpoint");
     let other = RunIdentity { seed: 8, ..RUN };
     for (name, run) in [("valid", RUN), ("other-run", other)] {
         let checkpoint = Checkpoint {
