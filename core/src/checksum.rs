@@ -1,9 +1,9 @@
 //! The CRC-32 (ISO-HDLC) of recipes, compact bases, link frames and saved readings.
 //!
-//! Own code, because parsing a recipe is mostly this: the crates at hand take twice as many instructions with a table of
-//! 1 kB, or have tables of 16 kB. Tests compare it with the crate `crc`.
+//! It is implemented here because parsing a recipe is mostly this computation. Existing crates take twice as many
+//! instructions with a table of 1 kB, or have tables of 16 kB. Tests compare it with the crate `crc`.
 
-/// The remainders of all bytes, by the reflected polynomial 0x04c11db7.
+/// The remainder of each byte value, for the reflected polynomial 0x04c11db7.
 static TABLE: [u32; 256] = table();
 
 const fn table() -> [u32; 256] {
@@ -24,21 +24,22 @@ const fn table() -> [u32; 256] {
     table
 }
 
-/// Returns the CRC-32 (ISO-HDLC) of some bytes.
+/// Returns the CRC-32 (ISO-HDLC) of bytes.
 #[must_use]
 pub fn crc_32(bytes: &[u8]) -> u32 {
     !update(u32::MAX, bytes)
 }
 
-/// Returns the CRC-32 (ISO-HDLC) of a version and a length, in little endian, and the body behind them: the
-/// checksum of recipes and compact bases.
+/// Returns the checksum of a recipe or a compact basis.
+///
+/// It is the CRC-32 (ISO-HDLC) of version and length, both in little endian, and the body after them.
 #[must_use]
 pub fn crc_32_of_file(version: u16, length: u32, body: &[u8]) -> u32 {
     let ([a, b], [c, d, e, f]) = (version.to_le_bytes(), length.to_le_bytes());
     !update(update(u32::MAX, &[a, b, c, d, e, f]), body)
 }
 
-/// Four bytes at a time: loads and shifts of single bytes would take twice as long.
+/// Updates the remainder with bytes, four at a time. Loads and shifts of single bytes would take twice as long.
 #[inline(never)]
 fn update(state: u32, bytes: &[u8]) -> u32 {
     let (words, rest) = bytes.as_chunks();
@@ -53,7 +54,7 @@ fn update(state: u32, bytes: &[u8]) -> u32 {
     state
 }
 
-/// Divides by a byte more.
+/// Divides out the lowest byte of the state.
 #[inline(always)]
 fn step(state: u32) -> u32 {
     let [low, ..] = state.to_le_bytes();

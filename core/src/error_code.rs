@@ -1,12 +1,12 @@
 //! Stable numbers of all errors, for the link and for C.
 
-/// Defines the codes with their numbers and sentences.
+/// Defines the codes with their numbers and texts.
 macro_rules! error_codes {
     ($($name:ident = $code:literal, $text:literal;)+) => {
         /// A stable number for each kind of error.
         ///
-        /// The link transmits these numbers, and the C library returns them. A number never gets another meaning.
-        /// Numbers 0 to 31 that are missing here, 82 and 83 belong to the C library alone; 49 is no longer used.
+        /// The link transmits these numbers, and the C library returns them. The meaning of a number never changes.
+        /// Only the C library uses 82, 83 and the other numbers up to 31; 49 is no longer used.
         ///
         /// ```
         /// use glimpse_core::error_code::ErrorCode;
@@ -16,7 +16,7 @@ macro_rules! error_codes {
         /// assert_eq!(error.code(), ErrorCode::RecipeMagic);
         /// assert_eq!(error.code().code(), 32);
         /// assert_eq!(ErrorCode::from_code(32), Some(ErrorCode::RecipeMagic));
-        /// assert_eq!(ErrorCode::from_code(9_999), None); // of a newer version
+        /// assert_eq!(ErrorCode::from_code(9_999), None); // unknown to this version
         /// ```
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -30,13 +30,13 @@ macro_rules! error_codes {
             /// All codes of this version.
             pub const ALL: &'static [Self] = &[$(Self::$name,)+];
 
-            /// The number.
+            /// Returns the number.
             #[must_use]
             pub const fn code(self) -> u16 {
                 self as u16
             }
 
-            /// The error with this number; None if this version does not know it.
+            /// Returns the error with this number, or None if this version does not know it.
             #[must_use]
             pub const fn from_code(code: u16) -> Option<Self> {
                 Some(match code {
@@ -45,7 +45,7 @@ macro_rules! error_codes {
                 })
             }
 
-            /// A sentence without the details.
+            /// Returns a description without details such as indices.
             #[must_use]
             pub const fn text(self) -> &'static str {
                 match self {
@@ -70,7 +70,7 @@ error_codes! {
     RecipeCount = 37, "a field of the recipe has an impossible count";
     RecipeNonFinite = 38, "a field of the recipe holds a NaN or an infinity";
     RecipeBelowHorizon = 39, "a direction of the recipe's pattern is below the horizon";
-    RecipeModel = 40, "the recipe is a descent of a model that is not fitted by one";
+    RecipeModel = 40, "a descent cannot fit the recipe's model";
     RecipeNotPositive = 41, "a field of the recipe holds a number that is not positive";
     RecipeNegative = 42, "a field of the recipe holds a negative number";
     RecipeRange = 43, "a field of the recipe holds a number out of range";
@@ -110,7 +110,7 @@ error_codes! {
     RefusedDirections = 100, "the host refused: it cannot reach these directions";
     RefusedValues = 101, "the host refused: the model has another number of values";
     RefusedModel = 102, "the host refused: it does not support this model";
-    RefusedSaved = 103, "the host refused: it did not give this reading";
+    RefusedSaved = 103, "the host refused: it has not sent this reading";
     RefusedRecipe = 104, "the host refused: it sends another recipe than it offered";
     OutOfReach = 105, "samples of the recipe are out of reach: train within the machine's limits";
     RefusedRequest = 106, "the host refused: it does not support this request";

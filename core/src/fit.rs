@@ -1,8 +1,8 @@
-//! How readings become a material: by descent, or by a ridge solve.
+//! Fits of a material to readings, by descent or by a ridge solve.
 //!
-//! [`Phong`](crate::model::Phong), [`CookTorrance`](crate::model::CookTorrance) and
-//! [`Neural`](crate::model::Neural) descend, [`Linear`] solves, and [`AnyModel`] does what the recipe says. A
-//! [`Scan`](crate::scan::Scan) names one of them.
+//! [`Phong`](crate::model::Phong), [`CookTorrance`](crate::model::CookTorrance) and [`Neural`](crate::model::Neural)
+//! are fitted by descent, and [`Linear`] by a ridge solve or a learned map. [`AnyModel`] takes the model from the
+//! recipe. One of them is the type parameter of a [`Scan`](crate::scan::Scan).
 
 mod algorithm;
 mod any;

@@ -9,13 +9,13 @@
     clippy::string_slice,
     clippy::unreachable
 )]
-// Internals for training are private without the feature, and partly unused.
+// Without the feature `training`, internals for training are private and partly unused.
 #![cfg_attr(
     not(feature = "training"),
     allow(dead_code, unreachable_pub, unused_imports)
 )]
 
-/// Exports items or a module for training, with the feature of that name.
+/// Exports a module or items: publicly with the feature `training`, otherwise within the crate.
 macro_rules! internal {
     (mod $name:ident) => {
         #[cfg(feature = "training")]

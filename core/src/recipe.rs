@@ -1,12 +1,10 @@
-//! The recipe: all that the trainer hands to the device.
+//! The recipe: the trainer's result for the device.
 //!
-//! [`Recipe::parse`] checks all that a scan needs; a scan by a `Recipe` that exists cannot fail by
-//! it. It borrows the bytes (in flash) and copies nothing but a few numbers. What it states about
-//! itself is decoded when it is asked for, by [`Recipe::metadata`].
+//! [`Recipe::parse`] checks everything that a scan needs, so a parsed `Recipe` never makes a scan fail. It borrows the
+//! bytes (in flash) and copies only a few numbers. [`Recipe::metadata`] decodes the metadata on request.
 //!
-//! The format is written down in `core/docs/recipe.md`, with an example in bytes: magic, version,
-//! length and CRC-32, and then sections, each a [`Kind`] and postcard bytes. What comes later is a
-//! new kind; older recipes stay readable.
+//! `core/docs/recipe.md` defines the format, with an example in bytes: magic, version, length and CRC-32, and then
+//! sections, each a [`Kind`] and postcard bytes. The format grows by new kinds; older recipes stay readable.
 
 mod check;
 mod contents;
@@ -48,10 +46,10 @@ use crate::gonio::{Limits, Unreachable};
 use crate::model::{ModelKind, SLOT_WORDS};
 use check::PackedAngles;
 use contents::Contents;
-use header::Sealed;
+use header::CheckedBody;
 use write::Writer;
 
-/// A recipe in memory or in flash, checked.
+/// A checked recipe in memory or in flash.
 #[derive(Clone, Copy, Debug)]
 pub struct Recipe<'a> {
     pattern: &'a [PackedAngles],
@@ -61,7 +59,7 @@ pub struct Recipe<'a> {
 }
 
 impl<'a> Recipe<'a> {
-    /// Reads a recipe in place.
+    /// Parses a recipe in place.
     ///
     /// ```
     /// use glimpse_core::recipe::{Recipe, RecipeError};
@@ -80,11 +78,11 @@ impl<'a> Recipe<'a> {
     /// ```
     ///
     /// # Errors
-    /// What is wrong with the bytes, by name. After `Ok` no scan can fail by the recipe; what it
-    /// states about itself is checked by [`Recipe::metadata`].
+    /// The first defect of the bytes. A parsed recipe never makes a scan fail. Its metadata is not checked here, but
+    /// by [`Recipe::metadata`].
     pub fn parse(bytes: &'a [u8]) -> Result<Self, RecipeError> {
-        let Sealed { checksum, body } = header::open(bytes)?;
-        let contents = Contents::of_sections(body)?;
+        let CheckedBody { checksum, body } = header::read(bytes)?;
+        let contents = Contents::from_body(body)?;
         let pattern = check::pattern(contents.pattern)?;
         let method = check::method(contents.method, contents.prediction, pattern.len())?;
         Ok(Self {
@@ -98,8 +96,7 @@ impl<'a> Recipe<'a> {
     /// Writes a recipe of format [`VERSION`] into `buffer` and returns the bytes used.
     ///
     /// # Errors
-    /// [`RecipeError::BufferTooSmall`], or what [`Recipe::parse`] or [`Recipe::metadata`] would
-    /// refuse.
+    /// [`RecipeError::BufferTooSmall`], or the error of [`Recipe::parse`] or [`Recipe::metadata`] for the result.
     #[cfg(feature = "training")]
     pub fn write<'b>(
         parts: &RecipeParts<'_>,
@@ -110,20 +107,20 @@ impl<'a> Recipe<'a> {
         let bytes = writer.finish()?;
         let recipe = Recipe::parse(bytes)?;
         recipe.metadata()?;
-        // Of other learners it would say nothing. (A reader passes over it.)
+        // A prediction has no meaning without a completion. (A reader ignores it.)
         if parts.prediction.is_some() && recipe.completed().is_none() {
             return Err(RecipeError::Missing(Kind::COMPLETION));
         }
         Ok(bytes)
     }
 
-    /// Writes the recipe once more, without sections of these kinds, into `buffer`, and returns the
-    /// bytes used. What is left, also of kinds that are unknown here, is the same to the bit; but
-    /// the copy has a checksum, and so a name on the link, of its own.
+    /// Copies the recipe without sections of these kinds into `buffer`, and returns the bytes used.
+    ///
+    /// The other sections stay the same to the bit, also those of unknown kinds. The copy has another checksum, and so
+    /// another identity on the link. It takes at most as many bytes as the recipe.
     ///
     /// # Errors
-    /// [`RecipeError::Required`] if a kind is not an optional one, or
-    /// [`RecipeError::BufferTooSmall`]: the copy takes no more bytes than the recipe.
+    /// [`RecipeError::Required`] if a kind is required, or [`RecipeError::BufferTooSmall`].
     pub fn copy_without<'b>(
         &self,
         kinds: &[Kind],
@@ -141,25 +138,25 @@ impl<'a> Recipe<'a> {
         writer.finish()
     }
 
-    /// The model that it fits.
+    /// The model that the recipe fits.
     #[must_use]
     pub fn model(&self) -> ModelKind {
         self.method.model()
     }
 
-    /// Number of values of a fit: the model's parameters, or for Linear a coefficient for each component and channel.
+    /// The number of values of a fit: the model's parameters, or for Linear one coefficient per component and channel.
     #[must_use]
     pub fn values(&self) -> usize {
         self.method.values()
     }
 
-    /// Returns true if a fit may do without some of the readings: a scan may skip samples then.
+    /// Returns true if a fit tolerates missing readings, so that a scan may skip samples.
     #[must_use]
     pub fn tolerates_missing(&self) -> bool {
         self.method.tolerates_missing()
     }
 
-    /// The CRC-32 of the host's file of the basis that turns Linear's coefficients into a BRDF; None if there is none.
+    /// The CRC-32 of the host's basis file, which turns Linear's coefficients into a BRDF. None without a basis.
     #[must_use]
     pub fn basis_checksum(&self) -> Option<u32> {
         self.method.basis_checksum()
@@ -172,8 +169,8 @@ impl<'a> Recipe<'a> {
         self.method
     }
 
-    /// The descent, if that is all that it holds: not where it starts from [completed](Recipe::completed)
-    /// readings.
+    /// The descent of a recipe without a completion. None if the descent starts from
+    /// [completed](Recipe::completed) readings.
     #[cfg(feature = "training")]
     #[must_use]
     pub fn descent(&self) -> Option<Descent<'a>> {
@@ -183,7 +180,7 @@ impl<'a> Recipe<'a> {
         }
     }
 
-    /// The ridge solve, if that is what it holds.
+    /// The ridge solve, if that is the recipe's method.
     #[cfg(feature = "training")]
     #[must_use]
     pub fn ridge(&self) -> Option<Ridge<'a>> {
@@ -193,7 +190,7 @@ impl<'a> Recipe<'a> {
         }
     }
 
-    /// The method that completes readings, if it is one.
+    /// The completion of readings, if the recipe's method has one.
     #[cfg(feature = "training")]
     #[must_use]
     pub fn completed(&self) -> Option<Completed<'a>> {
@@ -209,21 +206,21 @@ impl<'a> Recipe<'a> {
         self.pattern.len()
     }
 
-    /// Words (of 4 bytes) that a scan takes in memory: [`memory_words`] at run time.
+    /// The memory of a scan in words of 4 bytes: [`memory_words`] at run time.
     #[must_use]
     pub fn memory_words(&self) -> usize {
-        // Any model is accepted.
+        // `AnyModel` never returns an error.
         let work = AnyModel::words(&self.method, self.samples()).unwrap_or_default();
         let slots = self.samples().saturating_mul(SLOT_WORDS);
         slots.saturating_add(work)
     }
 
-    /// The directions to measure, in radians; both of each pair are above the horizon.
+    /// The angles of the directions to measure, in radians. Both directions of each sample are above the horizon.
     pub fn pattern(&self) -> impl ExactSizeIterator<Item = Angles<f32>> + Clone + 'a {
         self.pattern.iter().map(check::angles)
     }
 
-    /// The directions to measure, as unit vectors, each pair with its index in the pattern.
+    /// The directions to measure, as unit vectors. Each pair has its index in the pattern.
     pub fn directions(&self) -> impl ExactSizeIterator<Item = (u16, Directions<f32>)> + Clone + 'a {
         // At most MAX_SAMPLES, which a u16 holds.
         self.pattern().enumerate().map(|(index, angles)| {
@@ -232,36 +229,37 @@ impl<'a> Recipe<'a> {
         })
     }
 
-    /// Its metadata, decoded and checked now: a scan needs none of it.
+    /// Decodes and checks the metadata. A scan needs none of it.
     ///
     /// # Errors
-    /// Which section or field makes no sense.
+    /// The first invalid section or field.
     pub fn metadata(&self) -> Result<Metadata<'a>, RecipeError> {
         metadata::read(self.sections)
     }
 
-    /// The first sample of the pattern that a machine does not reach, and why: to be asked before
-    /// anything moves. None if it reaches all.
+    /// The first sample of the pattern that a machine cannot reach, and the reason. None if it reaches all samples.
+    ///
+    /// Call this before anything moves.
     #[must_use]
     pub fn out_of_reach(&self, limits: &Limits) -> Option<(u16, Unreachable)> {
         let mut directions = self.directions();
         directions.find_map(|(index, directions)| Some((index, limits.check(&directions).err()?)))
     }
 
-    /// The loss to expect on a material that training never saw. None if the recipe states none, or
-    /// if that statement makes no sense: [`Recipe::metadata`] says why. Other statements are not decoded.
+    /// The expected loss on a material that was not in the training data. None if the recipe states none or an
+    /// invalid one; [`Recipe::metadata`] returns the reason. Other metadata is not decoded.
     #[must_use]
     pub fn expected_loss(&self) -> Option<f32> {
-        Some(metadata::expectation(self.sections)?.loss)
+        Some(metadata::read_expectation(self.sections)?.loss)
     }
 
-    /// All sections with their postcard bytes, also those of kinds that are unknown here.
+    /// All sections with their postcard bytes, also those of unknown kinds.
     #[must_use]
     pub fn sections(&self) -> Sections<'a> {
         self.sections
     }
 
-    /// The CRC-32 in its header: names the recipe on the link.
+    /// The CRC-32 in the header, which identifies the recipe on the link.
     #[must_use]
     pub fn checksum(&self) -> u32 {
         self.checksum

@@ -168,7 +168,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_RECIPE_BELOW_HORIZON = 39,
     /**
-     * The recipe is a descent of a model that is not fitted by one.
+     * A descent cannot fit the recipe's model.
      */
     GLIMPSE_STATUS_RECIPE_MODEL = 40,
     /**

@@ -63,7 +63,7 @@ pub enum glimpse_status {
     RecipeNonFinite = 38,
     /// A direction of the recipe's pattern is below the horizon.
     RecipeBelowHorizon = 39,
-    /// The recipe is a descent of a model that is not fitted by one.
+    /// A descent cannot fit the recipe's model.
     RecipeModel = 40,
     /// A field of the recipe holds a number that is not positive.
     RecipeNotPositive = 41,

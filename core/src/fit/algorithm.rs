@@ -1,11 +1,11 @@
-//! The fit of a model, in slices.
+//! The fit of a model, in slices of work.
 
 use super::method::FitMethod;
 use crate::geometry::HalfDifference;
 use crate::model::linear::{Basis, EPSILON};
 use crate::model::{ModelKind, Samples};
 
-/// A recipe is for another model than the firmware's.
+/// The recipe is for another model than the firmware's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ModelMismatch {
@@ -17,24 +17,25 @@ pub struct ModelMismatch {
 
 /// The fit of a model, for [`Scan`](crate::scan::Scan). Its functions may change in any version.
 ///
-/// Values are a model's parameters in its order, or Linear's coefficients: m for red, m for green, m for
-/// blue. A fit works in a list of numbers, `words`, of the length that [`Algorithm::words`] returns; with
-/// fewer, nothing is fitted.
+/// Values are a model's parameters in its order, or Linear's coefficients: m for red, m for green, m for blue. A fit
+/// uses a list of numbers, `words`, as its memory. [`Algorithm::words`] returns its length. With fewer words, nothing
+/// is fitted.
 pub trait Algorithm {
-    /// Returns how many numbers a fit works in, the samples not included.
+    /// Returns the memory of a fit, in words and without the samples.
     ///
     /// # Errors
-    /// If the recipe is for another model.
+    /// [`ModelMismatch`] if the recipe is for another model.
     fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, ModelMismatch>;
 
-    /// The units of work of the whole fit.
+    /// Returns the number of units of work of the whole fit.
     fn total(method: &FitMethod<'_>, samples: usize) -> u32;
 
-    /// Prepares `words` for a fit.
+    /// Initializes `words` for a fit.
     fn start(words: &mut [f32], method: &FitMethod<'_>, channels: Channels);
 
-    /// Does at most `budget` units of work after the first `done`, and returns how many are done then. The
-    /// result does not depend on the budgets.
+    /// Does at most `budget` units of work after the first `done`, and returns the new number of completed units.
+    ///
+    /// The result of the fit does not depend on the budgets.
     fn advance(
         words: &mut [f32],
         method: &FitMethod<'_>,
@@ -44,14 +45,15 @@ pub trait Algorithm {
         budget: u32,
     ) -> u32;
 
-    /// The current values: the parameters in the first list, or the coefficients of each channel.
+    /// Returns the current values: the parameters in the first list, or the coefficients of each channel.
     fn values<'w>(words: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; 3];
 
-    /// The expected loss of the complete fit, predicted from its readings. None if the recipe predicts none; NaN if
-    /// completed readings are not finite, whether it predicts any or not.
+    /// Returns the loss of the complete fit, predicted from its readings. None if the recipe has no prediction.
+    ///
+    /// If the coefficients of a completion are not finite, a model that descends returns NaN even without a prediction.
     fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32>;
 
-    /// The modeled BRDF (linear RGB, sr^-1, not times the cosine) at a sample of the pattern.
+    /// Returns the modeled BRDF (linear RGB, sr^-1, not times the cosine) at a sample of the pattern.
     fn at_sample(
         words: &[f32],
         method: &FitMethod<'_>,
@@ -59,8 +61,8 @@ pub trait Algorithm {
         at: &HalfDifference<f32>,
     ) -> [f32; 3];
 
-    /// The modeled BRDF (linear RGB, sr^-1, not times the cosine) anywhere above the horizon. None
-    /// for Linear without a basis.
+    /// Returns the modeled BRDF (linear RGB, sr^-1, not times the cosine) anywhere above the horizon. None for Linear
+    /// without a basis.
     fn brdf(
         words: &[f32],
         method: &FitMethod<'_>,
@@ -79,9 +81,10 @@ pub enum Channels {
 }
 
 impl FitMethod<'_> {
-    /// The least BRDF (sr^-1) that the loss or the mapping can take at the pattern's sample with
-    /// this index: a dark-subtracted reading may be below 0, but 1 + y cos(theta_i), or Linear's
-    /// y w + e, has to stay positive. Half of what is there at y = 0 is kept.
+    /// Returns the least BRDF y (sr^-1) that the loss or the mapping accepts at the pattern's sample with this index.
+    ///
+    /// A dark-subtracted reading may be below 0, but 1 + y cos(theta_i), or Linear's y w + e, has to stay positive. The
+    /// bound keeps half of its value at y = 0.
     #[must_use]
     pub fn min_reading(&self, index: usize, at: &HalfDifference<f32>) -> f32 {
         match self {
@@ -90,7 +93,7 @@ impl FitMethod<'_> {
                 let weight = ridge.weight.iter().nth(index).unwrap_or(1.0);
                 -0.5 * EPSILON as f32 / weight
             }
-            // Both: a descent may follow.
+            // Both bounds, because a descent may follow.
             Self::Completed(_) => {
                 let weight = at.cos_theta_i() * at.cos_theta_o();
                 (-0.5 * EPSILON as f32 / weight).max(-0.5 / at.cos_theta_i())
@@ -99,8 +102,8 @@ impl FitMethod<'_> {
     }
 }
 
-/// Returns true if all values of a list are finite. Out of line: it is called for each run.
+/// Returns true if all values of a list are finite. Not inlined, because it is called for each list.
 #[inline(never)]
-pub(crate) fn is_finite(run: &[f32]) -> bool {
-    run.iter().all(|value| value.is_finite())
+pub(crate) fn is_finite(list: &[f32]) -> bool {
+    list.iter().all(|value| value.is_finite())
 }

@@ -7,8 +7,8 @@ use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
 use crate::model::{CookTorrance, ModelKind, Neural, Phong, Samples};
 
-/// The model that the recipe names, so that one firmware takes recipes of all four at run time. It links the
-/// code of all models.
+/// The model that the recipe names. One firmware accepts recipes of all four models at run time, and links the code of
+/// all of them.
 ///
 /// ```
 /// use glimpse_core::fit::AnyModel;
@@ -32,7 +32,7 @@ pub struct AnyModel;
 /// Calls a function of the recipe's model.
 macro_rules! dispatch {
     ($method:ident, $function:ident($($argument:expr),*)) => {
-        // `Model` has functions of these names too.
+        // Qualified, because `Model` has functions of the same names.
         match $method.model() {
             ModelKind::Phong => <Phong as Algorithm>::$function($($argument),*),
             ModelKind::Neural => <Neural as Algorithm>::$function($($argument),*),
@@ -42,7 +42,7 @@ macro_rules! dispatch {
     };
 }
 
-// Inlined, so that the models' code is compiled with the firmware, at its level of optimization.
+// Inlined, so that the models' code is compiled with the firmware, at its optimization level.
 impl Algorithm for AnyModel {
     #[inline]
     fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, ModelMismatch> {

@@ -1,18 +1,18 @@
-//! CoefficientNet: from a few readings to coefficients of principal components, by a small learned map.
+//! CoefficientNet: a small learned map from a few readings to coefficients of principal components.
 //!
-//! A reading of channel c enters as u_ic, its [logarithm](standardized), centered and scaled for its
-//! sample i. With ū_i the mean of the three channels,
+//! The input of channel c at sample i is u_ic, the [centered and scaled logarithm](standardized) of the reading. With
+//! ū_i the mean of the three channels,
 //!
 //! ```text
 //! z_c = bias + g sum over readings (own_i u_ic + mean_i ū_i) + sum over missing ones missing_i
 //! a_c = z_c[..m] + W tanh(z_c[m..])
 //! ```
 //!
-//! so that channels are treated alike and any reading may be missing; g is 1, or the [dropout_gain] of those that
-//! are there. A [`InitNet`] makes initial parameters of a model of all a_c.
+//! Hence all channels are treated alike, and any reading may be missing. g is 1 or the [dropout_gain] of the present
+//! readings. An [`InitNet`] maps all a_c to a model's initial parameters.
 //!
-//! The forward pass is written once, over [`Scalar`] and over how weights are [kept](Encoding): bytes
-//! in a recipe, plain numbers in training, whose [adjoint](CoefficientNetGradient) stands beside it.
+//! The forward pass is generic over [`Scalar`] and over the [encoding](Encoding) of weights: bytes in a recipe, plain
+//! numbers in training. Training also has the [adjoint](CoefficientNetGradient).
 
 mod adjoint;
 mod encoding;
@@ -28,14 +28,14 @@ use crate::model::linear::map;
 use crate::numeric::Scalar;
 use encoding::scaled;
 
-/// Weights of a reading in each row: of its own channel, of the mean of channels, and of its absence.
+/// Number of weights of a reading in each row: for its own channel, the mean of channels, and a missing reading.
 pub(crate) const COLUMNS: usize = 3;
-/// Of color.
+/// Number of color channels.
 pub(crate) const CHANNELS: usize = 3;
-/// Lists that a completion works in: three channels, and what they share.
+/// Number of lists in the memory of a completion: three for channels, and one for their shared sum.
 pub(crate) const LISTS: usize = 4;
 
-/// A reading as it enters a completion: ln((brdf w + e) / e) - `center`, times `scale`.
+/// Returns a reading as an input of the net: (ln((brdf w + e) / e) - `center`) times `scale`.
 ///
 /// `brdf` is in sr^-1, not times a cosine; `weight` is w = cos(theta_i) cos(theta_o).
 #[inline(always)]
@@ -43,31 +43,31 @@ pub fn standardized<S: Scalar>(brdf: S, weight: S, center: S, scale: S) -> S {
     (map(brdf, S::constant(0.0), weight) - center) * scale
 }
 
-/// A reading, or that it is missing.
+/// The input of the net for one sample: a reading or a missing reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Input<S> {
-    /// Its [standardized] channels, times the gain; 0 if it is missing.
+    /// The [standardized] channels, times the gain; 0 if the reading is missing.
     pub channels: [S; 3],
-    /// 0 if it is there, 1 if it is missing.
+    /// 0 if the reading is present, 1 if it is missing.
     pub missing: S,
 }
 
-/// The weights of a completion.
+/// The weights of the net.
 ///
-/// There are m + h rows: m coefficients, which readings enter directly, and h hidden units.
+/// There are m + h rows: m coefficients, which depend directly on the readings, and h hidden units.
 #[derive(Debug)]
 pub struct CoefficientNet<'a, S: Scalar, E: Encoding<S>> {
-    /// m.
+    /// m, the number of coefficients of a channel.
     pub components: usize,
-    /// For each sample of the pattern the weights own, mean and missing: n x 3 x (m + h).
+    /// The weights own, mean and missing of each sample of the pattern: n x 3 x (m + h).
     pub readings: &'a [E::Weight],
-    /// The factor of each row of `readings`: m + h, or none for 1.
+    /// The factor of each row of `readings`, m + h; empty for factors of 1.
     pub scales: &'a [E::Number],
     /// The bias of each row: m + h.
     pub bias: &'a [E::Number],
     /// W: m rows of h.
     pub output: &'a [E::Weight],
-    /// The factor of each row of W: m, or none for 1.
+    /// The factor of each row of W, m; empty for factors of 1.
     pub output_scales: &'a [E::Number],
 }
 
@@ -79,25 +79,25 @@ impl<S: Scalar, E: Encoding<S>> Clone for CoefficientNet<'_, S, E> {
 impl<S: Scalar, E: Encoding<S>> Copy for CoefficientNet<'_, S, E> {}
 
 impl<'a, S: Scalar, E: Encoding<S>> CoefficientNet<'a, S, E> {
-    /// m + h.
+    /// m + h, the number of rows.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.bias.len()
     }
 
-    /// h.
+    /// h, the number of hidden units.
     #[must_use]
     pub fn hidden(&self) -> usize {
         self.rows().saturating_sub(self.components)
     }
 
-    /// Number of words that it works in.
+    /// The memory of the net, in words.
     #[must_use]
     pub fn words(&self) -> usize {
         self.rows().saturating_mul(LISTS)
     }
 
-    /// The weights own, mean and missing of a sample.
+    /// Returns the weights own, mean and missing of a sample.
     #[inline(always)]
     fn columns(&self, sample: usize) -> [&'a [E::Weight]; COLUMNS] {
         let rows = self.rows();
@@ -108,15 +108,14 @@ impl<'a, S: Scalar, E: Encoding<S>> CoefficientNet<'a, S, E> {
         [own, mean, rest.get(..rows).unwrap_or_default()]
     }
 
-    /// Adds a reading, or that it is missing. `state` has [`CoefficientNet::words`] numbers, which begin
-    /// at 0.
+    /// Adds the input of a sample. `state` has [`CoefficientNet::words`] numbers, which are 0 before the first sample.
     #[inline(always)]
     pub fn add(&self, sample: usize, input: &Input<S>, state: &mut [S]) {
         let [own, mean, missing] = self.columns(sample);
         let Some([channels @ .., shared]) = lists(state, self.rows()) else {
             return;
         };
-        // A scalar that looks for zeros passes over what does not count.
+        // A scalar that checks for zeros skips products that are 0.
         if !input.missing.is_zero() {
             for (sum, weight) in shared.iter_mut().zip(missing) {
                 *sum = sum.plus_product(input.missing, E::weight(*weight));
@@ -127,19 +126,18 @@ impl<'a, S: Scalar, E: Encoding<S>> CoefficientNet<'a, S, E> {
         }
         let average = mean_of(input.channels);
         let [red, green, blue] = channels;
-        let [by_red, by_green, by_blue] = input.channels;
+        let [u_red, u_green, u_blue] = input.channels;
         let sums = red.iter_mut().zip(green).zip(blue).zip(shared);
         for ((((red, green), blue), shared), (own, mean)) in sums.zip(own.iter().zip(mean)) {
             let own = E::weight(*own);
-            *red = red.plus_product(by_red, own);
-            *green = green.plus_product(by_green, own);
-            *blue = blue.plus_product(by_blue, own);
+            *red = red.plus_product(u_red, own);
+            *green = green.plus_product(u_green, own);
+            *blue = blue.plus_product(u_blue, own);
             *shared = shared.plus_product(average, E::weight(*mean));
         }
     }
 
-    /// Once all readings are added: the rows of each channel, of hidden units after their
-    /// activation.
+    /// Computes the rows of each channel after all samples are added. Hidden units hold their activations.
     #[inline(always)]
     pub fn activate(&self, state: &mut [S]) {
         let Some([channels @ .., shared]) = lists(state, self.rows()) else {
@@ -154,8 +152,8 @@ impl<'a, S: Scalar, E: Encoding<S>> CoefficientNet<'a, S, E> {
         }
     }
 
-    /// Once they are [activated](CoefficientNet::activate): adds what hidden units say to the coefficients of
-    /// a channel, the first of which is 0.
+    /// Adds the contribution of [activated](CoefficientNet::activate) hidden units to the coefficients of a channel.
+    /// Channels are 0, 1 and 2.
     #[inline(always)]
     pub fn complete(&self, channel: usize, state: &mut [S]) {
         let first = channel.saturating_mul(self.rows());
@@ -168,7 +166,7 @@ impl<'a, S: Scalar, E: Encoding<S>> CoefficientNet<'a, S, E> {
         E::add_products_of_units(self.output, self.hidden(), scales, hidden, coefficients);
     }
 
-    /// All of it: coefficients and hidden units of each channel, in `state`.
+    /// Computes coefficients and hidden units of each channel, into `state`.
     #[inline(always)]
     pub fn compute(&self, inputs: &[Input<S>], state: &mut [S]) {
         for entry in &mut *state {
@@ -183,7 +181,7 @@ impl<'a, S: Scalar, E: Encoding<S>> CoefficientNet<'a, S, E> {
         }
     }
 
-    /// The coefficients of each channel.
+    /// Returns the coefficients of each channel.
     #[inline(always)]
     pub fn coefficients<'s>(&self, state: &'s [S]) -> [&'s [S]; 3] {
         let channel = |index: usize| {
@@ -195,7 +193,7 @@ impl<'a, S: Scalar, E: Encoding<S>> CoefficientNet<'a, S, E> {
     }
 }
 
-/// The lists of a state: three channels, and what they share.
+/// Splits the memory into its lists: three channels, and their shared sum.
 #[inline(always)]
 fn lists<S>(state: &mut [S], rows: usize) -> Option<[&mut [S]; LISTS]> {
     let (red, rest) = state.split_at_mut_checked(rows)?;

@@ -1,4 +1,4 @@
-//! Recipes that complete readings, and the slices of the fit.
+//! The completion of readings from a recipe, in slices of work.
 
 use super::coefficient_net::{
     CHANNELS, CoefficientNet, Input, MissingPolicy, Packed, standardized,
@@ -10,33 +10,33 @@ use crate::numeric::math::exp;
 
 /// The largest number of rows of a completion: coefficients and hidden units.
 pub const MAX_ROWS: usize = 96;
-/// The largest number of units of a start.
+/// The largest number of units of an init net.
 pub const MAX_UNITS: usize = 32;
-/// Parameters that a unit of work starts.
-pub(super) const STARTED: usize = 64;
+/// Number of initial parameters that one unit of work computes.
+pub(super) const PARAMETERS_PER_UNIT: usize = 64;
 
-/// Readings, completed by a small learned map: to the model Linear, or to where a descent starts.
+/// A completion: a small learned map from readings to the model Linear, or to the start of a descent.
 #[derive(Clone, Copy, Debug)]
 pub struct Completed<'a> {
     pub(crate) coefficient_net: CoefficientNet<'a, f32, Packed>,
     pub(crate) center: Floats<'a>,
     pub(crate) scale: f32,
     pub(crate) missing: MissingPolicy,
-    /// A bias, and a weight for each component; empty where nothing is predicted.
+    /// A bias, and a weight for each component; empty without a prediction.
     pub(crate) prediction: Floats<'a>,
     pub(crate) target: Target<'a>,
 }
 
-/// The use of the coefficients.
+/// The use of a completion's coefficients.
 #[derive(Clone, Copy, Debug)]
 pub enum Target<'a> {
-    /// The model Linear, of components at the pattern's samples.
+    /// The model Linear, with its components at the pattern's samples.
     Linear(Components<'a>),
-    /// The start of a descent, and the descent.
+    /// A descent, and the net that computes its initial parameters.
     Descent(Descent<'a>, InitNet<'a>),
 }
 
-/// The start of a descent in a recipe.
+/// The net that computes a descent's initial parameters, in a recipe's encoding.
 pub type InitNet<'a> = super::coefficient_net::InitNet<'a, f32, Packed>;
 
 /// The components of the model Linear at the pattern's samples.
@@ -48,13 +48,13 @@ pub struct Components<'a> {
 }
 
 impl<'a> Completed<'a> {
-    /// The map from readings to coefficients.
+    /// The net that maps readings to coefficients.
     #[must_use]
     pub fn coefficient_net(&self) -> &CoefficientNet<'a, f32, Packed> {
         &self.coefficient_net
     }
 
-    /// The center of each sample's logarithm: the mean of the training columns there.
+    /// The center that is subtracted from each sample's logarithm: the mean of the training columns there.
     #[must_use]
     pub fn center(&self) -> Floats<'a> {
         self.center
@@ -66,27 +66,29 @@ impl<'a> Completed<'a> {
         self.scale
     }
 
-    /// The treatment of missing readings that it was trained for.
+    /// The treatment of missing readings in training.
     #[must_use]
     pub fn missing(&self) -> MissingPolicy {
         self.missing
     }
 
-    /// Returns true if it tolerates missing readings.
+    /// Returns true if a fit tolerates missing readings.
     #[must_use]
     pub fn tolerates_missing(&self) -> bool {
-        self.missing != MissingPolicy::NoFit
+        self.missing != MissingPolicy::AllRequired
     }
 
-    /// The prediction of the logarithm of a fit's loss: a bias, and a weight for each component, which
-    /// counts for the mean of the channels' coefficients. Empty where nothing is predicted.
+    /// The weights of the predicted logarithm of a fit's loss; empty without a prediction.
+    ///
+    /// They are a bias and a weight for each component, which multiplies the mean coefficient of the three channels.
     #[must_use]
     pub fn prediction(&self) -> Floats<'a> {
         self.prediction
     }
 
-    /// The loss that a fit is likely to have whose readings were completed to these coefficients of
-    /// red, green and blue; None where nothing is predicted. Out of line: it is asked for once.
+    /// Returns the predicted loss of a fit with these coefficients of red, green and blue. None without a prediction.
+    ///
+    /// Not inlined, because it runs once per fit.
     #[inline(never)]
     pub(super) fn predicted_loss(&self, [red, green, blue]: [&[f32]; 3]) -> Option<f32> {
         let mut weights = self.prediction.iter();
@@ -103,7 +105,7 @@ impl<'a> Completed<'a> {
         &self.target
     }
 
-    /// The model that it fits.
+    /// The model that the completion fits.
     #[must_use]
     pub fn model(&self) -> ModelKind {
         match &self.target {
@@ -112,32 +114,29 @@ impl<'a> Completed<'a> {
         }
     }
 
-    /// Numbers that a completion works in, those of the [`InitNet`] included.
+    /// The memory of a completion in words, including the units of an [`InitNet`].
     #[must_use]
     pub fn words(&self) -> usize {
         let units = match &self.target {
             Target::Linear(_) => 0,
-            Target::Descent(_, start) => start.units(),
+            Target::Descent(_, init_net) => init_net.units(),
         };
         self.coefficient_net.words().saturating_add(units)
     }
 
-    /// Units of work until all coefficients are there: one for each reading, one for the hidden units,
-    /// and one for each channel.
+    /// The units of work of all coefficients: one for each reading, one for the hidden units, and one for each channel.
     pub(super) fn units(&self, samples: usize) -> u32 {
         samples.saturating_add(1).saturating_add(CHANNELS) as u32
     }
 
-    /// One of them. Out of line: what it takes of the stack is given back between slices.
+    /// Does a unit of work. Not inlined, so that its stack is released between slices.
     #[inline(never)]
     pub(super) fn advance(&self, unit: u32, samples: Samples<'_>, state: &mut [f32]) {
         let unit = unit as usize;
         if let Some(sample) = samples.get(unit) {
             let center = self.center.iter().nth(unit).unwrap_or_default();
-            let scale = self.scale
-                * self
-                    .missing
-                    .dropout_gain(samples.iter().map(|sample| is_there(&sample)));
+            let present = samples.iter().map(|sample| is_present(&sample));
+            let scale = self.scale * self.missing.dropout_gain(present);
             let input = input(&sample, center, scale);
             self.coefficient_net.add(unit, &input, state);
             return;
@@ -149,14 +148,14 @@ impl<'a> Completed<'a> {
     }
 }
 
-/// Returns true if a sample's reading counts; otherwise it is missing.
-fn is_there(sample: &Sample<f32>) -> bool {
+/// Returns true if a sample has a reading that counts; otherwise it is missing.
+fn is_present(sample: &Sample<f32>) -> bool {
     sample.weight > 0.0
 }
 
-/// A sample's reading as it enters.
+/// Returns the input of the net for a sample.
 fn input(sample: &Sample<f32>, center: f32, scale: f32) -> Input<f32> {
-    if !is_there(sample) {
+    if !is_present(sample) {
         return Input {
             channels: [0.0; 3],
             missing: 1.0,
@@ -173,7 +172,7 @@ fn input(sample: &Sample<f32>, center: f32, scale: f32) -> Input<f32> {
 }
 
 impl<'a> Components<'a> {
-    /// For each sample of the pattern a byte for each component.
+    /// The weights of the components: for each sample of the pattern a signed byte for each component.
     #[must_use]
     pub fn rows(&self) -> &'a [u8] {
         self.rows
@@ -185,8 +184,7 @@ impl<'a> Components<'a> {
         self.scales
     }
 
-    /// The CRC-32 of the host's file of the whole basis, which turns coefficients into a BRDF; None
-    /// if there is none.
+    /// The CRC-32 of the host's whole basis file, which turns coefficients into a BRDF. None without a basis.
     #[must_use]
     pub fn basis_checksum(&self) -> Option<u32> {
         Some(self.basis_checksum).filter(|checksum| *checksum != 0)

@@ -1,13 +1,12 @@
 //! Descent: a few steps of SGD with a step size per parameter, in bounded slices of work.
 //!
-//! theta <- theta - alpha * grad(loss), the loss being the mean over all samples (paper,
-//! Algorithm 1, `Learn`). A unit of work is the gradient of one sample; after the last sample of
-//! each round comes a step.
+//! theta <- theta - alpha * grad(loss), where the loss is the mean over all samples (paper, Algorithm 1, `Learn`). A
+//! unit of work is the gradient of one sample. A step follows the last sample of each round.
 
 use core::ops::Range;
 
 use super::algorithm::{Algorithm, Channels, ModelMismatch, is_finite};
-use super::completed::{Completed, InitNet, STARTED, Target};
+use super::completed::{Completed, InitNet, PARAMETERS_PER_UNIT, Target};
 use super::learned::Descent;
 use super::method::{COMPLETION, FitMethod};
 use crate::geometry::HalfDifference;
@@ -15,8 +14,9 @@ use crate::model::linear::Basis;
 use crate::model::{Model, ParameterSet, Samples};
 use crate::numeric::Floats;
 
-/// Numbers that a descent works in: the parameters, their gradient, and the predicted loss. The gradient is
-/// idle until the descent begins, so that readings are completed in its place.
+/// Returns the memory of a descent in words: the parameters, their gradient, and the predicted loss.
+///
+/// The completion of readings precedes the descent, and uses the memory of the gradient.
 pub(crate) const fn descent_words(parameters: usize, completion: usize) -> usize {
     let gradient = if completion > parameters {
         completion
@@ -26,16 +26,16 @@ pub(crate) const fn descent_words(parameters: usize, completion: usize) -> usize
     parameters.saturating_add(gradient).saturating_add(1)
 }
 
-/// The words of a descent, taken apart.
+/// The memory of a descent, split into its parts.
 struct Parts<'w> {
     parameters: &'w mut [f32],
-    /// The gradient, or what readings are completed in.
+    /// The gradient, or the memory of a completion.
     rest: &'w mut [f32],
     predicted: &'w mut f32,
 }
 
 impl<'w> Parts<'w> {
-    fn of(words: &'w mut [f32], parameters: usize) -> Option<Self> {
+    fn split(words: &'w mut [f32], parameters: usize) -> Option<Self> {
         let (parameters, rest) = words.split_at_mut_checked(parameters)?;
         let (predicted, rest) = rest.split_last_mut()?;
         Some(Self {
@@ -46,13 +46,13 @@ impl<'w> Parts<'w> {
     }
 }
 
-/// The parameters among the words of a descent.
+/// Returns the parameters of a descent's memory.
 fn parameters_of<M: Model>(words: &[f32]) -> Option<&M::Parameters<f32>> {
     M::Parameters::view(words.get(..M::PARAMETERS)?)
 }
 
 impl Descent<'_> {
-    /// Gradients of one sample that the whole fit takes: samples times steps.
+    /// The number of gradients of one sample in the whole fit: samples times steps.
     pub(super) fn gradients(&self, samples: usize) -> u32 {
         u32::from(self.inner_steps).saturating_mul(samples as u32)
     }
@@ -120,14 +120,16 @@ impl<M: Model> Algorithm for M {
     }
 }
 
-// The rest depends on the model only through the gradient, so that firmware has it once and not for each model.
+// The rest depends on the model only through the gradient, so firmware contains it once and not for each model.
 
-/// Adds the gradients of samples by the parameters to a gradient.
+/// Adds the loss gradients of samples to a gradient, given the parameters.
 type Accumulate = fn(&[f32], Samples<'_>, &mut [f32]);
 
 fn total(method: &FitMethod<'_>, samples: usize) -> u32 {
     match descent_of(method) {
-        Some(descent) => before(method, samples).saturating_add(descent.gradients(samples)),
+        Some(descent) => {
+            units_before_descent(method, samples).saturating_add(descent.gradients(samples))
+        }
         None => 0,
     }
 }
@@ -151,7 +153,7 @@ fn start(words: &mut [f32], method: &FitMethod<'_>, channels: Channels) {
     }
 }
 
-/// Does units of work; returns how many are done then.
+/// Does the given units of work, and returns the new number of completed units.
 #[inline(never)]
 fn advance(
     words: &mut [f32],
@@ -166,33 +168,33 @@ fn advance(
         return done;
     };
     let parameters = descent.initial.len();
-    let before = before(method, samples.len());
+    let before = units_before_descent(method, samples.len());
     let end = end.min(before.saturating_add(descent.gradients(samples.len())));
     let mut done = done;
     if COMPLETION && let FitMethod::Completed(completed) = method {
         while done < end.min(before) {
-            start_unit(words, completed, samples, done);
+            advance_completion(words, completed, samples, done);
             done = done.saturating_add(1);
             if done == before {
                 keep_gray(words, descent, channels);
             }
         }
     }
-    // The place of the next sample in its round; without samples a round is empty.
+    // The index of the next sample in its round. Without samples a round is empty.
     let round = samples.len() as u32;
     let next = done.saturating_sub(before).checked_rem(round);
     let mut next = next.unwrap_or(0) as usize;
     while done < end {
-        let todo = samples.skip(next).take((end - done) as usize);
-        let Some(parts) = Parts::of(words, parameters).filter(|_| !todo.is_empty()) else {
+        let batch = samples.skip(next).take((end - done) as usize);
+        let Some(parts) = Parts::split(words, parameters).filter(|_| !batch.is_empty()) else {
             break;
         };
         let Some(gradient) = parts.rest.get_mut(..parameters) else {
             break;
         };
-        accumulate(parts.parameters, todo, gradient);
-        done = done.saturating_add(todo.len() as u32);
-        next = next.saturating_add(todo.len());
+        accumulate(parts.parameters, batch, gradient);
+        done = done.saturating_add(batch.len() as u32);
+        next = next.saturating_add(batch.len());
         if next >= samples.len() {
             next = 0;
             step(parts.parameters, gradient, descent.step_sizes);
@@ -202,7 +204,7 @@ fn advance(
     done
 }
 
-/// Gives the three channels of gray readings the same parameters: the mean of each triple.
+/// For gray readings, gives the three channels the same parameters: the mean of each triple.
 fn keep_gray(words: &mut [f32], descent: &Descent<'_>, channels: Channels) {
     if channels == Channels::Color {
         return;
@@ -214,8 +216,8 @@ fn keep_gray(words: &mut [f32], descent: &Descent<'_>, channels: Channels) {
     }
 }
 
-/// The descent of a method, if it has one.
-fn descent_of<'l, 'a>(method: &'l FitMethod<'a>) -> Option<&'l Descent<'a>> {
+/// Returns the descent of a method, if it has one.
+fn descent_of<'m, 'a>(method: &'m FitMethod<'a>) -> Option<&'m Descent<'a>> {
     match method {
         FitMethod::Descent(descent) => Some(descent),
         FitMethod::Completed(Completed {
@@ -226,87 +228,98 @@ fn descent_of<'l, 'a>(method: &'l FitMethod<'a>) -> Option<&'l Descent<'a>> {
     }
 }
 
-/// Units of work before the descent: those of a completion, one for the start's units, and one for
-/// every few parameters.
-fn before(method: &FitMethod<'_>, samples: usize) -> u32 {
+/// Returns the number of units of work before the descent.
+///
+/// These are the units of the completion, one for the units of the init net, and one for each
+/// [`PARAMETERS_PER_UNIT`] initial parameters.
+fn units_before_descent(method: &FitMethod<'_>, samples: usize) -> u32 {
     let FitMethod::Completed(completed) = method else {
         return 0;
     };
     let Target::Descent(descent, _) = &completed.target else {
         return 0;
     };
-    let started = descent.initial.len().div_ceil(STARTED);
-    let units = completed.units(samples);
-    units.saturating_add(1).saturating_add(started as u32)
+    let parameters = descent.initial.len().div_ceil(PARAMETERS_PER_UNIT);
+    let coefficients = completed.units(samples);
+    coefficients
+        .saturating_add(1)
+        .saturating_add(parameters as u32)
 }
 
-/// A unit of work before the descent.
-fn start_unit(words: &mut [f32], completed: &Completed<'_>, samples: Samples<'_>, unit: u32) {
-    let Target::Descent(descent, start) = &completed.target else {
+/// Does a unit of work before the descent.
+fn advance_completion(
+    words: &mut [f32],
+    completed: &Completed<'_>,
+    samples: Samples<'_>,
+    unit: u32,
+) {
+    let Target::Descent(descent, init_net) = &completed.target else {
         return;
     };
     let count = descent.initial.len();
-    let Some(parts) = Parts::of(words, count) else {
+    let Some(parts) = Parts::split(words, count) else {
         return;
     };
     let state = completed.coefficient_net.words();
     let Some((state, rest)) = parts.rest.split_at_mut_checked(state) else {
         return;
     };
-    let Some(units) = rest.get_mut(..start.units()) else {
+    let Some(units) = rest.get_mut(..init_net.units()) else {
         return;
     };
-    let completion = completed.units(samples.len());
-    match unit.checked_sub(completion) {
+    match unit.checked_sub(completed.units(samples.len())) {
         None => completed.advance(unit, samples, state),
         Some(0) => {
-            *parts.predicted = activate(completed, start, state, units);
+            *parts.predicted = activate(completed, init_net, state, units);
         }
-        Some(later) => {
-            let first = (later as usize).saturating_sub(1).saturating_mul(STARTED);
+        Some(index) => {
+            let first = (index as usize)
+                .saturating_sub(1)
+                .saturating_mul(PARAMETERS_PER_UNIT);
             let parameters = parts.parameters.get_mut(first..).unwrap_or_default();
-            start_parameters(parameters, start, first, units);
-            if first.saturating_add(STARTED) >= count {
-                parts.rest.fill(0.0); // from now on the gradient
+            add_offsets(parameters, init_net, first, units);
+            if first.saturating_add(PARAMETERS_PER_UNIT) >= count {
+                parts.rest.fill(0.0); // the gradient from now on
             }
         }
     }
 }
 
-/// Puts up to [`STARTED`] parameters, from the `first` on, to where the descent begins.
+/// Adds the init net's offsets to up to [`PARAMETERS_PER_UNIT`] parameters, from index `first`.
 #[inline(never)]
-fn start_parameters(parameters: &mut [f32], start: &InitNet<'_>, first: usize, units: &[f32]) {
-    let mut offsets = [0.0; STARTED];
-    start.offsets(first, units, &mut offsets);
+fn add_offsets(parameters: &mut [f32], init_net: &InitNet<'_>, first: usize, units: &[f32]) {
+    let mut offsets = [0.0; PARAMETERS_PER_UNIT];
+    init_net.offsets(first, units, &mut offsets);
     for (parameter, offset) in parameters.iter_mut().zip(offsets) {
         *parameter += offset;
     }
 }
 
-/// Returns the loss that is predicted by the coefficients, as those are gone once the descent begins; NaN if
-/// something is not finite, because as integers units are numbers whatever they were, and an infinite
-/// coefficient makes some of them 1. Out of line, as all that takes time: what it takes of the stack is given
-/// back between slices.
+/// Computes the units of the init net, and returns the predicted loss, because the descent overwrites the coefficients.
+///
+/// The result is NaN if a coefficient or a unit is not finite. Later this could not be detected: units are rounded to
+/// integers, whatever they were, and an infinite coefficient makes some of them 1. Not inlined, so that its stack is
+/// released between slices.
 #[inline(never)]
 fn activate(
     completed: &Completed<'_>,
-    start: &InitNet<'_>,
+    init_net: &InitNet<'_>,
     state: &[f32],
     units: &mut [f32],
 ) -> f32 {
     let coefficients = completed.coefficient_net.coefficients(state);
-    start.activate(coefficients, units);
+    init_net.activate(coefficients, units);
     if !(coefficients.into_iter().all(is_finite) && is_finite(units)) {
         return f32::NAN;
     }
     completed.predicted_loss(coefficients).unwrap_or_default()
 }
 
-/// One step, after which the gradient is 0. Out of line, so that firmware has it once and not for each model.
+/// Takes one step, and sets the gradient to 0. Not inlined, so firmware contains it once and not for each model.
 #[inline(never)]
 fn step(parameters: &mut [f32], gradient: &mut [f32], step_sizes: Floats<'_>) {
-    // Three at a time, which all runs of Neural are multiples of: to go round takes a third of the
-    // time that an entry does.
+    // Three entries at a time, because the loop overhead is a third of an entry's time. The lengths of all of Neural's
+    // parameter groups are multiples of three.
     let (parameters, last_parameters) = parameters.as_chunks_mut();
     let (gradient, last_gradient) = gradient.as_chunks_mut();
     let (step_sizes, last_step_sizes) = step_sizes.words().as_chunks();
@@ -317,18 +330,18 @@ fn step(parameters: &mut [f32], gradient: &mut [f32], step_sizes: Floats<'_>) {
         step_one(r, by_r, *alpha_r);
     }
     let last = last_parameters.iter_mut().zip(last_gradient);
-    for ((parameter, entry), step_size) in last.zip(last_step_sizes) {
-        step_one(parameter, entry, *step_size);
+    for ((parameter, gradient), step_size) in last.zip(last_step_sizes) {
+        step_one(parameter, gradient, *step_size);
     }
 }
 
 #[inline(always)]
-fn step_one(parameter: &mut f32, entry: &mut f32, step_size: [u8; 4]) {
-    *parameter -= f32::from_le_bytes(step_size) * *entry;
-    *entry = 0.0;
+fn step_one(parameter: &mut f32, gradient: &mut f32, step_size: [u8; 4]) {
+    *parameter -= f32::from_le_bytes(step_size) * *gradient;
+    *gradient = 0.0;
 }
 
-/// Kept out of line: its temporaries are off the stack between slices of work.
+/// Adds the loss gradients of samples. Not inlined, so that its stack is released between slices of work.
 #[inline(never)]
 fn accumulate_gradients<M: Model>(parameters: &[f32], samples: Samples<'_>, gradient: &mut [f32]) {
     let views = M::Parameters::view(parameters).zip(M::Parameters::view_mut(gradient));
@@ -337,7 +350,7 @@ fn accumulate_gradients<M: Model>(parameters: &[f32], samples: Samples<'_>, grad
     }
 }
 
-/// The model's BRDF, sr^-1 (not times the cosine). Out of line for the same reason.
+/// Returns the model's BRDF, sr^-1 (not times the cosine). Not inlined for the same reason.
 #[inline(never)]
 fn brdf<M: Model>(parameters: &M::Parameters<f32>, at: &HalfDifference<f32>) -> [f32; 3] {
     M::brdf::<f32>(parameters, at)

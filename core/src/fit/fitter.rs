@@ -1,4 +1,4 @@
-//! The models that a scan can name.
+//! The models that a scan accepts as its type parameter.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,7 +7,7 @@ use super::any::AnyModel;
 use super::linear::Linear;
 use crate::model::{CookTorrance, Neural, Phong};
 
-/// A model that a scan can name: one of the four, or [`AnyModel`], which does what the recipe says.
+/// A model that a scan accepts as its type parameter: one of the four, or [`AnyModel`] for the recipe's model.
 pub trait Fitter: Algorithm {}
 
 impl Fitter for Phong {}
@@ -16,19 +16,20 @@ impl Fitter for Neural {}
 impl Fitter for Linear {}
 impl Fitter for AnyModel {}
 
-/// Progress of a fit, in its own units of work: gradients of one sample, rows and channels of a
-/// ridge solve, or what a completion makes of one reading or for one channel.
+/// The progress of a fit, in units of work.
+///
+/// A unit is the gradient of one sample, a row or a channel of a ridge solve, or a part of the completion of readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Progress {
-    /// Units done.
+    /// Number of completed units.
     pub done: u32,
-    /// Units that the whole fit takes.
+    /// Number of units of the whole fit.
     pub total: u32,
 }
 
 impl Progress {
-    /// True if nothing is left to do.
+    /// Returns true if all units are completed.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.done >= self.total

@@ -1,10 +1,10 @@
-//! Descents and ridge solves as recipes keep them.
+//! Descents and ridge solves, read in place from a recipe.
 
 use super::ridge::Problem;
 use crate::model::ModelKind;
 use crate::numeric::Floats;
 
-/// A few steps of SGD from a learned start, with a learned step size for each parameter.
+/// A few steps of SGD from learned initial parameters, with a learned step size for each parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Descent<'a> {
     pub(crate) model: ModelKind,
@@ -14,19 +14,19 @@ pub struct Descent<'a> {
 }
 
 impl<'a> Descent<'a> {
-    /// The model that it fits.
+    /// The model that the descent fits.
     #[must_use]
     pub fn model(&self) -> ModelKind {
         self.model
     }
 
-    /// SGD steps of the fit.
+    /// Number of SGD steps.
     #[must_use]
     pub fn inner_steps(&self) -> u16 {
         self.inner_steps
     }
 
-    /// Initial parameters, in the model's order.
+    /// The initial parameters, in the model's order.
     #[must_use]
     pub fn initial(&self) -> Floats<'a> {
         self.initial
@@ -39,7 +39,7 @@ impl<'a> Descent<'a> {
     }
 }
 
-/// A ridge solve on a basis that is reduced to the sampled directions; see [`crate::fit::ridge`].
+/// A ridge solve with a basis that is reduced to the sampled directions; see [`crate::fit::ridge`].
 #[derive(Clone, Copy, Debug)]
 pub struct Ridge<'a> {
     pub(crate) problem: Problem<'a, [u8; 4]>,
@@ -52,7 +52,7 @@ pub struct Ridge<'a> {
 }
 
 impl<'a> Ridge<'a> {
-    /// Basis and precisions, to be factorized.
+    /// The problem of basis and precisions, not yet factorized.
     #[must_use]
     pub fn problem(&self) -> Problem<'a, [u8; 4]> {
         self.problem
@@ -76,8 +76,7 @@ impl<'a> Ridge<'a> {
         self.mean
     }
 
-    /// The median BRDF of the training columns at the sampled directions, sr^-1 (not times a
-    /// cosine).
+    /// The median BRDF of the training columns at the sampled directions, sr^-1 (not times a cosine).
     #[must_use]
     pub fn median(&self) -> Floats<'a> {
         self.median
@@ -89,14 +88,13 @@ impl<'a> Ridge<'a> {
         self.weight
     }
 
-    /// The precision of each coefficient (the paper's eta, for all of them).
+    /// The precision of each coefficient. The paper has one precision for all of them, eta.
     #[must_use]
     pub fn precision(&self) -> Floats<'a> {
         self.precision
     }
 
-    /// The CRC-32 of the host's file of the whole basis, which turns coefficients into a BRDF; None
-    /// if there is none.
+    /// The CRC-32 of the host's whole basis file, which turns coefficients into a BRDF. None without a basis.
     #[must_use]
     pub fn basis_checksum(&self) -> Option<u32> {
         Some(self.basis_checksum).filter(|checksum| *checksum != 0)

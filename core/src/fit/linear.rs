@@ -1,4 +1,4 @@
-//! The model Linear: a ridge solve in slices, in memory of the caller's.
+//! The model Linear: a ridge solve or a completion, in slices of work and in the caller's memory.
 
 use super::algorithm::{Algorithm, Channels, ModelMismatch};
 use super::completed::{Completed, Components, Target};
@@ -9,17 +9,17 @@ use crate::geometry::HalfDifference;
 use crate::model::linear::{Basis, map, unmap};
 use crate::model::{ModelKind, Samples};
 
-/// The color channels, each with coefficients of its own.
+/// Number of color channels. Each has its own coefficients.
 const CHANNELS: usize = 3;
 
 /// The model Linear.
 ///
-/// A unit of its work is a row of the factorization or a channel of the solve; of a completion it is a
-/// reading, the hidden units, or a channel.
+/// A unit of work is a row of the factorization or a channel of the solve. In a completion it is a reading, the hidden
+/// units, or a channel.
 #[derive(Clone, Copy, Debug)]
 pub struct Linear;
 
-/// Numbers that a solve works in, for n samples and m components.
+/// Returns the memory of a ridge solve in words, for n samples and m components.
 pub(crate) const fn linear_words(samples: usize, components: usize) -> usize {
     CHANNELS * components
         + samples
@@ -27,19 +27,19 @@ pub(crate) const fn linear_words(samples: usize, components: usize) -> usize {
         + scratch_length(samples, components)
 }
 
-/// A words taken apart.
+/// The memory of a ridge solve, split into its parts.
 struct Parts<'w> {
-    /// Three runs of m.
+    /// Three lists of m.
     coefficients: &'w mut [f32],
-    /// t of one channel, n.
+    /// The mapped readings t of one channel, n.
     mapped: &'w mut [f32],
     factors: &'w mut [f32],
     scratch: &'w mut [f32],
 }
 
 impl<'w> Parts<'w> {
-    /// None if there are fewer words than [`linear_words`].
-    fn of(words: &'w mut [f32], ridge: &Ridge<'_>) -> Option<Self> {
+    /// Splits the memory. None if there are fewer words than [`linear_words`].
+    fn split(words: &'w mut [f32], ridge: &Ridge<'_>) -> Option<Self> {
         let (samples, components) = (ridge.problem.samples(), ridge.components());
         let (coefficients, rest) = words.split_at_mut_checked(CHANNELS * components)?;
         let (mapped, rest) = rest.split_at_mut_checked(samples)?;
@@ -79,7 +79,7 @@ impl Algorithm for Linear {
         words.fill(0.0);
     }
 
-    #[inline(never)] // into callers that are compiled for speed
+    #[inline(never)] // because callers are compiled for speed
     fn advance(
         words: &mut [f32],
         method: &FitMethod<'_>,
@@ -100,7 +100,7 @@ impl Algorithm for Linear {
         };
         let rows = ridge.problem.order() as u32;
         for unit in done..end {
-            let Some(parts) = Parts::of(words, ridge) else {
+            let Some(parts) = Parts::split(words, ridge) else {
                 return done;
             };
             match unit.checked_sub(rows) {
@@ -127,7 +127,7 @@ impl Algorithm for Linear {
         }
     }
 
-    #[inline(never)] // into callers that are compiled for speed
+    #[inline(never)] // because callers are compiled for speed
     fn at_sample(
         words: &[f32],
         method: &FitMethod<'_>,
@@ -165,7 +165,7 @@ impl Algorithm for Linear {
         modeled
     }
 
-    #[inline(never)] // into callers that are compiled for speed
+    #[inline(never)] // because callers are compiled for speed
     fn brdf(
         words: &[f32],
         method: &FitMethod<'_>,
@@ -176,7 +176,7 @@ impl Algorithm for Linear {
     }
 }
 
-/// The coefficients of each channel.
+/// Returns the coefficients of each channel.
 fn channels<'w>(words: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; CHANNELS] {
     match method {
         FitMethod::Ridge(ridge) => {
@@ -188,8 +188,8 @@ fn channels<'w>(words: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; CHANNEL
     }
 }
 
-/// The mapped value at a sample of the pattern by some coefficients. Out of line: it is there once, and its
-/// temporaries are off the stack afterwards.
+/// Returns the mapped BRDF of some coefficients at a sample of the pattern. Not inlined, so that firmware contains it
+/// once and its stack is released afterwards.
 #[inline(never)]
 fn mapped_at(
     completed: &Completed<'_>,
@@ -207,8 +207,8 @@ fn mapped_at(
     sum
 }
 
-/// The coefficients of a channel, the problem being factorized. Out of line: what it takes of the
-/// stack is given back between slices.
+/// Computes the coefficients of a channel with the factorized problem. Not inlined, so that its stack is released
+/// between slices.
 #[inline(never)]
 fn solve_channel(parts: Parts<'_>, ridge: &Ridge<'_>, samples: Samples<'_>, channel: usize) {
     let at = ridge.mean.iter().zip(ridge.median.iter());
@@ -223,7 +223,7 @@ fn solve_channel(parts: Parts<'_>, ridge: &Ridge<'_>, samples: Samples<'_>, chan
         .coefficients
         .chunks_exact_mut(ridge.components().max(1));
     if let Some(coefficients) = channels.nth(channel) {
-        // All lengths fit, or `accept` would have refused the recipe: this cannot fail.
+        // This cannot fail, because `accept` has refused recipes with other lengths.
         let factors = ridge.problem.factors(&*parts.factors);
         let _ = factors.coefficients(parts.mapped, coefficients, parts.scratch);
     }

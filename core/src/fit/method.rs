@@ -1,15 +1,14 @@
-//! The method of a recipe: what a fit works by.
+//! The fit method of a recipe.
 //!
-//! These are put together by [`Recipe::parse`](crate::recipe::Recipe::parse), which checks what
-//! they promise; they are read in place.
+//! [`Recipe::parse`](crate::recipe::Recipe::parse) creates it and checks its invariants. Its lists are read in place.
 
 use super::completed::{Completed, Target};
 use super::learned::{Descent, Ridge};
 use crate::model::ModelKind;
 
-/// Recipes that complete readings are fitted.
+/// True if the crate fits recipes with a completion.
 pub(crate) const COMPLETION: bool = cfg!(feature = "completion");
-/// Ridge solves are fitted.
+/// True if the crate fits recipes with a ridge solve.
 pub(crate) const RIDGE: bool = cfg!(feature = "ridge");
 
 /// The method that fits parameters to readings.
@@ -19,12 +18,12 @@ pub enum FitMethod<'a> {
     Descent(Descent<'a>),
     /// A ridge solve, the model Linear.
     Ridge(Ridge<'a>),
-    /// A learned map, and what its coefficients become.
+    /// A completion, and the use of its coefficients.
     Completed(Completed<'a>),
 }
 
 impl FitMethod<'_> {
-    /// The model that it fits.
+    /// The model that the method fits.
     #[must_use]
     pub fn model(&self) -> ModelKind {
         match self {
@@ -34,7 +33,7 @@ impl FitMethod<'_> {
         }
     }
 
-    /// Number of values of a fit: the model's parameters, or a coefficient for each component and channel.
+    /// The number of values of a fit: the model's parameters, or a coefficient for each component and channel.
     #[must_use]
     pub fn values(&self) -> usize {
         let components = match self {
@@ -57,8 +56,7 @@ impl FitMethod<'_> {
         }
     }
 
-    /// The CRC-32 of the host's file of the whole basis, which turns Linear's coefficients into a BRDF;
-    /// None if there is none.
+    /// The CRC-32 of the host's whole basis file, which turns Linear's coefficients into a BRDF. None without a basis.
     #[must_use]
     pub fn basis_checksum(&self) -> Option<u32> {
         match self {

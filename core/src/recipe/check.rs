@@ -1,4 +1,4 @@
-//! Checks of the numbers of a recipe.
+//! Checks of a recipe's numbers.
 
 use super::error::RecipeError;
 use super::field::Field;
@@ -14,7 +14,7 @@ use crate::fit::{
 use crate::geometry::{Angles, HalfDifference};
 use crate::numeric::Floats;
 
-/// Angles as recipes pack them.
+/// The three angles of a sample, packed as in a recipe.
 pub(super) type PackedAngles = [u8; 12];
 
 /// Unpacks (theta_h, theta_d, phi_d).
@@ -27,7 +27,7 @@ pub(super) fn angles(packed: &PackedAngles) -> Angles<f32> {
     }
 }
 
-/// Checks where to measure.
+/// Checks the directions to measure.
 pub(super) fn pattern(packed: &[u8]) -> Result<&[PackedAngles], RecipeError> {
     let (pattern, []) = packed.as_chunks() else {
         return Err(RecipeError::Count(Field::Pattern));
@@ -45,7 +45,7 @@ pub(super) fn pattern(packed: &[u8]) -> Result<&[PackedAngles], RecipeError> {
     Ok(pattern)
 }
 
-/// Checks the method, for a pattern of `samples` samples, and the prediction of its loss.
+/// Checks the method for a pattern of `samples` samples, and the prediction of its loss.
 pub(super) fn method<'a>(
     packed: PackedMethod<'a>,
     prediction: Option<&'a [u8]>,
@@ -54,10 +54,10 @@ pub(super) fn method<'a>(
     match packed {
         PackedMethod::Descent(packed) => descent(packed).map(FitMethod::Descent),
         PackedMethod::Ridge(packed) if RIDGE => ridge(packed, samples).map(FitMethod::Ridge),
-        PackedMethod::Completed(packed, then) if COMPLETION => {
-            completed(&packed, then, prediction, samples).map(FitMethod::Completed)
+        PackedMethod::Completed(packed, descent) if COMPLETION => {
+            completed(&packed, descent, prediction, samples).map(FitMethod::Completed)
         }
-        // Their sections were refused.
+        // `Contents` has already refused these sections.
         PackedMethod::Ridge(_) => Err(RecipeError::Unknown(Kind::RIDGE)),
         PackedMethod::Completed(..) => Err(RecipeError::Unknown(Kind::COMPLETION)),
     }
@@ -100,7 +100,7 @@ fn ridge(packed: PackedRidge<'_>, samples: usize) -> Result<Ridge<'_>, RecipeErr
 
 fn completed<'a>(
     packed: &PackedCoefficientNet<'a>,
-    then: Option<(PackedDescent<'a>, PackedInitNet<'a>)>,
+    descent: Option<(PackedDescent<'a>, PackedInitNet<'a>)>,
     prediction: Option<&'a [u8]>,
     samples: usize,
 ) -> Result<Completed<'a>, RecipeError> {
@@ -115,14 +115,14 @@ fn completed<'a>(
     positive(packed.scale, Field::Scale)?;
     let weights = rows.saturating_mul(3).saturating_mul(samples);
     let hidden = rows.saturating_sub(components);
-    let target = match then {
+    let target = match descent {
         None => Target::Linear(Components {
             rows: bytes(packed.rows, samples.saturating_mul(components), Field::Rows)?,
             scales: list(packed.row_scales, components, Field::RowScales, finite)?,
             basis_checksum: packed.basis_checksum,
         }),
-        Some((then, start)) => {
-            // They would mean nothing, and be lost when the recipe is written again.
+        Some((descent, init_net)) => {
+            // They would have no meaning, and be lost when the recipe is written again.
             for (is_empty, field) in [
                 (packed.rows.is_empty(), Field::Rows),
                 (packed.row_scales.is_empty(), Field::RowScales),
@@ -132,9 +132,9 @@ fn completed<'a>(
                     return Err(RecipeError::Unused(field));
                 }
             }
-            let descent = descent(then)?;
-            let start = self::start(start, components, descent.initial.len())?;
-            Target::Descent(descent, start)
+            let descent = self::descent(descent)?;
+            let init_net = self::init_net(init_net, components, descent.initial.len())?;
+            Target::Descent(descent, init_net)
         }
     };
     Ok(Completed {
@@ -158,20 +158,20 @@ fn completed<'a>(
         },
         center: list(packed.center, samples, Field::Center, in_range)?,
         scale: packed.scale,
-        missing: MissingPolicy::of_number(packed.missing)
+        missing: MissingPolicy::from_number(packed.missing)
             .ok_or(RecipeError::Range(Field::Missing))?,
         prediction: match prediction {
             None => Floats::EMPTY,
-            Some(list) => {
+            Some(packed) => {
                 let entries = components.saturating_add(1);
-                self::list(list, entries, Field::Prediction, in_range)?
+                list(packed, entries, Field::Prediction, in_range)?
             }
         },
         target,
     })
 }
 
-fn start(
+fn init_net(
     packed: PackedInitNet<'_>,
     components: usize,
     parameters: usize,
@@ -207,7 +207,7 @@ fn start(
     })
 }
 
-/// So many bytes.
+/// Checks the number of bytes.
 #[inline(never)]
 fn bytes(bytes: &[u8], length: usize, field: Field) -> Result<&[u8], RecipeError> {
     if bytes.len() == length {
@@ -217,7 +217,7 @@ fn bytes(bytes: &[u8], length: usize, field: Field) -> Result<&[u8], RecipeError
     }
 }
 
-/// A list of so many numbers that pass a check. Out of line, as there are many lists.
+/// Checks the length of a list and each of its numbers. Not inlined, because it is called for many lists.
 #[inline(never)]
 fn list(
     bytes: &[u8],
@@ -242,8 +242,8 @@ pub(super) fn finite(value: f32, field: Field) -> Result<(), RecipeError> {
 
 fn in_range(value: f32, field: Field) -> Result<(), RecipeError> {
     finite(value, field)?;
-    let (least, most) = field.range();
-    if (least..=most).contains(&value) {
+    let (min, max) = field.range();
+    if (min..=max).contains(&value) {
         Ok(())
     } else {
         Err(RecipeError::Range(field))

@@ -1,4 +1,4 @@
-//! The decoded parts of a body that a fit needs; their numbers are not checked yet.
+//! The decoded sections of a body that a fit needs. Their numbers are not checked yet.
 
 use super::decode::decode;
 use super::error::RecipeError;
@@ -7,7 +7,7 @@ use super::parts::PackedMethod;
 use super::sections::Sections;
 use crate::fit::{COMPLETION, RIDGE};
 
-/// The parts of every recipe.
+/// The sections that a fit needs.
 pub(super) struct Contents<'a> {
     pub(super) pattern: &'a [u8],
     pub(super) method: PackedMethod<'a>,
@@ -16,28 +16,28 @@ pub(super) struct Contents<'a> {
 
 impl<'a> Contents<'a> {
     /// Decodes the sections of a body.
-    pub(super) fn of_sections(body: &'a [u8]) -> Result<Self, RecipeError> {
+    pub(super) fn from_body(body: &'a [u8]) -> Result<Self, RecipeError> {
         let mut pattern = None;
         let mut descent = None;
         let mut ridge = None;
         let mut completion = None;
-        let mut start = None;
+        let mut init_net = None;
         let mut prediction = None;
-        let mut last = None;
+        let mut previous = None;
         let mut sections = Sections::new(body);
         for (kind, bytes) in &mut sections {
-            // Strictly ascending, so that no kind is there twice.
-            if last >= Some(kind) {
+            // Strictly ascending, so no kind occurs twice.
+            if previous >= Some(kind) {
                 return Err(RecipeError::Order(kind));
             }
-            last = Some(kind);
+            previous = Some(kind);
             match kind {
                 Kind::PATTERN => pattern = Some(decode(kind, bytes)?),
                 Kind::DESCENT => descent = Some(decode(kind, bytes)?),
                 Kind::RIDGE if RIDGE => ridge = Some(decode(kind, bytes)?),
                 Kind::COMPLETION if COMPLETION => completion = Some(decode(kind, bytes)?),
-                Kind::START if COMPLETION => start = Some(decode(kind, bytes)?),
-                // An optional one that a fit goes by, where a completion is there.
+                Kind::START if COMPLETION => init_net = Some(decode(kind, bytes)?),
+                // Optional, but a fit with a completion uses it.
                 Kind::PREDICTION if COMPLETION => prediction = Some(decode(kind, bytes)?),
                 _ if kind.is_required() => return Err(RecipeError::Unknown(kind)),
                 _ => {}
@@ -48,15 +48,15 @@ impl<'a> Contents<'a> {
         }
         Ok(Self {
             pattern: pattern.ok_or(RecipeError::Missing(Kind::PATTERN))?,
-            method: match (descent, ridge, completion, start) {
+            method: match (descent, ridge, completion, init_net) {
                 (Some(descent), None, None, None) => PackedMethod::Descent(descent),
                 (None, Some(ridge), None, None) => PackedMethod::Ridge(ridge),
                 (None, None, Some(completion), None) => PackedMethod::Completed(completion, None),
-                (Some(descent), None, Some(completion), Some(start)) => {
-                    PackedMethod::Completed(completion, Some((descent, start)))
+                (Some(descent), None, Some(completion), Some(init_net)) => {
+                    PackedMethod::Completed(completion, Some((descent, init_net)))
                 }
                 (None, None, None, None) => return Err(RecipeError::Learners(0)),
-                // A start is no method, so this is not one too many.
+                // A start is not a method, so this is not a second method.
                 (None, Some(_), None, Some(_)) => return Err(RecipeError::Beside(Kind::START)),
                 (_, Some(_), _, _) => return Err(RecipeError::Learners(2)),
                 (None, _, _, Some(_)) => return Err(RecipeError::Missing(Kind::DESCENT)),

@@ -1,11 +1,11 @@
-//! A section's value by postcard.
+//! Postcard decoding of a section.
 
 use serde::Deserialize;
 
 use super::error::RecipeError;
 use super::kind::Kind;
 
-/// All of a section's bytes as one value.
+/// Decodes a section as one value that takes all of its bytes.
 pub(super) fn decode<'a, T: Deserialize<'a>>(
     kind: Kind,
     bytes: &'a [u8],

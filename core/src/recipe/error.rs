@@ -9,7 +9,7 @@ use crate::error_code::ErrorCode;
 use crate::gonio::LimitsError;
 use crate::model::ModelKind;
 
-/// Errors of a recipe.
+/// An error of a recipe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -18,20 +18,20 @@ pub enum RecipeError {
     Magic,
     /// A format version that this crate does not read.
     Version(u16),
-    /// The header promises more or fewer bytes than there are.
+    /// The header states another number of bytes than there are.
     Length {
-        /// Bytes of header and body together, by the header.
+        /// Number of bytes of header and body, according to the header.
         expected: u32,
-        /// Bytes at hand.
+        /// Actual number of bytes.
         found: u32,
     },
     /// The bytes were altered after they were written.
     Checksum,
-    /// The body does not follow the format, although its checksum is right.
+    /// The body does not follow the format, although its checksum is correct.
     Malformed,
     /// A field has an impossible number of entries, or an impossible count.
     Count(Field),
-    /// The limits that it states are none.
+    /// The machine limits in the recipe are invalid.
     Limits(LimitsError),
     /// A field holds a NaN or an infinity.
     NonFinite(Field),
@@ -39,34 +39,34 @@ pub enum RecipeError {
     BelowHorizon(u16),
     /// The buffer for a recipe is too small.
     BufferTooSmall,
-    /// This model is not fitted by descent.
+    /// The recipe has a descent, but a descent cannot fit this model.
     Model(ModelKind),
-    /// A field holds 0 or less, where numbers have to be positive.
+    /// A field that must be positive holds 0 or less.
     NotPositive(Field),
-    /// A field holds a negative number.
+    /// A field that must not be negative holds a negative number.
     Negative(Field),
     /// A field holds a number outside of its [range](Field::range).
     Range(Field),
-    /// A section that this crate does not know, and that the recipe cannot be read without.
+    /// A required section of an unknown kind.
     Unknown(Kind),
-    /// A section stands behind one of the same or a higher kind.
+    /// A section follows one of the same or a higher kind.
     Order(Kind),
-    /// What is in a section does not follow the format of its kind.
+    /// The content of a section does not follow the format of its kind.
     Section(Kind),
-    /// There is no section of this kind.
+    /// A section of this kind is missing.
     Missing(Kind),
-    /// So many learners, where one is needed: a descent, a ridge solve or a completion.
+    /// Number of fit methods: 0, or 2 for several. A recipe needs one: a descent, a ridge solve or a completion.
     Learners(u8),
-    /// A copy cannot be without a section of this kind.
+    /// A copy must keep the section of this kind.
     Required(Kind),
-    /// A section of this kind, which does not go with a ridge solve.
+    /// A section of this kind cannot be combined with a ridge solve.
     Beside(Kind),
-    /// A field that is for a completion by itself, and not 0 or empty beside a start.
+    /// A field is not 0 or empty, but has no meaning in a completion with a start.
     Unused(Field),
 }
 
 impl RecipeError {
-    /// The code.
+    /// Returns the code.
     #[must_use]
     pub const fn code(&self) -> ErrorCode {
         match self {
@@ -99,18 +99,18 @@ impl RecipeError {
 impl core::fmt::Display for RecipeError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Magic => f.write_str("this is not a recipe: it does not begin with GLMP"),
+            Self::Magic => f.write_str("this is not a recipe: it does not start with GLMP"),
             Self::Version(version) => {
                 write!(
                     f,
-                    "recipe format {version} is unknown: this reads format {VERSION}; train \
-                     again, or build with the glimpse-core of the trainer"
+                    "recipe format {version} is unknown, expected {VERSION}: train again, or \
+                     build with the trainer's glimpse-core"
                 )
             }
             Self::Length { expected, found } => {
                 write!(
                     f,
-                    "the recipe should have {expected} bytes but has {found}: it was cut or padded"
+                    "the recipe has {found} bytes instead of {expected}: it was cut or padded"
                 )
             }
             Self::Checksum => f.write_str("the recipe's checksum is wrong: its bytes were altered"),
@@ -128,10 +128,7 @@ impl core::fmt::Display for RecipeError {
             }
             Self::BufferTooSmall => f.write_str("the buffer is too small for the recipe"),
             Self::Model(model) => {
-                write!(
-                    f,
-                    "the recipe is a descent, but {model} is not fitted by one"
-                )
+                write!(f, "the recipe has a descent, which cannot fit {model}")
             }
             Self::NotPositive(field) => {
                 write!(
@@ -143,34 +140,34 @@ impl core::fmt::Display for RecipeError {
                 write!(f, "the recipe's field `{field}` holds a negative number")
             }
             Self::Range(field) => {
-                let (least, most) = field.range();
+                let (min, max) = field.range();
                 write!(
                     f,
-                    "the recipe's field `{field}` holds a number that is not within {least:e} to {most:e}"
+                    "the recipe's field `{field}` holds a number outside of {min:e} to {max:e}"
                 )
             }
             Self::Unknown(kind) => {
                 write!(
                     f,
-                    "the recipe's section {kind} is unknown here: \
-                     build with glimpse-core's features completion and ridge, or with a newer version"
+                    "the recipe's section {kind} is unknown: build glimpse-core with the features \
+                     completion and ridge, or use a newer version"
                 )
             }
             Self::Order(kind) => {
                 write!(
                     f,
-                    "the recipe's section {kind} is there twice, or behind one of a higher kind: \
-                     kinds ascend"
+                    "the recipe's section {kind} occurs twice or follows a higher kind: \
+                     kinds must ascend"
                 )
             }
             Self::Section(kind) => {
                 write!(f, "the recipe's section {kind} does not follow the format")
             }
-            Self::Missing(kind) => write!(f, "the recipe lacks its section {kind}"),
-            Self::Learners(found) => {
+            Self::Missing(kind) => write!(f, "the recipe has no section {kind}"),
+            Self::Learners(count) => {
                 write!(
                     f,
-                    "the recipe has {found} learners, but needs one: a section {}, {} or {}",
+                    "the recipe has {count} fit methods, but needs one: a section {}, {} or {}",
                     Kind::DESCENT,
                     Kind::RIDGE,
                     Kind::COMPLETION
@@ -179,20 +176,20 @@ impl core::fmt::Display for RecipeError {
             Self::Required(kind) => {
                 write!(
                     f,
-                    "a recipe cannot be without its section {kind}: only optional ones are left out"
+                    "the recipe's section {kind} is required: omit only optional sections"
                 )
             }
             Self::Beside(kind) => {
                 write!(
                     f,
-                    "the recipe's section {kind} does not go with its section {}, a method by itself",
+                    "the recipe's section {kind} cannot be combined with its section {}",
                     Kind::RIDGE
                 )
             }
             Self::Unused(field) => {
                 write!(
                     f,
-                    "the recipe's field `{field}` has to be 0 or empty beside its section {}",
+                    "the recipe's field `{field}` has to be 0 or empty with a section {}",
                     Kind::START
                 )
             }

@@ -1,4 +1,4 @@
-//! The fields of a recipe, to name them in errors.
+//! The fields of a recipe, which errors name.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,22 +7,22 @@ use super::format::{
     MIN_PRECISION,
 };
 
-/// A field of the recipe, to name it in errors.
+/// A field of the recipe, which errors name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Field {
     /// The body as a whole.
     Body,
-    /// SGD steps.
+    /// Number of SGD steps.
     InnerSteps,
-    /// Where to measure.
+    /// The directions to measure.
     Pattern,
     /// Initial parameters.
     Initial,
     /// A step size for each parameter.
     StepSizes,
-    /// The loss to expect.
+    /// The expected loss.
     ExpectedLoss,
     /// m, the number of components.
     Components,
@@ -36,53 +36,53 @@ pub enum Field {
     Weight,
     /// The precision of each coefficient.
     Precision,
-    /// The standard error of the loss to expect.
+    /// The standard error of the expected loss.
     StandardError,
-    /// Noise relative to the value.
+    /// Standard deviation of the noise relative to the value.
     Multiplicative,
-    /// Noise that does not depend on the value.
+    /// Standard deviation of the noise that does not depend on the value, sr^-1.
     Additive,
-    /// Of a completion: what each sample's logarithm is centered by.
+    /// Of a completion: the center that is subtracted from each sample's logarithm.
     Center,
-    /// Of a completion: what a centered logarithm is multiplied by.
+    /// Of a completion: the factor of the centered logarithms.
     Scale,
     /// Of a completion: the weights of readings.
     Readings,
-    /// Of a completion: what rows of those are to be multiplied by.
+    /// Of a completion: the scale of each row of `readings`.
     ReadingScales,
     /// Of a completion: the bias of each row.
     Bias,
     /// Of a completion: the weights from hidden units to coefficients.
     Output,
-    /// Of a completion: what rows of those are to be multiplied by.
+    /// Of a completion: the scale of each row of `output`.
     OutputScales,
     /// Of a completion: the components at the sampled directions.
     Rows,
-    /// Of a completion: what each component there is to be multiplied by.
+    /// Of a completion: the scale of each component in `rows`.
     RowScales,
-    /// Of a completion: the CRC-32 of the file of the whole basis.
+    /// Of a completion: the CRC-32 of the host's whole basis file.
     BasisChecksum,
     /// Of a start: the weights from coefficients to units.
     StartHidden,
-    /// Of a start: what rows of those are to be multiplied by.
+    /// Of a start: the scale of each row of `hidden`.
     StartHiddenScales,
     /// Of a start: the bias of each unit.
     StartBias,
-    /// Of a start: the weights from units to initial parameters.
+    /// Of a start: the weights from units to offsets of the initial parameters.
     StartOutput,
-    /// Of a start: what rows of those are to be multiplied by.
+    /// Of a start: the scale of each row of `output`.
     StartOutputScales,
-    /// From a completion to the loss that a fit is likely to have.
+    /// The weights from a completion's coefficients to the predicted loss.
     Prediction,
-    /// Of a completion: what it was trained to do where readings are missing.
+    /// Of a completion: the treatment of missing readings.
     Missing,
-    /// The share of training tasks that a source of materials has.
+    /// The share of a source of materials in all training tasks.
     Share,
 }
 
 impl Field {
-    /// The name, as in `core/docs/recipe.md`. Behind the name of its section and a dot, where a
-    /// field of the same name may be in another section.
+    /// The name, as in `core/docs/recipe.md`. If another section has a field of the same name, the name of the section
+    /// and a dot precede it.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -122,8 +122,7 @@ impl Field {
         }
     }
 
-    /// The smallest and the largest number that it may hold; all finite ones where nothing else is
-    /// said.
+    /// The smallest and the largest number that the field may hold. By default all finite numbers.
     #[must_use]
     pub const fn range(self) -> (f32, f32) {
         match self {

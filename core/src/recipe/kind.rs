@@ -4,63 +4,61 @@ use serde::{Deserialize, Serialize};
 
 /// The kind of a section of a recipe.
 ///
-/// Numbers below 128 are required: who does not know such a kind cannot read the recipe. Numbers
-/// from 128 on are optional: who does not know such a kind passes over the section. A number is
-/// never used for anything else, and what a kind holds never changes; `core/docs/recipe.md` says
-/// how to add one.
+/// Kinds below 128 are required: a reader refuses a recipe with an unknown one. Kinds from 128 on are optional: a
+/// reader skips a section of an unknown one. A number is never reused, and the content of a kind never changes.
+/// `core/docs/recipe.md` describes how to add a kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Kind(u16);
 
 impl Kind {
-    /// Where to measure.
+    /// The directions to measure.
     pub const PATTERN: Self = Self(0);
-    /// A few steps of SGD; a recipe has this or [`Kind::RIDGE`].
+    /// A few steps of SGD, alone or with [`Kind::COMPLETION`] and [`Kind::START`].
     pub const DESCENT: Self = Self(1);
-    /// A ridge solve, the model Linear; a recipe has this or [`Kind::DESCENT`] or
-    /// [`Kind::COMPLETION`].
+    /// A ridge solve, the model Linear. It excludes [`Kind::DESCENT`] and [`Kind::COMPLETION`].
     pub const RIDGE: Self = Self(2);
-    /// What completes readings: by itself the model Linear, or with [`Kind::START`] where the recipe's
-    /// [`Kind::DESCENT`] starts.
+    /// A learned map from readings to coefficients. Alone it is the model Linear. With [`Kind::START`] it determines
+    /// the start of the recipe's [`Kind::DESCENT`].
     pub const COMPLETION: Self = Self(3);
-    /// From a completion to where a descent starts.
+    /// A learned map from a completion's coefficients to initial parameters of a descent.
     pub const START: Self = Self(4);
-    /// The machine that the pattern was made for.
+    /// The limits of the machine that the pattern was trained for.
     pub const LIMITS: Self = Self(128);
-    /// The noise that it was trained for.
+    /// The noise of readings in training.
     pub const NOISE: Self = Self(129);
-    /// The loss to expect.
+    /// The expected loss.
     pub const EXPECTATION: Self = Self(130);
-    /// Where it came from.
+    /// The provenance of the recipe.
     pub const PROVENANCE: Self = Self(131);
-    /// Names and digests of the materials that it was trained on.
+    /// Names and digests of the training materials.
     pub const MATERIALS: Self = Self(132);
-    /// From a completion to the loss that a fit is likely to have.
+    /// The weights from a completion's coefficients to the predicted loss.
     pub const PREDICTION: Self = Self(133);
-    /// The training, in types.
+    /// The training as typed values.
     pub const TRAINING: Self = Self(134);
 
     const FIRST_OPTIONAL: Self = Self(128);
 
-    /// The kind with this number, known or not.
+    /// Creates a kind from its number, known or not.
     #[must_use]
     pub const fn new(number: u16) -> Self {
         Self(number)
     }
 
-    /// Its number in the recipe's bytes.
+    /// The number in the recipe's bytes.
     #[must_use]
     pub const fn number(self) -> u16 {
         self.0
     }
 
-    /// True if a recipe with a section of this kind cannot be read without knowing the kind.
+    /// Returns true if a reader must know the kind to read a recipe with such a section.
     #[must_use]
     pub fn is_required(self) -> bool {
         self < Self::FIRST_OPTIONAL
     }
 
-    /// Its name; None for a kind that this crate does not know.
+    /// The name, or None for an unknown kind.
     #[must_use]
     pub const fn name(self) -> Option<&'static str> {
         Some(match self {

@@ -1,5 +1,6 @@
-//! What a recipe states about itself, decoded when it is asked for: a fit needs none of it, so a
-//! firmware that does not ask carries no code for it.
+//! The metadata of a recipe, decoded on request.
+//!
+//! A fit needs none of it. Firmware that does not request it contains no code for it.
 
 use super::check::{finite, not_negative};
 use super::decode::decode;
@@ -11,73 +12,73 @@ use super::sections::{Materials, Sections};
 use super::training::Training;
 use crate::gonio::Limits;
 
-/// What a recipe states about itself, by [`Recipe::metadata`](super::Recipe::metadata).
+/// The metadata of a recipe, returned by [`Recipe::metadata`](super::Recipe::metadata).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Metadata<'a> {
-    /// The machine that the pattern was made for.
+    /// The limits of the machine that the pattern was trained for.
     pub limits: Option<Limits>,
-    /// The noise that it was trained for.
+    /// The noise of readings in training.
     pub noise: Option<Noise>,
-    /// The loss to expect on a material that training never saw, and on what that was found.
+    /// The expected loss on a material that was not in the training data, and the materials of this estimate.
     pub expectation: Option<ExpectedLoss<'a>>,
-    /// Where it came from.
+    /// The provenance of the recipe.
     pub provenance: Option<Provenance<'a>>,
-    /// The materials that it was trained on: names, and digests of their BRDFs. None where the
-    /// recipe does not name them.
+    /// Names of the training materials, and digests of their BRDFs. Empty if the recipe does not name them.
     pub materials: Materials<'a>,
-    /// The training, in types.
+    /// The training as typed values.
     pub training: Option<Training<'a>>,
 }
 
-/// Decodes and checks the statements among these sections.
+/// Decodes and checks the metadata among these sections.
 pub(super) fn read(sections: Sections<'_>) -> Result<Metadata<'_>, RecipeError> {
-    let statements = decoded(sections)?;
-    check(&statements)?;
-    Ok(statements)
+    let metadata = decode_all(sections)?;
+    check(&metadata)?;
+    Ok(metadata)
 }
 
-/// Decodes and checks the loss to expect, and nothing else: firmware that asks for it alone carries
-/// no code for the other statements. None if there is none, or if it is invalid.
-pub(super) fn expectation(mut sections: Sections<'_>) -> Option<ExpectedLoss<'_>> {
+/// Decodes and checks only the expected loss. None if it is absent or invalid.
+///
+/// Firmware that requests only this contains no code for other metadata.
+pub(super) fn read_expectation(mut sections: Sections<'_>) -> Option<ExpectedLoss<'_>> {
     let (kind, bytes) = sections.find(|(kind, _)| *kind == Kind::EXPECTATION)?;
     let expectation = decode(kind, bytes).ok()?;
     check_expectation(&expectation).ok()?;
     Some(expectation)
 }
 
-fn decoded(sections: Sections<'_>) -> Result<Metadata<'_>, RecipeError> {
-    let mut statements = Metadata::default();
+fn decode_all(sections: Sections<'_>) -> Result<Metadata<'_>, RecipeError> {
+    let mut metadata = Metadata::default();
     for (kind, bytes) in sections {
         match kind {
-            Kind::LIMITS => statements.limits = Some(decode(kind, bytes)?),
-            Kind::NOISE => statements.noise = Some(decode(kind, bytes)?),
-            Kind::EXPECTATION => statements.expectation = Some(decode(kind, bytes)?),
-            Kind::PROVENANCE => statements.provenance = Some(decode(kind, bytes)?),
+            Kind::LIMITS => metadata.limits = Some(decode(kind, bytes)?),
+            Kind::NOISE => metadata.noise = Some(decode(kind, bytes)?),
+            Kind::EXPECTATION => metadata.expectation = Some(decode(kind, bytes)?),
+            Kind::PROVENANCE => metadata.provenance = Some(decode(kind, bytes)?),
             Kind::MATERIALS => {
-                statements.materials = Materials::new(bytes).ok_or(RecipeError::Section(kind))?;
+                metadata.materials = Materials::new(bytes).ok_or(RecipeError::Section(kind))?;
             }
             Kind::TRAINING => {
                 let training = Training::read(bytes).ok_or(RecipeError::Section(kind))?;
-                statements.training = Some(training);
+                metadata.training = Some(training);
             }
             _ => {}
         }
     }
-    Ok(statements)
+    Ok(metadata)
 }
 
-fn check(statements: &Metadata<'_>) -> Result<(), RecipeError> {
-    if let Some(limits) = &statements.limits {
+fn check(metadata: &Metadata<'_>) -> Result<(), RecipeError> {
+    if let Some(limits) = &metadata.limits {
         limits.validate().map_err(RecipeError::Limits)?;
     }
-    if let Some(noise) = &statements.noise {
+    if let Some(noise) = &metadata.noise {
         not_negative(noise.multiplicative, Field::Multiplicative)?;
         not_negative(noise.additive, Field::Additive)?;
     }
-    if let Some(expectation) = &statements.expectation {
+    if let Some(expectation) = &metadata.expectation {
         check_expectation(expectation)?;
     }
-    if let Some(training) = &statements.training {
+    if let Some(training) = &metadata.training {
         for source in training.sources {
             not_negative(source.share, Field::Share)?;
         }

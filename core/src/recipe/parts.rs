@@ -1,4 +1,4 @@
-//! What is in a recipe's sections.
+//! The content of a recipe's sections.
 //!
 //! The order of fields and variants here is the format; see `core/docs/recipe.md`.
 
@@ -16,25 +16,25 @@ pub struct RecipeParts<'a> {
     pub pattern: &'a [u8],
     /// The method that fits parameters to readings.
     pub method: PackedMethod<'a>,
-    /// The machine that the pattern was made for.
+    /// The limits of the machine that the pattern was trained for.
     pub limits: Option<Limits>,
-    /// The noise that it was trained for.
+    /// The noise of readings in training.
     pub noise: Option<Noise>,
-    /// The loss to expect.
+    /// The expected loss.
     pub expectation: Option<ExpectedLoss<'a>>,
-    /// Where it came from.
+    /// The provenance of the recipe.
     pub provenance: Option<Provenance<'a>>,
-    /// Names and digests of the materials that it was trained on; none are no section.
+    /// Names and digests of the training materials. An empty list is not written.
     pub materials: &'a [(&'a str, u32)],
-    /// From a completion's coefficients to the logarithm of the loss that a fit is likely to have,
-    /// packed little-endian f32: a bias, and a weight for each component.
+    /// The weights from a completion's coefficients to the logarithm of the predicted loss, packed little-endian f32:
+    /// a bias, and a weight for each component.
     pub prediction: Option<&'a [u8]>,
-    /// The training, in types.
+    /// The training as typed values.
     pub training: Option<Training<'a>>,
 }
 
 impl<'a> RecipeParts<'a> {
-    /// What every recipe needs, and nothing that is optional.
+    /// Creates the parts of a recipe without optional sections.
     #[must_use]
     pub const fn new(pattern: &'a [u8], method: PackedMethod<'a>) -> Self {
         Self {
@@ -51,14 +51,14 @@ impl<'a> RecipeParts<'a> {
     }
 }
 
-/// How measurements become parameters, as bytes.
+/// The method that fits parameters to readings, as bytes.
 #[derive(Clone, Copy, Debug)]
 pub enum PackedMethod<'a> {
     /// A few steps of SGD.
     Descent(PackedDescent<'a>),
     /// A ridge solve, the model Linear.
     Ridge(PackedRidge<'a>),
-    /// A learned map: to the model Linear, or to where a descent starts.
+    /// A completion: a learned map to the model Linear, or to the start of a descent.
     Completed(
         PackedCoefficientNet<'a>,
         Option<(PackedDescent<'a>, PackedInitNet<'a>)>,
@@ -70,7 +70,7 @@ pub enum PackedMethod<'a> {
 pub struct PackedDescent<'a> {
     /// The model.
     pub model: ModelKind,
-    /// SGD steps.
+    /// Number of SGD steps.
     pub inner_steps: u16,
     /// Initial parameters, packed little-endian f32.
     pub initial: &'a [u8],
@@ -87,66 +87,63 @@ pub struct PackedRidge<'a> {
     pub basis: &'a [u8],
     /// The mean of the mapped training columns at the sampled directions, n.
     pub mean: &'a [u8],
-    /// The median BRDF of the training columns there (not times a cosine), n.
+    /// The median BRDF of the training columns there (sr^-1, not times a cosine), n.
     pub median: &'a [u8],
     /// cos(theta_i) cos(theta_o) there, n.
     pub weight: &'a [u8],
     /// The precision of each coefficient, m.
     pub precision: &'a [u8],
-    /// The CRC-32 of the host's file of the whole basis, which turns coefficients into a BRDF; 0 if
-    /// there is none.
+    /// The CRC-32 of the host's whole basis file, which turns coefficients into a BRDF; 0 without a basis.
     pub basis_checksum: u32,
 }
 
-/// A completion as bytes: weights are signed bytes, all other lists packed little-endian f32.
+/// A completion as bytes. Weights are signed bytes, all other lists packed little-endian f32.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct PackedCoefficientNet<'a> {
     /// m, the number of coefficients of a channel.
     pub components: u16,
-    /// What it was trained to do where readings are missing: the number of a
-    /// [`Missing`](crate::fit::coefficient_net::MissingPolicy).
+    /// The treatment of missing readings: the number of a
+    /// [`MissingPolicy`](crate::fit::coefficient_net::MissingPolicy).
     pub missing: u8,
-    /// What each sample's logarithm is centered by, n.
+    /// The center that is subtracted from each sample's logarithm, n.
     pub center: &'a [u8],
-    /// What it is multiplied by then.
+    /// The factor of the centered logarithms.
     pub scale: f32,
-    /// For each sample the weights own, mean and missing: n x 3 x (m + h).
+    /// The weights own, mean and missing of each sample: n x 3 x (m + h).
     pub readings: &'a [u8],
     /// The scale of each row of `readings`, m + h.
     pub reading_scales: &'a [u8],
     /// The bias of each row, m + h.
     pub bias: &'a [u8],
-    /// From hidden units to coefficients: m rows of h.
+    /// The weights from hidden units to coefficients: m rows of h.
     pub output: &'a [u8],
     /// The scale of each row of `output`, m.
     pub output_scales: &'a [u8],
-    /// The components at the sampled directions, n rows of m weights; empty where a descent follows.
+    /// The components at the sampled directions, n rows of m weights; empty if a descent follows.
     pub rows: &'a [u8],
-    /// The scale of each component in `rows`, m; empty where a descent follows.
+    /// The scale of each component in `rows`, m; empty if a descent follows.
     pub row_scales: &'a [u8],
-    /// The CRC-32 of the host's file of the whole basis, which turns coefficients into a BRDF; 0 if
-    /// there is none.
+    /// The CRC-32 of the host's whole basis file, which turns coefficients into a BRDF; 0 without a basis.
     pub basis_checksum: u32,
 }
 
-/// Where a descent starts, as bytes: weights are signed bytes, all other lists packed little-endian
-/// f32.
+/// The start of a descent as bytes. Weights are signed bytes, all other lists packed little-endian f32.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct PackedInitNet<'a> {
-    /// From the coefficients of red, green and blue to units: g rows of 3 m.
+    /// The weights from the coefficients of red, green and blue to units: g rows of 3 m.
     pub hidden: &'a [u8],
-    /// The scale of each of those rows, g.
+    /// The scale of each row of `hidden`, g.
     pub hidden_scales: &'a [u8],
     /// The bias of each unit, g.
     pub bias: &'a [u8],
-    /// From units to what is added to each initial parameter: rows of g.
+    /// The weights from units to the offset of each initial parameter: rows of g.
     pub output: &'a [u8],
-    /// The scale of each of those rows.
+    /// The scale of each row of `output`.
     pub output_scales: &'a [u8],
 }
 
 impl<'a> PackedDescent<'a> {
-    fn of(descent: &Descent<'a>) -> Self {
+    fn new(descent: &Descent<'a>) -> Self {
         Self {
             model: descent.model(),
             inner_steps: descent.inner_steps(),
@@ -156,46 +153,46 @@ impl<'a> PackedDescent<'a> {
     }
 }
 
-/// Without what predicts a completed fit's loss, which is a section of its own:
+/// The prediction of a completed fit's loss is not included, because it is a separate section:
 /// [`Completed::prediction`](crate::fit::Completed::prediction) goes into [`RecipeParts::prediction`].
 impl<'a> From<FitMethod<'a>> for PackedMethod<'a> {
     fn from(method: FitMethod<'a>) -> Self {
         match method {
-            FitMethod::Descent(descent) => Self::Descent(PackedDescent::of(&descent)),
+            FitMethod::Descent(descent) => Self::Descent(PackedDescent::new(&descent)),
             FitMethod::Completed(completed) => {
-                let completion = completed.coefficient_net();
-                let (rows, row_scales, then): (&[u8], &[u8], _) = match completed.target() {
+                let net = completed.coefficient_net();
+                let (rows, row_scales, descent): (&[u8], &[u8], _) = match completed.target() {
                     Target::Linear(components) => {
                         let scales = components.scales().words().as_flattened();
                         (components.rows(), scales, None)
                     }
-                    Target::Descent(descent, start) => {
-                        let start = PackedInitNet {
-                            hidden: start.hidden,
-                            hidden_scales: start.hidden_scales.as_flattened(),
-                            bias: start.bias.as_flattened(),
-                            output: start.output,
-                            output_scales: start.output_scales.as_flattened(),
+                    Target::Descent(descent, init_net) => {
+                        let init_net = PackedInitNet {
+                            hidden: init_net.hidden,
+                            hidden_scales: init_net.hidden_scales.as_flattened(),
+                            bias: init_net.bias.as_flattened(),
+                            output: init_net.output,
+                            output_scales: init_net.output_scales.as_flattened(),
                         };
-                        (&[], &[], Some((PackedDescent::of(descent), start)))
+                        (&[], &[], Some((PackedDescent::new(descent), init_net)))
                     }
                 };
                 let packed = PackedCoefficientNet {
                     // At most MAX_ROWS, which a u16 holds.
-                    components: completion.components as u16,
+                    components: net.components as u16,
                     missing: completed.missing() as u8,
                     center: completed.center().words().as_flattened(),
                     scale: completed.scale(),
-                    readings: completion.readings,
-                    reading_scales: completion.scales.as_flattened(),
-                    bias: completion.bias.as_flattened(),
-                    output: completion.output,
-                    output_scales: completion.output_scales.as_flattened(),
+                    readings: net.readings,
+                    reading_scales: net.scales.as_flattened(),
+                    bias: net.bias.as_flattened(),
+                    output: net.output,
+                    output_scales: net.output_scales.as_flattened(),
                     rows,
                     row_scales,
                     basis_checksum: method.basis_checksum().unwrap_or_default(),
                 };
-                Self::Completed(packed, then)
+                Self::Completed(packed, descent)
             }
             FitMethod::Ridge(ridge) => Self::Ridge(PackedRidge {
                 // At most MAX_COMPONENTS, which a u16 holds.
@@ -211,46 +208,45 @@ impl<'a> From<FitMethod<'a>> for PackedMethod<'a> {
     }
 }
 
-/// The noise of readings that a recipe was trained for, on each channel by itself.
+/// The noise of readings in the training of a recipe, independent for each channel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Noise {
-    /// Standard deviation relative to the value, none negative.
+    /// Standard deviation relative to the value; not negative.
     pub multiplicative: f32,
-    /// Standard deviation besides, in sr^-1 (of the BRDF, not times the cosine), none negative.
+    /// Additional standard deviation, in sr^-1 (of the BRDF, not times the cosine); not negative.
     pub additive: f32,
-    /// Levels that the sensor tells apart between darkness and a white surface (of BRDF 1/pi) that faces
-    /// the light; 0 if quantization was left out of account.
+    /// Number of the sensor's levels between darkness and a white surface (of BRDF 1/pi) that faces the light; 0 if
+    /// quantization was ignored.
     pub levels: u32,
 }
 
-/// The loss to expect on a material that training never saw.
+/// The expected loss on a material that was not in the training data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ExpectedLoss<'a> {
     /// The mean loss.
     pub loss: f32,
-    /// The standard error of that mean, none negative. None where it is not known: of a single
-    /// material, and in formats 1 and 2.
+    /// The standard error of that mean; not negative. None if unknown, as for a single material.
     pub standard_error: Option<f32>,
-    /// How many materials that was found on; 0 where it is not known, as in formats 1 and 2.
+    /// Number of the materials of this estimate; 0 if unknown.
     pub materials: u32,
-    /// Which those were, in words; empty where it is not known, as in formats 1 and 2.
+    /// Description of these materials; empty if unknown.
     pub on: &'a str,
 }
 
-/// Where a recipe came from.
+/// The provenance of a recipe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Provenance<'a> {
     /// The program that trained it, with its version.
     pub trainer: &'a str,
-    /// The materials it was trained on.
+    /// Description of the training materials.
     pub data: &'a str,
-    /// How many materials those were.
+    /// Number of the training materials.
     pub materials: u32,
     /// Schedule and effort.
     pub schedule: &'a str,
     /// The seed of all random numbers.
     pub seed: u64,
-    /// What else decided the outcome, in words; empty in formats 1 and 2.
+    /// Description of other options that decide the outcome.
     pub options: &'a str,
 }

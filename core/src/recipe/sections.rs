@@ -1,8 +1,8 @@
-//! Lists in a recipe, read in place.
+//! Lists of a recipe that are read in place.
 
 use super::kind::Kind;
 
-/// The sections of a body, in order: their kinds, and the postcard bytes that they hold.
+/// An iterator over the sections of a body, in order: their kinds and postcard bytes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sections<'a> {
     rest: &'a [u8],
@@ -13,7 +13,7 @@ impl<'a> Sections<'a> {
         Self { rest: body }
     }
 
-    /// True if nothing is left, not even what is no section.
+    /// Returns true if no bytes are left. The iterator also ends at bytes that are not a section.
     pub(super) fn is_empty(&self) -> bool {
         self.rest.is_empty()
     }
@@ -29,7 +29,7 @@ impl<'a> Iterator for Sections<'a> {
     }
 }
 
-/// The materials that a recipe was trained on: their names, and the digests of their BRDFs.
+/// An iterator over the training materials of a recipe: their names, and the digests of their BRDFs.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Materials<'a> {
     left: u32,
@@ -37,7 +37,7 @@ pub struct Materials<'a> {
 }
 
 impl<'a> Materials<'a> {
-    /// A list of them; None if it is not whole.
+    /// Creates the list from a section's bytes. None if it is incomplete or more bytes follow.
     pub(super) fn new(bytes: &'a [u8]) -> Option<Self> {
         let (left, rest) = postcard::take_from_bytes(bytes).ok()?;
         let list = Self { left, rest };

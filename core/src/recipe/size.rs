@@ -1,4 +1,4 @@
-//! Sizes of a recipe at compile time, so that memory can be sized by it.
+//! Sizes of a recipe at compile time, for the size of memory.
 
 use super::format::{HEADER_BYTES, MAGIC, MAX_COMPONENTS};
 use super::kind::Kind;
@@ -6,11 +6,12 @@ use crate::fit::coefficient_net::LISTS;
 use crate::fit::{descent_words, linear_words};
 use crate::model::SLOT_WORDS;
 
-/// Bytes of a direction of the pattern: three angles.
+/// Number of bytes of a sample of the pattern: three angles.
 const ANGLES_BYTES: usize = 12;
 
-/// Words (of 4 bytes) that a scan takes in memory with the largest of these recipes, whatever their models. A
-/// constant: it sizes a firmware's memory.
+/// Returns the memory of a scan, in words of 4 bytes, with the largest of these recipes of any model.
+///
+/// It is a constant function, for the size of a firmware's memory.
 ///
 /// ```
 /// use glimpse_core::recipe::memory_words;
@@ -33,9 +34,10 @@ pub const fn memory_words(recipes: &[&[u8]]) -> usize {
     largest(recipes).words
 }
 
-/// n of the largest of these recipes, for [saved readings](crate::scan::Saved): `Saved<{ max_samples(&RECIPES) }>`. A
-/// constant;
-/// `usize::MAX` if one of them is not a recipe, as with [`memory_words`].
+/// Returns n, the number of samples, of the largest of these recipes.
+///
+/// It is a constant function, for [saved readings](crate::scan::Saved): `Saved<{ max_samples(&RECIPES) }>`. If one of
+/// them is not a recipe, the result is `usize::MAX`, as with [`memory_words`].
 #[must_use]
 pub const fn max_samples(recipes: &[&[u8]]) -> usize {
     largest(recipes).samples
@@ -51,7 +53,7 @@ const fn largest(recipes: &[&[u8]]) -> Size {
     let (mut samples, mut words) = (0, 0);
     let mut recipes = recipes;
     while let [recipe, rest @ ..] = recipes {
-        let size = match size_of(recipe) {
+        let size = match recipe_size(recipe) {
             Some(size) => size,
             None => Size {
                 samples: usize::MAX,
@@ -69,20 +71,21 @@ const fn max(a: usize, b: usize) -> usize {
     if a > b { a } else { b }
 }
 
-/// What the sections of a recipe say about its size.
+/// Counts in the sections of a recipe that determine its size.
 #[derive(Clone, Copy)]
 struct Counts {
     samples: usize,
-    /// Of a ridge solve.
+    /// Components of a ridge solve.
     components: Option<usize>,
     /// Parameters of a descent.
     parameters: Option<usize>,
-    /// Of a completion: words without and with an init net.
+    /// Words of a completion without its init net.
     completion: usize,
+    /// Units of the init net.
     units: usize,
 }
 
-/// Takes the value out of an option, or returns None.
+/// Unwraps an option, or returns None.
 macro_rules! some {
     ($option:expr) => {
         match $option {
@@ -92,7 +95,7 @@ macro_rules! some {
     };
 }
 
-const fn size_of(recipe: &[u8]) -> Option<Size> {
+const fn recipe_size(recipe: &[u8]) -> Option<Size> {
     let (header, body) = some!(recipe.split_at_checked(HEADER_BYTES));
     let magic = some!(header.first_chunk());
     if u32::from_le_bytes(*magic) != u32::from_le_bytes(MAGIC) {
@@ -152,7 +155,7 @@ const fn kind_of(number: usize) -> Option<Kind> {
     Some(Kind::new(number as u16))
 }
 
-/// Model, inner steps, initial parameters, ..
+/// Reads model, inner steps and initial parameters.
 const fn descent(bytes: &[u8], counts: Counts) -> Option<Counts> {
     let (_model, rest) = some!(number(bytes));
     let (_inner_steps, rest) = some!(number(rest));
@@ -164,7 +167,7 @@ const fn descent(bytes: &[u8], counts: Counts) -> Option<Counts> {
     })
 }
 
-/// Components, policy, center, scale, readings, scales of rows, ..
+/// Reads components, missing policy, center, scale, readings and scales of rows.
 const fn coefficient_net(bytes: &[u8], counts: Counts) -> Option<Counts> {
     let (_components, rest) = some!(number(bytes));
     let (_missing, rest) = some!(rest.split_first());
@@ -179,7 +182,7 @@ const fn coefficient_net(bytes: &[u8], counts: Counts) -> Option<Counts> {
     })
 }
 
-/// Weights, scales of rows, ..
+/// Reads hidden weights and scales of their rows.
 const fn init_net(bytes: &[u8], counts: Counts) -> Option<Counts> {
     let (_hidden, rest) = some!(list(bytes));
     let (scales, _) = some!(list(rest));
@@ -187,7 +190,7 @@ const fn init_net(bytes: &[u8], counts: Counts) -> Option<Counts> {
     Some(Counts { units, ..counts })
 }
 
-/// A number as postcard writes it (a varint), and the bytes behind it.
+/// Returns a number in postcard's encoding (a varint), and the bytes after it.
 const fn number(bytes: &[u8]) -> Option<(usize, &[u8])> {
     let mut value = 0_usize;
     let mut shift = 0_u32;
@@ -205,7 +208,7 @@ const fn number(bytes: &[u8]) -> Option<(usize, &[u8])> {
     None
 }
 
-/// A list of bytes as postcard writes it, and the bytes behind it.
+/// Returns a list of bytes in postcard's encoding, and the bytes after it.
 const fn list(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let (length, rest) = some!(number(bytes));
     rest.split_at_checked(length)

@@ -1,5 +1,4 @@
-//! The training of a recipe, in types: programs decide by it, and people read
-//! [`Provenance`](super::Provenance).
+//! The training of a recipe as typed values, for programs. [`Provenance`](super::Provenance) describes it for people.
 //!
 //! The order of fields and variants here is the format; see `core/docs/recipe.md`.
 
@@ -8,22 +7,22 @@ use serde::{Deserialize, Serialize, Serializer};
 /// The training of a recipe.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Training<'a> {
-    /// The order in which its parts were trained.
+    /// The order in which the parts were trained.
     pub schedule: Schedule,
     /// The length of the training.
     pub effort: Effort,
     /// The parts that were trained.
     pub parts: Parts,
-    /// The materials that the expected loss was found on.
+    /// The materials on which the expected loss was measured.
     pub split: ValidationSplit,
     /// The trainer's CRC-64 of all options that decide the outcome. Two recipes with the same
     /// digest were trained with the same options.
     pub digest: u64,
-    /// The sources of the materials; none where they are not known.
+    /// The sources of the materials; empty if unknown.
     pub sources: TrainingSources<'a>,
 }
 
-/// Defines an enum of the format, each variant with its name.
+/// Defines an enum of the format with a name for each variant.
 macro_rules! named {
     ($(#[$meta:meta])* $name:ident { $($(#[$doc:meta])* $variant:ident = $text:literal,)+ }) => {
         $(#[$meta])*
@@ -52,7 +51,7 @@ named! {
         Joint = "joint",
         /// The paper's two stages: initial parameters and step sizes, then the pattern.
         Paper = "paper",
-        /// A learned map that completes readings, and the pattern.
+        /// A learned map from readings to coefficients, and the pattern.
         Prior = "prior",
     }
 }
@@ -76,25 +75,25 @@ named! {
     Parts {
         /// All of them.
         All = "all",
-        /// All of them, and then initial parameters with step sizes again, and the pattern again.
+        /// All of them, then initial parameters with step sizes again, and the pattern again.
         AllTwice = "all-twice",
         /// Initial parameters and step sizes.
         WithoutPattern = "without-pattern",
-        /// The pattern, for initial parameters and step sizes that are given.
+        /// The pattern, with given initial parameters and step sizes.
         PatternOnly = "pattern-only",
     }
 }
 
 named! {
-    /// The materials that a recipe's expected loss was found on.
+    /// The materials on which a recipe's expected loss was measured.
     ValidationSplit {
         /// Materials held out of training.
         HeldOut = "held-out",
-        /// The materials of training themselves: nothing is known about others.
+        /// The training materials themselves, which says nothing about others.
         Training = "training",
-        /// The materials of training, each with a basis of the others.
+        /// The training materials, each with a basis of the others.
         LeftOut = "left-out",
-        /// The materials of training, each by a training without its fold.
+        /// The training materials, each by a training without its fold.
         Folds = "folds",
     }
 }
@@ -102,14 +101,14 @@ named! {
 named! {
     /// The origin of materials.
     Origin {
-        /// The user's own: files, or materials that a program defines.
+        /// The user's files, or materials that a program defines.
         Files = "files",
         /// The trainer's procedural materials.
         BuiltIn = "built-in",
     }
 }
 
-/// A source of materials that a recipe was trained on.
+/// A source of a recipe's training materials.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TrainingSource<'a> {
     /// A name for people, without directories.
@@ -118,31 +117,31 @@ pub struct TrainingSource<'a> {
     pub origin: Origin,
     /// The number of its materials.
     pub materials: u32,
-    /// Its share of all training tasks, 0 to 1.
+    /// Its share in all training tasks, 0 to 1.
     pub share: f32,
 }
 
-/// The sources of the materials that a recipe was trained on.
+/// An iterator over the sources of a recipe's training materials.
 #[derive(Clone, Copy, Debug)]
 pub struct TrainingSources<'a>(List<'a>);
 
 #[derive(Clone, Copy, Debug)]
 enum List<'a> {
-    /// To be written.
-    Given(&'a [TrainingSource<'a>]),
-    /// As a recipe holds them.
+    /// A list to write.
+    Unpacked(&'a [TrainingSource<'a>]),
+    /// A list in a recipe's bytes.
     Packed { left: u32, rest: &'a [u8] },
 }
 
 impl<'a> TrainingSources<'a> {
-    /// A list to be written.
+    /// Creates a list to write.
     #[must_use]
     pub const fn new(sources: &'a [TrainingSource<'a>]) -> Self {
-        Self(List::Given(sources))
+        Self(List::Unpacked(sources))
     }
 
-    /// A list in a recipe; None if it is not whole.
-    fn packed(bytes: &'a [u8]) -> Option<Self> {
+    /// Creates the list from a recipe's bytes. None if it is incomplete or more bytes follow.
+    fn from_bytes(bytes: &'a [u8]) -> Option<Self> {
         let (left, rest) = postcard::take_from_bytes(bytes).ok()?;
         let list = Self(List::Packed { left, rest });
         let mut end = list;
@@ -156,7 +155,7 @@ impl<'a> Iterator for TrainingSources<'a> {
 
     fn next(&mut self) -> Option<Self::Item> {
         match &mut self.0 {
-            List::Given(sources) => {
+            List::Unpacked(sources) => {
                 let (first, others) = sources.split_first()?;
                 *sources = others;
                 Some(*first)
@@ -172,7 +171,7 @@ impl<'a> Iterator for TrainingSources<'a> {
 
     fn size_hint(&self) -> (usize, Option<usize>) {
         let left = match &self.0 {
-            List::Given(sources) => sources.len(),
+            List::Unpacked(sources) => sources.len(),
             List::Packed { left, .. } => *left as usize,
         };
         (left, Some(left))
@@ -194,7 +193,7 @@ impl Serialize for TrainingSources<'_> {
 }
 
 impl<'a> Training<'a> {
-    /// The statement in a section's bytes; None if they do not follow the format.
+    /// Decodes a section. None if its bytes do not follow the format.
     pub(super) fn read(bytes: &'a [u8]) -> Option<Self> {
         let ((schedule, effort, parts, split, digest), sources) =
             postcard::take_from_bytes(bytes).ok()?;
@@ -204,7 +203,7 @@ impl<'a> Training<'a> {
             parts,
             split,
             digest,
-            sources: TrainingSources::packed(sources)?,
+            sources: TrainingSources::from_bytes(sources)?,
         })
     }
 }

@@ -1,4 +1,4 @@
-//! Recipes written, and copied with less in them.
+//! The writer of recipes.
 
 use postcard::ser_flavors::Size;
 use serde::Serialize;
@@ -9,15 +9,15 @@ use super::header;
 use super::kind::Kind;
 use super::parts::{PackedMethod, RecipeParts};
 
-/// A recipe being written; its sections come in ascending order of their kinds.
+/// A recipe under construction. Sections must be added in ascending order of their kinds.
 pub(super) struct Writer<'b> {
     buffer: &'b mut [u8],
-    /// Bytes in use, header included.
+    /// Number of bytes in use, including the header.
     used: usize,
 }
 
 impl<'b> Writer<'b> {
-    /// Leaves room for the header.
+    /// Creates a writer that leaves room for the header.
     pub(super) fn new(buffer: &'b mut [u8]) -> Self {
         Self {
             buffer,
@@ -25,7 +25,7 @@ impl<'b> Writer<'b> {
         }
     }
 
-    /// Writes all that there is.
+    /// Writes the sections of all parts.
     pub(super) fn parts(&mut self, parts: &RecipeParts<'_>) -> Result<(), RecipeError> {
         self.section(Kind::PATTERN, &parts.pattern)?;
         match &parts.method {
@@ -34,10 +34,10 @@ impl<'b> Writer<'b> {
             PackedMethod::Completed(completion, None) => {
                 self.section(Kind::COMPLETION, completion)?;
             }
-            PackedMethod::Completed(completion, Some((descent, start))) => {
+            PackedMethod::Completed(completion, Some((descent, init_net))) => {
                 self.section(Kind::DESCENT, descent)?;
                 self.section(Kind::COMPLETION, completion)?;
-                self.section(Kind::START, start)?;
+                self.section(Kind::START, init_net)?;
             }
         }
         if let Some(limits) = &parts.limits {
@@ -64,23 +64,23 @@ impl<'b> Writer<'b> {
         Ok(())
     }
 
-    /// Writes a section whose bytes are there.
+    /// Writes a section from its postcard bytes.
     pub(super) fn copy(&mut self, kind: Kind, bytes: &[u8]) -> Result<(), RecipeError> {
         self.push(&(kind, bytes))
     }
 
-    /// Writes the header; returns the recipe.
+    /// Writes the header, and returns the recipe.
     pub(super) fn finish(self) -> Result<&'b [u8], RecipeError> {
         let bytes = self
             .buffer
             .get_mut(..self.used)
             .ok_or(RecipeError::BufferTooSmall)?;
-        header::seal(bytes)?;
+        header::write(bytes)?;
         Ok(bytes)
     }
 
     fn section<T: Serialize>(&mut self, kind: Kind, value: &T) -> Result<(), RecipeError> {
-        // Its length comes first.
+        // The length precedes the value.
         let length: usize = postcard::serialize_with_flavor(value, Size::default())
             .map_err(|_| RecipeError::Section(kind))?;
         self.push(&(kind, length))?;
@@ -88,9 +88,11 @@ impl<'b> Writer<'b> {
     }
 
     fn push<T: Serialize>(&mut self, value: &T) -> Result<(), RecipeError> {
-        let small = RecipeError::BufferTooSmall;
-        let room = self.buffer.get_mut(self.used..).ok_or(small)?;
-        let written = postcard::to_slice(value, room).map_err(|_| small)?.len();
+        let too_small = RecipeError::BufferTooSmall;
+        let free = self.buffer.get_mut(self.used..).ok_or(too_small)?;
+        let written = postcard::to_slice(value, free)
+            .map_err(|_| too_small)?
+            .len();
         self.used = self.used.saturating_add(written);
         Ok(())
     }

@@ -204,7 +204,7 @@ fn a_kind_that_comes_twice_or_out_of_order_is_refused() {
 
 #[test]
 fn a_section_that_is_cut_or_padded_is_refused_by_its_kind() {
-    let completed = Made::small(ModelKind::Phong, MissingPolicy::CountForMore);
+    let completed = Made::small(ModelKind::Phong, MissingPolicy::Scaled);
     for all in [full_sections(), sections_of(&completed.write().unwrap())] {
         for index in 0..all.len() {
             let error = RecipeError::Section(all[index].0);

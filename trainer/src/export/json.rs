@@ -166,7 +166,7 @@ fn add_completed(value: &mut Value, completed: &Completed<'_>) {
     value["completion"] = json!({
         "components": components,
         "takes_missing": completed.tolerates_missing(),
-        "gain": completed.missing() == MissingPolicy::CountForMore,
+        "gain": completed.missing() == MissingPolicy::Scaled,
         "centre": list(completed.center()),
         "scale": completed.scale(),
         "readings": samples,

@@ -125,7 +125,7 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
         "TAKES_MISSING: bool",
         &missing,
     );
-    let gain = (completed.missing() == MissingPolicy::CountForMore).to_string();
+    let gain = (completed.missing() == MissingPolicy::Scaled).to_string();
     constant(
         source,
         "True if readings are multiplied by sqrt(n / k) when k of n are present.",

@@ -1,10 +1,12 @@
-//! The reverse sweep of a completion, for training.
+//! The backward pass of a [`CoefficientNet`], for training.
+//!
+//! `by_x` is the derivative of the loss by x.
 
 use super::encoding::Plain;
 use super::{COLUMNS, CoefficientNet, Input, lists, mean_of};
 use crate::numeric::Scalar;
 
-/// The gradient by the weights of a [`CoefficientNet`], which is added to.
+/// The loss gradient by the weights of a [`CoefficientNet`]. [`CoefficientNet::adjoint`] adds to it.
 #[derive(Debug)]
 pub struct CoefficientNetGradient<'g, T> {
     /// By the weights of readings.
@@ -16,12 +18,12 @@ pub struct CoefficientNetGradient<'g, T> {
 }
 
 impl<S: Scalar> CoefficientNet<'_, S, Plain> {
-    /// From the gradient by the coefficients: adds those by the weights to `gradient`, and puts those
-    /// by the readings' channels into `by_inputs`.
+    /// Propagates the gradient by the coefficients back. Adds the gradient by the weights to `gradient`, and writes the
+    /// gradient by the inputs' channels into `by_inputs`.
     ///
-    /// `state` is what [`CoefficientNet::compute`] left. `by_state` is as long, and holds the gradient by
-    /// each channel's coefficients where those stand; what else it holds is overwritten. Rows have
-    /// no scales in training. The entry of `by_inputs` of a missing reading has no meaning.
+    /// `state` is the result of [`CoefficientNet::compute`]. `by_state` has the same layout: it holds the gradient by
+    /// each channel's coefficients, and its other entries are overwritten. Rows have no scales in training. In
+    /// `by_inputs`, the entries of missing readings have no meaning.
     #[inline(always)]
     pub fn adjoint(
         &self,

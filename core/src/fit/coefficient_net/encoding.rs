@@ -2,20 +2,20 @@
 
 use crate::numeric::Scalar;
 
-/// The encoding of weights, and their value as a scalar.
+/// An encoding of weights, which converts them to scalars.
 pub trait Encoding<S: Scalar>: Sized {
-    /// One of many weights.
+    /// An entry of a weight matrix.
     type Weight: Copy;
-    /// A number that there is one of for each row.
+    /// A bias or a scale of a row.
     type Number: Copy;
 
-    /// A weight, but for the scale of its row.
+    /// Converts a weight, without the scale of its row.
     fn weight(weight: Self::Weight) -> S;
-    /// A number of a row.
+    /// Converts a bias or a scale.
     fn number(number: Self::Number) -> S;
 
-    /// Adds to each of the sums what the products of a row with `values` sum to, times the row's scale,
-    /// if it has one. The rows' beginnings are `stride` weights apart.
+    /// Adds the dot product of a row with `values`, times the row's scale, to each sum. The starts of rows are `stride`
+    /// weights apart.
     #[inline(always)]
     fn add_products(
         weights: &[Self::Weight],
@@ -32,8 +32,9 @@ pub trait Encoding<S: Scalar>: Sized {
         }
     }
 
-    /// The same of activations, which are from -1 to 1. In a recipe those are rounded to 1 / 32,767, which is
-    /// far less than weights are rounded by.
+    /// Does the same with activations, which are from -1 to 1.
+    ///
+    /// In a recipe they are rounded to a multiple of 1 / 32,767, which is far finer than the rounding of weights.
     #[inline(always)]
     fn add_products_of_units(
         weights: &[Self::Weight],
@@ -46,7 +47,7 @@ pub trait Encoding<S: Scalar>: Sized {
     }
 }
 
-/// As parameters of the scalar: in training.
+/// The encoding in training: parameters of the scalar.
 #[derive(Clone, Copy, Debug)]
 pub struct Plain;
 
@@ -64,7 +65,7 @@ impl<S: Scalar> Encoding<S> for Plain {
     }
 }
 
-/// As in recipes: weights as signed bytes, numbers as little-endian f32.
+/// The encoding in recipes: weights as signed bytes, numbers as little-endian f32.
 #[derive(Clone, Copy, Debug)]
 pub struct Packed;
 
@@ -81,9 +82,9 @@ impl Encoding<f32> for Packed {
         f32::from_le_bytes(number)
     }
 
-    // In integers: a product takes fewer cycles than to make a byte a number of each weight, and far fewer where
-    // there is no FPU. Four rows at a time, so that a unit is loaded once for all of them; in a recipe each row
-    // has a scale. Out of line: the code is there once.
+    // Uses integers, because a product takes fewer cycles than the conversion of each weight to a float, and far fewer
+    // without an FPU. Four rows at a time share the load of a unit. In a recipe each row has a scale. Not inlined, so
+    // that the code exists once.
     #[inline(never)]
     fn add_products_of_units(
         weights: &[u8],
@@ -92,14 +93,14 @@ impl Encoding<f32> for Packed {
         units: &[f32],
         sums: &mut [f32],
     ) {
-        let mut first = weights;
-        for units in units.chunks(FIXED) {
-            let mut fixed = [0; FIXED];
+        let mut columns = weights;
+        for units in units.chunks(CHUNK) {
+            let mut fixed = [0; CHUNK];
             for (fixed, unit) in fixed.iter_mut().zip(units) {
                 *fixed = to_fixed(*unit);
             }
             let fixed = fixed.get(..units.len()).unwrap_or_default();
-            let mut rows = first;
+            let mut rows = columns;
             for (sums, scales) in sums.chunks_mut(4).zip(scales.chunks(4)) {
                 let row = |index: usize| {
                     let row = rows.get(stride.saturating_mul(index)..)?;
@@ -108,7 +109,7 @@ impl Encoding<f32> for Packed {
                 let Some(a) = row(0) else {
                     return;
                 };
-                // In place of a row that is not there stands the first one, whose sum nobody takes.
+                // The first row replaces absent ones, whose sums are unused.
                 let [b, c, d] = [1, 2, 3].map(|index| row(index).unwrap_or(a));
                 let products = products_of_four([a, b, c, d], fixed);
                 for ((sum, product), scale) in sums.iter_mut().zip(products).zip(scales) {
@@ -116,7 +117,7 @@ impl Encoding<f32> for Packed {
                 }
                 rows = rows.get(stride.saturating_mul(4)..).unwrap_or_default();
             }
-            first = first.get(units.len()..).unwrap_or_default();
+            columns = columns.get(units.len()..).unwrap_or_default();
         }
     }
 }
@@ -137,20 +138,20 @@ fn products_of_four([a, b, c, d]: [&[u8]; 4], units: &[i16]) -> [i32; 4] {
     sums
 }
 
-/// Number of activations that become integers at once, and the integer of 1. The products of all of them with bytes
-/// have a sum that 32 bits hold.
-const FIXED: usize = 64;
+/// Number of activations that are converted to integers at a time. The sum of their products with bytes fits 32 bits.
+const CHUNK: usize = 64;
+/// The fixed-point representation of 1.
 const ONE: f32 = 32_767.0;
-const _: () = assert!(FIXED as i64 * 128 * 32_768 < 1 << 31);
+const _: () = assert!(CHUNK as i64 * 128 * 32_768 < 1 << 31);
 
-/// An activation as an integer, rounded; what is outside of -1 to 1 by more than 1 / 32,767 ends there.
+/// Rounds an activation to fixed point. Values are clamped to the range of `i16`, which is -1 - 1 / 32,767 to 1.
 #[inline(always)]
 fn to_fixed(unit: f32) -> i16 {
     let half = if unit < 0.0 { -0.5 } else { 0.5 };
     ((unit * ONE + half) as i32).clamp(-0x8000, 0x7FFF) as i16
 }
 
-/// The sum of products.
+/// Returns the dot product of weights and values.
 #[inline(always)]
 fn dot<S: Scalar, E: Encoding<S>>(weights: &[E::Weight], values: &[S]) -> S {
     let mut sum = S::constant(0.0);
@@ -160,7 +161,7 @@ fn dot<S: Scalar, E: Encoding<S>>(weights: &[E::Weight], values: &[S]) -> S {
     sum
 }
 
-/// A row's sum times the row's scale, if it has one.
+/// Multiplies a row's sum by the row's scale, if it has one.
 #[inline(always)]
 pub(super) fn scaled<S: Scalar, E: Encoding<S>>(sum: S, scales: &[E::Number], row: usize) -> S {
     match scales.get(row) {

@@ -1,24 +1,24 @@
-//! The start of a descent, from completed readings.
+//! InitNet: a small learned map from coefficients to the initial parameters of a descent.
 
 use super::encoding::{Encoding, Plain};
 use super::tanh;
 use crate::numeric::Scalar;
 
-/// Initial parameters from completed coefficients: theta_0 = Phi + U tanh(P a + p), a the
-/// coefficients of red, green and blue one after the other.
+/// The map from coefficients to initial parameters: theta_0 = Phi + U tanh(P a + p).
 ///
-/// Phi is what a descent starts from where nothing is completed.
+/// a is the list of the coefficients of red, of green, and of blue. Phi are the initial parameters in the recipe's
+/// descent.
 #[derive(Debug)]
 pub struct InitNet<'a, S: Scalar, E: Encoding<S>> {
-    /// P: g rows of 3 m.
+    /// P, g rows of 3 m.
     pub hidden: &'a [E::Weight],
-    /// The factor of each row of P: g, or none for 1.
+    /// The factor of each row of P, g; empty for factors of 1.
     pub hidden_scales: &'a [E::Number],
-    /// p: g.
+    /// p, g.
     pub bias: &'a [E::Number],
-    /// U: a row of g for each parameter.
+    /// U, a row of g for each parameter.
     pub output: &'a [E::Weight],
-    /// The factor of each row of U, or none for 1.
+    /// The factor of each row of U; empty for factors of 1.
     pub output_scales: &'a [E::Number],
 }
 
@@ -30,16 +30,16 @@ impl<S: Scalar, E: Encoding<S>> Clone for InitNet<'_, S, E> {
 impl<S: Scalar, E: Encoding<S>> Copy for InitNet<'_, S, E> {}
 
 impl<S: Scalar, E: Encoding<S>> InitNet<'_, S, E> {
-    /// g.
+    /// g, the number of units.
     #[must_use]
     pub fn units(&self) -> usize {
         self.bias.len()
     }
 
-    /// tanh(P a + p) of coefficients of each channel; as many as `units` has room for.
+    /// Computes tanh(P a + p) from the coefficients of each channel, for as many units as `units` has room for.
     #[inline(always)]
     pub fn activate(&self, coefficients: [&[S]; 3], units: &mut [S]) {
-        // Of a list by itself: of three compilers do not see that it is not 0, of which no chunks are.
+        // From one list, because compilers do not see that the sum of three lengths is not 0.
         let [first, ..] = coefficients;
         let components = first.len().max(1);
         let inputs = components.saturating_mul(3);
@@ -58,7 +58,7 @@ impl<S: Scalar, E: Encoding<S>> InitNet<'_, S, E> {
         }
     }
 
-    /// The offset of a parameter from its initial value.
+    /// Returns the offset of a parameter from its value in Phi.
     #[inline(always)]
     pub fn offset(&self, parameter: usize, units: &[S]) -> S {
         let mut offset = [S::constant(0.0)];
@@ -67,8 +67,8 @@ impl<S: Scalar, E: Encoding<S>> InitNet<'_, S, E> {
         offset
     }
 
-    /// Adds that of each of some parameters, from the `first` on, to `offsets`, which are 0: in less time
-    /// than one by one.
+    /// Adds the offsets of consecutive parameters, from index `first`, to `offsets`, which are 0. This takes less time
+    /// than single calls of [`InitNet::offset`].
     #[inline(always)]
     pub fn offsets(&self, first: usize, units: &[S], offsets: &mut [S]) {
         let units = units.get(..self.units()).unwrap_or(units);
@@ -79,7 +79,7 @@ impl<S: Scalar, E: Encoding<S>> InitNet<'_, S, E> {
     }
 }
 
-/// The gradient by the weights of a [`InitNet`], which is added to.
+/// The loss gradient by the weights of an [`InitNet`]. [`InitNet::adjoint`] adds to it.
 #[derive(Debug)]
 pub struct InitNetGradient<'g, T> {
     /// By P.
@@ -91,9 +91,11 @@ pub struct InitNetGradient<'g, T> {
 }
 
 impl<S: Scalar> InitNet<'_, S, Plain> {
-    /// From the gradient by the initial parameters: adds those by the weights to `gradient`, and those
-    /// by the coefficients to `by_coefficients`. `units` are what [`InitNet::activate`] made of
-    /// `coefficients`; `by_units` is as long, and scratch. Rows have no scales in training.
+    /// Propagates the gradient by the initial parameters back. Adds the gradient by the weights to `gradient`, and the
+    /// gradient by the coefficients to `by_coefficients`.
+    ///
+    /// `units` is the result of [`InitNet::activate`] for `coefficients`. `by_units` is scratch memory of the same
+    /// length. Rows have no scales in training.
     #[inline(always)]
     pub fn adjoint(
         &self,

@@ -1,41 +1,46 @@
-//! Readings that are missing.
+//! The treatment of missing readings.
 
 use crate::numeric::math::{exp, ln};
 
-/// The treatment of missing readings that a completion was trained for.
+/// The treatment of missing readings in the training of a completion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MissingPolicy {
-    /// Nothing: a fit needs all of them.
-    NoFit = 0,
-    /// Those that are there count as they do among all.
-    CountAlike = 1,
-    /// Those that are there count for more, by their [`dropout_gain`].
-    CountForMore = 2,
+    /// A fit needs all readings.
+    AllRequired = 0,
+    /// Present readings keep their weight.
+    Unscaled = 1,
+    /// Present readings are multiplied by their [`dropout_gain`].
+    Scaled = 2,
 }
 
 impl MissingPolicy {
-    /// By its number in a recipe.
-    pub(crate) fn of_number(number: u8) -> Option<Self> {
-        let all = [Self::NoFit, Self::CountAlike, Self::CountForMore];
+    /// Returns the policy with this number in a recipe.
+    pub(crate) fn from_number(number: u8) -> Option<Self> {
+        let all = [Self::AllRequired, Self::Unscaled, Self::Scaled];
         all.get(usize::from(number)).copied()
     }
 
-    /// What the readings are multiplied by that are there, once [standardized](super::standardized);
-    /// of each it is told whether it is there. They are counted only where it matters.
+    /// Returns the factor of the present [standardized](super::standardized) readings.
+    ///
+    /// `present` has an entry for each sample: true if its reading is present. It is counted only if the factor depends
+    /// on it.
     #[must_use]
     pub fn dropout_gain(self, present: impl ExactSizeIterator<Item = bool>) -> f32 {
         match self {
-            Self::CountForMore => {
-                dropout_gain(present.len(), present.filter(|there| *there).count())
+            Self::Scaled => {
+                let samples = present.len();
+                dropout_gain(samples, present.filter(|present| *present).count())
             }
             _ => 1.0,
         }
     }
 }
 
-/// sqrt(n / k) where k of n readings are there, at least one: few readings then enter a sum over all samples with
-/// the variance that many independent ones would, between their mean (gain n / k) and their sum (gain 1).
+/// Returns sqrt(n / k) if k of n readings are present, at least one; otherwise 1.
+///
+/// With this gain, the sum over k independent readings has the variance of a sum over n of them. It is between their
+/// mean (gain n / k) and their sum (gain 1).
 #[must_use]
 pub fn dropout_gain(samples: usize, present: usize) -> f32 {
     if present == 0 || present >= samples {

@@ -1,8 +1,8 @@
-//! An invalid ridge problem.
+//! The error of a ridge problem.
 
 use serde::{Deserialize, Serialize};
 
-/// A list of the wrong length.
+/// A list or buffer of a ridge problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -17,7 +17,7 @@ pub enum Part {
     Coefficients,
     /// The memory of the factors.
     Factors,
-    /// The memory that a solve works in.
+    /// The scratch memory of a solve.
     Scratch,
 }
 
@@ -34,25 +34,25 @@ impl core::fmt::Display for Part {
     }
 }
 
-/// An invalid ridge problem.
+/// The error of a ridge problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RidgeError {
-    /// A list does not have the length that the others ask for.
+    /// The length of a list does not match the other lists.
     Length {
-        /// Which.
+        /// The list.
         part: Part,
-        /// Its length.
+        /// The length of the list.
         found: usize,
     },
     /// A buffer is too small.
     Buffer {
-        /// Which.
+        /// The buffer.
         part: Part,
-        /// Numbers that it has to hold.
+        /// Required length, in numbers.
         needed: usize,
-        /// Numbers that it has room for.
+        /// Actual length, in numbers.
         found: usize,
     },
     /// The precision with this index is not a positive, finite number.
@@ -63,7 +63,7 @@ impl core::fmt::Display for RidgeError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::Length { part, found } => {
-                write!(f, "the ridge problem's {part} cannot have {found} entries")
+                write!(f, "the length {found} of the ridge problem's {part} does not match the other lists")
             }
             Self::Buffer {
                 part,
@@ -71,10 +71,10 @@ impl core::fmt::Display for RidgeError {
                 found,
             } => write!(
                 f,
-                "the ridge problem's {part} take {needed} numbers, there is room for {found}"
+                "the buffer for the ridge problem's {part} has {found} numbers but needs {needed}"
             ),
             Self::Precision(index) => {
-                write!(f, "the precision of component {index} is not positive")
+                write!(f, "the precision of component {index} is not positive and finite")
             }
         }
     }

@@ -1,16 +1,16 @@
-//! L D L' of a symmetric positive definite matrix, in place in its packed lower triangle.
+//! The factorization L D L' of a symmetric positive definite matrix, in place in its packed lower triangle.
 //!
-//! L is unit lower triangular and D diagonal: Cholesky's factorization without its square roots.
-//! Row i of the packed triangle has i + 1 entries; after the factorization the last one is d_i.
+//! L is unit lower triangular and D diagonal: the Cholesky factorization without square roots. Row i of the packed
+//! triangle has i + 1 entries. After the factorization the last one is d_i.
 
 use super::Real;
 
-/// Entries of a packed triangle of this order.
+/// Returns the number of entries of a packed triangle of this order.
 pub(super) const fn packed_length(order: usize) -> usize {
     order * (order + 1) / 2
 }
 
-/// The rows of a packed triangle.
+/// Returns the rows of a packed triangle.
 fn rows<S>(packed: &[S]) -> impl Iterator<Item = &[S]> {
     let mut rest = packed;
     let mut length = 0;
@@ -22,8 +22,8 @@ fn rows<S>(packed: &[S]) -> impl Iterator<Item = &[S]> {
     })
 }
 
-/// The rows of a packed triangle of this order, the last one first.
-fn rows_back<S>(packed: &[S], order: usize) -> impl Iterator<Item = &[S]> {
+/// Returns the rows of a packed triangle of this order, the last one first.
+fn rows_reversed<S>(packed: &[S], order: usize) -> impl Iterator<Item = &[S]> {
     let mut rest = packed;
     (1..=order).rev().map_while(move |length| {
         let (before, row) = rest.split_at_checked(rest.len().checked_sub(length)?)?;
@@ -37,14 +37,14 @@ fn dot<S: Real>(a: &[S], b: &[S]) -> S {
     products.fold(S::constant(0.0), |sum, (a, b)| sum.plus_product(*a, *b))
 }
 
-/// Overwrites a row of a matrix with the row of its factors, the rows above being done.
+/// Overwrites a row of a matrix with the row of its factors. The rows above must be factorized.
 ///
-/// A pivot below `least`, or a NaN, becomes `least`.
-pub(super) fn factorize_row<S: Real>(above: &[S], row: &mut [S], least: S) {
+/// A pivot that is below `min_pivot` or NaN becomes `min_pivot`.
+pub(super) fn factorize_row<S: Real>(above: &[S], row: &mut [S], min_pivot: S) {
     let Some((pivot, row)) = row.split_last_mut() else {
         return;
     };
-    // First the row of L D, which needs itself only to the left.
+    // First compute the row of L D. Each entry depends only on entries to its left.
     for (column, above) in rows(above).enumerate() {
         if let (Some((left, [entry, ..])), Some((_, factors))) =
             (row.split_at_mut_checked(column), above.split_last())
@@ -52,7 +52,7 @@ pub(super) fn factorize_row<S: Real>(above: &[S], row: &mut [S], least: S) {
             *entry = *entry - dot(left, factors);
         }
     }
-    // Then divided by D it is the row of L.
+    // Then divide by D, for the row of L.
     for (entry, above) in row.iter_mut().zip(rows(above)) {
         if let Some(divisor) = above.last() {
             let scaled = *entry / *divisor;
@@ -60,13 +60,13 @@ pub(super) fn factorize_row<S: Real>(above: &[S], row: &mut [S], least: S) {
             *entry = scaled;
         }
     }
-    let holds = *pivot >= least;
-    if !holds {
-        *pivot = least;
+    let is_valid = *pivot >= min_pivot; // false for a NaN
+    if !is_valid {
+        *pivot = min_pivot;
     }
 }
 
-/// Solves L D L' x = b; `x` holds b before and x after.
+/// Solves L D L' x = b. `x` holds b before the call, and x after it.
 pub(super) fn solve<S: Real>(packed: &[S], x: &mut [S]) {
     for (index, row) in rows(packed).enumerate().take(x.len()) {
         if let (Some((before, [entry, ..])), Some((_, factors))) =
@@ -81,7 +81,7 @@ pub(super) fn solve<S: Real>(packed: &[S], x: &mut [S]) {
         }
     }
     let mut rest = x;
-    for row in rows_back(packed, rest.len()) {
+    for row in rows_reversed(packed, rest.len()) {
         let (Some((entry, before)), Some((_, factors))) = (
             core::mem::take(&mut rest).split_last_mut(),
             row.split_last(),

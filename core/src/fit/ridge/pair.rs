@@ -1,15 +1,14 @@
 //! Sums in twice the working precision, from plain additions and multiplications.
 //!
-//! Ogita, Rump, Oishi: Accurate Sum and Dot Product (2005), Algorithms 3.1 to 3.3 and 5.3 (`Dot2`).
-//! Nothing here needs a fused multiply-add or a wider type; the compiler may not contract a
-//! product and a sum into one, and Rust's never does.
+//! Ogita, Rump, Oishi: Accurate Sum and Dot Product (2005), Algorithms 3.1 to 3.3 and 5.3 (`Dot2`). They need neither a
+//! fused multiply-add nor a wider type. The compiler must not contract a product and a sum into one operation; rustc
+//! never does.
 //!
-//! A scalar without refinements (f64) has no use for it: its pairs are plain numbers, at the cost
-//! of plain numbers.
+//! The pairs of a type without refinements (f64) are plain numbers, at the cost of plain numbers.
 
 use super::Real;
 
-/// An unevaluated sum of two numbers, the lower one a correction of the higher.
+/// An unevaluated sum of two numbers. The lower one is a correction of the higher one.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair<S> {
     pub(super) high: S,
@@ -17,7 +16,7 @@ pub(super) struct Pair<S> {
 }
 
 impl<S: Real> Pair<S> {
-    /// True if `low` stays 0.
+    /// True if `low` is always 0.
     const PLAIN: bool = S::REFINEMENTS == 0;
 
     pub(super) fn new(value: S) -> Self {
@@ -27,12 +26,12 @@ impl<S: Real> Pair<S> {
         }
     }
 
-    /// The nearest single number.
+    /// Returns the nearest single number.
     pub(super) fn value(self) -> S {
         self.high + self.low
     }
 
-    /// The same sum with nothing in `low` that `high` could hold.
+    /// Returns the same sum, with `high` as its nearest single number.
     pub(super) fn normalized(self) -> Self {
         let (high, low) = two_sum(self.high, self.low);
         Self { high, low }
@@ -70,31 +69,31 @@ impl<S: Real> Pair<S> {
         self.low = self.low.plus_product(a, b.low);
     }
 
-    /// Divided by `divisor`.
-    pub(super) fn over(self, divisor: S) -> Self {
+    /// Divides the pair by `divisor`.
+    pub(super) fn divided_by(self, divisor: S) -> Self {
         let high = self.value() / divisor;
         if Self::PLAIN {
             return Self::new(high);
         }
-        let mut rest = self;
-        rest.add_product(-high, divisor);
+        let mut remainder = self;
+        remainder.add_product(-high, divisor);
         Self {
             high,
-            low: rest.value() / divisor,
+            low: remainder.value() / divisor,
         }
     }
 }
 
-/// a + b as a rounded sum and its error (Knuth).
+/// Returns a + b as a rounded sum and its error (Knuth).
 #[inline(always)]
 fn two_sum<S: Real>(a: S, b: S) -> (S, S) {
     let sum = a + b;
-    let of_b = sum - a;
-    let error = (a - (sum - of_b)) + (b - of_b);
+    let b_part = sum - a;
+    let error = (a - (sum - b_part)) + (b - b_part);
     (sum, error)
 }
 
-/// a b as a rounded product and its error (Dekker, Veltkamp).
+/// Returns a b as a rounded product and its error (Dekker, Veltkamp).
 #[inline(always)]
 fn two_product<S: Real>(a: S, b: S) -> (S, S) {
     let product = a * b;
@@ -104,7 +103,7 @@ fn two_product<S: Real>(a: S, b: S) -> (S, S) {
     (product, error)
 }
 
-/// Two halves of half the digits each.
+/// Splits a number in two, each with half of the digits.
 #[inline(always)]
 fn split<S: Real>(a: S) -> (S, S) {
     let scaled = S::constant(S::SPLITTER) * a;

@@ -1,15 +1,15 @@
-//! A ridge problem, and the assembly of its system in the smaller of two forms.
+//! A ridge problem, and the assembly of its system in the form of the smaller order.
 
 use super::ldl::{self, packed_length};
 use super::{Part, Real, RidgeError, Stored, dot};
 
-/// Numbers that the factors of a problem take: r (r + 1) / 2, r = min(n, m).
+/// Returns the number of entries of a problem's factors: r (r + 1) / 2, r = min(n, m).
 #[must_use]
 pub const fn factor_length(samples: usize, components: usize) -> usize {
     packed_length(order(samples, components))
 }
 
-/// Numbers that a solve or an adjoint works in: 2 m + 3 r, r = min(n, m).
+/// Returns the scratch memory of a solve or an adjoint, in numbers: 2 m + 3 r, r = min(n, m).
 #[must_use]
 pub const fn scratch_length(samples: usize, components: usize) -> usize {
     2 * components + 3 * order(samples, components)
@@ -23,7 +23,7 @@ const fn order(samples: usize, components: usize) -> usize {
     }
 }
 
-/// A ridge problem without its right side: basis A and precisions p, read in place.
+/// A ridge problem without a right side: basis A and precisions p, read in place.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem<'a, T> {
     pub(super) basis: &'a [T],
@@ -31,19 +31,19 @@ pub struct Problem<'a, T> {
 }
 
 impl<'a, T> Problem<'a, T> {
-    /// The problem with the basis A, n rows of m, row-major, and m precisions.
+    /// Creates the problem from the basis A (n rows of m, row-major) and m precisions.
     ///
     /// # Errors
-    /// [`RidgeError::Length`] if there is no precision, or not a whole number of rows, or none.
+    /// [`RidgeError::Length`] if `precision` or `basis` is empty, or if the last row of `basis` is incomplete.
     pub fn new(basis: &'a [T], precision: &'a [T]) -> Result<Self, RidgeError> {
-        let wrong = |part, list: &[T]| RidgeError::Length {
+        let wrong_length = |part, list: &[T]| RidgeError::Length {
             part,
             found: list.len(),
         };
         match basis.len().checked_rem(precision.len()) {
-            None => Err(wrong(Part::Precision, precision)),
+            None => Err(wrong_length(Part::Precision, precision)),
             Some(0) if !basis.is_empty() => Ok(Self { basis, precision }),
-            Some(_) => Err(wrong(Part::Basis, basis)),
+            Some(_) => Err(wrong_length(Part::Basis, basis)),
         }
     }
 
@@ -65,23 +65,23 @@ impl<'a, T> Problem<'a, T> {
         order(self.samples(), self.components())
     }
 
-    /// The system in its smaller form is of order m: (A'A + P) c = A't.
+    /// Returns true if the system is (A'A + P) c = A't, of order m. Otherwise it is (A P^-1 A' + I) u = t, of order n.
     pub(super) fn is_primal(&self) -> bool {
         self.components() <= self.samples()
     }
 
-    /// The rows of A.
+    /// Returns the rows of A.
     pub(super) fn rows(&self) -> impl Iterator<Item = &'a [T]> + Clone {
         self.basis.chunks_exact(self.precision.len().max(1))
     }
 
-    /// Assembles a row of the system and factorizes it, the rows above being done: so that a
-    /// device can stop between two of them. `packed` and `scratch` are as for
-    /// [`Problem::factorize`].
+    /// Assembles and factorizes a row of the system, so that a device can pause between rows.
     ///
-    /// It cannot fail: in exact arithmetic no pivot is below 1, or, of (A'A + P), below its own
-    /// precision, since what is added to the diagonal stays there; one that rounding has brought
-    /// below is put there.
+    /// The rows above must be factorized. `packed` and `scratch` are as for [`Problem::factorize`].
+    ///
+    /// It cannot fail. In exact arithmetic the pivots of (A P^-1 A' + I) are at least 1, and those of (A'A + P) are at
+    /// least their precisions, because the factorization keeps what is added to the diagonal. If rounding moves a pivot
+    /// below this bound, it is set to the bound.
     pub(crate) fn factorize_row<S: Real>(&self, packed: &mut [S], index: usize, scratch: &mut [S])
     where
         T: Stored<S>,
@@ -92,16 +92,16 @@ impl<'a, T> Problem<'a, T> {
         let Some(row) = rest.get_mut(..=index) else {
             return;
         };
-        let least = if self.is_primal() {
+        let min_pivot = if self.is_primal() {
             self.assemble_primal(index, row)
         } else {
             self.assemble_dual(index, row, scratch);
             S::constant(1.0)
         };
-        ldl::factorize_row(above, row, least);
+        ldl::factorize_row(above, row, min_pivot);
     }
 
-    /// A row of A'A + P; returns its precision.
+    /// Assembles a row of A'A + P, and returns its precision.
     fn assemble_primal<S: Real>(&self, index: usize, entries: &mut [S]) -> S
     where
         T: Stored<S>,
@@ -123,7 +123,7 @@ impl<'a, T> Problem<'a, T> {
         precision
     }
 
-    /// A row of A P^-1 A' + I.
+    /// Assembles a row of A P^-1 A' + I.
     fn assemble_dual<S: Real>(&self, index: usize, entries: &mut [S], scratch: &mut [S])
     where
         T: Stored<S>,
@@ -141,15 +141,15 @@ impl<'a, T> Problem<'a, T> {
         }
     }
 
-    /// The part of a buffer that a solve works in.
+    /// Returns the part of a scratch buffer that a solve uses.
     pub(super) fn scratch<'s, S>(&self, scratch: &'s mut [S]) -> Result<&'s mut [S], RidgeError> {
         let needed = scratch_length(self.samples(), self.components());
-        take(scratch, needed, Part::Scratch)
+        prefix(scratch, needed, Part::Scratch)
     }
 }
 
-/// The first `needed` entries of a buffer.
-pub(super) fn take<S>(buffer: &mut [S], needed: usize, part: Part) -> Result<&mut [S], RidgeError> {
+/// Returns the first `needed` entries of a buffer.
+pub(super) fn prefix<S>(buffer: &mut [S], needed: usize, part: Part) -> Result<&mut [S], RidgeError> {
     let found = buffer.len();
     buffer.get_mut(..needed).ok_or(RidgeError::Buffer {
         part,

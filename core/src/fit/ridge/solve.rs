@@ -1,25 +1,25 @@
-//! Solves with a factorized ridge problem, refined; and their adjoint.
+//! Solves with a factorized ridge problem, with iterative refinement; and their adjoint.
 
 use super::ldl::{self, packed_length};
 use super::pair::Pair;
-use super::problem::take;
+use super::problem::prefix;
 use super::{Part, Problem, Real, RidgeError, Stored, dot, is_positive};
 
-/// A correction of this size, relative to what it corrects, is the last: the next one would be
-/// smaller by at least as much as this one was smaller than the solution.
-const SETTLED: f64 = 1e-5;
+/// The size of a correction, relative to the corrected solution, that ends the refinement. The next correction would be
+/// smaller by at least the same factor.
+const TOLERANCE: f64 = 1e-5;
 
-/// A factorized problem, for any number of right sides (also from several threads at once).
+/// A factorized problem, for any number of right sides, also from several threads at the same time.
 #[derive(Clone, Copy, Debug)]
 pub struct Factors<'a, 'b, T, S> {
     pub(super) problem: Problem<'a, T>,
     pub(super) packed: &'b [S],
 }
 
-/// The derivatives of the loss, to which [`Factors::adjoint`] adds.
+/// The loss gradient. [`Factors::adjoint`] adds to it.
 #[derive(Debug)]
 pub struct RidgeGradient<'g, S> {
-    /// By the mapped measurements t (n). (By the mean it is the negative.)
+    /// By the mapped measurements t (n). The gradient by the mean is its negative.
     pub mapped: &'g mut [S],
     /// By the basis A (n x m, row-major).
     pub basis: &'g mut [S],
@@ -28,12 +28,14 @@ pub struct RidgeGradient<'g, S> {
 }
 
 impl<'a, T> Problem<'a, T> {
-    /// Factorizes the system, in `factors` of at least [`factor_length`](super::factor_length). What
-    /// `scratch` of at least [`scratch_length`](super::scratch_length) holds does not matter, before
-    /// and after.
+    /// Factorizes the system into `factors`.
+    ///
+    /// `factors` has at least [`factor_length`](super::factor_length) entries, and `scratch` at least
+    /// [`scratch_length`](super::scratch_length). The content of `scratch` has no meaning before and after the call.
     ///
     /// # Errors
-    /// [`RidgeError::Buffer`] or [`RidgeError::Precision`].
+    /// [`RidgeError::Buffer`] if a buffer is too small, or [`RidgeError::Precision`] if a precision is not positive and
+    /// finite.
     pub fn factorize<'b, S: Real>(
         self,
         factors: &'b mut [S],
@@ -43,10 +45,10 @@ impl<'a, T> Problem<'a, T> {
         T: Stored<S>,
     {
         let order = self.order();
-        let packed = take(factors, packed_length(order), Part::Factors)?;
+        let packed = prefix(factors, packed_length(order), Part::Factors)?;
         let scratch = self.scratch(scratch)?;
-        let wrong = |p: &T| !is_positive(p.value());
-        if let Some(index) = self.precision.iter().position(wrong) {
+        let is_invalid = |p: &T| !is_positive(p.value());
+        if let Some(index) = self.precision.iter().position(is_invalid) {
             return Err(RidgeError::Precision(index));
         }
         for index in 0..order {
@@ -58,7 +60,7 @@ impl<'a, T> Problem<'a, T> {
         })
     }
 
-    /// The factors in a buffer whose rows were all factorized by [`Problem::factorize_row`].
+    /// Returns the factors in a buffer, after [`Problem::factorize_row`] for all of its rows.
     pub(crate) fn factors<'b, S>(self, packed: &'b [S]) -> Factors<'a, 'b, T, S> {
         Factors {
             problem: self,
@@ -74,10 +76,10 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
         &self.problem
     }
 
-    /// c = (A'A + P)^-1 A't, for the mapped measurements t of one channel, minus the mean.
+    /// Computes c = (A'A + P)^-1 A't for one channel. t are the mapped measurements minus the mean.
     ///
     /// # Errors
-    /// [`RidgeError::Length`] if `mapped` is not n or `coefficients` not m long,
+    /// [`RidgeError::Length`] if the length of `mapped` is not n or that of `coefficients` not m,
     /// [`RidgeError::Buffer`] if `scratch` is too small.
     pub fn coefficients(
         &self,
@@ -93,11 +95,11 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
         Ok(())
     }
 
-    /// (A'A + P)^-1 lambda, for any lambda of m entries.
+    /// Computes (A'A + P)^-1 lambda, for any lambda of m entries.
     ///
     /// # Errors
-    /// [`RidgeError::Length`] if `lambda` or `solution` is not m long, [`RidgeError::Buffer`] if
-    /// `scratch` is too small.
+    /// [`RidgeError::Length`] if the length of `lambda` or `solution` is not m, [`RidgeError::Buffer`] if `scratch` is
+    /// too small.
     pub fn solve(
         &self,
         lambda: &[S],
@@ -113,16 +115,14 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
         Ok(())
     }
 
-    /// The derivatives of a loss whose derivative by the coefficients is `lambda`, added to
-    /// `gradient`.
+    /// Adds the gradient of a loss to `gradient`, given its derivative by the coefficients, `lambda`.
     ///
-    /// `coefficients` are those that [`Factors::coefficients`] gave for `mapped`. With
-    /// s = (A'A + P)^-1 lambda: d/dt = A s; d/dA_jk = (t - A c)_j s_k - (A s)_j c_k;
-    /// d/dp_k = -s_k c_k.
+    /// `coefficients` is the result of [`Factors::coefficients`] for `mapped`. With s = (A'A + P)^-1 lambda, the
+    /// derivatives are d/dt = A s, d/dA_jk = (t - A c)_j s_k - (A s)_j c_k and d/dp_k = -s_k c_k.
     ///
     /// # Errors
-    /// [`RidgeError::Length`] if a list is not n, m or n m long, [`RidgeError::Buffer`] if
-    /// `scratch` is too small. Nothing was added then.
+    /// [`RidgeError::Length`] if the length of a list is not n, m or n m as required, [`RidgeError::Buffer`] if
+    /// `scratch` is too small. On an error nothing is added.
     pub fn adjoint(
         &self,
         mapped: &[S],
@@ -145,8 +145,8 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
         let zeros = core::iter::repeat_n(S::constant(0.0), samples);
         self.run(zeros, Some(lambda), solution, rest);
 
-        // Row by row off the front: a zip of chunks divides by their length, out of line, where the
-        // compiler no longer sees that it is not 0.
+        // Splits off row by row. A zip of chunks would divide by their length in a function where the compiler does not
+        // see that it is not 0.
         let mut by_rows = &mut *gradient.basis;
         let rows = self.problem.rows().zip(mapped);
         for ((row, t), by_t) in rows.zip(gradient.mapped.iter_mut()) {
@@ -156,11 +156,11 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
                 break;
             };
             by_rows = rest;
-            let along = dot(row, solution);
-            let rest = *t - dot(row, coefficients);
-            *by_t = *by_t + along;
+            let projection = dot(row, solution);
+            let residual = *t - dot(row, coefficients);
+            *by_t = *by_t + projection;
             for ((by_a, s), c) in by_row.iter_mut().zip(&*solution).zip(coefficients) {
-                *by_a = *by_a + rest * *s - along * *c;
+                *by_a = *by_a + residual * *s - projection * *c;
             }
         }
         for ((by_p, s), c) in gradient
@@ -174,7 +174,7 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
         Ok(())
     }
 
-    /// x = (A'A + P)^-1 (lambda + A't); no lambda stands for 0. `scratch` holds m + 3 r.
+    /// Computes x = (A'A + P)^-1 (lambda + A't). A lambda of None is 0. `scratch` has m + 3 r numbers.
     fn run(
         &self,
         mapped: impl Iterator<Item = S> + Clone,
@@ -189,7 +189,7 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
         }
     }
 
-    /// (A'A + P) x = lambda + A't.
+    /// Solves (A'A + P) x = lambda + A't.
     fn primal(
         &self,
         mapped: impl Iterator<Item = S> + Clone,
@@ -197,7 +197,7 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
         x: &mut [S],
         scratch: &mut [S],
     ) {
-        begin(x, lambda);
+        initialize(x, lambda);
         for (row, t) in self.problem.rows().zip(mapped.clone()) {
             for (entry, a) in x.iter_mut().zip(row) {
                 *entry = entry.plus_product(a.value(), t);
@@ -205,27 +205,26 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
         }
         ldl::solve(self.packed, x);
 
-        // The residual lambda + A'(t - A x) - P x, in pairs.
-        let Some((high, rest)) = scratch.split_at_mut_checked(x.len()) else {
+        // `high` and `low`: the residual lambda + A'(t - A x) - P x, in pairs.
+        let Some((high, low)) = scratch.split_at_mut_checked(x.len()) else {
             return;
         };
         for _ in 0..S::REFINEMENTS {
-            begin(high, lambda);
-            let low = rest.iter_mut();
-            let precision = self.problem.precision.iter();
-            for (((high, low), p), x) in high.iter_mut().zip(low).zip(precision).zip(&*x) {
+            initialize(high, lambda);
+            let pairs = high.iter_mut().zip(low.iter_mut());
+            for (((high, low), p), x) in pairs.zip(self.problem.precision).zip(&*x) {
                 let mut sum = Pair::new(*high);
                 sum.add_product(-p.value(), *x);
                 (*high, *low) = (sum.high, sum.low);
             }
             for (row, t) in self.problem.rows().zip(mapped.clone()) {
-                let mut left = Pair::new(t);
+                let mut residual = Pair::new(t);
                 for (a, x) in row.iter().zip(&*x) {
-                    left.add_product(-a.value(), *x);
+                    residual.add_product(-a.value(), *x);
                 }
-                add_scaled(row, left.normalized(), high, rest);
+                add_scaled(row, residual.normalized(), high, low);
             }
-            for (high, low) in high.iter_mut().zip(&*rest) {
+            for (high, low) in high.iter_mut().zip(&*low) {
                 *high = *high + *low;
             }
             ldl::solve(self.packed, high);
@@ -238,7 +237,7 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
         }
     }
 
-    /// (A P^-1 A' + I) u = t - A P^-1 lambda, x = P^-1 (lambda + A'u).
+    /// Solves (A P^-1 A' + I) u = t - A P^-1 lambda, and computes x = P^-1 (lambda + A'u).
     fn dual(
         &self,
         mapped: impl Iterator<Item = S> + Clone,
@@ -251,14 +250,14 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
             return;
         };
         let mut thirds = rest.chunks_exact_mut(order);
-        let (Some(u), Some(u_low), Some(left)) = (thirds.next(), thirds.next(), thirds.next())
+        let (Some(u), Some(u_low), Some(residual)) = (thirds.next(), thirds.next(), thirds.next())
         else {
             return;
         };
         u.fill(S::constant(0.0));
         u_low.fill(S::constant(0.0));
         for pass in 0..=S::REFINEMENTS {
-            // With no lambda x is 0 at first.
+            // Without lambda, x is 0 at first.
             if pass > 0 || lambda.is_some() {
                 self.recover(u, u_low, lambda, x, low);
             } else {
@@ -268,7 +267,7 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
             // The residual t - u - A x, in pairs.
             let rows = self.problem.rows().zip(mapped.clone());
             let us = u.iter().zip(&*u_low);
-            for ((left, (row, t)), (u, u_low)) in left.iter_mut().zip(rows).zip(us) {
+            for ((residual, (row, t)), (u, u_low)) in residual.iter_mut().zip(rows).zip(us) {
                 let mut sum = Pair::new(t);
                 sum.add(-*u);
                 sum.low = sum.low - *u_low;
@@ -279,10 +278,10 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
                     };
                     sum.add_product_of_pair(-a.value(), x);
                 }
-                *left = sum.value();
+                *residual = sum.value();
             }
-            ldl::solve(self.packed, left);
-            for ((u, u_low), correction) in u.iter_mut().zip(u_low.iter_mut()).zip(&*left) {
+            ldl::solve(self.packed, residual);
+            for ((u, u_low), correction) in u.iter_mut().zip(u_low.iter_mut()).zip(&*residual) {
                 let mut sum = Pair {
                     high: *u,
                     low: *u_low,
@@ -291,16 +290,16 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
                 let sum = sum.normalized();
                 (*u, *u_low) = (sum.high, sum.low);
             }
-            if !is_significant(left, u) {
+            if !is_significant(residual, u) {
                 break;
             }
         }
         self.recover(u, u_low, lambda, x, low);
     }
 
-    /// x = P^-1 (lambda + A'u), in pairs.
+    /// Computes x = P^-1 (lambda + A'u), in pairs.
     fn recover(&self, u: &[S], u_low: &[S], lambda: Option<&[S]>, x: &mut [S], low: &mut [S]) {
-        begin(x, lambda);
+        initialize(x, lambda);
         low.fill(S::constant(0.0));
         for ((row, u), u_low) in self.problem.rows().zip(u).zip(u_low) {
             let u = Pair {
@@ -315,21 +314,21 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
                 high: *x,
                 low: *low,
             };
-            let quotient = sum.over(p.value());
+            let quotient = sum.divided_by(p.value());
             (*x, *low) = (quotient.high, quotient.low);
         }
     }
 }
 
-/// False if a correction was so small that the next would be lost in rounding; also if it is NaN.
+/// Returns false if a correction is NaN, or so small that rounding would hide the next one.
 fn is_significant<S: Real>(correction: &[S], corrected: &[S]) -> bool {
     let square = |list: &[S]| dot(list, list);
-    let small = S::constant(SETTLED * SETTLED) * square(corrected);
+    let small = S::constant(TOLERANCE * TOLERANCE) * square(corrected);
     square(correction) > small
 }
 
-/// A vector to add to: lambda, or 0.
-fn begin<S: Real>(x: &mut [S], lambda: Option<&[S]>) {
+/// Initializes a sum with lambda, or with 0.
+fn initialize<S: Real>(x: &mut [S], lambda: Option<&[S]>) {
     match lambda {
         Some(lambda) => {
             for (x, lambda) in x.iter_mut().zip(lambda) {
@@ -340,7 +339,7 @@ fn begin<S: Real>(x: &mut [S], lambda: Option<&[S]>) {
     }
 }
 
-/// Adds a row of A, times a pair, to pairs that lie in two lists.
+/// Adds a row of A, times a pair, to pairs in two lists.
 fn add_scaled<S: Real, T: Stored<S>>(row: &[T], factor: Pair<S>, high: &mut [S], low: &mut [S]) {
     for ((high, low), a) in high.iter_mut().zip(low).zip(row) {
         let mut sum = Pair {

@@ -76,14 +76,14 @@ fn the_map_and_the_start_follow_their_formulas() {
     for shape in SHAPES {
         let [samples, ..] = shape;
         for model in [ModelKind::Linear, ModelKind::Phong, ModelKind::Neural] {
-            let made = Made::new(model, shape, MissingPolicy::CountForMore);
+            let made = Made::new(model, shape, MissingPolicy::Scaled);
             compare(&made, &all(samples));
         }
-        let made = Made::new(ModelKind::Linear, shape, MissingPolicy::CountForMore);
+        let made = Made::new(ModelKind::Linear, shape, MissingPolicy::Scaled);
         compare(&made, &some(samples, |sample| sample % 3 != 1));
     }
     // Every subset of six samples, none and all of them included.
-    let made = Made::small(ModelKind::Phong, MissingPolicy::CountForMore);
+    let made = Made::small(ModelKind::Phong, MissingPolicy::Scaled);
     for present in 0..64 {
         compare(&made, &some(6, |sample| present >> sample & 1 == 1));
     }
@@ -106,7 +106,7 @@ fn a_reading_is_standardized_by_its_formula() {
 /// The formulas themselves depend on the place of every weight.
 #[test]
 fn the_comparison_notices_a_weight_out_of_place() {
-    let made = Made::small(ModelKind::Phong, MissingPolicy::CountForMore);
+    let made = Made::small(ModelKind::Phong, MissingPolicy::Scaled);
     let recipe = made.recipe();
     let before = fitted(&made, &recipe, &all(6));
     let changes: [fn(&mut Made); 6] = [

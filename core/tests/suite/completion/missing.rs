@@ -36,7 +36,7 @@ fn each(missing: MissingPolicy, check: impl Fn(&Made, &mut Scan<'_, Any>)) {
 
 #[test]
 fn a_recipe_that_needs_all_readings_says_which_is_missing() {
-    each(MissingPolicy::NoFit, |made, scan| {
+    each(MissingPolicy::AllRequired, |made, scan| {
         for index in [0, 2, 1, 5, 4, 3] {
             let (first, _) = scan.next_pending().unwrap();
             let missing = scan.pending().count() as u16;
@@ -53,9 +53,9 @@ fn a_recipe_that_needs_all_readings_says_which_is_missing() {
 fn with_all_readings_all_fit_alike() {
     for kind in MODELS {
         let [without, alike, more] = [
-            MissingPolicy::NoFit,
-            MissingPolicy::CountAlike,
-            MissingPolicy::CountForMore,
+            MissingPolicy::AllRequired,
+            MissingPolicy::Unscaled,
+            MissingPolicy::Scaled,
         ]
         .map(|missing| whole_by_type(&Made::small(kind, missing), &all(SAMPLES)));
         assert_eq!(alike, without);
@@ -66,7 +66,7 @@ fn with_all_readings_all_fit_alike() {
 /// After each reading the fit goes by those that are there; the order does not count.
 #[test]
 fn one_reading_is_enough_and_each_further_one_counts() {
-    each(MissingPolicy::CountForMore, |made, scan| {
+    each(MissingPolicy::Scaled, |made, scan| {
         let (missing, first) = (SAMPLES as u16, 0);
         let error = FitError::Incomplete { missing, first };
         assert_eq!(scan.fit().err(), Some(error));
@@ -97,9 +97,9 @@ fn the_gain_is_the_root_of_the_share_that_is_missing() {
                 &[expected],
             );
             let there = (0..samples).map(|sample| sample < present);
-            let alike = [MissingPolicy::NoFit, MissingPolicy::CountAlike];
+            let alike = [MissingPolicy::AllRequired, MissingPolicy::Unscaled];
             assert_eq!(alike.map(|each| each.dropout_gain(there.clone())), [1.0; 2]);
-            let more = MissingPolicy::CountForMore.dropout_gain(there);
+            let more = MissingPolicy::Scaled.dropout_gain(there);
             assert_eq!(more, dropout_gain(samples, present));
         }
         // No more than what there is, and nothing to multiply.
@@ -112,7 +112,7 @@ fn the_gain_is_the_root_of_the_share_that_is_missing() {
 
 #[test]
 fn a_saturated_reading_is_left_out_where_others_are_there() {
-    each(MissingPolicy::CountForMore, |made, scan| {
+    each(MissingPolicy::Scaled, |made, scan| {
         record(scan, [0, 2, 3, 5], clear);
         record(scan, [1, 4], saturated);
         let outcome = fit(scan, &[5]);
@@ -129,7 +129,7 @@ fn a_saturated_reading_is_left_out_where_others_are_there() {
 
 #[test]
 fn if_all_are_saturated_they_count() {
-    each(MissingPolicy::CountForMore, |made, scan| {
+    each(MissingPolicy::Scaled, |made, scan| {
         record(scan, [2, 3], saturated);
         let outcome = fit(scan, &[5]);
         let clear_ones = whole_by_type(made, &subset(0b1100));
@@ -146,7 +146,7 @@ fn if_all_are_saturated_they_count() {
 
 #[test]
 fn a_recipe_that_needs_all_readings_counts_saturated_ones() {
-    each(MissingPolicy::NoFit, |made, scan| {
+    each(MissingPolicy::AllRequired, |made, scan| {
         record(scan, [0], clear);
         record(scan, 1..6, saturated);
         let outcome = fit(scan, &[5]);
@@ -158,7 +158,7 @@ fn a_recipe_that_needs_all_readings_counts_saturated_ones() {
 
 #[test]
 fn a_restart_forgets() {
-    each(MissingPolicy::CountForMore, |made, scan| {
+    each(MissingPolicy::Scaled, |made, scan| {
         // Readings so large that a fit of them is refused.
         record(scan, 0..6, |_| Reading::new([1e4; 3]));
         assert_eq!(fit(scan, &[5]), Outcome::TooLarge);
@@ -176,7 +176,7 @@ fn a_restart_forgets() {
 /// Counts instead of BRDFs are refused among few readings as among all of them.
 #[test]
 fn counts_are_refused_among_few_readings() {
-    each(MissingPolicy::CountForMore, |_, scan| {
+    each(MissingPolicy::Scaled, |_, scan| {
         for index in [0, 2, 3, 5] {
             assert!(scan.fit().is_ok() || index == 0);
             scan.record(index, Reading::new([1e4; 3])).unwrap();
@@ -188,7 +188,7 @@ fn counts_are_refused_among_few_readings() {
 /// The mean is over the readings that are there, not over the pattern.
 #[test]
 fn the_residual_counts_the_readings_that_are_there() {
-    each(MissingPolicy::CountForMore, |_, scan| {
+    each(MissingPolicy::Scaled, |_, scan| {
         scan.record(4, clear(4)).unwrap();
         let residual = fit(scan, &[5]).residual();
         assert_eq!((residual.mean, residual.worst_index), (residual.worst, 4));
@@ -203,7 +203,7 @@ fn the_residual_counts_the_readings_that_are_there() {
 
 #[test]
 fn skipped_samples_are_left_out_of_the_fit() {
-    each(MissingPolicy::CountForMore, |made, scan| {
+    each(MissingPolicy::Scaled, |made, scan| {
         for index in [0, 2, 3, 5] {
             scan.record(index, clear(index)).unwrap();
         }
@@ -217,7 +217,7 @@ fn skipped_samples_are_left_out_of_the_fit() {
 
 #[test]
 fn a_scan_that_finishes_early_uses_what_was_read() {
-    each(MissingPolicy::CountForMore, |made, scan| {
+    each(MissingPolicy::Scaled, |made, scan| {
         scan.finish_early().unwrap();
         let nothing = FitError::Incomplete {
             missing: SAMPLES as u16,
@@ -235,12 +235,12 @@ fn a_scan_that_finishes_early_uses_what_was_read() {
 
 #[test]
 fn a_recipe_that_needs_all_readings_refuses_to_skip() {
-    each(MissingPolicy::NoFit, |_, scan| {
+    each(MissingPolicy::AllRequired, |_, scan| {
         assert_eq!(scan.skip(0), Err(SkipError::Required));
         assert_eq!(scan.finish_early(), Err(SkipError::Required));
         assert_eq!(scan.pending().count(), SAMPLES);
     });
-    each(MissingPolicy::CountAlike, |_, scan| {
+    each(MissingPolicy::Unscaled, |_, scan| {
         let (index, samples) = (SAMPLES as u16, SAMPLES as u16);
         let error = SkipError::Index { index, samples };
         assert_eq!(scan.skip(index), Err(error));

@@ -20,7 +20,7 @@ const PREDICTION: [f32; 5] = [-4.0, 0.3, -0.2, 0.5, 0.1];
 fn made(model: ModelKind) -> Made {
     Made {
         prediction: Some(PREDICTION.to_vec()),
-        ..Made::small(model, MissingPolicy::CountForMore)
+        ..Made::small(model, MissingPolicy::Scaled)
     }
 }
 
@@ -62,7 +62,7 @@ fn the_prediction_follows_its_formula() {
 #[test]
 fn without_the_section_nothing_is_predicted() {
     for model in MODELS {
-        let made = Made::small(model, MissingPolicy::CountForMore);
+        let made = Made::small(model, MissingPolicy::Scaled);
         assert_eq!(predicted(&made, &all(SAMPLES), 5), None);
     }
 }

@@ -21,7 +21,7 @@ const LINEAR: [ModelKind; 1] = [ModelKind::Linear];
 const PHONG: [ModelKind; 1] = [ModelKind::Phong];
 
 fn small(model: ModelKind) -> Made {
-    Made::small(model, MissingPolicy::CountForMore)
+    Made::small(model, MissingPolicy::Scaled)
 }
 
 fn descends(made: &mut Made) -> &mut Descends {
@@ -150,7 +150,7 @@ fn the_largest_counts_are_not_refused() {
     for (components, hidden) in [(1, MAX_ROWS - 1), (MAX_ROWS, 0)] {
         for model in [ModelKind::Linear, ModelKind::Phong] {
             let shape = [SAMPLES, components, hidden, MAX_UNITS];
-            let made = Made::new(model, shape, MissingPolicy::CountForMore);
+            let made = Made::new(model, shape, MissingPolicy::Scaled);
             assert!(made.write().is_ok(), "{model}");
         }
     }

@@ -66,7 +66,7 @@ fn without_steps(made: &Made) -> Made {
 #[test]
 fn a_fit_begins_with_the_result_of_the_formulas() {
     for kind in MODELS {
-        for missing in [MissingPolicy::CountAlike, MissingPolicy::CountForMore] {
+        for missing in [MissingPolicy::Unscaled, MissingPolicy::Scaled] {
             let made = without_steps(&Made::small(kind, missing));
             for readings in cases() {
                 let values = whole_by_type(&made, &readings).values();
@@ -79,7 +79,7 @@ fn a_fit_begins_with_the_result_of_the_formulas() {
 
 /// K steps from there, each by the gradient of all readings at once: the same bits.
 fn descends<M: Model + Fitter>() {
-    let made = Made::small(M::KIND, MissingPolicy::CountForMore);
+    let made = Made::small(M::KIND, MissingPolicy::Scaled);
     for readings in cases() {
         let start = whole::<M>(&without_steps(&made), &readings).values();
         let read = readings.iter().flatten().count();
@@ -122,7 +122,7 @@ fn a_descent_goes_on_from_there() {
 }
 
 fn sliced<K: Fitter>(kind: ModelKind) {
-    let made = Made::small(kind, MissingPolicy::CountForMore);
+    let made = Made::small(kind, MissingPolicy::Scaled);
     let recipe = made.recipe();
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<K>::new(recipe, &mut memory).unwrap();
@@ -166,13 +166,13 @@ fn slices_do_not_change_the_result() {
 /// One memory serves recipes that complete and recipes of other models, one after the other.
 #[test]
 fn one_memory_serves_one_recipe_after_the_other() {
-    let made = MODELS.map(|kind| Made::small(kind, MissingPolicy::CountForMore).recipe());
+    let made = MODELS.map(|kind| Made::small(kind, MissingPolicy::Scaled).recipe());
     let words = made.iter().map(Recipe::memory_words).max().unwrap();
     let mut memory = vec![0.0; words];
     for kind in MODELS.into_iter().chain(MODELS) {
         let missing = match kind {
-            ModelKind::Phong => MissingPolicy::NoFit,
-            _ => MissingPolicy::CountForMore,
+            ModelKind::Phong => MissingPolicy::AllRequired,
+            _ => MissingPolicy::Scaled,
         };
         let made = Made::small(kind, missing);
         let mut scan = Scan::<Any>::new(made.recipe(), &mut memory).unwrap();
@@ -184,7 +184,7 @@ fn one_memory_serves_one_recipe_after_the_other() {
 
 #[test]
 fn linears_residual_is_that_of_the_formulas() {
-    let made = Made::small(ModelKind::Linear, MissingPolicy::CountForMore);
+    let made = Made::small(ModelKind::Linear, MissingPolicy::Scaled);
     for readings in cases() {
         let outcome = whole::<Linear>(&made, &readings);
         let values: Vec<f64> = outcome.values().into_iter().map(f64::from).collect();
@@ -207,7 +207,7 @@ fn linears_residual_is_that_of_the_formulas() {
 fn a_reading_whose_logarithm_is_not_finite_diverges() {
     for kind in MODELS {
         for channel in 0..3 {
-            let made = Made::small(kind, MissingPolicy::CountForMore);
+            let made = Made::small(kind, MissingPolicy::Scaled);
             let mut readings = all(SAMPLES);
             readings[2].as_mut().unwrap()[channel] = 3e38;
             assert_eq!(whole::<Any>(&made, &readings), Outcome::Diverged, "{kind}");
@@ -220,7 +220,7 @@ fn a_reading_whose_logarithm_is_not_finite_diverges() {
 fn a_recipe_for_another_firmware_is_refused() {
     let (linear, phong) = (ModelKind::Linear, ModelKind::Phong);
     let [completed, started] =
-        [linear, phong].map(|model| Made::small(model, MissingPolicy::CountForMore).recipe());
+        [linear, phong].map(|model| Made::small(model, MissingPolicy::Scaled).recipe());
     let needed = completed.memory_words();
     let found = needed - 1;
     let memory = Err(ScanError::Memory { needed, found });
@@ -244,7 +244,7 @@ fn a_recipe_for_another_firmware_is_refused() {
 #[test]
 fn dark_readings_are_brought_up() {
     for kind in MODELS {
-        let made = Made::small(kind, MissingPolicy::CountForMore);
+        let made = Made::small(kind, MissingPolicy::Scaled);
         let recipe = made.recipe();
         let mut memory = vec![0.0; recipe.memory_words()];
         let mut scan = Scan::<Any>::new(recipe, &mut memory).unwrap();

@@ -16,9 +16,9 @@ fn numbers(recipe: &Recipe<'_>) -> Vec<u16> {
 #[test]
 fn a_recipe_is_read_as_it_was_written() {
     let missings = [
-        MissingPolicy::NoFit,
-        MissingPolicy::CountAlike,
-        MissingPolicy::CountForMore,
+        MissingPolicy::AllRequired,
+        MissingPolicy::Unscaled,
+        MissingPolicy::Scaled,
     ];
     for (kind, missing) in MODELS.into_iter().zip(missings.into_iter().cycle()) {
         let made = Made::small(kind, missing);
@@ -32,7 +32,7 @@ fn a_recipe_is_read_as_it_was_written() {
         assert_eq!(completed.missing(), missing);
         assert_eq!(
             completed.tolerates_missing(),
-            missing != MissingPolicy::NoFit
+            missing != MissingPolicy::AllRequired
         );
         assert_eq!(completed.scale(), made.scale);
         assert!(completed.center().iter().eq(made.center));
@@ -64,7 +64,7 @@ fn a_recipe_is_read_as_it_was_written() {
 
 #[test]
 fn a_checksum_of_0_names_no_basis() {
-    let mut made = Made::small(ModelKind::Linear, MissingPolicy::CountForMore);
+    let mut made = Made::small(ModelKind::Linear, MissingPolicy::Scaled);
     made.basis_checksum = 0;
     assert_eq!(made.recipe().method().basis_checksum(), None);
 }
@@ -72,9 +72,7 @@ fn a_checksum_of_0_names_no_basis() {
 #[test]
 fn a_recipe_that_was_read_is_written_and_copied_alike() {
     for kind in MODELS {
-        let bytes = Made::small(kind, MissingPolicy::CountForMore)
-            .write()
-            .unwrap();
+        let bytes = Made::small(kind, MissingPolicy::Scaled).write().unwrap();
         let recipe = parsed(bytes.clone());
         let angles = recipe
             .pattern()

@@ -19,7 +19,7 @@ const SAMPLES: u16 = 6;
 /// A recipe of each model that tolerates missing readings.
 pub(crate) fn tolerant() -> impl Iterator<Item = Recipe<'static>> {
     let models = MODELS.into_iter();
-    models.map(|model| Made::small(model, MissingPolicy::CountForMore).recipe())
+    models.map(|model| Made::small(model, MissingPolicy::Scaled).recipe())
 }
 
 /// The bits of a fit of these readings alone.

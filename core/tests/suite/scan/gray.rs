@@ -41,7 +41,7 @@ fn is_gray<K: Fitter>(recipe: &Recipe<'_>) {
 #[test]
 fn readings_of_one_channel_give_a_gray_material() {
     let made = MODELS.map(recipe_of);
-    let completed = MODELS.map(|model| Made::small(model, MissingPolicy::NoFit).recipe());
+    let completed = MODELS.map(|model| Made::small(model, MissingPolicy::AllRequired).recipe());
     let trained = SCAN_RECIPES.map(|bytes| parsed(bytes.to_vec()));
     for recipe in made.iter().chain(&completed).chain(&trained) {
         match recipe.model() {

@@ -19,7 +19,7 @@ fn a_scan_is_small_by_value() {
 fn memory_is_sized_by_the_bytes_of_a_recipe() {
     let mut all = Vec::new();
     for model in MODELS {
-        let policy = glimpse_core::fit::coefficient_net::MissingPolicy::NoFit;
+        let policy = glimpse_core::fit::coefficient_net::MissingPolicy::AllRequired;
         for bytes in [bytes_of(model), Made::small(model, policy).write().unwrap()] {
             let recipe = parsed(bytes.clone());
             let words = memory_words(&[&bytes]);

@@ -60,8 +60,8 @@ impl AugmentationOptions {
     #[must_use]
     pub fn missing_policy(&self) -> MissingPolicy {
         match self.missing > 0.0 {
-            true => MissingPolicy::CountForMore,
-            false => MissingPolicy::NoFit,
+            true => MissingPolicy::Scaled,
+            false => MissingPolicy::AllRequired,
         }
     }
 }
