@@ -177,10 +177,10 @@ impl Evaluate {
                 MethodName::Meta => Method::meta(&recipe, basis.as_ref())?,
                 _ => Method::ours(&recipe, basis.as_ref())?,
             };
-            let readings = self.readings();
-            let method = match readings == Degradation::default() {
+            let degradation = self.degradation();
+            let method = match degradation == Degradation::default() {
                 true => method,
-                false => method.with_degradation(readings)?,
+                false => method.with_degradation(degradation)?,
             };
             let method = match &compact {
                 Some(compact) => method.with_compact_basis(compact)?,
@@ -227,7 +227,7 @@ impl Evaluate {
             self.recipe.len() <= 1 || self.basis.is_none(),
             "--basis applies to a single --recipe: evaluate the recipes one by one"
         );
-        if name != MethodName::Ours && self.readings() != Degradation::default() {
+        if name != MethodName::Ours && self.degradation() != Degradation::default() {
             bail!(
                 "--first, --lose, --noise, --additive and --levels have no effect with --method {method}: \
                  remove them"
@@ -240,7 +240,7 @@ impl Evaluate {
                 "--lose {lose} of --first {first} leaves no reading to fit: give a smaller --lose"
             );
         }
-        if self.seeds.is_some() && !name.is_random() && !self.readings().is_random() {
+        if self.seeds.is_some() && !name.is_random() && !self.degradation().is_random() {
             bail!("--seeds has no effect: --method {method} is not random; remove it");
         }
         let Some(model) = self.model else {
@@ -311,7 +311,7 @@ impl Evaluate {
         Ok((evaluate(&method)?, TrainingMaterials::default()))
     }
 
-    fn readings(&self) -> Degradation {
+    fn degradation(&self) -> Degradation {
         Degradation {
             first: self.first,
             lost: self.lose.unwrap_or(0),

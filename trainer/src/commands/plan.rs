@@ -134,7 +134,7 @@ impl Plan {
             Err(missed) => {
                 let lines: Vec<String> = missed.iter().map(|each| format!("\n  {each}")).collect();
                 bail!(
-                    "{} of {} samples are out of the machine's reach:{}\n{}",
+                    "the machine does not reach {} of {} samples:{}\n{}",
                     missed.len(),
                     recipe.samples(),
                     lines.concat(),
