@@ -18,12 +18,15 @@ fn scan_has_loss_of_evaluate() {
     let recipe = Recipe::parse(RECIPE).unwrap();
     for index in 0..3 {
         let material = unseen_material(index);
-        let report = scanner(&material).serve(&mut emulator.serial).unwrap();
+        let scan_report = scanner(&material).serve(&mut emulator.serial).unwrap();
         let materials: [Box<dyn Material>; 1] = [Box::new(material.clone())];
         let report = Evaluator::new(&materials)
             .evaluate(&Method::ours(&recipe, None).unwrap(), 0, 1)
             .unwrap();
-        let (scan, evaluate) = (report.loss(None, &material).unwrap(), report.metrics.loss);
+        let (scan, evaluate) = (
+            scan_report.loss(None, &material).unwrap(),
+            report.metrics.loss,
+        );
         // One sample of this recipe is at the pole, where the conversion to directions loses phi_d. The readings of the
         // scanner and of `evaluate` differ slightly there.
         assert!(
