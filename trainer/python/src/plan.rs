@@ -84,7 +84,7 @@ impl PyPlan {
         let stops = stops(recipe, &machine.limits, swap).map_err(|missed| {
             let lines: Vec<String> = missed.iter().map(|each| format!("\n  {each}")).collect();
             GlimpseError::new_err(format!(
-                "{} of {} samples are out of the machine's reach:{}\ntrain a recipe for these limits{}",
+                "the machine does not reach {} of {} samples:{}\ntrain a recipe for these limits{}",
                 missed.len(),
                 recipe.samples(),
                 lines.concat(),
