@@ -1,4 +1,4 @@
-//! Errors of reading and writing materials.
+//! Errors while reading and writing materials.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use glimpse_core::geometry::Angles;
 /// The largest COUNT of `procedural:COUNT`.
 pub(super) const MAX_PROCEDURAL: usize = 100_000;
 
-/// An error of reading or writing materials.
+/// An error while reading or writing materials.
 #[derive(Debug, thiserror::Error)]
 pub enum SourceError {
     /// The operating system cannot read a path.
@@ -28,12 +28,12 @@ pub enum SourceError {
         source: io::Error,
     },
     /// A file is damaged, or of an unsupported kind.
-    #[error("{}: {what}", path.display())]
+    #[error("{}: {defect}", path.display())]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// The defect, and what to do.
-        what: String,
+        /// The defect and the remedy.
+        defect: String,
     },
     /// No file or directory has this path.
     #[error(
@@ -112,7 +112,7 @@ impl NotFinite {
     }
 }
 
-/// Returns a function that makes a [`SourceError::Read`] of an I/O error at a path.
+/// Returns a function that converts an I/O error at a path to a [`SourceError::Read`].
 pub(super) fn read_error(path: &Path) -> impl Fn(io::Error) -> SourceError {
     move |source| SourceError::Read {
         path: path.into(),

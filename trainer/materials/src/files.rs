@@ -102,11 +102,11 @@ pub fn has_content(path: &Path, bytes: &[u8]) -> bool {
 fn reject_file_in_path(path: &Path) -> io::Result<()> {
     match path.ancestors().find(|part| part.exists()) {
         Some(part) if !part.is_dir() => {
-            let what = format!(
+            let message = format!(
                 "{} is a file where a directory is needed; give the path of a directory",
                 part.display()
             );
-            Err(io::Error::new(io::ErrorKind::NotADirectory, what))
+            Err(io::Error::new(io::ErrorKind::NotADirectory, message))
         }
         _ => Ok(()),
     }
@@ -149,8 +149,8 @@ impl Target {
             return Ok(Self::Stream);
         }
         if metadata.permissions().readonly() {
-            let what = "the file is read-only; make it writable, or write to another path";
-            return Err(io::Error::new(io::ErrorKind::PermissionDenied, what));
+            let message = "the file is read-only; make it writable, or write to another path";
+            return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
         }
         fs::canonicalize(path).map(Self::File)
     }
@@ -170,11 +170,11 @@ fn end_of_links(path: &Path) -> PathBuf {
 }
 
 fn missing(directory: &Path) -> io::Error {
-    let what = format!(
+    let message = format!(
         "the directory {} does not exist; create it first",
         directory.display()
     );
-    io::Error::new(io::ErrorKind::NotFound, what)
+    io::Error::new(io::ErrorKind::NotFound, message)
 }
 
 fn directory_of(path: &Path) -> &Path {

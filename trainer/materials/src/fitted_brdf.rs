@@ -14,13 +14,13 @@ use crate::basis::{Basis, Coefficients, Reconstruction};
 pub struct FittedBrdf {
     model: ModelKind,
     values: Vec<f32>,
-    /// The tabulated BRDF of the model Linear. None for other models.
+    /// The tabulated BRDF of the model Linear, or None for other models.
     reconstruction: Option<Reconstruction>,
 }
 
 impl FittedBrdf {
-    /// Makes a BRDF of a model's parameters, or of Linear's coefficients (m for red, m for green, m for blue) and their
-    /// basis. Returns None if the number of values is wrong, or if the model is Linear and `basis` is None.
+    /// Makes a BRDF from a model's parameters, or from the coefficients of Linear (m for red, m for green, m for blue)
+    /// and a basis. Returns None if the number of values is wrong, or if the model is Linear and `basis` is None.
     #[must_use]
     pub fn new(model: ModelKind, values: Vec<f32>, basis: Option<&Basis>) -> Option<Self> {
         let reconstruction = match model.parameters() {
@@ -35,7 +35,7 @@ impl FittedBrdf {
         })
     }
 
-    /// Makes a BRDF of Linear's coefficients in f64.
+    /// Makes a BRDF from coefficients of Linear in f64.
     #[must_use]
     pub fn linear(basis: &Basis, coefficients: &Coefficients) -> Self {
         Self {
@@ -71,16 +71,18 @@ impl FittedBrdf {
         })
     }
 
-    /// Returns the BRDF at angles in radians, and for each channel its derivatives by theta_h, theta_d and phi_d.
+    /// Returns the BRDF at angles in radians, and for each channel its derivatives with respect to theta_h, theta_d and
+    /// phi_d.
     #[must_use]
-    pub fn with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
+    pub fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
         if let Some(reconstruction) = &self.reconstruction {
             let mut brdf = [[0.0; 3]];
             reconstruction.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);
             let duals = reconstruction.brdf_with_derivative(&angles);
-            let slopes = duals.map(|dual| dual.tangent.map(|slope| slope as f32));
-            return (brdf[0], slopes);
+            let derivative = duals.map(|dual| dual.tangent.map(|value| value as f32));
+            return (brdf[0], derivative);
         }
+        // The last arm is never used: the model Linear has a reconstruction.
         with_model!(self.model, M => {
             let mut parameters = <M as Model>::Parameters::filled(0.0);
             unflatten(&self.values, &mut parameters);
@@ -94,6 +96,7 @@ impl Brdf for FittedBrdf {
         if let Some(reconstruction) = &self.reconstruction {
             return reconstruction.evaluate(at, brdf);
         }
+        // The last arm is never used: the model Linear has a reconstruction.
         with_model!(self.model, M => {
             let mut parameters = <M as Model>::Parameters::filled(0.0);
             unflatten(&self.values, &mut parameters);

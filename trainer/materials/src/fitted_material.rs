@@ -109,7 +109,7 @@ pub struct FittedMaterial {
 }
 
 impl FittedMaterial {
-    /// Makes a material of a fitted BRDF. Returns None if one of its values is not finite.
+    /// Makes a material from a fitted BRDF. Returns None if one of its values is not finite.
     #[must_use]
     pub fn new(name: String, fitted: FittedBrdf) -> Option<Self> {
         let is_finite = fitted.values().iter().all(|value| value.is_finite());
@@ -230,11 +230,11 @@ impl FittedMaterial {
     }
 }
 
-/// Returns a function that makes a [`SourceError::Damaged`] of a description.
+/// Returns a function that converts a description of a defect to a [`SourceError::Damaged`].
 fn damaged(path: &Path) -> impl Fn(String) -> SourceError {
-    move |what| SourceError::Damaged {
+    move |defect| SourceError::Damaged {
         path: path.into(),
-        what,
+        defect,
     }
 }
 
@@ -299,7 +299,7 @@ impl Material for FittedMaterial {
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        self.fitted.with_derivative(angles)
+        self.fitted.brdf_with_derivative(angles)
     }
 
     fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {

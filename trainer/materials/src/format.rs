@@ -63,10 +63,10 @@ impl Format {
         if pab::has_signature(&head) {
             return Ok(Self::Pab);
         }
-        if let Some(what) = unsupported_format(&head) {
+        if let Some(defect) = unsupported_format(&head) {
             return Err(SourceError::Damaged {
                 path: path.into(),
-                what: what.to_owned(),
+                defect: defect.to_owned(),
             });
         }
         match path.extension().and_then(|ending| ending.to_str()) {
@@ -77,7 +77,7 @@ impl Format {
     }
 }
 
-/// Recognizes formats that are not supported. Returns what the file is and what to do.
+/// Recognizes formats that are not supported. Returns the actual format and the remedy.
 fn unsupported_format(head: &[u8]) -> Option<&'static str> {
     if head.starts_with(b"SCATFUN") {
         return Some(

@@ -6,7 +6,7 @@ use glimpse_core::geometry::Angles;
 
 use crate::Material;
 
-/// Sampled values of each angle.
+/// The number of sampled values of each angle.
 const STEPS: usize = 4;
 
 /// The name of a material and the digest of its BRDF. Recipes list the identities of their training materials.
@@ -33,7 +33,8 @@ impl Identity {
 ///
 /// Tables, networks and formulas all have a digest. It distinguishes different materials of the same name.
 ///
-/// The digest covers every bit: networks and formulas may have another digest with another math library.
+/// The digest depends on every bit of the values. A different math library may therefore change the digest of a network
+/// or a formula.
 #[must_use]
 pub fn digest(material: &dyn Material) -> u32 {
     let bytes: Vec<u8> = directions()
@@ -46,7 +47,8 @@ pub fn digest(material: &dyn Material) -> u32 {
 
 /// Returns the 64 directions, all above the horizon.
 ///
-/// theta_h covers its range with more values at highlights, theta_d ends at pi/2 - theta_h, and phi_d ends at pi.
+/// In radians, theta_h is between 0 and pi/2, with more values near 0, where highlights are. theta_d is between 0 and
+/// pi/2 - theta_h, and phi_d between 0 and pi.
 fn directions() -> impl Iterator<Item = Angles<f32>> {
     let middle = |step: usize| (step as f32 + 0.5) / STEPS as f32;
     (0..STEPS.pow(3)).map(move |index| {
@@ -81,7 +83,6 @@ mod tests {
         assert_eq!(distinct.len(), 64);
     }
 
-    /// A constant BRDF.
     struct Constant(f32);
 
     impl Material for Constant {

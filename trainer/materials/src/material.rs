@@ -13,7 +13,7 @@ pub trait Material: Send + Sync {
     /// Returns the BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians.
     fn brdf(&self, angles: Angles<f32>) -> [f32; 3];
 
-    /// Returns the BRDF, and for each channel its derivatives by theta_h, theta_d and phi_d.
+    /// Returns the BRDF, and for each channel its derivatives with respect to theta_h, theta_d and phi_d.
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]);
 
     /// Evaluates [`Material::brdf_with_derivative`] at many angles. `results` has the length of `angles`.

@@ -41,7 +41,7 @@ pub struct NeuralBrdf {
 }
 
 impl NeuralBrdf {
-    /// Makes a material of network parameters.
+    /// Makes a material from network parameters.
     #[must_use]
     pub fn new(name: String, parameters: NeuralParameters<f32>) -> Self {
         let constants = Box::new(Dual::constants::<Neural>(&parameters));
@@ -156,9 +156,9 @@ fn to_npy(shape: &[u64], values: &[f32]) -> Vec<u8> {
 
 /// Reads a `.npy` file of little-endian f32 in C order with the given shape.
 fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
-    let damaged = |what| SourceError::Damaged {
+    let damaged = |defect| SourceError::Damaged {
         path: path.into(),
-        what,
+        defect,
     };
     let read_error = |source: io::Error| {
         match source.kind() {
@@ -177,14 +177,15 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
     let length = fs::metadata(path).map_err(read_error)?.len();
     if length > max_bytes {
         return Err(damaged(format!(
-            "it has {length} bytes, and an array of shape {shape:?} has at most {max_bytes}; get it again"
+            "it has {length} bytes, and an array of shape {shape:?} has at most {max_bytes}; replace the file with an \
+             intact copy"
         )));
     }
     let bytes = read_at_most(path, max_bytes).map_err(read_error)?;
     let header = check_npy_header(&bytes).map_err(damaged)?;
     let array = npyz::NpyFile::new(&bytes[..]).map_err(|error| {
         damaged(format!(
-            "it is not a complete NumPy array ({}); get it again",
+            "it is not a complete NumPy array ({}); replace the file with an intact copy",
             escaped(&error.to_string())
         ))
     })?;
@@ -211,7 +212,8 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
             false => "something was appended",
         };
         return Err(damaged(format!(
-            "{defect}: it has {} bytes, and its header and an array of shape {shape:?} have {}; get it again",
+            "{defect}: it has {} bytes, and its header and an array of shape {shape:?} have {}; replace the file with \
+             an intact copy",
             bytes.len(),
             header + values
         )));
@@ -224,7 +226,7 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
     })?;
     match values.iter().position(|value| !value.is_finite()) {
         Some(index) => Err(damaged(format!(
-            "number {index} is {}, and must be finite; get it again",
+            "number {index} is {}, and must be finite; replace the file with an intact copy",
             values[index]
         ))),
         None => Ok(values),
@@ -237,7 +239,10 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
 /// header.
 fn check_npy_header(bytes: &[u8]) -> Result<usize, String> {
     let Some(rest) = bytes.strip_prefix(NPY_MAGIC) else {
-        return Err("it is not a NumPy array (its first bytes differ); get it again".to_owned());
+        return Err(
+            "it is not a NumPy array (its first bytes differ); replace the file with an intact copy"
+                .to_owned(),
+        );
     };
     // Since version 2 the length has four bytes.
     let (begin, length) = match rest {
@@ -245,14 +250,15 @@ fn check_npy_header(bytes: &[u8]) -> Result<usize, String> {
         [_, _, a, b, c, d, ..] => (6, u32::from_le_bytes([*a, *b, *c, *d])),
         _ => {
             return Err(format!(
-                "it is not a complete NumPy array (it has {} bytes, too few for a header); get it again",
+                "it is not a complete NumPy array (it has {} bytes, too few for a header); replace the file with an \
+                 intact copy",
                 bytes.len()
             ));
         }
     };
     let Some(header) = rest[begin..].get(..length as usize) else {
         return Err(format!(
-            "its header states that it has {length} bytes, more than the file; get it again"
+            "its header states that it has {length} bytes, more than the file; replace the file with an intact copy"
         ));
     };
     // One bracket of the dictionary and one of its shape. The parser takes hours for deep nesting.

@@ -356,8 +356,8 @@ fn scaled(color: [f64; 3], scale: f64) -> [f64; 3] {
     color.map(|value| value * scale)
 }
 
-fn mixed(a: [f64; 3], b: [f64; 3], share: f64) -> [f64; 3] {
-    std::array::from_fn(|i| a[i] + (b[i] - a[i]) * share)
+fn mixed(a: [f64; 3], b: [f64; 3], fraction: f64) -> [f64; 3] {
+    std::array::from_fn(|i| a[i] + (b[i] - a[i]) * fraction)
 }
 
 /// Returns a random color whose largest channel is 1. A pigment absorbs each channel independently, at a saturation of

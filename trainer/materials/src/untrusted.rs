@@ -38,10 +38,10 @@ pub fn open_at_most(path: &Path, max_bytes: u64) -> io::Result<File> {
 }
 
 fn too_long(bytes: &str, max_bytes: u64) -> io::Error {
-    let what = format!(
+    let message = format!(
         "it has {bytes} bytes, and at most {max_bytes} are valid here; check that it is the right file"
     );
-    io::Error::new(io::ErrorKind::InvalidData, what)
+    io::Error::new(io::ErrorKind::InvalidData, message)
 }
 
 /// Returns the first 120 characters of a file's text for a message, in one line, with control characters escaped.
@@ -65,7 +65,7 @@ pub fn escaped_json_error(error: &serde_json::Error) -> String {
     let message = error.to_string();
     let position = format!(" at line {} column {}", error.line(), error.column());
     match message.strip_suffix(&position) {
-        Some(what) => escaped(what) + &position,
+        Some(message) => escaped(message) + &position,
         None => escaped(&message),
     }
 }

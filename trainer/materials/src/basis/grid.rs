@@ -18,7 +18,7 @@ pub struct Corner {
     pub node: usize,
     /// Its weight.
     pub weight: f64,
-    /// The derivatives of the weight by theta_h, theta_d and phi_d.
+    /// The derivatives of the weight with respect to theta_h, theta_d and phi_d.
     pub derivatives: [f64; 3],
 }
 
@@ -55,13 +55,13 @@ impl Grid {
     #[must_use]
     pub fn corners(angles: Angles<f64>) -> [Corner; 8] {
         let last = |axis: usize| (NODES[axis] - 1) as f64;
-        // The position along each axis in units of nodes, and its derivative by the angle.
+        // The position along each axis in units of nodes, and its derivative with respect to the angle.
         let fraction = (angles.theta_h / FRAC_PI_2).clamp(0.0, 1.0);
         let root = fraction.sqrt();
         // The derivative is infinite at the pole, and is limited to a large value.
-        let slope = last(0) / (2.0 * root.max(1e-9) * FRAC_PI_2);
+        let derivative = last(0) / (2.0 * root.max(1e-9) * FRAC_PI_2);
         let positions = [
-            (last(0) * root, slope),
+            (last(0) * root, derivative),
             (
                 last(1) * (angles.theta_d / FRAC_PI_2).clamp(0.0, 1.0),
                 last(1) / FRAC_PI_2,
@@ -72,13 +72,13 @@ impl Grid {
             ),
         ];
         let mut axes = [[(0, 0.0, 0.0); 2]; 3];
-        for (axis, (position, slope)) in positions.into_iter().enumerate() {
+        for (axis, (position, derivative)) in positions.into_iter().enumerate() {
             // phi_d is periodic. The other axes end at their last node.
             let cells = if axis == 2 { NODES[2] } else { NODES[axis] - 1 };
             let low = (position.floor() as usize).min(cells - 1);
             let high = (low + 1) % if axis == 2 { cells } else { NODES[axis] };
             let weight = position - low as f64;
-            axes[axis] = [(low, 1.0 - weight, -slope), (high, weight, slope)];
+            axes[axis] = [(low, 1.0 - weight, -derivative), (high, weight, derivative)];
         }
         let mut corners = [Corner::default(); 8];
         for (index, corner) in corners.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! The nodes of a basis: those of a [`Grid`] for a whole basis, and core's for a compact one.
+//! The nodes of a basis: those of [`Grid`] for a whole basis, and [`linear::Nodes`] for a compact basis.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear;
@@ -6,8 +6,8 @@ use glimpse_core::model::linear;
 use super::Grid;
 use super::grid::Corner;
 
-/// The step in radians of difference quotients, since core has no derivatives of a compact basis. It is large enough
-/// for directions in f32, and smaller than the distance of nodes.
+/// The step of difference quotients, in radians. They replace derivatives of a compact basis, which core does not
+/// compute. The step is large compared with the rounding of angles to f32, and smaller than the distance between nodes.
 const STEP: f64 = 1e-3;
 
 /// The nodes of a whole or a compact basis.
@@ -18,7 +18,8 @@ pub(super) enum Nodes {
 }
 
 impl Nodes {
-    /// Returns the eight nodes around angles in radians, each with its weight. Derivatives of a compact basis are 0.
+    /// Returns the eight nodes around angles in radians, each with its weight. The derivatives are set for a whole
+    /// basis, and are 0 for a compact basis.
     pub(super) fn corners(self, angles: Angles<f64>) -> [Corner; 8] {
         match self {
             Self::Whole => Grid::corners(angles),
@@ -37,8 +38,8 @@ impl Nodes {
         }
     }
 
-    /// Returns the nodes around angles in radians, with weights and their derivatives. The list for a compact basis has
-    /// more than eight elements with repeated nodes, because its derivatives are difference quotients.
+    /// Returns the nodes around angles in radians, with weights and their derivatives. For a compact basis, the list
+    /// repeats nodes, and sums over it yield difference quotients as derivatives.
     pub(super) fn corners_with_derivatives(self, angles: Angles<f64>) -> Vec<Corner> {
         let mut corners = self.corners(angles).to_vec();
         if self == Self::Whole {

@@ -1,4 +1,6 @@
 //! The tabulated basis: mean, median and principal components of mapped materials.
+//!
+//! In formulas, f is the BRDF, w is cos(theta_i) cos(theta_o), e is [`EPSILON`], and m is the number of components.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -13,24 +15,24 @@ use super::nodes::Nodes;
 use super::values::{AngleDual, Coefficients, angles_to_f64, median_brdf};
 use crate::untrusted::read_at_most;
 
-/// The number of values before the components of a node: mean of the mapped columns, and ln(median w + e).
+/// The number of values before the components of a node: the mean of the mapped columns, and ln(median w + e).
 pub const NODE_HEADER: usize = 2;
 /// The first bytes of a basis file.
 pub const MAGIC: [u8; 4] = *b"GLMB";
-/// The format of basis files.
+/// The version of the format.
 const VERSION: u32 = 1;
-/// The number of words before a file's table: magic, version, shape of the grid, number of components.
+/// The number of 32-bit words before a file's table: magic, version, shape of the grid, number of components.
 const FILE_HEADER: usize = 6;
-/// The length limit of a file, enough for 500 components. No recipe uses as many.
+/// The largest length of a file in bytes. It suffices for 500 components, more than any recipe has.
 const MAX_BYTES: u64 = 1 << 28;
 
-/// An error of reading a basis file.
+/// An error while reading a basis file.
 #[derive(Debug, thiserror::Error)]
 pub enum BasisError {
     /// The operating system cannot read the file.
     #[error(
-        "cannot read the basis {}: {source}; a recipe of the model linear needs the basis that was written with it in \
-         the same directory", path.display()
+        "cannot read the basis {}: {source}; put the basis that was written with the recipe into the recipe's \
+         directory", path.display()
     )]
     Read {
         /// The file.
@@ -40,19 +42,19 @@ pub enum BasisError {
     },
     /// The file is damaged, or is not the basis of the recipe.
     #[error(
-        "{} is not the basis of this recipe ({what}); replace it with the file that was written with the recipe",
+        "{} is not the basis of this recipe ({defect}); replace it with the file that was written with the recipe",
         path.display()
     )]
     Damaged {
         /// The file.
         path: PathBuf,
         /// The defect.
-        what: &'static str,
+        defect: &'static str,
     },
 }
 
-/// The table of a basis. Each node has a mean, ln(median w + e), and m components. The nodes of a whole basis are those
-/// of a [`Grid`], and the nodes of a compact basis are core's.
+/// The table of a basis. Each node has a mean, ln(median w + e), and m components. A whole basis has the nodes of
+/// [`Grid`], and a compact basis has [`linear::Nodes`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Basis {
     table: Vec<f32>,
@@ -64,14 +66,14 @@ pub struct Basis {
 #[derive(Clone, Debug, PartialEq)]
 struct Compact {
     nodes: linear::Nodes,
-    /// The checksum of the whole basis that it was made of.
+    /// The checksum of the whole basis that it was made from.
     whole_checksum: u32,
-    /// The bytes of its file.
+    /// The bytes of the compact basis's file.
     file: Vec<u8>,
 }
 
-/// The values of a basis at a pair of directions. Each array holds a value and its derivatives by theta_h, theta_d and
-/// phi_d.
+/// The values of a basis at a pair of directions. Each array holds a value and its derivatives with respect to theta_h,
+/// theta_d and phi_d.
 #[derive(Clone, Debug)]
 pub struct BasisValues {
     /// The mean of the mapped columns.
@@ -83,7 +85,8 @@ pub struct BasisValues {
 }
 
 impl BasisValues {
-    /// Returns the mean of the columns as ln((f w + e) / e), with its derivatives. Readings are centered by it.
+    /// Returns the mean of ln((f w + e) / e) over the columns, with its derivatives. It is subtracted from mapped
+    /// readings.
     #[must_use]
     pub fn center(&self) -> [f64; 4] {
         let mut sum = std::array::from_fn(|i| self.mean[i] + self.log_median[i]);
@@ -93,7 +96,7 @@ impl BasisValues {
 }
 
 impl Basis {
-    /// Makes a whole basis of a table that holds mean, ln(median w + e) and m components for each node.
+    /// Makes a whole basis from a table that holds the mean, ln(median w + e) and m components of each node.
     #[must_use]
     pub fn from_table(table: Vec<f32>, components: usize) -> Self {
         Self {
@@ -132,7 +135,7 @@ impl Basis {
         &self.table[node * length..][..length]
     }
 
-    /// Interpolates the basis at angles in radians, with derivatives by theta_h, theta_d and phi_d.
+    /// Interpolates the basis at angles in radians, with derivatives with respect to theta_h, theta_d and phi_d.
     #[must_use]
     pub fn look_up(&self, angles: Angles<f64>) -> BasisValues {
         let mut sums = vec![[0.0_f64; 4]; NODE_HEADER + self.components];
@@ -153,7 +156,7 @@ impl Basis {
         }
     }
 
-    /// Tabulates the BRDF of a material's coefficients.
+    /// Tabulates the BRDF with the given coefficients.
     #[must_use]
     pub fn reconstruct(&self, coefficients: &Coefficients) -> Reconstruction {
         let rows = || self.table.par_chunks_exact(NODE_HEADER + self.components);
@@ -174,8 +177,8 @@ impl Basis {
         }
     }
 
-    /// Returns the bytes of the file. The file of a whole basis has little-endian words of 32 bits: magic, version,
-    /// nodes along theta_h, theta_d and phi_d, number of components, and the table in f32.
+    /// Returns the bytes of the file. The file of a whole basis consists of little-endian 32-bit words: magic, version,
+    /// number of nodes along theta_h, theta_d and phi_d, number of components, and the table as f32.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {
         if let Some(compact) = &self.compact {
@@ -190,7 +193,7 @@ impl Basis {
         words.flat_map(u32::to_le_bytes).collect()
     }
 
-    /// Returns the CRC-32 of a file's bytes, by which a recipe refers to its basis. It is never 0.
+    /// Returns the CRC-32 of a file's bytes, with 1 in place of 0. A recipe contains the checksum of its basis.
     #[must_use]
     pub fn checksum(bytes: &[u8]) -> u32 {
         crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC)
@@ -204,8 +207,8 @@ impl Basis {
         self.compact.is_some()
     }
 
-    /// Returns the checksum by which recipes refer to the basis. It is that of the basis file. For a compact basis, it is
-    /// that of the whole basis it was made of.
+    /// Returns the checksum that recipes contain: that of the file of the whole basis. A compact basis returns the
+    /// checksum of the whole basis that it was made from.
     #[must_use]
     pub fn whole_checksum(&self) -> u32 {
         match &self.compact {
@@ -220,16 +223,16 @@ impl Basis {
         recipe.with_extension("basis")
     }
 
-    /// Reads the basis of a recipe: the whole basis with this checksum, or a compact basis that was made of it.
+    /// Reads the basis of a recipe: the whole basis with this checksum, or a compact basis that was made from it.
     ///
     /// # Errors
     /// If the file cannot be read or is damaged, or the checksum differs.
     pub fn read(path: &Path, checksum: u32) -> Result<Self, BasisError> {
-        let damaged = |what| BasisError::Damaged {
+        let damaged = |defect| BasisError::Damaged {
             path: path.into(),
-            what,
+            defect,
         };
-        // An untrusted material.json may refer to an endless device.
+        // An untrusted material.json may refer to a device that never ends, such as /dev/zero.
         let bytes = match path.exists() && !path.is_file() {
             true => Err(io::Error::other("it is not a regular file")),
             false => read_at_most(path, MAX_BYTES),
@@ -249,7 +252,7 @@ impl Basis {
         read_at_most(path, MAX_BYTES)
     }
 
-    /// Parses the basis of a recipe: the whole basis with this checksum, or a compact basis that was made of it.
+    /// Parses the basis of a recipe: the whole basis with this checksum, or a compact basis that was made from it.
     ///
     /// # Errors
     /// A description of the defect, if the bytes are not a basis or the checksum differs.
@@ -258,7 +261,7 @@ impl Basis {
             let compact = Self::from_compact_bytes(bytes)?;
             return match compact.whole_checksum() == checksum {
                 true => Ok(compact),
-                false => Err("it was made of another whole basis"),
+                false => Err("it was made from another whole basis"),
             };
         }
         match Self::checksum(bytes) == checksum {
@@ -267,7 +270,7 @@ impl Basis {
         }
     }
 
-    /// Parses a compact basis, which is interpolated as on a device.
+    /// Parses a compact basis. It is interpolated in the same way as on a device.
     ///
     /// # Errors
     /// A description of the defect, if the bytes are not a compact basis.
@@ -278,7 +281,7 @@ impl Basis {
         let mut table = Vec::new();
         for node in 0..nodes.count().ok_or(altered)? {
             let (mean, components) = compact.at_node(node).ok_or(altered)?;
-            // The mean of a compact basis belongs to the mapping with median 0.
+            // A compact basis uses the mapping with median 0, so that ln(median w + e) is ln(e).
             table.extend([mean, EPSILON.ln() as f32]);
             table.extend(components);
         }
@@ -353,7 +356,8 @@ impl Reconstruction {
         mapped.map(|mapped| unmap(mapped, median, weight) as f32)
     }
 
-    /// Returns the BRDF at angles in radians, with the derivatives of the interpolant by theta_h, theta_d and phi_d.
+    /// Returns the BRDF at angles in radians, with the derivatives of the interpolant with respect to theta_h, theta_d
+    /// and phi_d.
     #[must_use]
     pub fn brdf_with_derivative(&self, angles: &Angles<f32>) -> [AngleDual; 3] {
         let angles = angles_to_f64(angles);

@@ -1,11 +1,11 @@
-//! Numbers of the model Linear in f64, with derivatives or by channel.
+//! Types and conversions in f64 for the model Linear.
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::linear::{EPSILON, unmap};
 use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
 
-/// A number and its derivatives by theta_h, theta_d and phi_d of a sample.
+/// A number and its derivatives with respect to theta_h, theta_d and phi_d.
 pub type AngleDual = Dual<f64, 3>;
 
 /// The coefficients of the components for each channel.

@@ -21,7 +21,7 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::numeric::Scalar;
 use memmap2::Mmap;
 
-use super::mapped::{map, release};
+use super::mapped::{map_file, release};
 use super::name;
 use super::{Material, SourceError};
 use glimpse_kernels::Dual;
@@ -63,10 +63,12 @@ impl MerlTable {
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let mut table = Self::open(path)?;
         table.lookups = None;
-        table.check_values().map_err(|what| SourceError::Damaged {
-            path: path.into(),
-            what,
-        })?;
+        table
+            .check_values()
+            .map_err(|defect| SourceError::Damaged {
+                path: path.into(),
+                defect,
+            })?;
         table.release();
         Ok(table)
     }
@@ -77,16 +79,16 @@ impl MerlTable {
     /// # Errors
     /// If the file cannot be read, has other dimensions or another length.
     pub fn open(path: &Path) -> Result<Self, SourceError> {
-        let damaged = |what| SourceError::Damaged {
+        let damaged = |defect| SourceError::Damaged {
             path: path.into(),
-            what,
+            defect,
         };
         let name = name::name_of(path).ok_or_else(|| SourceError::UnknownFormat(path.into()))?;
-        let bytes = map(path)?;
+        let bytes = map_file(path)?;
 
         let header = bytes.first_chunk::<HEADER_BYTES>().ok_or_else(|| {
             damaged(format!(
-                "it has {} bytes, too few for the header of a MERL table; get it again",
+                "it has {} bytes, too few for the header of a MERL table; replace the file with an intact copy",
                 bytes.len()
             ))
         })?;
@@ -115,7 +117,7 @@ impl MerlTable {
                 false => "something was appended",
             };
             return Err(damaged(format!(
-                "{defect}: it has {} bytes, and a MERL table has {FILE_BYTES}; get it again",
+                "{defect}: it has {} bytes, and a MERL table has {FILE_BYTES}; replace the file with an intact copy",
                 bytes.len()
             )));
         }
@@ -143,12 +145,14 @@ impl MerlTable {
             {
                 let index = number * PLANE + index;
                 return Err(format!(
-                    "value {index} is {value:e}, which is not finite as a 32-bit float; get the file again"
+                    "value {index} is {value:e}, which is not finite as a 32-bit float; replace the file with an \
+                     intact copy"
                 ));
             }
             if !plane.clone().any(|value| value >= 0.0) {
                 return Err(format!(
-                    "all its {color} values are negative, so that none was measured; get the file again"
+                    "all its {color} values are negative, so that none was measured; replace the file with an intact \
+                     copy"
                 ));
             }
         }
@@ -219,7 +223,7 @@ impl Material for MerlTable {
         }
         (
             brdf.map(|f| f as f32),
-            derivative.map(|by_angles| by_angles.map(|slope| slope as f32)),
+            derivative.map(|channel| channel.map(|value| value as f32)),
         )
     }
 

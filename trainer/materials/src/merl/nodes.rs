@@ -1,4 +1,4 @@
-//! MERL tables made of values at their nodes, without a file.
+//! MERL tables made from values at their nodes, without a file.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use memmap2::MmapMut;
@@ -81,7 +81,7 @@ pub(super) fn header() -> Vec<u8> {
 }
 
 impl MerlTable {
-    /// Makes a table of BRDFs in linear RGB, sr^-1, not times the cosine: one for each of [`table_nodes`], and NaN
+    /// Makes a table from BRDFs in linear RGB, sr^-1, not times the cosine: one for each of [`table_nodes`], and NaN
     /// where the BRDF is unknown.
     ///
     /// Negative values, even small ones, are errors, because in the table they mean "not measured". Set negative noise
@@ -138,7 +138,7 @@ impl MerlTable {
     }
 
     /// Returns the BRDF at [`table_nodes`], in their order, and NaN where it was not measured.
-    /// [`MerlTable::from_nodes`] makes the same table of it.
+    /// [`MerlTable::from_nodes`] makes the same table from it.
     #[must_use]
     pub fn to_nodes(&self) -> Vec<[f32; 3]> {
         let at = |index: usize| {

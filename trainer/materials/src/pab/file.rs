@@ -66,7 +66,8 @@ impl Incidence {
         if !text.ends_with('\n') {
             let last = text.lines().last().unwrap_or_default();
             return Err(format!(
-                "its last line, `{}`, has no line break, so that it may be cut short; get it again, or end the line",
+                "its last line, `{}`, has no line break, so that it may be cut short; replace the file with an intact \
+                 copy, or add a line break",
                 escaped(last)
             ));
         }
@@ -127,11 +128,14 @@ impl Incidence {
                 continue;
             }
             let value = parse_value(line, colorimetry, times_cosine)
-                .map_err(|what| format!("line {}: {what}", index + 1))?;
+                .map_err(|defect| format!("line {}: {defect}", index + 1))?;
             values.extend(value);
         }
         if values.is_empty() {
-            return Err("it has no value above the horizon; get it again".to_owned());
+            return Err(
+                "it has no value above the horizon; replace the file with an intact copy"
+                    .to_owned(),
+            );
         }
         let lines = text
             .lines()
@@ -161,11 +165,11 @@ impl Incidence {
 }
 
 /// Parses a finite number.
-fn number(what: &str, word: &str) -> Result<f64, String> {
+fn number(name: &str, word: &str) -> Result<f64, String> {
     let number = word.parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| {
         format!(
-            "{what} is `{}`, and must be a finite number; get it again",
+            "{name} is `{}`, and must be a finite number; replace the file with an intact copy",
             escaped(word)
         )
     })
@@ -187,7 +191,7 @@ fn parse_value(
                 Colorimetry::Xyz => "theta, phi and 3 values",
             };
             return Err(format!(
-                "it has {} words, and must have {expected}; get it again",
+                "it has {} words, and must have {expected}; replace the file with an intact copy",
                 words.len()
             ));
         }

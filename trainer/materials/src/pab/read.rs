@@ -34,11 +34,11 @@ pub fn read_pab(path: &Path) -> Result<RglMeasurement, SourceError> {
     RglMeasurement::parse(set.sample, &bytes).map_err(damaged(path))
 }
 
-/// Returns a function that makes a [`SourceError::Damaged`] of a description.
+/// Returns a function that converts a description of a defect to a [`SourceError::Damaged`].
 fn damaged(path: &Path) -> impl Fn(String) -> SourceError {
-    move |what| SourceError::Damaged {
+    move |defect| SourceError::Damaged {
         path: path.into(),
-        what,
+        defect,
     }
 }
 
@@ -163,7 +163,7 @@ fn read_text(path: &Path) -> Result<String, SourceError> {
     let bytes = read_at_most(path, MAX_BYTES).map_err(read_error(path))?;
     String::from_utf8(bytes).map_err(|error| {
         damaged(path)(format!(
-            "it is not UTF-8 text at byte {}; get it again",
+            "it is not UTF-8 text at byte {}; replace the file with an intact copy",
             error.utf8_error().valid_up_to()
         ))
     })
@@ -280,8 +280,8 @@ impl PabSet {
             return value(after.saturating_sub(1));
         }
         let [low, high] = [self.slices[after - 1].0, self.slices[after].0];
-        let share = (degrees - low) / (high - low);
+        let fraction = (degrees - low) / (high - low);
         let (low, high) = (value(after - 1), value(after));
-        std::array::from_fn(|i| low[i] + share * (high[i] - low[i]))
+        std::array::from_fn(|i| low[i] + fraction * (high[i] - low[i]))
     }
 }

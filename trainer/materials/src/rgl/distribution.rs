@@ -35,10 +35,10 @@ fn split<S: RealScalar>(coordinate: S, nodes: usize) -> (usize, S) {
     (index, position - S::constant(index as f64))
 }
 
-/// Interpolates linearly: `a` at share 0, `b` at share 1.
+/// Interpolates linearly: `a` at fraction 0, `b` at fraction 1.
 #[inline(always)]
-fn mix<S: Scalar>(a: S, b: S, share: S) -> S {
-    a.plus_product(b - a, share)
+fn mix<S: Scalar>(a: S, b: S, fraction: S) -> S {
+    a.plus_product(b - a, fraction)
 }
 
 /// Numbers of columns (along x) and rows (along y) of a grid.
@@ -82,10 +82,10 @@ fn at<S: Scalar>(values: &[f32], index: usize) -> S {
 /// A position between two neighboring slices of an array.
 #[derive(Clone, Copy)]
 pub(super) struct SlicePosition<S> {
-    /// Indices of the lower and the upper slice. They are equal outside of the nodes.
+    /// Indices of the lower and the upper slice. They are equal outside the range of the nodes.
     pub(super) slices: [usize; 2],
     /// The weight of the upper slice.
-    pub(super) share: S,
+    pub(super) upper_weight: S,
 }
 
 impl<S: RealScalar> SlicePosition<S> {
@@ -98,15 +98,16 @@ impl<S: RealScalar> SlicePosition<S> {
         match (nodes.get(low), nodes.get(after)) {
             (Some(begin), Some(end)) if after > 0 => {
                 let (begin, end) = (f64::from(*begin), f64::from(*end));
-                let share = (coordinate - S::constant(begin)) * S::constant(1.0 / (end - begin));
+                let upper_weight =
+                    (coordinate - S::constant(begin)) * S::constant(1.0 / (end - begin));
                 Self {
                     slices: [low, after],
-                    share,
+                    upper_weight,
                 }
             }
             _ => Self {
                 slices: [low; 2],
-                share: S::constant(0.0),
+                upper_weight: S::constant(0.0),
             },
         }
     }
@@ -115,7 +116,7 @@ impl<S: RealScalar> SlicePosition<S> {
     #[inline(always)]
     pub(super) fn mix(&self, value: impl Fn(usize) -> S) -> S {
         let [low, high] = self.slices.map(value);
-        mix(low, high, self.share)
+        mix(low, high, self.upper_weight)
     }
 }
 
@@ -163,7 +164,7 @@ impl Densities {
     /// Maps a point so that the density becomes uniform. The new y is the integral below the row, and the new x is the
     /// fraction of the row's integral before the point.
     #[inline(always)]
-    pub(super) fn make_uniform<S: RealScalar>(
+    pub(super) fn map_to_uniform<S: RealScalar>(
         &self,
         point: [S; 2],
         position: &SlicePosition<S>,
@@ -202,10 +203,16 @@ impl Densities {
     pub(super) fn grid_points(&self, side: usize) -> Vec<[f64; 2]> {
         let TableShape { columns, rows } = self.grid;
         let coordinate = |node: usize| node as f64 / (side - 1) as f64;
-        let mixed_row = |values: &[f32], row: usize, share: f64| -> Vec<f64> {
+        let mixed_row = |values: &[f32], row: usize, fraction: f64| -> Vec<f64> {
             let columns = (0..columns).map(|column| column + row * columns);
             columns
-                .map(|low| mix(at(values, low), at(values, low + self.grid.columns), share))
+                .map(|low| {
+                    mix(
+                        at(values, low),
+                        at(values, low + self.grid.columns),
+                        fraction,
+                    )
+                })
                 .collect()
         };
         let below: Vec<f64> = (0..rows).map(|row| at(&self.marginal, row)).collect();
@@ -214,14 +221,14 @@ impl Densities {
             .collect();
         let mut points = Vec::with_capacity(side * side);
         for y in (0..side).map(coordinate) {
-            let (row, share) = invert_integral(y, &below, &row_integrals);
-            let integral = mixed_row(&self.conditional, row, share);
-            let density = mixed_row(&self.density, row, share);
+            let (row, fraction) = invert_integral(y, &below, &row_integrals);
+            let integral = mixed_row(&self.conditional, row, fraction);
+            let density = mixed_row(&self.density, row, fraction);
             let row_integral = integral.last().copied().unwrap_or(0.0);
-            let v = (row as f64 + share) / (rows - 1) as f64;
+            let v = (row as f64 + fraction) / (rows - 1) as f64;
             points.extend((0..side).map(coordinate).map(|x| {
-                let (column, share) = invert_integral(x * row_integral, &integral, &density);
-                [(column as f64 + share) / (columns - 1) as f64, v]
+                let (column, fraction) = invert_integral(x * row_integral, &integral, &density);
+                [(column as f64 + fraction) / (columns - 1) as f64, v]
             }));
         }
         points
@@ -237,18 +244,18 @@ fn invert_integral(area: f64, integrals: &[f64], values: &[f64]) -> (usize, f64)
     let rest = (area - integrals[low]).max(0.0);
     // The solution of left s + (right - left) s^2 / 2 = rest, without a division by 0 for equal values.
     let root = (left * left + 2.0 * (right - left) * rest).max(0.0).sqrt();
-    let share = if left + root > 0.0 {
+    let fraction = if left + root > 0.0 {
         2.0 * rest / (left + root)
     } else {
         0.0
     };
-    (low, share.min(1.0))
+    (low, fraction.min(1.0))
 }
 
-/// Returns the mean of a linear function between a node and a fraction `share` of the way to the next one.
+/// Returns the mean of a linear function between a node and the point at a `fraction` of the way to the next one.
 #[inline(always)]
-fn trapezoid<S: Scalar>(left: S, right: S, share: S) -> S {
-    left + S::constant(0.5) * share * (right - left)
+fn trapezoid<S: Scalar>(left: S, right: S, fraction: S) -> S {
+    left + S::constant(0.5) * fraction * (right - left)
 }
 
 /// Returns the integrals of a piecewise linear function up to each value. Neighboring values have distance 1.

@@ -2,17 +2,17 @@
 //! and Jakob 2018, "An Adaptive Parameterization for Efficient Material Acquisition and Modeling").
 //!
 //! A tensor file `NAME_rgb.bsdf` holds functions on unit squares, bilinear between nodes. The angles of a direction are
-//! mapped to \[0, 1\] by u(theta) = sqrt(2 theta / pi) and v(phi) = (phi + pi) / 2 pi. w_m is the half vector, and phi
-//! is its azimuth relative to w_i. The fields are:
+//! mapped to \[0, 1\] by u(theta) = sqrt(2 theta / pi) and v(phi) = (phi + pi) / (2 pi). theta_m is the polar angle of
+//! the half vector, and phi is its azimuth relative to the incoming direction. The fields are:
 //!
 //! - `ndf`: D(u(theta_m), v(phi)), the distribution of microfacet normals, from retro-reflection;
 //! - `sigma`: the projected area of these microfacets towards theta_i;
-//! - `vndf`: the density of visible normals at each node of `theta_i`. The mapping that makes it uniform takes
-//!   (u(theta_m), v(phi)) to a point s, so that nodes are dense where the material reflects most;
+//! - `vndf`: the density of visible normals at each node of `theta_i`. Its cumulative distribution maps
+//!   (u(theta_m), v(phi)) to a point s of the unit square. A grid in s is dense where the material reflects most;
 //! - `rgb`: the measured factor M(s) at each node of `theta_i`, for each channel.
 //!
-//! BRDF times cos(theta_o) = M(s) D / (4 sigma), clamped to at least 0, because interpolation of the measurement may be
-//! negative. It is not reciprocal.
+//! BRDF times cos(theta_o) = M(s) D / (4 sigma), clamped to at least 0, because interpolated measurements may be
+//! negative. The resulting BRDF is not reciprocal.
 
 mod distribution;
 mod normals;
@@ -34,7 +34,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use self::distribution::{Cell, Densities, SlicePosition, TableShape};
 use self::real_scalar::{RealScalar, unit_theta};
 use self::tensor_file::TensorFile;
-use super::mapped::map;
+use super::mapped::map_file;
 use super::name;
 use super::{Material, SourceError};
 use glimpse_kernels::Dual;
@@ -42,8 +42,8 @@ use glimpse_kernels::Dual;
 /// A material from a measurement of the RGL database.
 ///
 /// The BRDF is 0 below the horizon. Above, it is interpolated between the measured directions, with the exact
-/// derivatives of the interpolant. theta_i is clamped to the last measured one. The stored values are the BRDF times
-/// cos(theta_o), and look-ups return the BRDF without the cosine. It is therefore unbounded towards a grazing theta_o.
+/// derivatives of the interpolant. theta_i is clamped to the largest measured value. The stored values are the BRDF
+/// times cos(theta_o). The BRDF without the cosine is unbounded as theta_o approaches pi/2.
 pub struct RglMeasurement {
     name: String,
     tensors: Tensors,
@@ -57,16 +57,16 @@ impl RglMeasurement {
     /// measurement.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let name = name::name_of(path).ok_or_else(|| SourceError::UnknownFormat(path.into()))?;
-        let damaged = |what| SourceError::Damaged {
+        let damaged = |defect| SourceError::Damaged {
             path: path.into(),
-            what,
+            defect,
         };
         // Spectral files are large, and their header suffices to reject them.
-        let bytes = map(path)?;
+        let bytes = map_file(path)?;
         Self::parse(name, &bytes).map_err(damaged)
     }
 
-    /// Parses the bytes of a file. On failure, returns the defect and what to do.
+    /// Parses the bytes of a file. On failure, returns the defect and the remedy.
     pub(super) fn parse(name: String, bytes: &[u8]) -> Result<Self, String> {
         let tensors = Tensors::parse(bytes)?;
         Ok(Self { name, tensors })
@@ -93,7 +93,7 @@ impl Material for RglMeasurement {
         let (brdf, derivative) = Dual::split(duals);
         (
             brdf.map(to_f32),
-            derivative.map(|by_angles| by_angles.map(to_f32)),
+            derivative.map(|channel| channel.map(to_f32)),
         )
     }
 }
@@ -130,65 +130,74 @@ impl Tensors {
                  *_rgb.bsdf"
                 .to_owned());
         }
-        let ([phis], _) = file.floats("phi_i")?;
-        // Two phi_i of an isotropic material are -pi and pi.
-        if !(1..=2).contains(&phis) {
+        let ([phi_count], _) = file.floats("phi_i")?;
+        // An isotropic material with two values of phi_i has -pi and pi.
+        if !(1..=2).contains(&phi_count) {
             return Err(format!(
-                "it has {phis} phi_i, and only isotropic materials (1 or 2 phi_i) are supported; remove the file"
+                "it has {phi_count} values of phi_i, and only isotropic materials (1 or 2 values) are supported; \
+                 remove the file"
             ));
         }
         if file.byte("jacobian")? != 1 {
             return Err(
-                "its field jacobian is not 1, so that its values differ from those of the database; get it again"
+                "its field jacobian is not 1, so that its values differ from those of the database; replace the file \
+                 with an intact copy"
                     .to_owned(),
             );
         }
-        let ([nodes], theta_i) = file.floats("theta_i")?;
-        if nodes == 0 || !theta_i.is_sorted_by(|a, b| a < b) {
-            return Err("its field theta_i does not increase; get it again".to_owned());
+        let ([theta_count], theta_i) = file.floats("theta_i")?;
+        if theta_count == 0 || !theta_i.is_sorted_by(|a, b| a < b) {
+            return Err(
+                "its field theta_i does not increase; replace the file with an intact copy"
+                    .to_owned(),
+            );
         }
         // The largest valid theta_i is pi/2, rounded to f32.
         let outside = |theta: &&f32| !(0.0..=FRAC_PI_2).contains(*theta);
         if let Some(theta) = theta_i.iter().find(outside) {
             return Err(format!(
-                "its field theta_i holds {theta}, and must hold radians from 0 to pi/2; get it again"
+                "its field theta_i holds {theta}, and must hold radians from 0 to pi/2; replace the file with an \
+                 intact copy"
             ));
         }
 
         let (shape, ndf) = file.floats::<2>("ndf")?;
-        let ndf = (grid("ndf", shape)?, densities("ndf", ndf)?);
+        let ndf = (table_shape("ndf", shape)?, check_densities("ndf", ndf)?);
         let (shape, sigma) = file.floats::<2>("sigma")?;
-        let sigma = (grid("sigma", shape)?, sigma);
+        let sigma = (table_shape("sigma", shape)?, sigma);
         if let Some(area) = sigma.1.iter().find(|area| **area <= 0.0) {
             return Err(format!(
-                "its field sigma holds the area {area}, and must hold positive areas; get it again"
+                "its field sigma holds the area {area}, and must hold positive areas; replace the file with an intact \
+                 copy"
             ));
         }
 
-        let ([vndf_phis, vndf_nodes, rows, columns], vndf) = file.floats("vndf")?;
-        let vndf = densities("vndf", vndf)?;
-        let vndf_grid = grid("vndf", [rows, columns])?;
-        let ([rgb_phis, rgb_nodes, channels, rows, columns], rgb) = file.floats("rgb")?;
-        let rgb_grid = grid("rgb", [rows, columns])?;
-        if [vndf_phis, vndf_nodes] != [phis, nodes]
-            || [rgb_phis, rgb_nodes, channels] != [phis, nodes, 3]
+        let ([vndf_phi_count, vndf_theta_count, rows, columns], vndf) = file.floats("vndf")?;
+        let vndf = check_densities("vndf", vndf)?;
+        let vndf_shape = table_shape("vndf", [rows, columns])?;
+        let ([rgb_phi_count, rgb_theta_count, channels, rows, columns], rgb) =
+            file.floats("rgb")?;
+        let rgb_shape = table_shape("rgb", [rows, columns])?;
+        if [vndf_phi_count, vndf_theta_count] != [phi_count, theta_count]
+            || [rgb_phi_count, rgb_theta_count, channels] != [phi_count, theta_count, 3]
         {
             return Err(format!(
-                "it has {phis} phi_i and {nodes} theta_i, but its field vndf has [{vndf_phis}, {vndf_nodes}] of them, \
-                 and rgb has [{rgb_phis}, {rgb_nodes}] and {channels} channels; get it again"
+                "it has {phi_count} values of phi_i and {theta_count} of theta_i, but these counts are [{vndf_phi_count}, \
+                 {vndf_theta_count}] in its field vndf, and [{rgb_phi_count}, {rgb_theta_count}] with {channels} \
+                 channels in rgb; replace the file with an intact copy"
             ));
         }
-        // The slices of all phi_i of an isotropic material are equal.
+        // An isotropic material has equal slices for all values of phi_i.
         let first_phi = |mut values: Vec<f32>| {
-            values.truncate(values.len() / phis);
+            values.truncate(values.len() / phi_count);
             values
         };
         Ok(Self {
             theta_i,
             ndf,
             sigma,
-            vndf: Densities::new(vndf_grid, first_phi(vndf)),
-            rgb: (rgb_grid, first_phi(rgb)),
+            vndf: Densities::new(vndf_shape, first_phi(vndf)),
+            rgb: (rgb_shape, first_phi(rgb)),
         })
     }
 
@@ -212,41 +221,42 @@ impl Tensors {
         ];
 
         let position = SlicePosition::new(theta_i, &self.theta_i);
-        let point = self.vndf.make_uniform(half, &position);
-        let (grid, values) = &self.ndf;
-        let normals = grid.evaluate(values, &Cell::new(half, *grid));
-        let (grid, values) = &self.sigma;
-        let area = grid.evaluate(values, &Cell::new([unit_theta(theta_i), zero], *grid));
+        let point = self.vndf.map_to_uniform(half, &position);
+        let (shape, values) = &self.ndf;
+        let normals = shape.evaluate(values, &Cell::new(half, *shape));
+        let (shape, values) = &self.sigma;
+        let area = shape.evaluate(values, &Cell::new([unit_theta(theta_i), zero], *shape));
         let factor = normals / (S::constant(4.0) * area * cos_o);
 
-        let (grid, values) = &self.rgb;
-        let cell = Cell::new(point, *grid);
+        let (shape, values) = &self.rgb;
+        let cell = Cell::new(point, *shape);
         [0, 1, 2].map(|channel| {
             let measured = position.mix(|node| {
-                let start = (3 * node + channel) * grid.nodes();
-                grid.evaluate(values.get(start..).unwrap_or_default(), &cell)
+                let start = (3 * node + channel) * shape.nodes();
+                shape.evaluate(values.get(start..).unwrap_or_default(), &cell)
             });
             (measured * factor).relu()
         })
     }
 }
 
-/// Returns the values of a field of densities if none is negative. Factors of `rgb` may be negative because of noise.
-fn densities(field: &str, values: Vec<f32>) -> Result<Vec<f32>, String> {
+/// Returns the densities of a field if none is negative. The factors of `rgb` may be negative because of noise.
+fn check_densities(field: &str, values: Vec<f32>) -> Result<Vec<f32>, String> {
     match values.iter().position(|value| *value < 0.0) {
         Some(index) => Err(format!(
-            "number {index} of its field {field} is {}, and must be at least 0; get it again",
+            "number {index} of its field {field} is {}, and must be at least 0; replace the file with an intact copy",
             values[index]
         )),
         None => Ok(values),
     }
 }
 
-/// Returns the shape of a field's grid if it has at least 2 rows and 2 columns.
-fn grid(field: &str, [rows, columns]: [usize; 2]) -> Result<TableShape, String> {
+/// Returns the shape of a field's table if it has at least 2 rows and 2 columns.
+fn table_shape(field: &str, [rows, columns]: [usize; 2]) -> Result<TableShape, String> {
     if rows < 2 || columns < 2 {
         return Err(format!(
-            "its field {field} has {rows} rows and {columns} columns, and must have at least 2 of each; get it again"
+            "its field {field} has {rows} rows and {columns} columns, and must have at least 2 of each; replace the \
+             file with an intact copy"
         ));
     }
     Ok(TableShape { columns, rows })

@@ -71,10 +71,10 @@ impl Normals {
 fn mean_luminance(brdf: &(impl Brdf + ?Sized), theta_h: f64) -> Result<f64, NotFinite> {
     let at: Vec<HalfDifference<f32>> = (0..MEAN_THETA_D * MEAN_PHI_D)
         .map(|index| {
-            let share = 0.95 * coordinate(index / MEAN_PHI_D, MEAN_THETA_D);
+            let fraction = 0.95 * coordinate(index / MEAN_PHI_D, MEAN_THETA_D);
             HalfDifference::from_angles(Angles {
                 theta_h: theta_h as f32,
-                theta_d: (share * (FRAC_PI_2 - theta_h)) as f32,
+                theta_d: (fraction * (FRAC_PI_2 - theta_h)) as f32,
                 phi_d: (PI * coordinate(index % MEAN_PHI_D, MEAN_PHI_D)) as f32,
             })
         })

@@ -28,7 +28,7 @@ const TYPES: [(usize, &str); 11] = [
 const UNSIGNED_8: u8 = 1;
 const FLOAT_32: u8 = 10;
 
-/// A file whose header was checked against its length. Errors of the methods state the defect and what to do.
+/// A file whose header was checked against its length. Errors of the methods state the defect and the remedy.
 pub(super) struct TensorFile<'a> {
     bytes: &'a [u8],
     fields: BTreeMap<&'a str, Field>,
@@ -47,13 +47,14 @@ impl<'a> TensorFile<'a> {
     pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, String> {
         let mut header = Header { rest: bytes };
         if header.take(MAGIC.len())? != MAGIC {
-            return Err("it is not a tensor file; get it again".to_owned());
+            return Err("it is not a tensor file; replace the file with an intact copy".to_owned());
         }
         let version: [u8; 2] = header.array()?;
         if version != VERSION {
             let [major, minor] = version;
             return Err(format!(
-                "it has version {major}.{minor} of the tensor file format, and must have version 1.0; get it again"
+                "it has version {major}.{minor} of the tensor file format, and must have version 1.0; replace the file \
+                 with an intact copy"
             ));
         }
         let count = u32::from_le_bytes(header.array()?);
@@ -71,7 +72,7 @@ impl<'a> TensorFile<'a> {
             let (name, field) = header.field(bytes.len())?;
             if fields.insert(name, field).is_some() {
                 return Err(format!(
-                    "it has two fields named {}; get it again",
+                    "it has two fields named {}; replace the file with an intact copy",
                     escaped(name)
                 ));
             }
@@ -92,7 +93,7 @@ impl<'a> TensorFile<'a> {
             }
             if field.range.start < end {
                 return Err(format!(
-                    "its field {} overlaps {}; get it again",
+                    "its field {} overlaps {}; replace the file with an intact copy",
                     escaped(name),
                     escaped(previous)
                 ));
@@ -102,7 +103,8 @@ impl<'a> TensorFile<'a> {
         match self.bytes.len() - end {
             0 => Ok(()),
             more => Err(format!(
-                "{more} bytes follow {}, which ends at byte {end} and must be last; get it again",
+                "{more} bytes follow {}, which ends at byte {end} and must be last; replace the file with an intact \
+                 copy",
                 escaped(previous)
             )),
         }
@@ -123,7 +125,7 @@ impl<'a> TensorFile<'a> {
         let values: Vec<f32> = values.iter().copied().map(f32::from_le_bytes).collect();
         match values.iter().position(|value| !value.is_finite()) {
             Some(index) => Err(format!(
-                "number {index} of its field {name} is {}, and must be finite; get it again",
+                "number {index} of its field {name} is {}, and must be finite; replace the file with an intact copy",
                 values[index]
             )),
             None => Ok((shape, values)),
@@ -135,7 +137,7 @@ impl<'a> TensorFile<'a> {
         match self.values::<1>(name, UNSIGNED_8)? {
             (_, [byte]) => Ok(*byte),
             ([length], _) => Err(format!(
-                "its field {name} has {length} values, and must have 1; get it again"
+                "its field {name} has {length} values, and must have 1; replace the file with an intact copy"
             )),
         }
     }
@@ -145,15 +147,15 @@ impl<'a> TensorFile<'a> {
         name: &str,
         type_code: u8,
     ) -> Result<([usize; N], &'a [u8]), String> {
-        let field = self
-            .fields
-            .get(name)
-            .ok_or_else(|| format!("it has no field {name}; get it again"))?;
+        let field = self.fields.get(name).ok_or_else(|| {
+            format!("it has no field {name}; replace the file with an intact copy")
+        })?;
         let shape = <[usize; N]>::try_from(&field.shape[..]);
         match (shape, self.bytes.get(field.range.clone())) {
             (Ok(shape), Some(bytes)) if field.type_code == type_code => Ok((shape, bytes)),
             _ => Err(format!(
-                "its field {name} must have {} in {N} dimensions, not {} of shape {}; get it again",
+                "its field {name} must have {} in {N} dimensions, not {} of shape {}; replace the file with an intact \
+                 copy",
                 type_of(type_code).map_or("", |(_, name)| name),
                 type_of(field.type_code).map_or("", |(_, name)| name),
                 escaped(&format!("{:?}", field.shape))
@@ -221,7 +223,7 @@ struct Header<'a> {
 impl<'a> Header<'a> {
     fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
         let (head, rest) = self.rest.split_at_checked(count).ok_or_else(|| {
-            "it ends within its header: it was cut short or is not a tensor file; get it again"
+            "it ends within its header: it was cut short or is not a tensor file; replace the file with an intact copy"
                 .to_owned()
         })?;
         self.rest = rest;
@@ -237,8 +239,9 @@ impl<'a> Header<'a> {
     /// Reads the header of the next field, in a file of `file_bytes` bytes.
     fn field(&mut self, file_bytes: usize) -> Result<(&'a str, Field), String> {
         let length = u16::from_le_bytes(self.array()?);
-        let name = str::from_utf8(self.take(length.into())?)
-            .map_err(|_| "the name of a field is not UTF-8; get it again".to_owned())?;
+        let name = str::from_utf8(self.take(length.into())?).map_err(|_| {
+            "the name of a field is not UTF-8; replace the file with an intact copy".to_owned()
+        })?;
         let dimensions = u16::from_le_bytes(self.array()?);
         let [type_code] = self.array()?;
         let offset = u64::from_le_bytes(self.array()?);
@@ -249,7 +252,7 @@ impl<'a> Header<'a> {
 
         let Some((width, _)) = type_of(type_code) else {
             return Err(format!(
-                "its field {} has the unknown type {type_code}; get it again",
+                "its field {} has the unknown type {type_code}; replace the file with an intact copy",
                 escaped(name)
             ));
         };
@@ -257,7 +260,7 @@ impl<'a> Header<'a> {
         let range = range.ok_or_else(|| {
             format!(
                 "its field {} of shape {} starts at byte {offset} and ends after the {file_bytes} bytes of the file: \
-                 it was cut short or is damaged; get it again",
+                 it was cut short or is damaged; replace the file with an intact copy",
                 escaped(name),
                 escaped(&format!("{shape:?}"))
             )

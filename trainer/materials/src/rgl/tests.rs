@@ -75,7 +75,7 @@ fn derivatives_agree_with_differences() {
                     let error = (0.5 * (left + right) - derivative[channel][i]).abs();
                     assert!(
                         error < 1e-6 * curvature,
-                        "{error} of {scale} by angle {i} at {angles:?}"
+                        "{error} of {scale} along angle {i} at {angles:?}"
                     );
                 }
             }
@@ -129,7 +129,7 @@ fn jacobian_of_the_mapping_is_the_density() {
     let densities = Densities::new(grid, values.clone());
     let position = SlicePosition::new(0.7, &[0.0]);
     for corner in [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
-        let image = densities.make_uniform(corner, &position);
+        let image = densities.map_to_uniform(corner, &position);
         for (image, corner) in image.iter().zip(corner) {
             assert!((image - corner).abs() < 1e-6, "{image} and {corner}");
         }
@@ -138,7 +138,7 @@ fn jacobian_of_the_mapping_is_the_density() {
         let [x, y] = [0; 2].map(|_| random.random_range(0.001..0.999));
         // The Jacobian by differences.
         let step = 1e-5;
-        let image = |x, y| densities.make_uniform([x, y], &position);
+        let image = |x, y| densities.map_to_uniform([x, y], &position);
         let by_x = image(x + step, y)[0] - image(x - step, y)[0];
         let by_y = image(x, y + step)[1] - image(x, y - step)[1];
         let jacobian = by_x * by_y / (4.0 * step * step);
@@ -173,6 +173,6 @@ fn zero_density_maps_to_a_finite_point() {
         rows: 3,
     };
     let densities = Densities::new(grid, vec![0.0; 9]);
-    let point = densities.make_uniform([0.4, 0.6], &SlicePosition::new(0.0, &[0.0]));
+    let point = densities.map_to_uniform([0.4, 0.6], &SlicePosition::new(0.0, &[0.0]));
     assert_eq!(point, [0.0, 0.0]);
 }

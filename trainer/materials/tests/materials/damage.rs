@@ -1,4 +1,4 @@
-//! Damaged files of every format: each is rejected with one message that names the file, the defect and what to do.
+//! Damaged files of every format: each is rejected with one message that names the file, the defect and the remedy.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -61,9 +61,9 @@ fn damage(case: &Case, bytes: &[u8]) -> Option<String> {
         folder.write_network("felt", &network(1));
     }
     let path = folder.write(case.name, bytes);
-    let what = folder::damage((case.read)(&path), &path)?;
-    assert!(!what.contains(char::is_control), "{what:?}");
-    Some(what)
+    let defect = folder::damage((case.read)(&path), &path)?;
+    assert!(!defect.contains(char::is_control), "{defect:?}");
+    Some(defect)
 }
 
 #[test]
@@ -74,17 +74,17 @@ fn rejects_every_other_length() {
         // The line break at the end of JSON is optional.
         let optional = usize::from(name == "material.json");
         for length in 0..valid.len() - optional {
-            let what = damage(case, &valid[..length]);
+            let defect = damage(case, &valid[..length]);
             assert!(
-                what.is_some(),
+                defect.is_some(),
                 "{name}: {length} of {} bytes are read",
                 valid.len()
             );
         }
         for suffix in [&b"0"[..], b"0\n", &[0; 8]] {
-            let what = damage(case, &[valid, suffix].concat());
+            let defect = damage(case, &[valid, suffix].concat());
             assert!(
-                what.is_some(),
+                defect.is_some(),
                 "{name}: a file with {suffix:?} appended is read"
             );
         }
@@ -183,9 +183,9 @@ fn error_names_the_invalid_field_and_value() {
         ),
         ("material.json", json("0.25", "1e300"), &["0", "values"]),
     ] {
-        let what = damage(case(name), &bytes).expect("the file is rejected");
-        assert_names(&what, words);
-        assert!(what.len() < 500, "{} bytes of {name}", what.len());
+        let defect = damage(case(name), &bytes).expect("the file is rejected");
+        assert_names(&defect, words);
+        assert!(defect.len() < 500, "{} bytes of {name}", defect.len());
     }
 }
 

@@ -33,12 +33,12 @@ fn network_derivatives_agree_with_differences() {
             let (values, derivative) = network.brdf_with_derivative(angles);
             assert_eq!(values, network.brdf(angles));
             let center = [angles.theta_h, angles.theta_d, angles.phi_d].map(f64::from);
-            let slopes = derivative.map(|by_angles| by_angles.map(f64::from));
-            let scale = 100.0 * gradient_scale(slopes.as_flattened());
-            for (channel, by_angles) in slopes.iter().enumerate() {
-                for (i, slope) in by_angles.iter().enumerate() {
+            let derivative = derivative.map(|channel| channel.map(f64::from));
+            let scale = 100.0 * gradient_scale(derivative.as_flattened());
+            for (channel, derivatives) in derivative.iter().enumerate() {
+                for (i, derivative) in derivatives.iter().enumerate() {
                     let outcome =
-                        differences.compare(&format!("angle {i}"), *slope, scale, |offset| {
+                        differences.compare(&format!("angle {i}"), *derivative, scale, |offset| {
                             let mut moved = center;
                             moved[i] += offset;
                             brdf(network.parameters(), moved)[channel]
@@ -50,5 +50,5 @@ fn network_derivatives_agree_with_differences() {
             }
         }
     }
-    differences.conclude("networks by angles", 9_000);
+    differences.conclude("network derivatives", 9_000);
 }

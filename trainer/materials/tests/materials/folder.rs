@@ -44,9 +44,9 @@ pub(crate) fn load(path: &Path) -> Result<Vec<Box<dyn Material>>, SourceError> {
 /// Returns the description of a damaged file's defect, or None if the file can be read.
 pub(crate) fn damage<T>(read: Result<T, SourceError>, file: &Path) -> Option<String> {
     match read.err()? {
-        SourceError::Damaged { path, what } => {
+        SourceError::Damaged { path, defect } => {
             assert_eq!(path, file);
-            Some(what)
+            Some(defect)
         }
         error => panic!("{error}"),
     }

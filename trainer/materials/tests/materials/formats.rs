@@ -23,7 +23,7 @@ fn measurement(bytes: &[u8]) -> RglMeasurement {
     RglMeasurement::read(&path).expect("the file is read")
 }
 
-/// Returns the description of the defect of a file with this name and these bytes.
+/// Returns the defect that loading a file with this name and these bytes reports.
 fn defect(name: &str, bytes: &[u8]) -> String {
     let folder = Folder::new();
     let path = folder.write(name, bytes);
@@ -37,7 +37,7 @@ fn tensor_file_is_close_to_the_brdf() {
         let bytes = to_rgl("test", material as &dyn Material).expect("the BRDF is finite");
         let read = measurement(&bytes);
         losses.push(loss_between(&read as &dyn Material, material));
-        // Grazing outgoing directions have little weight in the loss.
+        // The loss gives little weight to grazing outgoing directions, so that their error is checked separately.
         let (mut error, mut total) = (0.0, 0.0);
         for angles in uniform_valid(20_000, 6) {
             let at = HalfDifference::from_angles(angles);
@@ -153,8 +153,8 @@ fn detects_format_from_content() {
         }
     }
     // In a directory, only files with a material's extension are read.
-    let names = load(folder.path()).expect("the directory is read");
-    let names: Vec<&str> = names.iter().map(|each| each.name()).collect();
+    let materials = load(folder.path()).expect("the directory is read");
+    let names: Vec<&str> = materials.iter().map(|each| each.name()).collect();
     assert_eq!(names, ["a", "b", "e", "f"]);
 }
 
@@ -182,11 +182,12 @@ fn error_names_unsupported_formats() {
 
 #[test]
 fn header_sizes_do_not_cause_allocations() {
-    // A header of 4 GB, and 2^62 values.
-    let long = b"\x93NUMPY\x02\x00\xff\xff\xff\xff{'descr'";
-    let many = b"\x93NUMPY\x01\x00\x76\x00{'descr': '<f4', 'fortran_order': False, 'shape': \
+    // The first file states a header length of 4 GiB, and the second one states 2^62 values.
+    let long_header = b"\x93NUMPY\x02\x00\xff\xff\xff\xff{'descr'";
+    let many_values =
+        b"\x93NUMPY\x01\x00\x76\x00{'descr': '<f4', 'fortran_order': False, 'shape': \
                  (4611686018427387904,), }";
-    for bytes in [&long[..], many] {
+    for bytes in [&long_header[..], many_values] {
         defect("felt_fc1.npy", bytes);
     }
 }

@@ -1,4 +1,4 @@
-//! PAB-Opto files: written and read, and errors that name field and line.
+//! PAB-Opto files: writing, reading, and errors that name the field and the line.
 
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Material, PabSet, Procedural, Source, SourceError, pab_suffixes, to_pab};
@@ -7,7 +7,7 @@ use crate::FunctionMaterial;
 use crate::common::assert_names;
 use crate::folder::{Folder, damage, load};
 
-/// Writes a set of files into a folder.
+/// Writes the files of a material into a folder.
 fn write(folder: &Folder, name: &str, material: &dyn Material) {
     let texts = to_pab(name, material).expect("the BRDF is finite");
     for (suffix, text) in pab_suffixes().zip(texts) {
@@ -16,8 +16,8 @@ fn write(folder: &Folder, name: &str, material: &dyn Material) {
 }
 
 #[test]
-fn written_files_are_read() {
-    // A constant BRDF, a fabric, and a material with a highlight.
+fn written_files_match_the_brdf() {
+    // Rubber has a highlight, and the other BRDFs are smooth.
     let set = Procedural::set(40, 2);
     let of_class = |class: &str| set.iter().find(|each| each.name().contains(class));
     let [fabric, rubber] =
@@ -66,18 +66,24 @@ fn reads_only_files_of_the_same_sample() {
 fn error_names_field_and_line() {
     const HEADER: &str = "#colorimetry: CIE-XYZ\n#format: theta phi BRDF\n#intheta 30\n#inphi 0\n";
     let line = "10 0 0.1 0.1 0.1\n";
-    let with = |from: &str, to: &str| HEADER.replace(from, to) + line;
+    let header_with = |from: &str, to: &str| HEADER.replace(from, to) + line;
     for (text, words) in [
         (
-            with("CIE-XYZ", "spectral"),
+            header_with("CIE-XYZ", "spectral"),
             &["colorimetry", "spectral"][..],
         ),
-        (with("BRDF", "BTDF"), &["format", "BTDF"]),
-        (with("#intheta 30\n", ""), &["#intheta"]),
-        (with("#inphi 0\n", ""), &["#inphi"]),
-        (with("#format: theta phi BRDF\n", ""), &["#format"]),
-        (with("intheta 30", "intheta inf"), &["intheta", "inf"]),
-        (with("intheta 30", "intheta 120"), &["intheta", "120"]),
+        (header_with("BRDF", "BTDF"), &["format", "BTDF"]),
+        (header_with("#intheta 30\n", ""), &["#intheta"]),
+        (header_with("#inphi 0\n", ""), &["#inphi"]),
+        (header_with("#format: theta phi BRDF\n", ""), &["#format"]),
+        (
+            header_with("intheta 30", "intheta inf"),
+            &["intheta", "inf"],
+        ),
+        (
+            header_with("intheta 30", "intheta 120"),
+            &["intheta", "120"],
+        ),
         (format!("{HEADER}{line}10 0 0.1 NaN 0.1\n"), &["6", "NaN"]),
         (format!("{HEADER}{line}10 0 0.1\n"), &["6", "3"]),
         (format!("{HEADER}120 0 0.1 0.1 0.1\n"), &[]),
@@ -85,12 +91,18 @@ fn error_names_field_and_line() {
     ] {
         let folder = Folder::new();
         let path = folder.write("a.dat", &text);
-        let what = damage(load(&path), &path);
-        assert_names(&what.unwrap_or_else(|| panic!("{text} is read")), words);
+        let defect = damage(load(&path), &path);
+        assert_names(
+            &defect.unwrap_or_else(|| panic!("the file is not rejected: {text}")),
+            words,
+        );
     }
-    // Two azimuths, and two files of the same incidence.
+    // Two files with different phi_i, and two files with the same theta_i and phi_i.
     for (second, words) in [
-        (with("inphi 0", "inphi 90"), &["inphi", "0", "90"][..]),
+        (
+            header_with("inphi 0", "inphi 90"),
+            &["inphi", "0", "90"][..],
+        ),
         (HEADER.to_owned() + line, &["30"]),
     ] {
         let folder = Folder::new();

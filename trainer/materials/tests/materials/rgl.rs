@@ -125,8 +125,8 @@ impl Formula {
         let (u, v) = (unit(theta_h), (phi + PI) / TAU);
         let nodes = THETA_I.map(f64::from);
         let low = usize::from(theta_i > nodes[1]);
-        let share = ((theta_i - nodes[low]) / (nodes[low + 1] - nodes[low])).min(1.0);
-        let mix = |f: &dyn Fn(usize) -> f64| (1.0 - share) * f(low) + share * f(low + 1);
+        let fraction = ((theta_i - nodes[low]) / (nodes[low + 1] - nodes[low])).min(1.0);
+        let mix = |f: &dyn Fn(usize) -> f64| (1.0 - fraction) * f(low) + fraction * f(low + 1);
         let x = mix(&|k| u + B[k] * (u * u - u));
         let y = v + A * (v * v - v);
         mix(&|k| Self::rgb(k, channel, x, y)) * Self::ndf(u, v) / (4.0 * Self::sigma(unit(theta_i)))
@@ -145,7 +145,7 @@ fn assert_rejected(bytes: &[u8], words: &[&str]) {
     let folder = Folder::new();
     let path = folder.write("formula_rgb.bsdf", bytes);
     match damage(RglMeasurement::read(&path), &path) {
-        Some(what) => assert_names(&what, words),
+        Some(defect) => assert_names(&defect, words),
         None => panic!("the damaged file was read: {words:?}"),
     }
 }

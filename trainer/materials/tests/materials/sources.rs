@@ -60,8 +60,8 @@ fn names(path: &Path) -> Result<Vec<String>, SourceError> {
 
 /// Asserts that a source is rejected because of a damaged file, and that the message contains the given words.
 fn assert_damaged(source: &Path, file: &Path, words: &[&str]) {
-    let what = damage(load(source), file).expect("the source is rejected");
-    assert_names(&what, words);
+    let defect = damage(load(source), file).expect("the source is rejected");
+    assert_names(&defect, words);
 }
 
 #[test]

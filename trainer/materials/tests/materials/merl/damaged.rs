@@ -5,7 +5,7 @@ use std::io::Write;
 
 use glimpse_materials::{Material, MerlTable, NotFinite, SourceError, write_merl};
 
-use super::{node, offset, tabulate};
+use super::{node_angles, offset, tabulate};
 use crate::{FunctionMaterial, angles, network};
 
 #[test]
@@ -28,7 +28,7 @@ fn rejects_damaged_tables() {
         file.assert_rejected(&words);
         file.patch(position, &1.0_f64.to_le_bytes());
     }
-    // A single invalid value is found at every position, including values outside of the range of f32.
+    // A single invalid value is found at every position, including values outside the range of f32.
     for at in [0, 1, 1_000_000, 3 * 1_458_000 - 1] {
         for (number, described) in [
             (f64::NAN, "NaN"),
@@ -42,14 +42,14 @@ fn rejects_damaged_tables() {
         file.patch(12 + 8 * at, &0_f64.to_le_bytes());
     }
     file.read();
-    // A channel without measured values.
-    for plane in [2, 0] {
-        let position = 12 + 8 * plane * 1_458_000;
+    // In a channel without measured values, all values are negative.
+    for channel in [2, 0] {
+        let position = 12 + 8 * channel * 1_458_000;
         file.patch(position, &(-1.0_f64).to_le_bytes().repeat(1_458_000));
         file.assert_rejected(&[]);
     }
-    for plane in [0, 2] {
-        file.patch(12 + 8 * plane * 1_458_000, &[0; 8 * 1_458_000]);
+    for channel in [0, 2] {
+        file.patch(12 + 8 * channel * 1_458_000, &[0; 8 * 1_458_000]);
     }
     file.read();
 
@@ -126,7 +126,7 @@ fn values_that_become_non_finite_after_opening_count_as_not_measured() {
     let file = tabulate(&network(6));
     let table = file.read();
     let cell = [20, 30, 40];
-    let (low, high) = (node(cell), node(cell.map(|k| k + 1)));
+    let (low, high) = (node_angles(cell), node_angles(cell.map(|k| k + 1)));
     let at = angles(std::array::from_fn(|i| low[i] + 0.4 * (high[i] - low[i])));
     let valid = table.brdf(at);
     // Damages one corner in red, and all corners in blue.

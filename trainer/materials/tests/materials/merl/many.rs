@@ -4,7 +4,7 @@ use std::fs;
 
 use glimpse_materials::{MAX_FULLY_CHECKED, Material, MerlTable, Source, SourceError};
 
-use super::{node, offset, tabulate};
+use super::{node_angles, offset, tabulate};
 use crate::{angles, network};
 
 #[test]
@@ -49,8 +49,8 @@ fn values_of_many_tables_are_not_checked() {
         source.count().expect("the tables are counted"),
         materials.len()
     );
-    let node_angles = angles(node(at));
-    let (brdf, expected) = (materials[0].brdf(node_angles), valid.brdf(node_angles));
+    let center = angles(node_angles(at));
+    let (brdf, expected) = (materials[0].brdf(center), valid.brdf(center));
     assert!(brdf.iter().all(|value| value.is_finite()), "{brdf:?}");
     assert_eq!((brdf[0], brdf[2]), (expected[0], expected[2]));
 

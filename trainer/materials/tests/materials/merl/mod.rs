@@ -18,8 +18,8 @@ use crate::common::assert_names;
 use crate::folder::{Folder, damage};
 use crate::{FunctionMaterial, angles, network};
 
-/// Returns the angles of a node. phi_d may have more than 180 nodes.
-fn node([h, d, phi]: [usize; 3]) -> [f64; 3] {
+/// Returns the angles of a node in radians. The index along phi_d may exceed 179, which adds half turns.
+fn node_angles([h, d, phi]: [usize; 3]) -> [f64; 3] {
     [
         FRAC_PI_2 * (h as f64 / 90.0).powi(2),
         (d as f64).to_radians(),
@@ -77,14 +77,14 @@ impl TableFile {
     /// Asserts that the file is rejected, and that the message contains the given words.
     fn assert_rejected(&self, words: &[&str]) {
         match damage(MerlTable::read(&self.path), &self.path) {
-            Some(what) => assert_names(&what, words),
+            Some(defect) => assert_names(&defect, words),
             None => panic!("the damaged table was read: {words:?}"),
         }
     }
 }
 
-/// A strategy of all nodes.
-fn nodes() -> impl Strategy<Value = [usize; 3]> {
+/// A strategy for the indices of all nodes.
+fn node_indices() -> impl Strategy<Value = [usize; 3]> {
     (0..90usize, 0..90usize, 0..180usize).prop_map(|(h, d, phi)| [h, d, phi])
 }
 
@@ -109,14 +109,14 @@ fn table_holds_the_tabulated_brdf() {
     let network = network(1);
     let table = tabulate(&network).read();
     assert_eq!(table.name(), "a-table");
-    check_property((nodes(), 1..3usize), |(at, turns)| {
-        let point = node(at);
+    check_property((node_indices(), 1..3usize), |(at, half_turns)| {
+        let point = node_angles(at);
         prop_assume!(is_valid(point));
-        let turned = [point[0], point[1], point[2] + PI * turns as f64];
-        // The angle is rounded to f32, by up to 7e-6 of a cell, and by more if half turns were added.
+        let turned = [point[0], point[1], point[2] + PI * half_turns as f64];
+        // Rounding angles to f32 moves them by up to 7e-6 of a cell, and by more if half turns were added.
         for (point, tolerance) in [(point, 2e-6), (turned, 2e-5)] {
             let actual = table.brdf(angles(point));
-            let expected = network.brdf(angles(node(at)));
+            let expected = network.brdf(angles(node_angles(at)));
             for (actual, expected) in actual.into_iter().zip(expected) {
                 prop_assert!((actual - expected).abs() <= tolerance * expected.max(0.1));
             }
@@ -125,18 +125,21 @@ fn table_holds_the_tabulated_brdf() {
     });
 }
 
-/// A strategy of cells whose eight nodes are all measured: the angles of the lower and upper nodes, and random angles
-/// in the cell.
+/// A strategy for cells with eight measured nodes: the angles of the lower and upper nodes, and angles at random
+/// fractions of the way between them.
 fn measured_cells(
-    shares: std::ops::Range<f64>,
+    fractions: std::ops::Range<f64>,
 ) -> impl Strategy<Value = ([[f64; 3]; 2], [f64; 3])> {
-    // Without the cell at phi_d = 180 degrees, where a random network has a step, because it is not reciprocal.
+    // The cell before phi_d = 180 degrees is excluded. A random network has a step there, because it is not reciprocal.
     let cells = (0..89usize, 0..89usize, 0..179usize);
-    (cells, prop::array::uniform3(shares))
-        .prop_map(|((h, d, phi), shares)| {
-            let ends = [node([h, d, phi]), node([h + 1, d + 1, phi + 1])];
+    (cells, prop::array::uniform3(fractions))
+        .prop_map(|((h, d, phi), fractions)| {
+            let ends = [
+                node_angles([h, d, phi]),
+                node_angles([h + 1, d + 1, phi + 1]),
+            ];
             let [low, high] = ends;
-            let point = std::array::from_fn(|i| low[i] + shares[i] * (high[i] - low[i]));
+            let point = std::array::from_fn(|i| low[i] + fractions[i] * (high[i] - low[i]));
             (ends, point)
         })
         .prop_filter("all eight nodes are measured", |(ends, _)| {
@@ -146,7 +149,7 @@ fn measured_cells(
 
 #[test]
 fn interpolation_error_is_within_its_bound() {
-    // The second derivatives by the angles are at most 0.5 FREQUENCY^2.
+    // The second derivative with respect to an angle is at most 0.5 FREQUENCY^2.
     const FREQUENCY: [f64; 3] = [5.0, 3.0, 4.0];
     let smooth = FunctionMaterial(|at: Angles<f32>| {
         let point = [at.theta_h, at.theta_d, at.phi_d].map(f64::from);
@@ -158,7 +161,7 @@ fn interpolation_error_is_within_its_bound() {
     let table = tabulate(&smooth).read();
     let largest = Cell::new(0.0_f64);
     check_property(measured_cells(0.0..1.0), |([low, high], point)| {
-        // The sum of the remainders of linear interpolation along each angle.
+        // The sum over the angles of the error bounds of linear interpolation.
         let bound: f64 = (0..3)
             .map(|i| 0.5 * (FREQUENCY[i] * (high[i] - low[i])).powi(2) / 8.0)
             .sum();
@@ -224,7 +227,7 @@ fn derivatives_are_those_of_the_interpolant() {
                 largest.set(largest.get().max(error / rounding));
                 prop_assert!(
                     error <= 2.0 * rounding,
-                    "{error} above {rounding} by angle {i}"
+                    "{error} along angle {i}, above two roundings of {rounding}"
                 );
             }
         }
@@ -244,14 +247,14 @@ fn excludes_nodes_that_were_not_measured() {
     });
     let file = tabulate(&linear);
     let cell = [20, 30, 40];
-    let (low, high) = (node(cell), node(cell.map(|k| k + 1)));
+    let (low, high) = (node_angles(cell), node_angles(cell.map(|k| k + 1)));
     let center: [f64; 3] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
     let corners: Vec<[usize; 3]> = (0..8)
         .map(|bits| std::array::from_fn(|i| cell[i] + (bits >> i & 1)))
         .collect();
     let values: Vec<[f32; 3]> = corners
         .iter()
-        .map(|at| linear.brdf(angles(node(*at))))
+        .map(|at| linear.brdf(angles(node_angles(*at))))
         .collect();
     let mean = |excluded: &[usize], channel: usize| {
         let included: Vec<f32> = (0..8)
@@ -304,12 +307,15 @@ fn excludes_nodes_that_were_not_measured() {
 fn lookups_clamp_theta_and_wrap_phi() {
     let table = tabulate(&network(4)).read();
     let at = |point| table.brdf(angles(point));
-    let [theta_h, theta_d, _] = node([89, 89, 0]);
+    let [theta_h, theta_d, _] = node_angles([89, 89, 0]);
     // The last nodes of theta_h and theta_d are below pi/2.
     assert_eq!(at([FRAC_PI_2, 0.0, 0.0]), at([theta_h + 1e-6, 0.0, 0.0]));
     assert_eq!(at([0.0, FRAC_PI_2, 1.0]), at([0.0, theta_d + 1e-6, 1.0]));
     let (_, derivative) = table.brdf_with_derivative(angles([0.0, 1.56, 1.0]));
-    assert!(derivative.iter().all(|by| by[1] == 0.0), "{derivative:?}");
+    assert!(
+        derivative.iter().all(|channel| channel[1] == 0.0),
+        "{derivative:?}"
+    );
     // Between the last and the first node of phi_d.
     let [last, middle, first] =
         [179.0, 179.5, 180.0].map(|phi: f64| at([0.3, 0.6, phi.to_radians()]));

@@ -17,14 +17,14 @@ fn read_error(bytes: &[u8], checksum: u32) -> &'static str {
     fs::write(&path, bytes).expect("the file is written");
     let error = Basis::read(&path, checksum).expect_err("the file is invalid");
     let BasisError::Damaged {
-        path: angles_from_array,
-        what,
+        path: error_path,
+        defect,
     } = error
     else {
         panic!("{error}");
     };
-    assert_eq!(angles_from_array, path);
-    what
+    assert_eq!(error_path, path);
+    defect
 }
 
 #[test]
