@@ -81,7 +81,10 @@ pub(crate) fn scan(
     let mut memory = [0.0; memory_words(&[RECIPE])];
     let scan = Scan::<Neural>::new(recipe, &mut memory).map_err(Failure::Scan)?;
     let mut driver = Driver::new(scan, Config::new(Host::Measures));
-    let mut line = Line { loss_interval, bytes: 0 };
+    let mut line = Line {
+        loss_interval,
+        bytes: 0,
+    };
     let mut buffer = [0; FRAME_BYTES];
     for now_ms in 0_u32.. {
         match driver.poll(now_ms.into()) {
