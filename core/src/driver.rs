@@ -1,7 +1,7 @@
-//! The main loop that every scanner's firmware shares, without I/O and without a clock.
+//! The main loop of a scanner's firmware, without I/O and without a clock.
 //!
-//! A [`Driver`] receives bytes from the line, readings, and the time. It returns the next [`Action`] and the bytes
-//! to send. Motors, sensor, UART, flash and clock belong to the firmware, and so does the loop:
+//! A [`Driver`] receives bytes from the line, readings, and the time. It returns the next [`Action`] and the bytes to
+//! send. The firmware owns motors, sensor, UART, flash, clock and the loop:
 //!
 //! ```
 //! use glimpse_core::driver::{Action, Config, Driver, Host};
@@ -52,12 +52,12 @@ use crate::scan::{Reading, Scan, SkipError};
 use pending_request::{PendingRequest, PollResult};
 use phase::Phase;
 
-/// A pause after a failure, in ms: the driver does not try again in haste.
+/// The pause between a failure and the next attempt, in ms.
 const PAUSE_MS: u64 = 500;
 
-/// Leads a scan from the hello to the result, and then the next one.
+/// Controls a scan from the greeting to the result, and then the next scan.
 pub struct Driver<'a, K: Fitter> {
-    /// The scan, or the reason why there is none.
+    /// The scan, or the failure that prevents it.
     scan: Result<Scan<'a, K>, Failure>,
     config: Config,
     pending: PendingRequest,
@@ -66,28 +66,28 @@ pub struct Driver<'a, K: Fitter> {
     values_sent: u16,
     /// Number of invalid readings in a row.
     invalid_readings: u8,
-    /// The firmware has to delete saved readings.
+    /// True if the firmware has to delete its saved readings.
     forgets: bool,
     /// Checksum of the last fetched recipe that was unusable; the driver does not fetch it again.
     declined: Option<u32>,
-    /// The action to return before anything else.
+    /// The action that the next poll returns first.
     next: Option<Action>,
-    /// The last poll found nothing to do, and no call has changed that.
+    /// True if the last poll had nothing to do and no call has changed that.
     is_idle: bool,
 }
 
 impl<'a, K: Fitter> Driver<'a, K> {
-    /// Leads this scan. Record readings that survived a reset ([`Saved`](crate::scan::Saved)) with [`Scan::record`]
-    /// before this call; a host that measures is asked whether they are still valid.
+    /// Creates a driver for a scan. Record readings that survived a reset ([`Saved`](crate::scan::Saved)) with
+    /// [`Scan::record`] before this call. The driver then asks a host that measures if they are still valid.
     ///
-    /// The driver borrows the memory through the scan: drop it, and the memory is free for another recipe.
+    /// The scan keeps the memory borrowed. Drop the driver to use the memory for another recipe.
     #[must_use]
     pub fn new(scan: Scan<'a, K>, config: Config) -> Self {
         Self::from_result(Ok(scan), config)
     }
 
-    /// Creates the driver of a device whose recipe is unusable: damaged, or for another firmware. It reports the
-    /// failure to the host and, if the device can store a recipe, asks the host for a better one.
+    /// Creates a driver for a device whose recipe is damaged or for another firmware. It reports the failure to the
+    /// host. If the device can store a recipe, it also asks the host for a better one.
     #[must_use]
     pub fn without_scan(failure: Failure, config: Config) -> Self {
         Self::from_result(Err(failure), config)
@@ -116,7 +116,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
         self.scan.as_ref().map_err(|failure| *failure)
     }
 
-    /// Excludes the recipe with this checksum from updates: it was unusable for an earlier driver.
+    /// Excludes the recipe with this checksum from updates. Call this if the recipe was unusable for an earlier driver.
     pub fn decline(&mut self, checksum: u32) {
         self.declined = Some(checksum);
     }
@@ -127,7 +127,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
         self.declined
     }
 
-    /// Takes a byte from the line.
+    /// Receives a byte from the line.
     pub fn receive(&mut self, byte: u8) {
         if self.pending.receive(byte) {
             self.is_idle = false;
@@ -145,12 +145,11 @@ impl<'a, K: Fitter> Driver<'a, K> {
         self.pending.sent(count);
     }
 
-    /// Takes the reading of a sample from the device's own sensor, in any order, at most one between two polls. The
-    /// next poll returns [`Action::Save`] for it; a reading before the last one would not be saved. A scan that has
-    /// failed ignores readings.
+    /// Records a reading of the device's own sensor. Samples may come in any order, but at most one between two polls:
+    /// the next poll returns [`Action::Save`] for the last reading only. A failed scan ignores readings.
     ///
-    /// The driver skips a sample after [`Config::attempts`] invalid readings if the recipe tolerates that; else the
-    /// scan fails.
+    /// After [`Config::attempts`] invalid readings, the driver skips the sample if the recipe tolerates missing
+    /// readings. Otherwise the scan fails.
     pub fn record(&mut self, index: u16, reading: Reading) {
         self.is_idle = false;
         if self.ignores_readings() {
@@ -170,7 +169,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
                     return;
                 }
                 self.invalid_readings = 0;
-                // An earlier reading of the sample is better than none.
+                // A valid earlier reading stays in use.
                 let is_read = scan.reading(index).is_some();
                 let tolerates = scan.recipe().tolerates_missing();
                 if !(tolerates && (is_read || scan.skip(index).is_ok())) {
@@ -180,11 +179,11 @@ impl<'a, K: Fitter> Driver<'a, K> {
         }
     }
 
-    /// Skips a sample that cannot be read. A later [`Driver::record`] of the sample undoes it. A scan that has failed
-    /// ignores this.
+    /// Skips a sample that cannot be read. A later [`Driver::record`] of the sample undoes the skip. A failed scan
+    /// ignores this call.
     ///
     /// # Errors
-    /// As [`Scan::skip`]; without a scan there is no such sample.
+    /// Fails like [`Scan::skip`], and with [`SkipError::Index`] without a scan.
     pub fn skip(&mut self, index: u16) -> Result<(), SkipError> {
         let samples = 0;
         if self.ignores_readings() {
@@ -199,11 +198,11 @@ impl<'a, K: Fitter> Driver<'a, K> {
         Ok(())
     }
 
-    /// Skips all pending samples, so that the fit uses the readings taken so far. Without a scan, or after a failure,
-    /// there is nothing to skip.
+    /// Skips all pending samples, so that the fit uses only the recorded readings. Does nothing without a scan or after
+    /// a failure.
     ///
     /// # Errors
-    /// As [`Scan::finish_early`].
+    /// Fails like [`Scan::finish_early`].
     pub fn finish_early(&mut self) -> Result<(), SkipError> {
         if self.ignores_readings() {
             return Ok(());
@@ -216,7 +215,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
         Ok(())
     }
 
-    /// Stops waiting for the reading of a skipped sample; None: of any.
+    /// Cancels the request for the reading of a skipped sample, or of any sample if `skipped` is None.
     fn cancel_measure(&mut self, skipped: Option<u16>) {
         self.is_idle = false;
         if let Some(Request::Measure { index, .. }) = self.pending.request()
@@ -226,7 +225,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
         }
     }
 
-    /// After a failure a reading would be one of the material before.
+    /// Returns true after a failure: a reading would belong to the previous material.
     fn ignores_readings(&self) -> bool {
         matches!(
             self.phase,
@@ -241,8 +240,8 @@ impl<'a, K: Fitter> Driver<'a, K> {
         self.invalid_readings = 0;
         self.next = Some(Action::Failed(failure));
         if failure == Failure::NoReply {
-            // The host may be back soon, and then its readings are still valid. It would not recognize readings that
-            // a fit has clamped.
+            // The host may return, and its readings are still valid then. It would not recognize readings that a fit
+            // has clamped.
             if let Ok(scan) = &mut self.scan {
                 scan.forget_clamped();
             }
@@ -276,16 +275,16 @@ impl<'a, K: Fitter> Driver<'a, K> {
         }
     }
 
-    /// Does the next piece of work and returns the firmware's next action. `now_ms` is the time of a monotonic clock
-    /// with any origin, in ms.
+    /// Does the next piece of work, and returns the next action of the firmware. `now_ms` is the time of a monotonic
+    /// clock with any origin, in ms.
     pub fn poll(&mut self, now_ms: u64) -> Action {
         let action = self.next_action(now_ms);
         self.is_idle = matches!(action, Action::Wait | Action::Measure { .. });
         action
     }
 
-    /// The time until [`Driver::poll`] has something to do by itself, in ms. None: only a byte from the line, a sent
-    /// byte, or a call of this driver changes anything.
+    /// The time until the next necessary [`Driver::poll`], in ms. None: poll again only after a received byte, a sent
+    /// byte, or another call of this driver.
     #[must_use]
     pub fn poll_delay(&self, now_ms: u64) -> Option<u32> {
         if !self.is_idle {

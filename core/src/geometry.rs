@@ -1,12 +1,11 @@
 //! Directions, spherical and Rusinkiewicz angles, half and difference vectors.
 //!
-//! A pair of directions (incoming w_i, outgoing w_o; unit, z along the normal)
-//! of an isotropic BRDF is described by the angles (theta_h, theta_d, phi_d)
-//! of its half vector and its difference vector, with phi_h = 0 (Rusinkiewicz
-//! 1998).
+//! The angles (theta_h, theta_d, phi_d) of the half vector and the difference vector, with phi_h = 0 (Rusinkiewicz
+//! 1998), describe a pair of directions of an isotropic BRDF: incoming w_i and outgoing w_o, of unit length, with z
+//! along the normal.
 //!
-//! A scanner's arms stand at [`ArmAngles`], the spherical angles of both directions. Isotropic means
-//! that [turning](Directions::turned) both about the normal changes nothing.
+//! [`ArmAngles`] are the spherical angles of both directions, as the arms of a scanner have them. An isotropic BRDF
+//! does not change if both directions are [turned](Directions::turned) about the normal.
 
 mod angles;
 mod directions;

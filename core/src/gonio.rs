@@ -1,19 +1,21 @@
-//! Arithmetic of a machine with arms and a sensor: plain arithmetic, free of I/O.
+//! Arithmetic of a scanner with two arms and a sensor, without I/O:
 //!
-//! - [`Limits`]: where its arms get to;
-//! - [`Machine`]: how fast they are, and which pending pair of directions they reach soonest;
-//! - [`Calibration`]: counts to BRDF by dark and white readings;
-//! - [`Quantity`]: the BRDF, and what it is taken for by mistake;
-//! - [`Repeated`]: the mean of repeated readings, and how much they vary;
-//! - [`tile::examine`]: whether all of that ends in BRDFs, by a tile of known reflectance.
+//! - [`Limits`]: the reach of its arms;
+//! - [`Machine`]: the speeds of its axes, and the pending sample that the arms reach first;
+//! - [`Calibration`]: counts to BRDF, by dark and white readings;
+//! - [`Quantity`]: the BRDF, and quantities that are mistaken for it;
+//! - [`Repeated`]: mean and variance of repeated readings;
+//! - [`tile::examine`]: a self-test of the whole conversion, with a tile of known reflectance.
 //!
 //! # One channel, and channels in turn
 //!
-//! A scan has three channels. A monochrome sensor gives the same number in all three
-//! ([`Calibration::monochrome`], [`Calibrated::monochrome`]); the fitted BRDF has it in each, and
-//! costs no more time. A monochrome sensor behind three filters, or three lamps that are lit in
-//! turn, is calibrated like one with three channels: dark, white and sample are read once with each,
-//! and the three numbers go together into one array.
+//! A scan has three channels. A reading of a monochrome sensor has the same number in all three
+//! ([`Calibration::monochrome`], [`Calibrated::monochrome`]). The fitted BRDF is then gray, and the fit takes no more
+//! time.
+//!
+//! A monochrome sensor with three filters, or with three lamps that are lit in turn, is calibrated like a sensor with
+//! three channels. Read dark, white and sample once with each filter or lamp, and combine the three numbers into an
+//! array.
 
 mod calibration;
 mod decimal;

@@ -1,8 +1,8 @@
 //! The link between a device and its host, without I/O and without a clock.
 //!
-//! The device leads, stop and wait: it sends a [`Request`], and retransmits it until the [`Reply`] with the same
-//! sequence number arrives; only then does it send the next request. A host gives a repeated request the same reply as
-//! before. So lost, damaged, cut, repeated and invented bytes cost time and nothing else.
+//! The protocol is stop-and-wait, and the device controls it. The device sends a [`Request`], and retransmits it until
+//! the [`Reply`] with the same sequence number arrives. Only then it sends the next request. A host answers a repeated
+//! request with the same reply as before. So lost, damaged, cut, repeated and spurious bytes only cost time.
 //!
 //! The protocol is documented in `core/docs/link.md`: frames, messages, timeouts, a scan from hello to end, error
 //! codes, and examples in bytes.
@@ -12,16 +12,16 @@
 //! | [`Request::Hello`] begins a scan | [`Reply::Welcome`] |
 //! | [`Request::Update`], from a device that can store a recipe | [`Reply::Recipe`] or [`Reply::Accepted`] |
 //! | [`Request::RecipePart`], until the device has all of it | [`Reply::RecipePart`] |
-//! | [`Request::Saved`], for each reading that outlasted a reset of the device | [`Reply::Accepted`] |
+//! | [`Request::Saved`], for each reading that survived a reset of the device | [`Reply::Accepted`] |
 //! | [`Request::Measure`], for each sample of the recipe's pattern | [`Reply::Measured`], [`Reply::Skip`] or [`Reply::FinishEarly`] |
 //! | [`Request::Progress`], after each slice of the fit | [`Reply::Accepted`] |
 //! | [`Request::Values`], until all values are sent | [`Reply::Accepted`] |
 //! | [`Request::Finished`] ends the scan | [`Reply::Accepted`] |
-//! | [`Request::Failed`], at any time: the device gives up and begins again | [`Reply::Accepted`] |
+//! | [`Request::Failed`], at any time: the device ends the scan with a failure | [`Reply::Accepted`] |
 //!
 //! A host may refuse any request with [`Reply::Refused`].
 //!
-//! [`Client`] is the device's side and [`Server`] the host's; both take bytes one by one. A
+//! [`Client`] is the device's side and [`Server`] the host's; both receive bytes one by one. A
 //! [`Driver`](crate::driver::Driver) is a complete device; `examples/host.rs` has both ends.
 //!
 //! ```

@@ -1,6 +1,6 @@
 //! The reflectance models.
 //!
-//! Firmware names a model and leaves the rest to [`scan`](crate::scan).
+//! Firmware selects a model as a type parameter of a [`Scan`](crate::scan::Scan).
 
 mod cook_torrance;
 mod kernel;

@@ -1,7 +1,7 @@
-//! The arithmetic that models are written in: scalars, elementary functions, packed numbers.
+//! Arithmetic of the models: scalars, elementary functions, packed numbers.
 //!
-//! Public because the trainer computes with the very code that is flashed; it is **not part of this
-//! crate's promise** and may change in any version. Firmware needs none of it.
+//! It is public because the trainer uses the same code as the firmware. It is **not part of this crate's stable API**,
+//! and may change in any version. Firmware does not need it.
 
 mod block;
 mod floats;

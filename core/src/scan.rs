@@ -1,9 +1,9 @@
-//! A scan of one material: readings in any order, a fit in slices, a fitted material. Free of I/O
-//! and of time; motors, sensor and clock are the firmware's.
+//! A scan of one material: readings in any order, a fit in slices, and the fitted material. It has no I/O and no clock;
+//! the firmware owns motors, sensor and time.
 //!
-//! The states cannot be confused: a [`Scan`] takes readings, a [`Fit`] of all of them is under way,
-//! a [`Fitted`] material answers. All of it lies in the caller's memory, which the next
-//! recipe may use again. [`Saved`] readings outlast a reset.
+//! Each state has a type: a [`Scan`] records readings, a [`Fit`] is in progress, and a [`Fitted`] material evaluates
+//! the BRDF. All data is in the caller's memory, which another scan can use afterwards. [`Saved`] readings survive a
+//! reset.
 
 mod error;
 mod fit;
@@ -30,16 +30,15 @@ use crate::geometry::Directions;
 use crate::model::linear::Basis;
 use crate::model::{SLOT_WORDS, Slot};
 use crate::recipe::Recipe;
-use memory::{measured_at, split, split_mut};
+use memory::{measured_brdf, split, split_mut};
 use stage::{Fitting, Stage};
 use status::Status;
 
-/// A scan of one material, taking readings.
+/// A scan of one material, recording readings.
 ///
-/// `K` is the model: one of the four, or [`AnyModel`](crate::fit::AnyModel), which does what the recipe says.
-/// The memory is the caller's: a list of numbers whose length
-/// [`memory_words`](crate::recipe::memory_words) computes from the recipe at compile time. It holds the readings and
-/// what the fit works in, and serves one scan after the other.
+/// `K` is one of the four models, or [`AnyModel`](crate::fit::AnyModel) for the model that the recipe names. The caller
+/// provides the memory. [`memory_words`](crate::recipe::memory_words) computes its length from the recipe at compile
+/// time. The memory holds the readings and the work space of the fit, and is reusable for the next scan.
 ///
 /// ```
 /// use glimpse_core::model::Neural;
@@ -74,11 +73,11 @@ pub struct Scan<'a, K: Fitter> {
 }
 
 impl<'a, K: Fitter> Scan<'a, K> {
-    /// Checks that this firmware can scan with a recipe, in a memory of `words` words, before the recipe replaces
-    /// another one. Returns how many words it needs.
+    /// Checks that this firmware can scan with a recipe in a memory of `words` words, for example before the recipe
+    /// replaces another one. Returns the number of words that the recipe needs.
     ///
     /// # Errors
-    /// If the recipe is for another model, or needs more memory.
+    /// [`ScanError`] if the recipe is for another model, or needs more memory.
     pub fn accept(recipe: &Recipe<'_>, words: usize) -> Result<usize, ScanError> {
         let samples = recipe.samples();
         let work = K::words(&recipe.method, samples)?;
@@ -90,10 +89,10 @@ impl<'a, K: Fitter> Scan<'a, K> {
         Ok(needed)
     }
 
-    /// Begins a scan. What `memory` held before is overwritten.
+    /// Begins a scan, and overwrites the content of `memory`.
     ///
     /// # Errors
-    /// As [`Scan::accept`].
+    /// Fails like [`Scan::accept`].
     pub fn new(recipe: Recipe<'a>, memory: &'a mut [f32]) -> Result<Self, ScanError> {
         let needed = Self::accept(&recipe, memory.len())?;
         let mut scan = Self {
@@ -105,11 +104,11 @@ impl<'a, K: Fitter> Scan<'a, K> {
             model: PhantomData,
         };
         let (slots, _) = scan.parts();
-        memory::lay_out(slots, &recipe);
+        memory::initialize(slots, &recipe);
         Ok(scan)
     }
 
-    /// The samples, and the words of the fit.
+    /// The samples, and the work space of the fit.
     fn parts(&mut self) -> (&mut [Slot], &mut [f32]) {
         let memory = self.memory.get_mut(..self.needed).unwrap_or_default();
         split_mut(memory, self.recipe.samples())
@@ -119,11 +118,10 @@ impl<'a, K: Fitter> Scan<'a, K> {
         split(self.memory, self.recipe.samples()).0
     }
 
-    /// Gives Linear the basis that [`Fitted::brdf`] needs (`trainer export --format basis` writes it); `AnyModel` uses it
-    /// with recipes of Linear.
+    /// Adds the basis that [`Fitted::brdf`] needs for recipes of Linear. `trainer export --format basis` writes it.
     ///
     /// # Errors
-    /// [`ScanError::Basis`] if the recipe names another one, or none, as recipes of other models do.
+    /// [`ScanError::Basis`] if the recipe names another basis, or none. Recipes of other models name none.
     pub fn with_basis(mut self, basis: Basis<'a>) -> Result<Self, ScanError> {
         let named = self.recipe.method.basis_checksum();
         if named != Some(basis.of()) {
@@ -136,7 +134,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         Ok(self)
     }
 
-    /// The basis, if it was given one.
+    /// The basis, if one was added.
     #[must_use]
     pub fn basis(&self) -> Option<&Basis<'a>> {
         self.basis.as_ref()
@@ -155,26 +153,27 @@ impl<'a, K: Fitter> Scan<'a, K> {
         &self.recipe
     }
 
-    /// The pending samples, in the recipe's order: index and directions.
+    /// The pending samples in the recipe's order: index and directions.
     ///
-    /// Read them in any order; [`Machine::nearest`](crate::gonio::Machine::nearest) chooses the nearest. With a recipe
-    /// that [tolerates missing readings](Recipe::tolerates_missing) a scan may finish early; then the first samples are
-    /// the most informative.
+    /// Read them in any order; [`Machine::nearest`](crate::gonio::Machine::nearest) returns the sample that the arms
+    /// reach first. If the recipe [tolerates missing readings](Recipe::tolerates_missing), the first samples are the
+    /// most informative, and the scan may finish early.
     pub fn pending(&self) -> impl Iterator<Item = (u16, Directions<f32>)> {
         memory::pending(self.slots())
     }
 
-    /// The first of [`Scan::pending`], in the recipe's order; None if every sample is read or skipped.
+    /// The first of [`Scan::pending`]. None if every sample is read or skipped.
     #[must_use]
     pub fn next_pending(&self) -> Option<(u16, Directions<f32>)> {
         memory::next_pending(self.slots())
     }
 
     /// Records the reading of a sample of the pattern, in any order. A second reading of the same sample replaces the
-    /// first ([`gonio::Repeated`](crate::gonio::Repeated) averages instead), and a fit that was under way is discarded.
+    /// first; [`gonio::Repeated`](crate::gonio::Repeated) averages readings instead. The call discards a fit in
+    /// progress.
     ///
     /// # Errors
-    /// If the index is too large, or the reading is invalid. Nothing has changed then.
+    /// [`ReadingError`] if the index is too large or the reading is invalid. The scan is then unchanged.
     pub fn record(&mut self, index: u16, reading: Reading) -> Result<Recorded, ReadingError> {
         let recipe = self.recipe;
         let (slots, _) = self.parts();
@@ -183,12 +182,12 @@ impl<'a, K: Fitter> Scan<'a, K> {
         Ok(recorded)
     }
 
-    /// Marks a sample that cannot be read: it stops being pending, and loses a reading that it had. A later
-    /// [`Scan::record`] of the sample undoes it.
+    /// Marks a sample that cannot be read. It is no longer pending, and its reading, if any, is discarded. A later
+    /// [`Scan::record`] of the sample undoes this.
     ///
     /// # Errors
     /// [`SkipError`] if the recipe does not [tolerate missing readings](Recipe::tolerates_missing), or has no such
-    /// sample. Nothing has changed then.
+    /// sample. The scan is then unchanged.
     pub fn skip(&mut self, index: u16) -> Result<(), SkipError> {
         self.check_tolerance()?;
         let samples = self.recipe.samples() as u16;
@@ -201,10 +200,10 @@ impl<'a, K: Fitter> Scan<'a, K> {
         Ok(())
     }
 
-    /// Skips every pending sample, so that the fit uses the readings taken so far.
+    /// Skips every pending sample, so that the fit uses only the recorded readings.
     ///
     /// # Errors
-    /// [`SkipError::Required`] if the recipe does not tolerate missing readings. Nothing has changed then.
+    /// [`SkipError::Required`] if the recipe does not tolerate missing readings. The scan is then unchanged.
     pub fn finish_early(&mut self) -> Result<(), SkipError> {
         self.check_tolerance()?;
         let (slots, _) = self.parts();
@@ -223,18 +222,18 @@ impl<'a, K: Fitter> Scan<'a, K> {
         }
     }
 
-    /// The reading of a sample, if it was recorded. (A fit raises values that are too far below 0 for the loss.)
+    /// The recorded reading of a sample, if any. A fit raises values that are too far below 0 for the loss.
     #[must_use]
     pub fn reading(&self, index: u16) -> Option<Reading> {
         let slot = self.slots().get(usize::from(index))?;
         let status = Status::of(slot);
         status.is_read().then(|| Reading {
-            brdf: measured_at(slot),
+            brdf: measured_brdf(slot),
             saturated: status.is_saturated(),
         })
     }
 
-    /// Makes clamped samples pending again: a fit has raised their values, which are no longer the sensor's.
+    /// Makes clamped samples pending again, because a fit has changed their values.
     pub(crate) fn forget_clamped(&mut self) {
         let (slots, _) = self.parts();
         let mut clamped = slots
@@ -250,19 +249,19 @@ impl<'a, K: Fitter> Scan<'a, K> {
         }
     }
 
-    /// Begins a fit of all readings. An earlier fit, finished or not, is discarded.
+    /// Begins a fit of all readings. It discards an earlier fit, finished or not.
     ///
-    /// If the recipe [tolerates missing readings](Recipe::tolerates_missing), missing and saturated ones are left out,
-    /// as long as one is left.
+    /// If the recipe [tolerates missing readings](Recipe::tolerates_missing), the fit omits missing and saturated
+    /// readings. If all readings are saturated, it uses them.
     ///
     /// # Errors
-    /// [`FitError::Incomplete`] if a reading is missing that the recipe needs, or if there is none at all,
+    /// [`FitError::Incomplete`] if no reading was recorded, or if one is missing that the recipe needs.
     /// [`FitError::TooLarge`] if the readings are too large for any material.
     pub fn fit(&mut self) -> Result<Fit<'_, K>, FitError> {
         let recipe = self.recipe;
         let method = recipe.method;
         let (slots, words) = self.parts();
-        let counted = memory::weigh(slots, &recipe);
+        let counted = memory::mark_counted(slots, &recipe);
         if counted == 0 {
             return Err(memory::incomplete(slots));
         }
@@ -290,8 +289,8 @@ impl<'a, K: Fitter> Scan<'a, K> {
         }
     }
 
-    /// The fit that was begun and not finished; None if there is none, or a reading was recorded since. For firmware
-    /// that cannot keep a [`Fit`] between two turns of its loop.
+    /// The fit in progress. None if no fit has begun, if it is finished, or if a reading was recorded since. For
+    /// firmware that cannot keep a [`Fit`] between two iterations of its loop.
     pub fn fit_under_way(&mut self) -> Option<Fit<'_, K>> {
         match self.stage {
             Stage::Fitting(fitting) => Some(self.fit_from(fitting)),
@@ -299,7 +298,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         }
     }
 
-    /// The fitted material; None if no fit was finished since the last reading.
+    /// The fitted material. None if no fit was finished since the last reading.
     #[must_use]
     pub fn fitted(&self) -> Option<Fitted<'_, K>> {
         let Stage::Fitted(residual) = self.stage else {

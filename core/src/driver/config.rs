@@ -2,7 +2,7 @@
 
 use crate::gonio::Limits;
 
-/// The other end of the line, and who moves the arms.
+/// The role of the host, at the other end of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -15,7 +15,7 @@ pub enum Host {
     Absent,
 }
 
-/// Options of a driver. [`Config::new`] has sensible values; every field can be assigned.
+/// Options of a driver. [`Config::new`] sets defaults; assign fields to change them.
 ///
 /// ```
 /// use glimpse_core::driver::{Config, Host};
@@ -28,28 +28,29 @@ pub enum Host {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Config {
-    /// The other end of the line.
+    /// The role of the host.
     pub host: Host,
-    /// Limits of the machine that measures, those of its [`Machine`](crate::gonio::Machine); they must be
-    /// [valid](Limits::validate). The driver skips samples out of reach if the recipe tolerates missing readings; else
-    /// the scan fails before anything moves. None: every sample is within reach.
+    /// [Valid](Limits::validate) limits of the machine that measures, equal to those of its
+    /// [`Machine`](crate::gonio::Machine). The driver skips samples out of reach if the recipe tolerates missing
+    /// readings. Otherwise the scan fails before any move. None: every sample is within reach.
     pub limits: Option<Limits>,
     /// The seed of the [sequence numbers](crate::link::Client::new). It must differ from the seeds of all earlier
     /// drivers of this device: a boot counter, a random number, or the value of a free-running timer. Unused with
     /// [`Host::Absent`].
     pub sequence_seed: u32,
-    /// Units of the fit in one [`Driver::poll`](super::Driver::poll). 0 counts as 1.
+    /// Units of work of the fit in one [`Driver::poll`](super::Driver::poll). 0 counts as 1.
     pub steps_per_poll: u32,
     /// Interval of retransmissions of a request without a reply, in ms.
     pub retransmit_interval_ms: u32,
-    /// Timeout of a reply, in ms. (A hello has none.)
+    /// Timeout of a reply, in ms. The greeting has no timeout.
     pub reply_timeout_ms: u32,
-    /// Timeout of a reading by the host, in ms: its motors move.
+    /// Timeout of a reading by the host, in ms. It includes the motion of the arms.
     pub measure_timeout_ms: u32,
-    /// Number of invalid readings of a sample after which the driver skips it; or fails, if the recipe needs
-    /// every reading.
+    /// Number of invalid readings of a sample after which the driver skips it, or fails if the recipe needs every
+    /// reading.
     pub attempts: u8,
-    /// The largest recipe that the device can store, in bytes. 0: it stores none, and does not ask for one.
+    /// Size of the largest recipe that the device can store, in bytes. 0: the device stores no recipe and requests
+    /// none.
     pub recipe_bytes: u32,
 }
 

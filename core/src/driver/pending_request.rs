@@ -1,11 +1,11 @@
-//! A request under way: its frame, its retransmissions and its timeout.
+//! The pending request: its frame, its retransmissions and its timeout.
 
 use super::Config;
 use crate::link::{Client, FRAME_BYTES, Reply, Request};
 
 /// State of the request after [`PendingRequest::poll`].
 pub(super) enum PollResult {
-    /// No request is under way.
+    /// No request is pending.
     Free,
     /// No reply yet.
     Waiting,
@@ -24,7 +24,7 @@ enum Exchange {
     Answered(Request, Reply),
 }
 
-/// The one request that may be under way.
+/// The only request that can be pending at a time.
 pub(super) struct PendingRequest {
     client: Client,
     exchange: Exchange,
@@ -35,7 +35,7 @@ pub(super) struct PendingRequest {
     sent: usize,
     /// Time of the next retransmission, in ms.
     retransmit_at: u64,
-    /// Time at which the host counts as silent, in ms; `u64::MAX` for never.
+    /// Time of the timeout, in ms; `u64::MAX` for no timeout.
     timeout_at: u64,
 }
 
@@ -67,8 +67,7 @@ impl PendingRequest {
         self.exchange = Exchange::Waiting(request);
     }
 
-    /// Drops the request. A frame that is partly sent is sent to its end: the host would otherwise wait for the
-    /// rest of it.
+    /// Drops the request. A partly sent frame is still sent to its end: otherwise the host would wait for the rest.
     pub(super) fn cancel(&mut self) {
         self.exchange = Exchange::Free;
         if self.sent == 0 {
@@ -84,7 +83,7 @@ impl PendingRequest {
         }
     }
 
-    /// Takes a byte from the host; returns true if it completes the reply.
+    /// Receives a byte from the host. Returns true if it completes the reply.
     pub(super) fn receive(&mut self, byte: u8) -> bool {
         if let Exchange::Waiting(request) = &self.exchange
             && let Some(reply) = self.client.receive(byte, request)
@@ -103,7 +102,7 @@ impl PendingRequest {
         self.sent = self.sent.saturating_add(count).min(self.end);
     }
 
-    /// Retransmits the frame if it is time, and returns the state of the request.
+    /// Retransmits the frame when it is due, and returns the state of the request.
     pub(super) fn poll(&mut self, now: u64, config: &Config) -> PollResult {
         match core::mem::take(&mut self.exchange) {
             Exchange::Free => PollResult::Free,
@@ -120,8 +119,8 @@ impl PendingRequest {
         }
     }
 
-    /// The schedule counts from the time that was due, so that delays do not add up. Times that were missed are
-    /// left out.
+    /// The time of the next retransmission, in ms. It counts from the scheduled time, so that delays do not accumulate.
+    /// Missed retransmissions are skipped.
     fn next_retransmission(&self, now: u64, config: &Config) -> u64 {
         let interval = config.retransmit_interval_ms.max(1).into();
         let next = self.retransmit_at.saturating_add(interval);
@@ -132,8 +131,8 @@ impl PendingRequest {
         }
     }
 
-    /// Time of the next retransmission or of the timeout, in ms. None if there is none, or if the frame has to be
-    /// sent first.
+    /// Time of the next retransmission or of the timeout, in ms. An unsent frame has no retransmission. None if no time
+    /// is due.
     pub(super) fn due(&self) -> Option<u64> {
         self.request()?;
         let due = match self.outgoing() {

@@ -2,13 +2,13 @@
 
 use crate::link::Failure;
 
-/// Phase of a scan that a driver leads.
+/// Phase of a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) enum Phase {
     /// Greets the host.
     Greet,
-    /// Asks the host for another recipe.
+    /// Requests another recipe from the host.
     Update,
     /// Fetches and stores that recipe.
     Store {
@@ -18,9 +18,9 @@ pub(super) enum Phase {
     },
     /// All of that recipe is stored.
     Stored { bytes: u32, checksum: u32 },
-    /// Offers the readings that outlasted a reset to the host, from index `next` on.
+    /// Offers readings from before a reset to the host, from index `next` on.
     Offer { next: u16 },
-    /// Reads, fits, and sends the values: the scan's own state decides which.
+    /// Reads, fits, or sends the values, depending on the scan's state.
     Scan,
     /// The scan is finished.
     End,

@@ -1,4 +1,4 @@
-//! Reach of the arms, checked before anything moves.
+//! Check of the arms' reach before any move.
 
 use super::Driver;
 use super::phase::Phase;
@@ -6,7 +6,7 @@ use crate::fit::Fitter;
 use crate::link::Failure;
 
 impl<K: Fitter> Driver<'_, K> {
-    /// Begins to take readings, without the samples that are out of reach.
+    /// Begins the readings. It skips samples that are out of reach.
     pub(super) fn begin_scan(&mut self) {
         self.phase = Phase::Scan;
         self.values_sent = 0;

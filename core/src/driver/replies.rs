@@ -86,16 +86,16 @@ impl<K: Fitter> Driver<'_, K> {
         }
     }
 
-    /// True if there is room for a recipe, and it is neither the present one nor one that was unusable.
+    /// Returns true if a recipe fits into the storage, differs from the current one, and was not declined.
     fn is_new_recipe(&self, bytes: u32, checksum: u32) -> bool {
-        let present = self.scan.as_ref().map(|scan| scan.recipe().checksum());
-        let is_other = present != Ok(checksum) && self.declined != Some(checksum);
+        let current = self.scan.as_ref().map(|scan| scan.recipe().checksum());
+        let is_other = current != Ok(checksum) && self.declined != Some(checksum);
         (1..=self.config.recipe_bytes).contains(&bytes) && is_other
     }
 
-    /// Stores a part of the new recipe, which has `bytes` bytes.
+    /// Stores a part of the new recipe. The whole recipe has `bytes` bytes.
     fn store(&mut self, at: u32, part: RecipeBytes, bytes: u32, checksum: u32) {
-        // Whole parts, so that flash is written in words.
+        // Only the last part may be shorter, so that flash is written in whole words.
         let length = part.as_slice().len();
         let left = bytes.saturating_sub(at) as usize;
         if length != left.min(BYTES_PER_FRAME) {
@@ -117,7 +117,7 @@ impl<K: Fitter> Driver<'_, K> {
         };
     }
 
-    /// Ends the scan, unless a reading has come since the values were sent.
+    /// Ends the scan, unless a reading was recorded after the values were sent.
     fn finish(&mut self) {
         if let Some(fitted) = self.scan.as_ref().ok().and_then(Scan::fitted) {
             self.next = Some(Action::Finished(fitted.residual()));

@@ -1,4 +1,4 @@
-//! The driver's next step while no request is under way.
+//! The next step of a driver without a pending request.
 
 use super::phase::Phase;
 use super::{Action, Driver, Host};
@@ -26,7 +26,7 @@ impl<K: Fitter> Driver<'_, K> {
                     Action::Continue
                 }
             },
-            Phase::Scan => self.lead_scan(now),
+            Phase::Scan => self.step_scan(now),
             Phase::End => {
                 self.forget();
                 self.phase = match self.config.host {
@@ -69,8 +69,8 @@ impl<K: Fitter> Driver<'_, K> {
         )
     }
 
-    /// Begins after the greeting. A host that only listens cannot know whether saved readings are still valid; the
-    /// firmware decides that when it records them.
+    /// Begins after the greeting. A host that only listens cannot validate saved readings: the firmware does so when it
+    /// records them.
     pub(super) fn begin(&mut self) {
         match self.config.host {
             Host::Measures => self.phase = Phase::Offer { next: 0 },
@@ -78,15 +78,15 @@ impl<K: Fitter> Driver<'_, K> {
         }
     }
 
-    /// The first reading with at least this index.
+    /// The first recorded reading from index `next` on.
     fn saved_reading(&self, next: u16) -> Option<(u16, Reading)> {
         let scan = self.scan.as_ref().ok()?;
         let samples = scan.recipe().samples() as u16;
         (next..samples).find_map(|index| Some((index, scan.reading(index)?)))
     }
 
-    /// Reads, fits or sends values, by the state of the scan.
-    fn lead_scan(&mut self, now: u64) -> Action {
+    /// Reads, fits or sends values, depending on the state of the scan.
+    fn step_scan(&mut self, now: u64) -> Action {
         let scan = match &mut self.scan {
             Ok(scan) => scan,
             Err(failure) => {
@@ -137,7 +137,7 @@ impl<K: Fitter> Driver<'_, K> {
     }
 }
 
-/// A request with the values from `offset` on; or the residual, after the last of them.
+/// Returns a request with the values from `offset` on, or with the residual after the last value.
 fn values_request<K: Fitter>(fitted: &Fitted<'_, K>, offset: u16) -> Request {
     let mut buffer = [0.0; VALUES_PER_FRAME];
     let mut count = 0;

@@ -15,10 +15,10 @@ pub struct Directions<T> {
     pub outgoing: [T; 3],
 }
 
-/// A finite direction whose length is 1 within [`UNIT_TOLERANCE`], made a unit vector by one step
-/// of Newton's method: within 2e-6, and within rounding of what is one already. (A root would be
-/// coarser, where it is micromath's.)
-pub(super) fn unit(direction: [f32; 3]) -> Option<[f32; 3]> {
+/// Normalizes a finite direction whose length is 1 within [`UNIT_TOLERANCE`], by one step of Newton's method; None for
+/// other vectors. The result is a unit vector within 2e-6, and within rounding if the direction was one already. (A
+/// square root would be less accurate with micromath.)
+pub(super) fn normalize(direction: [f32; 3]) -> Option<[f32; 3]> {
     const SHORTEST: f32 = (1.0 - UNIT_TOLERANCE) * (1.0 - UNIT_TOLERANCE);
     const LONGEST: f32 = (1.0 + UNIT_TOLERANCE) * (1.0 + UNIT_TOLERANCE);
     let square: f32 = dot(direction, direction);
@@ -37,17 +37,17 @@ fn cross([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
 }
 
 impl Directions<f32> {
-    /// Looks whether a BRDF exists there.
+    /// Checks that the BRDF is defined at these directions.
     ///
     /// # Errors
-    /// What is wrong with which direction: not finite, not a unit vector within
-    /// [`UNIT_TOLERANCE`], or not above the horizon.
+    /// [`DirectionsError`] with the arm whose direction is not finite, not a unit vector within [`UNIT_TOLERANCE`], or
+    /// not above the horizon.
     pub fn check(&self) -> Result<(), DirectionsError> {
         for (arm, direction) in [(Arm::Light, self.incoming), (Arm::Sensor, self.outgoing)] {
             if !direction.iter().all(|coordinate| coordinate.is_finite()) {
                 return Err(DirectionsError::NonFinite(arm));
             }
-            let [_, _, cos_theta] = unit(direction).ok_or(DirectionsError::NotUnit(arm))?;
+            let [_, _, cos_theta] = normalize(direction).ok_or(DirectionsError::NotUnit(arm))?;
             if cos_theta <= 0.0 {
                 return Err(DirectionsError::BelowHorizon(arm));
             }
@@ -55,9 +55,9 @@ impl Directions<f32> {
         Ok(())
     }
 
-    /// The angle between light and sensor in radians, 0 to pi: 2 theta_d. NaN if a coordinate is.
+    /// The angle between light and sensor in radians, 0 to pi: 2 theta_d. NaN for a NaN coordinate.
     ///
-    /// Within 5e-7 rad, also where the two nearly coincide, where an arc cosine would be off by the
+    /// The error is at most 5e-7 rad, even if the two nearly coincide. The error of an arc cosine would be the square
     /// root of that.
     #[must_use]
     pub fn separation(&self) -> f32 {
@@ -68,9 +68,9 @@ impl Directions<f32> {
         )
     }
 
-    /// How far light, normal and sensor are from lying in one plane: the angle in radians, 0 to
-    /// pi/2, between the direction nearer to the normal and the plane of the normal and the other
-    /// one. 0 if both lie along the normal; NaN if a coordinate is.
+    /// The angle in radians, 0 to pi/2, by which light, normal and sensor deviate from one plane. It lies between the
+    /// direction nearer to the normal and the plane of the normal and the other direction. 0 if both lie along the
+    /// normal; NaN for a NaN coordinate.
     #[must_use]
     pub fn out_of_plane(&self) -> f32 {
         let ([ix, iy, _], [ox, oy, _]) = (self.incoming, self.outgoing);
@@ -86,12 +86,12 @@ impl Directions<f32> {
         }
         let sin = volume / farther;
         let square_cos = 1.0 - sin * sin;
-        // Rounded below 0 near a right angle.
+        // Rounding may make it negative near a right angle.
         let cos = math::sqrt(if square_cos < 0.0 { 0.0 } else { square_cos });
         math::atan2(sin, cos)
     }
 
-    /// Both turned by `angle` radians about the normal, which an isotropic sample does not notice.
+    /// Both directions turned by `angle` radians about the normal. The BRDF of an isotropic sample stays the same.
     #[must_use]
     pub fn turned(&self, angle: f32) -> Self {
         let (sin, cos) = math::sin_cos(angle);

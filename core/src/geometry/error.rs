@@ -2,16 +2,16 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The largest deviation of a direction's length from 1: as if it came from a table of three decimals.
+/// The largest deviation of a direction's length from 1. It admits directions from tables with three decimals.
 pub const UNIT_TOLERANCE: f32 = 1e-3;
 
 /// One of the two arms of a scanner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Arm {
-    /// The one with the light: incoming.
+    /// The arm with the light, at the incoming direction.
     Light,
-    /// The one with the sensor: outgoing.
+    /// The arm with the sensor, at the outgoing direction.
     Sensor,
 }
 
@@ -24,7 +24,7 @@ impl core::fmt::Display for Arm {
     }
 }
 
-/// An error of a pair of directions: it has no BRDF.
+/// An error of a pair of directions without a BRDF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -46,7 +46,7 @@ impl core::fmt::Display for DirectionsError {
             ),
             Self::NotUnit(arm) => write!(
                 f,
-                "the direction towards the {arm} is not a unit vector: divide it by its length, which has to be 1 within a thousandth"
+                "the direction towards the {arm} is not a unit vector: divide it by its length, which has to be 1 within 0.001"
             ),
             Self::BelowHorizon(arm) => write!(
                 f,

@@ -1,6 +1,6 @@
-//! Half and difference vectors, which models read.
+//! Half and difference vectors, the input of models.
 
-use super::directions::unit;
+use super::directions::normalize;
 use super::{Angles, Directions};
 use crate::numeric::{Scalar, Trigonometry, math};
 
@@ -20,7 +20,7 @@ pub struct HalfDifference<T> {
 }
 
 impl<S: Scalar> HalfDifference<S> {
-    /// All coordinates 0: no direction, but where sums of gradients begin.
+    /// Returns coordinates of 0, the initial value for sums of gradients.
     #[inline(always)]
     pub fn zero() -> Self {
         let zero = S::constant(0.0);
@@ -33,7 +33,7 @@ impl<S: Scalar> HalfDifference<S> {
         }
     }
 
-    /// From angles in radians.
+    /// Converts angles in radians.
     #[inline]
     pub fn from_angles(angles: Angles<S>) -> Self
     where
@@ -75,15 +75,15 @@ impl<S: Scalar> HalfDifference<S> {
     }
 }
 
-/// Sine of the theta_h, radians, below which the half vector is taken to be the normal.
+/// The sin(theta_h) below which the half vector counts as the normal.
 ///
-/// Of directions in f32 it is known to e = 1e-7 or so. That turns its azimuth, and with it phi_d, by
-/// e / sin(theta_h): anywhere at the pole. To take it for the pole instead moves it by theta_h. The
-/// two errors are equal at theta_h = sqrt(e), 3e-4 rad or 0.02 degrees, which is finer than arms
-/// are; phi_d is never off by more above it (except near grazing, by 1 / cos(theta_d)).
+/// In f32, the half vector has an error of about e = 1e-7. This error turns its azimuth, and with it phi_d, by e /
+/// sin(theta_h); at the pole, the azimuth is arbitrary. Replacing the half vector by the pole moves it by theta_h. The
+/// two errors are equal at theta_h = sqrt(e), 3e-4 rad or 0.02 degrees, which is finer than arms move. Above, the error
+/// of phi_d is at most as large (near grazing angles, times 1 / cos(theta_d)).
 const POLE: f32 = 3e-4;
 
-/// Half the length of the sum of unit directions, cos(theta_d), below which they are opposite.
+/// The cos(theta_d), half the length of the sum of both unit directions, below which they count as opposite.
 const OPPOSITE: f32 = 1e-5;
 
 fn length(x: f32, y: f32, z: f32) -> f32 {
@@ -91,18 +91,17 @@ fn length(x: f32, y: f32, z: f32) -> f32 {
 }
 
 impl HalfDifference<f32> {
-    /// From a pair of directions. None if one is not finite or not a unit vector within
-    /// [`UNIT_TOLERANCE`](super::UNIT_TOLERANCE), or if the two are opposite, so that no half vector
-    /// exists. Directions below the horizon are taken: see [`is_valid`](Self::is_valid).
+    /// Converts a pair of directions. None if a direction is not finite or not a unit vector within
+    /// [`UNIT_TOLERANCE`](super::UNIT_TOLERANCE), or if the two are opposite and have no half vector. Directions below
+    /// the horizon are accepted: see [`is_valid`](Self::is_valid).
     ///
-    /// Turning both directions about the normal changes the result by no more than rounding does.
-    /// To that end phi_d is 0 wherever the half vector is the normal, within 3e-4 rad, and both
-    /// directions are above the horizon: there phi_d is a matter of rounding, and a BRDF that is
-    /// isotropic cannot depend on it. ([`from_angles`](Self::from_angles) keeps any phi_d.)
+    /// If both directions turn about the normal, the result changes only by rounding. For this, phi_d is 0 if the half
+    /// vector is the normal within 3e-4 rad and both directions are above the horizon. There, rounding would determine
+    /// phi_d, and an isotropic BRDF does not depend on it. ([`from_angles`](Self::from_angles) keeps any phi_d.)
     #[must_use]
     pub fn from_directions(directions: &Directions<f32>) -> Option<Self> {
-        let [ix, iy, iz] = unit(directions.incoming)?;
-        let [ox, oy, oz] = unit(directions.outgoing)?;
+        let [ix, iy, iz] = normalize(directions.incoming)?;
+        let [ox, oy, oz] = normalize(directions.outgoing)?;
         let (x, y, z) = (ix + ox, iy + oy, iz + oz);
         let twice = length(x, y, z);
         if twice < 2.0 * OPPOSITE {
@@ -135,7 +134,7 @@ impl HalfDifference<f32> {
         })
     }
 
-    /// True if both directions are above the horizon: cos(theta_i) > 0 and cos(theta_o) > 0.
+    /// Returns true if both directions are above the horizon: cos(theta_i) > 0 and cos(theta_o) > 0.
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.cos_theta_i() > 0.0 && self.cos_theta_o() > 0.0

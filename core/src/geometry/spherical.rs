@@ -5,14 +5,14 @@ use serde::{Deserialize, Serialize};
 use super::Directions;
 use crate::numeric::math;
 
-/// Spherical angles of a direction, radians; where an arm stands.
+/// Spherical angles of a direction or an arm, in radians.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Spherical {
-    /// Polar angle from the normal; 0 to pi/2 above the horizon. A negative one is taken as well:
-    /// (-theta, phi) is (theta, phi + pi), as for an arm that swings through the normal.
+    /// Polar angle from the normal; 0 to pi/2 above the horizon. It may be negative: (-theta, phi) is (theta, phi +
+    /// pi), for an arm that swings through the normal.
     pub theta: f32,
-    /// Azimuth about the normal, from x towards y; any turn.
+    /// Azimuth about the normal, from x towards y, with any number of turns.
     pub phi: f32,
 }
 
@@ -25,8 +25,8 @@ impl Spherical {
         [sin_theta * cos_phi, sin_theta * sin_phi, cos_theta]
     }
 
-    /// The angles of a vector of any length: theta in \[0, pi\], phi in \[-pi, pi\], and 0 along the
-    /// normal, where there is no azimuth. NaN if a coordinate is.
+    /// The angles of a vector of any length: theta in \[0, pi\], phi in \[-pi, pi\]. phi is 0 along the normal, where
+    /// the azimuth is undefined. NaN for a NaN coordinate.
     #[must_use]
     pub fn from_direction([x, y, z]: [f32; 3]) -> Self {
         Self {
@@ -47,9 +47,9 @@ impl Spherical {
 /// };
 /// let directions = arms.directions();
 /// assert!(directions.check().is_ok());
-/// // Angles lead to the same pair again, and an isotropic sample does not notice a turn.
-/// let again = ArmAngles::from_directions(&directions);
-/// assert!((again.outgoing.phi - 3.0).abs() < 1e-6);
+/// // The conversion is reversible, and a common turn changes neither half nor difference vector.
+/// let back = ArmAngles::from_directions(&directions);
+/// assert!((back.outgoing.phi - 3.0).abs() < 1e-6);
 /// let [here, turned] = [arms, arms.turned(1.0)]
 ///     .map(|arms| HalfDifference::from_directions(&arms.directions()).unwrap());
 /// assert!((here.dx - turned.dx).abs() < 1e-5);
@@ -82,8 +82,7 @@ impl ArmAngles {
         }
     }
 
-    /// Both azimuths turned by `angle` radians about the normal, which an isotropic sample does not
-    /// notice.
+    /// Both azimuths turned by `angle` radians about the normal. The BRDF of an isotropic sample stays the same.
     #[must_use]
     pub fn turned(&self, angle: f32) -> Self {
         let turned = |arm: Spherical| Spherical {

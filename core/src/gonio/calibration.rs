@@ -1,22 +1,21 @@
 //! Counts to BRDF, by dark and white readings.
 //!
-//! A sensor counts c = dark + g L, L the radiance or intensity that the spot it sees sends out, and g
-//! a gain that nobody knows: of lamp, lens, distance and exposure, all of which stay as they are. A
-//! white Lambertian tile of reflectance R has the BRDF R / pi everywhere, so that for the sample
+//! A sensor counts c = dark + g L. L is the radiance or intensity of the spot that it sees. g is an unknown gain of
+//! lamp, lens, distance and exposure, which all stay the same. A white Lambertian tile of reflectance R has the BRDF R
+//! / pi everywhere. The BRDF of the sample is therefore
 //!
 //! f = R / pi (c - dark) / (white - dark)
 //!
-//! if lamp and sensor are at the **same** directions for both: whatever cosines are in L are the same
-//! and cancel ([`Calibration`]). With a white reading at **one reference** pair of directions only,
-//! they do not ([`ReferenceCalibration`]), and which cosine remains depends on whose spot on the
-//! sample is the larger ([`Footprint`]):
+//! if lamp and sensor are at the **same** directions for both, because all cosines in L cancel ([`Calibration`]). With
+//! a white reading at only **one reference** pair of directions, a cosine remains ([`ReferenceCalibration`]). It
+//! depends on the larger spot on the sample ([`Footprint`]):
 //!
-//! - if the lamp lights more than the sensor sees, L is a radiance, f E cos(theta_i), and
-//!   f = R / pi (c - dark) / (white - dark) cos(theta_i of the reference) / cos(theta_i);
-//! - if the sensor sees more than is lit, all of the lamp's flux counts at any theta_i, L is an
-//!   intensity, f Phi cos(theta_o), and the cosines are those of theta_o.
+//! - If the lamp lights more than the sensor sees, L is a radiance, f E cos(theta_i), and f = R / pi (c - dark) /
+//!   (white - dark) cos(theta_i of the reference) / cos(theta_i).
+//! - If the sensor sees more than is lit, all of the lamp's flux counts at any theta_i. L is an intensity, f Phi
+//!   cos(theta_o), and the cosines are those of theta_o.
 //!
-//! Where neither spot holds the other at all angles, only white readings at the same directions help.
+//! If neither spot contains the other at all angles, only white readings at the same directions help.
 
 use core::f32::consts::FRAC_1_PI;
 
@@ -25,20 +24,19 @@ use serde::{Deserialize, Serialize};
 use super::quantity::{CosineError, cosine};
 use crate::geometry::{Arm, Directions};
 
-/// A reading as a scan takes it.
+/// A calibrated reading.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Calibrated {
-    /// The BRDF in sr^-1, linear RGB, not times the cosine. Noise may make it slightly negative
-    /// where dark counts were taken off: it is left as it is, since cutting it off makes means too
-    /// bright.
+    /// The BRDF in sr^-1, linear RGB, not times the cosine. Noise may make it slightly negative after the dark counts
+    /// are subtracted. It is not clamped, because clamping would make means too bright.
     pub brdf: [f32; 3],
-    /// True if a channel was at the sensor's upper end, so that the BRDF is at least this.
+    /// True if a channel was saturated, so that the true BRDF is at least this.
     pub saturated: bool,
 }
 
 impl Calibrated {
-    /// Of a sensor with one channel: its BRDF stands in all three.
+    /// A reading of a sensor with one channel: all three channels have the same BRDF.
     #[must_use]
     pub fn monochrome(brdf: f32, saturated: bool) -> Self {
         Self {
@@ -48,8 +46,8 @@ impl Calibrated {
     }
 }
 
-/// Dark and white counts and what is known of the white; both read at the **same directions** as the
-/// sample's counts that it is for, with the same lamp and exposure.
+/// Dark counts, white counts, and the white's reflectance. Dark and white are read at the **same directions** as the
+/// sample, with the same lamp and exposure.
 ///
 /// ```
 /// use glimpse_core::gonio::Calibration;
@@ -74,12 +72,12 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// From counts without light, counts of the white tile, and the tile's reflectance in each
+    /// Creates a calibration from counts without light, counts of the white tile, and the tile's reflectance in each
     /// channel, above 0 and at most 2 (a fraction, not per cent).
     ///
     /// # Errors
-    /// The channel that is not finite, in which the white is not brighter than dark, or whose
-    /// reflectance is not in its range.
+    /// [`CalibrationError`] with the channel whose counts are not finite, whose white is not brighter than dark, or
+    /// whose reflectance is out of range.
     pub fn new(
         dark: [f32; 3],
         white: [f32; 3],
@@ -93,7 +91,7 @@ impl Calibration {
             if white <= dark {
                 return Err(CalibrationError::WhiteNotBrighter(channel));
             }
-            // Written so that a NaN is refused as well.
+            // This form of the condition rejects NaN too.
             if !(reflectance > 0.0 && reflectance <= 2.0) {
                 return Err(CalibrationError::Reflectance(channel));
             }
@@ -106,18 +104,18 @@ impl Calibration {
         })
     }
 
-    /// Of a sensor with one channel, whose counts stand in all three.
+    /// Creates the calibration of a sensor with one channel: all three channels have the same counts.
     ///
     /// # Errors
-    /// As [`Calibration::new`], of channel 0.
+    /// Fails like [`Calibration::new`], with channel 0.
     pub fn monochrome(dark: f32, white: f32, reflectance: f32) -> Result<Self, CalibrationError> {
         Self::new([dark; 3], [white; 3], [reflectance; 3])
     }
 
-    /// With the `level` of counts at and above which a reading is saturated.
+    /// Sets the `level` of counts at and above which a reading is saturated.
     ///
     /// # Errors
-    /// The channel in which the white itself is not below it, or the level is a NaN.
+    /// [`CalibrationError::WhiteSaturated`] with the channel whose white is not below the level. A NaN fails too.
     pub fn saturating_at(self, level: f32) -> Result<Self, CalibrationError> {
         for (channel, white) in (0..).zip(self.white) {
             if level.is_nan() || white >= level {
@@ -130,15 +128,15 @@ impl Calibration {
         })
     }
 
-    /// The BRDF of a sample's `counts`, read at the same directions as the white.
+    /// The BRDF of a sample's `counts`, which were read at the same directions as the white.
     ///
     /// # Errors
-    /// The channel that is not finite.
+    /// [`CalibrationError::NonFinite`] with the channel that is not finite.
     pub fn brdf(&self, counts: [f32; 3]) -> Result<Calibrated, CalibrationError> {
         self.scaled(counts, 1.0)
     }
 
-    /// For a white that was read once, at `reference` directions, and samples elsewhere.
+    /// Converts to a calibration for a white that was read once, at `reference` directions.
     ///
     /// # Errors
     /// [`CalibrationError::Cosine`] if the reference is at or below the horizon.
@@ -159,8 +157,8 @@ impl Calibration {
             brdf: counts,
             saturated: false,
         };
-        let known = self.dark.into_iter().zip(self.white).zip(self.reflectance);
-        let channels = calibrated.brdf.iter_mut().zip(known);
+        let references = self.dark.into_iter().zip(self.white).zip(self.reflectance);
+        let channels = calibrated.brdf.iter_mut().zip(references);
         for (channel, (value, ((dark, white), reflectance))) in (0..).zip(channels) {
             calibrated.saturated |= *value >= self.saturation;
             *value = (*value - dark) / (white - dark) * (scale * reflectance * FRAC_1_PI);
@@ -172,19 +170,19 @@ impl Calibration {
     }
 }
 
-/// Whose spot on the sample is the larger, at all angles of a scan.
+/// The larger spot on the sample, at all angles of a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Footprint {
-    /// The light's: all that the sensor sees is lit, and counts go as f cos(theta_i).
+    /// The light's spot: all that the sensor sees is lit. Counts are proportional to f cos(theta_i).
     LightLarger,
-    /// The sensor's: it sees all that is lit, and counts go as f cos(theta_o).
+    /// The sensor's spot: it sees all that is lit. Counts are proportional to f cos(theta_o).
     SensorLarger,
 }
 
 impl Footprint {
-    /// The arm whose cosine counts go with.
+    /// The arm to whose cosine the counts are proportional.
     fn arm(self) -> Arm {
         match self {
             Self::LightLarger => Arm::Light,
@@ -193,19 +191,19 @@ impl Footprint {
     }
 }
 
-/// A [`Calibration`] whose white was read at one reference pair of directions; made by
-/// [`Calibration::read_once_at`].
+/// A [`Calibration`] whose white was read at one reference pair of directions. [`Calibration::read_once_at`] creates
+/// it.
 ///
 /// ```
 /// use glimpse_core::geometry::Directions;
 /// use glimpse_core::gonio::{Calibration, Footprint};
 ///
-/// // The white faces the lamp and is seen at 45 degrees; it is lit wherever the sensor looks.
+/// // The white faces the lamp and is seen at 45 degrees. The lamp lights all that the sensor sees.
 /// let reference = Directions { incoming: [0.0, 0.0, 1.0], outgoing: [0.7071, 0.0, 0.7071] };
 /// let calibration = Calibration::monochrome(100.0, 3100.0, 0.99)?
 ///     .read_once_at(&reference, Footprint::LightLarger)?;
 ///
-/// // A Lambertian gray of half of it, under a lamp at 60 degrees: a quarter of the counts.
+/// // A Lambertian gray of half the reflectance, under a lamp at 60 degrees: a quarter of the counts.
 /// let at = Directions { incoming: [0.8660, 0.0, 0.5], outgoing: [0.0, 0.0, 1.0] };
 /// let reading = calibration.brdf([850.0; 3], &at)?;
 /// assert!((reading.brdf[0] - 0.5 * 0.99 / 3.14159).abs() < 1e-6);
@@ -220,10 +218,10 @@ pub struct ReferenceCalibration {
 }
 
 impl ReferenceCalibration {
-    /// The BRDF of a sample's `counts`, read `at` other directions than the white.
+    /// The BRDF of a sample's `counts`, which were read at the directions `at`.
     ///
     /// # Errors
-    /// The channel that is not finite, or the arm that is at or below the horizon.
+    /// [`CalibrationError`] with the channel that is not finite, or the arm that is at or below the horizon.
     pub fn brdf(
         &self,
         counts: [f32; 3],
@@ -234,18 +232,18 @@ impl ReferenceCalibration {
     }
 }
 
-/// Errors of counts that cannot become a BRDF.
+/// An error of converting counts to a BRDF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum CalibrationError {
-    /// This channel (0 to 2) holds a NaN or an infinity, or ends in one.
+    /// This channel (0 to 2), or its BRDF, is NaN or infinite.
     NonFinite(u8),
-    /// In this channel the white counts no more than dark.
+    /// In this channel, the white's counts are not above the dark counts.
     WhiteNotBrighter(u8),
-    /// In this channel the white's reflectance is not above 0 and at most 2.
+    /// In this channel, the white's reflectance is not above 0 and at most 2.
     Reflectance(u8),
-    /// In this channel the white is saturated itself.
+    /// In this channel, the white is saturated.
     WhiteSaturated(u8),
     /// An arm is at or below the horizon.
     Cosine(CosineError),
@@ -262,19 +260,19 @@ impl core::fmt::Display for CalibrationError {
         match self {
             Self::NonFinite(channel) => write!(
                 f,
-                "channel {channel} of dark, white or sample is not a finite number: read it once more"
+                "channel {channel} of dark, white or sample is not a finite number: read it again"
             ),
             Self::WhiteNotBrighter(channel) => write!(
                 f,
-                "the white is not brighter than dark in channel {channel}: is the lamp on, and were the two exchanged?"
+                "the white is not brighter than dark in channel {channel}: check the lamp, and the order of both"
             ),
             Self::Reflectance(channel) => write!(
                 f,
-                "the white's reflectance in channel {channel} is not above 0 and at most 2: it is a fraction, not per cent"
+                "the white's reflectance in channel {channel} is not above 0 and at most 2: give a fraction, not per cent"
             ),
             Self::WhiteSaturated(channel) => write!(
                 f,
-                "the white is saturated in channel {channel}: expose it and the sample for less time"
+                "the white is saturated in channel {channel}: reduce the exposure of white and sample"
             ),
             Self::Cosine(error) => error.fmt(f),
         }

@@ -1,8 +1,8 @@
 //! Numbers in messages.
 
-/// A number of 0 to four millions, written with three decimals; others as the nearest of those.
+/// A number from 0 to 4 million, formatted with three decimals. Other numbers are clamped.
 ///
-/// By integers: the formatting of floats in the standard library takes much flash, and has assertions.
+/// It uses integers: the standard library's formatting of floats takes much flash, and contains assertions.
 pub(super) struct Decimal(pub(super) f32);
 
 impl core::fmt::Display for Decimal {

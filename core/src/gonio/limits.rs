@@ -36,7 +36,7 @@ pub struct Limits {
     pub max_theta_i: f32,
     /// The largest polar angle of the sensor's arm: above 0, at most pi/2.
     pub max_theta_o: f32,
-    /// The least angle between light and sensor: 0 to pi, and no more than both arms reach.
+    /// The smallest angle between light and sensor: 0 to pi, and at most the sum of the largest polar angles.
     pub min_separation: f32,
     /// True if light, normal and sensor always lie in one plane.
     pub in_plane: bool,
@@ -57,18 +57,18 @@ impl Limits {
         in_plane: false,
     };
 
-    /// How far past an angle's limit is still taken for it, radians: what rounding on the way from a
-    /// pattern to directions makes of one that was placed on the limit (0.006 degrees).
+    /// The tolerance of the limits of angles, radians (0.006 degrees). It covers the rounding from a pattern on the
+    /// limit to directions.
     pub const TOLERANCE: f32 = 1e-4;
-    /// How far from one plane is still in plane, radians (0.06 degrees).
+    /// The tolerance of `in_plane`, radians (0.06 degrees).
     pub const IN_PLANE_TOLERANCE: f32 = 1e-3;
 
-    /// Looks whether these are limits at all.
+    /// Checks the ranges of the limits.
     ///
     /// # Errors
-    /// The field that is not in its range, or [`LimitsError::Nothing`].
+    /// [`LimitsError`] with the field that is out of range, or [`LimitsError::Nothing`].
     pub fn validate(&self) -> Result<(), LimitsError> {
-        // Written so that a NaN is refused as well.
+        // This form of the condition rejects NaN too.
         let polar = |theta: f32| theta > 0.0 && theta <= FRAC_PI_2;
         if !polar(self.max_theta_i) {
             return Err(LimitsError::MaxThetaI);
@@ -85,10 +85,10 @@ impl Limits {
         Ok(())
     }
 
-    /// Looks whether the arms get to a pair of directions.
+    /// Checks that the arms reach a pair of directions.
     ///
     /// # Errors
-    /// The first limit that is passed, and by how much; or what is wrong with the directions.
+    /// [`Unreachable`] with the first limit that is exceeded and the excess, or with the error of the directions.
     pub fn check(&self, directions: &Directions<f32>) -> Result<(), Unreachable> {
         directions.check().map_err(Unreachable::Directions)?;
         let arms = ArmAngles::from_directions(directions);
@@ -112,7 +112,7 @@ impl Limits {
     }
 }
 
-/// Errors of [`Limits`].
+/// An error of [`Limits`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -123,7 +123,7 @@ pub enum LimitsError {
     MaxThetaO,
     /// `min_separation` is not in its range.
     MinSeparation,
-    /// The arms cannot be as far apart as they have to be.
+    /// `min_separation` exceeds the sum of `max_theta_i` and `max_theta_o`, so that nothing is within reach.
     Nothing,
 }
 
@@ -134,7 +134,7 @@ impl core::fmt::Display for LimitsError {
             Self::MaxThetaO => "the limit `max_theta_o` is not above 0 and at most pi/2 (radians)",
             Self::MinSeparation => "the limit `min_separation` is not from 0 to pi (radians)",
             Self::Nothing => {
-                "nothing is within the limits: `min_separation` is more than `max_theta_i` and `max_theta_o` together"
+                "nothing is within the limits: `min_separation` exceeds the sum of `max_theta_i` and `max_theta_o`"
             }
         })
     }
@@ -159,7 +159,7 @@ pub enum Unreachable {
         /// Excess, radians.
         by: f32,
     },
-    /// Light and sensor are nearer to each other than `min_separation`.
+    /// The angle between light and sensor is below `min_separation`.
     Separation {
         /// Excess, radians.
         by: f32,
@@ -188,12 +188,12 @@ impl core::fmt::Display for Unreachable {
             ),
             Self::Separation { by } => write!(
                 f,
-                "light and sensor are {} degrees nearer to each other than the limit `min_separation`",
+                "light and sensor are {} degrees closer than the limit `min_separation`",
                 degrees(by)
             ),
             Self::OutOfPlane { by } => write!(
                 f,
-                "light, normal and sensor are {} degrees from lying in one plane, as the limit `in_plane` asks",
+                "light, normal and sensor are {} degrees out of one plane, but the limit `in_plane` is set",
                 degrees(by)
             ),
         }

@@ -1,4 +1,4 @@
-//! The pending pair of directions that the arms reach first.
+//! The pending sample that the arms reach first.
 
 use core::f32::consts::{PI, TAU};
 
@@ -6,8 +6,7 @@ use super::Limits;
 use crate::geometry::{ArmAngles, Directions, Spherical};
 use crate::numeric::math;
 
-/// Speed of each axis, radians per second. 0 is an axis that the machine does not have: it
-/// stands where it is.
+/// Speed of each axis, radians per second. 0 is an axis that the machine lacks: its angle is fixed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Speeds {
@@ -27,7 +26,7 @@ pub struct Speeds {
 /// use glimpse_core::geometry::{ArmAngles, Spherical};
 /// use glimpse_core::gonio::{Limits, Machine, Speeds};
 ///
-/// // The lamp has no azimuth of its own; the sensor goes all around.
+/// // The lamp has no azimuth axis. The sensor's azimuth is free.
 /// let machine = Machine {
 ///     speeds: Speeds { theta_i: 0.5, phi_i: 0.0, theta_o: 0.5, phi_o: 1.0 },
 ///     limits: Limits::NONE,
@@ -41,7 +40,7 @@ pub struct Speeds {
 /// let pending = [arms(1.0, 0.0, 0.5, 3.0), arms(0.3, 2.0, 0.5, 3.0)].map(|arms| arms.directions());
 /// let next = machine.nearest((0..).zip(pending), &arms(0.2, 0.0, 0.4, 0.5)).unwrap();
 /// assert_eq!(next.index, 1);
-/// assert!(next.arms.incoming.phi.abs() < 1e-6); // turned by -2 about the normal
+/// assert!(next.arms.incoming.phi.abs() < 1e-6); // with_fastest_azimuths by -2 about the normal
 /// assert!((next.arms.outgoing.phi - 1.0).abs() < 1e-6);
 /// assert!((next.seconds - 0.5).abs() < 1e-5); // the sensor's azimuth is the slowest
 /// ```
@@ -52,10 +51,10 @@ pub struct Machine {
     pub speeds: Speeds,
     /// The reach of its arms.
     pub limits: Limits,
-    /// True if the sample is isotropic, so that both azimuths may be turned together.
+    /// True if the sample is isotropic, so that both azimuths may be with_fastest_azimuths together.
     pub isotropic: bool,
-    /// True if its arms swing through the normal to negative polar angles, where (-theta, phi) is
-    /// the direction (theta, phi + pi): as with two arms that move in one plane.
+    /// True if the arms swing through the normal to negative polar angles, like two arms that move in one plane.
+    /// (-theta, phi) is the direction (theta, phi + pi).
     pub through_normal: bool,
 }
 
@@ -65,29 +64,30 @@ pub struct Machine {
 pub struct Move {
     /// The pending sample's index.
     pub index: u16,
-    /// The angles of the arms, radians. Azimuths are those nearest to where the arms were, and
-    /// so may leave one turn in the long run: cables are the machine's to unwind.
+    /// Angles of the arms, radians. The azimuths are the nearest to the previous ones. After many moves they may exceed
+    /// one turn: the machine has to unwind its cables.
     pub arms: ArmAngles,
-    /// Duration, seconds: that of the slowest axis, at full speed from start to end.
+    /// Duration in seconds: that of the slowest axis, at full speed from start to end.
     pub seconds: f32,
 }
 
-/// How far from its direction an arm may point, radians, because of an axis that does not turn; and
-/// the sine of the polar angle at which an azimuth is none.
-const STILL: f32 = 1e-3;
+/// The largest deviation of an arm from its direction because of a missing axis, radians. Also the sine of the polar
+/// angle up to which an azimuth has no effect.
+const TOLERANCE: f32 = 1e-3;
 
-/// How long an axis takes to turn `by`, seconds, if an arm's direction moves by `sin` times as much.
+/// The duration in seconds of a turn of an axis by `by` radians, where the arm's direction moves by `by` times `sin`.
+/// Infinite if the axis is missing but has to turn.
 fn duration(by: f32, sin: f32, speed: f32) -> f32 {
     if speed > 0.0 && by.is_finite() {
         by.abs() / speed
-    } else if (by * sin).abs() <= STILL {
+    } else if (by * sin).abs() <= TOLERANCE {
         0.0
     } else {
         f32::INFINITY
     }
 }
 
-/// The same angle in \[-pi, pi\], for one within a thousand turns.
+/// Wraps an angle of at most a thousand turns to \[-pi, pi\].
 fn wrapped(angle: f32) -> f32 {
     let turns = (angle / TAU + 0.5_f32.copysign(angle)) as i32 as f32;
     let wrapped = angle - turns * TAU;
@@ -101,11 +101,11 @@ fn wrapped(angle: f32) -> f32 {
 }
 
 impl Machine {
-    /// The pending sample that the arms reach soonest `from` where they are: the first one of several
-    /// that take as long. Samples out of reach are left out; None if no other is pending.
+    /// The pending sample that the arms reach first, starting at `from`. If several take equally long, it is the first
+    /// of them. Samples out of reach are ignored; None if no other sample is pending.
     ///
-    /// To go to the nearest one each time is no shortest way through all of them: where time
-    /// matters, the host plans the order and the device keeps to it.
+    /// This greedy order is not the shortest path through all samples. If time matters, the host plans the order, and
+    /// the device follows it.
     pub fn nearest(
         &self,
         pending: impl Iterator<Item = (u16, Directions<f32>)>,
@@ -117,7 +117,7 @@ impl Machine {
                 continue;
             }
             let (arms, seconds) = self.fastest(&ArmAngles::from_directions(&directions), from);
-            // No sample whose way is infinite: an axis would have to turn that cannot.
+            // An infinite duration would need an axis that is missing.
             if seconds < best.map_or(f32::INFINITY, |best| best.seconds) {
                 best = Some(Move {
                     index,
@@ -129,31 +129,33 @@ impl Machine {
         best
     }
 
-    /// The fastest of the ways in which the arms may stand at a pair of directions, and how long it
-    /// takes.
+    /// The fastest of all positions of the arms for a pair of directions, and the duration of the move in seconds.
     fn fastest(&self, to: &ArmAngles, from: &ArmAngles) -> (ArmAngles, f32) {
-        let across = |arm: Spherical| Spherical {
+        let through_normal = |arm: Spherical| Spherical {
             theta: -arm.theta,
             phi: arm.phi + PI,
         };
-        let ways = [
+        let positions = [
             *to,
             ArmAngles {
-                incoming: across(to.incoming),
+                incoming: through_normal(to.incoming),
                 ..*to
             },
             ArmAngles {
-                outgoing: across(to.outgoing),
+                outgoing: through_normal(to.outgoing),
                 ..*to
             },
             ArmAngles {
-                incoming: across(to.incoming),
-                outgoing: across(to.outgoing),
+                incoming: through_normal(to.incoming),
+                outgoing: through_normal(to.outgoing),
             },
         ];
         let mut best = (*to, f32::INFINITY);
-        for way in ways.iter().take(if self.through_normal { 4 } else { 1 }) {
-            let (arms, seconds) = self.turned(way, from);
+        for position in positions
+            .iter()
+            .take(if self.through_normal { 4 } else { 1 })
+        {
+            let (arms, seconds) = self.with_fastest_azimuths(position, from);
             if seconds < best.1 {
                 best = (arms, seconds);
             }
@@ -161,9 +163,9 @@ impl Machine {
         best
     }
 
-    /// The azimuths that take least time, of what is the same direction, and if the sample is
-    /// isotropic, of any common turn.
-    fn turned(&self, to: &ArmAngles, from: &ArmAngles) -> (ArmAngles, f32) {
+    /// The azimuths with the shortest move to a position, and its duration in seconds. Whole turns are free; if the
+    /// sample is isotropic, any common turn is free too.
+    fn with_fastest_azimuths(&self, to: &ArmAngles, from: &ArmAngles) -> (ArmAngles, f32) {
         let Speeds {
             theta_i,
             phi_i,
@@ -174,9 +176,9 @@ impl Machine {
         let mut by_i = wrapped(to.incoming.phi - from.incoming.phi);
         let mut by_o = wrapped(to.outgoing.phi - from.outgoing.phi);
         if self.isotropic {
-            // Only their difference matters, and none at all where an arm is along the normal.
-            // Each axis takes its share, so that both end together.
-            let apart = if sin_i <= STILL || sin_o <= STILL {
+            // Only the difference of the azimuths matters, and it does not matter if an arm is along the normal. The
+            // axes share the turn, so that both end at the same time.
+            let apart = if sin_i <= TOLERANCE || sin_o <= TOLERANCE {
                 0.0
             } else {
                 wrapped(by_o - by_i)
@@ -187,10 +189,10 @@ impl Machine {
             by_i = -share * apart;
             by_o = apart + by_i;
         } else {
-            if sin_i <= STILL {
+            if sin_i <= TOLERANCE {
                 by_i = 0.0;
             }
-            if sin_o <= STILL {
+            if sin_o <= TOLERANCE {
                 by_o = 0.0;
             }
         }
@@ -208,7 +210,7 @@ impl Machine {
             duration(to.outgoing.theta - from.outgoing.theta, 1.0, theta_o),
             duration(by_o, sin_o, phi_o),
         ];
-        // None of them is a NaN.
+        // No duration is NaN.
         let longer = |a: f32, b: f32| if b > a { b } else { a };
         let seconds = durations.into_iter().fold(0.0, longer);
         (arms, seconds)

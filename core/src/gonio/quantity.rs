@@ -1,4 +1,4 @@
-//! The BRDF, and what it is taken for by mistake.
+//! The BRDF, and quantities that are mistaken for it.
 
 use core::f32::consts::PI;
 
@@ -6,17 +6,17 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::{Arm, Directions};
 
-/// The meaning of the numbers of a reflectance measurement.
+/// The quantity of a reflectance measurement.
 ///
-/// They are different functions of the directions, and the numbers alone do not reveal which: a fit
-/// explains the wrong one as well, or better. Scans take the BRDF.
+/// The quantities are different functions of the directions. The numbers alone do not reveal the quantity: a fit
+/// explains a wrong one equally well, or better. Scans need the BRDF.
 ///
 /// ```
 /// use glimpse_core::geometry::Directions;
 /// use glimpse_core::gonio::Quantity;
 ///
 /// let at = Directions { incoming: [0.6, 0.0, 0.8], outgoing: [0.0, 0.0, 1.0] };
-/// let read = [0.24, 0.16, 0.08]; // by a sensor under a lamp that lights all it sees
+/// let read = [0.24, 0.16, 0.08]; // the lamp lights all that the sensor sees
 /// let brdf = Quantity::BrdfTimesCosThetaI.to_brdf(read, &at)?;
 /// assert!((brdf[0] - 0.3).abs() < 1e-6);
 /// # Ok::<(), glimpse_core::gonio::CosineError>(())
@@ -25,15 +25,15 @@ use crate::geometry::{Arm, Directions};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Quantity {
-    /// The BRDF, sr^-1: radiance by irradiance.
+    /// The BRDF, sr^-1: radiance per irradiance.
     Brdf,
-    /// The BRDF times cos(theta_i), sr^-1: radiance under a lamp whose intensity counts as 1.
+    /// The BRDF times cos(theta_i), sr^-1: radiance under a lamp of intensity 1.
     BrdfTimesCosThetaI,
-    /// The BRDF times cos(theta_o), sr^-1: intensity of a spot by the flux that lights it. ASTM
-    /// calls it the cosine-corrected BSDF.
+    /// The BRDF times cos(theta_o), sr^-1: intensity of a spot per flux that lights it. ASTM calls it the
+    /// cosine-corrected BSDF.
     BrdfTimesCosThetaO,
-    /// The reflectance factor (radiance factor), without unit: radiance by that of a white
-    /// Lambertian surface of reflectance 1, which is pi times the BRDF.
+    /// The reflectance factor (radiance factor), without unit: radiance relative to that of a white Lambertian surface
+    /// of reflectance 1. It is pi times the BRDF.
     ReflectanceFactor,
 }
 
@@ -41,7 +41,7 @@ impl Quantity {
     /// The positive factor from the BRDF to this quantity.
     ///
     /// # Errors
-    /// The arm whose cosine is needed and is not above 0.
+    /// [`CosineError`] with the arm whose cosine is needed but not above 0.
     pub fn factor(self, at: &Directions<f32>) -> Result<f32, CosineError> {
         match self {
             Self::Brdf => Ok(1.0),
@@ -51,19 +51,19 @@ impl Quantity {
         }
     }
 
-    /// The BRDF, sr^-1, of `values` of this quantity at a pair of directions.
+    /// Converts `values` of this quantity at a pair of directions to the BRDF, sr^-1.
     ///
     /// # Errors
-    /// The arm whose cosine is needed and is not above 0.
+    /// [`CosineError`] with the arm whose cosine is needed but not above 0.
     pub fn to_brdf(self, values: [f32; 3], at: &Directions<f32>) -> Result<[f32; 3], CosineError> {
         let factor = self.factor(at)?;
         Ok(values.map(|value| value / factor))
     }
 
-    /// This quantity where the BRDF, sr^-1, is `brdf`.
+    /// Converts the BRDF `brdf`, sr^-1, at a pair of directions to this quantity.
     ///
     /// # Errors
-    /// The arm whose cosine is needed and is not above 0.
+    /// [`CosineError`] with the arm whose cosine is needed but not above 0.
     pub fn of_brdf(self, brdf: [f32; 3], at: &Directions<f32>) -> Result<[f32; 3], CosineError> {
         let factor = self.factor(at)?;
         Ok(brdf.map(|value| value * factor))
@@ -81,13 +81,13 @@ impl core::fmt::Display for Quantity {
     }
 }
 
-/// The cosine of an arm's polar angle, which has to be above 0.
+/// The cosine of an arm's polar angle. It has to be above 0.
 pub(super) fn cosine(at: &Directions<f32>, arm: Arm) -> Result<f32, CosineError> {
     let [_, _, cosine] = match arm {
         Arm::Light => at.incoming,
         Arm::Sensor => at.outgoing,
     };
-    // Written so that a NaN is refused as well.
+    // This form of the condition rejects NaN too.
     if cosine > 0.0 && cosine.is_finite() {
         Ok(cosine)
     } else {
@@ -95,7 +95,7 @@ pub(super) fn cosine(at: &Directions<f32>, arm: Arm) -> Result<f32, CosineError>
     }
 }
 
-/// The cosine of this arm's polar angle is not above 0, where it is divided by.
+/// The arm whose cosine is needed as a factor or divisor, but is not above 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CosineError(pub Arm);

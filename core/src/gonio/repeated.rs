@@ -1,12 +1,12 @@
-//! Repeated readings: their mean, and how much they vary.
+//! Mean and variance of repeated readings.
 
 use serde::{Deserialize, Serialize};
 
-/// The mean and the variance of repeated readings of three channels, one by one (Welford 1962).
+/// The mean and the variance of repeated readings of three channels, updated reading by reading (Welford 1962).
 ///
-/// Of counts or of what [`Calibration`](super::Calibration) makes of them: it is linear, so that the
-/// BRDF of a mean is the mean of BRDFs. The variance of the mean is
-/// [`variance`](Self::variance) / [`count`](Self::count).
+/// The readings may be counts or calibrated BRDFs. [`Calibration`](super::Calibration) is linear, so the BRDF of the
+/// mean counts is the mean of the BRDFs. The variance of the mean is [`variance`](Self::variance) /
+/// [`count`](Self::count).
 ///
 /// ```
 /// use glimpse_core::gonio::Repeated;
@@ -30,7 +30,7 @@ pub struct Repeated {
 }
 
 impl Repeated {
-    /// No reading yet.
+    /// Creates the statistics of no reading.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -41,20 +41,19 @@ impl Repeated {
         }
     }
 
-    /// Takes one more reading.
+    /// Adds a reading.
     ///
     /// # Errors
-    /// [`RepeatedError`] if a channel is a NaN or an infinity, or so large that sums are; nothing
-    /// has changed then.
+    /// [`RepeatedError`] if a channel is NaN or infinite, or if its sums overflow. The statistics are then unchanged.
     pub fn add(&mut self, reading: [f32; 3], saturated: bool) -> Result<(), RepeatedError> {
         let mut next = *self;
         next.count = self.count.saturating_add(1);
         next.saturated |= saturated;
         let channels = next.mean.iter_mut().zip(&mut next.squares).zip(reading);
         for (channel, ((mean, squares), value)) in (0..).zip(channels) {
-            let before = value - *mean;
-            *mean += before / next.count as f32;
-            *squares += before * (value - *mean);
+            let deviation = value - *mean;
+            *mean += deviation / next.count as f32;
+            *squares += deviation * (value - *mean);
             if !(mean.is_finite() && squares.is_finite()) {
                 return Err(RepeatedError::NonFinite(channel));
             }
@@ -69,7 +68,7 @@ impl Repeated {
         self.count
     }
 
-    /// True if any reading was saturated: then the mean is too low.
+    /// True if any reading was saturated. The mean is then too low.
     #[must_use]
     pub fn saturated(&self) -> bool {
         self.saturated
@@ -81,7 +80,7 @@ impl Repeated {
         (self.count > 0).then_some(self.mean)
     }
 
-    /// The unbiased variance of a reading in each channel; None before two readings.
+    /// The unbiased variance of a reading in each channel; None with fewer than two readings.
     #[must_use]
     pub fn variance(&self) -> Option<[f32; 3]> {
         let others = self.count.checked_sub(1).filter(|others| *others > 0)?;
@@ -94,7 +93,7 @@ impl Repeated {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RepeatedError {
-    /// This channel (0 to 2) is a NaN or an infinity, or too large to be summed.
+    /// This channel (0 to 2) is NaN or infinite, or too large for the sums.
     NonFinite(u8),
 }
 
@@ -103,7 +102,7 @@ impl core::fmt::Display for RepeatedError {
         match self {
             Self::NonFinite(channel) => write!(
                 f,
-                "channel {channel} of the reading is not a finite number: read once more"
+                "channel {channel} of the reading is not a finite number: read it again"
             ),
         }
     }

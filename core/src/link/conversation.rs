@@ -3,11 +3,11 @@
 use super::frame::{FrameError, FrameReader, checksum_of, encode};
 use super::message::{Reply, Request};
 
-/// Steps between the sequence numbers of neighboring seeds: 2^32 divided by the golden ratio, which keeps any number
-/// of consecutive seeds far apart.
+/// The distance between the first sequence numbers of consecutive seeds: 2^32 divided by the golden ratio. It keeps the
+/// numbers of consecutive seeds far apart.
 const SEED_STEP: u32 = 0x9E37_79B1;
 
-/// The device's side of the link: sends requests and recognizes their replies.
+/// The device's side of the link. It sends requests and recognizes their replies.
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Client {
@@ -16,13 +16,13 @@ pub struct Client {
 }
 
 impl Client {
-    /// Creates a client whose sequence numbers begin at a place of their own for each seed.
+    /// Creates a client whose first sequence number depends on the seed.
     ///
-    /// A reply from before a reset carries an old sequence number. It is recognized as long as the numbers after the
-    /// reset are others, so give every client of a device another seed: a boot counter, a random number, or the value
-    /// of a free-running timer. Seeds of a boot counter keep the numbers of 1,000 boots more than a million requests
-    /// apart; random seeds meet by chance once in 4 billion requests. With a constant seed a reply that arrives late
-    /// may be taken for a new one, if the request under its number is of the same kind.
+    /// A reply from before a reset has an old sequence number. The client recognizes it if the numbers after the reset
+    /// differ. So give every client of a device a different seed: a boot counter, a random number, or the value of a
+    /// free-running timer. With a boot counter, the numbers of 1,000 boots are more than a million requests apart. With
+    /// random seeds, one in 4 billion requests has an old number. With a constant seed, the client may accept a late
+    /// reply as the reply to a new request with the same number, if both requests are of the same kind.
     #[must_use]
     pub const fn new(seed: u32) -> Self {
         Self {
@@ -31,8 +31,8 @@ impl Client {
         }
     }
 
-    /// Writes the frame of a new request into `buffer`, under the next sequence number. The device sends this same
-    /// frame until the reply arrives.
+    /// Writes the frame of a new request into `buffer`, with the next sequence number. Retransmit this frame until the
+    /// reply arrives.
     ///
     /// # Errors
     /// [`FrameError::TooLong`] if `buffer` has fewer than [`FRAME_BYTES`](super::FRAME_BYTES).
@@ -45,7 +45,7 @@ impl Client {
         encode(self.sequence, request, buffer)
     }
 
-    /// Takes a byte. Returns the reply to `request`, the last one, once it is complete. Drops damaged frames and
+    /// Receives a byte. Returns the reply to `request`, the last one, when it is complete. Drops damaged frames and
     /// replies to other requests.
     pub fn receive(&mut self, byte: u8, request: &Request) -> Option<Reply> {
         match self.reader.push::<Reply>(byte)? {
@@ -64,13 +64,13 @@ impl Client {
 pub enum Received {
     /// A request that was not received before.
     New(Request),
-    /// The last request again, and its reply: the first copy of that reply is lost or late.
+    /// The last request again, and its reply. The first copy of the reply is lost or late.
     Duplicate(Reply),
-    /// The last request again, which has no reply yet: the host is still working on it.
+    /// The last request again. It has no reply yet, because the host is still working on it.
     Pending,
 }
 
-/// The host's side of the link: receives requests, and gives a repeated one the same reply.
+/// The host's side of the link. It receives requests, and answers a repeated request with the same reply.
 #[derive(Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Server {
@@ -78,9 +78,9 @@ pub struct Server {
     sequence: u32,
     /// The CRC of the last request.
     request: u32,
-    /// Its reply, if there is one yet.
+    /// The reply to the last request, if there is one yet.
     reply: Option<Reply>,
-    /// A request was received.
+    /// True after the first request.
     has_received: bool,
 }
 
@@ -97,15 +97,15 @@ impl Server {
         }
     }
 
-    /// Takes a byte. Returns the request at the end of a frame, or the error of the frame. A wrong frame needs no
-    /// reply: the device sends it again.
+    /// Receives a byte. At the end of a frame, it returns the request, or the error of the frame. An invalid frame
+    /// needs no reply: the device sends it again.
     pub fn receive(&mut self, byte: u8) -> Option<Result<Received, FrameError>> {
         let (sequence, request) = match self.reader.push::<Request>(byte)? {
             Ok(received) => received,
             Err(error) => return Some(Err(error)),
         };
-        // The message counts too: a device without a source of seeds uses the same sequence numbers after a reset, maybe
-        // with another recipe.
+        // The message is compared too: a device without a source of seeds repeats its sequence numbers after a reset,
+        // maybe with another recipe.
         let checksum = checksum_of(sequence, &request);
         if self.has_received && sequence == self.sequence && checksum == self.request {
             return Some(Ok(self

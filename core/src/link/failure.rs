@@ -7,7 +7,7 @@ use crate::error_code::ErrorCode;
 use crate::recipe::RecipeError;
 use crate::scan::{FitError, ReadingError, ScanError};
 
-/// A reason why the device gives up on a scan.
+/// A failure that ends a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -20,7 +20,7 @@ pub enum Failure {
     Reading {
         /// Index of the sample in the recipe's pattern.
         index: u16,
-        /// The error of the last one.
+        /// The error of the last reading.
         error: ReadingError,
     },
     /// The host skipped this sample, but the recipe needs every reading.
@@ -30,7 +30,7 @@ pub enum Failure {
     },
     /// Samples are out of reach of the arms, and the recipe needs every reading.
     OutOfReach {
-        /// Index of the first of them in the recipe's pattern.
+        /// Index of the first such sample in the recipe's pattern.
         index: u16,
         /// Number of samples out of reach.
         count: u16,
@@ -50,12 +50,12 @@ pub enum Failure {
     Refused(Refusal),
     /// The host did not reply to any retransmission.
     NoReply,
-    /// The fit left the range of numbers: the recipe knows no material with such readings.
+    /// The fit overflowed: the recipe describes no material with such readings.
     Diverged,
 }
 
 impl Failure {
-    /// The code.
+    /// The failure's code.
     #[must_use]
     pub const fn code(&self) -> ErrorCode {
         match self {
@@ -73,7 +73,7 @@ impl Failure {
         }
     }
 
-    /// The details of a report; 0 where there are none. `core/docs/link.md` lists them.
+    /// The details of a report. Unused details are 0. `core/docs/link.md` lists them.
     fn details(&self) -> [u32; 2] {
         let of = |first: u16, second: u16| [first.into(), second.into()];
         match *self {
@@ -121,12 +121,12 @@ impl core::fmt::Display for Failure {
             ),
             Self::OutOfReach { index, count } => write!(
                 f,
-                "{count} samples are out of reach, the first of them {index}: train within the machine's limits"
+                "{count} samples are out of reach, the first is {index}: train within the machine's limits"
             ),
             Self::Fit(error) => error.fmt(f),
             Self::Protocol { device, host } => write!(
                 f,
-                "the device speaks version {device} of the protocol, the host version {host}"
+                "the device speaks version {device} of the protocol, the host version {host}: update one of them"
             ),
             Self::Refused(refusal) => refusal.fmt(f),
             Self::Machine | Self::NoReply | Self::Diverged => f.write_str(self.code().text()),
@@ -154,7 +154,7 @@ impl core::error::Error for Failure {}
 pub struct FailureReport {
     /// The number of an error code.
     pub code: u16,
-    /// Details; 0 where there are none.
+    /// Details. Unused ones are 0.
     pub details: [u32; 2],
 }
 

@@ -8,14 +8,14 @@ use serde::de::DeserializeOwned;
 use super::VALUES_PER_FRAME;
 use crate::checksum::crc_32;
 
-/// The longest sequence number and message: `Values`, with its sequence number (5 bytes), variant
-/// (1), offset and total (3 each) and length (1). (`RecipePart` has 72.)
+/// The largest length of a sequence number and a message, in bytes. The longest message is `Values`, with its sequence
+/// number (5 bytes), variant (1), offset and total (3 each) and length (1). (`RecipePart` has 72.)
 const MESSAGE_BYTES: usize = 5 + 1 + 3 + 3 + 1 + 4 * VALUES_PER_FRAME;
 /// Bytes of the CRC.
 const CHECKSUM_BYTES: usize = 4;
 /// Bytes that COBS encodes.
 const CONTENT_BYTES: usize = MESSAGE_BYTES + CHECKSUM_BYTES;
-/// The longest frame, with the zeros at both ends.
+/// The length of the longest frame in bytes, with the zeros at both ends.
 pub const FRAME_BYTES: usize = 1 + max_encoding_length(CONTENT_BYTES) + 1;
 
 /// An error of a frame.
@@ -25,7 +25,7 @@ pub const FRAME_BYTES: usize = 1 + max_encoding_length(CONTENT_BYTES) + 1;
 pub enum FrameError {
     /// The frame, or a list in it, is too long.
     TooLong,
-    /// The bytes were cut or altered on the way.
+    /// The bytes were cut or altered in transit.
     Damaged,
     /// The frame is intact, but this version of the protocol has no such message.
     Unknown,
@@ -35,8 +35,8 @@ impl core::fmt::Display for FrameError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.write_str(match self {
             Self::TooLong => "the frame, or a list in it, is too long",
-            Self::Damaged => "the frame was cut or altered on the way",
-            Self::Unknown => "the frame holds no message of this version of the protocol",
+            Self::Damaged => "the frame was cut or altered in transit",
+            Self::Unknown => "the frame holds an unknown message: compare the protocol versions",
         })
     }
 }
@@ -46,8 +46,8 @@ impl core::error::Error for FrameError {}
 /// Writes the frame of a message into `buffer` and returns the bytes used.
 ///
 /// # Errors
-/// [`FrameError::TooLong`] if there is no room; a [`Request`](super::Request) or a
-/// [`Reply`](super::Reply) always fits into [`FRAME_BYTES`].
+/// [`FrameError::TooLong`] if `buffer` is too small. A [`Request`](super::Request) or a [`Reply`](super::Reply) always
+/// fits into [`FRAME_BYTES`].
 pub fn encode<'b, T: Serialize>(
     sequence: u32,
     message: &T,
@@ -75,11 +75,11 @@ pub(super) fn checksum_of<T: Serialize>(sequence: u32, message: &T) -> u32 {
     content.map_or(0, |content| crc_32(content))
 }
 
-/// Finds frames in a stream of bytes.
+/// A reader that finds frames in a stream of bytes.
 #[derive(Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FrameReader {
-    /// The decoded part of the present frame, with its checksum.
+    /// The decoded part of the current frame, with its checksum.
     content: Vec<u8, CONTENT_BYTES>,
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     cobs: DecoderState,
@@ -103,8 +103,8 @@ impl FrameReader {
         }
     }
 
-    /// Takes a byte. At the end of a frame it returns the sequence number and the message, or the error of the frame.
-    /// An error does not affect the next frame.
+    /// Receives a byte. At the end of a frame it returns the sequence number and the message, or the error of the
+    /// frame. An error does not affect the next frame.
     pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<(u32, T), FrameError>> {
         let whole = match self.cobs.feed(byte) {
             Ok(DecodeResult::NoData) => return None,

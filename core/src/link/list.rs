@@ -30,7 +30,7 @@ impl<T, const N: usize> List<T, N> {
     pub fn take_from(items: impl IntoIterator<Item = T>) -> Self {
         let mut list = Vec::new();
         for item in items.into_iter().take(N) {
-            let _ = list.push(item); // there is room for N
+            let _ = list.push(item); // N items always fit
         }
         Self(list)
     }

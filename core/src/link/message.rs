@@ -19,7 +19,7 @@ pub const PROTOCOL: u16 = 6;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Request {
-    /// Begins a scan; the host forgets the one before.
+    /// Begins a scan. The host discards the previous scan.
     Hello {
         /// The device's [`PROTOCOL`].
         protocol: u16,
@@ -30,7 +30,7 @@ pub enum Request {
         /// The checksum in the recipe's header, which names the recipe.
         recipe: u32,
     },
-    /// Asks for a reading at these directions.
+    /// Requests a reading at these directions.
     Measure {
         /// Index of the sample in the recipe's pattern.
         index: u16,
@@ -42,7 +42,7 @@ pub enum Request {
     /// Some of the fitted values: a model's parameters in its order, or Linear's coefficients, m for red, m for green,
     /// m for blue.
     Values {
-        /// Index of the first of them.
+        /// Index of the first value in `values`.
         offset: u16,
         /// Number of all values.
         total: u16,
@@ -51,20 +51,20 @@ pub enum Request {
     },
     /// Ends the scan, after all values.
     Finished(Residual),
-    /// The device gives up on this scan.
+    /// The scan has failed.
     Failed(FailureReport),
-    /// Asks whether a reading from before a reset is still valid; another material may be there now.
+    /// Asks whether a reading from before a reset is still valid, because the material may have changed.
     Saved {
         /// Index of the sample in the recipe's pattern.
         index: u16,
         /// The reading.
         reading: Reading,
     },
-    /// Asks for another recipe to use from now on. A device that can store one asks after its hello.
+    /// Requests another recipe for this and later scans. A device that can store a recipe sends this after its hello.
     Update,
-    /// Asks for the next bytes of that recipe.
+    /// Requests the next bytes of the offered recipe.
     RecipePart {
-        /// Number of bytes that the device has.
+        /// Number of bytes that the device has received.
         offset: u32,
     },
 }
@@ -86,37 +86,37 @@ pub enum Reply {
         /// The reading.
         reading: Reading,
     },
-    /// Replies to all other requests. After [`Request::Update`] it states that there is no other recipe.
+    /// Replies to all other requests. After [`Request::Update`], it means that the host has no other recipe.
     Accepted,
     /// Refuses the request.
     Refused(Refusal),
-    /// Replies to [`Request::Update`] if there is another recipe.
+    /// Replies to [`Request::Update`] if the host has another recipe.
     Recipe {
-        /// Its length in bytes.
+        /// Length of the recipe in bytes.
         bytes: u32,
-        /// The checksum in its header.
+        /// The checksum in the recipe's header.
         checksum: u32,
     },
     /// Replies to [`Request::RecipePart`].
     RecipePart {
         /// The request's offset.
         offset: u32,
-        /// The bytes from there on; fewer than [`BYTES_PER_FRAME`](super::BYTES_PER_FRAME) only at the end.
+        /// The bytes from `offset` on. Only the last part has fewer than [`BYTES_PER_FRAME`](super::BYTES_PER_FRAME).
         bytes: RecipeBytes,
     },
     /// Replies to [`Request::Measure`]: this sample cannot be read. The device continues without it if the recipe
-    /// tolerates missing readings; else it gives up.
+    /// tolerates missing readings. Otherwise the scan fails.
     Skip {
         /// The request's index.
         index: u16,
     },
-    /// Replies to [`Request::Measure`]: the device fits the readings taken so far, if the recipe tolerates missing
-    /// readings; else it gives up.
+    /// Replies to [`Request::Measure`]: the device fits the readings taken so far if the recipe tolerates missing
+    /// readings. Otherwise the scan fails.
     FinishEarly,
 }
 
 impl Reply {
-    /// Returns true if `request` waits for this kind of reply.
+    /// Returns true if this kind of reply answers `request`.
     #[must_use]
     pub fn answers(&self, request: &Request) -> bool {
         match (self, request) {

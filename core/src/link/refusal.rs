@@ -1,4 +1,4 @@
-//! Reasons of the host.
+//! Reasons why a host refuses a request.
 
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +10,7 @@ use crate::error_code::ErrorCode;
 #[serde(from = "u16", into = "u16")]
 #[non_exhaustive]
 pub enum Refusal {
-    /// No scan has begun: the host was started in the middle of one, and waits for a hello.
+    /// No scan has begun: the host was started in the middle of a scan, and waits for a hello.
     NoScan,
     /// The scanner cannot reach these directions.
     Directions,
@@ -18,7 +18,7 @@ pub enum Refusal {
     Values,
     /// The host does not support this model.
     Model,
-    /// The host did not give this reading in the scan that it knows: the device has to take all readings again.
+    /// The host has not sent this reading in the scan that it knows. The device has to take all readings again.
     Saved,
     /// The recipe is not the one that the host offered.
     Recipe,
@@ -26,7 +26,7 @@ pub enum Refusal {
     Request,
     /// A reason that this version does not know.
     Other {
-        /// Its number.
+        /// The number of the reason.
         code: u16,
     },
 }

@@ -1,15 +1,15 @@
 //! The Cook-Torrance model (Cook and Torrance 1982) with Beckmann's distribution, 8 parameters.
 //!
-//! f = k_d / pi + k_s D G F / (pi cos_i cos_o), with k_d, k_s (per channel), the roughness alpha
-//! and the reflectance at normal incidence F0 each the sigmoid of a parameter, and
+//! f = k_d / pi + k_s D G F / (pi cos_i cos_o). k_d, k_s (per channel), the roughness alpha and the reflectance at
+//! normal incidence F0 are the sigmoids of the parameters, and
 //!
 //! - D = exp(-tan^2 theta_h / alpha^2) / (alpha^2 cos^4 theta_h),
 //! - G = min(1, 2 cos theta_h min(cos_i, cos_o) / cos theta_d),
 //! - F = F0 + (1 - F0) (1 - cos theta_d)^5.
 //!
-//! (Paper, "Models: Cook-Torrance".) Each of the four denominators is offset by 1e-6, the one in
-//! the exponent as in sin^2 theta_h / (alpha^2 cos^2 theta_h + 1e-6), and cosines below the horizon
-//! count as 0. So D and the last quotient stay below 1e6 each, whatever parameters and directions.
+//! (Paper, "Models: Cook-Torrance".) The four denominators have an offset of 1e-6; that of the exponent is as in sin^2
+//! theta_h / (alpha^2 cos^2 theta_h + 1e-6). Cosines below the horizon count as 0. D and 1 / (pi cos_i cos_o) therefore
+//! stay below 1e6 for all parameters and directions.
 
 use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, sigmoids};
 use crate::geometry::HalfDifference;
@@ -20,12 +20,12 @@ use core::f64::consts::PI;
 /// The offset of denominators.
 const EPSILON: f64 = 1e-6;
 
-/// The model. Its formula is at the head of its source file.
+/// The Cook-Torrance model. The formula is at the top of its source file.
 #[derive(Clone, Copy, Debug)]
 pub struct CookTorrance;
 
-/// One value for each of Cook-Torrance's parameters: the logits of k_d per channel, the logits of k_s
-/// per channel, and the logits of the roughness alpha and of the reflectance at normal incidence F0.
+/// A value for each parameter of Cook-Torrance: the logits of k_d per channel, the logits of k_s per channel, and the
+/// logits of the roughness alpha and of the reflectance at normal incidence F0.
 pub type CookTorranceParameters<T> = [T; 8];
 
 /// Terms that evaluation and gradient share.
@@ -35,7 +35,7 @@ struct Terms<S> {
     specular: [S; 3],
     roughness: S,
     reflectance: S,
-    /// cos_i and cos_o, not below 0, and the lower of the two.
+    /// cos_i and cos_o, clamped to 0, and the lower of the two.
     incoming: S,
     outgoing: S,
     lower: S,
@@ -47,7 +47,7 @@ struct Terms<S> {
     inverse_product: S,
     exponent: S,
     normalization: S,
-    /// 1 / cos theta_d, 2 cos theta_h / cos theta_d, and what G takes the minimum of 1 with.
+    /// 1 / cos theta_d, 2 cos theta_h / cos theta_d, and G before the minimum with 1.
     inverse_dz: S,
     per_lower: S,
     unclamped_g: S,
@@ -132,8 +132,8 @@ impl<S: Scalar> Terms<S> {
         brdf
     }
 
-    /// The derivatives of the lobe, times `by_lobe`, by the sample's coordinates, and the loss's
-    /// through its own cosine, `by_cosine`.
+    /// The derivatives with respect to the sample's coordinates: those of the lobe, times `by_lobe`, plus those of the
+    /// loss through its own cosine, times `by_cosine`.
     #[inline(always)]
     fn by_coordinates(
         &self,
@@ -152,7 +152,7 @@ impl<S: Scalar> Terms<S> {
             - (self.squared_cosine + self.squared_cosine) * self.normalization;
         let by_hz = twice * (self.squared_roughness * at.hz) * narrowing;
 
-        // G = 2 hz lower / dz, where that is below 1.
+        // G = 2 hz lower / dz, if that is below 1.
         let by_g = by_lobe * self.d * self.f;
         let by_unclamped_g = (one - self.unclamped_g).if_positive(by_g, zero);
         let by_lower = by_unclamped_g * self.per_lower;
@@ -225,9 +225,9 @@ impl Model for CookTorrance {
             S::add_product(specular_entry, by_specular * terms.lobe, one - specular);
             by_lobe = by_lobe + by_specular;
         }
-        // With e = tan^2 / alpha^2 and alpha^2's derivative 2 alpha^2 (1 - alpha) by the logit,
-        // d(ln D) = 2 (1 - alpha) (e - 1). The offsets weigh each term by a factor below 1, and so
-        // nothing grows as alpha or cos theta_h vanishes.
+        // With e = tan^2 / alpha^2 and the derivative 2 alpha^2 (1 - alpha) of alpha^2 with respect to the logit, d(ln
+        // D) = 2 (1 - alpha) (e - 1). The offsets scale each term by a factor below 1, so that nothing diverges as
+        // alpha or cos theta_h vanishes.
         let narrowing = terms.exponent * (terms.product * terms.inverse_product)
             - terms.product * terms.squared_cosine * terms.normalization;
         let smoothness = one - terms.roughness;

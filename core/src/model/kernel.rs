@@ -1,4 +1,4 @@
-//! The loss of a model and its gradient, written once over a scalar.
+//! Loss and gradient of a model, generic over the scalar.
 
 use core::slice;
 
@@ -8,10 +8,10 @@ use super::samples::{Sample, Samples};
 use crate::geometry::HalfDifference;
 use crate::numeric::{Scalar, Value};
 
-/// One number for every parameter of a model: the parameters themselves, their gradient, their
-/// step sizes. An array, in the order that recipes and exports use.
+/// A number for each parameter of a model, such as the parameters, their gradient or their step sizes. It is an array
+/// in the order of recipes and exports.
 pub trait ParameterSet<T: Value>: Clone + Send + Sync {
-    /// Returns a set whose entries are equal.
+    /// Returns a set whose entries all equal `value`.
     fn filled(value: T) -> Self;
     /// The entries, in order.
     fn as_slice(&self) -> &[T];
@@ -62,17 +62,17 @@ impl<T: Value, const N: usize> ParameterSet<T> for [T; N] {
     }
 }
 
-/// The derivatives of the loss by what a sample was taken at and by what was measured there.
+/// The derivatives of the loss with respect to a sample.
 #[derive(Clone, Copy, Debug)]
 pub struct SampleGradient<S> {
-    /// By the half and the difference vector, as if their five coordinates were independent.
+    /// With respect to the half and difference vectors, as if their five coordinates were independent.
     pub at: HalfDifference<S>,
-    /// By the measured BRDF.
+    /// With respect to the measured BRDF.
     pub measured: [S; 3],
 }
 
 impl<S: Scalar> SampleGradient<S> {
-    /// All 0.
+    /// Returns a gradient of 0.
     #[inline(always)]
     pub fn zero() -> Self {
         Self {
@@ -82,17 +82,17 @@ impl<S: Scalar> SampleGradient<S> {
     }
 }
 
-/// The weighted loss of a sample, and its derivatives by the sample.
+/// The weighted loss of a sample, and its derivatives with respect to the sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Evaluation<S> {
     /// The error.
     pub error: LogError<S>,
-    /// Zero unless it was asked for.
+    /// The gradient; 0 unless requested.
     pub gradient: SampleGradient<S>,
 }
 
 impl<S: Scalar> Evaluation<S> {
-    /// The evaluation of a sample that counts for nothing.
+    /// The evaluation of a sample of weight 0.
     #[inline(always)]
     pub(crate) fn zero() -> Self {
         let zero = S::constant(0.0);
@@ -109,17 +109,17 @@ impl<S: Scalar> Evaluation<S> {
     }
 }
 
-/// Samples that are computed side by side. Four would take a fifth fewer instructions, and 1.8 kB of flash more for
+/// Number of samples that are computed together. Four would take a fifth fewer instructions, but 1.8 kB more flash for
 /// each model.
 const BLOCK: usize = 2;
 
 /// A reflectance model: f_r(x; theta), differentiable in theta and x.
 pub trait Model: Sync {
-    /// The model's name.
+    /// The model's kind.
     const KIND: ModelKind;
     /// Number of parameters.
     const PARAMETERS: usize;
-    /// One `T` for every parameter.
+    /// A `T` for each parameter.
     type Parameters<T: Value>: ParameterSet<T>;
 
     /// The BRDF in linear RGB, sr^-1, not times the cosine.
@@ -128,19 +128,19 @@ pub trait Model: Sync {
         at: &HalfDifference<S>,
     ) -> [S; 3];
 
-    /// The weighted loss at one sample; adds its gradient by the parameters to `gradient`.
+    /// Returns the weighted loss at one sample, and adds its gradient with respect to the parameters to `gradient`.
     ///
-    /// With `SAMPLE`, the gradient by the sample's coordinates and measured value comes back too.
-    /// (For the trainer; not part of this crate's promise.)
+    /// With `SAMPLE`, the result includes the gradient with respect to the sample's coordinates and measured value.
+    /// (For the trainer; not part of this crate's stable API.)
     fn accumulate_gradient<S: Scalar, const SAMPLE: bool>(
         parameters: &Self::Parameters<S::Parameter>,
         sample: &Sample<S>,
         gradient: &mut Self::Parameters<S::Sum>,
     ) -> Evaluation<S>;
 
-    /// Called by descent: adds the gradients of all `samples` by the parameters to `gradient`.
+    /// Adds the gradients of all `samples` with respect to the parameters to `gradient`. Descent calls this.
     ///
-    /// Some samples side by side, unless a model gains more by taking them one by one.
+    /// The default takes blocks of samples. A model overrides it if single samples are faster.
     #[inline(always)]
     fn accumulate_gradients(
         parameters: &Self::Parameters<f32>,
@@ -155,7 +155,7 @@ pub trait Model: Sync {
     }
 }
 
-/// One logit for each channel, through sigmoids.
+/// The sigmoid of each channel's logit.
 #[inline(always)]
 pub(super) fn sigmoids<S: Scalar>(logits: &[S::Parameter; 3]) -> [S; 3] {
     let [red, green, blue] = *logits;

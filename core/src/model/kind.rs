@@ -1,9 +1,9 @@
-//! The models by name.
+//! Kinds of models.
 
 use serde::{Deserialize, Serialize};
 
-/// Names a model in recipes and on the link. The order of those that are fitted by descent is part
-/// of the recipe format.
+/// The kind of a model, in recipes and on the link. The numbers of the models that are fitted by descent are part of
+/// the recipe format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -14,8 +14,8 @@ pub enum ModelKind {
     Neural = 1,
     /// [`CookTorrance`](super::CookTorrance).
     CookTorrance = 2,
-    /// Principal components and a ridge solve: the one model that has no descent. Recipes do not write its number, so
-    /// that it may stay the last.
+    /// Principal components and a ridge solve: the only model without descent. Recipes do not contain its number, so it
+    /// can stay last.
     Linear = 3,
 }
 

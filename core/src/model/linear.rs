@@ -1,6 +1,6 @@
 //! The basis of the model Linear.
 //!
-//! A fit of Linear ends in coefficients of principal components. A [`Basis`] makes a BRDF of them on the device.
+//! A fit of Linear yields coefficients of principal components. A [`Basis`] turns them into a BRDF on the device.
 
 mod basis;
 mod error;

@@ -7,21 +7,21 @@ use crate::numeric::Scalar;
 pub struct Loss<S> {
     /// The error.
     pub error: LogError<S>,
-    /// Derivative by the modeled BRDF f, channel by channel.
+    /// Derivative with respect to the modeled BRDF f, channel by channel.
     pub by_modeled: [S; 3],
-    /// Derivative by the measured BRDF y, channel by channel.
+    /// Derivative with respect to the measured BRDF y, channel by channel.
     pub by_measured: [S; 3],
-    /// Derivative by the cosine c.
+    /// Derivative with respect to the cosine c.
     pub by_cosine: S,
 }
 
-/// A weighted error whose logarithms are yet to be taken: descent needs its derivatives only, and
-/// on the device logarithms are a good part of the time.
+/// A weighted error before its logarithms are taken. Descent needs only the derivatives, and logarithms take much of
+/// the time on a device.
 #[derive(Clone, Copy, Debug)]
 pub struct LogError<S> {
     /// 1 + y c, channel by channel.
     shifted_y: [S; 3],
-    /// 1 + f c.
+    /// 1 + f c, channel by channel.
     shifted_f: [S; 3],
     /// The weight, with the sign of the error.
     signed: [S; 3],
@@ -42,10 +42,9 @@ impl<S: Scalar> LogError<S> {
 
 /// weight * sum over the channels of |ln(1 + y c) - ln(1 + f c)|, c = max(cos(theta_i), 0).
 ///
-/// `measured` (y) and `modeled` (f) are BRDF values in sr^-1, not yet times the cosine. The
-/// paper's mean over n samples and three channels has weight 1 / (3 n). Where the error is 0 the
-/// derivatives are taken as 0. (Of the paper's clamp to \[0, 1\] the upper end is never reached:
-/// c is the cosine of an angle.)
+/// `measured` (y) and `modeled` (f) are BRDF values in sr^-1, not times the cosine. The paper's mean over n samples and
+/// three channels has weight 1 / (3 n). The derivatives at an error of 0 are 0. (The paper clamps c to \[0, 1\]; as a
+/// cosine, it never exceeds 1.)
 #[inline(always)]
 pub fn cosine_weighted_log_error<S: Scalar>(
     measured: [S; 3],
@@ -54,8 +53,8 @@ pub fn cosine_weighted_log_error<S: Scalar>(
     weight: S,
 ) -> Loss<S> {
     let cosine = cos_theta_i.relu();
-    // The channels are written out. A caller that reads only some of the results pays for no others:
-    // the compiler removes those from single channels, but not from a loop over an array.
+    // The channels are written out, so that the compiler removes the results that a caller does not read. It does not
+    // do so for a loop over an array.
     let [y_red, y_green, y_blue] = measured;
     let [f_red, f_green, f_blue] = modeled;
     let red = Channel::new(y_red, f_red, cosine, weight);

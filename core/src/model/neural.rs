@@ -1,13 +1,14 @@
 //! The neural model of Sztrajman et al. (2021): 6-21-21-3, ReLU, 675 parameters.
 //!
-//! f = max(exp(z) - 1, 0), z the output of a multi-layer perceptron whose input is the unit half
-//! and difference vector (hx, hy, hz, dx, dy, dz). (Paper, "Models: Neural networks".)
+//! f = max(exp(z) - 1, 0). z is the output of a multi-layer perceptron, whose input is the unit half and difference
+//! vectors (hx, hy, hz, dx, dy, dz). (Paper, "Models: Neural networks".)
 //!
-//! It is isotropic by its input, but neither reciprocal nor the same for all phi_d at theta_h = 0 by
-//! construction: light and sensor exchanged are phi_d + pi, the difference vector (-dx, -dy, dz),
-//! which the network has not seen to be the same, so that f(i, o) and f(o, i) are alike only as far
-//! as the training materials taught it. The mean of both is reciprocal. At the pole
-//! [`HalfDifference::from_directions`] decides for phi_d = 0, for both orders of the directions.
+//! The model is isotropic because of its input. It is not reciprocal by construction: exchanging light and sensor adds
+//! pi to phi_d, and turns the difference vector into (-dx, -dy, dz). f(i, o) and f(o, i) agree only as far as the
+//! training materials taught the network. Their mean is reciprocal.
+//!
+//! Nor is the model independent of phi_d at theta_h = 0. There, [`HalfDifference::from_directions`] sets phi_d = 0 for
+//! both orders of the directions.
 
 use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, Samples};
 use crate::geometry::HalfDifference;
@@ -16,29 +17,27 @@ use crate::numeric::{Scalar, Value};
 
 /// Units of each hidden layer.
 const HIDDEN: usize = 21;
-/// Units that are computed together, so that they stay in registers, where a scalar fills one.
+/// Number of units that are computed together. If a scalar fills a register, this many stay in registers.
 const TILE: usize = 3;
 
-/// The model. Its formula is at the head of its source file.
+/// The neural model. The formula is at the top of its source file.
 #[derive(Clone, Copy, Debug)]
 pub struct Neural;
 
 impl Neural {
     /// Number of parameters of the output layer, in triples of red, green and blue.
     pub(crate) const COLORS: usize = 3 * (HIDDEN + 1);
-    /// Numbers of parameters of the first layer's weights and bias, the second's, and the output layer's, in
-    /// their order.
+    /// Numbers of parameters: weights and bias of the first layer, of the second layer, and of the output layer.
     pub const LAYERS: [usize; 6] = [6 * HIDDEN, HIDDEN, HIDDEN * HIDDEN, HIDDEN, HIDDEN * 3, 3];
 }
 
 /// Number of parameters.
 const PARAMETERS: usize = 6 * HIDDEN + HIDDEN + HIDDEN * HIDDEN + HIDDEN + HIDDEN * 3 + 3;
 
-/// One value for each of the network's parameters: the weights of the first layer (6 x 21, inputs by
-/// outputs), its bias (21), the weights (21 x 21) and bias of the second layer, and the weights (21 x 3)
-/// and bias (3) of the output layer.
+/// A value for each parameter of the network: the weights of the first layer (6 x 21, inputs by outputs), its bias
+/// (21), the weights (21 x 21) and bias of the second layer, and the weights (21 x 3) and bias (3) of the output layer.
 ///
-/// Row 1 of the first layer belongs to hy, which is always 0, so it neither matters nor learns.
+/// Row 1 of the first layer belongs to hy, which is always 0. It has no effect and no gradient.
 pub type NeuralParameters<T> = [T; PARAMETERS];
 
 /// The layers of a network, or of a gradient.
@@ -52,7 +51,8 @@ struct Layers<'a, T> {
 }
 
 impl<'a, T> Layers<'a, T> {
-    /// None never occurs, and the compiler knows: all lengths are constants.
+    /// Splits the parameters into layers. It never returns None. The compiler removes the checks, because all lengths
+    /// are constants.
     #[inline(always)]
     fn of(parameters: &'a NeuralParameters<T>) -> Option<Self> {
         let (fc1, rest) = parameters.split_at_checked(6 * HIDDEN)?;
@@ -71,7 +71,7 @@ impl<'a, T> Layers<'a, T> {
     }
 }
 
-/// The layers of a gradient, to be added to.
+/// The layers of a gradient, mutable.
 struct LayersMut<'a, T> {
     fc1: &'a mut [[T; HIDDEN]; 6],
     b1: &'a mut [T; HIDDEN],
@@ -100,11 +100,11 @@ impl<'a, T> LayersMut<'a, T> {
     }
 }
 
-/// A layer: bias plus inputs * weights; with `RELU` followed by one. (Constants and not functions as
-/// arguments: those stay out of line where lanes are compiled.)
+/// Computes a layer: bias + inputs * weights, followed by a ReLU with `RELU`. The options are constants, because
+/// functions as arguments are not inlined where SIMD lanes are compiled.
 ///
-/// `inputs` yields each input with its row of weights; it borrows them, because it is cloned for
-/// each tile of `TILE` outputs.
+/// `inputs` yields each input with its row of weights. It borrows them, because it is cloned for each tile of `TILE`
+/// outputs.
 #[inline(always)]
 fn affine<'a, S: Scalar, const OUTPUTS: usize, const TILE: usize, const RELU: bool>(
     inputs: impl Iterator<Item = (&'a S, &'a [S::Parameter; OUTPUTS])> + Clone,
@@ -133,7 +133,8 @@ fn affine<'a, S: Scalar, const OUTPUTS: usize, const TILE: usize, const RELU: bo
     }
 }
 
-/// Some rows of weights times the gradient by a layer's outputs: the gradient by its inputs.
+/// The gradient with respect to some inputs of a layer: their rows of weights times the gradient with respect to the
+/// outputs.
 #[inline(always)]
 fn by_inputs<S: Scalar, const ROWS: usize, const OUTPUTS: usize>(
     rows: [&[S::Parameter; OUTPUTS]; ROWS],
@@ -150,10 +151,11 @@ fn by_inputs<S: Scalar, const ROWS: usize, const OUTPUTS: usize>(
     sums
 }
 
-/// From the gradient by a layer's outputs: adds that by its weights to `by_weights`, puts that by the
-/// units which are its inputs in place of their activations, and adds it to `by_biases` of theirs.
+/// Propagates the gradient with respect to a layer's outputs, `by_outputs`, backwards. Adds the gradient with respect
+/// to the weights to `by_weights`. Replaces the activations in `units`, the layer's inputs, by the gradient with
+/// respect to the units, and adds it to `by_biases`, the gradient of their biases.
 ///
-/// A unit that was off neither learns nor passes anything on: its row is left out, or its gradient 0.
+/// An inactive unit has no gradient: its row is skipped, or its gradient is set to 0.
 #[inline(always)]
 fn backward<S: Scalar, const UNITS: usize, const OUTPUTS: usize, const ROWS: usize>(
     weights: &[[S::Parameter; OUTPUTS]; UNITS],
@@ -175,7 +177,7 @@ fn backward<S: Scalar, const UNITS: usize, const OUTPUTS: usize, const ROWS: usi
         S::add_outer_product(by_rows.each_mut(), *block, &by_outputs);
         let by_units = by_inputs(rows.each_ref(), &by_outputs);
         if skips {
-            *block = by_units; // the one unit of the block was on
+            *block = by_units; // the only unit of the block is active
             S::add_all(by_biases, block);
         } else {
             for (unit, by_unit) in block.iter_mut().zip(by_units) {
@@ -188,8 +190,8 @@ fn backward<S: Scalar, const UNITS: usize, const OUTPUTS: usize, const ROWS: usi
     }
 }
 
-/// The units of both hidden layers: their activations, and once those have served, the gradient by
-/// them. A microcontroller's stack holds them once.
+/// The activations of both hidden layers. Later, the gradient replaces them, so that a microcontroller's stack holds
+/// only one copy.
 struct Hidden<S> {
     first: [S; HIDDEN],
     second: [S; HIDDEN],
@@ -205,7 +207,7 @@ impl<S: Scalar> Hidden<S> {
     }
 }
 
-/// Runs the network: the activations of both hidden layers, and the output before its activation.
+/// Runs the network. Sets the activations of both hidden layers, and returns the output before its activation.
 #[inline(always)]
 fn forward<S: Scalar, const TILE: usize>(
     layers: &Layers<'_, S::Parameter>,
@@ -228,8 +230,8 @@ fn forward<S: Scalar, const TILE: usize>(
     output
 }
 
-/// The weighted loss at a sample; adds its gradient by the parameters to `gradient`. With `SAMPLE`,
-/// the gradient by the sample comes back too.
+/// Returns the weighted loss at a sample, and adds its gradient with respect to the parameters to `gradient`. With
+/// `SAMPLE`, the result includes the gradient with respect to the sample.
 #[inline(always)]
 fn gradient<S: Scalar, const TILE: usize, const ROWS: usize, const SAMPLE: bool>(
     layers: &Layers<'_, S::Parameter>,
@@ -245,7 +247,7 @@ fn gradient<S: Scalar, const TILE: usize, const ROWS: usize, const SAMPLE: bool>
     }
     let loss = cosine_weighted_log_error(sample.measured, modeled, at.cos_theta_i(), sample.weight);
 
-    // d f / d z = exp(z) = f + 1, where f is not cut off.
+    // d f / d z = exp(z) = f + 1, unless f is clamped.
     let mut by_output = loss.by_modeled;
     for (by_z, f) in by_output.iter_mut().zip(modeled) {
         *by_z = f.if_positive(*by_z * (f + one), zero);
@@ -295,7 +297,7 @@ impl Model for Neural {
             return [S::constant(0.0); 3];
         };
         let mut hidden = Hidden::zero();
-        // In small tiles on the device too: it takes a third of the flash, and is not what takes time.
+        // Small tiles on the device too: they take a third of the flash, and evaluation is fast anyway.
         let mut brdf = forward::<S, TILE>(&layers, at, &mut hidden);
         for f in &mut brdf {
             *f = (f.exp() - S::constant(1.0)).relu();
@@ -321,7 +323,7 @@ impl Model for Neural {
         }
     }
 
-    /// One by one: half of the units are off in a sample, but few in all samples of a block.
+    /// Takes samples one by one: half of the units are inactive in a sample, but few are in all samples of a block.
     #[inline(always)]
     fn accumulate_gradients(
         parameters: &NeuralParameters<f32>,
@@ -332,7 +334,7 @@ impl Model for Neural {
         let Some((layers, mut by_layers)) = layers else {
             return;
         };
-        let mut hidden = Hidden::zero(); // once for all of them: to clear it takes time
+        let mut hidden = Hidden::zero(); // created once, because clearing takes time
         for sample in samples.iter() {
             gradient::<f32, HIDDEN, 1, false>(&layers, &sample, &mut hidden, &mut by_layers);
         }

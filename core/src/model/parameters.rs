@@ -5,8 +5,8 @@ use core::ops::Range;
 use super::{CookTorrance, Model, ModelKind, Neural, Phong};
 
 impl ModelKind {
-    /// Number of parameters of the model. None for Linear: as many as its recipe says, a
-    /// coefficient for each component and channel.
+    /// Number of parameters of the model. None for Linear: its recipe determines the number of coefficients, one per
+    /// component and channel.
     #[must_use]
     pub const fn parameters(self) -> Option<usize> {
         match self {

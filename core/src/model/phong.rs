@@ -1,8 +1,7 @@
 //! The energy-conserving Phong model (Lafortune and Willems 1994), 7 parameters.
 //!
-//! f = k_d / pi + k_s (q + 2) / (2 pi) (max(<w_o, r>, 0) + 1e-5)^q, r the mirror direction of w_i,
-//! with k_d = s t, k_s = s (1 - t), s = sigmoid(sum), t = sigmoid(ratio) per channel, and
-//! q = exp(exponent). (Paper, "Models: Phong".)
+//! f = k_d / pi + k_s (q + 2) / (2 pi) (max(<w_o, r>, 0) + 1e-5)^q. r is the mirror direction of w_i, and k_d = s t,
+//! k_s = s (1 - t), s = sigmoid(sum), t = sigmoid(ratio) per channel, q = exp(exponent). (Paper, "Models: Phong".)
 
 use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, sigmoids};
 use crate::geometry::HalfDifference;
@@ -10,12 +9,12 @@ use crate::model::loss::cosine_weighted_log_error;
 use crate::numeric::{Scalar, Value};
 use core::f64::consts::PI;
 
-/// The model. Its formula is at the head of its source file.
+/// The Phong model. The formula is at the top of its source file.
 #[derive(Clone, Copy, Debug)]
 pub struct Phong;
 
-/// One value for each of Phong's parameters: the logits of k_d + k_s per channel, the logits of
-/// k_d / (k_d + k_s) per channel, and the logarithm of the glossiness q.
+/// A value for each parameter of Phong: the logits of k_d + k_s per channel, the logits of k_d / (k_d + k_s) per
+/// channel, and the logarithm of the glossiness q.
 pub type PhongParameters<T> = [T; 7];
 
 /// Terms that evaluation and gradient share.

@@ -1,4 +1,4 @@
-//! Samples of a scan as they lie in its memory.
+//! Samples of a scan in memory.
 
 use crate::geometry::HalfDifference;
 use crate::numeric::Block;
@@ -6,9 +6,9 @@ use crate::numeric::Block;
 /// One measured sample of a BRDF.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample<S> {
-    /// The place of the measurement.
+    /// The half and difference vectors of the measurement.
     pub at: HalfDifference<S>,
-    /// The measured value: the BRDF y in linear RGB, sr^-1 (not times the cosine).
+    /// The measured value: the BRDF y in linear RGB, sr^-1, not times the cosine.
     pub measured: [S; 3],
     /// Its weight in the loss: 1 / (3 n) for the mean over n samples and three channels.
     pub weight: S,
@@ -22,7 +22,7 @@ pub type Slot = [f32; SLOT_WORDS];
 /// Flag of a sample that counts in the loss.
 pub(crate) const COUNTED: u32 = 1;
 
-/// Returns a sample that counts in the loss as it lies in memory.
+/// Returns the memory form of a sample that counts in the loss.
 #[must_use]
 pub fn slot_of(at: &HalfDifference<f32>, [red, green, blue]: [f32; 3]) -> Slot {
     let flags = f32::from_bits(COUNTED);
@@ -37,8 +37,8 @@ pub struct Samples<'a> {
 }
 
 impl<'a> Samples<'a> {
-    /// Samples of which each that counts has a given weight in the loss: 1 / (3 n) for the mean over n samples and
-    /// three channels.
+    /// Creates a list of samples. Each sample that counts has the weight `weight` in the loss: 1 / (3 n) for the mean
+    /// over n samples and three channels.
     #[must_use]
     pub fn new(slots: &'a [Slot], weight: f32) -> Self {
         Self { slots, weight }
@@ -50,7 +50,7 @@ impl<'a> Samples<'a> {
         self.slots.len()
     }
 
-    /// Returns true if there are none.
+    /// Returns true if the list is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.slots.is_empty()
@@ -67,7 +67,7 @@ impl<'a> Samples<'a> {
         Self::new(taken, self.weight)
     }
 
-    /// The samples from the `first` on.
+    /// The samples from index `first` on.
     #[must_use]
     pub fn skip(&self, first: usize) -> Self {
         Self::new(self.slots.get(first..).unwrap_or_default(), self.weight)
@@ -76,19 +76,17 @@ impl<'a> Samples<'a> {
     /// The sample with this index.
     #[must_use]
     pub fn get(&self, index: usize) -> Option<Sample<f32>> {
-        self.slots
-            .get(index)
-            .map(|slot| unpacked(slot, self.weight))
+        self.slots.get(index).map(|slot| unpack(slot, self.weight))
     }
 
     /// The samples, in order.
     #[inline(always)]
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Sample<f32>> + Clone + 'a {
         let weight = self.weight;
-        self.slots.iter().map(move |slot| unpacked(slot, weight))
+        self.slots.iter().map(move |slot| unpack(slot, weight))
     }
 
-    /// Puts up to `N` samples side by side. Missing ones repeat the last, with weight 0.
+    /// Gathers up to `N` samples into a block. Missing samples repeat the last one with weight 0.
     #[inline(always)]
     #[must_use]
     pub fn gather<const N: usize>(&self) -> Sample<Block<N>> {
@@ -115,7 +113,7 @@ impl<'a> Samples<'a> {
 }
 
 #[inline(always)]
-fn unpacked(slot: &Slot, weight: f32) -> Sample<f32> {
+fn unpack(slot: &Slot, weight: f32) -> Sample<f32> {
     let [hx, hz, dx, dy, dz, red, green, blue, _] = *slot;
     Sample {
         at: HalfDifference { hx, hz, dx, dy, dz },

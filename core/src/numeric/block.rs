@@ -1,7 +1,7 @@
-//! Some samples side by side on a processor without lanes.
+//! A block of samples that are computed together, on a processor without SIMD.
 //!
-//! What depends on the parameters alone is computed, and each parameter loaded, once for all samples
-//! of a block: of the models with few parameters that is a good part of the work.
+//! Each parameter is loaded once for all samples of a block, and terms that depend only on parameters are computed
+//! once. For models with few parameters, this saves a good part of the work.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -60,7 +60,7 @@ impl<const N: usize> Scalar for Block<N> {
     fn broadcast(parameter: f32) -> Self {
         Self([parameter; N])
     }
-    /// In the samples' order: as if they had come one by one, bit for bit.
+    /// Adds in the samples' order: the result equals that of single samples, bit for bit.
     #[inline(always)]
     fn add_product(sum: &mut f32, a: Self, b: Self) {
         let mut total = *sum;
@@ -99,7 +99,7 @@ impl<const N: usize> Scalar for Block<N> {
     fn sign(self) -> Self {
         self.each(Scalar::sign)
     }
-    /// Once, and not once for each sample.
+    /// Computes the sigmoid once for all samples.
     #[inline(always)]
     fn broadcast_sigmoid(parameter: f32) -> Self {
         Self::broadcast(parameter.sigmoid())

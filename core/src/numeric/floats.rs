@@ -1,14 +1,14 @@
-//! Numbers as recipes hold them.
+//! The packed numbers of recipes.
 
 /// A list of f32, packed as little-endian bytes, read in place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Floats<'a>(&'a [[u8; 4]]);
 
 impl<'a> Floats<'a> {
-    /// None.
+    /// The empty list.
     pub const EMPTY: Self = Self(&[]);
 
-    /// None if the length is not a multiple of four.
+    /// Creates a list. None if the length is not a multiple of four.
     #[must_use]
     pub fn new(bytes: &'a [u8]) -> Option<Self> {
         match bytes.as_chunks() {
@@ -17,7 +17,7 @@ impl<'a> Floats<'a> {
         }
     }
 
-    /// The numbers as they are packed.
+    /// The packed numbers.
     #[must_use]
     pub fn words(&self) -> &'a [[u8; 4]] {
         self.0
@@ -29,13 +29,13 @@ impl<'a> Floats<'a> {
         self.0.len()
     }
 
-    /// True if there are none.
+    /// Returns true if the list is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// Splits off the first numbers, as many of them as there are.
+    /// Splits off the first `count` numbers, or all of them if there are fewer.
     #[must_use]
     pub fn take(&mut self, count: usize) -> Self {
         let (taken, rest) = self.0.split_at_checked(count).unwrap_or((self.0, &[]));

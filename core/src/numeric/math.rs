@@ -1,20 +1,19 @@
 //! Elementary functions in `f32`, by libm (default) or micromath (feature).
 //!
-//! Largest errors, as `tests/suite/math.rs` measures and asserts them:
+//! Largest errors, which `tests/suite/math.rs` measures and asserts:
 //!
-//! | function | of | libm | micromath |
+//! | function | argument | libm | micromath |
 //! |---|---|---|---|
 //! | [`exp`] | -87 to 88 | 8e-8 relative | 2.4e-3 relative |
 //! | [`ln`] | e^-87 to e^88 | 9e-8 relative | 7e-5 absolute |
-//! | [`sqrt`] | e^-87 to e^88 | exact (6e-8 relative) | 1.6e-6 relative: its estimate, then two Newton steps |
+//! | [`sqrt`] | e^-87 to e^88 | exact (6e-8 relative) | 1.6e-6 relative: estimate and two Newton steps |
 //! | [`sin_cos`] | -2 pi to 2 pi | 9e-8 absolute | the same |
 //! | [`atan2`] | all around | 3e-7 absolute | the same |
 //!
-//! [`sin_cos`] and [`atan2`] are this crate's own, in f32 alone (libm's sine goes through f64).
-//! micromath's are 1.1e-3 and 2.8e-3 off: one in six directions made by them is not a unit vector
-//! to within a thousandth, which is what the geometry asks for, and arms would miss their places by
-//! more than they can resolve. Its `sqrt` is 5 % off, and its `ln` 0.12 below 1, where it goes
-//! through an estimated reciprocal; neither is used as it is.
+//! [`sin_cos`] and [`atan2`] are this crate's own, in f32 only (libm's sine uses f64). micromath's versions have errors
+//! of 1.1e-3 and 2.8e-3. With them, one in six directions would not be a unit vector within 0.001, as the geometry
+//! requires, and arms would miss their positions by more than their resolution. micromath's `sqrt` has an error of 5 %,
+//! and its `ln` an error of 0.12 below 1, due to an estimated reciprocal. This module corrects both.
 
 #[cfg(not(any(feature = "libm", feature = "micromath")))]
 compile_error!("glimpse-core needs the feature `libm` (default) or `micromath`");
@@ -26,16 +25,16 @@ mod sin_cos;
 mod implementation {
     use micromath::F32Ext;
 
-    /// Just below the logarithm of the largest float. From there to 89.4, and of a NaN, micromath's
-    /// `exp` is a NaN, or a panic where there are debug assertions.
-    const LARGEST_LOGARITHM: f32 = 88.72;
+    /// Just below the logarithm of the largest float. From there to 89.4, and for NaN, micromath's `exp` returns NaN,
+    /// or panics with debug assertions.
+    const MAX_LOGARITHM: f32 = 88.72;
 
     #[inline]
     pub(super) fn exp(x: f32) -> f32 {
-        if x <= LARGEST_LOGARITHM {
+        if x <= MAX_LOGARITHM {
             F32Ext::exp(x)
         } else {
-            x + f32::INFINITY // a NaN stays one
+            x + f32::INFINITY // NaN stays NaN
         }
     }
     #[inline]

@@ -1,23 +1,21 @@
-//! The arithmetic of the models.
+//! Scalars of the models.
 //!
-//! A model's loss and gradient are written once, over [`Scalar`]. On the device
-//! the scalar is `f32`; in tests it is `f64`; the trainer brings SIMD lanes
-//! (eight samples at once) and dual numbers over them.
+//! A model's loss and gradient are generic over [`Scalar`]: `f32` on the device, `f64` in tests, SIMD lanes (eight
+//! samples at once) and dual numbers over lanes in the trainer.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::math;
 
-/// A value of a set of parameters: plain values, which threads can share.
+/// A value of a set of parameters: plain data that threads can share.
 pub trait Value: Copy + Send + Sync + 'static {}
 impl<T: Copy + Send + Sync + 'static> Value for T {}
 
-/// A number, or several numbers computed side by side.
+/// A number, or several numbers that are computed together.
 ///
-/// Two associated types keep memory traffic small when a scalar is wide: a
-/// parameter is shared by all samples, so it is stored narrow and
-/// [broadcast](Scalar::broadcast); a gradient entry sums over samples, so it
-/// has an accumulator of its own.
+/// Two associated types reduce memory traffic for wide scalars. All samples share a parameter, so it is stored as a
+/// single number and [broadcast](Scalar::broadcast). An entry of a gradient is a sum over samples, so it has its own
+/// accumulator.
 pub trait Scalar:
     Value
     + Add<Output = Self>
@@ -31,29 +29,29 @@ pub trait Scalar:
     /// The accumulator of an entry of a gradient.
     type Sum: Value;
 
-    /// True if sums gain a list of terms in less time than the terms one by one.
-    const ADDS_BY_THE_LIST: bool = false;
+    /// True if [`add_all`](Self::add_all) takes less time than single additions.
+    const HAS_FAST_ADD_ALL: bool = false;
 
-    /// True if a test for zero takes less time than a product: one number is 0 often
-    /// enough, many side by side hardly ever are.
+    /// True if a test for zero takes less time than a product. A single number is often 0, but many numbers together
+    /// hardly ever are.
     const SKIPS_ZEROS: bool = false;
 
-    /// Returns true if it is 0, where [zeros are skipped](Self::SKIPS_ZEROS); false elsewhere.
+    /// Returns true for 0 if [zeros are skipped](Self::SKIPS_ZEROS), otherwise false.
     #[inline(always)]
     fn is_zero(&self) -> bool {
         false
     }
 
-    /// A constant; rounded to the scalar's precision.
+    /// A constant, rounded to the scalar's precision.
     fn constant(value: f64) -> Self;
-    /// One parameter, the same for all samples.
+    /// A parameter, the same for all samples.
     fn broadcast(parameter: Self::Parameter) -> Self;
     /// `sum += a * b`.
     fn add_product(sum: &mut Self::Sum, a: Self, b: Self);
     /// `sum += a`.
     fn add_to(sum: &mut Self::Sum, a: Self);
-    /// `sums[i][j] += a[i] * b[j]`: an outer product, some rows at a time so that `b` is loaded
-    /// once for all of them, or left out for all of them.
+    /// `sums[i][j] += a[i] * b[j]`: an outer product. It takes several rows at a time, so that each `b[j]` is loaded
+    /// once for all of them, or skipped if it is 0.
     #[inline(always)]
     fn add_outer_product<const I: usize, const J: usize>(
         sums: [&mut [Self::Sum; J]; I],
@@ -72,14 +70,14 @@ pub trait Scalar:
             }
         }
     }
-    /// `sums[i] += terms[i]`; as many as the shorter list has.
+    /// `sums[i] += terms[i]`, up to the length of the shorter list.
     #[inline(always)]
     fn add_all(sums: &mut [Self::Sum], terms: &[Self]) {
         for (sum, term) in sums.iter_mut().zip(terms) {
             Self::add_to(sum, *term);
         }
     }
-    /// `self + a * b`, fused or not, whichever the target does better.
+    /// `self + a * b`, fused if that is faster on the target.
     #[must_use]
     fn plus_product(self, a: Self, b: Self) -> Self;
     /// `if self > 0 { then } else { otherwise }`, sample by sample; both are computed.
@@ -116,7 +114,7 @@ pub trait Scalar:
         one / (one + (-self).exp())
     }
 
-    /// The logistic function of one parameter, the same for all samples.
+    /// The logistic function of a parameter, the same for all samples.
     #[inline(always)]
     #[must_use]
     fn broadcast_sigmoid(parameter: Self::Parameter) -> Self {
@@ -124,7 +122,7 @@ pub trait Scalar:
     }
 }
 
-/// Scalars that angles can be computed in.
+/// A scalar with trigonometric functions.
 pub trait Trigonometry: Scalar {
     /// Sine and cosine of an angle in radians.
     fn sin_cos(self) -> (Self, Self);
@@ -161,8 +159,8 @@ macro_rules! plain_scalar {
             fn plus_product(self, a: Self, b: Self) -> Self {
                 self + a * b
             }
-            /// By its bits, as an integer: far fewer instructions than a comparison of floats, with
-            /// an FPU and without. (A NaN is as positive as its sign.)
+            /// Compares the bits as an integer, which takes far fewer instructions than a comparison of floats, with
+            /// and without an FPU. (A NaN counts as positive if its sign bit is 0.)
             #[inline(always)]
             fn if_positive(self, then: Self, otherwise: Self) -> Self {
                 if self.to_bits().cast_signed() > 0 {
@@ -204,6 +202,6 @@ macro_rules! plain_scalar {
 }
 
 plain_scalar!(f32, math::exp, math::ln, math::sin_cos);
-// Double precision is for hosts (tests, and tables in the trainer); nothing on the device links it.
+// Double precision is only for hosts (tests, and tables in the trainer). Devices do not link it.
 #[cfg(feature = "libm")]
 plain_scalar!(f64, libm::exp, libm::log, libm::sincos);

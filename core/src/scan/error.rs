@@ -7,7 +7,7 @@ use crate::error_code::ErrorCode;
 use crate::fit::{ModelMismatch, Progress};
 use crate::model::ModelKind;
 
-/// Errors before a scan.
+/// An error that prevents a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -19,18 +19,18 @@ pub enum ScanError {
         /// The recipe's model.
         recipe: ModelKind,
     },
-    /// The recipe takes more memory than this firmware gives it.
+    /// The recipe needs more memory than the firmware provides.
     Memory {
-        /// Words (of 4 bytes) that it takes.
+        /// Number of words (of 4 bytes) that it needs.
         needed: usize,
-        /// Words that there are.
+        /// Number of available words.
         found: usize,
     },
     /// The basis is not the one that the recipe names.
     Basis {
-        /// The checksum that the recipe names; None if it needs no basis.
+        /// The checksum of the recipe's basis. None if the recipe needs no basis.
         recipe: Option<u32>,
-        /// The checksum that the basis was made from.
+        /// The checksum of the full basis from which this basis was made.
         found: u32,
     },
 }
@@ -42,7 +42,7 @@ impl From<ModelMismatch> for ScanError {
 }
 
 impl ScanError {
-    /// The code.
+    /// The error's code.
     #[must_use]
     pub const fn code(&self) -> ErrorCode {
         match self {
@@ -58,18 +58,18 @@ impl core::fmt::Display for ScanError {
         match self {
             Self::Model { firmware, recipe } => write!(
                 f,
-                "the recipe is for the model {recipe}, this firmware fits {firmware}: name another model in it, or train for this one"
+                "the recipe is for the model {recipe}, the firmware's is {firmware}: change the firmware's model or the recipe"
             ),
             Self::Memory { needed, found } => write!(
                 f,
-                "the recipe needs a memory of {needed} words, this one has {found}: compute its length with `recipe::memory_words`"
+                "the recipe needs {needed} words of memory, and {found} are available: compute the length with `recipe::memory_words`"
             ),
             Self::Basis {
                 recipe: Some(recipe),
                 found,
             } => write!(
                 f,
-                "the recipe names the basis {recipe:08x}, this one was made from {found:08x}: export the recipe's own"
+                "the recipe names the basis {recipe:08x}, this one was made from {found:08x}: export the recipe's basis"
             ),
             Self::Basis { recipe: None, .. } => {
                 f.write_str("the recipe needs no basis: remove `with_basis`")
@@ -80,7 +80,7 @@ impl core::fmt::Display for ScanError {
 
 impl core::error::Error for ScanError {}
 
-/// Errors of a skipped sample.
+/// An error of skipping samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -97,7 +97,7 @@ pub enum SkipError {
 }
 
 impl SkipError {
-    /// The code.
+    /// The error's code.
     #[must_use]
     pub const fn code(&self) -> ErrorCode {
         match self {
@@ -114,7 +114,10 @@ impl core::fmt::Display for SkipError {
                 "the recipe needs every reading: train one with `--missing` to skip samples",
             ),
             Self::Index { index, samples } => {
-                write!(f, "there is no sample {index}: the pattern has {samples}")
+                write!(
+                    f,
+                    "sample {index} does not exist: the pattern has {samples}"
+                )
             }
         }
     }
@@ -122,20 +125,19 @@ impl core::fmt::Display for SkipError {
 
 impl core::error::Error for SkipError {}
 
-/// Errors before a fit.
+/// An error that prevents a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum FitError {
-    /// Not all readings are taken, and the recipe cannot do without.
+    /// Readings are missing, and the recipe needs them.
     Incomplete {
         /// Number of missing readings.
         missing: u16,
-        /// The index of the first of them.
+        /// Index of the first missing reading.
         first: u16,
     },
-    /// More than three quarters of the readings are larger than this, in sr^-1: they are counts, or are not
-    /// divided by the white.
+    /// More than three quarters of the values exceed a limit: they are counts, or are not divided by the white.
     TooLarge {
         /// The limit, sr^-1.
         limit: u16,
@@ -143,7 +145,7 @@ pub enum FitError {
 }
 
 impl FitError {
-    /// The code.
+    /// The error's code.
     #[must_use]
     pub const fn code(&self) -> ErrorCode {
         match self {
@@ -159,12 +161,12 @@ impl core::fmt::Display for FitError {
             Self::Incomplete { missing, first } => {
                 write!(
                     f,
-                    "{missing} readings are missing, the first of them {first}"
+                    "{missing} readings are missing, the first is {first}: record them"
                 )
             }
             Self::TooLarge { limit } => write!(
                 f,
-                "more than three quarters of the readings are above {limit} sr^-1, which no material's are: readings are BRDFs, not counts"
+                "more than three quarters of the values exceed {limit} sr^-1, unlike any material: convert counts to BRDFs"
             ),
         }
     }
@@ -172,24 +174,23 @@ impl core::fmt::Display for FitError {
 
 impl core::error::Error for FitError {}
 
-/// Errors of a finished fit.
+/// An error at the end of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum FinishError {
-    /// It is not complete: it goes on by
-    /// [`Scan::fit_under_way`](super::Scan::fit_under_way).
+    /// The fit is not complete. Continue it with [`Scan::fit_under_way`](super::Scan::fit_under_way).
     Unfinished(Progress),
-    /// A value, or the fitted material at a reading, is not a finite number: what was read is nothing
-    /// that the recipe can learn.
+    /// A value, or the fitted material at a reading, is not a finite number: the recipe describes no material with such
+    /// readings.
     Diverged,
-    /// The fit has a result, but it is unlikely to describe a material: look at the sensor. The result can still be
-    /// taken, with [`Scan::fitted`](super::Scan::fitted).
+    /// The fit has a result, but it is unlikely to describe a material: check the sensor.
+    /// [`Scan::fitted`](super::Scan::fitted) still returns the result.
     Implausible(Implausible),
 }
 
 impl FinishError {
-    /// The code.
+    /// The error's code.
     #[must_use]
     pub const fn code(&self) -> ErrorCode {
         match self {

@@ -1,10 +1,10 @@
-//! A fit under way, and the material that it finds.
+//! A fit in progress, and the fitted material.
 
 use core::marker::PhantomData;
 
-use super::memory::{measured_at, place_of};
+use super::memory::{half_difference_of, measured_brdf};
 use super::residual::Residual;
-use super::residual::Sum;
+use super::residual::ResidualSum;
 use super::stage::{Fitting, Stage};
 use super::status::Status;
 use super::{FinishError, plausibility};
@@ -14,7 +14,7 @@ use crate::model::linear::Basis;
 use crate::model::{Sample, Samples, Slot};
 use crate::recipe::Recipe;
 
-/// A fit of all readings, under way.
+/// A fit in progress.
 ///
 /// ```
 /// # use glimpse_core::model::Phong;
@@ -33,7 +33,7 @@ use crate::recipe::Recipe;
 /// assert_eq!((progress.done, progress.total), (100, 160)); // 20 steps on 8 samples
 /// assert!(matches!(fit.finish(), Err(FinishError::Unfinished(_))));
 ///
-/// let mut fit = scan.fit_under_way().unwrap(); // where it was left
+/// let mut fit = scan.fit_under_way().unwrap(); // resumes the fit
 /// assert!(fit.advance(60).is_complete());
 /// let fitted = fit.finish()?;
 /// # Ok::<(), Box<dyn core::error::Error>>(())
@@ -49,8 +49,8 @@ pub struct Fit<'s, K: Fitter> {
 }
 
 impl<'s, K: Fitter> Fit<'s, K> {
-    /// Does at most `budget` units of work: gradients of one sample, rows and channels of
-    /// Linear's solve, or parts of a completion. The result does not depend on the budgets.
+    /// Does at most `budget` units of work. A unit is the gradient of one sample, a row or a channel of Linear's solve,
+    /// or a part of a completion. The result does not depend on the budgets.
     pub fn advance(&mut self, budget: u32) -> Progress {
         let Fitting {
             done,
@@ -73,25 +73,25 @@ impl<'s, K: Fitter> Fit<'s, K> {
         }
     }
 
-    /// Checks every value, the fitted material at every reading, and whether both are plausible.
+    /// Checks that all values, and the fitted material at every reading, are finite and plausible.
     ///
     /// # Errors
-    /// [`FinishError::Unfinished`] before the fit is complete, [`FinishError::Diverged`] if a number
-    /// is not finite, [`FinishError::Implausible`] if the readings are unlikely to be those of a material:
-    /// [`Scan::fitted`](super::Scan::fitted) has the fit then.
+    /// [`FinishError::Unfinished`] before the fit is complete. [`FinishError::Diverged`] if a number is not finite.
+    /// [`FinishError::Implausible`] if the readings are unlikely to come from a material;
+    /// [`Scan::fitted`](super::Scan::fitted) then still returns the fit.
     pub fn finish(self) -> Result<Fitted<'s, K>, FinishError> {
         let progress = self.progress();
         if !progress.is_complete() {
             return Err(FinishError::Unfinished(progress));
         }
-        let examined = examine(
+        let checked = check_finished(
             self.recipe,
             self.basis.as_ref(),
             self.slots,
             self.words,
             &Functions::of::<K>(),
         );
-        let Some(residual) = examined else {
+        let Some(residual) = checked else {
             *self.stage = Stage::Reading;
             return Err(FinishError::Diverged);
         };
@@ -109,7 +109,7 @@ impl<'s, K: Fitter> Fit<'s, K> {
     }
 }
 
-/// What a finished fit is examined by, so that the examination is not generic: firmware has it once.
+/// The model's functions for the check of a finished fit. The check is not generic, so that firmware contains it once.
 struct Functions {
     values: for<'w> fn(&'w [f32], &FitMethod<'_>) -> [&'w [f32]; 3],
     predicted_loss: fn(&[f32], &FitMethod<'_>) -> Option<f32>,
@@ -117,7 +117,7 @@ struct Functions {
     brdf: Brdf,
 }
 
-/// Returns a fit's BRDF in linear RGB, sr^-1, not times the cosine.
+/// A function that returns a fit's BRDF in linear RGB, sr^-1, not times the cosine.
 type Brdf =
     fn(&[f32], &FitMethod<'_>, Option<&Basis<'_>>, &HalfDifference<f32>) -> Option<[f32; 3]>;
 
@@ -132,10 +132,9 @@ impl Functions {
     }
 }
 
-/// Checks every value, the fitted material at every reading, and whether it is plausible. None if a number is not
-/// finite.
+/// Checks all values and the fitted material at every reading. Returns the residual, or None if a number is not finite.
 #[inline(never)]
-fn examine(
+fn check_finished(
     recipe: &Recipe<'_>,
     basis: Option<&Basis<'_>>,
     slots: &[Slot],
@@ -148,19 +147,19 @@ fn examine(
     if predicted.is_some_and(f32::is_nan) || !values.all(is_finite) {
         return None;
     }
-    let mut sum = Sum::default();
+    let mut sum = ResidualSum::default();
     for (index, slot) in slots.iter().enumerate() {
         let status = Status::of(slot);
         if !status.is_read() {
             continue;
         }
         if !status.counts() {
-            sum.left_out(status);
+            sum.add_omitted(status);
             continue;
         }
         let sample = Sample {
-            at: place_of(slot),
-            measured: measured_at(slot),
+            at: half_difference_of(slot),
+            measured: measured_brdf(slot),
             weight: 1.0 / 3.0,
         };
         let modeled = (functions.at_sample)(words, method, index, &sample.at);
@@ -196,10 +195,10 @@ fn examine(
 /// let mut directions = Directions { incoming: [0.6, 0.0, 0.8], outgoing: [-0.6, 0.0, 0.8] };
 /// let [red, green, blue] = fitted.brdf(&directions).unwrap();
 /// assert!((0.1..0.3).contains(&red) && red == green && green == blue); // a gray material
-/// directions.outgoing = [0.0, 0.0, -1.0]; // below the horizon there is no BRDF
+/// directions.outgoing = [0.0, 0.0, -1.0]; // below the horizon
 /// assert_eq!(fitted.brdf(&directions), None);
 ///
-/// assert!(fitted.residual().mean < 0.05); // how well the readings are explained
+/// assert!(fitted.residual().mean < 0.05); // mean error at the readings
 /// assert_eq!(fitted.values().count(), 7); // Phong's parameters
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
@@ -212,10 +211,10 @@ pub struct Fitted<'s, K: Fitter> {
 }
 
 impl<K: Fitter> Fitted<'_, K> {
-    /// The BRDF in linear RGB, sr^-1 (not times the cosine).
+    /// The BRDF in linear RGB, sr^-1, not times the cosine.
     ///
-    /// None where a direction is below the horizon, not finite or not of unit length, where the value is too large
-    /// for a number, and for Linear without a basis ([`Scan::with_basis`](super::Scan::with_basis)).
+    /// None if a direction is below the horizon, not finite or not of unit length; if the value overflows; or for
+    /// Linear without a basis ([`Scan::with_basis`](super::Scan::with_basis)).
     #[must_use]
     pub fn brdf(&self, directions: &Directions<f32>) -> Option<[f32; 3]> {
         let at = HalfDifference::from_directions(directions).filter(HalfDifference::is_valid)?;
@@ -236,10 +235,10 @@ impl<K: Fitter> Fitted<'_, K> {
         self.residual
     }
 
-    /// The loss predicted from this material's readings, if the recipe predicts one; recipes that complete readings
-    /// do. None if it is too large for a number.
+    /// The loss predicted from this material's readings. Recipes that complete readings can predict it. None if the
+    /// recipe does not, or if the loss overflows.
     ///
-    /// It is the mean over all directions of |ln(1 + f cos(theta_i)) - ln(1 + f_fitted cos(theta_i))|, like
+    /// It is the mean of |ln(1 + f cos(theta_i)) - ln(1 + f_fitted cos(theta_i))| over all directions, like
     /// [`expected_loss`](Fitted::expected_loss). A material unlike all training materials may have a larger loss.
     #[must_use]
     pub fn predicted_loss(&self) -> Option<f32> {
@@ -247,7 +246,7 @@ impl<K: Fitter> Fitted<'_, K> {
         predicted.filter(|loss| loss.is_finite())
     }
 
-    /// The loss to expect on a material that training never saw; None if the recipe states none.
+    /// The expected loss on a material outside the training set. None if the recipe states none.
     #[must_use]
     pub fn expected_loss(&self) -> Option<f32> {
         self.recipe.expected_loss()

@@ -4,30 +4,30 @@ use serde::{Deserialize, Serialize};
 
 use crate::error_code::ErrorCode;
 
-/// Why a fitted material is implausible.
+/// A reason why a fitted material is implausible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[serde(from = "u16", into = "u16")]
 #[non_exhaustive]
 pub enum Implausible {
-    /// The readings are not above 0 on average, or all of them are too far below 0 for the loss: the dark reading or
+    /// The mean of the readings is not above 0, or all readings are too far below 0 for the loss: the dark reading or
     /// the sign is wrong.
     Dark,
     /// Every reading equals the one before it, bit for bit: the sensor is stuck.
     Repeated,
-    /// A channel (0 red, 1 green, 2 blue) read nothing, beside channels that did.
+    /// A channel (0 red, 1 green, 2 blue) reads nothing while others do.
     DeadChannel(u8),
     /// The fitted material reflects several times the light that it receives: readings are counts, or were not
     /// divided by those of the white.
     Albedo,
-    /// The fit explains its readings far worse than the recipe's fits do.
+    /// The residual of the fit is far larger than that of the recipe's other fits.
     Residual,
     /// A reason of a newer version, received over the link.
     Other,
 }
 
 impl Implausible {
-    /// The code.
+    /// The reason's code.
     #[must_use]
     pub const fn code(&self) -> ErrorCode {
         match self {

@@ -1,6 +1,6 @@
-//! The memory of a scan, which is the caller's: samples, and behind them what the fit works in.
+//! The layout of a scan's memory: the samples, then the work space of the fit.
 //!
-//! The functions are not generic, so that firmware has them once.
+//! The functions are not generic, so that firmware contains them once.
 
 use super::FitError;
 use super::status::Status;
@@ -8,67 +8,68 @@ use crate::geometry::{Directions, HalfDifference};
 use crate::model::{SLOT_WORDS, Slot};
 use crate::recipe::Recipe;
 
-/// The samples, and the words behind them.
+/// Splits memory into the samples and the work space.
 pub(super) fn split(memory: &[f32], samples: usize) -> (&[Slot], &[f32]) {
-    let place = samples.saturating_mul(SLOT_WORDS);
-    let (slots, words) = memory.split_at_checked(place).unwrap_or_default();
+    let position = samples.saturating_mul(SLOT_WORDS);
+    let (slots, words) = memory.split_at_checked(position).unwrap_or_default();
     (slots.as_chunks().0, words)
 }
 
-/// The same, to be changed.
+/// Splits mutable memory into the samples and the work space.
 pub(super) fn split_mut(memory: &mut [f32], samples: usize) -> (&mut [Slot], &mut [f32]) {
-    let place = samples.saturating_mul(SLOT_WORDS);
-    let (slots, words) = memory.split_at_mut_checked(place).unwrap_or_default();
+    let position = samples.saturating_mul(SLOT_WORDS);
+    let (slots, words) = memory.split_at_mut_checked(position).unwrap_or_default();
     (slots.as_chunks_mut().0, words)
 }
 
-/// Puts the directions of a recipe's pattern into the samples, unread.
+/// Fills the samples with the directions of a recipe's pattern, without readings.
 #[inline(never)]
-pub(super) fn lay_out(slots: &mut [Slot], recipe: &Recipe<'_>) {
+pub(super) fn initialize(slots: &mut [Slot], recipe: &Recipe<'_>) {
     for (slot, angles) in slots.iter_mut().zip(recipe.pattern()) {
         let HalfDifference { hx, hz, dx, dy, dz } = HalfDifference::from_angles(angles);
         *slot = [hx, hz, dx, dy, dz, 0.0, 0.0, 0.0, 0.0];
     }
 }
 
-/// Where a sample was measured.
-pub(super) fn place_of(slot: &Slot) -> HalfDifference<f32> {
+/// The half and difference vectors of a sample.
+pub(super) fn half_difference_of(slot: &Slot) -> HalfDifference<f32> {
     let [hx, hz, dx, dy, dz, ..] = *slot;
     HalfDifference { hx, hz, dx, dy, dz }
 }
 
-/// What was measured there: the BRDF in linear RGB, sr^-1, not times the cosine.
-pub(super) fn measured_at(slot: &Slot) -> [f32; 3] {
+/// The measured value of a sample: the BRDF in linear RGB, sr^-1, not times the cosine.
+pub(super) fn measured_brdf(slot: &Slot) -> [f32; 3] {
     let [_, _, _, _, _, measured @ .., _] = *slot;
     measured
 }
 
-/// Puts what was measured.
-pub(super) fn put_measured(slot: &mut Slot, brdf: [f32; 3]) {
+/// Sets the measured value of a sample.
+pub(super) fn set_measured_brdf(slot: &mut Slot, brdf: [f32; 3]) {
     let [_, _, _, _, _, measured @ .., _] = slot;
     *measured = brdf;
 }
 
-/// Decides which samples count in a fit, and returns how many: all or none, or, where the recipe tolerates
-/// missing readings, those that were read and not saturated. If all were saturated, they count nevertheless.
+/// Marks the samples that count in a fit, and returns their number. If the recipe needs every reading, all samples
+/// count, or none if a reading is missing. Otherwise, the samples count that were read and are not saturated. If all of
+/// them are saturated, they count too.
 #[inline(never)]
-pub(super) fn weigh(slots: &mut [Slot], recipe: &Recipe<'_>) -> usize {
+pub(super) fn mark_counted(slots: &mut [Slot], recipe: &Recipe<'_>) -> usize {
     let tolerates = recipe.method.tolerates_missing();
     let all = slots.len();
-    let (mut read, mut clear) = (0_usize, 0_usize);
+    let (mut read, mut unsaturated) = (0_usize, 0_usize);
     for status in slots
         .iter()
         .map(Status::of)
         .filter(|status| status.is_read())
     {
         read = read.saturating_add(1);
-        clear = clear.saturating_add(usize::from(!status.is_saturated()));
+        unsaturated = unsaturated.saturating_add(usize::from(!status.is_saturated()));
     }
-    let all_count = !tolerates || clear == 0;
+    let all_count = !tolerates || unsaturated == 0;
     let counted = match (tolerates, all_count) {
         (false, _) if read < all => 0,
         (_, true) => read,
-        (_, false) => clear,
+        (_, false) => unsaturated,
     };
     for slot in slots {
         let status = Status::of(slot);
@@ -94,10 +95,10 @@ pub(super) fn pending(slots: &[Slot]) -> impl Iterator<Item = (u16, Directions<f
     (0..)
         .zip(slots)
         .filter(|(_, slot)| Status::of(slot) == Status::PENDING)
-        .map(|(index, slot)| (index, place_of(slot).directions()))
+        .map(|(index, slot)| (index, half_difference_of(slot).directions()))
 }
 
-/// The first of them.
+/// The first pending sample.
 #[inline(never)]
 pub(super) fn next_pending(slots: &[Slot]) -> Option<(u16, Directions<f32>)> {
     pending(slots).next()

@@ -1,35 +1,36 @@
-//! Signs that readings are not those of a material.
+//! Checks that readings come from a material.
 
 use super::implausible::Implausible;
-use super::residual::{Residual, Sum};
+use super::residual::{Residual, ResidualSum};
 use crate::geometry::HalfDifference;
 use crate::numeric::math::sin_cos;
 
-// The limits exclude none of 197 materials (80 of MERL as networks, 17 of RGL, 100 procedural) with any of the 33 bundled
-// recipes, but RGL's color-shifting `chm_mint` with some of them. `cargo run --release -p glimpse-tests --example
-// plausibility -- SOURCE...` prints the extremes.
+// The limits accept all of 197 materials (80 of MERL as networks, 17 of RGL, 100 procedural) with each of the 33
+// bundled recipes. The only exception is RGL's color-shifting `chm_mint` with some of the recipes. "Observed" values
+// below are those of these materials. `cargo run --release -p glimpse-tests --example plausibility -- SOURCE...` prints
+// them.
 
-/// A channel whose mean is below this share of the brightest one's is dead. (The least of other materials: 0.02.)
-const DEAD: f32 = 0.001;
-/// A residual is implausible if it is more than this multiple of the expected loss (the most of others: 51),
+/// A channel is dead if its mean is below this fraction of the brightest channel's. (Smallest observed fraction: 0.02.)
+const DEAD_FRACTION: f32 = 0.001;
+/// A residual is implausible if it exceeds this multiple of the expected loss (largest observed multiple: 51),
 const RESIDUAL_FACTOR: f32 = 60.0;
-/// and more than this.
+/// and exceeds this value.
 const MIN_RESIDUAL: f32 = 0.25;
-/// The largest plausible albedo at normal incidence (the most: 1.3),
+/// The largest plausible albedo at normal incidence. (Largest observed: 1.3.)
 const MAX_ALBEDO: f32 = 2.0;
-/// and the largest plausible least reading of a channel, sr^-1: such a white would reflect twice the light it receives.
-/// (The most: 0.31.)
-const MAX_LEAST: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
-/// Fewer readings tell nothing about the sensor.
+/// The largest plausible minimum of a channel's readings, sr^-1. A white of this BRDF would reflect twice the light
+/// that it receives. (Largest observed: 0.31.)
+const MAX_MINIMUM: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
+/// The smallest number of readings that can show a broken sensor.
 const MIN_SAMPLES: u16 = 4;
-/// Evaluations of an albedo.
+/// Number of BRDF evaluations for an albedo.
 const NODES: u16 = 16;
 
-/// Judges a fit by its readings, its expected loss if the recipe states or predicts one, and its albedo at normal
+/// Checks a fit by its readings, its expected loss (if the recipe states or predicts one), and its albedo at normal
 /// incidence.
 #[inline(never)]
 pub(super) fn check(
-    sum: &Sum,
+    sum: &ResidualSum,
     expected_loss: Option<f32>,
     albedo: Option<[f32; 3]>,
 ) -> Option<Implausible> {
@@ -49,14 +50,14 @@ pub(super) fn check(
     }
     let dead = (0..)
         .zip(sum.channels)
-        .find(|(_, channel)| *channel < DEAD * brightest);
+        .find(|(_, channel)| *channel < DEAD_FRACTION * brightest);
     if let (true, Some((channel, _))) = (enough, dead) {
         return Some(Implausible::DeadChannel(channel));
     }
-    let by_fit = albedo.unwrap_or_default().into_iter();
-    let too_bright = by_fit
-        .zip(sum.least)
-        .any(|(albedo, least)| albedo > MAX_ALBEDO || (enough && least > MAX_LEAST));
+    let albedos = albedo.unwrap_or_default().into_iter();
+    let too_bright = albedos
+        .zip(sum.minima)
+        .any(|(albedo, minimum)| albedo > MAX_ALBEDO || (enough && minimum > MAX_MINIMUM));
     if too_bright {
         return Some(Implausible::Albedo);
     }
@@ -66,8 +67,8 @@ pub(super) fn check(
         .then_some(Implausible::Residual)
 }
 
-/// The share of light from the normal that a material reflects, per channel, by the midpoint rule over theta_o. `brdf`
-/// is in sr^-1, not times the cosine. None where the BRDF is unknown.
+/// The albedo at normal incidence per channel, by the midpoint rule over theta_o. `brdf` returns the BRDF in sr^-1, not
+/// times the cosine. None if `brdf` returns None.
 pub(super) fn albedo(brdf: impl Fn(&HalfDifference<f32>) -> Option<[f32; 3]>) -> Option<[f32; 3]> {
     let mut albedo = [0.0; 3];
     for node in 0..NODES {

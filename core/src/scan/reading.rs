@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::FitError;
-use super::memory::{measured_at, place_of, put_measured};
+use super::memory::{half_difference_of, measured_brdf, set_measured_brdf};
 use super::status::Status;
 use crate::error_code::ErrorCode;
 use crate::fit::{Channels, FitMethod};
@@ -11,16 +11,17 @@ use crate::gonio::Calibrated;
 use crate::model::Slot;
 use crate::recipe::Recipe;
 
-/// The least that a dark-subtracted reading may be, sr^-1: three times as far below 0 as a perfect
-/// white is above it. What is less is no noise, but a wrong dark reading or a wrong sign.
+/// The smallest valid reading after subtraction of the dark reading, sr^-1: three times as far below 0 as a perfect
+/// white is above it. A smaller value is not noise: the dark reading or the sign is wrong.
 pub const MIN_READING: f32 = -1.0;
 
-/// What more than three quarters of a material's readings never are, sr^-1: thirty times a perfect
-/// white. A metal's may be at half of them, in its highlight and towards grazing angles, where learned
-/// patterns like to look (nickel, with Neural's); but the lower quartile of no material of MERL and
-/// RGL, with any of the four models' patterns, is above 1.2.
-const IMPLAUSIBLE: f32 = 10.0;
-/// Fewer samples may all lie in the highlight.
+/// A limit that no material exceeds at more than three quarters of its readings, sr^-1: thirty times a perfect white.
+///
+/// A metal may exceed it at half of its readings, in the highlight and towards grazing angles, which learned patterns
+/// prefer (for example nickel with Neural's pattern). The lower quartile of every material of MERL and RGL is at most
+/// 1.2, with each of the four models' patterns.
+const MAX_QUARTILE: f32 = 10.0;
+/// The smallest number of samples for this check. Fewer samples may all lie in the highlight.
 const MIN_SAMPLES: usize = 4;
 
 /// A reading of the sensor.
@@ -29,12 +30,12 @@ const MIN_SAMPLES: usize = 4;
 /// use glimpse_core::scan::{Reading, ReadingError};
 ///
 /// let white = Reading::new([0.318, 0.318, 0.318]); // a perfect white is 1 / pi
-/// assert_eq!(white, Reading::monochrome(0.318)); // by a sensor with one channel
+/// assert_eq!(white, Reading::monochrome(0.318)); // of a sensor with one channel
 ///
-/// let at_its_end = Reading { saturated: true, ..white };
-/// assert!(at_its_end.check().is_ok()); // it counts; the residual tells how many there were
+/// let saturated = Reading { saturated: true, ..white };
+/// assert!(saturated.check().is_ok()); // valid; the residual counts saturated readings
 ///
-/// let dark = Reading::new([-0.002, 0.001, 0.0]); // noise about a dark reading
+/// let dark = Reading::new([-0.002, 0.001, 0.0]); // noise after subtraction of a dark reading
 /// assert!(dark.check().is_ok());
 /// let broken = Reading::new([0.1, f32::NAN, 0.1]);
 /// assert_eq!(broken.check(), Err(ReadingError::NonFinite(1)));
@@ -49,8 +50,7 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// A reading of a sensor that was not saturated: the BRDF in linear RGB, sr^-1, not times the
-    /// cosine.
+    /// A reading without saturation, from the BRDF in linear RGB, sr^-1, not times the cosine.
     #[must_use]
     pub const fn new(brdf: [f32; 3]) -> Self {
         Self {
@@ -59,17 +59,17 @@ impl Reading {
         }
     }
 
-    /// A reading of a sensor with one channel: if all readings of a scan are, the fitted
-    /// material is gray: its three channels are equal, to the bit.
+    /// A reading of a sensor with one channel. If all readings of a scan are monochrome, the fitted material is gray:
+    /// its three channels are equal, to the bit.
     #[must_use]
     pub const fn monochrome(brdf: f32) -> Self {
         Self::new([brdf; 3])
     }
 
-    /// Checks that it is a possible reading.
+    /// Checks that the reading is valid.
     ///
     /// # Errors
-    /// [`ReadingError::NonFinite`], or [`ReadingError::Negative`] below [`MIN_READING`].
+    /// [`ReadingError::NonFinite`], or [`ReadingError::Negative`] for a value below [`MIN_READING`].
     pub fn check(&self) -> Result<(), ReadingError> {
         for (channel, value) in (0..).zip(self.brdf) {
             if !value.is_finite() {
@@ -93,33 +93,33 @@ impl From<Calibrated> for Reading {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Recorded {
-    /// It took the place of an earlier one.
+    /// True if the reading replaced an earlier one.
     pub replaced: bool,
-    /// A channel was so far below 0 that the loss could not take it, and was brought up to what it
-    /// can: [`Residual::clamped`](super::Residual::clamped) counts such readings.
+    /// True if a channel is too far below 0 for the loss. The fit raises it to the smallest value that the loss
+    /// accepts; [`Residual::clamped`](super::Residual::clamped) counts such readings.
     pub clamped: bool,
 }
 
-/// An invalid reading, which has to be taken again.
+/// An invalid reading. Take it again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ReadingError {
     /// A channel (0 red, 1 green, 2 blue) is NaN or infinite.
     NonFinite(u8),
-    /// A channel is further below 0 than noise can be.
+    /// A channel (0 red, 1 green, 2 blue) is below [`MIN_READING`].
     Negative(u8),
     /// The recipe's pattern has no sample with this index.
     Index {
         /// The index.
         index: u16,
-        /// How many samples there are.
+        /// Number of samples of the pattern.
         samples: u16,
     },
 }
 
 impl ReadingError {
-    /// The code.
+    /// The error's code.
     #[must_use]
     pub const fn code(&self) -> ErrorCode {
         match self {
@@ -136,10 +136,13 @@ impl core::fmt::Display for ReadingError {
             Self::NonFinite(channel) => write!(f, "channel {channel} is not a finite number"),
             Self::Negative(channel) => write!(
                 f,
-                "channel {channel} is below {MIN_READING} sr^-1, further than noise can be: look at the dark reading"
+                "channel {channel} is below {MIN_READING} sr^-1, which is not noise: check the dark reading"
             ),
             Self::Index { index, samples } => {
-                write!(f, "there is no sample {index}: the pattern has {samples}")
+                write!(
+                    f,
+                    "sample {index} does not exist: the pattern has {samples}"
+                )
             }
         }
     }
@@ -147,7 +150,7 @@ impl core::fmt::Display for ReadingError {
 
 impl core::error::Error for ReadingError {}
 
-/// Takes a reading. Out of line: its temporaries leave the stack with it.
+/// Records a reading. The function is not inlined, so that its temporaries leave the stack when it returns.
 #[inline(never)]
 pub(super) fn record(
     slots: &mut [Slot],
@@ -162,26 +165,27 @@ pub(super) fn record(
     };
     let min = recipe
         .method
-        .min_reading(usize::from(index), &place_of(slot));
+        .min_reading(usize::from(index), &half_difference_of(slot));
     let recorded = Recorded {
         replaced: Status::of(slot).is_read(),
         clamped: reading.brdf.iter().any(|value| *value < min),
     };
-    put_measured(slot, reading.brdf);
+    set_measured_brdf(slot, reading.brdf);
     Status::read(reading.saturated, recorded.clamped).put(slot);
     Ok(recorded)
 }
 
-/// Refuses readings that are too large for any material, such as a sensor's raw counts; notes which readings
-/// repeat the one before; and raises what is too far below 0 for the fit. Returns whether all that count are gray.
+/// Prepares the readings for a fit. It rejects readings that are too large for any material, such as raw counts. It
+/// marks repeated readings, and raises values that are too far below 0 for the fit. Returns gray if all readings that
+/// count are gray.
 #[inline(never)]
 pub(super) fn prepare(slots: &mut [Slot], method: &FitMethod<'_>) -> Result<Channels, FitError> {
     // A sample that does not count may still hold the reading of another material.
     let counted = slots.iter().filter(|slot| Status::of(slot).counts());
-    let values = counted.clone().flat_map(measured_at);
-    let too_large = values.filter(|value| *value > IMPLAUSIBLE).count();
+    let values = counted.clone().flat_map(measured_brdf);
+    let too_large = values.filter(|value| *value > MAX_QUARTILE).count();
     let is_gray = |slot: &Slot| {
-        let [red, green, blue] = measured_at(slot).map(f32::to_bits);
+        let [red, green, blue] = measured_brdf(slot).map(f32::to_bits);
         red == green && green == blue
     };
     let gray = counted.clone().all(is_gray);
@@ -189,15 +193,15 @@ pub(super) fn prepare(slots: &mut [Slot], method: &FitMethod<'_>) -> Result<Chan
     let all = counted.saturating_mul(3);
     if counted >= MIN_SAMPLES && too_large.saturating_mul(4) > all.saturating_mul(3) {
         return Err(FitError::TooLarge {
-            limit: IMPLAUSIBLE as u16,
+            limit: MAX_QUARTILE as u16,
         });
     }
-    note_repeated(slots);
+    mark_repeated(slots);
     for (index, slot) in slots.iter_mut().enumerate() {
         let status = Status::of(slot);
         if status.is_clamped() {
-            let min = method.min_reading(index, &place_of(slot));
-            put_measured(slot, measured_at(slot).map(|value| value.max(min)));
+            let min = method.min_reading(index, &half_difference_of(slot));
+            set_measured_brdf(slot, measured_brdf(slot).map(|value| value.max(min)));
             status.raised().put(slot);
         }
     }
@@ -208,20 +212,20 @@ pub(super) fn prepare(slots: &mut [Slot], method: &FitMethod<'_>) -> Result<Chan
     })
 }
 
-/// Notes which readings are equal, bit for bit, to the one before them in the pattern. One that a fit has raised
-/// already is no longer what was read: flags stay beside it.
-fn note_repeated(slots: &mut [Slot]) {
-    let mut before = None;
+/// Marks the readings that equal the previous one in the pattern, bit for bit. If a fit has raised either of them,
+/// their values are not the sensor's, and an earlier mark stays.
+fn mark_repeated(slots: &mut [Slot]) {
+    let mut previous = None;
     for slot in slots {
         let status = Status::of(slot);
         if !status.is_read() {
             continue;
         }
-        let bits = measured_at(slot).map(f32::to_bits);
-        if let Some((earlier, was_raised)) = before.replace((bits, status.is_raised()))
+        let bits = measured_brdf(slot).map(f32::to_bits);
+        if let Some((previous_bits, was_raised)) = previous.replace((bits, status.is_raised()))
             && !(was_raised || status.is_raised())
         {
-            status.repeated(earlier == bits).put(slot);
+            status.repeated(previous_bits == bits).put(slot);
         }
     }
 }

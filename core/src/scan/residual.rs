@@ -9,48 +9,49 @@ use crate::model::loss::cosine_weighted_log_error;
 
 /// The residual of a fit.
 ///
-/// It cannot see a wrong convention: readings that are times the cosine are fitted as well as
-/// others. [`gonio::tile`](crate::gonio::tile), on a tile of known reflectance, can.
+/// It cannot detect a wrong convention: a fit explains readings times the cosine equally well.
+/// [`gonio::tile`](crate::gonio::tile) detects it with a tile of known reflectance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Residual {
     /// The mean cosine-weighted logarithmic error over the readings of the fit. It is not comparable with the expected
-    /// loss, a mean over all directions; it is implausible from 0.25 on if it is also more than 60 times as large.
+    /// loss, which is a mean over all directions. It is implausible if it exceeds both 0.25 and 60 times the expected
+    /// loss.
     pub mean: f32,
-    /// The reading that is explained worst.
+    /// Index of the reading with the largest error.
     pub worst_index: u16,
-    /// Its error.
+    /// The largest error.
     pub worst: f32,
     /// Number of saturated readings.
     pub saturated: u16,
-    /// Number of readings that equal the one before them in the pattern, bit for bit. A real sensor is too
-    /// noisy for that; if all but the first were, it is stuck.
+    /// Number of readings that equal the previous one in the pattern, bit for bit. A real sensor is too noisy for that.
+    /// If all readings but the first are repeated, the sensor is stuck.
     pub repeated: u16,
-    /// Number of readings that were too far below 0 for the loss, and were raised.
+    /// Number of readings that were too far below 0 for the loss. The fit has raised them.
     pub clamped: u16,
-    /// Why the fitted material is implausible, if it is.
+    /// The reason why the fitted material is implausible, if it is.
     pub implausible: Option<Implausible>,
 }
 
-/// A residual whose mean is a sum yet.
+/// A residual in computation: its mean is still a sum.
 #[derive(Default)]
-pub(super) struct Sum {
+pub(super) struct ResidualSum {
     pub(super) residual: Residual,
-    /// The number of readings that count, and the sum and the least of each channel, sr^-1.
+    /// Number of readings that count. Sum and minimum of each channel are in sr^-1.
     pub(super) read: u16,
     pub(super) channels: [f32; 3],
-    pub(super) least: [f32; 3],
+    pub(super) minima: [f32; 3],
 }
 
-impl Sum {
-    /// Counts a reading that the fit left out, being saturated.
-    pub(super) fn left_out(&mut self, status: Status) {
+impl ResidualSum {
+    /// Counts a reading that the fit omitted because of saturation.
+    pub(super) fn add_omitted(&mut self, status: Status) {
         let saturated = &mut self.residual.saturated;
         *saturated = saturated.saturating_add(u16::from(status.is_saturated()));
     }
 
-    /// Adds a reading and what the fit makes of it, the BRDF in sr^-1, not times the cosine.
-    #[inline(never)] // there once, and not for each model
+    /// Adds a reading, and the fit's BRDF for it in sr^-1, not times the cosine.
+    #[inline(never)] // compiled once, not once per model
     pub(super) fn add(
         &mut self,
         index: u16,
@@ -62,7 +63,7 @@ impl Sum {
         let cosine = sample.at.cos_theta_i();
         let loss = cosine_weighted_log_error(sample.measured, modeled, cosine, 1.0 / 3.0);
         let mut error = loss.error.value();
-        // Logarithms by micromath make numbers of what is none.
+        // micromath's logarithms of infinities and NaNs are finite.
         if !modeled.iter().all(|f| f.is_finite()) {
             error = f32::NAN;
         }
@@ -77,11 +78,11 @@ impl Sum {
         residual.clamped = count(residual.clamped, status.is_clamped());
         let is_first = self.read == 0;
         self.read = self.read.saturating_add(1);
-        let sums = self.channels.iter_mut().zip(&mut self.least);
-        for ((sum, least), value) in sums.zip(sample.measured) {
+        let sums = self.channels.iter_mut().zip(&mut self.minima);
+        for ((sum, minimum), value) in sums.zip(sample.measured) {
             *sum += value;
-            if is_first || value < *least {
-                *least = value;
+            if is_first || value < *minimum {
+                *minimum = value;
             }
         }
     }

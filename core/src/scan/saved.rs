@@ -1,4 +1,4 @@
-//! Readings as bytes that can be kept where a reset leaves them.
+//! Readings as bytes, for memory that survives a reset.
 //!
 //! # Format
 //!
@@ -6,11 +6,11 @@
 //! postcard( recipe: u32, readings: list of (index: u16, brdf: 3 x f32, saturated: bool) )  CRC-32
 //! ```
 //!
-//! The recipe is named by its checksum. The CRC is ISO-HDLC over the postcard bytes,
-//! little-endian; what follows it in memory does not matter.
+//! `recipe` is the recipe's checksum. The CRC is ISO-HDLC over the postcard bytes, little-endian. Bytes after the CRC
+//! are ignored.
 //!
-//! All of it is written anew after each reading. If that is cut short, or the memory has lost what
-//! it held, the CRC says so, and the scan begins afresh.
+//! Everything is written again after each reading. The CRC detects an interrupted write or lost memory; the scan then
+//! starts from the beginning.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -19,37 +19,42 @@ use super::{Reading, ReadingError};
 use crate::checksum::crc_32;
 use crate::recipe::Recipe;
 
-/// Bytes of a reading: index, three numbers and a flag.
+/// Largest size of a reading in bytes: index, three numbers and a flag.
 const READING_BYTES: usize = 3 + 3 * 4 + 1;
-/// Bytes of the recipe's checksum and of the number of readings, at most, and of the CRC.
+/// Largest size of the recipe's checksum, the number of readings, and the CRC, in bytes.
 const OTHER_BYTES: usize = 5 + 5 + 4;
 
-/// Errors of saved readings.
+/// An error of saved readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SavedError {
-    /// No whole readings are there: nothing was written, or it was cut short or altered.
+    /// The bytes hold no intact readings: none were written, or they were cut or altered.
     Damaged,
-    /// They are by another recipe.
+    /// The readings belong to another recipe.
     Recipe {
         /// That recipe's checksum.
         found: u32,
     },
-    /// There is no room for so many readings.
+    /// The buffer or the capacity is too small for the readings.
     Full,
-    /// It cannot be a reading.
+    /// A reading is invalid.
     Reading(ReadingError),
 }
 
 impl core::fmt::Display for SavedError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Damaged => f.write_str("no whole readings are saved"),
+            Self::Damaged => f.write_str("no intact readings are saved: read all samples"),
             Self::Recipe { found } => {
-                write!(f, "the saved readings are by the recipe {found:08x}")
+                write!(
+                    f,
+                    "the saved readings belong to the recipe {found:08x}: read all samples"
+                )
             }
-            Self::Full => f.write_str("there is no room for so many readings"),
+            Self::Full => {
+                f.write_str("more readings than fit: use `max_samples` and `Saved::BYTES`")
+            }
             Self::Reading(error) => error.fmt(f),
         }
     }
@@ -60,22 +65,22 @@ impl core::error::Error for SavedError {}
 /// The readings of a scan, in the order in which they were recorded. `CAPACITY` is the largest number of samples:
 /// [`max_samples`](crate::recipe::max_samples) of the recipes.
 ///
-/// Skipped samples are not saved: after a reset they are pending again. If [`Saved::read`] fails, also because the
-/// recipe has changed, start with [`Saved::new`].
+/// Skipped samples are not saved: after a reset they are pending again. If [`Saved::read`] fails, for example because
+/// the recipe has changed, start with [`Saved::new`].
 ///
 /// ```
 /// use glimpse_core::recipe::Recipe;
 /// use glimpse_core::scan::{Reading, Saved, SavedError};
 ///
 /// let recipe = Recipe::parse(include_bytes!("../../examples/recipes/neural-n8.recipe"))?;
-/// let mut flash = [0xff; Saved::<8>::BYTES]; // as it is before anything is written
+/// let mut flash = [0xff; Saved::<8>::BYTES]; // erased
 /// assert_eq!(Saved::<8>::read(&flash, &recipe), Err(SavedError::Damaged));
 ///
 /// let mut saved = Saved::<8>::new(&recipe);
 /// saved.insert(3, Reading::new([0.2, 0.1, 0.05]))?;
 /// saved.write(&mut flash)?;
 ///
-/// // After a reset the scan records them first.
+/// // After a reset, record these readings first.
 /// let saved = Saved::<8>::read(&flash, &recipe)?;
 /// assert_eq!(saved.readings(), [(3, Reading::new([0.2, 0.1, 0.05]))]);
 /// # Ok::<(), Box<dyn core::error::Error>>(())
@@ -87,12 +92,12 @@ pub struct Saved<const CAPACITY: usize> {
 }
 
 impl<const CAPACITY: usize> Saved<CAPACITY> {
-    /// The most bytes that they take.
+    /// The largest size of the readings in bytes.
     pub const BYTES: usize = READING_BYTES
         .saturating_mul(CAPACITY)
         .saturating_add(OTHER_BYTES);
 
-    /// Nothing was read yet.
+    /// Creates an empty list of readings.
     #[must_use]
     pub fn new(recipe: &Recipe<'_>) -> Self {
         Self {
@@ -101,10 +106,10 @@ impl<const CAPACITY: usize> Saved<CAPACITY> {
         }
     }
 
-    /// Reads what [`Saved::write`] wrote.
+    /// Reads the bytes of [`Saved::write`].
     ///
     /// # Errors
-    /// If they are not whole, by another recipe, or hold what cannot be a reading.
+    /// [`SavedError`] if the bytes are damaged, belong to another recipe, or hold an invalid reading.
     pub fn read(bytes: &[u8], recipe: &Recipe<'_>) -> Result<Self, SavedError> {
         let (saved, rest) =
             postcard::take_from_bytes::<Self>(bytes).map_err(|_| SavedError::Damaged)?;
@@ -125,10 +130,10 @@ impl<const CAPACITY: usize> Saved<CAPACITY> {
         Ok(saved)
     }
 
-    /// Writes them into `buffer` and returns the bytes used.
+    /// Writes the readings into `buffer`, and returns the bytes used.
     ///
     /// # Errors
-    /// [`SavedError::Full`] if `buffer` has no room; [`Saved::BYTES`] always suffice.
+    /// [`SavedError::Full`] if `buffer` is too small. [`Saved::BYTES`] bytes always suffice.
     pub fn write<'b>(&self, buffer: &'b mut [u8]) -> Result<&'b [u8], SavedError> {
         let content = postcard::to_slice(self, buffer).map_err(|_| SavedError::Full)?;
         let (length, checksum) = (content.len(), crc_32(content).to_le_bytes());
@@ -142,8 +147,8 @@ impl<const CAPACITY: usize> Saved<CAPACITY> {
     /// Adds a reading, or replaces the one with the same index.
     ///
     /// # Errors
-    /// [`SavedError::Reading`] if it cannot be one, [`SavedError::Full`] if there are `CAPACITY`
-    /// already.
+    /// [`SavedError::Reading`] if the reading is invalid. [`SavedError::Full`] if there are already `CAPACITY`
+    /// readings.
     pub fn insert(&mut self, index: u16, reading: Reading) -> Result<(), SavedError> {
         reading.check().map_err(SavedError::Reading)?;
         if let Some((_, saved)) = self.readings.iter_mut().find(|(saved, _)| *saved == index) {

@@ -6,15 +6,15 @@ use crate::fit::Channels;
 /// Stage of a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Stage {
-    /// Channels are taken; the fit's words hold nothing.
+    /// Readings are being recorded. The work space is unused.
     Reading,
-    /// A fit is under way.
+    /// A fit is in progress.
     Fitting(Fitting),
     /// The fit is complete and was checked.
     Fitted(Residual),
 }
 
-/// A fit under way.
+/// A fit in progress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fitting {
     /// Units of work done.

@@ -9,12 +9,12 @@ pub(super) struct Status(u32);
 impl Status {
     /// Neither read nor skipped.
     pub(super) const PENDING: Self = Self(0);
-    /// Cannot be read.
+    /// Skipped.
     pub(super) const SKIPPED: Self = Self(2);
     const READ: u32 = 4;
     const SATURATED: u32 = 8;
     const CLAMPED: u32 = 16;
-    /// A fit has raised it to what the loss takes.
+    /// A fit has raised its values to the smallest that the loss accepts.
     const RAISED: u32 = 32;
     /// Equal to the reading before it in the pattern.
     const REPEATED: u32 = 64;

@@ -161,7 +161,7 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
         b: &[Self; J],
     ) {
         for (row, a) in sums.into_iter().zip(&a) {
-            if N != 1 || !T::ADDS_BY_THE_LIST {
+            if N != 1 || !T::HAS_FAST_ADD_ALL {
                 for (sum, b) in row.iter_mut().zip(b) {
                     Self::add_product(sum, *a, *b);
                 }
@@ -179,7 +179,7 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
 
     #[inline(always)]
     fn add_all(sums: &mut [Self::Sum], terms: &[Self]) {
-        if N != 1 || !T::ADDS_BY_THE_LIST {
+        if N != 1 || !T::HAS_FAST_ADD_ALL {
             for (sum, term) in sums.iter_mut().zip(terms) {
                 Self::add_to(sum, *term);
             }

@@ -1,4 +1,4 @@
-//! The compact basis: what turns coefficients into a BRDF on the device.
+//! The compact basis, which turns coefficients into a BRDF on the device.
 
 use super::format::{
     HEADER_BYTES, MAGIC, MAX_COMPONENTS, NODE_HEAD_BYTES, SHAPE_BYTES, VERSION, checksum_of,
@@ -7,14 +7,15 @@ use super::{BasisError, Nodes, unmap};
 use crate::geometry::{HalfDifference, UNIT_TOLERANCE};
 use crate::numeric::Floats;
 
-/// The largest deviation of a vector's squared length from 1: twice what its length may.
-const UNIT: f32 = 2.0 * UNIT_TOLERANCE;
+/// The largest deviation of a vector's squared length from 1: twice the tolerance of its length.
+const SQUARED_LENGTH_TOLERANCE: f32 = 2.0 * UNIT_TOLERANCE;
 
-/// A compact basis in memory or in flash, checked: principal components of the training materials
-/// on a coarse grid, in bytes.
+/// A valid compact basis in memory or in flash: principal components of the training materials on a coarse grid, as
+/// bytes.
 ///
-/// One file serves the recipes of every n that were trained with the same whole basis:
-/// [`Basis::of`] is the `basis_checksum` of such a recipe. The format is in [`docs/basis.md`](https://docs.rs/crate/glimpse-core/latest/source/docs/basis.md).
+/// One file serves all recipes that were trained with the same full basis, for any n. [`Basis::of`] equals the
+/// `basis_checksum` of such a recipe. The format is documented in
+/// [`docs/basis.md`](https://docs.rs/crate/glimpse-core/latest/source/docs/basis.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Basis<'a> {
     of: u32,
@@ -23,14 +24,14 @@ pub struct Basis<'a> {
     mean_scale: f32,
     /// A scale for each component.
     scales: Floats<'a>,
-    /// Node by node: mean, scale of the row, row.
+    /// The nodes, each with its mean, the scale of its row, and its row.
     table: &'a [u8],
 }
 
-/// A node's entries, and its share in what is interpolated.
+/// A node's entries, and its weight in an interpolation.
 struct Row<'a> {
-    /// The share, times the row's scale.
-    share: f32,
+    /// The weight times the row's scale.
+    weight: f32,
     entries: core::slice::Iter<'a, u8>,
 }
 
@@ -38,7 +39,7 @@ impl<'a> Basis<'a> {
     /// Reads a compact basis in place.
     ///
     /// # Errors
-    /// What is wrong with the bytes, by name. After `Ok` nothing about the basis can fail.
+    /// [`BasisError`] with the first fault of the bytes. A basis that was read has no faults.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, BasisError> {
         let (magic, rest) = bytes.split_first_chunk().ok_or(BasisError::Magic)?;
         if *magic != MAGIC {
@@ -137,33 +138,33 @@ impl<'a> Basis<'a> {
         self.scales.len()
     }
 
-    /// Its nodes.
+    /// The numbers of nodes.
     #[must_use]
     pub fn nodes(&self) -> Nodes {
         self.nodes
     }
 
-    /// The CRC-32 in its header: names the file.
+    /// The CRC-32 in the header, which identifies the file.
     #[must_use]
     pub fn checksum(&self) -> u32 {
         self.checksum
     }
 
-    /// The checksum of the whole basis that it was made of. Only coefficients of a recipe with the same
-    /// `basis_checksum` belong to it.
+    /// The checksum of the full basis from which this basis was made. The basis is only for coefficients of recipes
+    /// with the same `basis_checksum`.
     #[must_use]
     pub fn of(&self) -> u32 {
         self.of
     }
 
-    /// The BRDF in linear RGB, sr^-1, not times the cosine: finite, none negative.
+    /// The BRDF in linear RGB, sr^-1, not times the cosine. It is finite and not negative.
     ///
-    /// `coefficients` are those of red, green and blue, as a fit of the model Linear ends in. Those
-    /// of components that the file does not hold are left out, which is where most of the loss
-    /// comes from that it costs; where there are fewer, the others count as 0.
+    /// `coefficients` are those of red, green and blue that a fit of the model Linear yields. Coefficients of
+    /// components that the file lacks are ignored; most of the accuracy loss of a compact basis is due to this. Missing
+    /// coefficients count as 0.
     ///
-    /// None if `at` is below the horizon or its vectors are not of unit length, or if the
-    /// coefficients are so large, or no numbers, that the BRDF would not be finite.
+    /// None if `at` is below the horizon or its vectors are not of unit length, or if a coefficient is so large, or
+    /// NaN, that the BRDF is not finite.
     #[must_use]
     pub fn brdf(&self, coefficients: [&[f32]; 3], at: &HalfDifference<f32>) -> Option<[f32; 3]> {
         if !(at.is_valid() && is_unit(at)) {
@@ -183,18 +184,18 @@ impl<'a> Basis<'a> {
         brdf.iter().all(|value| value.is_finite()).then_some(brdf)
     }
 
-    /// Values at a half and difference vector of unit length: the mean of ln(1 + f w / e) over the
-    /// training columns, f the BRDF, w = cos(theta_i) cos(theta_o); and the components, one after the
-    /// other. Below the horizon it is as at the horizon. None never comes of a basis that was parsed.
+    /// Returns the mean and the components, one after the other, at half and difference vectors of unit length. The
+    /// mean is that of ln(1 + f w / e) over the training columns, with the BRDF f and w = cos(theta_i) cos(theta_o).
+    /// Below the horizon, the values are those of the horizon. The result is never None for a basis that was read.
     #[must_use]
     #[inline]
     pub fn look_up(&self, at: &HalfDifference<f32>) -> Option<(f32, impl Iterator<Item = f32>)> {
         let mut mean = 0.0;
         let [a, b, c, d, e, f, g, h] = self.nodes.corners(at).map(|corner| {
             let (value, scale, row) = self.node(corner.node)?;
-            mean += corner.share * value;
+            mean += corner.weight * value;
             Some(Row {
-                share: corner.share * scale,
+                weight: corner.weight * scale,
                 entries: row.iter(),
             })
         });
@@ -203,21 +204,21 @@ impl<'a> Basis<'a> {
             let mut component = 0.0;
             for row in &mut rows {
                 let entry = row.entries.next().copied().unwrap_or_default();
-                component += row.share * f32::from(entry.cast_signed());
+                component += row.weight * f32::from(entry.cast_signed());
             }
             component * scale
         });
         Some((mean, components))
     }
 
-    /// The same at a node of its grid; None if there are not as many.
+    /// Returns the mean and the components at a node of the grid. None if the index is too large.
     #[cfg(feature = "training")]
     #[must_use]
     pub fn at_node(&self, node: usize) -> Option<(f32, impl Iterator<Item = f32>)> {
-        let (mean, share, row) = self.node(node)?;
+        let (mean, row_scale, row) = self.node(node)?;
         let entries = row.iter().zip(self.scales.iter());
         let components =
-            entries.map(move |(entry, scale)| share * f32::from(entry.cast_signed()) * scale);
+            entries.map(move |(entry, scale)| row_scale * f32::from(entry.cast_signed()) * scale);
         Some((mean, components))
     }
 
@@ -236,12 +237,13 @@ impl<'a> Basis<'a> {
 enum BodyError {
     /// The expected number of bytes.
     Short(usize),
-    /// Something else.
+    /// Another error.
     Other(BasisError),
 }
 
 fn is_unit(at: &HalfDifference<f32>) -> bool {
     let half = at.hx * at.hx + at.hz * at.hz;
     let difference = at.dx * at.dx + at.dy * at.dy + at.dz * at.dz;
-    (half - 1.0).abs() < UNIT && (difference - 1.0).abs() < UNIT
+    (half - 1.0).abs() < SQUARED_LENGTH_TOLERANCE
+        && (difference - 1.0).abs() < SQUARED_LENGTH_TOLERANCE
 }

@@ -12,25 +12,25 @@ pub enum BasisError {
     Magic,
     /// A format version that this crate does not read.
     Version(u16),
-    /// The file is longer or shorter than it says, or than its nodes and components need.
+    /// The length is not that of the header, or not that of the nodes and components.
     Length {
-        /// Bytes that it should have.
+        /// Expected number of bytes.
         expected: u32,
-        /// Bytes at hand.
+        /// Actual number of bytes.
         found: u32,
     },
     /// The bytes were altered after they were written.
     Checksum,
-    /// No components, or more than a recipe can have.
+    /// The number of components is 0, or larger than a recipe allows.
     Components(u16),
-    /// Fewer than two nodes along an axis, or more than an address can count.
+    /// An axis has fewer than two nodes, or the total number of nodes is too large for an address.
     Nodes,
     /// A scale is a NaN, an infinity or negative.
     Scale,
 }
 
 impl BasisError {
-    /// The code.
+    /// The error's code.
     #[must_use]
     pub const fn code(&self) -> ErrorCode {
         match self {
@@ -47,12 +47,12 @@ impl core::fmt::Display for BasisError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::Magic => f.write_str(
-                "this is not a compact basis: it does not begin with GLMC; `trainer export \
+                "the bytes are not a compact basis: they do not begin with GLMC; `trainer export \
                  --format basis` writes one",
             ),
             Self::Version(version) => write!(
                 f,
-                "compact basis format {version} is unknown: this reads format {VERSION}; export \
+                "compact basis format {version} is unknown: this version reads format {VERSION}; export \
                  the basis again"
             ),
             Self::Length { expected, found } => write!(
@@ -65,7 +65,7 @@ impl core::fmt::Display for BasisError {
             }
             Self::Components(components) => write!(
                 f,
-                "the compact basis has {components} components, which is none or too many; export \
+                "the compact basis has {components} components, which is 0 or too many; export \
                  the basis again"
             ),
             Self::Nodes => f.write_str(

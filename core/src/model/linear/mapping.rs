@@ -4,11 +4,11 @@
 
 use crate::numeric::Scalar;
 
-/// e of the mapping: what is added to the BRDF times both cosines, so that dark values have a
-/// logarithm (Nielsen et al. 2015).
+/// The offset e of the mapping. It is added to the BRDF times both cosines, so that dark values have a logarithm
+/// (Nielsen et al. 2015).
 pub const EPSILON: f64 = 1e-3;
 /// The smallest weight that [`unmap`] divides by.
-const LEAST_WEIGHT: f64 = 1e-6;
+const MIN_WEIGHT: f64 = 1e-6;
 
 /// ln((brdf w + e) / (median w + e)), the paper's mapping.
 ///
@@ -29,8 +29,8 @@ pub fn map<S: Scalar>(brdf: S, median: S, weight: S) -> S {
 #[inline(always)]
 pub fn unmap<S: Scalar>(mapped: S, median: S, weight: S) -> S {
     let epsilon = S::constant(EPSILON);
-    let least = S::constant(LEAST_WEIGHT);
+    let min_weight = S::constant(MIN_WEIGHT);
     let scaled = epsilon.plus_product(median, weight) * mapped.exp() - epsilon;
-    let divisor = (weight - least).if_positive(weight, least);
+    let divisor = (weight - min_weight).if_positive(weight, min_weight);
     (scaled / divisor).relu()
 }

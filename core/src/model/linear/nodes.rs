@@ -1,45 +1,41 @@
-//! The nodes of a compact basis, and those around a direction.
+//! The nodes of a compact basis, and the interpolation between them.
 //!
-//! The axes are not angles but smooth functions of them that need two kinds of arithmetic only,
-//! divisions and square roots, all from 0 to 1:
+//! The axes are smooth functions of the angles, from 0 to 1. They need only divisions and square roots, no
+//! trigonometric functions:
 //!
-//! - u = sqrt(hx / sqrt(1 + hz)): u^2 is sqrt(2) sin(theta_h / 2), so that nodes are dense at
-//!   highlights;
-//! - v = 1 - dz = 1 - cos(theta_d): dense towards grazing angles;
-//! - p = sqrt(min(dy^2 / (s (s + |dx|)), min(cos(theta_i), cos(theta_o)) / (hz dz))), s =
-//!   sin(theta_d): 0 in the plane of incidence or, where that is nearer, at the horizon; 1 across
-//!   the plane of incidence.
+//! - u = sqrt(hx / sqrt(1 + hz)). u^2 is sqrt(2) sin(theta_h / 2), so that nodes are dense at highlights.
+//! - v = 1 - dz = 1 - cos(theta_d), dense towards grazing angles.
+//! - p = sqrt(min(dy^2 / (s (s + |dx|)), min(cos(theta_i), cos(theta_o)) / (hz dz))), s = sin(theta_d). p is 0 in the
+//!   plane of incidence or at the horizon, whichever is nearer, and 1 perpendicular to the plane of incidence.
 //!
-//! The third bends the grid along the horizon, so that no node lies below it. It is the same for
-//! phi_d, -phi_d and phi_d + pi: a basis on these nodes is reciprocal and has the mirror symmetry
-//! of an isotropic material, by construction.
+//! p bends the grid along the horizon, so that no node lies below it. It is equal for phi_d, -phi_d and phi_d + pi. A
+//! basis on these nodes is therefore reciprocal, and has the mirror symmetry of an isotropic material.
 
 use crate::geometry::HalfDifference;
 use crate::numeric::math;
 
-/// Below this sin(theta_d)^2 the azimuth of the difference vector has no meaning.
+/// The sin(theta_d)^2 below which the azimuth of the difference vector is undefined.
 const POLE: f32 = 1e-12;
 
-/// Number of nodes of a compact basis along each of its axes, two at least.
+/// Number of nodes of a compact basis along each of its axes, at least two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Nodes {
-    /// Along u, which theta_h moves.
+    /// Along u, a function of theta_h.
     pub theta_h: u16,
-    /// Along v, which theta_d moves.
+    /// Along v, a function of theta_d.
     pub theta_d: u16,
-    /// Along p, which phi_d moves.
+    /// Along p, which depends most on phi_d.
     pub phi_d: u16,
 }
 
 /// A node that takes part in an interpolation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Corner {
-    /// Which one: (index along u times nodes along v + index along v) times nodes along p + index
-    /// along p.
+    /// Index of the node: (index along u times nodes along v + index along v) times nodes along p + index along p.
     pub node: usize,
-    /// Its share, 0 to 1; the eight shares add up to 1.
-    pub share: f32,
+    /// Weight in the interpolation, 0 to 1. The eight weights add up to 1.
+    pub weight: f32,
 }
 
 impl Nodes {
@@ -51,28 +47,27 @@ impl Nodes {
             .checked_mul(usize::from(self.phi_d))
     }
 
-    /// The eight nodes around a half and difference vector, trilinear.
+    /// The eight nodes around half and difference vectors, with the weights of trilinear interpolation.
     ///
-    /// The vectors have to be of unit length and above the horizon
-    /// ([`HalfDifference::is_valid`]); of others, NaNs among them, the answer is eight nodes
-    /// without a meaning.
+    /// The vectors have to be of unit length and above the horizon ([`HalfDifference::is_valid`]). The result for other
+    /// vectors, including NaNs, is eight nodes without a meaning.
     #[must_use]
     pub fn corners(&self, at: &HalfDifference<f32>) -> [Corner; 8] {
-        let [u, v, p] = place(at);
-        let u = between(u, self.theta_h);
-        let v = between(v, self.theta_d);
-        let p = between(p, self.phi_d);
+        let [u, v, p] = coordinates(at);
+        let u = neighbors(u, self.theta_h);
+        let v = neighbors(v, self.theta_d);
+        let p = neighbors(p, self.phi_d);
         let rows = usize::from(self.theta_d);
         let columns = usize::from(self.phi_d);
         let mut corners = [Corner::default(); 8];
-        let mut places = corners.iter_mut();
+        let mut remaining = corners.iter_mut();
         for u in u {
             for v in v {
                 let row = u.node.saturating_mul(rows).saturating_add(v.node);
-                for (p, corner) in p.into_iter().zip(&mut places) {
+                for (p, corner) in p.into_iter().zip(&mut remaining) {
                     *corner = Corner {
                         node: row.saturating_mul(columns).saturating_add(p.node),
-                        share: u.share * v.share * p.share,
+                        weight: u.weight * v.weight * p.weight,
                     };
                 }
             }
@@ -82,7 +77,7 @@ impl Nodes {
 }
 
 /// u, v and p.
-fn place(at: &HalfDifference<f32>) -> [f32; 3] {
+fn coordinates(at: &HalfDifference<f32>) -> [f32; 3] {
     // The material is its own mirror image in the xz plane and in the yz plane.
     let (hx, dx) = (at.hx.abs(), at.dx.abs());
     let u = math::sqrt(hx / math::sqrt(1.0 + at.hz));
@@ -95,26 +90,25 @@ fn place(at: &HalfDifference<f32>) -> [f32; 3] {
     };
     let scale = at.hz * at.dz;
     let above = (scale - hx * dx) / scale;
-    let least = if above < across { above } else { across };
-    [u, 1.0 - at.dz, math::sqrt(least.max(0.0))]
+    let smaller = if above < across { above } else { across };
+    [u, 1.0 - at.dz, math::sqrt(smaller.max(0.0))]
 }
 
-/// The two nodes of an axis around a number from 0 to 1; what lies outside counts as the nearest
-/// end.
-fn between(place: f32, nodes: u16) -> [Corner; 2] {
+/// The two nodes of an axis around a coordinate from 0 to 1. A coordinate outside is clamped.
+fn neighbors(coordinate: f32, nodes: u16) -> [Corner; 2] {
     let cells = nodes.saturating_sub(1);
-    let along = place.clamp(0.0, 1.0) * f32::from(cells);
-    // A conversion cuts off what follows the point, and makes 0 of NaN.
+    let along = coordinate.clamp(0.0, 1.0) * f32::from(cells);
+    // The conversion truncates, and turns NaN into 0.
     let low = (along as u16).min(cells.saturating_sub(1));
-    let share = along - f32::from(low);
+    let weight = along - f32::from(low);
     [
         Corner {
             node: usize::from(low),
-            share: 1.0 - share,
+            weight: 1.0 - weight,
         },
         Corner {
             node: usize::from(low).saturating_add(1),
-            share,
+            weight,
         },
     ]
 }

@@ -1,13 +1,13 @@
-//! Sine and cosine in f32 alone.
+//! Sine and cosine in f32 only.
 //!
-//! libm's go through f64, which a microcontroller computes in software: 5 kB of flash.
+//! libm's versions use f64, which a microcontroller computes in software, with 5 kB of flash.
 
 use core::f32::consts::FRAC_2_PI;
 
 /// pi / 2 in three parts; the products of the first two with small integers are exact.
 const QUARTER: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
 
-/// Sine and cosine of `x` in radians, |x| up to some thousand.
+/// Sine and cosine of `x` in radians, |x| up to a few thousand.
 #[inline]
 #[must_use]
 pub(super) fn sin_cos(x: f32) -> (f32, f32) {
@@ -17,7 +17,7 @@ pub(super) fn sin_cos(x: f32) -> (f32, f32) {
     let [high, middle, low] = QUARTER;
     let r = ((x - count * high) - count * middle) - count * low;
 
-    // Polynomials of least maximal error on that interval.
+    // The minimax polynomials on that interval.
     let square = r * r;
     let sin = -1.951_529_6e-4 * square + 8.332_161e-3;
     let sin = (sin * square - 0.166_666_55) * square * r + r;

@@ -1,7 +1,7 @@
-//! Lanes whose sums are single numbers, for lists of samples that fit one register.
+//! Lanes whose sums are single numbers, for lists of samples that fit in one register.
 //!
-//! A sum over many samples stays on lanes until the last sample is added. If one register holds all samples, such a
-//! gradient has eight times its necessary length: clearing, filling and folding it take longer than computing it.
+//! Other lanes keep a register for each entry of a gradient, and add its lanes up after the last sample. If one register
+//! holds all samples, this takes longer than computing the entries. Here each entry is one number instead.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -50,7 +50,7 @@ fn add_totals<L: Lanes>(sums: &mut [f32], terms: &[L::Sum; WIDTH]) {
 impl<L: Lanes> Scalar for ScalarSums<L> {
     type Parameter = f32;
     type Sum = f32;
-    const ADDS_BY_THE_LIST: bool = true;
+    const HAS_FAST_ADD_ALL: bool = true;
 
     #[inline(always)]
     fn constant(value: f64) -> Self {

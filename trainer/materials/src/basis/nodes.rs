@@ -31,7 +31,7 @@ impl Nodes {
                 });
                 nodes.corners(&at).map(|corner| Corner {
                     node: corner.node,
-                    weight: f64::from(corner.share),
+                    weight: f64::from(corner.weight),
                     derivatives: [0.0; 3],
                 })
             }

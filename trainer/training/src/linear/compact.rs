@@ -1,8 +1,8 @@
-//! The compact basis: a whole basis on a coarser grid, in bytes that core reads in place.
+//! The compact basis: a whole basis on a coarser grid, in a format that `glimpse_core` reads in place.
 //!
-//! The grid ([`Nodes`]) and the interpolation weights are core's. The values at the nodes are a least-squares fit of
-//! the interpolation to the whole basis. Sampling the whole basis at the nodes would need several times as many of
-//! them.
+//! `glimpse_core` defines the grid ([`Nodes`]) and the interpolation weights. The values at the nodes are a
+//! least-squares fit of the interpolation to the whole basis. Samples of the whole basis at the nodes would need several
+//! times as many nodes.
 
 use std::f64::consts::TAU;
 
@@ -23,10 +23,11 @@ pub const COMPACT_NODES: Nodes = Nodes {
     theta_d: 31,
     phi_d: 9,
 };
-/// The number of random directions of the least-squares fit; the seed is fixed.
+/// The number of random directions of the least-squares fit.
 const DIRECTIONS: usize = 1 << 18;
+/// The seed of these directions.
 const SEED: u64 = 0x6261_7369;
-/// The weight of a squared difference between neighbors, relative to the weight of the average number of directions per
+/// The weight of the squared difference between two adjacent nodes, relative to the mean weight of the directions per
 /// node.
 const SMOOTHNESS: f64 = 1e-3;
 /// The largest quantized entry of a row.
@@ -36,10 +37,10 @@ const MAX_ROW_SCALE: f64 = 65_535.0;
 /// The largest quantized mean.
 const MAX_MEAN: f64 = 32_767.0;
 
-/// Returns the file of a compact basis with the first components, or with all if the basis has fewer.
-/// [`glimpse_core::model::linear::Basis`] reads the file.
+/// Returns the content of a compact basis file, which [`glimpse_core::model::linear::Basis`] reads. It has the first
+/// `components` components, or all if the basis has fewer.
 ///
-/// The bytes are deterministic. `nodes` must be at least two along each axis.
+/// The bytes are deterministic. `nodes` must have at least two nodes along each axis.
 #[must_use]
 pub fn to_compact_bytes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<u8> {
     let components = components.clamp(1, basis.components());
@@ -47,17 +48,20 @@ pub fn to_compact_bytes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<u
     pack(basis.whole_checksum(), nodes, &columns)
 }
 
-/// Returns the mean of ln(1 + f w / e), then the components, each at all nodes.
+/// Returns the mean of ln(1 + f w / e) at all nodes, then each component at all nodes.
+///
+/// f is the BRDF in sr⁻¹, w is cos(theta_i) cos(theta_o), and e is the constant of
+/// [`map`](glimpse_core::model::linear::map).
 fn columns_at_nodes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<Vec<f64>> {
     let unknowns = Unknowns::new(nodes);
     let angles = uniform_valid(DIRECTIONS, SEED);
     let rows = angles.iter().map(|angles| {
         let corners = nodes.corners(&HalfDifference::from_angles(*angles));
-        corners.map(|corner| (unknowns.of_node(corner.node), corner.share))
+        corners.map(|corner| (unknowns.of_node(corner.node), corner.weight))
     });
-    let smoothness = SMOOTHNESS * DIRECTIONS as f64 / unknowns.count() as f64;
+    let smoothness = SMOOTHNESS * DIRECTIONS as f64 / unknowns.node_count() as f64;
     let system = LeastSquares::new(
-        unknowns.count(),
+        unknowns.node_count(),
         rows.collect(),
         unknowns.neighbors(),
         smoothness,
@@ -65,23 +69,22 @@ fn columns_at_nodes(basis: &Basis, components: usize, nodes: Nodes) -> Vec<Vec<f
 
     let values: Vec<Vec<f32>> = angles
         .par_iter()
-        .map(|angles| mirrored(basis, &angles_to_f64(angles), components))
+        .map(|angles| symmetrized(basis, &angles_to_f64(angles), components))
         .collect();
     (0..=components)
         .into_par_iter()
         .map(|column| {
             let targets: Vec<f32> = values.iter().map(|row| row[column]).collect();
             let solution = system.solve(&targets);
-            let nodes = 0..unknowns.count();
-            nodes
+            (0..unknowns.node_count())
                 .map(|node| solution[unknowns.of_node(node) as usize])
                 .collect()
         })
         .collect()
 }
 
-/// Returns the mean and the components at angles, averaged with their mirror image.
-fn mirrored(basis: &Basis, angles: &Angles<f64>, components: usize) -> Vec<f32> {
+/// Returns the mean and the components, each averaged over the angles and their mirror image at 2 pi - phi_d.
+fn symmetrized(basis: &Basis, angles: &Angles<f64>, components: usize) -> Vec<f32> {
     let both =
         [angles.phi_d, TAU - angles.phi_d].map(|phi_d| basis.look_up(Angles { phi_d, ..*angles }));
     let [one, other] = &both;
@@ -99,13 +102,13 @@ fn mirrored(basis: &Basis, angles: &Angles<f64>, components: usize) -> Vec<f32> 
         .collect()
 }
 
-/// Returns the file of a compact basis. `columns` are the mean of ln(1 + f w / e) and the components, each at all
-/// nodes. `source_checksum` is the checksum of the whole basis.
+/// Returns the content of a compact basis file. `columns` are the mean and the components at all nodes, as in
+/// [`columns_at_nodes`]. `source_checksum` is the checksum of the whole basis.
 pub(super) fn pack(source_checksum: u32, nodes: Nodes, columns: &[Vec<f64>]) -> Vec<u8> {
     let (means, columns) = columns.split_at(1);
-    let largest = |values: &[f64]| values.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
-    let mean_scale = (largest(&means[0]) / MAX_MEAN) as f32;
-    let spans: Vec<f64> = columns.iter().map(|column| largest(column)).collect();
+    let max_magnitude = |values: &[f64]| values.iter().fold(0.0_f64, |max, x| max.max(x.abs()));
+    let mean_scale = (max_magnitude(&means[0]) / MAX_MEAN) as f32;
+    let magnitudes: Vec<f64> = columns.iter().map(|column| max_magnitude(column)).collect();
 
     let mut body = source_checksum.to_le_bytes().to_vec();
     let shape = [nodes.theta_h, nodes.theta_d, nodes.phi_d];
@@ -113,18 +116,20 @@ pub(super) fn pack(source_checksum: u32, nodes: Nodes, columns: &[Vec<f64>]) -> 
         body.extend(count.to_le_bytes());
     }
     body.extend(mean_scale.to_le_bytes());
-    for span in &spans {
-        body.extend(((span / (MAX_ENTRY * MAX_ROW_SCALE)) as f32).to_le_bytes());
+    for magnitude in &magnitudes {
+        body.extend(((magnitude / (MAX_ENTRY * MAX_ROW_SCALE)) as f32).to_le_bytes());
     }
     for (node, mean) in means[0].iter().enumerate() {
         let mean = ratio(*mean, f64::from(mean_scale)).round() as i16;
         let row: Vec<f64> = columns
             .iter()
-            .zip(&spans)
-            .map(|(column, span)| ratio(column[node], *span))
+            .zip(&magnitudes)
+            .map(|(column, magnitude)| ratio(column[node], *magnitude))
             .collect();
         // Rounded up, so that no entry is clipped.
-        let scale = (largest(&row) * MAX_ROW_SCALE).ceil().min(MAX_ROW_SCALE);
+        let scale = (max_magnitude(&row) * MAX_ROW_SCALE)
+            .ceil()
+            .min(MAX_ROW_SCALE);
         body.extend(mean.to_le_bytes());
         body.extend((scale as u16).to_le_bytes());
         for entry in row {
@@ -141,8 +146,8 @@ pub(super) fn pack(source_checksum: u32, nodes: Nodes, columns: &[Vec<f64>]) -> 
     bytes
 }
 
-/// The unknowns of the least-squares fit: one per node, except that nodes with the same direction share one. At
-/// theta_h = 0 or theta_d = 0, phi_d has no effect on the direction.
+/// The unknowns of the least-squares fit: one per direction. Nodes at theta_h = 0 or theta_d = 0 that differ only in
+/// phi_d have the same direction, and share an unknown. Each unknown has the index of its first node.
 struct Unknowns {
     nodes: Nodes,
 }
@@ -152,29 +157,36 @@ impl Unknowns {
         Self { nodes }
     }
 
-    /// Returns the number of nodes, which bounds the indices of unknowns.
-    fn count(&self) -> usize {
+    /// Returns the number of nodes. The indices of unknowns are smaller.
+    fn node_count(&self) -> usize {
         self.nodes.count().unwrap_or_default()
     }
 
-    fn index(&self, [u, v, p]: [usize; 3]) -> usize {
-        let [_, rows, columns] = self.shape();
-        (u * rows + v) * columns + p
+    /// Returns the node at indices along the axes theta_h, theta_d and phi_d.
+    fn node(&self, [u, v, p]: [usize; 3]) -> usize {
+        let [_, v_count, p_count] = self.shape();
+        (u * v_count + v) * p_count + p
     }
 
+    /// Returns the indices of a node along the axes theta_h, theta_d and phi_d.
+    fn indices(&self, node: usize) -> [usize; 3] {
+        let [_, v_count, p_count] = self.shape();
+        [
+            node / (v_count * p_count),
+            node / p_count % v_count,
+            node % p_count,
+        ]
+    }
+
+    /// Returns the number of nodes along each axis.
     fn shape(&self) -> [usize; 3] {
         [self.nodes.theta_h, self.nodes.theta_d, self.nodes.phi_d].map(usize::from)
     }
 
     /// Returns the unknown of a node: the index of the first node with the same direction.
     fn of_node(&self, node: usize) -> u32 {
-        let [_, rows, columns] = self.shape();
-        let (u, v) = (node / (rows * columns), node / columns % rows);
-        let first = if u == 0 || v == 0 {
-            node - node % columns
-        } else {
-            node
-        };
+        let [u, v, p] = self.indices(node);
+        let first = if u == 0 || v == 0 { node - p } else { node };
         first as u32
     }
 
@@ -182,17 +194,11 @@ impl Unknowns {
     fn neighbors(&self) -> Vec<(u32, u32)> {
         let shape = self.shape();
         let mut pairs = Vec::new();
-        for node in 0..self.count() {
-            let [_, rows, columns] = shape;
-            let at = [
-                node / (rows * columns),
-                node / columns % rows,
-                node % columns,
-            ];
+        for node in 0..self.node_count() {
             for axis in 0..3 {
-                let mut next = at;
+                let mut next = self.indices(node);
                 next[axis] += 1;
-                let (one, other) = (self.of_node(node), self.of_node(self.index(next)));
+                let (one, other) = (self.of_node(node), self.of_node(self.node(next)));
                 if next[axis] < shape[axis] && one != other {
                     pairs.push((one, other));
                 }
@@ -202,7 +208,7 @@ impl Unknowns {
     }
 }
 
-/// Returns a / b, or 0 if b is 0 (a is 0 too then).
+/// Returns a / b, or 0 if b is 0; a is then also 0.
 fn ratio(a: f64, b: f64) -> f64 {
     if b == 0.0 { 0.0 } else { a / b }
 }
