@@ -143,9 +143,9 @@ mod tests {
 
     #[test]
     fn names_match_recipes_and_losses_are_recorded() {
-        let basis = linear::Basis::parse(BASIS).expect("the basis is whole");
+        let basis = linear::Basis::parse(BASIS).expect("the basis is valid");
         for bundled in ALL {
-            let recipe = bundled.recipe().expect("it is whole");
+            let recipe = bundled.recipe().expect("the recipe is valid");
             let masked = recipe.tolerates_missing();
             let suffix = if masked { "-masked" } else { "" };
             let name = format!("{}-n{}{suffix}", recipe.model().name(), recipe.samples());
@@ -154,8 +154,8 @@ mod tests {
                 find(&name).is_some() && bundled.losses().is_some(),
                 "{name}"
             );
-            let of = recipe.method().basis_checksum();
-            assert_eq!(of, bundled.basis().map(|_| basis.of()), "{name}");
+            let checksum = recipe.method().basis_checksum();
+            assert_eq!(checksum, bundled.basis().map(|_| basis.of()), "{name}");
             let by_checksum = find_by_checksum(recipe.checksum());
             assert_eq!(by_checksum.map(|bundled| bundled.name), Some(bundled.name));
         }
@@ -164,10 +164,13 @@ mod tests {
 
     #[test]
     fn paper_recipe_uses_descent_without_coefficient_net() {
-        let recipe = PAPER.recipe().expect("it is whole");
+        let recipe = PAPER.recipe().expect("the recipe is valid");
         assert_eq!((recipe.model(), recipe.samples()), (ModelKind::Neural, 8));
         assert!(recipe.descent().is_some() && recipe.completed().is_none());
-        let provenance = recipe.metadata().expect("they are whole").provenance;
+        let provenance = recipe
+            .metadata()
+            .expect("the metadata are valid")
+            .provenance;
         assert!(provenance.is_some_and(|provenance| provenance.schedule.starts_with("paper ")));
     }
 }

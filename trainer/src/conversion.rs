@@ -165,11 +165,11 @@ mod tests {
             Method::linear_optimum(&basis, 40.0),
         ] {
             let model = method.model();
-            let fitted = method.fit(&material, 1).expect("it can be fitted");
+            let fitted = method.fit(&material, 1).expect("the fit succeeds");
             let path = directory.path().join("written_rgb.bsdf");
-            let bytes = to_rgl("a fit", &fitted).expect("it is finite");
-            std::fs::write(&path, bytes).expect("it is written");
-            let read = RglMeasurement::read(&path).expect("it is read");
+            let bytes = to_rgl("a fit", &fitted).expect("the fit is finite");
+            std::fs::write(&path, bytes).expect("the file can be written");
+            let read = RglMeasurement::read(&path).expect("the file can be read");
             let before = loss_between(&fitted, &material);
             let after = loss_between(&read as &dyn Material, &material);
             assert!(after < 1.02 * before, "{model:?}: {before} became {after}");

@@ -1,4 +1,5 @@
-//! A virtual scanner: motors and a sensor that are simulated from a material, behind the firmware's link.
+//! A virtual scanner: a host that serves the firmware with simulated readings of a material instead of motors and a
+//! sensor.
 //!
 //! It implements the host's side of [`glimpse_core::link`] on any byte stream.
 
@@ -27,7 +28,7 @@ pub enum ScannerError {
     #[error("the link to the device failed: {0}")]
     Link(#[from] io::Error),
     /// The stream ended.
-    #[error("the device closed the connection; start it again")]
+    #[error("the device closed the connection; restart the device")]
     Closed,
     /// The device aborted the scan.
     #[error("the device aborted the scan: {0}")]
@@ -72,8 +73,8 @@ pub struct ScanReport {
     pub recipe: u32,
     /// The readings, in the order of the recipe's pattern.
     pub readings: Vec<ScanReading>,
-    /// The fitted values: the model's parameters in its order; for Linear the coefficients, m each for red, green and
-    /// blue.
+    /// The fitted values: the model's parameters in its order. For Linear, they are the coefficients: m for red, then m
+    /// for green, then m for blue, with m components.
     pub values: Vec<f32>,
     /// The residual at the readings.
     pub residual: Residual,
@@ -180,7 +181,8 @@ pub struct VirtualScanner<'a> {
     noise: ScannerNoise,
     server: Server,
     scan: Option<ScanState>,
-    scans: u64,
+    /// The number of scans that devices have started.
+    scan_count: u64,
     recipe: Option<Vec<u8>>,
 }
 
@@ -193,7 +195,7 @@ impl<'a> VirtualScanner<'a> {
             noise,
             server: Server::new(),
             scan: None,
-            scans: 0,
+            scan_count: 0,
             recipe: None,
         }
     }
@@ -222,7 +224,7 @@ impl<'a> VirtualScanner<'a> {
             // Bytes after a request can only repeat the same request.
             for byte in &bytes[..count] {
                 let (reply, outcome) = match self.server.receive(*byte) {
-                    Some(Ok(Received::New(request))) => self.reply(request),
+                    Some(Ok(Received::New(request))) => self.handle_request(request),
                     Some(Ok(Received::Duplicate(reply))) => (reply, Outcome::Continue),
                     // Requests are answered immediately, so none is pending. The device repeats damaged requests.
                     Some(Ok(_) | Err(_)) | None => continue,
@@ -238,14 +240,14 @@ impl<'a> VirtualScanner<'a> {
         }
     }
 
-    fn reply(&mut self, request: Request) -> (Reply, Outcome) {
+    fn handle_request(&mut self, request: Request) -> (Reply, Outcome) {
         let reply = match (request, &mut self.scan) {
             (Request::Hello { protocol, .. }, _) if protocol != PROTOCOL => {
                 let welcome = Reply::Welcome { protocol: PROTOCOL };
                 return (welcome, Outcome::Failed(ScannerError::Protocol(protocol)));
             }
             (Request::Hello { model, recipe, .. }, scan) => {
-                self.scans += 1;
+                self.scan_count += 1;
                 let previous = scan.take().filter(|scan| scan.recipe == recipe);
                 *scan = Some(ScanState {
                     model,
@@ -321,7 +323,7 @@ impl<'a> VirtualScanner<'a> {
         };
         // A repeated request for the same reading of a scan gets the same noise.
         let mut random = ChaCha8Rng::seed_from_u64(self.noise.seed);
-        random.set_stream(self.scans << 16 | u64::from(index));
+        random.set_stream(self.scan_count << 16 | u64::from(index));
         let reading = Reading {
             brdf: self.material.brdf(angles).map(|f| {
                 (f * (1.0 + self.noise.deviation * standard_normal(&mut random))).max(0.0)

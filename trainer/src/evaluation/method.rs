@@ -144,12 +144,12 @@ impl<'a> Method<'a> {
     /// # Errors
     /// [`EvaluationError::Compact`]
     pub fn with_compact_basis(self, compact: &'a Basis) -> Result<Self, EvaluationError> {
-        let of = match &self.algorithm {
+        let whole_checksum = match &self.algorithm {
             FitAlgorithm::Scan(_, basis) => basis.map(Basis::whole_checksum),
             FitAlgorithm::RidgeAnywhere(_, basis) => Some(basis.whole_checksum()),
             _ => None,
         };
-        if of != Some(compact.whole_checksum()) {
+        if whole_checksum != Some(compact.whole_checksum()) {
             return Err(EvaluationError::Compact);
         }
         Ok(Self {

@@ -21,7 +21,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     }
     let mut findings = Findings::new(store, "Materials of other sources", &[SCHEDULE]);
     findings.text(
-        "Trained on --data, evaluated on materials of other sources. The paper's figures are for the \
+        "Trained on --data, evaluated on materials of other sources. The published values are for the \
          eight materials of Nielsen et al. at n = 2, and for the isotropic part of the RGL database at \
          n = 8.",
     );

@@ -6,14 +6,18 @@ use glimpse_training::linear::Prior;
 use glimpse_training::meta::options::TrainedParts;
 use glimpse_training::meta::plan::Schedule;
 
-/// A way to measure and fit materials. A learned approach contains its schedule.
+/// A method that the experiments compare. A learned method contains its schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Approach {
+    /// Random samples, without meta-learned parts.
     Random,
+    /// Random samples, with learned initial parameters and step sizes.
     Meta(Schedule),
+    /// The pattern and ridge solve of Nielsen, Jensen and Ramamoorthi 2015, for Linear only.
     Njr15,
-    /// Learned initial parameters, step sizes and pattern; with `--schedule prior` also completion of readings.
+    /// Learned initial parameters, step sizes and pattern; with `--schedule prior` also a learned completion.
     Ours(Schedule),
+    /// The best fit with unlimited samples.
     Optimum,
 }
 
@@ -89,10 +93,11 @@ impl Case {
         }
     }
 
+    /// Returns the name of the evaluation's file.
     pub(super) fn name(&self) -> String {
         let (model, n) = (self.model.name(), self.samples);
         let prior_suffix = prior_suffix(self.model, self.prior);
-        match (self.approach, TrainingRun::of(self)) {
+        match (self.approach, TrainingRun::for_case(self)) {
             (Approach::Meta(_), Some(training)) => format!("{}-on-random", training.name()),
             (_, Some(training)) => format!("{}-ours", training.name()),
             (Approach::Optimum, None) => format!("{model}-optimum{prior_suffix}"),
@@ -120,7 +125,7 @@ pub(crate) struct TrainingRun {
     pub(crate) schedule: Schedule,
     pub(crate) parts: TrainedParts,
     pub(crate) prior: Prior,
-    /// Offset of the seed.
+    /// Index of the repetition, which is added to the seed.
     pub(crate) repetition: u64,
     /// Name and materials of a subset to train on; None for all materials.
     pub(crate) subset: Option<(&'static str, Vec<String>)>,
@@ -130,8 +135,8 @@ impl TrainingRun {
     /// Returns the training that a case requires, if any.
     ///
     /// With the paper's schedule, Meta uses the recipe of Ours: the second stage learns the pattern and does not
-    /// change initial parameters and step sizes.
-    pub(crate) fn of(case: &Case) -> Option<Self> {
+    /// change initial parameters or step sizes.
+    pub(crate) fn for_case(case: &Case) -> Option<Self> {
         let schedule = case.approach.schedule()?;
         Some(Self {
             model: case.model,
@@ -157,6 +162,7 @@ impl TrainingRun {
         })
     }
 
+    /// Returns the name of the recipe's file.
     pub(super) fn name(&self) -> String {
         let mut name = format!("{}-n{}", self.model.name(), self.samples);
         // With schedule prior, a learned map replaces the prior of Linear.
@@ -192,7 +198,7 @@ mod tests {
                 .map(|schedule| Case::new(Approach::Ours(*schedule), model, 8));
             let mut seen: Vec<[String; 3]> = Vec::new();
             for case in cases {
-                let training = TrainingRun::of(&case).expect("Ours is trained");
+                let training = TrainingRun::for_case(&case).expect("Ours is trained");
                 assert_eq!(Some(training.schedule), case.approach.schedule());
                 let names = [case.approach.title(), training.name(), case.name()];
                 for (index, name) in names.iter().enumerate() {
@@ -204,22 +210,22 @@ mod tests {
         }
         for approach in [Approach::Random, Approach::Njr15, Approach::Optimum] {
             let case = Case::new(approach, ModelKind::Linear, 8);
-            assert_eq!(TrainingRun::of(&case), None);
+            assert_eq!(TrainingRun::for_case(&case), None);
         }
     }
 
     #[test]
     fn meta_of_paper_schedule_shares_recipe_with_ours() {
-        let training = |approach| TrainingRun::of(&Case::new(approach, ModelKind::Neural, 8));
-        let of = |schedule| {
+        let training = |approach| TrainingRun::for_case(&Case::new(approach, ModelKind::Neural, 8));
+        let meta_and_ours = |schedule| {
             (
                 training(Approach::Meta(schedule)),
                 training(Approach::Ours(schedule)),
             )
         };
-        let (meta, ours) = of(Schedule::Paper);
+        let (meta, ours) = meta_and_ours(Schedule::Paper);
         assert_eq!(meta, ours);
-        let (meta, ours) = of(Schedule::Joint);
+        let (meta, ours) = meta_and_ours(Schedule::Joint);
         assert_ne!(meta, ours);
     }
 }

@@ -105,7 +105,7 @@ fn table(model: ModelKind, curves: &[(Approach, Curve)], optimum: &Evaluation) -
 pub(super) fn same_quality(store: &Store<'_>, max_samples: usize) -> anyhow::Result<Findings> {
     let mut findings = Findings::new(store, "Samples needed for the same quality", &[SCHEDULE]);
     findings.text(format!(
-        "The number of samples that a method needs for the quality of Ours with 8, divided by 8. Values \
+        "The number of samples that a method needs to match the quality of Ours at n = 8, divided by 8. Values \
          between the evaluated n are interpolated linearly over ln n. An entry is empty if \
          {max_samples} samples are not enough."
     ));

@@ -30,7 +30,8 @@ pub(super) fn run(store: &Store<'_>, max_samples: usize) -> anyhow::Result<Findi
         let ours = Case::new(best, ModelKind::Neural, n);
         let name = format!("neural-n{n}-importance");
         let importance = store.cached_evaluation(store.test, &name, 1, |evaluate| {
-            let training = TrainingRun::of(&meta).context("Meta is trained")?;
+            let training =
+                TrainingRun::for_case(&meta).context("a case of Meta has no training run")?;
             let learned = store.recipe(&training)?;
             let recipe = learned.file.recipe();
             let pattern = mean.samples(n, store.settings.seed as u32);

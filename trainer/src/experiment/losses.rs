@@ -1,4 +1,4 @@
-//! The loss for all models, methods and schedules in one table, next to the paper's figures.
+//! The loss for all models, methods and schedules in one table, next to the published values.
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
@@ -24,7 +24,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     for model in MODELS {
         rows.push(row(store, model)?);
     }
-    let floors: Vec<[f64; 2]> = store
+    let reference_losses: Vec<[f64; 2]> = store
         .test
         .materials
         .par_iter()
@@ -35,8 +35,8 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         "the best Lambertian for each material and channel",
     ];
     for (index, name) in names.into_iter().enumerate() {
-        let sum: f64 = floors.iter().map(|floor| floor[index]).sum();
-        let mean = sum / floors.len().max(1) as f64;
+        let sum: f64 = reference_losses.iter().map(|losses| losses[index]).sum();
+        let mean = sum / reference_losses.len().max(1) as f64;
         let none = std::iter::repeat_n(Cell::Missing, PUBLISHED.len());
         rows.push([Cell::Text(name.into())].into_iter().chain(none).collect());
         rows[MODELS.len() + index].push(Cell::Number(mean));
@@ -49,11 +49,11 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         "losses",
         Table {
             caption: format!(
-                "Mean loss over the test set at n = {SAMPLES}. Published: the paper's figures, on {} \
-                 other materials. All other columns: our figures on the test set named here, with the \
+                "Mean loss over the test set at n = {SAMPLES}. Published: the paper's values, on {} \
+                 other materials. All other columns: our values on the test set named here, with the \
                  schedule in parentheses. Linear has 5 components and eta = 40, also for Optimum. With \
-                 schedule joint it has 60 components with a learned precision each, with schedule prior \
-                 a learned map",
+                 schedule joint, it has 60 components, each with a learned precision. With schedule prior, \
+                 a learned map replaces the prior",
                 paper::MATERIALS
             ),
             columns,
@@ -64,17 +64,17 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     Ok(findings)
 }
 
-/// The methods of a column: for most models, and for Linear.
+/// The two methods of a column: the one for Phong, Cook-Torrance and Neural, then the one for Linear.
 type ColumnMethods = [Approach; 2];
 
-/// Columns with the paper's figures.
+/// Columns with the published values.
 const PUBLISHED: [ColumnMethods; 3] = [
     [Approach::Random; 2],
     [Approach::Meta(Schedule::Paper), Approach::Njr15],
     [Approach::Ours(Schedule::Paper); 2],
 ];
 
-/// Columns with our figures.
+/// Columns with our values.
 const MEASURED: [ColumnMethods; 6] = [
     [Approach::Random; 2],
     [Approach::Meta(Schedule::Paper), Approach::Njr15],
@@ -84,17 +84,17 @@ const MEASURED: [ColumnMethods; 6] = [
     [Approach::Optimum; 2],
 ];
 
-fn names_of([one, linear]: ColumnMethods) -> String {
-    match one == linear {
-        true => one.name().into(),
-        false => format!("{}, {}", one.name(), linear.name()),
+fn names_of([others, linear]: ColumnMethods) -> String {
+    match others == linear {
+        true => others.name().into(),
+        false => format!("{}, {}", others.name(), linear.name()),
     }
 }
 
-fn titles_of([one, linear]: ColumnMethods) -> String {
-    match one == linear {
-        true => one.title(),
-        false => format!("{}, {}", one.title(), linear.title()),
+fn titles_of([others, linear]: ColumnMethods) -> String {
+    match others == linear {
+        true => others.title(),
+        false => format!("{}, {}", others.title(), linear.title()),
     }
 }
 
@@ -109,18 +109,18 @@ fn paper_column(title: impl Into<String>) -> Column {
 
 /// Returns a model's row: its losses with each method.
 fn row(store: &Store<'_>, model: ModelKind) -> anyhow::Result<Vec<Cell>> {
-    let of = |[others, linear]: ColumnMethods| match model {
+    let method_of = |[others, linear]: ColumnMethods| match model {
         ModelKind::Linear => linear,
         _ => others,
     };
     let published = PUBLISHED.map(|column| {
-        paper::same_samples(model, of(column))
+        paper::same_samples(model, method_of(column))
             .map_or(Cell::Missing, |[loss, ..]| Cell::Number(loss))
     });
     let mut row = vec![Cell::Text(title(model).into())];
     row.extend(published);
     for column in MEASURED {
-        let approach = of(column);
+        let approach = method_of(column);
         let case = Case {
             prior: match approach.schedule() {
                 Some(Schedule::Joint | Schedule::Prior) => Prior::LEARNED,
@@ -191,7 +191,7 @@ pub(super) fn losses_on_other_source(
     }
     Ok(Table {
         caption: format!(
-            "Loss at n = {SAMPLES}. Published: the paper's figures, on other materials of the RGL database"
+            "Loss at n = {SAMPLES}. Published: the paper's values, on other materials of the RGL database"
         ),
         columns,
         rows,
@@ -199,7 +199,7 @@ pub(super) fn losses_on_other_source(
     })
 }
 
-/// Returns the loss of black, and of the best Lambertian BRDF for each channel.
+/// Returns two losses, averaged over the channels: of black, and of each channel's best Lambertian BRDF.
 fn losses_without_measurement(material: &dyn Material) -> [f64; 2] {
     let at: Vec<HalfDifference<f32>> = directions()
         .into_iter()
@@ -213,27 +213,27 @@ fn losses_without_measurement(material: &dyn Material) -> [f64; 2] {
         let samples: Vec<[f64; 2]> = samples
             .map(|(at, value)| [value[channel], at.cos_theta_i()].map(f64::from))
             .collect();
-        black += lambertian(&samples, 0.0) / 3.0;
-        best += best_lambertian(&samples) / 3.0;
+        black += lambertian_loss(&samples, 0.0) / 3.0;
+        best += best_lambertian_loss(&samples) / 3.0;
     }
     [black, best]
 }
 
 /// Returns the loss of a constant BRDF on pairs of value and cosine.
-fn lambertian(samples: &[[f64; 2]], constant: f64) -> f64 {
+fn lambertian_loss(samples: &[[f64; 2]], constant: f64) -> f64 {
     let error =
         |[value, cosine]: &[f64; 2]| ((value * cosine).ln_1p() - (constant * cosine).ln_1p()).abs();
     samples.iter().map(error).sum::<f64>() / samples.len().max(1) as f64
 }
 
 /// Returns the minimum loss of all constants between 1e-4 and 10, by a logarithmic grid search with three refinements.
-fn best_lambertian(samples: &[[f64; 2]]) -> f64 {
+fn best_lambertian_loss(samples: &[[f64; 2]]) -> f64 {
     let (mut center, mut reach, mut best) = (-1.5, 2.5, f64::INFINITY);
     for _ in 0..4 {
         let begin = center - reach;
         for step in 0..=40 {
             let exponent = begin + reach * f64::from(step) / 20.0;
-            let loss = lambertian(samples, 10f64.powf(exponent));
+            let loss = lambertian_loss(samples, 10f64.powf(exponent));
             if loss < best {
                 (best, center) = (loss, exponent);
             }
@@ -287,6 +287,6 @@ mod tests {
     fn best_lambertian_of_two_values() {
         let samples = [[0.1, 1.0], [0.4, 1.0], [0.1, 1.0], [0.4, 1.0]];
         let expected = (1.4_f64.ln() - 1.1_f64.ln()) / 2.0;
-        assert!((best_lambertian(&samples) - expected).abs() < 1e-6);
+        assert!((best_lambertian_loss(&samples) - expected).abs() < 1e-6);
     }
 }

@@ -47,9 +47,9 @@ use tables::{
 pub(crate) enum Experiment {
     /// The main table: all methods for all models at n = 8, with all metrics.
     SameSamples,
-    /// The loss at n = 8 for all models, methods and schedules, and the loss of black.
+    /// The loss at n = 8 for all models, methods and schedules, and the loss of black (f = 0).
     Losses,
-    /// The number of samples that other methods need for the quality of Ours with 8.
+    /// The number of samples that other methods need to match the quality of Ours at n = 8.
     SameQuality,
     /// Loss and DSSIM over n, with the optimum as a dot.
     Curves,
@@ -152,8 +152,9 @@ impl Experiment {
 pub(crate) fn write_index(settings: &Settings) -> anyhow::Result<()> {
     let mut page = Page::new("Glimpse: the paper's experiments").paragraph(
         "Reproduction of Learning to Learn and Sample BRDFs (Liu, Fischer, Ritschel 2023). The best \
-         of the compared numbers is marked; arrows show the better direction. Click a sphere to enlarge \
-         its row. The folder of this page has the tables as CSV and JSON, and drawings as SVG.",
+         of the compared numbers is marked. An arrow shows whether higher or lower values are better. Click \
+         a sphere to enlarge its row. The folder of this page has the tables as CSV and JSON, and drawings \
+         as SVG.",
     );
     for experiment in Experiment::All.expand(true) {
         page = page

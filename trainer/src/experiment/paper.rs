@@ -1,4 +1,4 @@
-//! The paper's figures, printed next to ours.
+//! The paper's published values, printed next to ours.
 
 use glimpse_core::model::ModelKind;
 use glimpse_training::meta::plan::Schedule;
@@ -35,7 +35,7 @@ pub(super) fn same_samples(model: ModelKind, approach: Approach) -> Option<Paper
     }
 }
 
-/// Returns the ratios of samples that a method needs for the quality of Ours with 8, for Loss, DSSIM, L2 and PSNR
+/// Returns the ratios of samples that a method needs to match the quality of Ours at n = 8, for Loss, DSSIM, L2 and PSNR
 /// (table "SameQuality"; 1e5 is the paper's "10^5").
 pub(super) fn same_quality(model: ModelKind, approach: Approach) -> Option<[f64; 4]> {
     match (model, approach) {

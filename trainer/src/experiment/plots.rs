@@ -21,7 +21,7 @@ pub(super) fn series(approach: Approach, points: Vec<[f64; 2]>) -> Series {
     }
 }
 
-/// Creates a logarithmic axis for a metric with lower values better.
+/// Creates a logarithmic axis for a metric whose lower values are better.
 pub(super) fn metric_axis(metric: &str) -> Axis {
     Axis {
         title: format!("{metric} (lower is better)"),

@@ -33,8 +33,9 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             ("once", TrainedParts::All),
             ("twice", TrainedParts::AllTwice),
         ] {
-            let training = TrainingRun::of(&case).map(|training| TrainingRun { parts, ..training });
-            let training = training.context("Ours is trained")?;
+            let training =
+                TrainingRun::for_case(&case).context("a case of Ours has no training run")?;
+            let training = TrainingRun { parts, ..training };
             let name = format!("{}-n{SAMPLES}-paper-{name}", model.name());
             let evaluation = store.cached_evaluation(store.test, &name, 1, |evaluate| {
                 let learned = store.recipe(&training)?;

@@ -31,13 +31,14 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     for model in MODELS {
         let case = Case::new(OURS, model, SAMPLES);
         let ours = store.evaluation(&case)?.metrics.loss;
-        for (count, paper) in REPLACED.into_iter().zip(paper::robustness(model)) {
+        for (count, published) in REPLACED.into_iter().zip(paper::robustness(model)) {
             let mut sum = 0.0;
             for run in 0..RUNS {
                 let seed = store.settings.seed.wrapping_add(run << 32);
                 let name = format!("{}-n{SAMPLES}-replaced{count}-run{run}", model.name());
                 let evaluation = store.cached_evaluation(store.test, &name, 1, |evaluate| {
-                    let training = TrainingRun::of(&case).context("Ours is trained")?;
+                    let training = TrainingRun::for_case(&case)
+                        .context("a case of Ours has no training run")?;
                     let learned = store.recipe(&training)?;
                     let recipe = learned.file.recipe();
                     let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
@@ -54,7 +55,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 Cell::Number(ours),
                 Cell::Number(loss),
                 Cell::Number(100.0 * (loss / ours - 1.0)),
-                Cell::Number(paper),
+                Cell::Number(published),
             ]);
         }
     }

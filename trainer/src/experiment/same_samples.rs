@@ -18,8 +18,8 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new(store, "Same number of samples: n = 8", &[SCHEDULE]);
     findings.text(
         "Means over the test materials; for Random and Meta also over several seeds (the PSNR of a \
-         material is then that of its mean L2). The standard error is over the materials. The paper's \
-         figures are for its 20 test materials of MERL.",
+         material is then that of its mean L2). The standard error is over the materials. The \
+         published values are for the paper's 20 test materials of MERL.",
     );
     findings.text(
         "For Phong and Cook-Torrance, Random starts at standard normal parameters. 20 steps of Adam at \
@@ -91,10 +91,10 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
 
 /// Returns a row for each metric: the order of the methods, best first.
 fn order_rows(model: ModelKind, scores: &[(Approach, Metrics)]) -> Vec<Vec<Cell>> {
-    let order = |of: &dyn Fn(&(Approach, Metrics)) -> Option<f64>, highlight: Highlight| {
+    let order = |value: &dyn Fn(&(Approach, Metrics)) -> Option<f64>, highlight: Highlight| {
         let mut ranked: Vec<(f64, &str)> = scores
             .iter()
-            .filter_map(|entry| Some((of(entry)?, entry.0.name())))
+            .filter_map(|entry| Some((value(entry)?, entry.0.name())))
             .collect();
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         if highlight == Highlight::Highest {

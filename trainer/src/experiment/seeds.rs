@@ -22,11 +22,12 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         let case = Case::new(OURS, model, SAMPLES);
         let mut losses = Vec::new();
         for repetition in 0..TRAININGS {
-            let training = TrainingRun::of(&case).map(|training| TrainingRun {
+            let training =
+                TrainingRun::for_case(&case).context("a case of Ours has no training run")?;
+            let training = TrainingRun {
                 repetition,
                 ..training
-            });
-            let training = training.context("Ours is trained")?;
+            };
             let name = format!("{}-n{SAMPLES}-training{repetition}", model.name());
             let evaluation = store.cached_evaluation(store.test, &name, 1, |evaluate| {
                 let learned = store.recipe(&training)?;

@@ -338,7 +338,7 @@ impl<'a> Store<'a> {
         if self.mode.evaluates() {
             return Ok(false);
         }
-        if let Some(training) = TrainingRun::of(case) {
+        if let Some(training) = TrainingRun::for_case(case) {
             self.recipe(&training)?;
         }
         Ok(true)
@@ -356,7 +356,7 @@ impl<'a> Store<'a> {
             samples,
             prior,
         } = *case;
-        if let Some(training) = TrainingRun::of(case) {
+        if let Some(training) = TrainingRun::for_case(case) {
             let learned = self.recipe(&training)?;
             let recipe = learned.file.recipe();
             return match approach {

@@ -113,7 +113,9 @@ mod tests {
             "seeds": 1, "loss_spread": 0.0, "materials": [],
         });
         fs::write(&path, sheet.to_string()).unwrap();
-        let evaluation = read_evaluation(&path).unwrap().expect("it is complete");
+        let evaluation = read_evaluation(&path)
+            .unwrap()
+            .expect("the evaluation is stored");
         assert_eq!(evaluation.metrics.delta_e, 2.5);
         sheet.as_object_mut().expect("an object").remove("delta_e");
         fs::write(&path, sheet.to_string()).unwrap();

@@ -40,7 +40,8 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     ));
 
     let case = Case::new(Approach::Meta(SCHEDULE), ModelKind::Neural, SAMPLES);
-    let full_training = TrainingRun::of(&case).context("Meta is trained")?;
+    let full_training =
+        TrainingRun::for_case(&case).context("a case of Meta has no training run")?;
     let meta = store.recipe(&full_training)?;
     let recipe = meta.file.recipe();
     let Some(descent) = recipe.descent() else {

@@ -46,7 +46,7 @@ pub(super) const METRICS: [(&str, usize, Highlight); 5] = [
 ];
 /// Number of metrics in the paper, which come first in [`METRICS`].
 pub(super) const PAPER_METRICS: usize = 4;
-/// The paper's figures, in the order of [`METRICS`].
+/// The published values, in the order of [`METRICS`].
 pub(super) type PaperMetrics = [f64; PAPER_METRICS];
 
 /// Returns the metrics in the order of [`METRICS`].

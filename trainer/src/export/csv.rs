@@ -24,7 +24,7 @@ mod tests {
     #[test]
     fn angles_round_trip_exactly() {
         let bytes = include_bytes!("../../../core/examples/recipes/neural-n8.recipe");
-        let recipe = Recipe::parse(bytes).expect("it is a recipe");
+        let recipe = Recipe::parse(bytes).expect("the recipe is valid");
         let csv = to_csv(&recipe);
         let mut rows = csv.lines().skip(1);
         for (index, angles) in recipe.pattern().enumerate() {

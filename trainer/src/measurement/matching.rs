@@ -77,7 +77,7 @@ impl IsotropicAngles {
         distance
     }
 
-    /// Exchanges light and sensor. The BRDF of a reciprocal material is the same.
+    /// Returns the directions with light and sensor exchanged. The BRDF of a reciprocal material is the same.
     #[must_use]
     pub fn exchanged(&self) -> Self {
         Self {

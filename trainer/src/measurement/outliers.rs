@@ -1,15 +1,15 @@
 //! Outlier detection: readings that are improbable given the other readings.
 //!
-//! The detector works on u = ln((f w + e) / e) of a reading f, as the model Linear does, with the weight
-//! w = cos(theta_i) cos(theta_o). Over many materials the u of a pattern's samples follow a known distribution. Given
-//! the other readings, this distribution predicts a mean and a standard deviation of u at sample i. The z-score of
-//! the reading is its distance from that mean in standard deviations.
+//! The detector works on the logarithm u = ln((f w + e) / e) of a reading f, as the model Linear does. The weight is
+//! w = cos(theta_i) cos(theta_o), and e = 0.001. The distribution of u over many materials, at all samples of the
+//! pattern, is known. Given the other readings, it predicts a mean and a standard deviation of u at one sample. The
+//! z-score of the reading is its distance from that mean in standard deviations.
 //!
 //! The distribution is a mixture of two groups of equal weight, so that a material only has to resemble one of them:
 //! - The built-in procedural materials, for every recipe: a kernel density estimate with one normal distribution per
-//!   material. The centers are shrunk towards their mean so that the mixture keeps the covariance of the materials. A
-//!   mixture compares a material with similar ones, and highlights are not normally distributed. If the recipe states
-//!   the mean of its training materials, all centers are shifted to that mean.
+//!   material. One normal distribution for all does not suffice, because highlights are not normally distributed. The
+//!   centers are shrunk towards their mean so that the mixture keeps the covariance of the materials. If the recipe
+//!   states the mean of its training materials, all centers are shifted to that mean.
 //! - The recipe's training materials, if the recipe has their principal components: a normal distribution about
 //!   their mean, with coefficients of variance 1.
 //!
@@ -29,7 +29,8 @@ use rayon::prelude::*;
 
 /// The largest number of samples to check; the work grows with its cube.
 pub const MAX_SAMPLES: usize = 512;
-/// At most one in this number of readings is an outlier. With more, the others could not be trusted.
+/// The minimum number of readings per outlier. Detection stops at this ratio: with more outliers, predictions from the
+/// remaining readings would be unreliable.
 const READINGS_PER_OUTLIER: usize = 4;
 /// The number of procedural materials in the mixture.
 const MATERIALS: usize = 500;
@@ -56,8 +57,8 @@ pub fn outlier_threshold(readings: usize) -> f64 {
 /// The prediction of one reading from the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
-    /// The z-score of the reading, positive if it is larger than expected. Of the z-scores of the channels and of their
-    /// mean, the largest in magnitude.
+    /// The z-score of the reading, positive if it is larger than expected. It is the z-score with the largest magnitude
+    /// among those of the three channels and of their mean.
     pub z: f64,
     /// The expected BRDF in linear RGB, sr^-1, not times the cosine.
     pub expected: [f32; 3],
@@ -68,14 +69,15 @@ pub struct Prediction {
 pub struct Outlier {
     /// The index of the sample.
     pub sample: usize,
-    /// The prediction from the other readings, without worse outliers.
+    /// The prediction from the other readings, after the removal of worse outliers.
     pub prediction: Prediction,
 }
 
 /// The result of outlier detection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutlierReport {
-    /// The prediction of each sample from the readings that are not outliers; None if nothing was read.
+    /// The prediction of each sample; None if its reading is missing. An outlier has the prediction that it was removed
+    /// with, any other reading the prediction after all outliers are removed.
     pub predictions: Vec<Option<Prediction>>,
     /// The outliers, worst first.
     pub outliers: Vec<Outlier>,
@@ -84,7 +86,7 @@ pub struct OutlierReport {
 }
 
 impl OutlierReport {
-    /// Returns the report of readings that are not checked.
+    /// Returns the report for readings that are not checked.
     pub(super) fn empty(samples: usize) -> Self {
         Self {
             predictions: vec![None; samples],
@@ -99,7 +101,7 @@ impl OutlierReport {
     }
 }
 
-/// The distribution of the logarithms u of readings at a recipe's pattern.
+/// The distribution of u = ln((f w + e) / e) at a recipe's pattern over many materials.
 pub struct Distribution {
     /// cos(theta_i) cos(theta_o) of each sample.
     weights: Vec<f64>,
@@ -204,23 +206,24 @@ impl Distribution {
             .map(|group| group.marginal(present))
             .collect::<Option<_>>()
             .unwrap_or_default();
-        let list = |value: fn(&[f64; 3]) -> f64| {
+        let observed_of = |value: fn(&[f64; 3]) -> f64| {
             let values = present.iter().map(|sample| value(&logarithms[*sample]));
             DVector::from_iterator(present.len(), values)
         };
-        let lists = [
-            list(|[red, ..]| *red),
-            list(|[_, green, _]| *green),
-            list(|[.., blue]| *blue),
-            list(|channels| channels.iter().sum::<f64>() / 3.0),
+        // The logarithms of the three channels, and their mean.
+        let observed = [
+            observed_of(|[red, ..]| *red),
+            observed_of(|[_, green, _]| *green),
+            observed_of(|[.., blue]| *blue),
+            observed_of(|channels| channels.iter().sum::<f64>() / 3.0),
         ];
-        let moments = lists
+        let moments = observed
             .each_ref()
-            .map(|list| conditional_moments(&marginals, present, list));
+            .map(|observed| conditional_moments(&marginals, present, observed));
         let prediction = |(position, sample): (usize, &usize)| {
-            let z_scores = lists.iter().zip(&moments).map(|(list, moments)| {
+            let z_scores = observed.iter().zip(&moments).map(|(observed, moments)| {
                 let (mean, deviation) = moments[position];
-                (list[position] - mean) / deviation
+                (observed[position] - mean) / deviation
             });
             let z = z_scores.max_by(|a, b| a.abs().total_cmp(&b.abs()));
             let weight = self.weights[*sample];
@@ -241,10 +244,10 @@ impl Distribution {
 fn conditional_moments(
     marginals: &[Marginal<'_>],
     present: &[usize],
-    list: &DVector<f64>,
+    observed: &DVector<f64>,
 ) -> Vec<(f64, f64)> {
     // For each normal distribution and each sample: the log density of the other samples, and the conditional mean.
-    let each: Vec<(DVector<f64>, DVector<f64>)> = marginals
+    let components: Vec<(DVector<f64>, DVector<f64>)> = marginals
         .iter()
         .flat_map(|marginal| {
             marginal
@@ -254,15 +257,18 @@ fn conditional_moments(
                 .map(move |mean| (marginal, mean))
         })
         .map(|(marginal, mean)| {
-            let difference = list - mean.select_rows(present);
-            let weighted = &marginal.precision * &difference;
-            let log_density = -0.5 * (difference.dot(&weighted) + marginal.log_determinant)
+            let difference = observed - mean.select_rows(present);
+            let scaled_difference = &marginal.precision * &difference;
+            let log_density = -0.5
+                * (difference.dot(&scaled_difference) + marginal.log_determinant)
                 - (marginal.group.means.len() as f64).ln();
             let diagonal = marginal.precision.diagonal();
-            let log_density_of_others = weighted.zip_map(&diagonal, |weighted, precision| {
-                log_density + 0.5 * (weighted * weighted / precision - precision.ln())
-            });
-            let conditional_mean = list - weighted.component_div(&diagonal);
+            let log_density_of_others =
+                scaled_difference.zip_map(&diagonal, |scaled_difference, precision| {
+                    log_density
+                        + 0.5 * (scaled_difference * scaled_difference / precision - precision.ln())
+                });
+            let conditional_mean = observed - scaled_difference.component_div(&diagonal);
             (log_density_of_others, conditional_mean)
         })
         .collect();
@@ -273,27 +279,29 @@ fn conditional_moments(
     let variances: Vec<DVector<f64>> = variances.collect();
     (0..present.len())
         .map(|position| {
-            let max = each.iter().map(|(log_density, _)| log_density[position]);
-            let max = max.fold(f64::NEG_INFINITY, f64::max);
-            let (mut sum, mut mean, mut square) = (0.0, 0.0, 0.0);
-            for ((log_density, conditional_mean), variance) in each.iter().zip(&variances) {
+            let log_densities = components
+                .iter()
+                .map(|(log_density, _)| log_density[position]);
+            let max = log_densities.fold(f64::NEG_INFINITY, f64::max);
+            let (mut sum_of_weights, mut sum, mut sum_of_squares) = (0.0, 0.0, 0.0);
+            for ((log_density, conditional_mean), variance) in components.iter().zip(&variances) {
                 let weight = (log_density[position] - max).exp();
                 // Relative to the reading, to avoid cancellation.
-                let expected = conditional_mean[position] - list[position];
-                sum += weight;
-                mean += weight * expected;
-                square += weight * (variance[position] + expected * expected);
+                let expected = conditional_mean[position] - observed[position];
+                sum_of_weights += weight;
+                sum += weight * expected;
+                sum_of_squares += weight * (variance[position] + expected * expected);
             }
-            let mean = mean / sum;
-            let variance = (square / sum - mean * mean).max(f64::MIN_POSITIVE);
-            (list[position] + mean, variance.sqrt())
+            let mean = sum / sum_of_weights;
+            let variance = (sum_of_squares / sum_of_weights - mean * mean).max(f64::MIN_POSITIVE);
+            (observed[position] + mean, variance.sqrt())
         })
         .collect()
 }
 
 impl NormalGroup {
-    /// Creates the group of the procedural materials, as gray materials: of the mean over channels. If `center` is
-    /// given, it replaces the mean of the materials.
+    /// Creates the group of the procedural materials from the mean of u over the channels of each material. If `center`
+    /// is given, it replaces the mean of the materials.
     fn procedural(pattern: &[Angles<f32>], weights: &[f64], center: Option<DVector<f64>>) -> Self {
         let set = Procedural::set(MATERIALS, SEED);
         let points: Vec<DVector<f64>> = set
@@ -371,7 +379,7 @@ fn with_floor(mut covariance: DMatrix<f64>, floor: f64) -> DMatrix<f64> {
     covariance
 }
 
-/// Returns ln((f w + e) / e). A value below 0, due to noise, counts as 0.
+/// Returns u = ln((f w + e) / e) of a BRDF f. A value of f below 0, due to noise, counts as 0.
 fn logarithm(brdf: f32, weight: f64) -> f64 {
     standardized(f64::from(brdf).max(0.0), weight.max(0.0), 0.0, 1.0)
 }

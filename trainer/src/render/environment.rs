@@ -7,8 +7,8 @@ use super::octahedral::{CELLS, LightGrid, RadianceTable, lerp};
 
 /// Number of grids for light from a file: 256, 128, 64, 32 and 16 cells along a side.
 const LEVELS: usize = 5;
-/// Minimum number of samples of a panorama from pole to pole: one every thirteenth of a degree, so that the cells
-/// around each node of the finest grid receive at least a hundred samples.
+/// Minimum number of samples of a panorama from pole to pole, 0.075 degrees apart. The cells around each node of the
+/// finest grid then receive at least a hundred samples.
 const MIN_SAMPLE_ROWS: usize = 2_400;
 /// Accepted ratios of a panorama's width to its height.
 const ASPECT_RATIOS: std::ops::RangeInclusive<f32> = 1.9..=2.1;
@@ -16,8 +16,8 @@ const ASPECT_RATIOS: std::ops::RangeInclusive<f32> = 1.9..=2.1;
 /// An environment map: radiance in linear RGB as a function of direction, from infinitely far away.
 ///
 /// Directions are unit vectors in the picture's frame: x to the right, y up, z towards the viewer.
-/// Radiance is relative; [exposure](super::Image::tone_map) is chosen for the built-in
-/// [`studio`](Environment::studio).
+/// Radiance is relative. The scale is that of the built-in [`studio`](Environment::studio), which
+/// [`Image::tone_map`](super::Image::tone_map) is made for.
 ///
 /// The sphere of directions is unfolded into a square (its octahedral map) and interpolated
 /// bilinearly between 257 x 257 nodes.
@@ -107,9 +107,9 @@ impl Environment {
         if self.blurred.is_empty() {
             return self.sharp.radiance_padded(direction);
         }
-        let less = self.table(blur as usize).radiance_padded(direction);
-        let more = self.table(blur as usize + 1).radiance_padded(direction);
-        lerp(less, more, blur.fract())
+        let sharper = self.table(blur as usize).radiance_padded(direction);
+        let softer = self.table(blur as usize + 1).radiance_padded(direction);
+        lerp(sharper, softer, blur.fract())
     }
 
     /// Returns the table of a blur, or the most blurred one if `blur` exceeds it.
@@ -128,12 +128,11 @@ impl Environment {
     /// Scales the radiance so that a white diffuse sphere has the same mean luminance (Rec. 709) over its visible
     /// disc as in the studio.
     fn expose(&mut self) -> Result<(), String> {
-        let brightness = self.brightness();
-        let factor = (Self::studio().brightness() / brightness) as f32;
-        if !(brightness > 0.0 && factor.is_normal()) {
+        let luminance = self.sphere_luminance();
+        let factor = (Self::studio().sphere_luminance() / luminance) as f32;
+        if !(luminance > 0.0 && factor.is_normal()) {
             return Err(format!(
-                "a white sphere would have the brightness {brightness:e}: give a panorama that is not \
-                 black"
+                "a white sphere in this light has luminance {luminance:e}: give a panorama that is not black"
             ));
         }
         self.sharp.scale(factor);
@@ -145,15 +144,15 @@ impl Environment {
     }
 
     /// Returns the mean luminance of a white diffuse sphere over its visible disc.
-    fn brightness(&self) -> f64 {
-        // Lambert's phase law: the disc's mean under light of irradiance 1 at an angle gamma to the viewer.
+    fn sphere_luminance(&self) -> f64 {
+        // Lambert's phase law: the mean radiance of the disc for light of irradiance 1 at an angle gamma to the viewer.
         // Its integral over the sphere of directions is 1.
-        let sphere = |[_, _, z]: [f32; 3]| {
+        let phase_law = |[_, _, z]: [f32; 3]| {
             let cos = f64::from(z).clamp(-1.0, 1.0);
             let (gamma, sin) = (cos.acos(), (1.0 - cos * cos).sqrt());
             2.0 / (3.0 * PI * PI) * (sin + (PI - gamma) * cos)
         };
-        luminance(self.sharp.integral(sphere))
+        luminance(self.sharp.integral(phase_law))
     }
 }
 
@@ -172,8 +171,8 @@ fn to_light_grid(panorama: &Image) -> Result<LightGrid, String> {
     let aspect_ratio = width as f32 / height as f32;
     if !ASPECT_RATIOS.contains(&aspect_ratio) || pixels.len() != width * height {
         return Err(format!(
-            "{width} x {height} pixels are not the 2:1 of a panorama in latitude and longitude: \
-             convert it to 2:1"
+            "a panorama of {width} x {height} pixels is not in latitude and longitude, whose aspect ratio \
+             is 2:1: convert it"
         ));
     }
     if let Some(index) = pixels
@@ -280,8 +279,8 @@ mod tests {
 
     #[test]
     fn small_sources_keep_their_light() {
-        // One pixel of 0.35 degrees at a pole, at the equator, in between, and on the border and corner of the
-        // square, with dim light everywhere.
+        // Each sun is one pixel of 0.35 degrees over dim light. The suns are at a pole, at the equator, in between,
+        // and at an edge and a corner of the octahedral map.
         let suns = [
             (0, 0),
             (100, 255),
@@ -350,25 +349,25 @@ mod tests {
     }
 
     #[test]
-    fn exposure_matches_studio_brightness() {
+    fn exposure_matches_studio_luminance() {
         let dim = panorama(16, |column, row| [1e-4 * (1 + column + row) as f32; 3]);
         let environment = Environment::from_panorama(&dim).unwrap();
-        let studio = Environment::studio().brightness();
-        assert!((environment.brightness() / studio - 1.0).abs() < 1e-5);
+        let studio = Environment::studio().sphere_luminance();
+        assert!((environment.sphere_luminance() / studio - 1.0).abs() < 1e-5);
         // The phase law's integral over all directions is 1.
-        assert!((Environment::constant([1.0; 3]).brightness() - 1.0).abs() < 1e-3);
+        assert!((Environment::constant([1.0; 3]).sphere_luminance() - 1.0).abs() < 1e-3);
     }
 
     #[test]
     fn rejects_invalid_panoramas() {
         let error_of = |image: &Image| Environment::from_panorama(image).map(|_| ()).unwrap_err();
         let gray = panorama(4, |_, _| [0.5; 3]);
-        let high = Image {
+        let tall = Image {
             width: 4,
             height: 8,
             ..gray.clone()
         };
-        let aspect_error = error_of(&high);
+        let aspect_error = error_of(&tall);
         assert!(aspect_error.contains("2:1"), "{aspect_error}");
         assert!(error_of(&Image::filled(0, 0, [0.0; 3])).contains("2:1"));
         let black = error_of(&Image::filled(8, 4, [0.0; 3]));

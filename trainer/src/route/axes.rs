@@ -34,7 +34,7 @@ impl Axes {
         [self.theta_i, self.phi_i, self.theta_o, self.phi_o]
     }
 
-    /// Exchanges light and sensor.
+    /// Returns the values with light and sensor exchanged.
     #[must_use]
     pub fn swapped(&self) -> Self {
         Self {
@@ -46,7 +46,7 @@ impl Axes {
     }
 }
 
-/// Wraps an angle to -180 to 180 degrees. An angle within that range is unchanged.
+/// Wraps an angle into the range \[-180, 180\] degrees. An angle within that range is unchanged.
 pub(super) fn wrapped(degrees: f64) -> f64 {
     match (-180.0..=180.0).contains(&degrees) {
         true => degrees,

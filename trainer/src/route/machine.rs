@@ -278,13 +278,13 @@ mod tests {
         for (expected, change) in starts {
             let mut machine = valid;
             change(&mut machine);
-            let error = machine.validate().expect_err("it is out of range");
+            let error = machine.validate().expect_err("the value is out of range");
             let is_named = matches!(error, MachineError::Start { axis, .. } if axis == expected);
             assert!(is_named, "{error}");
         }
         let mut machine = valid;
         machine.speeds.phi_o = f64::NAN;
-        let error = machine.validate().expect_err("it is not a speed");
+        let error = machine.validate().expect_err("the value is not a speed");
         let is_speed =
             matches!(error, MachineError::Speed { axis: "phi_o", value } if value.is_nan());
         assert!(is_speed, "{error}");

@@ -112,13 +112,13 @@ mod tests {
 
     #[test]
     fn blank_sheet_has_one_row_per_visit() {
-        let recipe = Recipe::parse(NEURAL).expect("it is a recipe");
+        let recipe = Recipe::parse(NEURAL).expect("the recipe is valid");
         let machine = Machine::default();
-        let stops = stops(&recipe, &machine.limits, false).expect("all are within reach");
+        let stops = stops(&recipe, &machine.limits, false).expect("all samples are within reach");
         let route = Route::new(&machine, &stops, Order::Travel, 0);
         let sheet = blank_sheet(&route.visits);
         let mut reader = csv::Reader::from_reader(sheet.as_bytes());
-        let header = reader.headers().expect("it has one").clone();
+        let header = reader.headers().expect("the file has a header").clone();
         assert_eq!(
             header.iter().collect::<Vec<_>>(),
             [

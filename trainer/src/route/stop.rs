@@ -118,7 +118,7 @@ mod tests {
 
     #[test]
     fn reports_all_unreachable_samples_and_swap_reaches_more() {
-        let recipe = Recipe::parse(NEURAL).expect("it is a recipe");
+        let recipe = Recipe::parse(NEURAL).expect("the recipe is valid");
         let limits = Limits {
             max_theta_o: 80_f32.to_radians(),
             ..Limits::NONE
@@ -126,14 +126,16 @@ mod tests {
         let unreachable = stops(&recipe, &limits, false).expect_err("some are too low");
         let indices: Vec<usize> = unreachable.iter().map(|sample| sample.index).collect();
         assert_eq!(indices, [6, 7]);
-        let first = recipe.out_of_reach(&limits).expect("the first one");
+        let first = recipe
+            .out_of_reach(&limits)
+            .expect("a sample is out of reach");
         assert_eq!((first.0, first.1), (6, unreachable[0].reason));
         assert!(matches!(unreachable[0].reason, Unreachable::ThetaO { .. }));
         let message = unreachable[0].to_string();
         for part in ["6", "56.90", "86.76", "max_theta_o"] {
             assert!(message.contains(part), "no {part} in {message}");
         }
-        let stops = stops(&recipe, &limits, true).expect("the light gets there");
+        let stops = stops(&recipe, &limits, true).expect("all samples are within reach");
         let swapped = |index: usize| -> Vec<bool> {
             stops[index].poses.iter().map(|pose| pose.swapped).collect()
         };

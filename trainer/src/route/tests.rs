@@ -212,7 +212,7 @@ fn agrees_with_device_implementation() {
             let to = at(&stop.poses[0].arms).directions();
             let nearest = device
                 .nearest(std::iter::once((0, to)), &at(&before))
-                .expect("it is within reach");
+                .expect("the sample is within reach");
             let seconds = visit.seconds - until - machine.settle;
             assert!(
                 (f64::from(nearest.seconds) - seconds).abs() < 1e-3,
