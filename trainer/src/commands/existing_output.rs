@@ -92,7 +92,7 @@ mod tests {
             loss_predictor: None,
             basis: None,
             expected_loss: ValidatedLoss {
-                expected: LossEstimate::new(0.25, [0.25; 2].into_iter()),
+                estimate: LossEstimate::new(0.25, [0.25; 2].into_iter()),
                 split: ValidationSplit::Folds,
             },
             materials: Vec::new(),

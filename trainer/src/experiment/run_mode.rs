@@ -167,7 +167,7 @@ pub(super) fn placeholder_recipe(samples: usize) -> anyhow::Result<TrainedRecipe
         loss_predictor: None,
         basis: None,
         expected_loss: ValidatedLoss {
-            expected: LossEstimate::new(1.0, [1.0; 2].into_iter()),
+            estimate: LossEstimate::new(1.0, [1.0; 2].into_iter()),
             split: ValidationSplit::Training,
         },
         materials: Vec::new(),

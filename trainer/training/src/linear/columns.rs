@@ -43,8 +43,8 @@ impl Columns {
             .iter()
             .map(|node| {
                 let angles = Grid::angles(*node);
-                let at = HalfDifference::from_angles(angles);
-                let weight = at.cos_theta_i().max(0.0) * at.cos_theta_o().max(0.0);
+                let direction = HalfDifference::from_angles(angles);
+                let weight = direction.cos_theta_i().max(0.0) * direction.cos_theta_o().max(0.0);
                 let half_difference = |phi_d: f64| {
                     HalfDifference::from_angles(Angles {
                         theta_h: angles.theta_h as f32,

@@ -29,12 +29,12 @@ pub fn material_basis(material: &dyn Material, nodes: Nodes) -> Vec<u8> {
     let values: Vec<[f64; 3]> = (0..nodes.count().unwrap_or_default())
         .into_par_iter()
         .map(|node| {
-            let at = [
+            let indices = [
                 node / (rows * columns),
                 node / columns % rows,
                 node % columns,
             ];
-            mapped(material, angles_at(nodes, at))
+            mapped(material, angles_at(nodes, indices))
         })
         .collect();
     // The center of the range of channels, which minimizes the largest component.
@@ -51,9 +51,9 @@ pub fn material_basis(material: &dyn Material, nodes: Nodes) -> Vec<u8> {
 }
 
 /// Returns the angles of a node: the inverse of the coordinates in `core/docs/basis.md`.
-fn angles_at(nodes: Nodes, at: [usize; 3]) -> Angles<f64> {
+fn angles_at(nodes: Nodes, indices: [usize; 3]) -> Angles<f64> {
     let shape = [nodes.theta_h, nodes.theta_d, nodes.phi_d];
-    let [u, v, p] = [0, 1, 2].map(|axis| at[axis] as f64 / f64::from(shape[axis] - 1));
+    let [u, v, p] = [0, 1, 2].map(|axis| indices[axis] as f64 / f64::from(shape[axis] - 1));
     let theta_h = 2.0 * (u * u / SQRT_2).min(1.0).asin();
     let theta_d = (1.0 - v).acos();
     let steepness = theta_h.min(FRAC_PI_2).tan() * theta_d.tan();
@@ -65,18 +65,23 @@ fn angles_at(nodes: Nodes, at: [usize; 3]) -> Angles<f64> {
 }
 
 /// Returns ln(1 + f w / e) of each channel, averaged over equivalent directions.
-fn mapped(material: &dyn Material, at: Angles<f64>) -> [f64; 3] {
+fn mapped(material: &dyn Material, angles: Angles<f64>) -> [f64; 3] {
     let cosines = {
-        let across = at.theta_h.sin() * at.theta_d.sin() * at.phi_d.cos();
-        let along = at.theta_h.cos() * at.theta_d.cos();
+        let across = angles.theta_h.sin() * angles.theta_d.sin() * angles.phi_d.cos();
+        let along = angles.theta_h.cos() * angles.theta_d.cos();
         [along - across, along + across]
     };
     let weight = cosines[0].max(0.0) * cosines[1].max(0.0);
     let mut sum = [0.0; 3];
-    for phi_d in [at.phi_d, TAU - at.phi_d, PI - at.phi_d, PI + at.phi_d] {
+    for phi_d in [
+        angles.phi_d,
+        TAU - angles.phi_d,
+        PI - angles.phi_d,
+        PI + angles.phi_d,
+    ] {
         let brdf = material.brdf(Angles {
-            theta_h: at.theta_h as f32,
-            theta_d: at.theta_d as f32,
+            theta_h: angles.theta_h as f32,
+            theta_d: angles.theta_d as f32,
             phi_d: phi_d as f32,
         });
         for (sum, value) in sum.iter_mut().zip(brdf) {
@@ -107,27 +112,29 @@ mod tests {
             phi_d: 5,
         };
         for node in 0..9 * 8 * 5 {
-            let at = [node / 40, node / 5 % 8, node % 5];
+            let indices = [node / 40, node / 5 % 8, node % 5];
             let Angles {
                 theta_h,
                 theta_d,
                 phi_d,
-            } = angles_at(nodes, at);
-            let at = HalfDifference::from_angles(Angles {
+            } = angles_at(nodes, indices);
+            let direction = HalfDifference::from_angles(Angles {
                 theta_h: theta_h as f32,
                 theta_d: theta_d as f32,
                 phi_d: phi_d as f32,
             });
             // Skip light or sensor at the horizon, and nodes at which phi_d has no effect.
-            if node / 40 == 0 || node / 5 % 8 == 0 || at.cos_theta_i().min(at.cos_theta_o()) < 1e-4
+            if node / 40 == 0
+                || node / 5 % 8 == 0
+                || direction.cos_theta_i().min(direction.cos_theta_o()) < 1e-4
             {
                 continue;
             }
             let share: f32 = nodes
-                .corners(&at)
+                .corners(&direction)
                 .iter()
                 .filter(|corner| corner.node == node)
-                .map(|corner| corner.share)
+                .map(|corner| corner.weight)
                 .sum();
             assert!(share > 0.98, "{node}: {share}");
         }
@@ -139,9 +146,9 @@ mod tests {
             let bytes = material_basis(&material, MATERIAL_NODES);
             let basis = Basis::parse(&bytes).expect("the bytes are a compact basis");
             // Over evenly spread directions: with random ones, a few near a highlight dominate.
-            let tabulated = |at: &HalfDifference<f32>| {
+            let tabulated = |direction: &HalfDifference<f32>| {
                 basis
-                    .brdf(CHANNEL_COEFFICIENTS, at)
+                    .brdf(CHANNEL_COEFFICIENTS, direction)
                     .expect("the directions are above the horizon")
             };
             let loss = glimpse_materials::loss::loss_between(&tabulated, &material);

@@ -5,20 +5,20 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::map;
 use glimpse_materials::basis::{AngleDual, Basis, Coefficients, median_brdf};
 
-/// The rows of a basis at n directions, with derivatives by the angles.
+/// The rows of a basis of m components at n directions, with derivatives with respect to the angles.
 #[derive(Clone, Debug)]
 pub struct ReducedBasis {
     /// The directions, angles in radians.
     pub angles: Vec<Angles<f64>>,
-    /// A: n rows of m.
+    /// The matrix A: n rows of m values.
     pub basis: Vec<f64>,
-    /// The derivatives of A's entries by the angles of their row.
+    /// The derivatives of each entry of A with respect to the three angles of its row.
     pub derivatives: Vec<[f64; 3]>,
-    /// The mean of the mapped columns, n.
+    /// The mean of the training BRDFs after [`map`], n values.
     pub mean: Vec<AngleDual>,
-    /// The median BRDF of the columns, sr^-1 (not times the cosine), n.
+    /// The median of the training BRDFs, sr⁻¹ (not times the cosine), n values.
     pub median: Vec<AngleDual>,
-    /// cos(theta_i) cos(theta_o), n.
+    /// cos(theta_i) cos(theta_o), n values.
     pub weight: Vec<AngleDual>,
 }
 
@@ -41,8 +41,8 @@ impl ReducedBasis {
                 reduced.derivatives.push(derivatives);
             }
             let dual = |[value, tangent @ ..]: [f64; 4]| AngleDual { value, tangent };
-            let at = HalfDifference::from_angles(AngleDual::variables(*angles));
-            let weight = at.cos_theta_i() * at.cos_theta_o();
+            let direction = HalfDifference::from_angles(AngleDual::variables(*angles));
+            let weight = direction.cos_theta_i() * direction.cos_theta_o();
             reduced.mean.push(dual(row.mean));
             reduced
                 .median
@@ -78,7 +78,7 @@ impl ReducedBasis {
         Problem::new(&self.basis[..], precision)?.factorize(buffer, &mut scratch)
     }
 
-    /// Returns the coefficients of measured values, one per sample (BRDF in linear RGB, sr^-1, not times the cosine).
+    /// Returns the coefficients of measured values, one per sample (BRDF in linear RGB, sr⁻¹, not times the cosine).
     ///
     /// # Errors
     /// Fails if the system has no solution.

@@ -78,18 +78,22 @@ impl<M: LaneModel> MetaObjective for DescentObjective<'_, M> {
         }
     }
 
-    fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
+    fn gradient(
+        &self,
+        values: &Groups<Vec<f32>>,
+        outer_step: OuterStep<'_>,
+    ) -> (f32, Groups<Vec<f32>>) {
         let (inner_loop, step_sizes) = self.inner_loop(values);
         let pattern = Pattern::from_logits(&values.pattern);
         let tasks = self.training.materials.len();
         let gradients: Vec<_> = self
             .streams
-            .batch(at, tasks)
+            .batch(outer_step, tasks)
             .par_iter()
             .enumerate()
             .map(|(slot, task)| {
-                let mut random = self.streams.slot(at, slot + 1);
-                self.task_gradient(at.phase, &inner_loop, &pattern, *task, &mut random)
+                let mut random = self.streams.slot(outer_step, slot + 1);
+                self.task_gradient(outer_step.phase, &inner_loop, &pattern, *task, &mut random)
             })
             .collect();
         let (loss, mut gradient) = mean_gradient(&gradients);
@@ -223,7 +227,7 @@ impl<M: LaneModel> DescentObjective<'_, M> {
                 M::meta_gradient(&mut meta_gradient, inner_loop, &inner, &outer, None)
             }
         };
-        let weight = self.plan.loss_weights.weight_of_samples(&outer);
+        let weight = self.plan.loss_weights.task_weight(&outer);
         let weighted = |entry: &f32| weight * entry;
         let gradients = Groups {
             initial: meta_gradient.initial.iter().map(weighted).collect(),

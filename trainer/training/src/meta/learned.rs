@@ -86,7 +86,7 @@ pub enum CompletionTarget {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ValidatedLoss {
     /// The estimate.
-    pub expected: LossEstimate,
+    pub estimate: LossEstimate,
     /// The materials.
     pub split: ValidationSplit,
 }

@@ -95,8 +95,8 @@ impl<'a> LinearObjective<'a> {
         self.folds.first().map_or(0, |fold| fold.basis.components())
     }
 
-    /// Returns the mean loss of materials, each at given directions of the pool, and its gradient by the logarithms of
-    /// precisions and the logits of the pattern. The gradient includes the barrier, the loss does not.
+    /// Returns the mean loss of materials, each at given directions of the pool, and its gradient. The gradient is with
+    /// respect to the logarithms of precisions and the logits of the pattern. It includes the barrier, the loss does not.
     ///
     /// # Errors
     /// If a ridge problem cannot be factorized, as with non-finite precisions.
@@ -250,13 +250,17 @@ impl MetaObjective for LinearObjective<'_> {
         }
     }
 
-    fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
-        let phase = at.phase;
-        let batch = self.streams.batch(at, self.materials.len());
+    fn gradient(
+        &self,
+        values: &Groups<Vec<f32>>,
+        outer_step: OuterStep<'_>,
+    ) -> (f32, Groups<Vec<f32>>) {
+        let phase = outer_step.phase;
+        let batch = self.streams.batch(outer_step, self.materials.len());
         let slots = batch.into_iter().enumerate();
         let tasks: Vec<(usize, Vec<u32>)> = slots
             .map(|(slot, material)| {
-                let mut random = self.streams.slot(at, slot + 1);
+                let mut random = self.streams.slot(outer_step, slot + 1);
                 let draw = |_| random.random_range(0..POOL as u32);
                 (material, (0..phase.outer_samples).map(draw).collect())
             })
@@ -264,7 +268,7 @@ impl MetaObjective for LinearObjective<'_> {
         let pattern = match phase.inner_samples {
             InnerSamples::Pattern => Pattern::from_logits(&values.pattern),
             InnerSamples::Fresh(count) | InnerSamples::Fixed(count) => {
-                let seed = self.streams.slot(at, phase.batch + 1).random();
+                let seed = self.streams.slot(outer_step, phase.batch + 1).random();
                 Pattern::new(uniform_valid(count, seed))
             }
         };
@@ -300,7 +304,7 @@ impl MetaObjective for LinearObjective<'_> {
     }
 }
 
-/// Returns a material's BRDF with its derivatives by the angles.
+/// Returns a material's BRDF with its derivatives with respect to the angles.
 fn measured(material: &dyn Material, angles: Angles<f32>) -> [AngleDual; 3] {
     let (brdf, derivatives) = material.brdf_with_derivative(angles);
     [0, 1, 2].map(|channel| AngleDual {

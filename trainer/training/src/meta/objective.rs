@@ -22,7 +22,11 @@ pub trait MetaObjective: Sync {
 
     /// Returns the weighted mean outer loss over a step's batch of tasks, and its gradient. The gradient includes the
     /// [barrier](super::pattern::Pattern::barrier), the loss does not.
-    fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>);
+    fn gradient(
+        &self,
+        values: &Groups<Vec<f32>>,
+        outer_step: OuterStep<'_>,
+    ) -> (f32, Groups<Vec<f32>>);
 
     /// Returns the mean loss over all training materials, [weighted](super::plan::LossWeights) and at fixed directions,
     /// plus the barrier. Phases of [evolution](super::evolution) minimize it.
@@ -73,9 +77,13 @@ pub struct RandomStreams {
 impl RandomStreams {
     /// Returns the stream of a slot of a step. Slot 0 orders tasks; task k of a batch draws from slot k + 1.
     #[must_use]
-    pub fn slot(self, at: OuterStep<'_>, slot: usize) -> ChaCha8Rng {
+    pub fn slot(self, outer_step: OuterStep<'_>, slot: usize) -> ChaCha8Rng {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
-        random.set_stream(((at.phase_index as u64) << 56) | ((slot as u64) << 40) | at.step as u64);
+        random.set_stream(
+            ((outer_step.phase_index as u64) << 56)
+                | ((slot as u64) << 40)
+                | outer_step.step as u64,
+        );
         random
     }
 
@@ -95,17 +103,20 @@ impl RandomStreams {
 
     /// Returns the tasks of a step's batch: consecutive entries of an order that is reshuffled each epoch.
     #[must_use]
-    pub fn batch(self, at: OuterStep<'_>, tasks: usize) -> Vec<usize> {
-        let size = at.phase.batch;
+    pub fn batch(self, outer_step: OuterStep<'_>, tasks: usize) -> Vec<usize> {
+        let size = outer_step.phase.batch;
         let mut batch = Vec::with_capacity(size);
         let mut shuffled: Option<(usize, Vec<usize>)> = None;
-        for position in at.step * size..(at.step + 1) * size {
+        for position in outer_step.step * size..(outer_step.step + 1) * size {
             let epoch = position / tasks;
             let order = match shuffled.take() {
                 Some((of, order)) if of == epoch => order,
                 _ => {
                     let mut order: Vec<usize> = (0..tasks).collect();
-                    let epoch = OuterStep { step: epoch, ..at };
+                    let epoch = OuterStep {
+                        step: epoch,
+                        ..outer_step
+                    };
                     order.shuffle(&mut self.slot(epoch, 0));
                     order
                 }

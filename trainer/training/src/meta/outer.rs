@@ -21,9 +21,9 @@ use super::state::{BestValues, RunState};
 /// The number of validations per phase.
 const VALIDATIONS: usize = 20;
 
-/// The standard deviation of the logit jitter of [`AddedSamples::Jittered`]: one or two degrees.
+/// The standard deviation of the jitter that [`AddedSamples::Jittered`] adds to logits; one or two degrees.
 const JITTER: f32 = 0.05;
-/// The random number slot of the jitter; batches have fewer slots.
+/// The random number slot of the jitter, above all slots of a batch.
 const JITTER_SLOT: usize = 0xFFFF;
 
 /// The progress of a run.
@@ -49,8 +49,8 @@ pub type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + Send + 'a;
 /// The result of an outer loop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// The loss on the validation materials.
-    pub expected: LossEstimate,
+    /// The loss of the best values on the validation materials.
+    pub expected_loss: LossEstimate,
     /// The best values.
     pub values: Groups<Vec<f32>>,
 }
@@ -58,15 +58,15 @@ pub struct Outcome {
 /// The location and interval of checkpoints.
 #[derive(Clone, Debug)]
 pub struct CheckpointOptions {
-    /// The directory.
+    /// The directory of all checkpoint files.
     pub directory: PathBuf,
     /// The time between two checkpoints; 0 writes one after every step.
     pub interval: Duration,
-    /// Resume from an existing checkpoint.
+    /// True to resume from an existing checkpoint.
     pub resume: bool,
 }
 
-/// The outer loop ended without a result.
+/// A reason why the outer loop ended without a result.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// A checkpoint cannot be written or read.
@@ -87,13 +87,13 @@ pub struct OuterLoop<'a> {
     pub identity: RunIdentity,
     /// The seed of random patterns.
     pub seed: u64,
-    /// Checkpoints; None saves none.
+    /// The options of checkpoints; None disables them.
     pub checkpoints: Option<CheckpointOptions>,
-    /// The number of this run among those of one training; each has its own checkpoint file.
+    /// The index of this run in the training. Each run has its own checkpoint file.
     pub stage: usize,
 }
 
-/// The state of a run.
+/// The optimizer, and the rest of a run's state.
 struct State {
     optimizer: Optimizer,
     run: RunState,
@@ -122,30 +122,34 @@ impl OuterLoop<'_> {
     pub fn run(&self, observer: &mut Observer<'_>) -> Result<Outcome, RunError> {
         let mut state = self.initial_state()?;
         let total = self.plan.steps();
-        let mut saved = Instant::now();
-        while let Some(at) = self.plan.at(state.run.done) {
-            self.advance(&mut state, at);
+        let mut last_saved = Instant::now();
+        while let Some(outer_step) = self.plan.outer_step(state.run.done) {
+            self.advance(&mut state, outer_step);
             let RunState {
-                done, loss, best, ..
+                done,
+                smoothed_loss,
+                best,
+                ..
             } = &state.run;
             let stop = observer(&Progress {
-                phase: at.phase.name,
-                samples: at.phase.samples,
+                phase: outer_step.phase.name,
+                samples: outer_step.phase.samples,
                 done: *done,
                 total,
-                loss: *loss,
+                loss: *smoothed_loss,
                 // With `Selection::Last` the best loss of earlier phases is not comparable.
-                best: match at.phase.selection {
+                best: match outer_step.phase.selection {
                     Selection::Last => None,
                     _ => best.as_ref().map(|best| best.loss),
                 },
             });
             let stop = stop.is_break() && *done < total;
             if let Some(checkpoints) = &self.checkpoints
-                && (stop || *done == total || saved.elapsed() >= checkpoints.interval)
+                && (stop || *done == total || last_saved.elapsed() >= checkpoints.interval)
             {
-                self.checkpoint(&state).write(&self.file(checkpoints))?;
-                saved = Instant::now();
+                self.checkpoint(&state)
+                    .write(&self.checkpoint_path(checkpoints))?;
+                last_saved = Instant::now();
             }
             if stop {
                 return Err(RunError::Stopped(state.run.done));
@@ -156,7 +160,7 @@ impl OuterLoop<'_> {
             None => state.optimizer.values(),
         };
         Ok(Outcome {
-            expected: self.objective.expected_loss(&values),
+            expected_loss: self.objective.expected_loss(&values),
             values,
         })
     }
@@ -167,13 +171,13 @@ impl OuterLoop<'_> {
             optimizer: Optimizer::new(values),
             run: RunState::default(),
         };
-        let first = self.objective.initial_values(0);
-        let mut state = new_state(first.clone());
+        let initial_values = self.objective.initial_values(0);
+        let mut state = new_state(initial_values.clone());
         if let Some(checkpoints) = &self.checkpoints {
-            let path = self.file(checkpoints);
-            // Doubled patterns grow during the run.
+            let path = self.checkpoint_path(checkpoints);
+            // The pattern may grow from phase to phase; check the space for the largest one.
             let samples = self.plan.phases.iter().map(|phase| phase.samples).max();
-            let mut largest = first;
+            let mut largest = initial_values;
             largest.pattern.resize(3 * samples.unwrap_or(0), 0.0);
             self.checkpoint(&new_state(largest)).check_writable(&path)?;
             if checkpoints.resume
@@ -191,7 +195,7 @@ impl OuterLoop<'_> {
         Ok(state)
     }
 
-    fn file(&self, checkpoints: &CheckpointOptions) -> PathBuf {
+    fn checkpoint_path(&self, checkpoints: &CheckpointOptions) -> PathBuf {
         Checkpoint::path(&checkpoints.directory, self.stage)
     }
 
@@ -204,34 +208,39 @@ impl OuterLoop<'_> {
     }
 
     /// Runs one outer step.
-    fn advance(&self, state: &mut State, at: OuterStep<'_>) {
-        let OuterStep { phase, step, .. } = at;
+    fn advance(&self, state: &mut State, outer_step: OuterStep<'_>) {
+        let OuterStep { phase, step, .. } = outer_step;
         if step == 0 {
-            self.initialize_phase(state, at);
+            self.initialize_phase(state, outer_step);
         }
-        let epoch = self.plan.tasks.div_ceil(phase.batch);
-        if phase.initialization == Initialization::RandomPatterns && step.is_multiple_of(epoch) {
-            self.randomize_pattern(state, phase, step / epoch);
+        let epoch_steps = self.plan.tasks.div_ceil(phase.batch);
+        if phase.initialization == Initialization::RandomPatterns
+            && step.is_multiple_of(epoch_steps)
+        {
+            self.randomize_pattern(state, phase, step / epoch_steps);
         }
 
         let (loss, values) = match phase.search {
-            SearchMethod::Gradient => self.descend(state, at),
-            SearchMethod::Evolution(population) => self.evolve(state, at, population),
+            SearchMethod::Gradient => self.descend(state, outer_step),
+            SearchMethod::Evolution(population) => self.evolve(state, outer_step, population),
         };
 
         let run = &mut state.run;
         run.done += 1;
-        // A non-finite loss would make all later means non-finite.
+        // A non-finite loss would make all later smoothed losses non-finite.
         if loss.is_finite() {
-            let share = if run.loss == 0.0 { 1.0 } else { 0.02 };
-            run.loss += share * (loss - run.loss);
+            let share = match run.smoothed_loss == 0.0 {
+                true => 1.0,
+                false => 0.02,
+            };
+            run.smoothed_loss += share * (loss - run.smoothed_loss);
         }
-        let last = step + 1 == phase.steps;
+        let is_last = step + 1 == phase.steps;
         match phase.selection {
             Selection::Unchanged => {}
             Selection::BestValidation => {
                 let period = phase.steps.div_ceil(VALIDATIONS);
-                if (step + 1).is_multiple_of(period) || last {
+                if (step + 1).is_multiple_of(period) || is_last {
                     let values = match phase.search {
                         SearchMethod::Gradient => state.optimizer.values(),
                         SearchMethod::Evolution(_) => values,
@@ -240,17 +249,17 @@ impl OuterLoop<'_> {
                 }
             }
             Selection::BestEpoch => {
-                run.epoch += loss + Pattern::from_logits(&values.pattern).barrier();
-                if (step + 1).is_multiple_of(epoch) {
-                    let loss = std::mem::take(&mut run.epoch) / epoch as f32;
+                run.epoch_loss += loss + Pattern::from_logits(&values.pattern).barrier();
+                if (step + 1).is_multiple_of(epoch_steps) {
+                    let loss = std::mem::take(&mut run.epoch_loss) / epoch_steps as f32;
                     state.store_if_better(loss, state.optimizer.values());
                 }
             }
-            Selection::Last if last => {
+            Selection::Last if is_last => {
                 let values = state.optimizer.values();
                 run.best = Some(BestValues { loss, values });
             }
-            Selection::BestFitness if last => {
+            Selection::BestFitness if is_last => {
                 let values = state.optimizer.values();
                 state.store_if_better(self.objective.fitness(&values, phase), values);
             }
@@ -258,11 +267,11 @@ impl OuterLoop<'_> {
         }
     }
 
-    /// Takes a step of Adam. Returns the loss, and the values before the step.
-    fn descend(&self, state: &mut State, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
-        let OuterStep { phase, step, .. } = at;
+    /// Runs a step of Adam. Returns the loss of the values before the step, and these values.
+    fn descend(&self, state: &mut State, outer_step: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
+        let OuterStep { phase, step, .. } = outer_step;
         let values = state.optimizer.values();
-        let (loss, mut gradient) = self.objective.gradient(&values, at);
+        let (loss, mut gradient) = self.objective.gradient(&values, outer_step);
         for (gradient, values) in gradient.each_mut().into_iter().zip(values.each()) {
             clip(gradient, phase.max_gradient_norm);
             for (entry, value) in gradient.iter_mut().zip(values) {
@@ -273,19 +282,19 @@ impl OuterLoop<'_> {
         (loss, values)
     }
 
-    /// Runs one generation. Returns the smallest loss, and the values at the mean.
+    /// Runs one generation of evolution. Returns the smallest loss, and the mean of the search distribution.
     fn evolve(
         &self,
         state: &mut State,
-        at: OuterStep<'_>,
+        outer_step: OuterStep<'_>,
         population: usize,
     ) -> (f32, Groups<Vec<f32>>) {
-        let OuterStep { phase, step, .. } = at;
+        let OuterStep { phase, step, .. } = outer_step;
         let evolution = state
             .run
             .evolution
             .get_or_insert_with(|| Evolution::new(state.optimizer.values(), phase.rates.clone()));
-        let mut random = RandomStreams { seed: self.seed }.slot(at, 0);
+        let mut random = RandomStreams { seed: self.seed }.slot(outer_step, 0);
         let loss = evolution.advance(population, &mut random, |candidates| {
             let losses = candidates.par_iter();
             losses
@@ -293,7 +302,7 @@ impl OuterLoop<'_> {
                 .collect()
         });
         let values = evolution.values();
-        // The next phase starts from the mean.
+        // The next phase starts from the mean of the distribution.
         if step + 1 == phase.steps {
             state.run.evolution = None;
             state.optimizer = Optimizer::new(values.clone());
@@ -302,8 +311,8 @@ impl OuterLoop<'_> {
     }
 
     /// Sets the meta-parameters to the initialization of a phase.
-    fn initialize_phase(&self, state: &mut State, at: OuterStep<'_>) {
-        let phase = at.phase;
+    fn initialize_phase(&self, state: &mut State, outer_step: OuterStep<'_>) {
+        let phase = outer_step.phase;
         match (phase.initialization, &state.run.best) {
             (Initialization::Guess(guess), _) => {
                 state.restart(self.objective.initial_values(guess))
@@ -317,9 +326,9 @@ impl OuterLoop<'_> {
         let mut values = state.optimizer.values();
         let existing = values.pattern.len() / 3;
         if phase.samples > existing {
-            let added = 3 * (phase.samples - existing);
+            let added_count = 3 * (phase.samples - existing);
             let copies = values.pattern.iter().copied().cycle();
-            let more: Vec<f32> = match phase.added_samples {
+            let added_logits: Vec<f32> = match phase.added_samples {
                 AddedSamples::Sobol => {
                     let sobol = sobol_valid(phase.samples, self.seed as u32);
                     sobol
@@ -328,16 +337,17 @@ impl OuterLoop<'_> {
                         .flat_map(logits_from_angles)
                         .collect()
                 }
-                AddedSamples::Repeated => copies.take(added).collect(),
+                AddedSamples::Repeated => copies.take(added_count).collect(),
                 AddedSamples::Jittered => {
-                    let mut random = RandomStreams { seed: self.seed }.slot(at, JITTER_SLOT);
+                    let mut random =
+                        RandomStreams { seed: self.seed }.slot(outer_step, JITTER_SLOT);
                     let jittered =
                         copies.map(|logit| logit + JITTER * standard_normal(&mut random));
-                    jittered.take(added).collect()
+                    jittered.take(added_count).collect()
                 }
             };
-            values.pattern.extend(more);
-            // A pattern with too few samples is not a candidate, even with a smaller loss.
+            values.pattern.extend(added_logits);
+            // The best values of earlier phases have fewer samples. Replace them even if their loss is smaller.
             let loss = match phase.selection {
                 Selection::BestFitness => Some(self.objective.fitness(&values, phase)),
                 Selection::BestValidation => Some(self.objective.validation_loss(&values)),
@@ -350,9 +360,9 @@ impl OuterLoop<'_> {
             state.restart(values);
         }
         if phase.selection == Selection::BestEpoch {
-            // Losses of earlier phases belong to other patterns.
+            // Losses of earlier phases are not comparable: their patterns have other sizes.
             state.run.best = None;
-            state.run.epoch = 0.0;
+            state.run.epoch_loss = 0.0;
         }
     }
 
@@ -398,7 +408,8 @@ mod tests {
     /// An objective with scripted losses per phase and step, and a constant gradient of the pattern.
     struct ScriptedObjective {
         losses: [&'static [f32]; 2],
-        seen: Mutex<Vec<Vec<f32>>>,
+        /// The patterns at which the gradient was evaluated, one per step.
+        patterns: Mutex<Vec<Vec<f32>>>,
     }
 
     impl MetaObjective for ScriptedObjective {
@@ -411,14 +422,17 @@ mod tests {
         fn gradient(
             &self,
             values: &Groups<Vec<f32>>,
-            at: OuterStep<'_>,
+            outer_step: OuterStep<'_>,
         ) -> (f32, Groups<Vec<f32>>) {
-            self.seen.lock().unwrap().push(values.pattern.clone());
+            self.patterns.lock().unwrap().push(values.pattern.clone());
             let gradient = Groups {
                 pattern: vec![1.0; values.pattern.len()],
                 ..Groups::default()
             };
-            (self.losses[at.phase_index][at.step], gradient)
+            (
+                self.losses[outer_step.phase_index][outer_step.step],
+                gradient,
+            )
         }
         fn fitness(&self, values: &Groups<Vec<f32>>, _: &Phase) -> f32 {
             self.validation_loss(values)
@@ -443,7 +457,7 @@ mod tests {
         materials_digest: 0,
     };
 
-    /// Runs two phases of `steps` steps, with one sample and with two.
+    /// Runs two phases of `steps` steps each. The first phase has one sample, the second one two.
     fn run(
         objective: &ScriptedObjective,
         steps: usize,
@@ -476,33 +490,33 @@ mod tests {
                 &[3.0, 3.0, 1.0, 1.5, 0.0, 4.0],
                 &[9.0, 9.0, 5.0, 5.0, 6.0, 6.0],
             ],
-            seen: Mutex::default(),
+            patterns: Mutex::default(),
         };
-        let mut bests = Vec::new();
-        let best = run(&objective, 6, |progress| bests.push(progress.best));
-        let seen = objective.seen.into_inner().unwrap();
+        let mut best_losses = Vec::new();
+        let outcome = run(&objective, 6, |progress| best_losses.push(progress.best));
+        let patterns = objective.patterns.into_inner().unwrap();
         // An epoch has two steps. The best values of phase 1 initialize phase 2.
-        assert_eq!(seen[6][..3], seen[4]);
-        assert_eq!(seen[6].len(), 6);
-        assert_eq!(best.values.pattern, seen[10]);
-        assert_eq!(best.expected.loss, 0.5);
-        // The barrier is 0 in all of them.
-        assert_eq!(bests[..4], [None, Some(3.0), Some(3.0), Some(1.25)]);
-        assert_eq!(bests[6..8], [None, Some(9.0)]);
-        assert_eq!(bests[11], Some(5.0));
+        assert_eq!(patterns[6][..3], patterns[4]);
+        assert_eq!(patterns[6].len(), 6);
+        assert_eq!(outcome.values.pattern, patterns[10]);
+        assert_eq!(outcome.expected_loss.loss, 0.5);
+        // The barrier of these patterns is 0.
+        assert_eq!(best_losses[..4], [None, Some(3.0), Some(3.0), Some(1.25)]);
+        assert_eq!(best_losses[6..8], [None, Some(9.0)]);
+        assert_eq!(best_losses[11], Some(5.0));
     }
 
     #[test]
     fn nan_losses_are_excluded_from_smoothed_loss() {
         let objective = ScriptedObjective {
             losses: [&[f32::NAN, 3.0, f32::NAN, 4.0], &[4.0, f32::NAN, 4.0, 4.0]],
-            seen: Mutex::default(),
+            patterns: Mutex::default(),
         };
         let mut losses = Vec::new();
-        let best = run(&objective, 4, |progress| losses.push(progress.loss));
+        let outcome = run(&objective, 4, |progress| losses.push(progress.loss));
         assert_eq!(losses[..3], [0.0, 3.0, 3.0]);
         assert!(losses[3..].iter().all(|loss| (3.0..4.0).contains(loss)));
         // An epoch with a NaN loss is not selected.
-        assert_eq!(best.values.pattern.len(), 6);
+        assert_eq!(outcome.values.pattern.len(), 6);
     }
 }

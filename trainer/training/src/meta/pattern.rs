@@ -44,11 +44,11 @@ fn min_angles(limits: &Limits) -> [f32; 3] {
 }
 
 /// Returns true if both directions are above the horizon and within the polar angle limits.
-fn is_valid_within(at: &HalfDifference<f32>, limits: &Limits) -> bool {
-    at.is_valid()
+fn is_valid_within(direction: &HalfDifference<f32>, limits: &Limits) -> bool {
+    direction.is_valid()
         && (*limits == Limits::NONE
-            || (at.cos_theta_i() >= limits.max_theta_i.cos()
-                && at.cos_theta_o() >= limits.max_theta_o.cos()))
+            || (direction.cos_theta_i() >= limits.max_theta_i.cos()
+                && direction.cos_theta_o() >= limits.max_theta_o.cos()))
 }
 
 /// Returns the logits of a sample's angles. Angles at a bound of their range are moved inside by 0.1 % of the range.
@@ -79,10 +79,10 @@ pub fn reachable_angles(logits: &[f32], limits: &Limits) -> Vec<Angles<f32>> {
         .to_vec();
     for angles in &mut angles {
         loop {
-            let at = HalfDifference::from_angles(*angles);
-            let is_low = at.cos_theta_i().min(at.cos_theta_o()) <= MIN_COSINE;
+            let direction = HalfDifference::from_angles(*angles);
+            let is_low = direction.cos_theta_i().min(direction.cos_theta_o()) <= MIN_COSINE;
             let is_minimal = angles.theta_h < 1e-6 && angles.theta_d <= min_theta_d;
-            if (!is_low && is_valid_within(&at, limits)) || is_minimal {
+            if (!is_low && is_valid_within(&direction, limits)) || is_minimal {
                 break;
             }
             angles.theta_h *= 0.99;
@@ -98,7 +98,7 @@ pub struct Pattern {
     angles: Vec<Angles<f32>>,
     directions: Vec<HalfDifference<f32>>,
     valid: Vec<bool>,
-    at: Vec<OctetDirections>,
+    octet_directions: Vec<OctetDirections>,
     weights: Vec<Octet>,
 }
 
@@ -123,7 +123,7 @@ impl Pattern {
             .collect();
         let valid: Vec<bool> = directions
             .iter()
-            .map(|at| is_valid_within(at, &limits))
+            .map(|direction| is_valid_within(direction, &limits))
             .collect();
         let valid_count = valid.iter().filter(|valid| **valid).count().max(1);
         let weight = 1.0 / (3.0 * valid_count as f32);
@@ -135,7 +135,7 @@ impl Pattern {
         }
         Self {
             limits,
-            at: directions.chunks(WIDTH).map(Octet::transpose).collect(),
+            octet_directions: directions.chunks(WIDTH).map(Octet::transpose).collect(),
             directions,
             angles,
             valid,
@@ -165,8 +165,8 @@ impl Pattern {
 
     /// Returns the half and difference vectors of the samples, in octets.
     #[must_use]
-    pub fn octets_at(&self) -> &[OctetDirections] {
-        &self.at
+    pub fn octet_directions(&self) -> &[OctetDirections] {
+        &self.octet_directions
     }
 
     /// Returns the validity of each sample.
@@ -194,8 +194,8 @@ impl Pattern {
         all.filter(|(_, valid)| **valid).map(|(angles, _)| *angles)
     }
 
-    /// Returns the gradient by the logits, including the barrier. `by_angles` is called in order with the index of each
-    /// valid sample, and returns the derivatives by its angles.
+    /// Returns the gradient with respect to the logits, including the barrier. `by_angles` is called in order with the
+    /// index of each valid sample, and returns the derivatives with respect to its angles.
     #[must_use]
     pub fn gradient_by_logits(&self, mut by_angles: impl FnMut(usize) -> [f32; 3]) -> Vec<f32> {
         let mut by_logits = Vec::with_capacity(3 * self.angles.len());
@@ -216,18 +216,19 @@ impl Pattern {
         by_logits
     }
 
-    /// Converts the gradient by samples' half and difference vectors to the gradient by the angles of one sample.
+    /// Converts the gradient with respect to the half and difference vectors of all samples to the gradient with respect
+    /// to the angles of one sample.
     #[must_use]
     pub fn gradient_by_angles(&self, samples: &[SampleGradient<Octet>], index: usize) -> [f32; 3] {
         let lane = index % WIDTH;
         let by = &samples[index / WIDTH].at;
-        let at = HalfDifference::from_angles(Dual::<f32, 3>::variables(self.angles[index]));
+        let direction = HalfDifference::from_angles(Dual::<f32, 3>::variables(self.angles[index]));
         std::array::from_fn(|i| {
-            by.hx.0[lane] * at.hx.tangent[i]
-                + by.hz.0[lane] * at.hz.tangent[i]
-                + by.dx.0[lane] * at.dx.tangent[i]
-                + by.dy.0[lane] * at.dy.tangent[i]
-                + by.dz.0[lane] * at.dz.tangent[i]
+            by.hx.0[lane] * direction.hx.tangent[i]
+                + by.hz.0[lane] * direction.hz.tangent[i]
+                + by.dx.0[lane] * direction.dx.tangent[i]
+                + by.dy.0[lane] * direction.dy.tangent[i]
+                + by.dz.0[lane] * direction.dz.tangent[i]
         })
     }
 
@@ -277,7 +278,7 @@ impl MeasuredPattern<'_> {
     #[must_use]
     pub fn octets(&self) -> SampleOctets<'_> {
         SampleOctets {
-            at: &self.pattern.at,
+            at: &self.pattern.octet_directions,
             values: &self.values,
             order: None,
             weights: SampleWeights::Each(&self.pattern.weights),
@@ -286,8 +287,8 @@ impl MeasuredPattern<'_> {
         }
     }
 
-    /// Converts the gradient by samples' half and difference vectors to the gradient by the pattern's logits, including
-    /// the barrier.
+    /// Converts the gradient with respect to the half and difference vectors of all samples to the gradient with respect
+    /// to the logits of the pattern, including the barrier.
     ///
     /// A sample's angles also change its measured value. The gradient of a fit's log loss depends on that value only
     /// through the sign of model minus measurement, so the corresponding derivative is 0.

@@ -15,10 +15,10 @@ pub enum InnerSamples {
 
 /// The initial meta-parameters of a phase. All variants except [`Initialization::Previous`] reset Adam's moments.
 ///
-/// If the phase has more samples than these meta-parameters, the rest are [`AddedSamples`].
+/// If the phase has more samples than these meta-parameters, it adds the others; see [`AddedSamples`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Initialization {
-    /// A new initialization with this number.
+    /// An independent initial guess with this index, which selects its random numbers.
     Guess(u64),
     /// The final meta-parameters of the previous phase.
     Previous,
@@ -36,18 +36,18 @@ pub enum Initialization {
 pub enum AddedSamples {
     /// Points of a Sobol sequence.
     Sobol,
-    /// Copies of the existing samples. A pattern with every sample twice has the same loss, so evolution starts from
-    /// the loss already reached. Not for gradients: two equal samples have equal gradients, and would stay equal.
+    /// Copies of the existing samples. A pattern that contains every sample twice has the same loss, so evolution starts
+    /// from the loss already reached. Unsuitable for gradient search: equal samples have equal gradients and stay equal.
     Repeated,
-    /// Copies of the existing samples, each randomly displaced by one or two degrees. For gradients, which then differ
-    /// between a sample and its copy.
+    /// Copies of the existing samples, each randomly displaced by one or two degrees. Suitable for gradient search: a
+    /// sample and its copy have different gradients.
     Jittered,
 }
 
 /// The criterion for storing meta-parameters of a phase as the best so far.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Selection {
-    /// Never: the best so far is unchanged.
+    /// None: the phase leaves the best so far unchanged.
     Unchanged,
     /// The smallest loss on validation materials, if it is below the best so far.
     BestValidation,
@@ -85,8 +85,8 @@ pub struct Phase {
     pub samples: usize,
     /// The initial values of additional samples.
     pub added_samples: AddedSamples,
-    /// True if the samples are sorted, so that a scan that ends early has the first samples. If false, it may have any
-    /// of them. (Only for schedule prior, with missing readings.)
+    /// True if the samples are sorted by importance. Missing readings are then mostly the last ones, as in a scan that
+    /// ends early; otherwise they are arbitrary. Affects only schedule prior with missing readings.
     pub samples_ordered: bool,
     /// The number of outer steps.
     pub steps: usize,
@@ -135,10 +135,10 @@ pub struct OuterStep<'p> {
     pub step: usize,
 }
 
-/// The optimized encoding of the step sizes.
+/// The encoding of the step sizes in the meta-parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StepSizeEncoding {
-    /// alpha itself, of any sign, as in the paper.
+    /// alpha, of any sign, as in the paper.
     Plain,
     /// ln alpha: alpha stays positive, and Adam's steps are relative.
     Logarithm,
@@ -163,7 +163,7 @@ impl StepSizeEncoding {
         }
     }
 
-    /// Converts the gradient by alpha to the gradient by the encoded values.
+    /// Converts the gradient with respect to alpha to the gradient with respect to the encoded values.
     pub(super) fn chain_rule(self, gradient: &mut [f32], step_sizes: &[f32]) {
         if self == Self::Logarithm {
             for (gradient, step_size) in gradient.iter_mut().zip(step_sizes) {

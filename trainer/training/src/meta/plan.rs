@@ -12,12 +12,13 @@ use glimpse_kernels::sums::loss_of_black;
 /// The training schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Schedule {
-    /// Initial parameters, step sizes and pattern together, for the given n, from the best of several initializations.
+    /// Initial parameters, step sizes and pattern, trained together for one number of samples n. Starts from the best of
+    /// several initializations.
     Joint,
-    /// The two stages of the paper: initial parameters and step sizes on fresh samples, then the pattern alone.
+    /// The two stages of the paper: initial parameters and step sizes on random samples, then the pattern alone.
     Paper,
-    /// A learned prior: a small network completes the readings, trained jointly with the pattern. A descent starts from
-    /// the completed coefficients.
+    /// A learned prior: a small network maps readings to coefficients, and is trained jointly with the pattern. Except
+    /// for Linear, a second network maps the coefficients to the start of a descent.
     Prior,
 }
 
@@ -34,13 +35,13 @@ impl From<Schedule> for recipe::Schedule {
 /// The training effort.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Effort {
-    /// Seconds: for a first look. (Schedule paper: 1/500 of the paper's steps.)
+    /// A few seconds, for a first look; 1/500 of the paper's steps with schedule paper.
     Brief,
-    /// About a minute: for experiments. (Schedule paper: 1/100 of the paper's steps.)
+    /// About a minute, for experiments; 1/100 of the paper's steps with schedule paper.
     Quick,
-    /// Minutes: for use. (Schedule paper: 1/10 of the paper's steps.)
+    /// Several minutes, for regular use; 1/10 of the paper's steps with schedule paper.
     Standard,
-    /// About an hour: for the last few percent. (Schedule paper: all of the paper's steps.)
+    /// About an hour, for a loss a few percent lower; all of the paper's steps with schedule paper.
     Long,
 }
 
@@ -69,19 +70,19 @@ impl LossWeights {
     /// Returns the weight of a material, given the loss of black on it.
     #[must_use]
     pub fn weight(self, loss_of_black: f32) -> f32 {
-        /// Losses of black below this value are negligible.
-        const DARK: f32 = 0.005;
-        /// About the mean loss of black, so that weights are about 1.
+        /// Limits the weight of a black material to (`MEAN` + `OFFSET`) / `OFFSET` = 13.
+        const OFFSET: f32 = 0.005;
+        /// The approximate mean loss of black over materials, so that a typical weight is 1.
         const MEAN: f32 = 0.06;
         match self {
             Self::Equal => 1.0,
-            Self::Relative => (MEAN + DARK) / (loss_of_black + DARK),
+            Self::Relative => (MEAN + OFFSET) / (loss_of_black + OFFSET),
         }
     }
 
-    /// Returns the weight of drawn samples.
+    /// Returns the weight of a task, given its samples.
     #[must_use]
-    pub fn weight_of_samples(self, samples: &SampleOctets<'_>) -> f32 {
+    pub fn task_weight(self, samples: &SampleOctets<'_>) -> f32 {
         match self {
             Self::Equal => 1.0,
             Self::Relative => self.weight(loss_of_black(samples)),
@@ -98,16 +99,16 @@ pub struct PretrainedInit {
     pub step_sizes: Vec<f32>,
 }
 
-/// A whole training run, without its materials.
+/// The phases of a training run, and its initial values.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// The phases, in order. The last one trains the requested n.
+    /// The phases, in order. The last one has the requested number of samples.
     pub phases: Vec<Phase>,
     /// The number of training materials.
     pub tasks: usize,
     /// The function that draws initial parameters.
     pub initial_parameters: fn(ModelKind, &mut ChaCha8Rng) -> Vec<f32>,
-    /// The optimized encoding of the step sizes.
+    /// The encoding of the step sizes in the meta-parameters.
     pub step_size_encoding: StepSizeEncoding,
     /// The initial step size of all parameters.
     pub initial_step_size: f32,
@@ -124,10 +125,10 @@ impl Plan {
         self.phases.iter().map(|phase| phase.steps).sum()
     }
 
-    /// Returns the outer step with this index over all phases; None at the end.
+    /// Returns an outer step, given its index over all phases; None after the last step.
     #[must_use]
-    pub fn at(&self, done: usize) -> Option<OuterStep<'_>> {
-        let mut step = done;
+    pub fn outer_step(&self, index: usize) -> Option<OuterStep<'_>> {
+        let mut step = index;
         for (phase_index, phase) in self.phases.iter().enumerate() {
             if step < phase.steps {
                 return Some(OuterStep {

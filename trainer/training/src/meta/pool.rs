@@ -20,7 +20,7 @@ use super::augmentation::Augmentation;
 
 /// The directions of the pool, and the BRDF of each material at them.
 pub struct Pool {
-    at: Vec<OctetDirections>,
+    directions: Vec<OctetDirections>,
     values: Vec<Vec<OctetRgb>>,
     /// The loss of black (f = 0) on each material.
     black: Vec<f32>,
@@ -35,15 +35,15 @@ impl Pool {
     {
         let octets = size.div_ceil(WIDTH);
         let angles = uniform_valid(octets * WIDTH, seed);
-        let at: Vec<OctetDirections> = angles
+        let directions: Vec<OctetDirections> = angles
             .chunks(WIDTH)
             .map(|angles| {
-                let at: Vec<_> = angles
+                let directions: Vec<_> = angles
                     .iter()
                     .copied()
                     .map(HalfDifference::from_angles)
                     .collect();
-                Octet::transpose(&at)
+                Octet::transpose(&directions)
             })
             .collect();
         let values = materials
@@ -56,7 +56,7 @@ impl Pool {
             })
             .collect();
         let mut pool = Self {
-            at,
+            directions,
             values,
             black: Vec::new(),
         };
@@ -76,13 +76,13 @@ impl Pool {
     /// Returns the number of octets.
     #[must_use]
     pub fn octet_count(&self) -> usize {
-        self.at.len()
+        self.directions.len()
     }
 
     /// Draws `count` samples of a material: whole octets, where unused lanes of the last one have weight 0.
     #[must_use]
     pub fn draw(&self, material: usize, count: usize, random: &mut ChaCha8Rng) -> DrawnSamples<'_> {
-        let last = self.at.len() as u32;
+        let last = self.directions.len() as u32;
         let order = (0..count.div_ceil(WIDTH)).map(|_| random.random_range(0..last));
         self.ordered(material, order.collect(), count)
     }
@@ -96,19 +96,20 @@ impl Pool {
         count: usize,
         random: &mut ChaCha8Rng,
     ) -> DrawnSamples<'_> {
-        let drawn = (0..count.div_ceil(WIDTH)).map(|_| random.random_range(0..self.at.len()));
+        let drawn =
+            (0..count.div_ceil(WIDTH)).map(|_| random.random_range(0..self.directions.len()));
         let (own, partner) = (&self.values[material], &self.values[augmentation.partner]);
-        let (at, values): (Vec<_>, Vec<_>) = drawn
+        let (directions, values): (Vec<_>, Vec<_>) = drawn
             .map(|octet| {
                 let lanes: [[f32; 3]; WIDTH] = std::array::from_fn(|lane| {
                     let rgb = |octet: &OctetRgb| octet.each_ref().map(|channel| channel.0[lane]);
                     augmentation.brdf(rgb(&own[octet]), rgb(&partner[octet]))
                 });
-                (self.at[octet], transpose_rgb(&lanes))
+                (self.directions[octet], transpose_rgb(&lanes))
             })
             .unzip();
         DrawnSamples {
-            at: Cow::Owned(at),
+            directions: Cow::Owned(directions),
             values: Cow::Owned(values),
             order: None,
             weights: weights(count),
@@ -120,7 +121,7 @@ impl Pool {
     #[must_use]
     pub fn octets_from(&self, material: usize, first: usize, count: usize) -> DrawnSamples<'_> {
         let octets = first..first + count.div_ceil(WIDTH);
-        let order = octets.map(|octet| (octet % self.at.len()) as u32);
+        let order = octets.map(|octet| (octet % self.directions.len()) as u32);
         self.ordered(material, order.collect(), count)
     }
 
@@ -129,13 +130,13 @@ impl Pool {
     pub fn all(&self, material: usize) -> DrawnSamples<'_> {
         DrawnSamples {
             order: None,
-            ..self.ordered(material, Vec::new(), self.at.len() * WIDTH)
+            ..self.ordered(material, Vec::new(), self.directions.len() * WIDTH)
         }
     }
 
     fn ordered(&self, material: usize, order: Vec<u32>, count: usize) -> DrawnSamples<'_> {
         DrawnSamples {
-            at: Cow::Borrowed(&self.at),
+            directions: Cow::Borrowed(&self.directions),
             values: Cow::Borrowed(&self.values[material]),
             order: Some(order),
             weights: weights(count),
@@ -145,7 +146,7 @@ impl Pool {
 
 /// Samples of one material, or of an augmentation of it, drawn from a pool.
 pub struct DrawnSamples<'p> {
-    at: Cow<'p, [OctetDirections]>,
+    directions: Cow<'p, [OctetDirections]>,
     values: Cow<'p, [OctetRgb]>,
     /// The indices of the drawn octets; None for all.
     order: Option<Vec<u32>>,
@@ -168,7 +169,7 @@ impl DrawnSamples<'_> {
     /// Returns the number of octets.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.order.as_ref().map_or(self.at.len(), Vec::len)
+        self.order.as_ref().map_or(self.directions.len(), Vec::len)
     }
 
     /// Returns true if the draw is empty.
@@ -181,7 +182,7 @@ impl DrawnSamples<'_> {
     #[must_use]
     pub fn octets(&self) -> SampleOctets<'_> {
         SampleOctets {
-            at: &self.at,
+            at: &self.directions,
             values: &self.values,
             order: self.order.as_deref(),
             weights: SampleWeights::Mean(self.weights),
@@ -223,7 +224,7 @@ mod tests {
         };
         assert_eq!(augmented.len(), drawn.len());
         for (index, octet) in drawn.iter().enumerate() {
-            assert_eq!(augmented.at[index], pool.at[*octet]);
+            assert_eq!(augmented.directions[index], pool.directions[*octet]);
             for lane in 0..WIDTH {
                 let rgb = |values: &OctetRgb| values.each_ref().map(|octet| octet.0[lane]);
                 let [own, partner] =

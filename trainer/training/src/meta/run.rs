@@ -246,7 +246,10 @@ impl<'o> Session<'o> {
             streams: RandomStreams { seed },
             model: PhantomData,
         };
-        let Outcome { expected, values } = self.run(&objective, observer)?;
+        let Outcome {
+            expected_loss,
+            values,
+        } = self.run(&objective, observer)?;
         Ok(LearnedRecipe {
             pattern: angles_above_horizon(&values.pattern),
             fit: LearnedFit::Descent(LearnedDescent {
@@ -258,7 +261,7 @@ impl<'o> Session<'o> {
             loss_predictor: None,
             basis: None,
             expected_loss: ValidatedLoss {
-                expected,
+                estimate: expected_loss,
                 split: self.split(),
             },
             materials: self.identities.clone(),
@@ -271,7 +274,10 @@ impl<'o> Session<'o> {
         let columns = Columns::new(&self.training);
         let (prior, seed) = (self.options.prior, self.options.seed);
         let objective = LinearObjective::new(&self.training, &columns, prior, &self.plan, seed);
-        let Outcome { expected, values } = self.run(&objective, observer)?;
+        let Outcome {
+            expected_loss,
+            values,
+        } = self.run(&objective, observer)?;
 
         let all: Vec<usize> = (0..columns.count()).collect();
         let basis = principal_components(&columns, &all, objective.components());
@@ -288,7 +294,7 @@ impl<'o> Session<'o> {
             loss_predictor: None,
             basis: Some(bytes),
             expected_loss: ValidatedLoss {
-                expected,
+                estimate: expected_loss,
                 // A single material is trained with its own basis.
                 split: match self.identities.len() {
                     1 => ValidationSplit::Training,

@@ -14,15 +14,15 @@ pub struct BestValues {
     pub values: Groups<Vec<f32>>,
 }
 
-/// The state of a run, without meta-parameters and optimizer.
+/// The state of a run, except the meta-parameters and the optimizer.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunState {
     /// The number of completed outer steps of all phases.
     pub done: usize,
-    /// The smoothed outer loss.
-    pub loss: f32,
-    /// The sum of losses over the steps of the current epoch, barriers included.
-    pub epoch: f32,
+    /// The outer loss, smoothed over about 50 steps.
+    pub smoothed_loss: f32,
+    /// The sum of losses over the steps of the current epoch, including the barriers.
+    pub epoch_loss: f32,
     /// The best values so far.
     pub best: Option<BestValues>,
     /// The state of evolution, during a phase with [`SearchMethod::Evolution`](super::phase::SearchMethod::Evolution).

@@ -31,7 +31,7 @@ pub fn pack_recipe(
     data: &str,
 ) -> Result<RecipeFile, PackError> {
     let schedule = schedule_of(options);
-    let ValidatedLoss { expected, split } = learned.expected_loss;
+    let ValidatedLoss { estimate, split } = learned.expected_loss;
     let on = format!("materials of {data} {}", describe_split(split));
     let sources = options.sources();
     let materials: Vec<(&str, u32)> = learned
@@ -52,9 +52,9 @@ pub fn pack_recipe(
                 .filter(|limits| completes && *limits != Limits::NONE),
             noise: Some(completion_options.noise()).filter(|noise| completes && !is_none(noise)),
             expectation: Some(ExpectedLoss {
-                loss: expected.loss,
-                standard_error: expected.standard_error,
-                materials: expected.materials as u32,
+                loss: estimate.loss,
+                standard_error: estimate.standard_error,
+                materials: estimate.materials as u32,
                 on: &on,
             }),
             provenance: Some(provenance(options, data, materials.len(), &schedule)),

@@ -23,10 +23,8 @@ pub fn pack_fit<T>(
         LearnedFit::Descent(learned) => {
             pack_descent(learned, |descent| write(PackedMethod::Descent(descent)))
         }
-        LearnedFit::Ridge(reduced) => {
-            pack_ridge(reduced, |ridge| write(PackedMethod::Ridge(ridge)))
-        }
-        LearnedFit::Completed(completion, target) => pack_completed(completion, target, write),
+        LearnedFit::Ridge(basis) => pack_ridge(basis, |ridge| write(PackedMethod::Ridge(ridge))),
+        LearnedFit::Completed(learned, target) => pack_completed(learned, target, write),
     }
 }
 
@@ -58,18 +56,18 @@ fn pack_descent<T>(
 }
 
 fn pack_ridge<T>(
-    reduced: &RecipeBasis,
+    basis: &RecipeBasis,
     write: impl FnOnce(PackedRidge<'_>) -> Result<T, RecipeError>,
 ) -> Result<T, RecipeError> {
     write(PackedRidge {
-        components: u16::try_from(reduced.precision.len())
+        components: u16::try_from(basis.precision.len())
             .map_err(|_| RecipeError::Count(Field::Components))?,
-        basis: &pack_values(&reduced.basis),
-        mean: &pack_values(&reduced.mean),
-        median: &pack_values(&reduced.median),
-        weight: &pack_values(&reduced.weight),
-        precision: &pack_values(&reduced.precision),
-        basis_checksum: reduced.basis_checksum,
+        basis: &pack_values(&basis.basis),
+        mean: &pack_values(&basis.mean),
+        median: &pack_values(&basis.median),
+        weight: &pack_values(&basis.weight),
+        precision: &pack_values(&basis.precision),
+        basis_checksum: basis.basis_checksum,
     })
 }
 
@@ -79,11 +77,12 @@ fn pack_completed<T>(
     write: impl FnOnce(PackedMethod<'_>) -> Result<T, RecipeError>,
 ) -> Result<T, RecipeError> {
     let shape = learned.shape;
-    let (rows, components) = (shape.rows(), shape.components);
-    let [readings, bias, output] = split_lists(&learned.weights, shape.coefficient_net_lengths());
-    let (readings, reading_scales) = quantize(readings, rows, |index| index % rows);
-    let hidden = shape.hidden.max(1);
-    let (output, output_scales) = quantize(output, components, |index| index / hidden);
+    let (outputs, components) = (shape.rows(), shape.components);
+    let [reading_weights, bias, output] =
+        split_lists(&learned.weights, shape.coefficient_net_lengths());
+    let (reading_weights, reading_scales) =
+        quantize(reading_weights, outputs, |index| index % outputs);
+    let (output, output_scales) = quantize(output, components, |index| index / shape.hidden);
     let [center, reading_scales, bias, output_scales] =
         [&learned.center[..], &reading_scales, bias, &output_scales].map(pack_values);
     let coefficient_net = PackedCoefficientNet {
@@ -91,7 +90,7 @@ fn pack_completed<T>(
         missing: learned.missing as u8,
         center: &center,
         scale: learned.scale,
-        readings: &readings,
+        readings: &reading_weights,
         reading_scales: &reading_scales,
         bias: &bias,
         output: &output,

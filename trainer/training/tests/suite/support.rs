@@ -75,8 +75,11 @@ pub(crate) fn run_bits(run: &OuterLoop<'_>) -> Vec<u32> {
         bits.push(progress.loss.to_bits());
         ControlFlow::Continue(())
     });
-    let Outcome { expected, values } = outcome.expect("the run is not stopped");
-    bits.push(expected.loss.to_bits());
+    let Outcome {
+        expected_loss,
+        values,
+    } = outcome.expect("the run is not stopped");
+    bits.push(expected_loss.loss.to_bits());
     let values = values.each().into_iter().flatten();
     bits.extend(values.map(|value| value.to_bits()));
     bits

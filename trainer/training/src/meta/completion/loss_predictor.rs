@@ -3,7 +3,7 @@
 use glimpse_core::recipe::MAX_PREDICTION;
 use nalgebra::{DMatrix, DVector};
 
-/// The ridge penalty of weights, relative to normalized features of mean square 1.
+/// The ridge penalty of weights, for features normalized to a mean square of 1.
 const RIDGE: f64 = 0.01;
 
 /// The completed coefficients of a material, and the loss of its fit by a recipe trained without it.
@@ -24,19 +24,20 @@ pub struct HeldOutLoss {
 pub struct LossPredictor {
     /// The bias, and one weight per coefficient.
     pub weights: Vec<f32>,
-    /// Spearman's rank correlation of predicted and actual losses on plain materials, each fold predicted by a
-    /// regression on the other folds. None for too few materials.
+    /// Spearman's rank correlation of predicted and actual losses on plain materials. The losses of a fold are predicted
+    /// by a regression on the other folds. None for fewer than two plain materials.
     pub rank_correlation: Option<f64>,
 }
 
 impl LossPredictor {
-    /// Fits the predictor by ridge regression on the logarithms of losses. The bias corrects the mean prediction for
-    /// plain materials, each fold predicted by a regression on the other folds. Returns None without data, or if a
-    /// weight exceeds the range of recipes.
+    /// Fits the predictor by ridge regression on the logarithms of losses. The bias includes a correction, which makes
+    /// the mean cross-validated prediction for plain materials equal to their mean loss.
+    ///
+    /// Returns None without data, or if a weight exceeds the range of recipes.
     #[must_use]
     pub fn new(held_out: &[HeldOutLoss], folds: usize) -> Option<Self> {
         let mut weights = regression(held_out.iter())?;
-        let (predicted, actual) = cross_validated(held_out, folds)?;
+        let (predicted, actual) = cross_validate(held_out, folds)?;
         let ratio = actual.iter().sum::<f64>() / predicted.iter().sum::<f64>();
         weights[0] += ratio.ln() as f32;
         let is_in_range = |weight: &f32| weight.abs() <= MAX_PREDICTION;
@@ -49,12 +50,13 @@ impl LossPredictor {
     /// Returns the predicted loss.
     #[must_use]
     pub fn loss(&self, coefficients: &[f32]) -> f64 {
-        predicted(&self.weights, coefficients)
+        predict(&self.weights, coefficients)
     }
 }
 
-/// Returns the losses of plain materials, as predicted by a regression on the other folds, and the actual ones.
-fn cross_validated(held_out: &[HeldOutLoss], folds: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+/// Returns the predicted and the actual losses of plain materials. The losses of a fold are predicted by a regression on
+/// the other folds.
+fn cross_validate(held_out: &[HeldOutLoss], folds: usize) -> Option<(Vec<f64>, Vec<f64>)> {
     let mut pairs = Vec::new();
     for fold in 0..folds {
         let weights = regression(held_out.iter().filter(|each| each.fold != fold))?;
@@ -62,22 +64,22 @@ fn cross_validated(held_out: &[HeldOutLoss], folds: usize) -> Option<(Vec<f64>, 
             .iter()
             .filter(|each| each.fold == fold && each.plain);
         pairs.extend(own.map(|each| {
-            let loss = predicted(&weights, &each.coefficients);
-            (loss, f64::from(each.loss))
+            let predicted = predict(&weights, &each.coefficients);
+            (predicted, f64::from(each.loss))
         }));
     }
     Some(pairs.into_iter().unzip())
 }
 
 /// Returns the loss predicted by weights.
-fn predicted(weights: &[f32], coefficients: &[f32]) -> f64 {
+fn predict(weights: &[f32], coefficients: &[f32]) -> f64 {
     let products = weights[1..].iter().zip(coefficients);
     let sum: f64 = products.map(|(w, a)| f64::from(*w) * f64::from(*a)).sum();
     (f64::from(weights[0]) + sum).exp()
 }
 
 /// Fits a bias and slopes by ridge regression on the logarithms of losses. The bias makes the mean prediction for plain
-/// materials unbiased.
+/// materials equal to their mean loss.
 fn regression<'w>(held_out: impl Iterator<Item = &'w HeldOutLoss>) -> Option<Vec<f32>> {
     let rows: Vec<&HeldOutLoss> = held_out.filter(|each| each.loss > 0.0).collect();
     let width = rows.first()?.coefficients.len();
@@ -86,21 +88,24 @@ fn regression<'w>(held_out: impl Iterator<Item = &'w HeldOutLoss>) -> Option<Vec
         DMatrix::from_fn(rows.len(), width, |i, j| f64::from(rows[i].coefficients[j]));
     let mut losses = DVector::from_fn(rows.len(), |i, _| f64::from(rows[i].loss).ln());
     losses.add_scalar_mut(-losses.mean());
-    let mut sizes = Vec::with_capacity(width);
+    let mut scales = Vec::with_capacity(width);
     for mut column in features.column_iter_mut() {
         column.add_scalar_mut(-column.mean());
-        let size = (column.norm_squared() / count).sqrt().max(1e-6);
-        column /= size;
-        sizes.push(size);
+        let scale = (column.norm_squared() / count).sqrt().max(1e-6);
+        column /= scale;
+        scales.push(scale);
     }
     let mut normal = features.tr_mul(&features) / count;
     for k in 0..width {
         normal[(k, k)] += RIDGE;
     }
-    let solved = normal
+    let normalized_slopes = normal
         .cholesky()?
         .solve(&(features.tr_mul(&losses) / count));
-    let slopes = solved.iter().zip(sizes).map(|(slope, size)| slope / size);
+    let slopes = normalized_slopes
+        .iter()
+        .zip(scales)
+        .map(|(slope, scale)| slope / scale);
     let mut weights: Vec<f32> = std::iter::once(0.0)
         .chain(slopes)
         .map(|w| w as f32)
@@ -108,13 +113,14 @@ fn regression<'w>(held_out: impl Iterator<Item = &'w HeldOutLoss>) -> Option<Vec
     let plain = || rows.iter().filter(|each| each.plain);
     let actual: f64 = plain().map(|each| f64::from(each.loss)).sum();
     let uncorrected: f64 = plain()
-        .map(|each| predicted(&weights, &each.coefficients))
+        .map(|each| predict(&weights, &each.coefficients))
         .sum();
     weights[0] = (actual / uncorrected).ln() as f32;
     Some(weights)
 }
 
-/// Returns Spearman's rank correlation of two lists of equal length. None if a list is empty or constant.
+/// Returns Spearman's rank correlation of two lists of equal length; None for fewer than two numbers. Equal numbers are
+/// ranked in their order.
 #[must_use]
 pub fn rank_correlation(one: &[f64], other: &[f64]) -> Option<f64> {
     correlation(&ranks(one), &ranks(other))
@@ -152,7 +158,7 @@ mod tests {
     }
 
     fn held_out_from(first: usize, noise: f32) -> Vec<HeldOutLoss> {
-        let wave = |index: usize, by: f32| (by * index as f32).sin();
+        let wave = |index: usize, frequency: f32| (frequency * index as f32).sin();
         (first..first + 400)
             .map(|index| {
                 let coefficients = vec![wave(index, 0.7), wave(index, 1.3), wave(index, 2.9)];

@@ -89,11 +89,22 @@ struct TaskResult {
     refined: Option<RefinementGradient>,
 }
 
+/// Returns the pool directions at which the loss of a task is evaluated.
+fn octet_directions(pool: &WarpedPool, task: &Task) -> Vec<OctetDirections> {
+    let directions = task.octets.iter();
+    directions
+        .map(|octet| pool.octet_directions[*octet as usize])
+        .collect()
+}
+
 /// Returns samples of equal weight.
-fn uniform_samples<'s>(at: &'s [OctetDirections], values: &'s [OctetRgb]) -> SampleOctets<'s> {
+fn uniform_samples<'s>(
+    directions: &'s [OctetDirections],
+    values: &'s [OctetRgb],
+) -> SampleOctets<'s> {
     let weight = Octet([uniform_weight(values.len()); WIDTH]);
     SampleOctets {
-        at,
+        at: directions,
         values,
         order: None,
         weights: SampleWeights::Mean([weight; 2]),
@@ -188,7 +199,7 @@ impl<'a> CompletionObjective<'a> {
             let gain = self.gain(&present);
             for (sample, reading) in readings.iter().enumerate() {
                 let values = reading.standardized.map(|dual| gain * dual.value);
-                batch.set(index, sample, present[sample].then_some(values));
+                batch.set_reading(index, sample, present[sample].then_some(values));
             }
             present_readings.push(present);
         }
@@ -240,14 +251,13 @@ impl<'a> CompletionObjective<'a> {
             *by *= share * weight;
         }
         let refined = refinement.map(|refinement| {
-            let at = task.octets.iter().map(|octet| pool.at[*octet as usize]);
-            let at: Vec<_> = at.collect();
+            let directions = octet_directions(pool, task);
             let inner = PresentReadings::new(readings, &completed.present[index]);
             refinement.gradient(
                 &Self::initial_parameters(prepared, completed, index),
                 &prepared.step_sizes,
                 &inner.octets(&prepared.pattern),
-                &uniform_samples(&at, &values),
+                &uniform_samples(&directions, &values),
             )
         });
         TaskResult {
@@ -258,7 +268,7 @@ impl<'a> CompletionObjective<'a> {
         }
     }
 
-    /// Returns the loss of tasks and its gradient. The gradient by the pattern is returned separately, by the angles.
+    /// Returns the loss of tasks and its gradient. The gradient of the pattern is separate, with respect to the angles.
     fn batch(
         &self,
         prepared: &PreparedParameters<'_>,
@@ -274,7 +284,7 @@ impl<'a> CompletionObjective<'a> {
             let result = self.task_result(prepared, &completed, readings, index, task, refinement);
             loss += result.loss;
             let batch = &mut completed.batch;
-            batch.set_gradient(index, &result.by_coefficients);
+            batch.set_coefficient_gradient(index, &result.by_coefficients);
             let (weight, Some(mut refined)) = (result.weight, result.refined) else {
                 continue;
             };
@@ -317,11 +327,11 @@ impl<'a> CompletionObjective<'a> {
         prepared: &PreparedParameters<'_>,
         tasks: &[Task],
         refinement: Option<&dyn Refinement>,
-        at: Directions<'_>,
+        directions: Directions<'_>,
     ) -> Vec<WeightedLoss> {
         let evaluate_chunk = |tasks: &[Task]| {
             let readings = self.read_all(prepared, tasks);
-            self.losses_from_readings(prepared, tasks, &readings, refinement, at)
+            self.losses_from_readings(prepared, tasks, &readings, refinement, directions)
         };
         tasks
             .par_chunks(BATCH)
@@ -336,17 +346,18 @@ impl<'a> CompletionObjective<'a> {
         tasks: &[Task],
         readings: &[Vec<Reading>],
         refinement: Option<&dyn Refinement>,
-        at: Directions<'_>,
+        directions: Directions<'_>,
     ) -> Vec<WeightedLoss> {
         let completed = self.complete(prepared, tasks, readings);
         let each = tasks.iter().zip(readings).enumerate();
         let each = each.map(|(index, (task, readings))| {
-            let values = task.values(at.pool);
+            let values = task.values(directions.pool);
             let coefficients = completed.batch.coefficients(index);
             let count = uniform_weight(values.len());
-            let [loss, black] = at
-                .table
-                .loss(&coefficients, &task.octets, &values, count, None);
+            let [loss, black] =
+                directions
+                    .table
+                    .loss(&coefficients, &task.octets, &values, count, None);
             let weight = self.loss_weights.weight(black);
             let Some(refinement) = refinement else {
                 return WeightedLoss { loss, weight };
@@ -358,9 +369,8 @@ impl<'a> CompletionObjective<'a> {
                 &prepared.step_sizes,
                 &inner.octets(&prepared.pattern),
             );
-            let directions = task.octets.iter().map(|octet| at.pool.at[*octet as usize]);
-            let directions: Vec<_> = directions.collect();
-            let loss = refinement.loss(&parameters, &uniform_samples(&directions, &values));
+            let loss_directions = octet_directions(directions.pool, task);
+            let loss = refinement.loss(&parameters, &uniform_samples(&loss_directions, &values));
             WeightedLoss { loss, weight }
         });
         each.collect()
@@ -443,7 +453,7 @@ impl MetaObjective for CompletionObjective<'_> {
 
     /// Sorts by the loss of the completed coefficients of the validation materials.
     fn reorder_samples(&self, mut values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
-        if self.dataset.augmentation_options.missing == 0.0 {
+        if self.dataset.augmentation_options.missing_share == 0.0 {
             return values;
         }
         let prepared = self.prepare(&values, self.reachable_pattern(&values));
@@ -479,29 +489,35 @@ impl MetaObjective for CompletionObjective<'_> {
         values
     }
 
-    fn gradient(&self, values: &Groups<Vec<f32>>, at: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
+    fn gradient(
+        &self,
+        values: &Groups<Vec<f32>>,
+        outer_step: OuterStep<'_>,
+    ) -> (f32, Groups<Vec<f32>>) {
         let prepared = self.prepare(
             values,
             Pattern::from_logits_within(&values.pattern, self.limits),
         );
-        let dropout = match at.phase.samples_ordered {
+        let dropout = match outer_step.phase.samples_ordered {
             true => Dropout::TailOrFew,
             false => Dropout::Any,
         };
-        let tasks: Vec<Task> = (0..at.phase.batch)
+        let tasks: Vec<Task> = (0..outer_step.phase.batch)
             .map(|slot| {
-                let mut random = self.streams.slot(at, slot + 1);
+                let mut random = self.streams.slot(outer_step, slot + 1);
                 Task::random(
                     &self.dataset.pool,
                     &self.subset.groups,
                     &self.dataset.augmentation_options,
-                    [self.shape.samples, at.phase.outer_samples],
+                    [self.shape.samples, outer_step.phase.outer_samples],
                     dropout,
                     &mut random,
                 )
             })
             .collect();
-        let refinement = self.refinement.filter(|_| at.phase.rates.init_net > 0.0);
+        let refinement = self
+            .refinement
+            .filter(|_| outer_step.phase.rates.init_net > 0.0);
         let batches: Vec<_> = tasks
             .par_chunks(BATCH)
             .map(|tasks| self.batch(&prepared, tasks, refinement))

@@ -22,7 +22,7 @@ type Values = Vec<OctetRgb>;
 /// Materials at a pool of directions, each with every highlight warp.
 pub struct WarpedPool {
     /// The directions in octets.
-    pub at: Vec<OctetDirections>,
+    pub octet_directions: Vec<OctetDirections>,
     angles: Vec<Angles<f32>>,
     /// The smooth field terms at the directions.
     pub fields: Vec<[Octet; FIELD_TERMS]>,
@@ -71,16 +71,16 @@ impl WarpedPool {
                 fields
             })
             .collect();
-        let at = angles.chunks(WIDTH).map(|angles| {
-            let at: Vec<_> = angles
+        let octet_directions = angles.chunks(WIDTH).map(|angles| {
+            let directions: Vec<_> = angles
                 .iter()
                 .copied()
                 .map(HalfDifference::from_angles)
                 .collect();
-            Octet::transpose(&at)
+            Octet::transpose(&directions)
         });
         Self {
-            at: at.collect(),
+            octet_directions: octet_directions.collect(),
             angles,
             fields,
             materials,
@@ -92,7 +92,7 @@ impl WarpedPool {
     /// Returns the number of octets.
     #[must_use]
     pub fn octet_count(&self) -> usize {
-        self.at.len()
+        self.octet_directions.len()
     }
 
     /// Returns the number of highlight warps of a material.
@@ -123,10 +123,10 @@ impl WarpedPool {
             .par_iter()
             .map(|angles| {
                 let entry = basis.look_up(angles_to_f64(angles));
-                let at = HalfDifference::from_angles(*angles);
-                let cosine = at.cos_theta_i();
+                let direction = HalfDifference::from_angles(*angles);
+                let cosine = direction.cos_theta_i();
                 let [mean, ..] = entry.center();
-                let head = [cosine, cosine * at.cos_theta_o(), mean as f32];
+                let head = [cosine, cosine * direction.cos_theta_o(), mean as f32];
                 let row = entry.components.iter().map(|component| component[0] as f32);
                 head.into_iter().chain(row).collect()
             })

@@ -8,7 +8,7 @@ use glimpse_kernels::Dual;
 use glimpse_kernels::lanes::{InstructionSet, Octet, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights, transpose_rgb};
 use glimpse_materials::basis::{Basis, angles_to_f64};
-use glimpse_materials::{Material, quantized};
+use glimpse_materials::{Material, quantize};
 
 use super::highlight_warp::HighlightWarp;
 use super::smooth_field::field_terms;
@@ -18,7 +18,7 @@ use crate::meta::pattern::Pattern;
 /// The scale of centered logarithms.
 pub const LOG_SCALE: f32 = 0.5;
 
-/// A number with its derivatives by the three angles of its sample.
+/// A number with its derivatives with respect to the three angles of its sample.
 type AngleDual = Dual<f32, 3>;
 
 /// The constants that standardize the readings of each sample.
@@ -39,11 +39,11 @@ impl Standardization {
     #[must_use]
     pub fn new(basis: &Basis, angles: &[Angles<f32>]) -> Self {
         let all = angles.iter().map(|angles| {
-            let at = HalfDifference::from_angles(AngleDual::variables(*angles));
+            let direction = HalfDifference::from_angles(AngleDual::variables(*angles));
             let [mean, by @ ..] = basis.look_up(angles_to_f64(angles)).center();
             SampleStandardization {
-                cosines: at.cos_theta_i() * at.cos_theta_o(),
-                cos_theta_i: at.cos_theta_i().value,
+                cosines: direction.cos_theta_i() * direction.cos_theta_o(),
+                cos_theta_i: direction.cos_theta_i().value,
                 mean: Dual {
                     value: mean as f32,
                     tangent: by.map(|by| by as f32),
@@ -64,7 +64,7 @@ impl Standardization {
 pub struct Reading {
     /// The BRDF, sr⁻¹, including noise.
     pub brdf: [f32; 3],
-    /// The inputs of the CoefficientNet, with derivatives by the angles of the sample.
+    /// The inputs of the CoefficientNet, with derivatives with respect to the angles of the sample.
     pub standardized: [AngleDual; 3],
 }
 
@@ -80,7 +80,8 @@ impl Reading {
     ) -> Vec<Self> {
         let warps = &augmentation_options.warps;
         let own = warped(&*materials[task.material], warps[task.warps[0]], angles);
-        let partner = (!task.has_no_partner())
+        let partner = task
+            .has_partner()
             .then(|| warped(&*materials[task.partner], warps[task.warps[1]], angles));
         let all = own.iter().enumerate().map(|(sample, own)| {
             let partner = partner.as_ref().map(|list| &list[sample]);
@@ -102,7 +103,7 @@ impl Reading {
                     }
                 }
                 // Quantization is not differentiated: its derivative is 0 or undefined.
-                y.value = quantized(y.value, cos_theta_i, augmentation_options.noise.levels);
+                y.value = quantize(y.value, cos_theta_i, augmentation_options.noise.levels);
                 brdf[channel] = y.value;
                 standardized(y, cosines, mean, Dual::from_value(LOG_SCALE))
             });
@@ -112,7 +113,7 @@ impl Reading {
     }
 }
 
-/// The BRDF of a material in each channel, and its derivatives by the angles.
+/// The BRDF of a material in each channel, and its derivatives with respect to the angles.
 type BrdfWithDerivative = ([f32; 3], [[f32; 3]; 3]);
 
 /// Evaluates a material with a highlight warp.
@@ -139,11 +140,11 @@ fn warped(
 
 /// Returns the factor of the smooth field.
 fn factor(task: &Task, angles: Angles<f32>) -> AngleDual {
-    if task.has_no_field() {
+    if !task.has_field() {
         return Dual::from_value(1.0);
     }
-    let at = HalfDifference::from_angles(AngleDual::variables(angles));
-    let terms = field_terms(&at).into_iter().zip(task.field);
+    let direction = HalfDifference::from_angles(AngleDual::variables(angles));
+    let terms = field_terms(&direction).into_iter().zip(task.field);
     let sum = terms.fold(Dual::from_value(0.0), |sum: AngleDual, (function, by)| {
         sum + function * Dual::from_value(by)
     });
@@ -200,7 +201,7 @@ impl PresentReadings {
     #[must_use]
     pub fn octets<'s>(&'s self, pattern: &'s Pattern) -> SampleOctets<'s> {
         SampleOctets {
-            at: pattern.octets_at(),
+            at: pattern.octet_directions(),
             values: &self.values,
             order: None,
             weights: SampleWeights::Each(&self.weights),

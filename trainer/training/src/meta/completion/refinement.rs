@@ -36,11 +36,11 @@ pub trait Refinement: Sync {
 pub struct RefinementGradient {
     /// The loss.
     pub loss: f32,
-    /// The gradient by the initial parameters.
+    /// The gradient with respect to the initial parameters.
     pub initial: Vec<f32>,
-    /// The gradient by the step sizes.
+    /// The gradient with respect to the step sizes.
     pub step_sizes: Vec<f32>,
-    /// The gradient by the half and difference vectors of the inner samples.
+    /// The gradient with respect to the half and difference vectors of the inner samples.
     pub samples: Vec<SampleGradient<Octet>>,
 }
 

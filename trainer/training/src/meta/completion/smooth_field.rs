@@ -9,16 +9,16 @@ pub const FIELD_TERMS: usize = 5;
 /// Returns the terms of a smooth field. Each is invariant under exchange of light and sensor, so a BRDF times the
 /// exponential of their weighted sum is reciprocal.
 #[must_use]
-pub fn field_terms<S: Scalar>(at: &HalfDifference<S>) -> [S; FIELD_TERMS] {
+pub fn field_terms<S: Scalar>(direction: &HalfDifference<S>) -> [S; FIELD_TERMS] {
     let one = S::constant(1.0);
-    let grazing = one - at.dz;
+    let grazing = one - direction.dz;
     let squared = grazing * grazing;
-    let tilt = one - at.hz * at.hz;
+    let tilt = one - direction.hz * direction.hz;
     [
         grazing + grazing,
         squared * squared * S::constant(4.0),
         tilt + tilt,
-        (at.dx * at.dx - at.dy * at.dy) * tilt * S::constant(2.0),
+        (direction.dx * direction.dx - direction.dy * direction.dy) * tilt * S::constant(2.0),
         tilt * grazing * S::constant(3.0),
     ]
 }

@@ -1,4 +1,7 @@
 //! Training tasks: augmented materials with noisy and missing readings.
+//!
+//! The augmented material of a task is a mixture of a filtered material and a partner, each with a highlight warp. A
+//! smooth field multiplies the mixture.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::recipe::Noise;
@@ -21,12 +24,12 @@ pub struct AugmentationOptions {
     pub gain: f32,
     /// The highlight warps; the first one is the identity.
     pub warps: Vec<HighlightWarp>,
-    /// The maximum deviation of the partner's share between channels.
+    /// The maximum deviation of the partner's share in a channel from the share drawn for all channels.
     pub share_spread: f32,
     /// The standard deviation of the coefficients of smooth fields.
     pub field_deviation: f32,
     /// The share of tasks with missing readings.
-    pub missing: f32,
+    pub missing_share: f32,
     /// The noise of readings.
     pub noise: Noise,
 }
@@ -35,8 +38,8 @@ impl Default for AugmentationOptions {
     /// The values with the smallest loss on materials outside the training set.
     fn default() -> Self {
         // Widths from 0.67 to 1.5 times the original.
-        let others = [-1.0_f32, -0.67, -0.33, 0.33, 0.67, 1.0].map(|share| HighlightWarp {
-            stretch: (0.4 * share).exp(),
+        let others = [-1.0_f32, -0.67, -0.33, 0.33, 0.67, 1.0].map(|exponent| HighlightWarp {
+            stretch: (0.4 * exponent).exp(),
         });
         Self {
             gain: 1.5,
@@ -45,7 +48,7 @@ impl Default for AugmentationOptions {
                 .collect(),
             share_spread: 0.3,
             field_deviation: 0.1,
-            missing: 0.0,
+            missing_share: 0.0,
             noise: Noise {
                 multiplicative: 0.0,
                 additive: 0.0,
@@ -59,7 +62,7 @@ impl AugmentationOptions {
     /// Returns the policy for missing readings in the recipe.
     #[must_use]
     pub fn missing_policy(&self) -> MissingPolicy {
-        match self.missing > 0.0 {
+        match self.missing_share > 0.0 {
             true => MissingPolicy::Scaled,
             false => MissingPolicy::AllRequired,
         }
@@ -71,11 +74,11 @@ impl AugmentationOptions {
 pub struct MaterialGroup {
     /// The indices of the materials, at least one.
     pub materials: Vec<usize>,
-    /// The share of tasks; the shares of all groups sum to 1.
+    /// The share of tasks, 0 to 1. The shares of all groups sum to 1.
     pub share: f32,
 }
 
-/// Draws a group by its share, and a material of it.
+/// Draws a group with a probability equal to its share, then one of its materials with equal probabilities.
 fn draw_material(groups: &[MaterialGroup], random: &mut ChaCha8Rng) -> usize {
     let mut rest: f32 = random.random();
     let mut materials: &[usize] = &[];
@@ -94,19 +97,25 @@ fn draw_material(groups: &[MaterialGroup], random: &mut ChaCha8Rng) -> usize {
 pub enum Dropout {
     /// Any number of arbitrary readings: the samples are not sorted yet.
     Any,
-    /// In two of three cases all readings after the first few, as in a scan that ends early; otherwise one or two
-    /// readings.
+    /// In two of three cases, all readings after the first few, as in a scan that ends early. Otherwise, one or two
+    /// arbitrary readings.
     TailOrFew,
 }
 
-/// The share of early ends that leave exactly half of the readings. One recipe shall also replace that of half as many
-/// samples, and a single length among many is hardly learned.
+/// The share of scans ending early that keep exactly half of the readings. With it, a recipe for n samples also replaces
+/// a recipe for n / 2 samples. A uniform choice of the end would train this case too rarely.
 const HALF_SHARE: f32 = 0.2;
 
-/// Draws the present readings. A share `missing` of all tasks has missing readings.
-fn present(samples: usize, missing: f32, dropout: Dropout, random: &mut ChaCha8Rng) -> Vec<bool> {
+/// Draws the present readings of a task: true for each present reading. `missing_share` is the probability of missing
+/// readings.
+fn draw_present(
+    samples: usize,
+    missing_share: f32,
+    dropout: Dropout,
+    random: &mut ChaCha8Rng,
+) -> Vec<bool> {
     let mut present = vec![true; samples];
-    if samples < 2 || random.random::<f32>() >= missing {
+    if samples < 2 || random.random::<f32>() >= missing_share {
         return present;
     }
     if dropout == Dropout::TailOrFew && random.random_range(0..3) == 0 {
@@ -115,11 +124,11 @@ fn present(samples: usize, missing: f32, dropout: Dropout, random: &mut ChaCha8R
         }
         return present;
     }
-    let first = match dropout == Dropout::TailOrFew && random.random::<f32>() < HALF_SHARE {
+    let count = match dropout == Dropout::TailOrFew && random.random::<f32>() < HALF_SHARE {
         true => samples / 2,
         false => random.random_range(1..samples),
     };
-    present[first..].fill(false);
+    present[count..].fill(false);
     if dropout == Dropout::Any {
         present.shuffle(random);
     }
@@ -147,12 +156,12 @@ pub struct Task {
     pub present: Vec<bool>,
     /// A factor and an offset (sr⁻¹) for each reading and channel; empty without noise.
     pub noise: Vec<[[f32; 3]; 2]>,
-    /// The octets of directions of the loss.
+    /// The octets of pool directions at which the loss is evaluated.
     pub octets: Vec<u32>,
 }
 
 impl Task {
-    /// Creates a task without augmentation, noise or missing readings, with the loss at all directions.
+    /// Creates a task without augmentation, noise or missing readings. The loss is evaluated at all pool directions.
     #[must_use]
     pub fn plain(material: usize, samples: usize, octets: usize) -> Self {
         Self {
@@ -169,13 +178,14 @@ impl Task {
         }
     }
 
-    /// Draws a task.
+    /// Draws a task with `samples` readings. The loss is evaluated at random octets of pool directions, at least
+    /// `outer_samples` directions in total.
     #[must_use]
     pub fn random(
         pool: &WarpedPool,
         groups: &[MaterialGroup],
         augmentation_options: &AugmentationOptions,
-        [samples, outer]: [usize; 2],
+        [samples, outer_samples]: [usize; 2],
         dropout: Dropout,
         random: &mut ChaCha8Rng,
     ) -> Self {
@@ -195,7 +205,7 @@ impl Task {
         });
         let field = [(); FIELD_TERMS]
             .map(|()| augmentation_options.field_deviation * standard_normal(random));
-        let present = present(samples, augmentation_options.missing, dropout, random);
+        let present = draw_present(samples, augmentation_options.missing_share, dropout, random);
         let Noise {
             multiplicative,
             additive,
@@ -210,8 +220,8 @@ impl Task {
                 .collect(),
             false => Vec::new(),
         };
-        let octets_of_loss =
-            (0..outer.div_ceil(WIDTH)).map(|_| random.random_range(0..octets as u32));
+        let loss_octets =
+            (0..outer_samples.div_ceil(WIDTH)).map(|_| random.random_range(0..octets as u32));
         Self {
             material,
             channels,
@@ -222,7 +232,7 @@ impl Task {
             field,
             present,
             noise,
-            octets: octets_of_loss.collect(),
+            octets: loss_octets.collect(),
         }
     }
 
@@ -234,16 +244,16 @@ impl Task {
         (count as f32 / self.present.len() as f32).sqrt()
     }
 
-    /// Returns true if the smooth field is 1 everywhere.
+    /// Returns true if the smooth field differs from 1 anywhere.
     #[must_use]
-    pub fn has_no_field(&self) -> bool {
-        self.field == [0.0; FIELD_TERMS]
+    pub fn has_field(&self) -> bool {
+        self.field != [0.0; FIELD_TERMS]
     }
 
-    /// Returns true if the partner has no share.
+    /// Returns true if the partner has a share in any channel.
     #[must_use]
-    pub fn has_no_partner(&self) -> bool {
-        self.shares == [0.0; 3]
+    pub fn has_partner(&self) -> bool {
+        self.shares != [0.0; 3]
     }
 
     /// Returns the BRDF at the directions of the loss, sr⁻¹.
@@ -255,7 +265,7 @@ impl Task {
             let (own, partner) = (&own[*octet as usize], &partner[*octet as usize]);
             let mut values = OctetRgb::default();
             let mut factor = [1.0; WIDTH];
-            if !self.has_no_field() {
+            if self.has_field() {
                 let fields = &pool.fields[*octet as usize];
                 for (lane, factor) in factor.iter_mut().enumerate() {
                     let terms = self.field.iter().zip(fields);
@@ -286,9 +296,9 @@ mod tests {
 
     const SAMPLES: usize = 12;
 
-    fn draw_many(missing: f32, dropout: Dropout) -> Vec<Vec<bool>> {
+    fn draw_many(missing_share: f32, dropout: Dropout) -> Vec<Vec<bool>> {
         let mut random = ChaCha8Rng::seed_from_u64(1);
-        let draw = |_| present(SAMPLES, missing, dropout, &mut random);
+        let draw = |_| draw_present(SAMPLES, missing_share, dropout, &mut random);
         (0..6_000).map(draw).collect()
     }
 
@@ -297,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn tail_or_few_drops_tail_or_one_or_two_readings() {
+    fn tail_or_few_drops_last_readings_or_at_most_two() {
         let mut tails = [0; SAMPLES + 1];
         for present in draw_many(1.0, Dropout::TailOrFew) {
             let count = present.iter().filter(|present| **present).count();
@@ -306,7 +316,8 @@ mod tests {
                 false => assert!(count + 2 >= SAMPLES, "{present:?}"),
             }
         }
-        // About 4,000 of 6,000 scans end early: a fifth at half of the samples, the others at any number.
+        // About 4,000 of 6,000 scans end early: a share of `HALF_SHARE` after half of the readings, the others after any
+        // number.
         let others = (4_000.0 * (1.0 - HALF_SHARE) / 11.0) as i32;
         let halved = (4_000.0 * HALF_SHARE) as i32 + others;
         assert_eq!((tails[0], tails[SAMPLES]), (0, 0));
@@ -336,6 +347,7 @@ mod tests {
             counts.iter().all(|count| (count - 3_000).abs() < 200),
             "{counts:?}"
         );
-        assert!(present(1, 1.0, Dropout::Any, &mut ChaCha8Rng::seed_from_u64(1))[0]);
+        let mut random = ChaCha8Rng::seed_from_u64(1);
+        assert_eq!(draw_present(1, 1.0, Dropout::Any, &mut random), [true]);
     }
 }

@@ -86,7 +86,13 @@ pub fn train(
     };
 
     let all = Subset::all(&dataset, COMPONENTS);
-    let (objective, Outcome { expected, values }) = session.run(&all, plan, None, 0)?;
+    let (
+        objective,
+        Outcome {
+            expected_loss,
+            values,
+        },
+    ) = session.run(&all, plan, None, 0)?;
     let shape = objective.shape;
     let own: Vec<usize> = (0..dataset.training_count).collect();
     let full_losses = objective.material_losses(&values, &own);
@@ -99,7 +105,7 @@ pub fn train(
         let others: Vec<usize> = own
             .iter()
             .copied()
-            .filter(|at| !fold.contains(at))
+            .filter(|material| !fold.contains(material))
             .collect();
         correction.add(
             others.iter().map(|index| full_losses[*index]),
@@ -137,7 +143,7 @@ pub fn train(
     for held_out_loss in &mut held_out_losses {
         held_out_loss.loss *= correction.ratio();
     }
-    let expected_loss = expected_loss(expected, &held_out_losses);
+    let expected_loss = validated_loss(expected_loss, &held_out_losses);
     let pattern = reachable_angles(&values.pattern, &options.completion_options.limits);
     let standardization = Standardization::new(&all.basis, &pattern);
     let coefficient_net = LearnedCoefficientNet {
@@ -221,18 +227,18 @@ fn augmented(dataset: &Dataset, fold: &[usize], index: usize, options: &Options)
 
 /// Returns the mean of held-out losses, each from the run without its fold. Without folds, returns the mean loss on all
 /// training materials.
-fn expected_loss(training_loss: LossEstimate, held_out_losses: &[HeldOutLoss]) -> ValidatedLoss {
+fn validated_loss(training_loss: LossEstimate, held_out_losses: &[HeldOutLoss]) -> ValidatedLoss {
     let plain = held_out_losses.iter().filter(|each| each.plain);
     let losses: Vec<f64> = plain.map(|each| f64::from(each.loss)).collect();
     if losses.is_empty() {
         return ValidatedLoss {
-            expected: training_loss,
+            estimate: training_loss,
             split: ValidationSplit::Training,
         };
     }
     let mean = losses.iter().sum::<f64>() / losses.len() as f64;
     ValidatedLoss {
-        expected: LossEstimate::new(mean as f32, losses.iter().copied()),
+        estimate: LossEstimate::new(mean as f32, losses.iter().copied()),
         split: ValidationSplit::Folds,
     }
 }
@@ -267,7 +273,7 @@ fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset 
         });
     }
     let augmentation_options = AugmentationOptions {
-        missing: completion_options.missing,
+        missing_share: completion_options.missing,
         noise: completion_options.noise(),
         ..AugmentationOptions::default()
     };

@@ -13,7 +13,7 @@ use crate::linear::ReducedBasis;
 /// A basis, evaluated at the directions of the outer loss.
 pub struct OuterBasis {
     pub(super) basis: Basis,
-    at: Vec<HalfDifference<f64>>,
+    directions: Vec<HalfDifference<f64>>,
     components: Vec<f32>,
     mean: Vec<f64>,
     median: Vec<f64>,
@@ -34,7 +34,7 @@ impl OuterBasis {
         };
         let components = blocks.iter().flat_map(|block| &block.basis);
         Self {
-            at: angles
+            directions: angles
                 .into_iter()
                 .map(HalfDifference::from_angles)
                 .collect(),
@@ -57,7 +57,7 @@ pub struct OuterSamples<'a> {
 }
 
 impl OuterSamples<'_> {
-    /// Returns the mean loss of given coefficients, and adds its derivatives by them to `lambda`.
+    /// Returns the mean loss of given coefficients, and adds its derivatives with respect to them to `lambda`.
     #[must_use]
     pub fn loss(&self, coefficients: &Coefficients, mut lambda: Option<&mut Coefficients>) -> f64 {
         let outer = self.basis;
@@ -67,8 +67,8 @@ impl OuterSamples<'_> {
         for direction in self.directions {
             let index = *direction as usize;
             let row = &outer.components[index * components..][..components];
-            let at = &outer.at[index];
-            let weight = Dual::from_value(at.cos_theta_i() * at.cos_theta_o());
+            let direction = &outer.directions[index];
+            let weight = Dual::from_value(direction.cos_theta_i() * direction.cos_theta_o());
             let median = Dual::from_value(outer.median[index]);
             // Dual numbers reuse the mapping of core.
             let modeled: [Dual<f64>; 3] = coefficients.each_ref().map(|coefficients| {
@@ -83,7 +83,7 @@ impl OuterSamples<'_> {
             let weighted = cosine_weighted_log_error(
                 self.values[index].map(f64::from),
                 modeled.map(|brdf| brdf.value),
-                at.cos_theta_i(),
+                direction.cos_theta_i(),
                 share,
             );
             loss += weighted.error.value();
@@ -107,9 +107,9 @@ impl OuterSamples<'_> {
 pub struct TaskGradient {
     /// The loss.
     pub loss: f64,
-    /// Derivatives by theta_h, theta_d and phi_d of each sample.
+    /// The derivatives with respect to theta_h, theta_d and phi_d of each sample.
     pub by_angles: Vec<[f64; 3]>,
-    /// Derivatives by the precision of each coefficient.
+    /// The derivative with respect to the precision of each coefficient.
     pub by_precision: Vec<f64>,
 }
 

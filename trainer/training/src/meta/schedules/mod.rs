@@ -1,4 +1,4 @@
-//! Training schedules: the phases of each, one file per schedule.
+//! The plans of the training schedules, one module per schedule.
 
 mod doubling;
 mod joint_linear;
@@ -35,8 +35,8 @@ impl Plan {
         }
     }
 
-    /// Returns the plan of one fold of schedule prior, at a fixed pattern. Its losses on the materials of the fold
-    /// estimate the expected loss.
+    /// Returns the plan of one cross-validation fold of schedule prior, at a fixed pattern. The resulting losses on the
+    /// fold's materials, which the run does not train on, estimate the loss on unseen materials.
     #[must_use]
     pub fn for_fold(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Self {
         prior::fold(effort, model, samples, tasks)
@@ -71,19 +71,22 @@ mod tests {
             );
             assert_eq!(phase.steps, 500 * tasks);
             assert!(phase.rates_at(0).pattern == 5e-4);
-            // The methods Meta and Ours share initial parameters and step sizes.
+            // The paper's methods Meta and Ours share initial parameters and step sizes.
             assert!(phase.rates.initial == 0.0 && phase.rates.hyperparameters == 0.0);
             let last = phase.rates_at(phase.steps).pattern;
             assert!((last - 1e-4).abs() < 1e-9, "{last}");
         }
-        let at = |done| plan.at(done).map(|at| (at.phase_index, at.step));
-        assert_eq!(at(0), Some((0, 0)));
-        assert_eq!(at(800_000), Some((1, 0)));
-        assert_eq!(at(plan.steps() - 1), Some((5, 500 * tasks - 1)));
-        assert_eq!(at(plan.steps()), None);
+        let position = |index| {
+            let outer_step = plan.outer_step(index)?;
+            Some((outer_step.phase_index, outer_step.step))
+        };
+        assert_eq!(position(0), Some((0, 0)));
+        assert_eq!(position(800_000), Some((1, 0)));
+        assert_eq!(position(plan.steps() - 1), Some((5, 500 * tasks - 1)));
+        assert_eq!(position(plan.steps()), None);
         assert_eq!(plan.clone().without_pattern(5).phases.len(), 1);
 
-        // Both stages again: the first one on the pattern, and no random patterns.
+        // `twice` repeats both stages, the first one on the pattern, but not the random patterns.
         let [.., first, pattern] = &plan.clone().twice().phases[..] else {
             panic!("{plan:?}");
         };
@@ -112,7 +115,7 @@ mod tests {
                 .all(|phase| phase.rates.initial == 0.0)
         );
 
-        // Only the pattern of Linear is trained; a tenth of the steps.
+        // Linear has no first stage. Effort standard has a tenth of the paper's steps.
         let plan = Plan::new(
             Schedule::Paper,
             Effort::Standard,
@@ -127,7 +130,7 @@ mod tests {
     #[test]
     fn neural_doubles_large_patterns() {
         let plan = Plan::new(Schedule::Joint, Effort::Quick, ModelKind::Neural, 100, 64);
-        let few = Plan::new(
+        let undoubled_plan = Plan::new(
             Schedule::Joint,
             Effort::Quick,
             ModelKind::Neural,
@@ -135,11 +138,12 @@ mod tests {
             64,
         );
         let samples: Vec<_> = plan.phases.iter().map(|phase| phase.samples).collect();
-        let (undoubled, doubled) = samples.split_at(few.phases.len());
+        let (undoubled, doubled) = samples.split_at(undoubled_plan.phases.len());
         assert!(undoubled.iter().all(|samples| *samples == MAX_UNDOUBLED));
         assert_eq!(doubled, [32, 64, 100]);
         assert!(
-            few.phases
+            undoubled_plan
+                .phases
                 .iter()
                 .all(|phase| phase.samples == MAX_UNDOUBLED)
         );

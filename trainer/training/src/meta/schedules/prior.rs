@@ -1,4 +1,4 @@
-//! Schedule prior: CoefficientNet and InitNet, trained jointly with the pattern.
+//! Schedule prior, which trains the CoefficientNet and the InitNet jointly with the pattern.
 
 use glimpse_core::model::ModelKind;
 
@@ -9,32 +9,34 @@ use crate::meta::phase::{
 use crate::meta::plan::{Effort, LossWeights, Plan};
 use glimpse_optimizer::Groups;
 
-/// The step counts of an effort.
-struct StepCounts {
-    /// The number of patterns in the search.
+/// The step counts and learning rates of an effort.
+struct EffortSettings {
+    /// The number of patterns in the search; 0 without a search.
     patterns: u64,
-    /// The steps of each pattern in the search.
+    /// The number of steps for each pattern in the search.
     search_steps: usize,
-    /// The steps of the CoefficientNet with the best pattern.
+    /// The number of steps of the CoefficientNet phase.
     coefficient_net_steps: usize,
-    /// The steps of the InitNet, for models fitted by descent.
+    /// The number of steps of the InitNet phase; 0 for models without descent.
     init_net_steps: usize,
-    /// The factor on the learning rates of the InitNet phase: long trainings end better with low rates.
+    /// The factor on the learning rates of the InitNet phase. Long runs reach a lower loss with lower rates.
     rate_factor: f64,
-    /// The steps of CoefficientNet and InitNet in each fold.
+    /// The number of steps of the CoefficientNet and InitNet phases in each fold.
     fold_steps: [usize; 2],
 }
 
-impl StepCounts {
-    fn of(effort: Effort, model: ModelKind) -> Self {
+impl EffortSettings {
+    fn new(effort: Effort, model: ModelKind) -> Self {
         let (patterns, search_steps, coefficient_net_steps, init_net_steps, fold_steps) =
             match (effort, has_descent(model)) {
-                (Effort::Brief, _) => (1, 0, 1_000, 800, [250, 200]),
-                (Effort::Quick, true) => (2, 500, 4_000, 2_500, [400, 300]),
+                (Effort::Brief, true) => (0, 0, 500, 800, [250, 200]),
+                (Effort::Brief, false) => (0, 0, 1_000, 0, [250, 0]),
+                (Effort::Quick, true) => (2, 500, 2_000, 2_500, [400, 300]),
                 (Effort::Quick, false) => (2, 500, 6_000, 0, [1_500, 0]),
-                (Effort::Standard, true) => (6, 1_500, 40_000, 60_000, [4_000, 3_000]),
+                (Effort::Standard, true) => (6, 1_500, 20_000, 60_000, [4_000, 3_000]),
                 (Effort::Standard, false) => (16, 3_000, 80_000, 0, [10_000, 0]),
-                (Effort::Long, _) => (16, 3_000, 200_000, 150_000, [20_000, 20_000]),
+                (Effort::Long, true) => (16, 3_000, 100_000, 150_000, [20_000, 20_000]),
+                (Effort::Long, false) => (16, 3_000, 200_000, 0, [20_000, 0]),
             };
         Self {
             patterns,
@@ -81,20 +83,19 @@ fn pattern_search(samples: usize, steps: usize) -> Phase {
     }
 }
 
-/// Returns the phase of the CoefficientNet alone. Before an InitNet phase it has half the steps, and ends at a higher
-/// rate.
+/// Returns the phase that trains the CoefficientNet without an InitNet. Its final learning rates are higher if an InitNet
+/// phase follows.
 fn coefficient_net(model: ModelKind, samples: usize, steps: usize) -> Phase {
     Phase {
         name: "coefficient network",
         samples_ordered: true,
         selection: Selection::Last,
-        steps: if has_descent(model) { steps / 2 } else { steps },
         final_rate_ratio: if has_descent(model) { 0.3 } else { 0.01 },
         ..pattern_search(samples, steps)
     }
 }
 
-/// Returns the phase of the InitNet, which continues to train all other groups.
+/// Returns the phase that trains the InitNet together with all other groups.
 fn init_net(samples: usize, steps: usize, rate_factor: f64) -> Phase {
     Phase {
         name: "initialization network",
@@ -128,16 +129,17 @@ fn plan_of(phases: Vec<Phase>, model: ModelKind, tasks: usize) -> Plan {
     }
 }
 
-/// Searches among several patterns, each with its own CoefficientNet, and continues with the best one. Its samples are
-/// then sorted for scans that end early; without a search their order is kept. For models fitted by descent, a final
-/// phase adds the InitNet and trains all groups.
+/// Returns the plan of a training on all materials.
+///
+/// A search trains several patterns, each with its own CoefficientNet. The best pattern continues, with its samples
+/// sorted for scans that end early. Without a search, the samples keep their order. For models fitted by descent, a
+/// final phase adds the InitNet and trains all groups.
 pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
-    let steps = StepCounts::of(effort, model);
-    let mut phases: Vec<Phase> = (0..steps.patterns)
-        .filter(|_| steps.search_steps > 0)
+    let settings = EffortSettings::new(effort, model);
+    let mut phases: Vec<Phase> = (0..settings.patterns)
         .map(|guess| Phase {
             initialization: Initialization::Guess(guess),
-            ..pattern_search(samples, steps.search_steps)
+            ..pattern_search(samples, settings.search_steps)
         })
         .collect();
     phases.push(Phase {
@@ -145,28 +147,24 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
             true => Initialization::Previous,
             false => Initialization::BestReordered,
         },
-        ..coefficient_net(model, samples, steps.coefficient_net_steps)
+        ..coefficient_net(model, samples, settings.coefficient_net_steps)
     });
     if has_descent(model) {
-        phases.push(init_net(samples, steps.init_net_steps, steps.rate_factor));
+        phases.push(init_net(
+            samples,
+            settings.init_net_steps,
+            settings.rate_factor,
+        ));
     }
     plan_of(phases, model, tasks)
 }
 
-/// Returns the plan of a fold, at a fixed pattern.
+/// Returns the plan of a cross-validation fold, at a fixed pattern.
 pub(super) fn fold(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
-    let [coefficient_net_steps, init_net_steps] = StepCounts::of(effort, model).fold_steps;
+    let [coefficient_net_steps, init_net_steps] = EffortSettings::new(effort, model).fold_steps;
     let mut phases = vec![Phase {
         initialization: Initialization::Guess(0),
-        ..coefficient_net(
-            model,
-            samples,
-            if has_descent(model) {
-                2 * coefficient_net_steps
-            } else {
-                coefficient_net_steps
-            },
-        )
+        ..coefficient_net(model, samples, coefficient_net_steps)
     }];
     if has_descent(model) {
         phases.push(init_net(samples, init_net_steps, 1.0));

@@ -47,7 +47,7 @@ fn with_objective<T>(
     function: impl FnOnce(&CompletionObjective<'_>, &Plan) -> T,
 ) -> T {
     let augmentation_options = AugmentationOptions {
-        missing: 0.5,
+        missing_share: 0.5,
         noise: Noise {
             multiplicative: 0.02,
             additive: 0.001,
@@ -337,7 +337,7 @@ fn packed_recipe_matches_trained_net() {
             let weight = at.cos_theta_i() * at.cos_theta_o();
             let reading = material.brdf(*angles);
             let reading = reading.map(|y| standardized(y, weight, *center, net.scale));
-            batch.set(0, sample, Some(reading));
+            batch.set_reading(0, sample, Some(reading));
         }
         batch.complete(&CompletionWeights {
             shape: net.shape,
