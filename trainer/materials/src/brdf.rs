@@ -7,13 +7,14 @@ use crate::basis::{Reconstruction, angles_of};
 
 /// A BRDF that metrics and pictures evaluate at many directions in one call.
 pub trait Brdf: Sync {
-    /// Evaluates the BRDF in linear RGB, sr^-1 (not times the cosine), at each element of `at`. `brdf` has the same
-    /// length.
+    /// Evaluates the BRDF in linear RGB, sr^-1 (not times the cosine), at each element of `at`. Writes the
+    /// values to `brdf`, which has the same length.
     fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]);
 
     /// Returns the BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians.
     ///
-    /// Angles distinguish some table nodes that pairs of directions do not, such as those at theta_d = 0.
+    /// The default converts the angles to a pair of directions. Materials use the angles instead: at theta_d = 0, the
+    /// pair does not determine phi_d, and a table may hold a different value for each phi_d.
     fn at_angles(&self, angles: Angles<f32>) -> [f32; 3] {
         let mut brdf = [[0.0; 3]];
         self.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::basis::Basis;
 use crate::error::read_error;
 use crate::fitted_brdf::FittedBrdf;
-use crate::name::is_name;
+use crate::name::is_valid_name;
 use crate::untrusted::{escaped, escaped_json_error, read_at_most};
 use crate::{Brdf, Material, SourceError};
 
@@ -153,7 +153,7 @@ impl FittedMaterial {
         let damaged = damaged(path);
         let fields = read_fields(path)?;
         let name = fields.name;
-        if !is_name(&name) {
+        if !is_valid_name(&name) {
             return Err(damaged(format!(
                 "its `name` is `{}`, and must be the name of a material, without slashes; correct it",
                 escaped(&name)

@@ -46,7 +46,7 @@ pub use nbrdf::{NeuralBrdf, to_nbrdf};
 pub use pab::{PabSet, pab_suffixes, read_pab, to_pab};
 pub use procedural::Procedural;
 pub use rgl::{RglMeasurement, to_rgl};
-pub use sensor::quantized;
+pub use sensor::quantize;
 pub use skipped_entries::SkippedEntries;
 pub use source::{MAX_FULLY_CHECKED, Source};
 pub use sources::{MaterialsAndShares, ShareError, SourceShare, Sources};

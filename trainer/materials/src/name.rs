@@ -21,6 +21,6 @@ pub(super) fn name_of(path: &Path) -> Option<String> {
 }
 
 /// Returns true if a material may have this name: it must be usable as a file name.
-pub(super) fn is_name(name: &str) -> bool {
+pub(super) fn is_valid_name(name: &str) -> bool {
     !name.is_empty() && !name.contains(|c: char| c.is_control() || "/\\".contains(c))
 }

@@ -266,7 +266,7 @@ impl Procedural {
     fn evaluate<S: Trigonometry>(&self, at: &HalfDifference<S>) -> [S; 3] {
         let c = S::constant;
         let one = c(1.0);
-        // A lower limit of the cosines, so that nothing diverges outside of the valid region.
+        // A lower limit of the cosines, so that nothing diverges outside the valid region.
         let floor = |cosine: S| (cosine - c(1e-3)).relu() + c(1e-3);
         let (incoming, outgoing) = (floor(at.cos_theta_i()), floor(at.cos_theta_o()));
 

@@ -24,7 +24,8 @@ pub const MAX_FULLY_CHECKED: usize = 128;
 ///
 /// - a directory with any mix of MERL tables, RGL measurements, NBRDF networks and fitted materials (`material.json`,
 ///   also in a subdirectory); other files are ignored;
-/// - a single one of them, or one PAB-Opto file, which is read with the other files of its sample in the directory;
+/// - a single file of these formats, or one PAB-Opto file, which is read with the other files of its sample in the
+///   directory;
 /// - `procedural[:COUNT[:SEED]]`, by default 100 materials and seed 0.
 ///
 /// The format is detected from a file's content; see [`Format`]. Spectral and anisotropic `.bsdf` files in a directory
@@ -107,7 +108,7 @@ impl Source {
             false => MerlTable::read,
         };
         let materials: Vec<_> = files.par_iter().map(|file| read(file, read_merl)).collect();
-        // Sequentially, so that the error is always that of the first damaged file.
+        // Results are collected in order, so that the error is always that of the first damaged file.
         materials.into_iter().collect()
     }
 

@@ -3,7 +3,7 @@
 use std::f32::consts::FRAC_1_PI;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::{Material, quantized};
+use glimpse_materials::{Material, quantize};
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -20,7 +20,7 @@ pub struct Degradation {
     pub noise: f32,
     /// The standard deviation of additive noise, relative to the BRDF of a white surface, 1/pi.
     pub additive: f32,
-    /// The number of levels of the sensor; see [`quantized`].
+    /// The number of levels of the sensor; see [`quantize`].
     pub levels: u32,
 }
 
@@ -66,7 +66,7 @@ impl Degradation {
                 }
             }
             let cos_theta_i = HalfDifference::from_angles(angles).cos_theta_i();
-            Some(brdf.map(|value| quantized(value, cos_theta_i, self.levels)))
+            Some(brdf.map(|value| quantize(value, cos_theta_i, self.levels)))
         }
     }
 }

@@ -212,7 +212,7 @@ fn parse_value(
     } else {
         1.0
     };
-    // Colors outside of the RGB gamut have negative components.
+    // Colors outside the RGB gamut have negative components.
     let brdf = brdf.map(|value| (value / cosine).clamp(0.0, f64::from(f32::MAX)) as f32);
     Ok(Some(([theta, phi], brdf)))
 }

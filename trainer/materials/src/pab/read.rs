@@ -9,7 +9,7 @@ use glimpse_core::geometry::HalfDifference;
 use super::direction;
 use super::file::{Incidence, SET_THETA_I, sample_name};
 use crate::error::read_error;
-use crate::name::{is_name, name_of};
+use crate::name::{is_valid_name, name_of};
 use crate::untrusted::{escaped, read_at_most};
 use crate::{Brdf, RglMeasurement, SourceError, to_rgl};
 
@@ -143,7 +143,7 @@ fn sample_files(path: &Path) -> Result<(String, Vec<PathBuf>), SourceError> {
     let stated_name = sample.map(|name| name.trim_matches('"').to_owned());
     if let Some(name) = stated_name
         .iter()
-        .find(|name| !name.is_empty() && !is_name(name))
+        .find(|name| !name.is_empty() && !is_valid_name(name))
     {
         return Err(damaged(path)(format!(
             "its sample_name is {}, and must be a name without slashes; correct it",

@@ -182,9 +182,9 @@ impl Tensors {
             || [rgb_phi_count, rgb_theta_count, channels] != [phi_count, theta_count, 3]
         {
             return Err(format!(
-                "it has {phi_count} values of phi_i and {theta_count} of theta_i, but these counts are [{vndf_phi_count}, \
-                 {vndf_theta_count}] in its field vndf, and [{rgb_phi_count}, {rgb_theta_count}] with {channels} \
-                 channels in rgb; replace the file with an intact copy"
+                "it has {phi_count} values of phi_i and {theta_count} of theta_i, but these counts are \
+                 [{vndf_phi_count}, {vndf_theta_count}] in its field vndf, and [{rgb_phi_count}, {rgb_theta_count}] \
+                 with {channels} channels in rgb; replace the file with an intact copy"
             ));
         }
         // An isotropic material has equal slices for all values of phi_i.

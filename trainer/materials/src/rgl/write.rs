@@ -1,12 +1,13 @@
 //! Writing of RGL files: any isotropic BRDF, for Mitsuba's `measured` plugin.
 //!
-//! `rgb` is a ratio to `ndf` and `sigma`, at nodes whose density is `vndf`. At the nodes the file represents the BRDF
-//! exactly, for any positive `ndf`, `sigma` and `vndf`. The three are chosen for good interpolation between nodes:
+//! `rgb` is the BRDF times cos(theta_o), divided by `ndf` / (4 `sigma`). `vndf` is the density of the nodes of `rgb`.
+//! At the nodes the file represents the BRDF exactly, for any positive `ndf`, `sigma` and `vndf`. The three are chosen
+//! for good interpolation between nodes:
 //!
 //! - `ndf` is the mean of the BRDF at each theta_m, times cos(theta_m). The ratio is smooth at sharp highlights.
 //! - `sigma` is the projected area of these normals, as in a measurement.
 //! - `vndf` is *not* the density of visible normals, but a mixture of its square root and a constant, and small below
-//!   the horizon. The density itself would leave few nodes outside of a mirror's highlight. Importance sampling is
+//!   the horizon. The density itself would leave few nodes outside the highlight of a mirror. Importance sampling is
 //!   equally good, because it uses `luminance` too.
 //!
 //! Below the horizon, `rgb` is extrapolated from the BRDF times cosine just above it, usually to negative values.
@@ -29,7 +30,7 @@ const VNDF: TableShape = TableShape {
     rows: 64,
 };
 /// The fraction of `vndf` that is based on visible normals. The rest is constant.
-const VISIBLE: f64 = 0.4;
+const VISIBLE_FRACTION: f64 = 0.4;
 
 /// Tabulates a BRDF. Returns the bytes of a `NAME_rgb.bsdf` with a description, 12 MB.
 ///
@@ -84,22 +85,23 @@ pub fn to_rgl(description: &str, brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>,
         (
             "valid",
             &[nodes * SIDE * SIDE / 8],
-            Values::Bytes(&valid(&slices)),
+            Values::Bytes(&valid_bits(&slices)),
         ),
     ]))
 }
 
-/// Returns the nodes of theta_i in radians. They are denser near the horizon. The last one is so close to it that f32
-/// still represents the cosine well.
+/// Returns the nodes of theta_i in radians. They are denser near the horizon. The last one is at 89.9 degrees, where
+/// the cosine is still accurate in f32.
 fn theta_i() -> Vec<f32> {
-    let even = (0..56).map(|step| 1.5 * f64::from(step));
+    let evenly_spaced = (0..56).map(|step| 1.5 * f64::from(step));
     let near_horizon = [84.0, 85.0, 86.0, 87.0, 88.0, 88.5, 89.0, 89.4, 89.7, 89.9];
-    let degrees = even.chain(near_horizon);
+    let degrees = evenly_spaced.chain(near_horizon);
     degrees.map(|degrees| degrees.to_radians() as f32).collect()
 }
 
-/// Returns one bit for each node, most significant bit first. Bits of nodes above the horizon are set.
-fn valid(slices: &[Slice]) -> Vec<u8> {
+/// Returns the field `valid`: one bit for each node, most significant bit first. Bits of nodes above the horizon are
+/// set.
+fn valid_bits(slices: &[Slice]) -> Vec<u8> {
     let bits: Vec<bool> = slices
         .iter()
         .flat_map(|slice| slice.is_above_horizon.iter().copied())
@@ -157,12 +159,12 @@ impl Slice {
             .iter()
             .map(|direction| direction.cos_o > 0.0)
             .collect();
-        let bounded = rgb
+        let limited = rgb
             .iter()
-            .flat_map(|channel| bounded_below(channel, &is_above_horizon));
+            .flat_map(|channel| limit_negative(channel, &is_above_horizon));
         Ok(Self {
             luminance: luminances,
-            rgb: bounded.collect(),
+            rgb: limited.collect(),
             vndf,
             is_above_horizon,
         })
@@ -171,7 +173,7 @@ impl Slice {
 
 /// Limits negative ratios to the largest magnitude above the horizon. Below the horizon a small `ndf` makes them
 /// arbitrarily large, and only the first node there affects interpolation.
-fn bounded_below(ratios: &[f64], is_above_horizon: &[bool]) -> Vec<f32> {
+fn limit_negative(ratios: &[f64], is_above_horizon: &[bool]) -> Vec<f32> {
     let above = ratios
         .iter()
         .zip(is_above_horizon)
@@ -198,8 +200,10 @@ fn node_density(theta_i: f64, ndf: impl Fn([f64; 2]) -> f64) -> Vec<f32> {
         })
         .unzip();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let [visible_scale, constant_scale] =
-        [VISIBLE / mean(&visible), (1.0 - VISIBLE) / mean(&constant)];
+    let [visible_scale, constant_scale] = [
+        VISIBLE_FRACTION / mean(&visible),
+        (1.0 - VISIBLE_FRACTION) / mean(&constant),
+    ];
     let both = visible.iter().zip(&constant);
     both.map(|(visible, constant)| (visible_scale * visible + constant_scale * constant) as f32)
         .collect()

@@ -3,14 +3,15 @@
 use glimpse_core::geometry::{Angles, HalfDifference};
 use rayon::prelude::*;
 
+use super::SOBOL_POINTS;
 use super::range::RANGE;
 use crate::Material;
 
-/// Cells along theta_h, theta_d and phi_d.
+/// The number of cells along theta_h, theta_d and phi_d.
 const CELLS: [usize; 3] = [48, 48, 24];
-/// Cells along phi_d.
+/// The number of cells with the same theta_h and theta_d.
 const ROW: usize = CELLS[2];
-/// Cells along theta_d and phi_d.
+/// The number of cells with the same theta_h.
 const SLAB: usize = CELLS[1] * CELLS[2];
 /// An offset that keeps the logarithm of a black BRDF finite, sr^-1.
 const LOG_OFFSET: f32 = 1e-4;
@@ -45,11 +46,11 @@ impl MeanBrdf {
         }
     }
 
-    /// Returns `count` valid samples: points of an Owen-scrambled Sobol sequence, transformed by the inverse
-    /// distribution of each coordinate.
+    /// Returns `count` valid samples: points of an Owen-scrambled Sobol sequence, transformed by the inverse cumulative
+    /// distribution along each coordinate. Returns fewer if 65,536 points do not suffice.
     #[must_use]
     pub fn samples(&self, count: usize, seed: u32) -> Vec<Angles<f32>> {
-        (0..1 << 16)
+        (0..SOBOL_POINTS)
             .map(|index| {
                 let point = [0, 1, 2].map(|axis| sobol_burley::sample(index, axis, seed));
                 self.invert(point)
@@ -60,20 +61,20 @@ impl MeanBrdf {
             .collect()
     }
 
-    /// Transforms a point of the unit cube by the inverse distribution of each coordinate.
+    /// Transforms a point of the unit cube by the inverse cumulative distribution along each coordinate.
     fn invert(&self, point: [f32; 3]) -> Angles<f32> {
         let slabs = self.density.chunks(SLAB).map(|slab| slab.iter().sum());
-        let (h, in_h) = inverse(slabs, point[0]);
+        let (h, in_h) = invert_distribution(slabs, point[0]);
         let slab = self.density.chunks(SLAB).nth(h).unwrap_or_default();
-        let (d, in_d) = inverse(slab.chunks(ROW).map(|row| row.iter().sum()), point[1]);
+        let (d, in_d) = invert_distribution(slab.chunks(ROW).map(|row| row.iter().sum()), point[1]);
         let row = slab.chunks(ROW).nth(d).unwrap_or_default();
-        let (phi, in_phi) = inverse(row.iter().copied(), point[2]);
+        let (phi, in_phi) = invert_distribution(row.iter().copied(), point[2]);
         angles([h, d, phi], [in_h, in_d, in_phi])
     }
 }
 
-/// Returns the cell at which the cumulated distribution reaches `point` in \[0, 1\], and the position within the cell.
-fn inverse(densities: impl Iterator<Item = f64> + Clone, point: f32) -> (usize, f32) {
+/// Returns the cell at which the cumulative distribution reaches `point` in \[0, 1\], and the position within the cell.
+fn invert_distribution(densities: impl Iterator<Item = f64> + Clone, point: f32) -> (usize, f32) {
     let mut rest = f64::from(point) * densities.clone().sum::<f64>();
     let mut last = (0, 0.5);
     for (index, density) in densities.enumerate() {
@@ -134,8 +135,8 @@ mod tests {
 
     #[test]
     fn inverts_a_distribution_with_empty_cells() {
-        let shares = [0.0, 1.0, 0.0, 3.0];
-        let at = |point| inverse(shares.into_iter(), point);
+        let densities = [0.0, 1.0, 0.0, 3.0];
+        let at = |point| invert_distribution(densities.into_iter(), point);
         assert_eq!(at(0.0), (1, 0.0));
         assert_eq!(at(0.125), (1, 0.5));
         assert_eq!(at(0.25), (3, 0.0));

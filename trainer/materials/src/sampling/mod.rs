@@ -1,4 +1,4 @@
-//! Sampling of directions: uniform, as on rendered spheres, low-discrepancy, or by importance of the mean BRDF.
+//! Sampling of directions: uniform, as seen on a sphere, by a Sobol sequence, or in proportion to the mean BRDF.
 
 mod mean_brdf;
 mod range;
@@ -13,6 +13,9 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::angles_of;
+
+/// The length of a sequence of `sobol_burley`.
+const SOBOL_POINTS: u32 = 1 << 16;
 
 /// Returns `count` angles that are uniform in (theta_h, theta_d, phi_d) over the valid region, by rejection. phi_d is
 /// in \[0, 2 pi).
@@ -34,14 +37,15 @@ pub fn uniform_valid(count: usize, seed: u64) -> Vec<Angles<f32>> {
     angles
 }
 
-/// Returns `count` angles distributed as in a picture of a sphere that is seen from far away under a uniform sky. phi_d
-/// is in \[0, 2 pi).
+/// Returns `count` angles with the distribution of an orthographic image of a sphere under a uniform sky. phi_d is in
+/// \[0, 2 pi).
 #[must_use]
 pub fn sphere_view_samples(count: usize, seed: u64) -> Vec<Angles<f32>> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut angles = Vec::with_capacity(count);
     while angles.len() < count {
-        // The picture is a disc, so that sin^2(theta_o) is uniform. Under a uniform sky, cos(theta_i) is uniform.
+        // The image of the sphere is a disc, so that sin^2(theta_o) is uniform. Under a uniform sky, cos(theta_i) is
+        // uniform.
         let [sin_squared, cos_theta_i, turn]: [f32; 3] = random.random();
         let (sin_phi, cos_phi) = (TAU * turn).sin_cos();
         let sin_theta_i = (1.0 - cos_theta_i * cos_theta_i).sqrt();
@@ -56,11 +60,11 @@ pub fn sphere_view_samples(count: usize, seed: u64) -> Vec<Angles<f32>> {
 }
 
 /// Returns the first `count` valid points of the three-dimensional Sobol sequence, Owen-scrambled with `seed` and
-/// scaled to the range of a pattern. phi_d is in \[0, pi).
+/// scaled to [`RANGE`]. phi_d is in \[0, pi). Returns fewer points if 65,536 candidates do not suffice.
 #[must_use]
 pub fn sobol_valid(count: usize, seed: u32) -> Vec<Angles<f32>> {
     let [theta_h, theta_d, phi_d] = RANGE;
-    (0..1 << 16)
+    (0..SOBOL_POINTS)
         .map(|index| Angles {
             theta_h: theta_h * sobol_burley::sample(index, 0, seed),
             theta_d: theta_d * sobol_burley::sample(index, 1, seed),
@@ -82,11 +86,11 @@ mod tests {
             let directions = angles.iter().copied().map(HalfDifference::from_angles);
             directions.filter(condition).count() as f32 / angles.len() as f32
         };
+        // theta_o is below 45 degrees on half of the disc, and cos(theta_i) is above 0.75 on a quarter of the sky.
         let within_45 = fraction(&|at| at.cos_theta_o() > 0.5_f32.sqrt());
-        // Half of the disc is within 45 degrees of its center, and a quarter of the sky has cos(theta_i) above 0.75.
-        let high = fraction(&|at| at.cos_theta_i() > 0.75);
+        let near_zenith = fraction(&|at| at.cos_theta_i() > 0.75);
         assert!((within_45 - 0.5).abs() < 0.02, "{within_45}");
-        assert!((high - 0.25).abs() < 0.02, "{high}");
+        assert!((near_zenith - 0.25).abs() < 0.02, "{near_zenith}");
         assert!(
             angles
                 .iter()

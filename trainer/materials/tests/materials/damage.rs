@@ -53,8 +53,8 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// Returns the description of a damaged file's defect, or None if the file can be read. The other files of a network
-/// are valid.
+/// Returns the defect that reading these bytes reports, or None if they can be read. The other files of a network are
+/// valid.
 fn damage(case: &Case, bytes: &[u8]) -> Option<String> {
     let folder = Folder::new();
     if case.name.ends_with(".npy") {
@@ -67,7 +67,7 @@ fn damage(case: &Case, bytes: &[u8]) -> Option<String> {
 }
 
 #[test]
-fn rejects_every_other_length() {
+fn rejects_truncated_and_extended_files() {
     for case in &cases() {
         let (name, valid) = (case.name, &case.bytes[..]);
         assert_eq!(damage(case, valid), None, "{name}");
@@ -92,7 +92,7 @@ fn rejects_every_other_length() {
 }
 
 #[test]
-fn changed_bytes_are_read_or_rejected() {
+fn changed_bytes_do_not_panic() {
     for case in &cases() {
         let (mut read, mut rejected) = (0, 0);
         for index in 0..case.bytes.len().min(600) {
@@ -121,7 +121,7 @@ fn error_names_the_invalid_field_and_value() {
         let case = cases.iter().find(|case| case.name == name);
         case.expect("the case exists")
     };
-    let array = |from: &str, to: &str| {
+    let changed_array = |from: &str, to: &str| {
         let bytes = &case("felt_b1.npy").bytes;
         let mut windows = bytes[..128].windows(from.len());
         let at = windows.position(|window| window == from.as_bytes());
@@ -130,8 +130,8 @@ fn error_names_the_invalid_field_and_value() {
         other.splice(at..at + from.len(), to.bytes());
         other
     };
-    let text = |from: &str, to: &str| PAB.replace(from, to).into_bytes();
-    let json = |from: &str, to: &str| {
+    let changed_text = |from: &str, to: &str| PAB.replace(from, to).into_bytes();
+    let changed_json = |from: &str, to: &str| {
         let text = String::from_utf8_lossy(&case("material.json").bytes).replace(from, to);
         text.into_bytes()
     };
@@ -141,47 +141,63 @@ fn error_names_the_invalid_field_and_value() {
     for (name, bytes, words) in [
         (
             "felt_b1.npy",
-            array("<f4", "<f8"),
+            changed_array("<f4", "<f8"),
             &["<f4", "descr", "<f8"][..],
         ),
         (
             "felt_b1.npy",
-            array("False", "True "),
+            changed_array("False", "True "),
             &["C", "[21]", "Fortran"],
         ),
-        ("felt_b1.npy", array("(21,)", "(7,3)"), &["[21]", "[7, 3]"]),
-        ("felt_b1.npy", array("(21,)", "((((("), &["6", "2"]),
+        (
+            "felt_b1.npy",
+            changed_array("(21,)", "(7,3)"),
+            &["[21]", "[7, 3]"],
+        ),
+        ("felt_b1.npy", changed_array("(21,)", "((((("), &["6", "2"]),
         ("felt.bsdf", big_endian, &["8"]),
         (
             "felt.txt",
-            text("#values 3", "#values 4"),
+            changed_text("#values 3", "#values 4"),
             &["3", "#values", "4"],
         ),
         (
             "felt.txt",
-            text("#set_intheta 30", "#set_intheta 30 60"),
+            changed_text("#set_intheta 30", "#set_intheta 30 60"),
             &["intheta", "60"],
         ),
-        ("felt.txt", text("0.1 0.11", "0,1 0,11"), &["8", "0,1"]),
-        ("felt.txt", text("0.1 0.11", "inf 0.11"), &["8", "inf"]),
         (
             "felt.txt",
-            text("card", "../card"),
+            changed_text("0.1 0.11", "0,1 0,11"),
+            &["8", "0,1"],
+        ),
+        (
+            "felt.txt",
+            changed_text("0.1 0.11", "inf 0.11"),
+            &["8", "inf"],
+        ),
+        (
+            "felt.txt",
+            changed_text("card", "../card"),
             &["sample_name", "../card"],
         ),
-        ("felt.txt", text("CIE-XYZ", &long), &["colorimetry"]),
+        ("felt.txt", changed_text("CIE-XYZ", &long), &["colorimetry"]),
         (
             "material.json",
-            json("\"version\": 1", "\"version\": 2, \"values\": {}"),
+            changed_json("\"version\": 1", "\"version\": 2, \"values\": {}"),
             &["2"],
         ),
-        ("material.json", json("phong", &long), &["model"]),
+        ("material.json", changed_json("phong", &long), &["model"]),
         (
             "material.json",
-            json("felt", "\\u001b[2J"),
+            changed_json("felt", "\\u001b[2J"),
             &["name", "\\u{1b}[2J"],
         ),
-        ("material.json", json("0.25", "1e300"), &["0", "values"]),
+        (
+            "material.json",
+            changed_json("0.25", "1e300"),
+            &["0", "values"],
+        ),
     ] {
         let defect = damage(case(name), &bytes).expect("the file is rejected");
         assert_names(&defect, words);
@@ -189,7 +205,7 @@ fn error_names_the_invalid_field_and_value() {
     }
 }
 
-/// An untrusted file may refer to an endless device.
+/// An untrusted file may refer to a device that never ends.
 #[cfg(unix)]
 #[test]
 fn rejects_a_device_as_basis() {

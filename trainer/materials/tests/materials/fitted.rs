@@ -13,7 +13,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::common::assert_names;
 use crate::folder::Folder;
 
-/// A basis of four components with different values at each node.
+/// A basis with four components. Each node has a mean, a constant ln(median w + e), and its own components.
 static BASIS: LazyLock<Basis> = LazyLock::new(|| {
     let node = |node: usize| {
         let wave = |k: f32| 0.1 * (k * node as f32).sin();
@@ -56,7 +56,7 @@ fn file_keeps_every_bit() {
             .expect("the material is serialized");
         let path = scratch.write(&format!("{model}/material.json"), text);
 
-        // By its file, by its folder, and by the folder above, by the name that it has.
+        // The source is the file or its folder. The material has the name in the file.
         for source in [&path, &folder] {
             let source = Source(source.display().to_string());
             let loaded = source.load().expect("the source is loaded");
@@ -88,7 +88,7 @@ fn derivatives_agree_with_differences() {
         let material = fitted(model, seed);
         let mut wrong = 0;
         for angles in uniform_valid(200, seed) {
-            let (value, slopes) = material.brdf_with_derivative(angles);
+            let (value, derivative) = material.brdf_with_derivative(angles);
             let scale = value
                 .iter()
                 .fold(0.1_f32, |largest, f| largest.max(f.abs()));
@@ -106,10 +106,10 @@ fn derivatives_agree_with_differences() {
                 let (up, down) = (moved(axis, step), moved(axis, -step));
                 [0, 1, 2].map(|channel: usize| (up[channel] - down[channel]) / (2.0 * step))
             });
-            for (axis, by_axis) in differences.into_iter().enumerate() {
-                for (difference, slopes) in by_axis.into_iter().zip(slopes) {
-                    let error = (difference - slopes[axis]).abs();
-                    wrong += usize::from(error > 0.02 * (slopes[axis].abs() + scale));
+            for (axis, channels) in differences.into_iter().enumerate() {
+                for (difference, derivative) in channels.into_iter().zip(derivative) {
+                    let error = (difference - derivative[axis]).abs();
+                    wrong += usize::from(error > 0.02 * (derivative[axis].abs() + scale));
                 }
             }
         }

@@ -41,7 +41,7 @@ pub(crate) fn load(path: &Path) -> Result<Vec<Box<dyn Material>>, SourceError> {
     Source(path.display().to_string()).load()
 }
 
-/// Returns the description of a damaged file's defect, or None if the file can be read.
+/// Returns the reported defect of a damaged file, or None if the file can be read.
 pub(crate) fn damage<T>(read: Result<T, SourceError>, file: &Path) -> Option<String> {
     match read.err()? {
         SourceError::Damaged { path, defect } => {

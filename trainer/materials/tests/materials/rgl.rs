@@ -64,7 +64,7 @@ fn tensor_file(fields: &[Field], stated_offset: impl Fn(&str, u64) -> u64) -> Ve
 /// A measurement given by closed formulas. They are linear in each coordinate, so that interpolation is exact.
 ///
 /// The density of visible normals at node k of theta_i is p_k(u) q(v), with p_k = 1 + b_k (2 u - 1) and
-/// q = 1 + a (2 v - 1). The mapping that makes it uniform is x = u + b_k (u^2 - u), y = v + a (v^2 - v).
+/// q = 1 + a (2 v - 1). Its cumulative distributions are x = u + b_k (u^2 - u) and y = v + a (v^2 - v).
 struct Formula;
 
 const THETA_I: [f32; 3] = [0.0, 0.6, 1.5];
@@ -85,9 +85,9 @@ impl Formula {
         0.3 + 0.1 * k + (0.2 + 0.3 * c) * x + (0.4 - 0.1 * k) * y + 0.5 * c * x * y
     }
 
-    /// Returns the fields for the given nodes of phi_i. The tables of all phi_i are equal.
+    /// Returns the fields for the given nodes of phi_i. The tables are equal for all phi_i.
     fn fields(phi_i: &[f32]) -> Vec<Field> {
-        let phis = phi_i.len();
+        let phi_count = phi_i.len();
         // Tabulates a function on the unit square.
         let table = |rows: usize, columns: usize, f: &dyn Fn(f64, f64) -> f64| -> Vec<f32> {
             (0..rows * columns)
@@ -109,12 +109,12 @@ impl Formula {
         let rgb: Vec<f32> = (0..9).flat_map(|i| color(i / 3, i % 3)).collect();
         vec![
             Field::bytes("description", b"a formula"),
-            Field::floats("phi_i", &[phis], phi_i),
+            Field::floats("phi_i", &[phi_count], phi_i),
             Field::floats("theta_i", &[3], &THETA_I),
             Field::floats("sigma", &[2, 7], &table(2, 7, &|u, _| Self::sigma(u))),
             Field::floats("ndf", &[3, 8], &table(3, 8, &Self::ndf)),
-            Field::floats("vndf", &[phis, 3, 6, 9], &vndf.repeat(phis)),
-            Field::floats("rgb", &[phis, 3, 3, 4, 5], &rgb.repeat(phis)),
+            Field::floats("vndf", &[phi_count, 3, 6, 9], &vndf.repeat(phi_count)),
+            Field::floats("rgb", &[phi_count, 3, 3, 4, 5], &rgb.repeat(phi_count)),
             Field::bytes("jacobian", &[1]),
         ]
     }
@@ -325,10 +325,15 @@ fn rejects_inconsistent_headers() {
     for offset in [0, 17] {
         assert_rejected(&moved("ndf", offset), &["ndf"]);
     }
-    let jacobian = length - 1;
-    assert_rejected(&moved("jacobian", jacobian - 1), &["jacobian", "rgb"]);
+    let jacobian_offset = length - 1;
+    assert_rejected(
+        &moved("jacobian", jacobian_offset - 1),
+        &["jacobian", "rgb"],
+    );
 
-    // Shapes that exceed memory, and products of dimensions that are 0 or overflow.
+    let ndf = fields.iter().position(|field| field.name == "ndf");
+    let ndf = ndf.expect("the field exists");
+    // Shapes that exceed memory. The products of all but the first one overflow, some of them to 0.
     for shape in [
         vec![u64::MAX],
         vec![1 << 32, 1 << 32],
@@ -336,13 +341,13 @@ fn rejects_inconsistent_headers() {
         vec![u64::MAX, u64::MAX, 16],
     ] {
         let mut fields = fields.clone();
-        fields[4].shape.clone_from(&shape);
+        fields[ndf].shape.clone_from(&shape);
         let shape = format!("{shape:?}");
         assert_rejected(&valid_file(&fields), &["ndf", &shape]);
     }
     for type_code in [0, 12, 255] {
         let mut fields = fields.clone();
-        fields[4].type_code = type_code;
+        fields[ndf].type_code = type_code;
         let type_code = type_code.to_string();
         assert_rejected(&valid_file(&fields), &["ndf", &type_code]);
     }
@@ -352,6 +357,7 @@ fn rejects_inconsistent_headers() {
         file[at..at + bytes.len()].copy_from_slice(bytes);
         file
     };
+    // The magic, the version, the length of the first field's name, an empty file, and the name itself.
     assert_rejected(&patched(3, b"z"), &[]);
     assert_rejected(&patched(12, &[2, 1]), &["2.1", "1.0"]);
     assert_rejected(&patched(18, &[255, 255]), &[]);
