@@ -12,9 +12,10 @@ use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};
 
 use glimpse_gradcheck::cases::{
-    VARIABLE_NAMES, Variables, cook_torrance, is_too_steep, mirror_cosine, neural, phong, sample, variables,
+    VARIABLE_NAMES, Variables, cook_torrance, is_too_steep, mirror_cosine, neural, phong, sample,
+    variables,
 };
-use glimpse_gradcheck::{Differences, Traced, parameters, gradient_scale};
+use glimpse_gradcheck::{Differences, Traced, gradient_scale, parameters};
 
 /// The weighted loss, every branch recorded.
 fn loss<M: Model>(list: &[f64], variables: Variables, weight: f64) -> Traced {
