@@ -1,11 +1,14 @@
-//! Prints the table of `core/docs/costs.md`: costs of fits on each kind of microcontroller, and of a complete firmware.
+//! Prints the table of `core/docs/costs.md`: costs of fits on the board, of Neural on other microcontrollers, and of a
+//! complete firmware.
 //!
 //! `tests/run firmware` builds the binaries and prints the same figures as lines `name=value`.
 
 use glimpse_tests::figures::{demo_figures, figures};
+use glimpse_tests::microcontroller::TARGETS;
 
 fn main() {
     let mut figures = figures();
+    figures.retain(|(name, _)| name.starts_with(TARGETS[0].triple) || name.contains(".neural"));
     figures.extend(demo_figures());
     println!(
         "| target | model | instructions: parse | BRDF | fit | cycles of a fit | flash | static RAM | stack |"
