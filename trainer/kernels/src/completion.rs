@@ -21,20 +21,21 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// Returns m + h.
+    /// Returns the number of rows: m coefficients and h hidden units.
     #[must_use]
     pub fn rows(&self) -> usize {
         self.components + self.hidden
     }
 
-    /// Returns the lengths of the coefficient net's lists: weights of readings, bias, W.
+    /// Returns the lengths of the coefficient net's lists of weights: readings, bias and output ([`CoefficientNet`]'s
+    /// W).
     #[must_use]
     pub fn coefficient_net_lengths(&self) -> [usize; 3] {
         let rows = self.rows();
         [3 * self.samples * rows, rows, self.components * self.hidden]
     }
 
-    /// Returns the lengths of the init net's lists: P, p and U.
+    /// Returns the lengths of the init net's lists of weights: hidden, bias and output ([`InitNet`]'s P, p and U).
     #[must_use]
     pub fn init_net_lengths(&self) -> [usize; 3] {
         let Self {
@@ -44,6 +45,12 @@ impl Shape {
             ..
         } = *self;
         [units * 3 * components, units, parameters * units]
+    }
+
+    /// Returns the length of the coefficient net's state: a list of rows for each channel, and one for their shared
+    /// sum.
+    fn state_len(&self) -> usize {
+        4 * self.rows()
     }
 }
 
@@ -66,9 +73,9 @@ fn split_lists_mut<T>(list: &mut [T], [first, second, third]: [usize; 3]) -> [&m
 pub struct CompletionWeights<'a> {
     /// The layer sizes.
     pub shape: Shape,
-    /// The weights of the coefficient net: readings, bias and W.
+    /// The weights of the coefficient net: readings, bias and output.
     pub coefficient_net: &'a [f32],
-    /// The weights of the init net: P, p and U; empty without an init net.
+    /// The weights of the init net: hidden, bias and output; empty without an init net.
     pub init_net: &'a [f32],
 }
 
@@ -98,41 +105,41 @@ impl<'a> CompletionWeights<'a> {
     }
 }
 
-/// Readings of a batch of materials, and the outputs of both nets. Lists are in the order of octets, with one material
-/// per lane.
+/// Readings of a batch of materials, and the outputs of both nets.
+///
+/// Each lane of an octet belongs to one material. A list holds all entries of the first eight materials, then all of
+/// the next eight, and so on. `by_x` is the gradient of the loss with respect to x.
 #[derive(Clone, Debug)]
 pub struct Batch {
     shape: Shape,
     /// The readings, sample by sample.
     inputs: Vec<Input<Octet>>,
-    /// The coefficient net's state, and the gradient by the state.
+    /// The coefficient net's state.
     state: Vec<Octet>,
     by_state: Vec<Octet>,
-    /// The init net's units, its offset of each parameter, and the gradient by the offsets.
+    /// The init net's hidden units, and its offset of each parameter.
     units: Vec<Octet>,
     offsets: Vec<Octet>,
     by_offsets: Vec<Octet>,
-    /// The gradient by the readings.
     by_inputs: Vec<[Octet; 3]>,
 }
 
-const NO_READING: Input<Octet> = Input {
+const ZERO_INPUT: Input<Octet> = Input {
     channels: [Octet([0.0; WIDTH]); 3],
     missing: Octet([0.0; WIDTH]),
 };
 
 impl Batch {
-    /// Creates a batch of a given number of materials, with zeros.
+    /// Creates a batch of a given number of materials, filled with zeros.
     #[must_use]
     pub fn new(shape: Shape, materials: usize) -> Self {
         let octets = materials.div_ceil(WIDTH);
-        let words = 4 * shape.rows() * octets;
         let list = |length: usize| vec![Octet::default(); length];
         Self {
             shape,
-            inputs: vec![NO_READING; shape.samples * octets],
-            state: list(words),
-            by_state: list(words),
+            inputs: vec![ZERO_INPUT; shape.samples * octets],
+            state: list(shape.state_len() * octets),
+            by_state: list(shape.state_len() * octets),
             units: list(shape.units * octets),
             offsets: list(shape.parameters * octets),
             by_offsets: list(shape.parameters * octets),
@@ -146,7 +153,7 @@ impl Batch {
 
     /// Sets a material's reading of a sample: its [standardized](glimpse_core::fit::coefficient_net::standardized)
     /// channels, or None if it is missing.
-    pub fn set(&mut self, material: usize, sample: usize, reading: Option<[f32; 3]>) {
+    pub fn set_reading(&mut self, material: usize, sample: usize, reading: Option<[f32; 3]>) {
         let (octet, lane) = (material / WIDTH, material % WIDTH);
         let input = &mut self.inputs[octet * self.shape.samples + sample];
         input.missing.0[lane] = if reading.is_some() { 0.0 } else { 1.0 };
@@ -155,7 +162,7 @@ impl Batch {
         }
     }
 
-    /// Returns the gradient by a material's reading of a sample.
+    /// Returns the gradient with respect to a material's reading of a sample.
     #[must_use]
     pub fn by_reading(&self, material: usize, sample: usize) -> [f32; 3] {
         let (octet, lane) = (material / WIDTH, material % WIDTH);
@@ -170,11 +177,11 @@ impl Batch {
         component: usize,
     ) -> (usize, usize) {
         let rows = self.shape.rows();
-        let first = material / WIDTH * 4 * rows;
+        let first = material / WIDTH * self.shape.state_len();
         (first + channel * rows + component, material % WIDTH)
     }
 
-    /// Returns the coefficients of a material: m of red, m of green, m of blue.
+    /// Returns the coefficients of a material: those of red, then of green, then of blue.
     #[must_use]
     pub fn coefficients(&self, material: usize) -> Vec<f32> {
         let channels = (0..3).flat_map(|channel| {
@@ -188,8 +195,8 @@ impl Batch {
             .collect()
     }
 
-    /// Sets the gradient by a material's coefficients.
-    pub fn set_gradient(&mut self, material: usize, by_coefficients: &[f32]) {
+    /// Sets the gradient with respect to a material's coefficients.
+    pub fn set_coefficient_gradient(&mut self, material: usize, by_coefficients: &[f32]) {
         let components = self.shape.components;
         for (index, value) in by_coefficients.iter().enumerate() {
             let (position, lane) =
@@ -198,7 +205,7 @@ impl Batch {
         }
     }
 
-    /// Returns the hidden units of a material, averaged over its channels.
+    /// Returns the values of a material's hidden units in the coefficient net, averaged over its channels.
     #[must_use]
     pub fn hidden(&self, material: usize) -> Vec<f32> {
         let Shape {
@@ -223,7 +230,7 @@ impl Batch {
         list.iter().map(|octet| octet.0[lane]).collect()
     }
 
-    /// Sets the gradient by a material's initial parameters.
+    /// Sets the gradient with respect to a material's initial parameters.
     pub fn set_offset_gradient(
         &mut self,
         material: usize,
@@ -237,7 +244,7 @@ impl Batch {
         }
     }
 
-    /// Computes coefficients and offsets of initial parameters from the readings.
+    /// Computes the coefficients and the offsets of the initial parameters from the readings.
     pub fn complete(&mut self, weights: &CompletionWeights<'_>) {
         dispatch(Complete {
             batch: self,
@@ -245,7 +252,8 @@ impl Batch {
         });
     }
 
-    /// Propagates the gradients that were set: adds the gradients by the weights, and sets those by the readings.
+    /// Propagates the gradients with respect to coefficients and initial parameters backwards. Adds the gradients with
+    /// respect to the weights to the arguments, and stores those with respect to the readings.
     pub fn adjoint(
         &mut self,
         weights: &CompletionWeights<'_>,
@@ -261,16 +269,18 @@ impl Batch {
     }
 }
 
-/// Loads an entry of the lists of consecutive octets, beginning with octet `first`.
+/// Loads an entry of the materials on the lanes, beginning with octet `first` of `octets`. `list` has `length` entries
+/// for each octet of materials. Lanes past the end repeat the last octet.
 #[inline(always)]
 fn load<L: Lanes>(list: &[Octet], length: usize, first: usize, octets: usize, entry: usize) -> L {
-    let mut lanes = [&list[first * length + entry]; MAX_OCTETS];
-    for (k, lane) in lanes.iter_mut().enumerate().take(L::OCTETS) {
-        *lane = &list[(first + k).min(octets - 1) * length + entry];
+    let mut sources = [&list[first * length + entry]; MAX_OCTETS];
+    for (k, source) in sources.iter_mut().enumerate().take(L::OCTETS) {
+        *source = &list[(first + k).min(octets - 1) * length + entry];
     }
-    L::load(lanes)
+    L::load(sources)
 }
 
+/// Stores what [`load`] loads, without the lanes past the end.
 #[inline(always)]
 fn store<L: Lanes>(
     value: L,
@@ -291,16 +301,17 @@ fn store<L: Lanes>(
     }
 }
 
+/// Loads the inputs of all samples, as [`load`] does.
 #[inline(always)]
 fn load_inputs<L: Lanes>(batch: &Batch, first: usize, inputs: &mut Vec<Input<L>>) {
     let (samples, octets) = (batch.shape.samples, batch.octets());
     inputs.clear();
     for sample in 0..samples {
-        let mut lanes = [&batch.inputs[first * samples + sample]; MAX_OCTETS];
-        for (k, lane) in lanes.iter_mut().enumerate().take(L::OCTETS) {
-            *lane = &batch.inputs[(first + k).min(octets - 1) * samples + sample];
+        let mut sources = [&batch.inputs[first * samples + sample]; MAX_OCTETS];
+        for (k, source) in sources.iter_mut().enumerate().take(L::OCTETS) {
+            *source = &batch.inputs[(first + k).min(octets - 1) * samples + sample];
         }
-        let [a, b, c, d] = lanes;
+        let [a, b, c, d] = sources;
         inputs.push(Input {
             channels: [
                 L::load([
@@ -339,16 +350,16 @@ impl Kernel for Complete<'_, '_> {
     fn run<L: Lanes>(self) {
         let Self { batch, weights } = self;
         let shape = batch.shape;
-        let (octets, words) = (batch.octets(), 4 * shape.rows());
+        let (octets, state_len) = (batch.octets(), shape.state_len());
         let coefficient_net = weights.coefficient_net::<L>();
         let mut inputs = Vec::with_capacity(shape.samples);
-        let mut state = vec![L::constant(0.0); words];
+        let mut state = vec![L::constant(0.0); state_len];
         let mut units = vec![L::constant(0.0); shape.units];
         for first in (0..octets).step_by(L::OCTETS) {
             load_inputs(batch, first, &mut inputs);
             coefficient_net.compute(&inputs, &mut state);
-            for (word, value) in state.iter().enumerate() {
-                store(*value, &mut batch.state, words, first, octets, word);
+            for (entry, value) in state.iter().enumerate() {
+                store(*value, &mut batch.state, state_len, first, octets, entry);
             }
             if shape.units == 0 {
                 continue;
@@ -392,19 +403,18 @@ impl Kernel for Adjoint<'_, '_, '_> {
             by_init_net,
         } = self;
         let shape = batch.shape;
-        let (octets, rows) = (batch.octets(), shape.rows());
-        let words = 4 * rows;
+        let (octets, rows, state_len) = (batch.octets(), shape.rows(), shape.state_len());
         let coefficient_net = weights.coefficient_net::<L>();
         let mut inputs = Vec::with_capacity(shape.samples);
-        let mut state = vec![L::constant(0.0); words];
-        let mut by_state = vec![L::constant(0.0); words];
+        let mut state = vec![L::constant(0.0); state_len];
+        let mut by_state = vec![L::constant(0.0); state_len];
         let mut by_inputs = vec![[L::constant(0.0); 3]; shape.samples];
         let mut units = vec![L::constant(0.0); shape.units];
         let mut by_units = units.clone();
         let mut by_offsets = vec![L::constant(0.0); shape.parameters];
-        let mut sums = vec![L::zero_sum(); by_coefficient_net.len()];
+        let mut coefficient_net_sums = vec![L::zero_sum(); by_coefficient_net.len()];
         let mut init_net_sums = vec![L::zero_sum(); by_init_net.len()];
-        // Lanes past the end repeat the last octet and must not count.
+        // Lanes past the end repeat the last octet, so their gradients are set to 0.
         let mut valid = [Octet([1.0; WIDTH]); MAX_OCTETS];
         for first in (0..octets).step_by(L::OCTETS) {
             for (k, octet) in valid.iter_mut().enumerate() {
@@ -413,11 +423,11 @@ impl Kernel for Adjoint<'_, '_, '_> {
             let [a, b, c, d] = &valid;
             let valid = L::load([a, b, c, d]);
             load_inputs(batch, first, &mut inputs);
-            for (word, value) in state.iter_mut().enumerate() {
-                *value = load(&batch.state, words, first, octets, word);
+            for (entry, value) in state.iter_mut().enumerate() {
+                *value = load(&batch.state, state_len, first, octets, entry);
             }
-            for (word, value) in by_state.iter_mut().enumerate() {
-                *value = load::<L>(&batch.by_state, words, first, octets, word) * valid;
+            for (entry, value) in by_state.iter_mut().enumerate() {
+                *value = load::<L>(&batch.by_state, state_len, first, octets, entry) * valid;
             }
             if shape.units > 0 {
                 for (unit, value) in units.iter_mut().enumerate() {
@@ -453,7 +463,7 @@ impl Kernel for Adjoint<'_, '_, '_> {
                 );
             }
             let [readings, bias, output] =
-                split_lists_mut(&mut sums, shape.coefficient_net_lengths());
+                split_lists_mut(&mut coefficient_net_sums, shape.coefficient_net_lengths());
             let mut gradient = CoefficientNetGradient {
                 readings,
                 bias,
@@ -480,11 +490,12 @@ impl Kernel for Adjoint<'_, '_, '_> {
                 }
             }
         }
-        add_totals::<L>(&sums, by_coefficient_net);
+        add_totals::<L>(&coefficient_net_sums, by_coefficient_net);
         add_totals::<L>(&init_net_sums, by_init_net);
     }
 }
 
+/// Adds the total of each sum to an entry of a gradient.
 #[inline(always)]
 fn add_totals<L: Lanes>(sums: &[L::Sum], gradient: &mut [f32]) {
     let mut totals = vec![0.0; gradient.len()];

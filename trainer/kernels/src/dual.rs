@@ -2,7 +2,7 @@
 //! that is generic over [`Scalar`].
 //!
 //! A model's *gradient*, evaluated on dual parameters with tangent v, gives the exact product of the Hessian and v, and
-//! the exact mixed derivatives by the sample.
+//! the exact mixed derivatives with respect to the sample.
 
 use std::array::from_fn;
 use std::ops::{Add, Div, Mul, Neg, Sub};

@@ -3,10 +3,11 @@
 //! Forward: theta_{k+1} = theta_k - alpha * g(theta_k) for K steps, where g is the gradient of the mean loss over the
 //! inner samples. Then the outer loss at theta_K (paper, Algorithm 1).
 //!
-//! Reverse: let lambda be the gradient by theta_{k+1}, and v = alpha * lambda. The gradient by theta_k is lambda - H v.
-//! Each step adds -lambda * g to the gradient by alpha. It adds -d(g.v)/dx and -d(g.v)/dy to the gradients by a
-//! sample's coordinates x and measured value y. One evaluation of the model's gradient on dual parameters with tangent
-//! v gives H v and both mixed derivatives. It needs no tape: memory is K parameter vectors for any number of samples.
+//! Reverse: let lambda be the gradient with respect to theta_{k+1}, and v = alpha * lambda. The gradient with respect
+//! to theta_k is lambda - H v. Each step adds -lambda * g to the gradient with respect to alpha. It adds -d(g.v)/dx and
+//! -d(g.v)/dy to the gradients with respect to a sample's coordinates x and measured value y. One evaluation of the
+//! model's gradient on dual parameters with tangent v gives H v and both mixed derivatives. It needs no tape: memory is
+//! K parameter vectors for any number of samples.
 //!
 //! A [`SampleList`] computes the sums over samples, the gradient and the Hessian-vector product: on lanes and threads
 //! in training, in scalar f64 in tests.
@@ -31,14 +32,14 @@ impl<T: Scalar<Parameter = T, Sum = T>> Real for T {}
 
 /// Samples of a material, with sums over them.
 pub trait SampleList<M: Model, R: Real> {
-    /// The derivatives by one or several samples.
+    /// The derivatives with respect to one or several samples.
     type Derivatives;
 
-    /// Returns the mean loss at `theta`, and writes its gradient by `theta` to `gradient`.
+    /// Returns the mean loss at `theta`, and writes its gradient with respect to `theta` to `gradient`.
     fn gradient(&self, theta: &M::Parameters<R>, gradient: &mut M::Parameters<R>) -> R;
 
     /// Writes the product of the mean loss's Hessian and the tangent of `theta` to `product`. The derivatives of
-    /// (gradient times tangent) by the samples are *subtracted* from `derivatives`.
+    /// (gradient times tangent) with respect to the samples are *subtracted* from `derivatives`.
     fn product(
         &self,
         theta: &M::Parameters<Dual<R>>,
@@ -111,8 +112,8 @@ impl<M: Model, R: Real> Kernel for DescentStep<'_, M, R> {
     }
 }
 
-/// One step of the reverse sweep before the Hessian-vector product: updates the gradient by the step sizes, and writes
-/// the dual parameters with tangent alpha * lambda.
+/// One step of the reverse sweep before the Hessian-vector product: updates the gradient with respect to the step
+/// sizes, and writes the dual parameters with tangent alpha * lambda.
 struct AdjointStep<'a, M: Model, R: Real> {
     step: &'a Step<M, R>,
     step_sizes: &'a M::Parameters<R>,
@@ -164,9 +165,9 @@ struct Step<M: Model, R: Real> {
 
 /// The meta-gradient, and the memory of both sweeps, which is reused from task to task.
 pub struct MetaGradient<M: Model, R: Real> {
-    /// The gradient by the initial parameters.
+    /// The gradient with respect to the initial parameters.
     pub initial: M::Parameters<R>,
-    /// The gradient by the step sizes.
+    /// The gradient with respect to the step sizes.
     pub step_sizes: M::Parameters<R>,
     /// theta_0 to theta_{K-1}.
     trajectory: Vec<Step<M, R>>,
@@ -184,9 +185,9 @@ impl<M: Model, R: Real> Default for MetaGradient<M, R> {
 
 impl<M: Model, R: Real> MetaGradient<M, R> {
     /// Fits to `inner`, one list for each step or a single list for all steps. Returns the loss over `outer`, and
-    /// computes its gradient by the initial parameters and the step sizes.
+    /// computes its gradient with respect to the initial parameters and the step sizes.
     ///
-    /// If `inner` is a single list, the gradient by its samples is added to `derivatives`.
+    /// If `inner` is a single list, the gradient with respect to its samples is added to `derivatives`.
     pub fn compute<I: SampleList<M, R> + ?Sized, O: SampleList<M, R> + ?Sized>(
         &mut self,
         inner_loop: &InnerLoop<M, R>,

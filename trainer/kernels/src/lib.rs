@@ -2,7 +2,7 @@
 //! device's fit on the host.
 //!
 //! This is a separate crate because it compiles slowly, for each model on each instruction set. It depends on core
-//! only, so it compiles in parallel with the trainer's other dependencies, and not again after changes of the trainer.
+//! only, so it compiles in parallel with the trainer's other dependencies. Changes to the trainer do not recompile it.
 //!
 //! Modules from the bottom up; each imports only from those before it:
 //!
@@ -14,9 +14,9 @@
 //! - [`completion`]: the coefficient net and the init net for a batch of materials, and their adjoint
 //! - [`components`]: the loss of a combination of principal components
 //! - [`inner_loop`]: the unrolled descent and its adjoint
-//! - [`lane_model`]: the trait of a model with these kernels
+//! - [`lane_model`]: the trait that provides these kernels for a model
 //! - `parallel`: sums on all threads
-//! - `compiled`: the instances of the trait for each model
+//! - `compiled`: the implementations of that trait
 //! - [`scan`]: the device's scan on the host, for any recipe
 
 pub mod brdf;

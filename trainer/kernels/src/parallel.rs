@@ -12,18 +12,19 @@ use crate::lane_model::LaneModel;
 use crate::lanes::{MAX_OCTETS, Octet};
 use crate::samples::SampleOctets;
 
-/// The largest number of octets whose gradient is computed on one thread. Waking another thread costs about 20 us,
-/// which does not pay off for fewer.
-const GRADIENT_CHUNK: usize = 64;
-/// The same limit while the other threads are awake.
-const GRADIENT_CHUNK_BACK_TO_BACK: usize = 32;
-/// The largest number of octets whose Hessian-vector product is computed on one thread.
-const PRODUCT_CHUNK: usize = 32;
+/// The least number of octets in a chunk of a gradient. Shorter lists are computed on one thread, because waking
+/// another thread takes about 20 us.
+const MIN_GRADIENT_CHUNK: usize = 64;
+/// The least number of octets in a chunk of a gradient while the other threads are awake: see
+/// [`SampleOctets::back_to_back`].
+const MIN_GRADIENT_CHUNK_AWAKE: usize = 32;
+/// The least number of octets in a chunk of a Hessian-vector product.
+const MIN_PRODUCT_CHUNK: usize = 32;
 /// The largest number of chunks of a list.
 const MAX_CHUNKS: usize = 16;
 
-/// Returns the number of octets in a chunk. It depends on the length of the list only, and is a multiple of the widest
-/// lanes.
+/// Returns the number of octets in a chunk. It is a multiple of [`MAX_OCTETS`], and does not depend on the number of
+/// threads.
 fn chunk_size(octets: usize, min_size: usize) -> usize {
     let size = octets.div_ceil(MAX_CHUNKS).next_multiple_of(MAX_OCTETS);
     size.max(min_size)
@@ -44,8 +45,8 @@ pub(crate) fn gradient<M: LaneModel>(
 ) -> f32 {
     let octets = samples.octets();
     let min_size = match samples.back_to_back {
-        true => GRADIENT_CHUNK_BACK_TO_BACK,
-        false => GRADIENT_CHUNK,
+        true => MIN_GRADIENT_CHUNK_AWAKE,
+        false => MIN_GRADIENT_CHUNK,
     };
     if octets <= min_size {
         return M::partial_gradient(theta, samples, 0..octets, gradient);
@@ -61,7 +62,8 @@ pub(crate) fn gradient<M: LaneModel>(
     partial.iter().map(|(loss, _)| loss).sum()
 }
 
-/// Computes the product of Hessian and tangent over all samples.
+/// Computes the product of the mean loss's Hessian and the tangent of `theta`, over all samples; see
+/// [`SampleList::product`](crate::inner_loop::SampleList::product).
 pub(crate) fn product<M: LaneModel>(
     theta: &M::Parameters<Dual<f32>>,
     samples: &SampleOctets<'_>,
@@ -69,7 +71,7 @@ pub(crate) fn product<M: LaneModel>(
     derivatives: Option<&mut [SampleGradient<Octet>]>,
 ) {
     let octets = samples.octets();
-    if octets <= PRODUCT_CHUNK {
+    if octets <= MIN_PRODUCT_CHUNK {
         return M::partial_product(theta, samples, 0..octets, product, derivatives);
     }
     let compute = |octets, derivatives: Option<&mut [SampleGradient<Octet>]>| {
@@ -77,7 +79,7 @@ pub(crate) fn product<M: LaneModel>(
         M::partial_product(theta, samples, octets, &mut product, derivatives);
         product
     };
-    let size = chunk_size(octets, PRODUCT_CHUNK);
+    let size = chunk_size(octets, MIN_PRODUCT_CHUNK);
     let chunks = chunks(octets, size);
     let partial: Vec<M::Parameters<f32>> = match derivatives {
         None => chunks.map(|range| compute(range, None)).collect(),

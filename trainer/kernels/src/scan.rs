@@ -25,7 +25,7 @@ pub enum HostScanError {
 /// The result of a scan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ScanOutcome {
-    /// The parameters in the model's order. For Linear, the coefficients: m for red, m for green, m for blue.
+    /// The parameters in the model's order. For Linear, the coefficients of red, then of green, then of blue.
     pub values: Vec<f32>,
     /// The residual of the readings.
     pub residual: Residual,
@@ -33,15 +33,15 @@ pub struct ScanOutcome {
     pub predicted_loss: Option<f32>,
 }
 
-/// Reads a sample, given its index and angles in radians. Returns the BRDF in linear RGB, sr^-1 (not times the cosine),
-/// or None if the reading is missing.
+/// A function that reads a sample, given its index and its angles in radians. It returns the BRDF in linear RGB, in
+/// sr^-1 without the cosine, or None if the reading is missing.
 pub type ReadSample<'r> = dyn FnMut(u16, Angles<f32>) -> Option<[f32; 3]> + 'r;
 
-/// Reads at the recipe's directions and fits, as the device does. `read` returns the BRDF in linear RGB, sr^-1 (not
-/// times the cosine), at angles in radians.
+/// Measures at the recipe's directions and fits the model, as the device does. `read` returns the BRDF in linear RGB,
+/// in sr^-1 without the cosine, at angles in radians.
 ///
 /// # Errors
-/// Fails where a device would fail.
+/// Fails for the same reasons as a scan on a device.
 pub fn scan(
     recipe: &Recipe<'_>,
     read: &mut dyn FnMut(Angles<f32>) -> [f32; 3],
@@ -52,7 +52,7 @@ pub fn scan(
 /// Runs a [`scan`] in which readings may be missing.
 ///
 /// # Errors
-/// Fails where a device would fail, for example if the recipe requires a reading that is missing.
+/// Fails for the same reasons as a scan on a device, for example if the recipe requires a reading that is missing.
 pub fn scan_with_missing(
     recipe: &Recipe<'_>,
     read: &mut ReadSample<'_>,

@@ -93,7 +93,7 @@ pub(crate) fn constant<S: Scalar>(sample: Sample<S>) -> Sample<Dual<S>> {
     }
 }
 
-/// Subtracts the tangents of a gradient by a sample from `sum`.
+/// Subtracts the tangents of a gradient with respect to a sample from `sum`.
 #[inline(always)]
 pub(crate) fn subtract_tangent<S: Scalar>(
     sum: &mut SampleGradient<S>,
@@ -173,7 +173,7 @@ impl<M: Model> Kernel for Product<'_, M> {
     #[inline(always)]
     fn run<Wide: Lanes>(self) {
         let octets = self.octets.len();
-        // With few samples, the derivatives by them are almost free.
+        // With few samples, their derivatives are almost free.
         if const { sums_are_scalar::<M>() } && octets <= Narrowest::<Wide>::OCTETS {
             self.compute::<ScalarSums<Narrowest<Wide>>, true>();
         } else if const { uses_narrower::<M, Wide>() } && octets <= Narrowest::<Wide>::OCTETS {
@@ -205,7 +205,7 @@ impl<M: Model> Product<'_, M> {
     }
 }
 
-/// Adds the derivatives by a register of samples to those by its octets.
+/// Adds the derivatives with respect to a register of samples to those of its octets.
 #[inline(always)]
 fn add<L: Lanes>(gradient: &SampleGradient<L>, octets: &mut [SampleGradient<Octet>]) {
     let at = &gradient.at;

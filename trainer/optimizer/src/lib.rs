@@ -1,7 +1,7 @@
-//! Meta-parameters and their Adam optimizer, on burn, with conversion to plain numbers for files.
+//! Meta-parameters and their Adam optimizer, implemented with burn, and conversion of its state to plain numbers.
 //!
 //! This is a separate crate because burn's tensors are generic over their backend: each crate that uses them compiles
-//! them again. Here they compile once, and not again after changes of the trainer.
+//! them again. Changes to the trainer do not recompile this crate.
 
 use burn::tensor::{DType, Tensor, TensorData};
 use burn_ndarray::{NdArray, NdArrayDevice};
@@ -18,7 +18,8 @@ const DEVICE: NdArrayDevice = NdArrayDevice::Cpu;
 pub struct Groups<T> {
     /// theta_0, the initial parameters.
     pub initial: T,
-    /// The other parameters of the fit: the step sizes alpha, or ln alpha. For Linear, ln of the prior's precisions.
+    /// The other parameters of the fit. For a descent, the step sizes alpha or their logarithms, depending on the
+    /// phase. For Linear, the logarithms of the prior's precisions.
     pub hyperparameters: T,
     /// The logits of the pattern.
     pub pattern: T,
@@ -83,17 +84,17 @@ pub struct Optimizer {
 
 /// The parameters of a group, and Adam's state: None before the first step.
 ///
-/// Parameters are converted to a tensor for each step. Reading a shared tensor copies number by number, which takes
-/// longer than the step.
+/// The parameters are stored as a list and converted to a tensor in each step. Reading a stored tensor would
+/// share it, and burn copies a shared tensor one number at a time, which takes longer than the step.
 type Group = (Vec<f32>, Option<AdamState<Backend, 1>>);
 
 fn tensor(values: Vec<f32>) -> Tensor<Backend, 1> {
     let length = values.len();
-    // An explicit type: the default depends on the first use of burn in this process.
+    // The type is explicit because the default depends on the first use of burn in this process.
     Tensor::from_data(TensorData::new(values, [length]), (&DEVICE, DType::F32))
 }
 
-fn list(tensor: Tensor<Backend, 1>) -> Vec<f32> {
+fn to_vec(tensor: Tensor<Backend, 1>) -> Vec<f32> {
     let data = tensor.into_data();
     match data.as_slice() {
         Ok(numbers) => numbers.to_vec(),
@@ -123,8 +124,8 @@ impl GroupRecord {
     fn new((values, state): &Group) -> Self {
         let moments = state.as_ref().map(|AdamState { momentum }| Moments {
             steps: momentum.time as u64,
-            first: list(momentum.moment_1.clone()),
-            second: list(momentum.moment_2.clone()),
+            first: to_vec(momentum.moment_1.clone()),
+            second: to_vec(momentum.moment_2.clone()),
         });
         Self {
             values: values.clone(),
@@ -176,7 +177,7 @@ impl Optimizer {
             let (values, state) = std::mem::take(group);
             let gradient = tensor(gradient.clone());
             let (values, state) = self.adam.step(*rate, tensor(values), gradient, state);
-            *group = (list(values), state);
+            *group = (to_vec(values), state);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Arithmetic that AVX2 and AVX-512 share except for the names of the intrinsics.
 //!
-//! Safety of every `unsafe` block in this file: see the head of the file that uses the macro.
+//! Safety of every `unsafe` block in this file: see the documentation of the module that uses the macro.
 
 /// Implements the operators, [`Scalar`](glimpse_core::numeric::Scalar) and
 /// [`Elementary`](super::elementary::Elementary) for a register type, from the given intrinsics.
@@ -18,7 +18,7 @@ macro_rules! arithmetic {
             type Output = Self;
             #[inline(always)]
             fn add(self, other: Self) -> Self {
-                // SAFETY: see the head of the file.
+                // SAFETY: see the module documentation.
                 Self(unsafe { $add(self.0, other.0) })
             }
         }
@@ -27,7 +27,7 @@ macro_rules! arithmetic {
             type Output = Self;
             #[inline(always)]
             fn sub(self, other: Self) -> Self {
-                // SAFETY: see the head of the file.
+                // SAFETY: see the module documentation.
                 Self(unsafe { $sub(self.0, other.0) })
             }
         }
@@ -36,7 +36,7 @@ macro_rules! arithmetic {
             type Output = Self;
             #[inline(always)]
             fn mul(self, other: Self) -> Self {
-                // SAFETY: see the head of the file.
+                // SAFETY: see the module documentation.
                 Self(unsafe { $mul(self.0, other.0) })
             }
         }
@@ -45,7 +45,7 @@ macro_rules! arithmetic {
             type Output = Self;
             #[inline(always)]
             fn div(self, other: Self) -> Self {
-                // SAFETY: see the head of the file.
+                // SAFETY: see the module documentation.
                 Self(unsafe { $div(self.0, other.0) })
             }
         }
@@ -54,7 +54,7 @@ macro_rules! arithmetic {
             type Output = Self;
             #[inline(always)]
             fn neg(self) -> Self {
-                // SAFETY: see the head of the file.
+                // SAFETY: see the module documentation.
                 Self(unsafe { $xor(self.0, $splat(-0.0)) })
             }
         }
@@ -86,7 +86,7 @@ macro_rules! arithmetic {
             #[inline(always)]
             fn if_positive(self, then: Self, otherwise: Self) -> Self {
                 let ($value, $then, $otherwise) = (self.0, then.0, otherwise.0);
-                // SAFETY: see the head of the file.
+                // SAFETY: see the module documentation.
                 Self(unsafe { $select })
             }
             #[inline(always)]
@@ -102,12 +102,12 @@ macro_rules! arithmetic {
         impl $crate::lanes::elementary::Elementary for $lanes {
             #[inline(always)]
             fn splat(value: f32) -> Self {
-                // SAFETY: see the head of the file.
+                // SAFETY: see the module documentation.
                 Self(unsafe { $splat(value) })
             }
             #[inline(always)]
             fn multiply_add(self, b: Self, c: Self) -> Self {
-                // SAFETY: see the head of the file.
+                // SAFETY: see the module documentation.
                 Self(unsafe { $fused(self.0, b.0, c.0) })
             }
             #[inline(always)]
@@ -120,19 +120,19 @@ macro_rules! arithmetic {
             }
             #[inline(always)]
             fn clamp(self, low: f32, high: f32) -> Self {
-                // SAFETY: see the head of the file.
+                // SAFETY: see the module documentation.
                 Self(unsafe { $min($max(self.0, $splat(low)), $splat(high)) })
             }
             #[inline(always)]
             fn round(self) -> Self {
                 use std::arch::x86_64::{_MM_FROUND_NO_EXC, _MM_FROUND_TO_NEAREST_INT};
                 const NEAREST: i32 = _MM_FROUND_TO_NEAREST_INT | _MM_FROUND_NO_EXC;
-                // SAFETY: see the head of the file.
+                // SAFETY: see the module documentation.
                 Self(unsafe { $round::<NEAREST>(self.0) })
             }
             #[inline(always)]
             fn power_of_two(self) -> Self {
-                // SAFETY: see the head of the file.
+                // SAFETY: see the module documentation.
                 Self(unsafe {
                     let biased = $add_integer($to_integer(self.0), $splat_integer(127));
                     $from_bits($left::<23>(biased))
@@ -140,7 +140,7 @@ macro_rules! arithmetic {
             }
             #[inline(always)]
             fn split(self) -> (Self, Self) {
-                // SAFETY: see the head of the file.
+                // SAFETY: see the module documentation.
                 unsafe {
                     let bits = $bits(self.0);
                     let above = $sub_integer(

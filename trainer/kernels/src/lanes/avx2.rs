@@ -26,7 +26,7 @@ pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<RegisterPair<Avx2Lanes>>()
     }
     debug_assert!(is_available());
-    // SAFETY: see the head of the file.
+    // SAFETY: see the module documentation.
     unsafe { run_with_features(kernel) }
 }
 
@@ -49,7 +49,7 @@ impl Lanes for Avx2Lanes {
 
     #[inline(always)]
     fn load([octet, ..]: Octets<'_>) -> Self {
-        // SAFETY: see the head of the file; an Octet has 32 bytes and their alignment.
+        // SAFETY: see the module documentation; an `Octet` has a size and an alignment of 32 bytes.
         Self(unsafe { _mm256_load_ps(octet.0.as_ptr()) })
     }
     #[inline(always)]
@@ -69,7 +69,7 @@ impl Lanes for Avx2Lanes {
     }
 }
 
-/// Registers that can be added up into eight lanes.
+/// Registers that can be reduced to eight lanes.
 pub(super) trait Fold: Copy {
     /// Adds the lanes beyond the eighth to the first eight.
     fn fold(self) -> Avx2Lanes;
@@ -88,20 +88,20 @@ pub(super) fn lane_totals(sums: &[impl Fold], totals: &mut [f32]) {
     let (chunks, rest) = sums.as_chunks::<WIDTH>();
     let (outputs, tail) = totals.as_chunks_mut::<WIDTH>();
     for (sums, output) in chunks.iter().zip(outputs) {
-        eight_lane_totals(&fold_up_to_eight(sums), output);
+        eight_lane_totals(&fold_each(sums), output);
     }
     if !rest.is_empty() {
         let mut output = [0.0; WIDTH];
-        eight_lane_totals(&fold_up_to_eight(rest), &mut output);
+        eight_lane_totals(&fold_each(rest), &mut output);
         for (total, output) in tail.iter_mut().zip(output) {
             *total = output;
         }
     }
 }
 
-/// Folds up to eight registers; the rest of the result is 0.
+/// Folds each of up to eight registers. The remaining entries of the result are 0.
 #[inline(always)]
-fn fold_up_to_eight(sums: &[impl Fold]) -> [Avx2Lanes; WIDTH] {
+fn fold_each(sums: &[impl Fold]) -> [Avx2Lanes; WIDTH] {
     let mut folded = [Avx2Lanes::splat(0.0); WIDTH];
     for (folded, sum) in folded.iter_mut().zip(sums) {
         *folded = sum.fold();
@@ -114,7 +114,7 @@ fn fold_up_to_eight(sums: &[impl Fold]) -> [Avx2Lanes; WIDTH] {
 #[inline(always)]
 fn eight_lane_totals(sums: &[Avx2Lanes; WIDTH], totals: &mut [f32; WIDTH]) {
     let [a, b, c, d, e, f, g, h] = sums;
-    // SAFETY: see the head of the file; the store needs no alignment.
+    // SAFETY: see the module documentation; the store needs no alignment.
     unsafe {
         let ab = _mm256_hadd_ps(a.0, b.0);
         let cd = _mm256_hadd_ps(c.0, d.0);

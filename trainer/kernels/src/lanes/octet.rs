@@ -33,7 +33,7 @@ impl Octet {
     }
 }
 
-/// The source of a register's lanes: consecutive octets. [`Lanes::OCTETS`](super::Lanes::OCTETS) of them are used.
+/// The consecutive octets that lanes are loaded from. Only the first [`Lanes::OCTETS`](super::Lanes::OCTETS) are read.
 pub type Octets<'a> = [&'a Octet; MAX_OCTETS];
 
 /// The largest [`Lanes::OCTETS`](super::Lanes::OCTETS).

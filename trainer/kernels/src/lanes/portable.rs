@@ -123,7 +123,7 @@ impl Elementary for PortableLanes {
     }
     #[inline(always)]
     fn multiply_add(self, b: Self, c: Self) -> Self {
-        // Fused only if the baseline has the instruction; a call to `fmaf` is slow.
+        // Fused only if the compilation target has the instruction; otherwise it is a slow call to `fmaf`.
         if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
             each!(lane => self.0.0[lane].mul_add(b.0.0[lane], c.0.0[lane]))
         } else {
@@ -166,7 +166,6 @@ mod tests {
     use super::*;
     use crate::lanes::{Kernel, WIDTH, dispatch};
 
-    /// Computes exp and ln of eight numbers.
     struct ExpAndLn([f32; WIDTH]);
     impl Kernel for ExpAndLn {
         type Output = ([f32; WIDTH], [f32; WIDTH]);

@@ -84,6 +84,7 @@ impl<L: Lanes> Lanes for RegisterPair<L> {
 
     #[inline(always)]
     fn load([a, b, c, d]: Octets<'_>) -> Self {
+        // Each register reads only its first `L::OCTETS` entries.
         let second = match L::OCTETS {
             1 => [b, b, b, b],
             _ => [c, d, d, d],

@@ -1,7 +1,7 @@
 //! Lanes whose sums are single numbers, for lists of samples that fit in one register.
 //!
-//! Other lanes keep a register for each entry of a gradient, and add its lanes up after the last sample. If one register
-//! holds all samples, this takes longer than computing the entries. Here each entry is one number instead.
+//! Other lanes keep a register for each entry of a gradient, and add its lanes up after the last sample. If one
+//! register holds all samples, this takes longer than computing the entries. Here each entry is one number instead.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

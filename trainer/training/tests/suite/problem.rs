@@ -87,7 +87,8 @@ pub(crate) struct LossGradient<R, G> {
 }
 
 impl<R: Real, G> LossGradient<R, G> {
-    /// Computes the meta-gradient. `samples` contains zeros; an empty list omits the gradient by samples.
+    /// Computes the meta-gradient. `samples` contains zeros; an empty list omits the gradient with respect to the
+    /// samples.
     pub(crate) fn compute<M: Model, I, O>(
         inner_loop: &InnerLoop<M, R>,
         inner: &[&I],
@@ -110,10 +111,10 @@ impl<R: Real, G> LossGradient<R, G> {
     }
 }
 
-/// Returns the meta-gradient by the variables of each inner sample.
+/// Returns the meta-gradient with respect to the variables of each inner sample.
 ///
-/// The entries by measured values are 0. The inner loss is an absolute difference of logarithms, so its gradient by the
-/// parameters depends on a measured value only by the sign of the difference.
+/// The entries of measured values are 0. The inner loss is an absolute difference of logarithms, so its gradient with
+/// respect to the parameters depends on a measured value only by the sign of the difference.
 pub(crate) fn gradient_by_variables(
     gradient: &LossGradient<f64, SampleGradient<f64>>,
 ) -> Vec<Variables> {

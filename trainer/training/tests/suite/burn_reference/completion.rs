@@ -10,7 +10,7 @@ use burn::tensor::Tensor;
 use glimpse_kernels::completion::Shape;
 
 use self::case::{Case, EPSILON};
-use super::{BURN_LOCK, Matrix, TOLERANCE, list, matrix, relative_error};
+use super::{BURN_LOCK, Matrix, TOLERANCE, matrix, relative_error, to_vec};
 
 /// The largest permitted error in single precision, relative to the largest entry of the list.
 ///
@@ -24,10 +24,10 @@ struct Outcome {
     coefficients: Vec<f64>,
     /// theta_0 of each material; empty without an init net.
     initial: Vec<f64>,
-    /// The gradient by the weights, in the order of [`Case::weights`].
+    /// The gradient with respect to the weights, in the order of [`Case::weights`].
     by_weights: [Vec<f64>; 6],
-    /// The gradient by ln(y w + e) of each reading y: three channels of each sample of each material, 0 for missing
-    /// readings.
+    /// The gradient with respect to ln(y w + e) of each reading y: three channels of each sample of each material, 0
+    /// for missing readings.
     by_readings: Vec<f64>,
 }
 
@@ -157,13 +157,13 @@ fn reference(case: &Case) -> Outcome {
     if case.shape.units > 0 {
         let (theta, weights) = init_net(case, coefficients.clone());
         score = score + score_of(&theta, &case.score_of_initial);
-        initial = list(theta);
+        initial = to_vec(theta);
         init_net_weights = Some(weights);
     }
 
     let gradients = score.backward();
     let gradient = |tensor: &Matrix| match tensor.grad(&gradients) {
-        Some(gradient) => list(gradient),
+        Some(gradient) => to_vec(gradient),
         // The placeholder of a matrix without columns.
         None => Vec::new(),
     };
@@ -173,7 +173,7 @@ fn reference(case: &Case) -> Outcome {
         None => [const { Vec::new() }; 3],
     };
     Outcome {
-        coefficients: list(coefficients),
+        coefficients: to_vec(coefficients),
         initial,
         by_weights: [readings, bias, output, hidden, init_bias, init_output],
         by_readings: case.by_logarithms(&values.each_ref().map(gradient)),

@@ -19,7 +19,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::{
-    BURN_LOCK, Columns, Matrix, TOLERANCE, TensorModel, list, matrix, relative_error, sigmoid,
+    BURN_LOCK, Matrix, Samples, TOLERANCE, TensorModel, matrix, relative_error, sigmoid, to_vec,
 };
 use crate::support::{angles_from_array, boxed, network, task_gradient, to_f64};
 
@@ -33,7 +33,7 @@ const COMPONENTS: usize = 5;
 const HEADER_WORDS: usize = 6;
 
 /// Networks and their basis.
-struct Set {
+struct NetworkBasis {
     networks: Vec<NeuralBrdf>,
     basis: Basis,
     /// The shape and the table of the basis file, read by the documented format.
@@ -41,7 +41,7 @@ struct Set {
     table: Vec<f64>,
 }
 
-static SET: LazyLock<Set> = LazyLock::new(|| {
+static NETWORK_BASIS: LazyLock<NetworkBasis> = LazyLock::new(|| {
     let mut random = ChaCha8Rng::seed_from_u64(21);
     let networks: Vec<NeuralBrdf> = (0..5).map(|_| network(&mut random)).collect();
     let columns = linear::Columns::new(&boxed(networks.clone()));
@@ -57,7 +57,7 @@ static SET: LazyLock<Set> = LazyLock::new(|| {
         .collect();
     assert_eq!(header[5], COMPONENTS);
     let table = table.as_chunks::<4>().0.iter();
-    Set {
+    NetworkBasis {
         networks,
         shape: [header[2], header[3], header[4]],
         table: table
@@ -74,9 +74,8 @@ fn angles(logits: &Matrix) -> Matrix {
 
 /// Evaluates the basis: mean, ln(median w + e) and components, one row per direction.
 fn look_up(angles: &Matrix) -> [Matrix; 3] {
-    let set = &*SET;
     let [count, _] = angles.dims();
-    let [h, d, p] = set.shape;
+    let [h, d, p] = NETWORK_BASIS.shape;
     // Positions along the axes in units of nodes: quadratic in theta_h, cyclic in phi_d.
     let axis = |index: usize| angles.clone().narrow(1, index, 1) * (1.0 / RANGES[index]);
     let positions = [
@@ -85,7 +84,7 @@ fn look_up(angles: &Matrix) -> [Matrix; 3] {
         axis(2) * p as f64,
     ];
     let lower_nodes = positions.each_ref().map(|position| -> Vec<usize> {
-        list(position.clone())
+        to_vec(position.clone())
             .iter()
             .map(|position| position.floor() as usize)
             .collect()
@@ -114,7 +113,7 @@ fn look_up(angles: &Matrix) -> [Matrix; 3] {
         {
             let [i, j, k] = [i + steps[0], j + steps[1], k + steps[2]];
             let node = (i * d + j) * p + k % p;
-            values.extend_from_slice(&set.table[node * length..][..length]);
+            values.extend_from_slice(&NETWORK_BASIS.table[node * length..][..length]);
         }
         sum = sum + weight * matrix(&values, [count, length]);
     }
@@ -122,15 +121,15 @@ fn look_up(angles: &Matrix) -> [Matrix; 3] {
 }
 
 /// Returns cos(theta_i) cos(theta_o).
-fn weight(at: &Columns) -> Matrix {
+fn weight(at: &Samples) -> Matrix {
     let [hx, hz] = at.half();
     let [dx, _, dz] = at.difference();
     let (up, along) = (hz * dz, hx * dx);
     (up.clone() - along.clone()) * (up + along)
 }
 
-fn columns(angles: Matrix) -> Columns {
-    Columns {
+fn columns(angles: Matrix) -> Samples {
+    Samples {
         measured: angles.zeros_like(),
         angles,
     }
@@ -162,7 +161,7 @@ struct Outer {
     values: Vec<[f32; 3]>,
 }
 
-/// The loss, and its gradients by the logits and by ln of the precisions.
+/// The loss, and its gradients with respect to the logits and the logarithms of the precisions.
 struct LossGradient {
     loss: f64,
     by_logits: Vec<f64>,
@@ -201,25 +200,26 @@ fn reference(
         .collect();
     let [mean, log_median, rows] = look_up(&matrix(&folded, [count, 3]));
     // Training stores these rows in single precision.
-    let rounded: Vec<f64> = list(rows)
+    let rounded: Vec<f64> = to_vec(rows)
         .into_iter()
         .map(|entry| f64::from(entry as f32))
         .collect();
     let rows = matrix(&rounded, [count, COMPONENTS]);
     let values = to_f64(outer.values.as_flattened());
-    let at = Columns {
+    let at = Samples {
         angles: matrix(&outer_angles, [count, 3]),
         measured: matrix(&values, [count, 3]),
     };
     let w = weight(&at);
-    assert!(list(w.clone()).iter().all(|w| *w > 1e-6));
+    assert!(to_vec(w.clone()).iter().all(|w| *w > 1e-6));
     let above = relu(log_median.exp().sub_scalar(EPSILON)).add_scalar(EPSILON);
     let mapped = rows.matmul(coefficients) + mean;
     let modeled = relu((above * mapped.exp()).sub_scalar(EPSILON)) / w;
     let loss = at.loss(modeled);
 
     let gradients = loss.backward();
-    let gradient = |tensor: &Matrix| list(tensor.grad(&gradients).expect("the loss depends on it"));
+    let gradient =
+        |tensor: &Matrix| to_vec(tensor.grad(&gradients).expect("the loss depends on it"));
     LossGradient {
         by_logits: gradient(&logits),
         by_precision: gradient(&log_precision),
@@ -227,14 +227,14 @@ fn reference(
     }
 }
 
-/// Computes the loss and its gradients by the code under test, in double precision.
+/// Computes the loss and its gradients with the code under test, in double precision.
 fn implementation(
     network: &NeuralBrdf,
     logits: &[f64],
     log_precision: &[f64],
     outer: &Outer,
 ) -> LossGradient {
-    let basis = &SET.basis;
+    let basis = &NETWORK_BASIS.basis;
     let pattern: Vec<Angles<f64>> = logits
         .chunks(3)
         .map(|logits| angles_from_array([0, 1, 2].map(|i| RANGES[i] / (1.0 + (-logits[i]).exp()))))
@@ -269,7 +269,7 @@ fn compare(samples: usize) {
     let mut largest = [0.0_f64; 3];
     for seed in 0..40 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let network = &SET.networks[seed as usize % SET.networks.len()];
+        let network = &NETWORK_BASIS.networks[seed as usize % NETWORK_BASIS.networks.len()];
         let directions = uniform_valid(64, random.random());
         let values = directions.iter().map(|angles| network.brdf(*angles));
         let outer = Outer {
@@ -342,7 +342,7 @@ fn barrier_gradient_matches_burn() {
         let [hx, hz] = at.half();
         let [dx, _, dz] = at.difference();
         // Both cosines are positive if hz dz > |hx dx|.
-        let valid: Vec<f64> = list(hz * dz - (hx * dx).abs())
+        let valid: Vec<f64> = to_vec(hz * dz - (hx * dx).abs())
             .iter()
             .map(|lower| f64::from(u8::from(*lower > 0.0)))
             .collect();
@@ -355,7 +355,7 @@ fn barrier_gradient_matches_burn() {
         let valid_terms = (angles * matrix(&slopes, [8, 3]) * matrix(&valid, [8, 1])).sum();
         let gradients = (barrier.clone() + valid_terms).backward();
         let expected = tensor.grad(&gradients).expect("the barrier depends on it");
-        let expected = list(expected);
+        let expected = to_vec(expected);
 
         let mut queried = Vec::new();
         let actual = pattern.gradient_by_logits(|index| {

@@ -4,9 +4,9 @@
 //! from the formulas, without the crates under test.
 //!
 //! burn's autodiff is first-order, so the gradient of the inner loop is derived by hand. burn differentiates the steps
-//! and the outer loss. All computations are in f64. burn computes sigmoids and derivatives of a division by a number in
-//! f32, so neither is used. Every tensor requests f64 explicitly: otherwise burn fixes one precision for the whole
-//! process.
+//! and the outer loss. All computations are in f64. burn computes two operations in f32: the sigmoid, and the
+//! derivative of a division of a tensor by a number. The code therefore avoids both. Every tensor requests f64
+//! explicitly: otherwise burn fixes one precision for the whole process.
 
 mod completion;
 mod linear;
@@ -40,7 +40,7 @@ fn matrix(values: &[f64], shape: [usize; 2]) -> Matrix {
 }
 
 /// Returns all entries, row by row.
-fn list<B: Backend>(matrix: Tensor<B, 2>) -> Vec<f64> {
+fn to_vec<B: Backend>(matrix: Tensor<B, 2>) -> Vec<f64> {
     matrix.into_data().iter::<f64>().collect()
 }
 
@@ -55,14 +55,14 @@ fn sigmoid(values: Matrix) -> Matrix {
     (-values).exp().add_scalar(1.0).recip()
 }
 
-/// Samples as columns: angles (theta_h, theta_d, phi_d) and measured values.
+/// Samples as tensors, one row per sample: angles (theta_h, theta_d, phi_d), and measured values.
 #[derive(Clone)]
-struct Columns {
+struct Samples {
     angles: Matrix,
     measured: Matrix,
 }
 
-impl Columns {
+impl Samples {
     fn new(list: &[Variables]) -> Self {
         let angles: Vec<f64> = list.iter().copied().flat_map(angles_of).collect();
         let measured: Vec<f64> = list.iter().flat_map(|each| each[5..].to_vec()).collect();
@@ -109,19 +109,20 @@ impl Columns {
         relu(z)
     }
 
-    /// Returns the mean of |ln(1 + y c) - ln(1 + f c)| over samples and channels.
+    /// Returns the mean of |ln(1 + y c) - ln(1 + f c)| over samples and channels, where y is measured, f is modeled,
+    /// and c is the cosine.
     fn loss(&self, modeled: Matrix) -> Tensor<AutodiffBackend, 1> {
         let logarithm = |values: Matrix| (values * self.cosine()).add_scalar(1.0).log();
         let error = logarithm(self.measured.clone()) - logarithm(modeled);
         error.abs().mean()
     }
 
-    /// Returns the loss's derivative by the modeled values, derived by hand.
+    /// Returns the derivative of the loss with respect to the modeled values, derived by hand.
     fn by_modeled(&self, modeled: &Matrix) -> Matrix {
-        let above = modeled.clone() - self.measured.clone();
-        let sign = positive(&above) - positive(&-above);
-        let share = 1.0 / (self.measured.dims().iter().product::<usize>() as f64);
-        sign * self.cosine() / (modeled.clone() * self.cosine()).add_scalar(1.0) * share
+        let error = modeled.clone() - self.measured.clone();
+        let sign = positive(&error) - positive(&-error);
+        let weight = 1.0 / (self.measured.dims().iter().product::<usize>() as f64);
+        sign * self.cosine() / (modeled.clone() * self.cosine()).add_scalar(1.0) * weight
     }
 }
 
@@ -134,25 +135,25 @@ fn angles_of([hx, hz, dx, dy, dz, ..]: Variables) -> [f64; 3] {
 trait TensorModel {
     const SHAPES: &[[usize; 2]];
     /// Returns the BRDF f.
-    fn modeled(theta: &[Matrix], at: &Columns) -> Matrix;
-    /// Returns the gradient of the mean loss by each parameter, derived by hand.
-    fn gradient(theta: &[Matrix], at: &Columns) -> Vec<Matrix>;
+    fn modeled(theta: &[Matrix], at: &Samples) -> Matrix;
+    /// Returns the gradient of the mean loss with respect to each parameter, derived by hand.
+    fn gradient(theta: &[Matrix], at: &Samples) -> Vec<Matrix>;
 }
 
-/// 6-21-21-3, ReLU; f = max(exp(z) - 1, 0).
+/// A network with layers of 6, 21, 21 and 3 units and ReLU: f = max(exp(z) - 1, 0) for the output z.
 impl TensorModel for Neural {
     const SHAPES: &[[usize; 2]] = &[[6, 21], [1, 21], [21, 21], [1, 21], [21, 3], [1, 3]];
 
-    fn modeled(theta: &[Matrix], at: &Columns) -> Matrix {
+    fn modeled(theta: &[Matrix], at: &Samples) -> Matrix {
         relu(layers(theta, at).2.exp().sub_scalar(1.0))
     }
 
-    fn gradient(theta: &[Matrix], at: &Columns) -> Vec<Matrix> {
+    fn gradient(theta: &[Matrix], at: &Samples) -> Vec<Matrix> {
         let (first, second, output) = layers(theta, at);
         let exponential = output.exp();
-        let raised = exponential.clone().sub_scalar(1.0);
-        let by_modeled = at.by_modeled(&relu(raised.clone()));
-        let by_output = by_modeled * positive(&raised) * exponential;
+        let unclamped = exponential.clone().sub_scalar(1.0);
+        let by_modeled = at.by_modeled(&relu(unclamped.clone()));
+        let by_output = by_modeled * positive(&unclamped) * exponential;
         let by_second = by_output.clone().matmul(theta[4].clone().transpose()) * positive(&second);
         let by_first = by_second.clone().matmul(theta[2].clone().transpose()) * positive(&first);
         vec![
@@ -167,7 +168,7 @@ impl TensorModel for Neural {
 }
 
 /// Returns the network's input: half and difference vector.
-fn input(at: &Columns) -> Matrix {
+fn input(at: &Samples) -> Matrix {
     let [hx, hz] = at.half();
     let [dx, dy, dz] = at.difference();
     let hy = hx.zeros_like();
@@ -175,7 +176,7 @@ fn input(at: &Columns) -> Matrix {
 }
 
 /// Returns the output of each layer before its activation.
-fn layers(theta: &[Matrix], at: &Columns) -> (Matrix, Matrix, Matrix) {
+fn layers(theta: &[Matrix], at: &Samples) -> (Matrix, Matrix, Matrix) {
     let affine = |values: Matrix, layer: usize| {
         values.matmul(theta[2 * layer].clone()) + theta[2 * layer + 1].clone()
     };
@@ -189,36 +190,36 @@ fn layers(theta: &[Matrix], at: &Columns) -> (Matrix, Matrix, Matrix) {
 impl TensorModel for Phong {
     const SHAPES: &[[usize; 2]] = &[[1, 3], [1, 3], [1, 1]];
 
-    fn modeled(theta: &[Matrix], at: &Columns) -> Matrix {
+    fn modeled(theta: &[Matrix], at: &Samples) -> Matrix {
         let (sum, ratio) = (sigmoid(theta[0].clone()), sigmoid(theta[1].clone()));
         let diffuse = sum.clone() * ratio.clone();
         let specular = sum * (-ratio).add_scalar(1.0);
         diffuse * FRAC_1_PI + specular * lobe(&theta[2], &base(at))
     }
 
-    fn gradient(theta: &[Matrix], at: &Columns) -> Vec<Matrix> {
+    fn gradient(theta: &[Matrix], at: &Samples) -> Vec<Matrix> {
         let (sum, ratio) = (sigmoid(theta[0].clone()), sigmoid(theta[1].clone()));
-        let opposite = |share: &Matrix| (-share.clone()).add_scalar(1.0);
+        let one_minus = |values: &Matrix| (-values.clone()).add_scalar(1.0);
         let base = base(at);
         let q = theta[2].clone().exp();
         let lobe = lobe(&theta[2], &base);
         let by_modeled = at.by_modeled(&Self::modeled(theta, at));
-        let mixture = ratio.clone() * FRAC_1_PI + opposite(&ratio) * lobe.clone();
+        let mixture = ratio.clone() * FRAC_1_PI + one_minus(&ratio) * lobe.clone();
         let contrast = (-lobe.clone()).add_scalar(FRAC_1_PI);
-        let by_lobe = by_modeled.clone() * sum.clone() * opposite(&ratio);
+        let by_lobe = by_modeled.clone() * sum.clone() * one_minus(&ratio);
         // d/dq (q + 2) b^q = b^q + (q + 2) b^q ln b
         let power = (base.clone().log() * q.clone()).exp();
         let lobe_by_q = power * (0.5 * FRAC_1_PI) + lobe * base.log();
         vec![
-            (by_modeled.clone() * mixture).sum_dim(0) * sum.clone() * opposite(&sum),
-            (by_modeled * contrast * sum).sum_dim(0) * ratio.clone() * opposite(&ratio),
+            (by_modeled.clone() * mixture).sum_dim(0) * sum.clone() * one_minus(&sum),
+            (by_modeled * contrast * sum).sum_dim(0) * ratio.clone() * one_minus(&ratio),
             (by_lobe * lobe_by_q).sum_dim(0).sum_dim(1) * q,
         ]
     }
 }
 
 /// Returns max(<w_o, r>, 0) + 1e-5, where r is the mirror direction of w_i.
-fn base(at: &Columns) -> Matrix {
+fn base(at: &Samples) -> Matrix {
     let [hx, hz] = at.half();
     let [ix, iy, iz] = at.incoming();
     let twice = (hx.clone() * ix.clone() + hz.clone() * iz.clone()) * 2.0;
@@ -240,13 +241,13 @@ fn lobe(exponent: &Matrix, base: &Matrix) -> Matrix {
 impl TensorModel for CookTorrance {
     const SHAPES: &[[usize; 2]] = &[[1, 3], [1, 3], [1, 1], [1, 1]];
 
-    fn modeled(theta: &[Matrix], at: &Columns) -> Matrix {
+    fn modeled(theta: &[Matrix], at: &Samples) -> Matrix {
         let [k_d, k_s, alpha, f_0] = [0, 1, 2, 3].map(|index| sigmoid(theta[index].clone()));
         let beckmann = beckmann(at, &alpha).0;
         k_d * FRAC_1_PI + k_s * (beckmann * geometry(at) * fresnel(at, &f_0).0)
     }
 
-    fn gradient(theta: &[Matrix], at: &Columns) -> Vec<Matrix> {
+    fn gradient(theta: &[Matrix], at: &Samples) -> Vec<Matrix> {
         let [k_d, k_s, alpha, f_0] = [0, 1, 2, 3].map(|index| sigmoid(theta[index].clone()));
         let by_logit = |value: &Matrix| value.clone() * (-value.clone()).add_scalar(1.0);
         let (d, d_by_alpha) = beckmann(at, &alpha);
@@ -273,38 +274,40 @@ fn square(values: Matrix) -> Matrix {
 }
 
 /// Returns D = exp(-tan^2 theta_h / alpha^2) / (alpha^2 cos^4 theta_h), and dD/dalpha.
-fn beckmann(at: &Columns, alpha: &Matrix) -> (Matrix, Matrix) {
+fn beckmann(at: &Samples, alpha: &Matrix) -> (Matrix, Matrix) {
     let [sin, cos] = at.half().map(square);
-    let below_sin = (square(alpha.clone()) * cos.clone()).add_scalar(EPSILON);
-    let below = (square(alpha.clone()) * square(cos.clone())).add_scalar(EPSILON);
-    let d = (-(sin.clone() / below_sin.clone())).exp() / below.clone();
-    let slope = sin * cos.clone() / square(below_sin) - square(cos) / below;
+    let exponent_denominator = (square(alpha.clone()) * cos.clone()).add_scalar(EPSILON);
+    let denominator = (square(alpha.clone()) * square(cos.clone())).add_scalar(EPSILON);
+    let d = (-(sin.clone() / exponent_denominator.clone())).exp() / denominator.clone();
+    let slope = sin * cos.clone() / square(exponent_denominator) - square(cos) / denominator;
     (d.clone(), d * slope * alpha.clone() * 2.0)
 }
 
 /// Returns F = F0 + (1 - F0) (1 - cos theta_d)^5, and dF/dF0.
-fn fresnel(at: &Columns, f_0: &Matrix) -> (Matrix, Matrix) {
+fn fresnel(at: &Samples, f_0: &Matrix) -> (Matrix, Matrix) {
     let [_, _, dz] = at.difference();
-    let opposite = (-dz).add_scalar(1.0);
-    let fifth = square(square(opposite.clone())) * opposite;
-    let rest = (-fifth.clone()).add_scalar(1.0);
-    (f_0.clone() * rest.clone() + fifth, rest)
+    let base = (-dz).add_scalar(1.0);
+    let power = square(square(base.clone())) * base;
+    let by_f_0 = (-power.clone()).add_scalar(1.0);
+    (f_0.clone() * by_f_0.clone() + power, by_f_0)
 }
 
 /// Returns G / (pi cos_i cos_o), G = min(1, 2 cos theta_h min(cos_i, cos_o) / cos theta_d).
-fn geometry(at: &Columns) -> Matrix {
+fn geometry(at: &Samples) -> Matrix {
     let [hx, hz] = at.half();
     let [dx, _, dz] = at.difference();
-    let (up, along) = (hz.clone() * dz.clone(), hx * dx);
-    let (incoming, outgoing) = (up.clone() - along.clone(), up + along);
+    // cos_i and cos_o are the mean of the two cosines minus and plus half their difference.
+    let (mean, half_difference) = (hz.clone() * dz.clone(), hx * dx);
+    let cos_i = mean.clone() - half_difference.clone();
+    let cos_o = mean + half_difference;
     // min(a, b) = a - max(a - b, 0)
-    let lower = incoming.clone() - relu(incoming.clone() - outgoing.clone());
+    let lower = cos_i.clone() - relu(cos_i.clone() - cos_o.clone());
     let unmasked = hz * lower * 2.0 / dz.add_scalar(EPSILON);
     let g = (-relu((-unmasked).add_scalar(1.0))).add_scalar(1.0);
-    g / (incoming * outgoing * PI).add_scalar(EPSILON)
+    g / (cos_i * cos_o * PI).add_scalar(EPSILON)
 }
 
-/// The outer loss and its gradients by the reference implementation.
+/// The outer loss and its gradients, computed by the reference implementation.
 struct Gradients {
     loss: f64,
     initial: Vec<f64>,
@@ -332,7 +335,7 @@ fn reference<P: TensorModel>(problem: &Problem) -> Gradients {
     };
     let initial = matrices(&problem.initial);
     let step_sizes = matrices(&problem.step_sizes);
-    let mut inner = Columns::new(&problem.inner);
+    let mut inner = Samples::new(&problem.inner);
     inner.angles = inner.angles.require_grad();
     inner.measured = inner.measured.require_grad();
 
@@ -343,13 +346,13 @@ fn reference<P: TensorModel>(problem: &Problem) -> Gradients {
             *theta = theta.clone() - step_size.clone() * entry;
         }
     }
-    let outer = Columns::new(&problem.outer);
+    let outer = Samples::new(&problem.outer);
     let loss = outer.loss(P::modeled(&theta, &outer));
 
     let gradients = loss.backward();
     let gradient = |tensors: &[Matrix]| -> Vec<f64> {
         let lists = tensors.iter().map(|tensor| match tensor.grad(&gradients) {
-            Some(gradient) => list(gradient),
+            Some(gradient) => to_vec(gradient),
             // burn omits tensors that the loss does not depend on.
             None => vec![0.0; tensor.dims().iter().product()],
         });
@@ -364,7 +367,7 @@ fn reference<P: TensorModel>(problem: &Problem) -> Gradients {
     }
 }
 
-/// Converts derivatives by the coordinates of half and difference vector to derivatives by the angles.
+/// Converts derivatives with respect to half and difference vector to derivatives with respect to the angles.
 fn gradient_by_angles(variables: Variables, gradient: Variables) -> [f64; 3] {
     let [hx, hz, dx, dy, dz, ..] = variables;
     let [by_hx, by_hz, by_dx, by_dy, by_dz, ..] = gradient;
@@ -377,8 +380,8 @@ fn gradient_by_angles(variables: Variables, gradient: Variables) -> [f64; 3] {
     ]
 }
 
-/// Returns the largest difference between two lists, relative to the largest expected entry. NaN if a difference is
-/// NaN.
+/// Returns the largest difference between two lists, relative to the largest expected entry. Returns NaN if a
+/// difference is NaN.
 fn relative_error(actual: &[f64], expected: &[f64]) -> f64 {
     assert_eq!(actual.len(), expected.len());
     let largest = expected

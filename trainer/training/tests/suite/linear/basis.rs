@@ -8,13 +8,13 @@ use glimpse_materials::Brdf;
 use glimpse_materials::basis::Grid;
 use nalgebra::{DMatrix, DVector};
 
-use super::{SET, basis, rows};
+use super::{MATERIALS, basis, rows};
 
 /// Returns the values of the columns at all nodes, minus their mean.
 fn centered() -> DMatrix<f64> {
-    let count = SET.columns.count();
+    let count = MATERIALS.columns.count();
     let mut matrix = DMatrix::from_fn(Grid::LEN, count, |node, column| {
-        f64::from(SET.columns.at_node(node)[column])
+        f64::from(MATERIALS.columns.at_node(node)[column])
     });
     for mut row in matrix.row_iter_mut() {
         let mean = row.mean();
@@ -28,28 +28,29 @@ fn components(rows: &[Vec<f64>]) -> DMatrix<f64> {
     DMatrix::from_fn(rows.len(), rows[0].len() - 2, |node, k| rows[node][2 + k])
 }
 
-fn half_difference(angles: Angles<f64>, turn: f64) -> HalfDifference<f32> {
+fn half_difference(angles: Angles<f64>, phi_d_offset: f64) -> HalfDifference<f32> {
     HalfDifference::from_angles(Angles {
         theta_h: angles.theta_h as f32,
         theta_d: angles.theta_d as f32,
-        phi_d: (angles.phi_d + turn) as f32,
+        phi_d: (angles.phi_d + phi_d_offset) as f32,
     })
 }
 
 #[test]
-fn columns_are_mapped_materials() {
+fn columns_are_logarithms_of_materials() {
     for node in (0..Grid::LEN).step_by(37) {
         let angles = Grid::angles(node);
         let at = HalfDifference::from_angles(angles);
         let weight = at.cos_theta_i().max(0.0) * at.cos_theta_o().max(0.0);
         let mut brdf = [[[0.0; 3]; 2]; 6];
-        for (material, brdf) in SET.materials.iter().zip(&mut brdf) {
-            let at = [0.0, PI].map(|turn| half_difference(angles, turn));
+        for (material, brdf) in MATERIALS.materials.iter().zip(&mut brdf) {
+            let at = [0.0, PI].map(|offset| half_difference(angles, offset));
             material.brdf_batch(&at, brdf);
         }
-        for (column, value) in SET.columns.at_node(node).iter().enumerate() {
-            let [one, other] = brdf[column / 3].map(|brdf| f64::from(brdf[column % 3]));
-            let expected = (0.5 * (one + other) * weight / EPSILON).ln_1p();
+        for (column, value) in MATERIALS.columns.at_node(node).iter().enumerate() {
+            // Columns hold the mean over phi_d and phi_d + pi.
+            let [a, b] = brdf[column / 3].map(|brdf| f64::from(brdf[column % 3]));
+            let expected = (0.5 * (a + b) * weight / EPSILON).ln_1p();
             let error = (f64::from(*value) - expected).abs();
             // Materials are evaluated in single precision, on lanes or as scalars.
             assert!(
@@ -63,7 +64,7 @@ fn columns_are_mapped_materials() {
 #[test]
 fn tables_have_mean_and_median_of_columns() {
     for (node, row) in rows(&basis(5)).iter().enumerate() {
-        let mut values: Vec<f64> = SET
+        let mut values: Vec<f64> = MATERIALS
             .columns
             .at_node(node)
             .iter()
@@ -83,7 +84,7 @@ fn tables_have_mean_and_median_of_columns() {
 }
 
 #[test]
-fn components_are_orthogonal_with_lengths_of_singular_values() {
+fn components_are_orthogonal_and_singular_values_are_their_lengths() {
     let centered = centered();
     // Computed in double precision and by a different method than in training.
     let gram = centered.tr_mul(&centered);
@@ -110,7 +111,7 @@ fn components_are_orthogonal_with_lengths_of_singular_values() {
         }
     }
     println!(
-        "singular values {:.1} to {:.1}: lengths {max_error:.1e} off, cosines up to {max_cosine:.1e}",
+        "singular values {:.1} to {:.1}: largest error of lengths {max_error:.1e}, largest cosine {max_cosine:.1e}",
         expected[0],
         expected[components.ncols() - 1]
     );
@@ -120,7 +121,7 @@ fn components_are_orthogonal_with_lengths_of_singular_values() {
 
 #[test]
 fn all_components_reproduce_columns() {
-    let count = SET.columns.count();
+    let count = MATERIALS.columns.count();
     // At most the number of columns minus one, because the mean is subtracted.
     let basis = basis(usize::MAX);
     assert_eq!(basis.components(), count - 1);
@@ -139,9 +140,9 @@ fn all_components_reproduce_columns() {
         .expect("the components are independent");
     let coefficients = DMatrix::from_diagonal(&scales) * normal.solve(&unit.tr_mul(&centered));
 
-    let mut largest = [0.0_f64; 2];
-    largest[0] = (&components * &coefficients - &centered).amax();
-    for (index, material) in SET.materials.iter().enumerate() {
+    let max_column_error = (&components * &coefficients - &centered).amax();
+    let mut max_brdf_error = 0.0_f64;
+    for (index, material) in MATERIALS.materials.iter().enumerate() {
         let coefficients = [0, 1, 2].map(|channel| {
             coefficients
                 .column(3 * index + channel)
@@ -157,16 +158,16 @@ fn all_components_reproduce_columns() {
             if at.cos_theta_i().min(at.cos_theta_o()) < 0.05 || !Grid::is_valid(node) {
                 continue;
             }
-            let at = [0.0, PI].map(|turn| half_difference(angles, turn));
+            let at = [0.0, PI].map(|offset| half_difference(angles, offset));
             let (mut both, mut brdf) = ([[0.0; 3]; 2], [[0.0; 3]]);
             material.brdf_batch(&at, &mut both);
             reconstruction.evaluate(&at[..1], &mut brdf);
             for channel in 0..3 {
                 let expected = 0.5 * f64::from(both[0][channel] + both[1][channel]);
                 let actual = f64::from(brdf[0][channel]);
-                // Relative to the scale of the mapping.
+                // The mapping is ln(1 + f w / e), so the error is relative to f + e / w.
                 let error = (actual - expected).abs() / (expected + EPSILON / weight);
-                largest[1] = largest[1].max(error);
+                max_brdf_error = max_brdf_error.max(error);
                 assert!(
                     error < 1e-3,
                     "material {index}, node {node}: {actual} instead of {expected}"
@@ -174,6 +175,6 @@ fn all_components_reproduce_columns() {
             }
         }
     }
-    println!("columns {:.1e} off, BRDFs {:.1e}", largest[0], largest[1]);
-    assert!(largest[0] < 1e-4, "{}", largest[0]);
+    println!("largest errors: columns {max_column_error:.1e}, BRDFs {max_brdf_error:.1e}");
+    assert!(max_column_error < 1e-4, "{max_column_error}");
 }

@@ -1,4 +1,4 @@
-//! The compact basis: its loss against the whole basis, and its exact properties.
+//! The compact basis: its loss compared with the whole basis, its derivatives, and the content of its file.
 
 use std::sync::LazyLock;
 
@@ -9,28 +9,29 @@ use glimpse_materials::basis::{Basis, CoefficientCountError, angles_to_f64};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_training::linear::{COMPACT_NODES, ReducedBasis, to_compact_bytes};
 
-use super::{SET, basis};
+use super::{MATERIALS, basis};
 
 /// The compact basis of the bundled recipes.
 const BUNDLED: &[u8] = include_bytes!("../../../../recipes/linear.basis24");
 const COMPONENTS: usize = 8;
 /// The number of bytes of a compact basis before its nodes.
-const HEADER: usize = 14 + 16 + 4 * COMPONENTS;
+const HEADER_BYTES: usize = 14 + 16 + 4 * COMPONENTS;
 /// The number of bytes of a node.
-const NODE: usize = 4 + COMPONENTS;
+const NODE_BYTES: usize = 4 + COMPONENTS;
 
 static WHOLE: LazyLock<Basis> = LazyLock::new(|| basis(COMPONENTS));
 static COMPACT: LazyLock<Vec<u8>> =
     LazyLock::new(|| to_compact_bytes(&WHOLE, COMPONENTS, COMPACT_NODES));
 
-/// Fits coefficients to a material measured at many directions, m for each channel.
+/// Fits coefficients to a material measured at many directions. Returns those of red, then of green, then of blue.
 fn coefficients(material: usize) -> Vec<f32> {
     let angles = uniform_valid(2000, 5);
     let pattern: Vec<Angles<f64>> = angles.iter().map(angles_to_f64).collect();
-    let material = &SET.materials[material];
+    let material = &MATERIALS.materials[material];
     let measured: Vec<[f32; 3]> = angles.iter().map(|angles| material.brdf(*angles)).collect();
+    let precision = [4.0; COMPONENTS];
     let coefficients = ReducedBasis::new(&WHOLE, &pattern)
-        .fit(&[4.0; COMPONENTS], &measured)
+        .fit(&precision, &measured)
         .expect("the system is regular");
     coefficients
         .iter()
@@ -68,7 +69,7 @@ fn loss(compact: &[u8], material: usize) -> f64 {
 
 #[test]
 fn compact_basis_approximates_whole_basis() {
-    let count = SET.materials.len();
+    let count = MATERIALS.materials.len();
     let losses: Vec<f64> = (0..count).map(|index| loss(&COMPACT, index)).collect();
     println!("{losses:.4?}");
     // Every other material is a network with random weights, which is rougher than real materials.
@@ -93,7 +94,7 @@ fn assert_host_matches_device(compact: &[u8], values: &[f32]) {
             .expect("the directions are valid");
         let actual = host.brdf(&angles, weight);
         for (actual, expected) in actual.into_iter().zip(expected) {
-            // Relative to the argument of the logarithm.
+            // The mapping is ln(1 + f w / e), so the error is relative to f + e / w.
             let error = (actual - expected).abs() / (expected + (EPSILON / weight) as f32);
             assert!(error < 1e-4, "{actual} instead of {expected} at {angles:?}");
         }
@@ -119,7 +120,7 @@ fn host_evaluates_bundled_basis_like_device() {
     assert_host_matches_device(BUNDLED, &values.collect::<Vec<_>>());
 }
 
-/// The integral of the derivatives along a line is the difference of the values at its ends.
+/// Tests that the integral of the derivatives along a line equals the difference of the values at its ends.
 #[test]
 fn compact_basis_derivatives_integrate_to_differences() {
     let basis = Basis::from_compact_bytes(&COMPACT).expect("the bytes are a basis");
@@ -129,9 +130,9 @@ fn compact_basis_derivatives_integrate_to_differences() {
         .reconstruct_values(&coefficients(2))
         .expect("3 m values");
     let [from, to] = [[0.1, 0.2, 0.4], [0.5, 0.6, 1.9]];
-    let position = |share: f32| {
+    let position = |fraction: f32| {
         let [theta_h, theta_d, phi_d] =
-            std::array::from_fn(|axis| from[axis] + share * (to[axis] - from[axis]));
+            std::array::from_fn(|axis| from[axis] + fraction * (to[axis] - from[axis]));
         Angles {
             theta_h,
             theta_d,
@@ -149,8 +150,8 @@ fn compact_basis_derivatives_integrate_to_differences() {
             }
         }
     }
-    let brdf = |share| {
-        host.brdf_with_derivative(&position(share))
+    let brdf = |fraction| {
+        host.brdf_with_derivative(&position(fraction))
             .map(|channel| channel.value)
     };
     for ((before, after), sum) in brdf(0.0).into_iter().zip(brdf(1.0)).zip(sum) {
@@ -170,7 +171,7 @@ fn fewer_components_have_higher_loss() {
         Ok(2)
     );
     let sum = |compact: &[u8]| {
-        (0..SET.materials.len())
+        (0..MATERIALS.materials.len())
             .map(|index| loss(compact, index))
             .sum::<f64>()
     };
@@ -179,29 +180,35 @@ fn fewer_components_have_higher_loss() {
 }
 
 #[test]
-fn compact_basis_has_checksum_of_whole_basis_and_its_shape() {
+fn compact_basis_has_requested_shape_and_checksum_of_whole_basis() {
     let compact = linear::Basis::parse(&COMPACT).expect("the bytes are a basis");
     assert_eq!(compact.of(), Basis::checksum(&WHOLE.to_bytes()));
     assert_eq!(compact.components(), COMPONENTS);
     assert_eq!(compact.nodes(), COMPACT_NODES);
     let nodes = COMPACT_NODES.count().expect("the nodes are valid");
-    assert_eq!(COMPACT.len(), HEADER + nodes * NODE);
+    assert_eq!(COMPACT.len(), HEADER_BYTES + nodes * NODE_BYTES);
     // 24 components must fit into 600 KiB.
     assert!(14 + 16 + 4 * 24 + nodes * (4 + 24) <= 600 * 1024);
     // The number of components is limited to that of the whole basis.
-    let all = linear::Basis::parse(&COMPACT).map(|basis| basis.components());
-    assert_eq!(all, Ok(WHOLE.components()));
+    assert_eq!(
+        to_compact_bytes(&WHOLE, COMPONENTS + 1, COMPACT_NODES),
+        *COMPACT
+    );
 }
 
-/// If phi_d has no effect on the direction, all nodes along phi_d have equal bytes.
+/// Tests that all nodes along phi_d have equal bytes if theta_h or theta_d is 0, because phi_d then has no effect.
 #[test]
 fn nodes_at_poles_are_equal_for_all_phi_d() {
-    let [rows, columns] = [COMPACT_NODES.theta_d, COMPACT_NODES.phi_d].map(usize::from);
+    let [theta_d_nodes, phi_d_nodes] =
+        [COMPACT_NODES.theta_d, COMPACT_NODES.phi_d].map(usize::from);
     let mut different = 0;
-    for (index, run) in COMPACT[HEADER..].chunks(columns * NODE).enumerate() {
-        let same = run.chunks(NODE).all(|node| node == &run[..NODE]);
-        if index < rows || index % rows == 0 {
-            assert!(same, "run {index}");
+    let rows = COMPACT[HEADER_BYTES..].chunks(phi_d_nodes * NODE_BYTES);
+    for (index, row) in rows.enumerate() {
+        let same = row
+            .chunks(NODE_BYTES)
+            .all(|node| node == &row[..NODE_BYTES]);
+        if index < theta_d_nodes || index % theta_d_nodes == 0 {
+            assert!(same, "row {index}");
         } else {
             different += usize::from(!same);
         }
@@ -213,8 +220,8 @@ fn nodes_at_poles_are_equal_for_all_phi_d() {
 fn device_coefficients_are_grouped_by_channel() {
     let values = coefficients(1);
     let channel = |index: usize| {
-        let run = &values[COMPONENTS * index..][..COMPONENTS];
-        run.iter().copied().map(f64::from).collect()
+        let coefficients = &values[COMPONENTS * index..][..COMPONENTS];
+        coefficients.iter().copied().map(f64::from).collect()
     };
     let expected = WHOLE.reconstruct(&[channel(0), channel(1), channel(2)]);
     assert_eq!(WHOLE.reconstruct_values(&values), Ok(expected));

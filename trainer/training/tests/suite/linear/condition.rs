@@ -1,4 +1,4 @@
-//! The method NJR15.
+//! The sample patterns of the method NJR15 (Nielsen et al. 2015).
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::basis::{Basis, angles_to_f64};

@@ -30,8 +30,8 @@ fn node_angles_match_the_documented_layout() {
         for j in 0..d {
             for k in 0..p {
                 let angles = Grid::angles(node);
-                let share = i as f64 / (h - 1) as f64;
-                assert!((angles.theta_h - FRAC_PI_2 * share * share).abs() < 1e-15);
+                let fraction = i as f64 / (h - 1) as f64;
+                assert!((angles.theta_h - FRAC_PI_2 * fraction * fraction).abs() < 1e-15);
                 let theta_d = FRAC_PI_2 * j as f64 / (d - 1) as f64;
                 assert!((angles.theta_d - theta_d).abs() < 1e-15);
                 assert!((angles.phi_d - PI * k as f64 / p as f64).abs() < 1e-15);
@@ -61,8 +61,10 @@ fn lookup_at_nodes_returns_the_table() {
 #[test]
 fn weights_sum_to_one_and_their_derivatives_to_zero() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let ends = [[0.0; 3], [FRAC_PI_2, FRAC_PI_2, PI], [2.0, -0.1, -1e-300]];
-    let angles = (0..10_000).map(|_| random_angles(&mut random)).chain(ends);
+    let edge_cases = [[0.0; 3], [FRAC_PI_2, FRAC_PI_2, PI], [2.0, -0.1, -1e-300]];
+    let angles = (0..10_000)
+        .map(|_| random_angles(&mut random))
+        .chain(edge_cases);
     for angles in angles.collect::<Vec<_>>() {
         let corners = Grid::corners(angles_from_array(angles));
         let sum: f64 = corners.iter().map(|corner| corner.weight).sum();
@@ -89,12 +91,12 @@ fn derivatives_match_finite_differences() {
         let cell = Grid::corners(angles_from_array(angles))[0].node;
         let center = flatten(basis.look_up(angles_from_array(angles)));
         for axis in 0..3 {
-            // Nodes along theta_h are denser towards 0, so the step of the difference decreases.
-            let density = match axis {
+            // Nodes along theta_h are closer together towards 0, so the step of the difference decreases.
+            let spacing = match axis {
                 0 => (angles[0] / FRAC_PI_2).sqrt(),
                 _ => 1.0,
             };
-            let step = STEP * density;
+            let step = STEP * spacing;
             let at = |offset: f64| {
                 let mut angles = angles;
                 angles[axis] += offset;
@@ -130,6 +132,7 @@ fn derivatives_match_finite_differences() {
     println!(
         "{compared} derivatives compared, {crossed} axes skipped at cell faces, largest error {largest:.1e}"
     );
+    // At most 5 % of the axes.
     assert!(20 * crossed <= 3 * 3_000);
 }
 
@@ -151,7 +154,7 @@ fn phi_d_has_period_pi() {
                 );
             }
         }
-        // Continuous at the boundary of the period.
+        // The table is continuous at the boundary of the period.
         let before = flatten(basis.look_up(angles_from_array([theta_h, theta_d, PI - 1e-12])));
         let after = flatten(basis.look_up(angles_from_array([theta_h, theta_d, 1e-12])));
         for (before, after) in before.iter().zip(&after) {

@@ -1,5 +1,5 @@
-//! The tables of the model Linear: grid, columns, principal components, files, and the patterns of the method NJR15.
-//! (`meta_gradient` and `burn_reference` test the training.)
+//! Tests of the tables of the model Linear (grid, columns, principal components, files), and of the patterns of the
+//! method NJR15 (Nielsen et al. 2015). `meta_gradient` and `burn_reference` test the training.
 
 mod basis;
 mod compact;
@@ -17,35 +17,37 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::support::network;
 
-/// Networks and procedural materials, with their columns.
-pub(crate) struct Set {
+/// Networks (even indices) and procedural materials (odd indices), with their columns.
+pub(crate) struct TestMaterials {
     pub(crate) materials: Vec<Box<dyn Material>>,
     pub(crate) columns: Columns,
 }
 
-pub(crate) static SET: LazyLock<Set> = LazyLock::new(|| {
+pub(crate) static MATERIALS: LazyLock<TestMaterials> = LazyLock::new(|| {
     let mut random = ChaCha8Rng::seed_from_u64(9);
     let mut materials: Vec<Box<dyn Material>> = Vec::new();
     for index in 0..3 {
         materials.push(Box::new(network(&mut random)));
         materials.push(Box::new(Procedural::new(index, 4)));
     }
-    Set {
+    TestMaterials {
         columns: Columns::new(&materials),
         materials,
     }
 });
 
-/// Returns the basis of all columns with a number of components.
+/// Computes a basis of all columns with the given number of components.
 pub(crate) fn basis(components: usize) -> Basis {
-    let all: Vec<usize> = (0..SET.columns.count()).collect();
-    principal_components(&SET.columns, &all, components)
+    let all: Vec<usize> = (0..MATERIALS.columns.count()).collect();
+    principal_components(&MATERIALS.columns, &all, components)
 }
 
-/// Reads a basis's table from the bytes of its file: mean, ln(median w + e) and components of each node.
+/// Reads the table of a basis from the bytes of its file. The row of a node holds the mean minus the median of the
+/// columns, the median plus ln e, and the components.
 pub(crate) fn rows(basis: &Basis) -> Vec<Vec<f64>> {
+    const HEADER_BYTES: usize = 6 * 4;
     let bytes = basis.to_bytes();
-    let words = bytes[24..].as_chunks::<4>().0.iter();
+    let words = bytes[HEADER_BYTES..].as_chunks::<4>().0.iter();
     let numbers: Vec<f64> = words
         .map(|word| f64::from(f32::from_le_bytes(*word)))
         .collect();

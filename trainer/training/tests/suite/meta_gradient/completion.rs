@@ -131,7 +131,7 @@ fn assert_gradient_matches_loss(model: ModelKind) {
         let mut compared = 0;
         for group in [0, 1, 3, 4, PATTERN] {
             // As a function of the pattern, gradient steps are discontinuous where a residual changes sign. The steps
-            // are therefore short here; `pattern.rs` tests their derivative by the directions.
+            // are therefore short here; `pattern.rs` tests their derivative with respect to the directions.
             if group == PATTERN {
                 values.hyperparameters.fill(-30.0);
             }

@@ -11,7 +11,7 @@ use rand_chacha::ChaCha8Rng;
 
 use glimpse_gradcheck::parameters;
 
-/// Returns all outputs of gradient and product.
+/// Returns the loss, its gradient, a Hessian-vector product, and the product's derivatives with respect to the samples.
 fn gradient_and_product(
     theta: &CookTorranceParameters<Dual<f32>>,
     samples: &SampleOctets<'_>,
@@ -47,7 +47,7 @@ fn cook_torrance_is_finite_at_extremes() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let mut valid = 0;
     for _ in 0..20_000 {
-        let list: [Dual<f32>; 8] = std::array::from_fn(|_| Dual {
+        let theta: [Dual<f32>; 8] = std::array::from_fn(|_| Dual {
             value: random.random_range(-12.0..12.0),
             tangent: [random.random_range(-10.0..10.0)],
         });
@@ -65,7 +65,7 @@ fn cook_torrance_is_finite_at_extremes() {
         let best = InstructionSet::detect();
         for instruction_set in [best, InstructionSet::Portable] {
             let outputs = gradient_and_product(
-                &parameters(list, Dual::from_value(0.0)),
+                &parameters(theta, Dual::from_value(0.0)),
                 &SampleOctets {
                     at: &[Octet::transpose(&at)],
                     values: &[measured],
@@ -77,7 +77,7 @@ fn cook_torrance_is_finite_at_extremes() {
             );
             assert!(
                 outputs.iter().all(|value| value.is_finite()),
-                "{outputs:?} at {at:?} for {list:?}"
+                "{outputs:?} at {at:?} for {theta:?}"
             );
         }
     }

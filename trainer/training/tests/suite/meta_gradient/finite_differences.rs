@@ -1,4 +1,4 @@
-//! The meta-gradient against central differences of the unrolled loss.
+//! Comparison of the meta-gradient with central differences of the unrolled loss.
 
 use std::cell::RefCell;
 
@@ -12,16 +12,16 @@ use crate::problem::{
 use glimpse_gradcheck::cases::{VARIABLE_NAMES, cook_torrance, is_too_steep, neural, phong};
 use glimpse_gradcheck::{Differences, gradient_scale};
 
-/// The comparisons of all problems.
-struct Compared {
+/// Comparisons of the meta-gradients of all problems with central differences.
+struct Comparisons {
     initial: Differences,
     step_sizes: Differences,
     samples: Differences,
 }
 
-impl Compared {
-    /// Compares the meta-gradient of `problem` by the parameters at `indices`, their step sizes,
-    /// and all variables of the inner samples.
+impl Comparisons {
+    /// Compares the meta-gradient of `problem` with central differences along the parameters at `indices`, their step
+    /// sizes, and all variables of the inner samples.
     fn compare<M: Model>(&mut self, problem: &Problem, indices: &[usize]) -> Result<(), String> {
         let gradient = problem.meta_gradient::<M>();
         let loss = problem.loss::<M>().0;
@@ -71,14 +71,15 @@ impl Compared {
     }
 }
 
-/// Compares `cases` random problems, by `count` parameters of each.
+/// Compares the meta-gradients of `cases` random problems with central differences of width `step`, along
+/// `parameters_per_case` random parameters of each.
 fn compare_many<M: Model>(
     cases: usize,
-    count: usize,
+    parameters_per_case: usize,
     step: f64,
     problems: impl Strategy<Value = Problem>,
 ) {
-    let compared = RefCell::new(Compared {
+    let comparisons = RefCell::new(Comparisons {
         initial: Differences::new(step, 1e-5),
         step_sizes: Differences::new(step, 1e-5),
         samples: Differences::new(step, 1e-5),
@@ -89,10 +90,10 @@ fn compare_many<M: Model>(
         failure_persistence: None,
         ..ProptestConfig::default()
     };
-    let indices = prop::collection::vec(0..M::PARAMETERS, count);
+    let indices = prop::collection::vec(0..M::PARAMETERS, parameters_per_case);
     let result = TestRunner::new(config).run(&(problems, indices), |(problem, indices)| {
-        let mut compared = compared.borrow_mut();
-        compared
+        let mut comparisons = comparisons.borrow_mut();
+        comparisons
             .compare::<M>(&problem, &indices)
             .map_err(TestCaseError::fail)
     });
@@ -100,22 +101,24 @@ fn compare_many<M: Model>(
         panic!("{error}");
     }
     let model = M::KIND.name();
-    let Compared {
+    let Comparisons {
         initial,
         step_sizes,
         samples,
-    } = compared.into_inner();
-    initial.conclude(&format!("{model} by initial parameters"), cases * count / 4);
-    step_sizes.conclude(&format!("{model} by step sizes"), cases * count / 4);
-    // Of eight variables, the three measured values have derivative 0; see `problem::gradient_by_variables`.
-    // Cook-Torrance does not depend on dy either.
-    let min_variables = match M::KIND {
+    } = comparisons.into_inner();
+    // Slopes may be 0, and unreliable differences are discarded.
+    let min_nonzero = cases * parameters_per_case / 4;
+    initial.conclude(&format!("{model} by initial parameters"), min_nonzero);
+    step_sizes.conclude(&format!("{model} by step sizes"), min_nonzero);
+    // Three of the eight variables of a sample are measured values, whose derivatives are 0; see
+    // `problem::gradient_by_variables`. Cook-Torrance does not depend on dy either.
+    let min_nonzero_variables = match M::KIND {
         ModelKind::CookTorrance => 3,
         _ => 4,
     };
     samples.conclude(
         &format!("{model} by inner samples"),
-        cases * SAMPLES[0] * min_variables,
+        cases * SAMPLES[0] * min_nonzero_variables,
     );
 }
 

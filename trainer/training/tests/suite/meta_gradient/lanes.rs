@@ -85,7 +85,7 @@ fn distance(actual: &[f64], exact: &[f64]) -> f64 {
     difference / length
 }
 
-/// Returns a gradient by a sample as a flat list: half vector, difference vector and measured values.
+/// Returns a gradient with respect to a sample as a flat list: half vector, difference vector and measured values.
 fn flat<T: Copy>(by: &SampleGradient<T>) -> [T; 8] {
     let [red, green, blue] = by.measured;
     [

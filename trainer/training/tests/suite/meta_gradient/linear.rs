@@ -20,20 +20,20 @@ use super::pattern::{BARRIER, logits_with_one_below};
 use crate::support::{boxed, network, task_gradient, to_f64};
 
 /// The number of materials; each has three columns.
-pub(super) const MATERIALS: usize = 6;
+pub(super) const MATERIAL_COUNT: usize = 6;
 
 /// Networks, the same networks as materials, and their columns.
-pub(super) struct Set {
+pub(super) struct TestMaterials {
     pub(super) networks: Vec<NeuralBrdf>,
     pub(super) materials: Vec<Box<dyn Material>>,
     pub(super) columns: Columns,
 }
 
-pub(super) static SET: LazyLock<Set> = LazyLock::new(|| {
+pub(super) static MATERIALS: LazyLock<TestMaterials> = LazyLock::new(|| {
     let mut random = ChaCha8Rng::seed_from_u64(77);
-    let networks: Vec<NeuralBrdf> = (0..MATERIALS).map(|_| network(&mut random)).collect();
+    let networks: Vec<NeuralBrdf> = (0..MATERIAL_COUNT).map(|_| network(&mut random)).collect();
     let materials = boxed(networks.clone());
-    Set {
+    TestMaterials {
         columns: Columns::new(&materials),
         networks,
         materials,
@@ -42,7 +42,7 @@ pub(super) static SET: LazyLock<Set> = LazyLock::new(|| {
 
 fn plan(schedule: Schedule, samples: usize) -> Plan {
     let (effort, model) = (Effort::Quick, ModelKind::Linear);
-    Plan::new(schedule, effort, model, samples, MATERIALS)
+    Plan::new(schedule, effort, model, samples, MATERIAL_COUNT)
 }
 
 /// Asserts that a gradient in single precision matches the expected one.
@@ -63,25 +63,25 @@ fn batch_gradient_is_the_mean_of_its_tasks_plus_the_barrier() {
     const SEED: u64 = 3;
     const FOLDS: usize = 5;
     const POOL: usize = 8_192;
-    let set = &*SET;
     let plan = plan(Schedule::Joint, 8);
     let prior = Prior {
         components: COMPONENTS,
         eta: None,
     };
-    let objective = LinearObjective::new(&set.materials, &set.columns, prior, &plan, SEED);
+    let objective =
+        LinearObjective::new(&MATERIALS.materials, &MATERIALS.columns, prior, &plan, SEED);
     assert_eq!(objective.components(), COMPONENTS);
     let pool = uniform_valid(POOL, SEED);
     let values_of = |network: &NeuralBrdf| -> Vec<[f32; 3]> {
         pool.iter().map(|angles| network.brdf(*angles)).collect()
     };
-    let values: Vec<_> = set.networks.iter().map(values_of).collect();
+    let values: Vec<_> = MATERIALS.networks.iter().map(values_of).collect();
     let folds = [0, 1, 2, 3, 4].map(|fold| {
-        let columns = 0..3 * MATERIALS;
+        let columns = 0..3 * MATERIAL_COUNT;
         let others: Vec<usize> = columns
             .filter(|column| column / 3 % FOLDS != fold)
             .collect();
-        let basis = principal_components(&set.columns, &others, COMPONENTS);
+        let basis = principal_components(&MATERIALS.columns, &others, COMPONENTS);
         (OuterBasis::new(basis.clone(), &pool), basis)
     });
 
@@ -102,7 +102,7 @@ fn batch_gradient_is_the_mean_of_its_tasks_plus_the_barrier() {
             .map(|_| {
                 let draw = |_| random.random_range(0..POOL as u32);
                 let directions = (0..32).map(draw).collect();
-                (random.random_range(0..MATERIALS), directions)
+                (random.random_range(0..MATERIAL_COUNT), directions)
             })
             .collect();
         let result = objective.batch_gradient(&pattern, &log_precision, &tasks);
@@ -118,7 +118,7 @@ fn batch_gradient_is_the_mean_of_its_tasks_plus_the_barrier() {
                 directions,
                 values: &values[*material],
             };
-            let network = &set.networks[*material];
+            let network = &MATERIALS.networks[*material];
             let task = task_gradient(network, basis, &valid_angles, &precision, &outer);
             let share = 1.0 / tasks.len() as f64;
             loss += share * task.loss;
@@ -167,9 +167,14 @@ fn batch_gradient_is_the_mean_of_its_tasks_plus_the_barrier() {
 /// the barrier is the only gradient.
 #[test]
 fn batch_gradient_without_valid_samples_is_the_barrier() {
-    let set = &*SET;
     let plan = plan(Schedule::Paper, 1);
-    let objective = LinearObjective::new(&set.materials, &set.columns, Prior::PAPER, &plan, 3);
+    let objective = LinearObjective::new(
+        &MATERIALS.materials,
+        &MATERIALS.columns,
+        Prior::PAPER,
+        &plan,
+        3,
+    );
     let below = Angles {
         theta_h: 1.5,
         theta_d: 1.5,

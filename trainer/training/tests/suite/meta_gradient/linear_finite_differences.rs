@@ -16,7 +16,7 @@ use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::linear::{MATERIALS, SET};
+use super::linear::{MATERIAL_COUNT, MATERIALS};
 use crate::support::{angles_from_array, task_gradient};
 
 /// Returns a network's BRDF, and records each branch.
@@ -140,20 +140,19 @@ fn precisions(components: usize, random: &mut ChaCha8Rng) -> Vec<f64> {
 
 /// Compares the gradient of one material's loss with differences, in double precision, for n samples and m components.
 fn compare(samples: usize, components: usize) {
-    let set = &*SET;
-    let all: Vec<usize> = (0..set.columns.count()).collect();
-    let basis = principal_components(&set.columns, &all, components);
+    let all: Vec<usize> = (0..MATERIALS.columns.count()).collect();
+    let basis = principal_components(&MATERIALS.columns, &all, components);
     assert_eq!(basis.components(), components);
     let mut by_angles = Differences::new(2e-5, 1e-5);
     let mut by_precision = Differences::new(2e-4, 1e-5);
     const SEEDS: usize = 20;
     for seed in 0..SEEDS {
         let mut random = ChaCha8Rng::seed_from_u64(seed as u64);
-        let index = seed % MATERIALS;
+        let index = seed % MATERIAL_COUNT;
         let outer = uniform_valid(64, random.random());
         let values: Vec<[f32; 3]> = outer
             .iter()
-            .map(|angles| set.materials[index].brdf(*angles))
+            .map(|angles| MATERIALS.materials[index].brdf(*angles))
             .collect();
         let directions: Vec<u32> = (0..64).collect();
         let precision = match seed {
@@ -175,7 +174,7 @@ fn compare(samples: usize, components: usize) {
             directions: &directions,
             values: &values,
         };
-        let network = &set.networks[index];
+        let network = &MATERIALS.networks[index];
         let gradient = task_gradient(network, &basis, &sample_angles, &precision, &outer_samples);
 
         let task = Task {

@@ -1,4 +1,4 @@
-//! Patterns: logits, measurements, and the gradient by logits.
+//! Patterns: logits, measurements, and the gradient with respect to the logits.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -118,7 +118,7 @@ fn invalid_sample_has_the_gradient_of_the_barrier() {
     let logits = logits_with_one_below(7, &mut random);
     let pattern = Pattern::from_logits(logits.as_flattened());
     let measured = pattern.measure(&Procedural::new(0, 0));
-    // The gradient by the samples must not matter.
+    // The gradient with respect to the samples must not matter.
     let by_logits = to_f64(&measured.gradient_by_logits(&[random_gradient(&mut random)]));
     let mut samples = logits.iter().map(|each| each.map(f64::from));
     let index = samples.clone().position(|logits| !is_valid(logits));
@@ -134,7 +134,7 @@ fn invalid_sample_has_the_gradient_of_the_barrier() {
     assert!((f64::from(pattern.barrier()) - barrier).abs() < 1e-6 * barrier);
 }
 
-/// Tests the chain rule from directions to logits with random gradients by the directions.
+/// Tests the chain rule from directions to logits with random gradients with respect to the directions.
 #[test]
 fn gradient_by_logits_follows_the_chain_rule() {
     let mut largest = 0.0_f64;

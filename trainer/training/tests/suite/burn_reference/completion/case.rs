@@ -133,8 +133,8 @@ impl Case {
             .collect()
     }
 
-    /// Converts derivatives by the readings y of each channel to derivatives by ln(y w + e), which have a similar
-    /// magnitude for dark and bright readings.
+    /// Converts derivatives with respect to the readings y of each channel to derivatives with respect to ln(y w + e),
+    /// which have a similar magnitude for dark and bright readings.
     pub(super) fn by_logarithms(&self, by_readings: &[Vec<f64>; 3]) -> Vec<f64> {
         let mut by_logarithms = Vec::new();
         for (index, reading) in self.readings.iter().enumerate() {

@@ -30,7 +30,8 @@ fn inputs<S: Scalar>(case: &Case, material: usize) -> Vec<Input<S>> {
     inputs.collect()
 }
 
-/// Converts derivatives by the standardized readings to derivatives by the readings of each channel.
+/// Converts derivatives with respect to the standardized readings to derivatives with respect to the readings of each
+/// channel.
 fn by_readings(case: &Case, by_inputs: &[[f64; 3]]) -> [Vec<f64>; 3] {
     let mut by_readings = [const { Vec::new() }; 3];
     for (index, by_input) in by_inputs.iter().enumerate() {
@@ -162,7 +163,7 @@ pub(super) fn lanes(case: &Case) -> Outcome {
     let mut batch = Batch::new(shape, case.materials);
     for material in 0..case.materials {
         for sample in 0..shape.samples {
-            batch.set(
+            batch.set_reading(
                 material,
                 sample,
                 standardized_reading(case, material, sample),
@@ -179,7 +180,7 @@ pub(super) fn lanes(case: &Case) -> Outcome {
             .zip(scores)
             .map(|(value, score)| value * *score as f32)
             .collect();
-        batch.set_gradient(material, &by);
+        batch.set_coefficient_gradient(material, &by);
         coefficients.extend(values);
 
         let offsets = batch.offsets(material);
