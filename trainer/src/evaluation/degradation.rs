@@ -14,13 +14,13 @@ use rand_distr::StandardNormal;
 pub struct Degradation {
     /// The number of leading readings to use; None for all.
     pub first: Option<usize>,
-    /// The number of lost readings among those, chosen at random.
+    /// The number of those readings to drop, chosen at random.
     pub lost: usize,
     /// The standard deviation of multiplicative noise, relative to the value.
     pub noise: f32,
     /// The standard deviation of additive noise, relative to the BRDF of a white surface, 1/pi.
     pub additive: f32,
-    /// The number of levels of the sensor; see [`quantize`].
+    /// The number of levels of the sensor, 0 for no quantization; see [`quantize`].
     pub levels: u32,
 }
 
@@ -37,9 +37,11 @@ impl Degradation {
         self.lost > 0 || self.noise > 0.0 || self.additive > 0.0
     }
 
-    /// Returns a function that reads a material at `samples` samples, which are given by index and angles in increasing
-    /// order. A reading is the BRDF in linear RGB, sr^-1, not times the cosine, or None if it is missing. The seed
-    /// determines the lost readings and the noise.
+    /// Returns a function that reads a material at the samples of a pattern. `samples` is their number.
+    ///
+    /// The function takes a sample's index and angles, and has to be called in increasing order of the index. It returns
+    /// the BRDF in linear RGB, sr^-1, not times the cosine, or None if the reading is missing. The seed determines the
+    /// dropped readings and the noise.
     pub fn reader<'m>(
         self,
         material: &'m dyn Material,
@@ -112,17 +114,17 @@ mod tests {
 
     #[test]
     fn noise_has_the_given_deviation() {
-        let [plain, ..] = read(Degradation::default(), 0)[0].expect("it is read");
+        let [plain, ..] = read(Degradation::default(), 0)[0].expect("no reading is missing");
         for (noise, additive) in [(0.1, 0.0), (0.0, 0.1)] {
             let degradation = Degradation {
                 noise,
                 additive,
                 ..Degradation::default()
             };
-            let all = (0..500).flat_map(|seed| read(degradation, seed));
-            let errors: Vec<f32> = all.flatten().map(|[red, ..]| red - plain).collect();
-            let square = errors.iter().map(|error| error * error).sum::<f32>();
-            let deviation = (square / errors.len() as f32).sqrt();
+            let readings = (0..500).flat_map(|seed| read(degradation, seed));
+            let errors: Vec<f32> = readings.flatten().map(|[red, ..]| red - plain).collect();
+            let sum_of_squares = errors.iter().map(|error| error * error).sum::<f32>();
+            let deviation = (sum_of_squares / errors.len() as f32).sqrt();
             let expected = noise * plain + additive * FRAC_1_PI;
             assert!(
                 (deviation / expected - 1.0).abs() < 0.05,
