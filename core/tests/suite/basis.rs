@@ -22,7 +22,7 @@ struct Contents {
 
 impl Contents {
     /// A given number of nodes and components, with entries that jump about.
-    fn some(shape: [u16; 3], components: usize) -> Self {
+    fn synthetic(shape: [u16; 3], components: usize) -> Self {
         let nodes = shape.into_iter().map(usize::from).product::<usize>();
         let spread = |index: usize| (index as f32 * 0.618_034).fract() - 0.5;
         Self {
@@ -148,7 +148,7 @@ fn example() -> Contents {
 }
 
 #[test]
-fn the_documents_example_is_a_basis() {
+fn documented_example_parses() {
     let bytes = hex_blocks(DOCUMENT, '#').remove(0);
     let expected = example().bytes();
     assert_eq!(bytes, expected, "the bytes are {expected:02x?}");
@@ -180,8 +180,8 @@ fn the_documents_example_is_a_basis() {
 }
 
 #[test]
-fn every_cut_and_every_flipped_bit_is_refused_by_name() {
-    let bytes = Contents::some([3, 3, 2], 2).bytes();
+fn rejects_cut_and_altered_bytes() {
+    let bytes = Contents::synthetic([3, 3, 2], 2).bytes();
     assert!(Basis::parse(&bytes).is_ok());
     let padded = [&bytes[..], &[0]].concat();
     for length in (0..bytes.len()).chain([padded.len()]) {
@@ -209,8 +209,8 @@ fn every_cut_and_every_flipped_bit_is_refused_by_name() {
 }
 
 #[test]
-fn wrong_contents_with_a_right_checksum_are_refused() {
-    let good = Contents::some([2, 2, 3], 2);
+fn rejects_invalid_contents() {
+    let good = Contents::synthetic([2, 2, 3], 2);
     let refused = |change: &dyn Fn(&mut Contents)| {
         let mut wrong = good.clone();
         change(&mut wrong);
@@ -233,7 +233,7 @@ fn wrong_contents_with_a_right_checksum_are_refused() {
         assert!(is_named, "{shape:?}: {error:?}");
     }
     for components in [0, 1025] {
-        let error = refused(&|wrong| *wrong = Contents::some([2, 2, 2], components));
+        let error = refused(&|wrong| *wrong = Contents::synthetic([2, 2, 2], components));
         assert_eq!(error, BasisError::Components(components as u16));
     }
     let body = &good.bytes()[HEADER_BYTES..];
@@ -243,7 +243,7 @@ fn wrong_contents_with_a_right_checksum_are_refused() {
 }
 
 #[test]
-fn errors_name_their_numbers() {
+fn errors_contain_values() {
     let (expected, found) = (20, 10);
     for (error, values) in [
         (BasisError::Version(9), &["9"][..]),
@@ -256,8 +256,8 @@ fn errors_name_their_numbers() {
 }
 
 #[test]
-fn invalid_directions_and_numbers_have_no_brdf() {
-    let basis = basis(&Contents::some([4, 3, 3], 2));
+fn no_brdf_for_invalid_directions_or_coefficients() {
+    let basis = basis(&Contents::synthetic([4, 3, 3], 2));
     let coefficients: [&[f32]; 3] = [&[0.1, 0.2]; 3];
     let good = half_difference(0.3, 0.4, 1.0);
     assert!(basis.brdf(coefficients, &good).is_some());
@@ -285,8 +285,8 @@ fn invalid_directions_and_numbers_have_no_brdf() {
 
 /// Sines and cosines that are as wrong as micromath's make vectors that are still unit vectors.
 #[test]
-fn directions_by_core_s_own_sines_have_a_brdf() {
-    let basis = basis(&Contents::some([4, 3, 3], 2));
+fn accepts_directions_from_core_sines() {
+    let basis = basis(&Contents::synthetic([4, 3, 3], 2));
     for index in 0..1000 {
         let share = |step: f32| (index as f32 * step).fract();
         let at = HalfDifference::from_angles(Angles {
@@ -300,8 +300,8 @@ fn directions_by_core_s_own_sines_have_a_brdf() {
 }
 
 #[test]
-fn components_beyond_the_file_s_are_ignored_and_missing_ones_are_0() {
-    let basis = basis(&Contents::some([4, 3, 3], 2));
+fn ignores_extra_components_and_zeroes_missing_ones() {
+    let basis = basis(&Contents::synthetic([4, 3, 3], 2));
     let at = half_difference(0.3, 0.4, 1.0);
     let two = basis.brdf([&[0.1, 0.2], &[0.3, 0.0], &[0.0, 0.0]], &at);
     let others = basis.brdf([&[0.1, 0.2, 9.0, -7.0], &[0.3], &[]], &at);
@@ -310,7 +310,7 @@ fn components_beyond_the_file_s_are_ignored_and_missing_ones_are_0() {
 }
 
 prop_compose! {
-    fn valid()(
+    fn valid_directions()(
         theta_h in 0.0..1.57_f32,
         theta_d in 0.0..1.57_f32,
         phi_d in -7.0..7.0_f32,
@@ -323,13 +323,13 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(4000))]
 
     #[test]
-    fn values_are_those_of_an_evaluation_in_f64(
-        at in valid().prop_filter("near the horizon", |at| {
+    fn matches_f64_reference(
+        at in valid_directions().prop_filter("near the horizon", |at| {
             at.cos_theta_i().min(at.cos_theta_o()) > 1e-2
         }),
         coefficients in prop::array::uniform3(prop::collection::vec(-0.3..0.3_f32, 3)),
     ) {
-        let contents = Contents::some([7, 5, 4], 3);
+        let contents = Contents::synthetic([7, 5, 4], 3);
         let basis = basis(&contents);
         let coefficients = coefficients.each_ref().map(Vec::as_slice);
         let found = basis.brdf(coefficients, &at).unwrap();
@@ -344,20 +344,20 @@ proptest! {
     }
 
     #[test]
-    fn corners_are_nodes_and_share_a_whole(at in valid(), shape in prop::array::uniform3(2..40_u16)) {
+    fn corner_weights_sum_to_1(at in valid_directions(), shape in prop::array::uniform3(2..40_u16)) {
         let [theta_h, theta_d, phi_d] = shape;
         let nodes = Nodes { theta_h, theta_d, phi_d };
         let corners = nodes.corners(&at);
         let count = nodes.count().unwrap();
-        prop_assert!(corners.iter().all(|corner| corner.node < count && corner.share >= 0.0));
-        let sum: f32 = corners.iter().map(|corner| corner.share).sum();
+        prop_assert!(corners.iter().all(|corner| corner.node < count && corner.weight >= 0.0));
+        let sum: f32 = corners.iter().map(|corner| corner.weight).sum();
         prop_assert!((sum - 1.0).abs() < 1e-6, "{sum}");
     }
 
     /// Reciprocal, and its own mirror image: bit for bit.
     #[test]
-    fn exchanged_and_mirrored_directions_have_the_same_brdf(at in valid()) {
-        let basis = basis(&Contents::some([7, 5, 4], 3));
+    fn is_reciprocal_and_mirror_symmetric(at in valid_directions()) {
+        let basis = basis(&Contents::synthetic([7, 5, 4], 3));
         let coefficients: [&[f32]; 3] = [&[0.1, -0.2, 0.3], &[0.2], &[]];
         let found = basis.brdf(coefficients, &at);
         let exchanged = HalfDifference { dx: -at.dx, dy: -at.dy, ..at };
@@ -368,13 +368,13 @@ proptest! {
 
     /// Any numbers give a BRDF or none, without a panic.
     #[test]
-    fn forged_bytes_and_any_numbers_give_a_brdf_or_none(
+    fn arbitrary_bytes_and_numbers_do_not_panic(
         shape in prop::array::uniform3(0..6_u16),
         components in 0..6_u16,
         rest in prop::collection::vec(any::<u8>(), 0..3000),
         exact in any::<bool>(),
         numbers in prop::array::uniform8(any::<f32>()),
-        at in prop_oneof![valid(), prop::array::uniform5(any::<f32>()).prop_map(|[hx, hz, dx, dy, dz]| {
+        at in prop_oneof![valid_directions(), prop::array::uniform5(any::<f32>()).prop_map(|[hx, hz, dx, dy, dz]| {
             HalfDifference { hx, hz, dx, dy, dz }
         })],
     ) {
@@ -399,8 +399,8 @@ proptest! {
 /// Straight down the two vectors have no azimuth, and rounding chooses one: it does not matter
 /// which, as all nodes there stand for the same place.
 #[test]
-fn directions_turned_about_the_normal_have_the_same_brdf() {
-    let mut contents = Contents::some([7, 5, 4], 3);
+fn turn_about_normal_keeps_brdf() {
+    let mut contents = Contents::synthetic([7, 5, 4], 3);
     // As an exporter writes it: nodes of one place have the same row.
     for (index, node) in contents.table.clone().into_iter().enumerate() {
         let (u, v) = (index / 20, index / 4 % 5);

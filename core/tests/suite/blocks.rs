@@ -51,7 +51,7 @@ fn compare<M: Model>(values: &[f32], samples: &[Sample<f32>]) {
 
 proptest! {
     #[test]
-    fn together_or_one_by_one(
+    fn block_matches_single_samples(
         values in prop::collection::vec(-0.6..0.6_f32, 31),
         samples in prop::collection::vec(sample(), 1..=4),
     ) {

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 
 proptest! {
     #[test]
-    fn checksums_are_those_of_the_crate_crc(
+    fn matches_crate_crc(
         bytes in prop::collection::vec(any::<u8>(), 0..70),
         version: u16,
         length: u32,

@@ -3,11 +3,11 @@
 
 #[cfg(feature = "libm")] // f64 is a scalar with libm only
 mod adjoint;
+pub(crate) mod contents;
+mod errors;
 mod forward;
-pub(crate) mod made;
 mod missing;
 mod prediction;
 mod reference;
-mod refusals;
+mod round_trip;
 mod scans;
-mod written;

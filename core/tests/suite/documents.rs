@@ -25,10 +25,10 @@ use glimpse_core::scan::{MIN_READING, Reading};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::link::{frame, read};
+use crate::link::{frame, read_frames};
 
 #[test]
-fn the_examples_of_a_scan_and_a_firmware_fit() {
+fn scan_and_firmware_examples_fit() {
     hosted::main().unwrap();
     firmware::main();
     let mut board = firmware::common::Board::default();
@@ -39,7 +39,7 @@ fn the_examples_of_a_scan_and_a_firmware_fit() {
 
 /// Wherever power is cut, the result is the same.
 #[test]
-fn the_example_of_a_recovery_loses_no_reading_when_power_is_cut() {
+fn recovery_example_survives_power_cuts() {
     recovery::main().unwrap();
     let scan = |power_fails_after: &[usize]| {
         let mut memory = [0.0; recovery::MEMORY_WORDS];
@@ -60,7 +60,7 @@ fn the_example_of_a_recovery_loses_no_reading_when_power_is_cut() {
 
 /// What a user has to write stays short.
 #[test]
-fn the_examples_are_short() {
+fn examples_are_short() {
     for (text, lines) in [
         (include_str!("../../examples/hosted.rs"), 16),
         (include_str!("../../examples/firmware.rs"), 26),
@@ -75,7 +75,7 @@ fn the_examples_are_short() {
 /// A host receives all values in their order, and moves its arms once for a reading, however bad the
 /// line is.
 #[test]
-fn the_example_of_a_host_hears_what_was_fitted() {
+fn host_example_receives_fitted_values() {
     host::main().unwrap();
     for loses in [usize::MAX, 1_000, 150] {
         let mut computer = host::Computer::default();
@@ -115,11 +115,11 @@ where
     assert_eq!(blocks.next().unwrap(), content, "{message:?}");
     let bytes = blocks.next().unwrap();
     assert_eq!(bytes, frame(sequence, &message), "{message:?}");
-    assert_eq!(read(&bytes), [Ok((sequence, message))]);
+    assert_eq!(read_frames(&bytes), [Ok((sequence, message))]);
 }
 
 #[test]
-fn the_links_bytes_are_those_of_its_document() {
+fn link_bytes_match_document() {
     let recipe = Recipe::parse(recovery::RECIPES[1]).unwrap();
     let mut blocks = hex_blocks(LINK, ';').into_iter();
     let hello = Request::Hello {
@@ -151,7 +151,7 @@ fn the_links_bytes_are_those_of_its_document() {
 }
 
 /// The rows `| number | `Name` | ..` of the table with these titles.
-fn names(title: &str) -> Vec<(u8, &'static str)> {
+fn table_rows(title: &str) -> Vec<(u8, &'static str)> {
     let head = format!("| {title}");
     let table = LINK.split(&head).nth(1).unwrap();
     let rows = table.lines().skip(1).take_while(|row| row.starts_with('|'));
@@ -174,7 +174,7 @@ fn check_variants<T: DeserializeOwned + Debug>(title: &str) {
         let name = text.split(|letter: char| !letter.is_alphanumeric()).next();
         Some((number, name.unwrap().to_owned()))
     });
-    let written = names(title).into_iter();
+    let written = table_rows(title).into_iter();
     let written: Vec<_> = written
         .map(|(number, name)| (number, name.to_owned()))
         .collect();
@@ -182,7 +182,7 @@ fn check_variants<T: DeserializeOwned + Debug>(title: &str) {
 }
 
 #[test]
-fn the_links_messages_have_the_numbers_of_its_document() {
+fn message_numbers_match_document() {
     check_variants::<Request>("number | name | fields | reply |\n");
     check_variants::<Reply>("number | name | fields |\n");
     check_variants::<ModelKind>("number | model | values |\n");
@@ -190,8 +190,8 @@ fn the_links_messages_have_the_numbers_of_its_document() {
 
 /// Numbers and names of error codes are those of the table, and refusals travel under the same numbers.
 #[test]
-fn the_error_codes_are_those_of_the_links_document() {
-    let written = names("code | name | first detail | second detail |\n");
+fn error_codes_match_document() {
+    let written = table_rows("code | name | first detail | second detail |\n");
     let codes = ErrorCode::ALL.iter();
     let codes: Vec<_> = codes
         .map(|code| (code.code() as u8, format!("{code:?}")))
@@ -201,21 +201,21 @@ fn the_error_codes_are_those_of_the_links_document() {
         assert_eq!((number, name.to_owned()), *code);
     }
     for (number, name) in &codes {
-        let refusal = Refusal::from(u16::from(*number));
+        let parse_error = Refusal::from(u16::from(*number));
         match name.strip_prefix("Refused") {
-            Some("Other") | None => assert!(matches!(refusal, Refusal::Other { .. })),
-            Some(name) => assert_eq!(format!("{refusal:?}"), name),
+            Some("Other") | None => assert!(matches!(parse_error, Refusal::Other { .. })),
+            Some(name) => assert_eq!(format!("{parse_error:?}"), name),
         }
         let bytes = [3, *number]; // `Refused`
         let reply: Reply = postcard::from_bytes(&bytes).unwrap();
-        assert_eq!(reply, Reply::Refused(refusal));
+        assert_eq!(reply, Reply::Refused(parse_error));
         assert_eq!(postcard::to_slice(&reply, &mut [0; 8]).unwrap(), bytes);
     }
 }
 
 /// A limit stands in a line of its own field, whatever the line's words are.
 #[test]
-fn the_links_numbers_are_those_of_its_document() {
+fn link_constants_match_document() {
     let config = Config::new(Host::Measures);
     for (name, number) in [
         ("# ", PROTOCOL.to_string()),

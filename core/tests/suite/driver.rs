@@ -1,13 +1,13 @@
 //! The driver leads a scan to its end, whatever the host and the line do, and hangs nowhere.
 
-mod bad_line;
 mod bench;
 mod failures;
+mod full_scans;
+mod invalid_readings;
 mod missing;
+mod noisy_line;
 mod reach;
+mod recipe_update;
 mod reset;
-mod silence;
-mod stray;
-mod update;
-mod whole;
-mod wrong_readings;
+mod stale_replies;
+mod timeouts;

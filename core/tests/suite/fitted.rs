@@ -5,22 +5,22 @@ use glimpse_core::geometry::Directions;
 use glimpse_core::model::{ModelKind, Neural};
 use glimpse_core::scan::Fitted;
 
-use crate::scanning::{Any, fit, material, recipe_of, record, scan_by};
+use crate::scanning::{Any, fit, new_scan, recipe_for, record, synthetic_reading};
 
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
 const SLANTED: [f32; 3] = [0.6, 0.0, 0.8];
 
 /// Checks a material that `K` fitted.
 fn with_fitted<K: Fitter + 'static>(model: ModelKind, check: impl FnOnce(Fitted<'_, K>)) {
-    let mut scan = scan_by::<K>(recipe_of(model));
-    record(&mut scan, 0..8, material);
+    let mut scan = new_scan::<K>(recipe_for(model));
+    record(&mut scan, 0..8, synthetic_reading);
     fit(&mut scan, &[u32::MAX]);
     check(scan.fitted().unwrap());
 }
 
 /// In version 0.1 the BRDF was black below the horizon, and 1e19 for some vectors that are not unit.
 #[test]
-fn only_unit_vectors_above_the_horizon_have_a_brdf() {
+fn brdf_only_for_unit_vectors_above_horizon() {
     let scaled = |factor: f32| SLANTED.map(|x| x * factor);
     let valid = [
         UP,
@@ -64,7 +64,7 @@ fn only_unit_vectors_above_the_horizon_have_a_brdf() {
 }
 
 #[test]
-fn linear_without_a_basis_has_no_brdf() {
+fn linear_without_basis_has_no_brdf() {
     let pair = Directions {
         incoming: UP,
         outgoing: SLANTED,

@@ -1,8 +1,8 @@
 //! Directions, angles, half and difference vectors against independent trigonometry.
 
 // f64 is a scalar with libm only.
+mod errors;
 #[cfg(feature = "libm")]
 mod half_difference;
-mod refusals;
+mod rotation;
 mod spherical;
-mod turning;

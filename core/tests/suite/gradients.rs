@@ -98,7 +98,7 @@ fn compare_many<M: Model>(cases: u32, list: impl Strategy<Value = Vec<f64>>) {
 }
 
 #[test]
-fn every_gradient_agrees_with_differences() {
+fn gradients_match_finite_differences() {
     compare_many::<Phong>(2000, phong());
     compare_many::<CookTorrance>(2000, cook_torrance());
     compare_many::<Neural>(100, neural());
@@ -227,12 +227,12 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn phong_is_its_formula(list in phong(), variables in variables(), weight in 0.01..1.0f64) {
+    fn phong_matches_formula(list in phong(), variables in variables(), weight in 0.01..1.0f64) {
         agree_with::<Phong>(&list, variables, weight, expected_phong(&list, variables))?;
     }
 
     #[test]
-    fn cook_torrance_is_its_formula(list in cook_torrance(), variables in variables(), weight in 0.01..1.0f64) {
+    fn cook_torrance_matches_formula(list in cook_torrance(), variables in variables(), weight in 0.01..1.0f64) {
         agree_with::<CookTorrance>(&list, variables, weight, expected_cook_torrance(&list, variables))?;
     }
 
@@ -253,7 +253,7 @@ proptest! {
     }
 
     #[test]
-    fn cook_torrance_below_the_horizon_is_diffuse(list in cook_torrance(), variables in variables(), outgoing in any::<bool>()) {
+    fn cook_torrance_is_diffuse_below_horizon(list in cook_torrance(), variables in variables(), outgoing in any::<bool>()) {
         // Pushed along x until one of the cosines is negative.
         let [hx, hz, dx, dy, dz, red, green, blue] = variables;
         let push = (hz * dz / hx.max(0.05) + 0.1 + dx.abs()) * if outgoing { -1.0 } else { 1.0 };
@@ -267,12 +267,12 @@ proptest! {
     }
 
     #[test]
-    fn neural_is_its_formula(list in neural(), variables in variables(), weight in 0.01..1.0f64) {
+    fn neural_matches_formula(list in neural(), variables in variables(), weight in 0.01..1.0f64) {
         agree_with::<Neural>(&list, variables, weight, expected_neural(&list, variables))?;
     }
 
     #[test]
-    fn light_from_below_costs_nothing(list in neural(), variables in variables()) {
+    fn light_below_horizon_has_no_loss(list in neural(), variables in variables()) {
         // Pushed along x until hz dz - hx dx, the cosine, is negative.
         let [hx, hz, dx, dy, dz, red, green, blue] = variables;
         let lower = [hx, hz, dx + hz * dz / hx.max(0.05) + 0.1, dy, dz, red, green, blue];

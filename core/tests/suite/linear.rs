@@ -3,5 +3,5 @@
 
 mod adjoint;
 mod case;
-mod refusals;
+mod errors;
 mod solve;

@@ -26,14 +26,14 @@ pub(crate) fn frame<T: serde::Serialize>(sequence: u32, message: &T) -> Vec<u8> 
 }
 
 /// The messages and errors of a reader of some bytes.
-pub(crate) fn read<T: DeserializeOwned>(bytes: &[u8]) -> Vec<Result<(u32, T), FrameError>> {
+pub(crate) fn read_frames<T: DeserializeOwned>(bytes: &[u8]) -> Vec<Result<(u32, T), FrameError>> {
     let mut reader = FrameReader::new();
     bytes.iter().filter_map(|byte| reader.push(*byte)).collect()
 }
 
 /// The whole messages of a reader of some bytes.
 fn messages(bytes: &[u8]) -> Vec<(u32, Request)> {
-    read(bytes).into_iter().flatten().collect()
+    read_frames(bytes).into_iter().flatten().collect()
 }
 
 /// Any message: bytes that decode to one. A NaN would not equal itself.
@@ -47,7 +47,7 @@ fn any_message<T: DeserializeOwned + Clone + PartialEq + Debug>() -> impl Strate
 }
 
 #[test]
-fn the_longest_message_fits_exactly() {
+fn longest_message_fits_exactly() {
     let request = Request::Values {
         offset: u16::MAX,
         total: u16::MAX,
@@ -67,25 +67,25 @@ fn the_longest_message_fits_exactly() {
 }
 
 #[test]
-fn bytes_without_end_are_dropped_and_the_next_frame_is_read() {
+fn recovers_after_endless_frame() {
     let mut bytes = vec![0xAA; 10 * FRAME_BYTES];
     bytes.extend(frame(3, &Reply::Accepted));
     assert_eq!(
-        read::<Reply>(&bytes),
+        read_frames::<Reply>(&bytes),
         [Err(FrameError::TooLong), Ok((3, Reply::Accepted))]
     );
 }
 
 #[test]
-fn a_whole_frame_of_another_protocol_is_unknown() {
+fn rejects_message_of_other_protocol() {
     // A variant that Reply does not have, and a Welcome with a byte to spare.
     for bytes in [frame(1, &99u8), frame(1, &(0u8, 1u8, 0u8))] {
-        assert_eq!(read::<Reply>(&bytes), [Err(FrameError::Unknown)]);
+        assert_eq!(read_frames::<Reply>(&bytes), [Err(FrameError::Unknown)]);
     }
 }
 
 #[test]
-fn hello_and_welcome_keep_their_layout_for_ever() {
+fn hello_and_welcome_layout_is_fixed() {
     let hello = Request::Hello {
         protocol: 1,
         model: ModelKind::Neural,
@@ -144,7 +144,7 @@ fn receive_reply(client: &mut Client, bytes: &[u8], request: &Request) -> Option
 }
 
 #[test]
-fn a_request_is_answered_once_and_its_repetition_alike() {
+fn repeated_request_gets_same_reply() {
     let request = progress(1);
     let (mut client, mut server) = (Client::new(0), Server::new());
     let asked = send(&mut client, &request);
@@ -167,7 +167,7 @@ fn a_request_is_answered_once_and_its_repetition_alike() {
 
 /// While the first request is unanswered, another one is new, and the reply is to that one.
 #[test]
-fn a_new_request_takes_the_place_of_one_that_waits() {
+fn new_request_replaces_pending_one() {
     let (mut client, mut server) = (Client::new(0), Server::new());
     for request in [progress(1), progress(2)] {
         let asked = send(&mut client, &request);
@@ -181,7 +181,7 @@ fn a_new_request_takes_the_place_of_one_that_waits() {
 
 /// The first requests after a reset have the same sequence number, whatever they are.
 #[test]
-fn a_device_that_was_reset_is_not_taken_for_the_one_before() {
+fn recognizes_reset_device() {
     let mut server = Server::new();
     let welcome = Reply::Welcome { protocol: PROTOCOL };
     for (request, is_new) in [
@@ -203,19 +203,19 @@ fn a_device_that_was_reset_is_not_taken_for_the_one_before() {
 
 proptest! {
     #[test]
-    fn requests_arrive_as_they_were_sent(sequence: u32, request in any_message::<Request>()) {
+    fn request_round_trip(sequence: u32, request in any_message::<Request>()) {
         let bytes = frame(sequence, &request);
         prop_assert!(bytes.len() <= FRAME_BYTES);
         prop_assert_eq!(messages(&bytes), [(sequence, request)]);
     }
 
     #[test]
-    fn replies_arrive_as_they_were_sent(sequence: u32, reply in any_message::<Reply>()) {
-        prop_assert_eq!(read::<Reply>(&frame(sequence, &reply)), [Ok((sequence, reply))]);
+    fn reply_round_trip(sequence: u32, reply in any_message::<Reply>()) {
+        prop_assert_eq!(read_frames::<Reply>(&frame(sequence, &reply)), [Ok((sequence, reply))]);
     }
 
     #[test]
-    fn an_altered_frame_is_dropped_and_the_next_is_read(
+    fn recovers_after_altered_frame(
         request in any_message::<Request>(),
         index: prop::sample::Index,
         flip in 1..=255u8,
@@ -227,7 +227,7 @@ proptest! {
     }
 
     #[test]
-    fn a_cut_frame_is_dropped_and_the_next_is_read(
+    fn recovers_after_cut_frame(
         request in any_message::<Request>(),
         keep: prop::sample::Index,
     ) {
@@ -239,12 +239,12 @@ proptest! {
     }
 
     #[test]
-    fn noise_is_no_message(noise in prop::collection::vec(any::<u8>(), 0..2_000)) {
+    fn noise_contains_no_message(noise in prop::collection::vec(any::<u8>(), 0..2_000)) {
         prop_assert_eq!(messages(&noise), []);
     }
 
     #[test]
-    fn noise_before_a_frame_does_not_hide_it(
+    fn finds_frame_after_noise(
         noise in prop::collection::vec(any::<u8>(), 0..500),
         request in any_message::<Request>(),
     ) {
@@ -255,23 +255,23 @@ proptest! {
 
     /// All of a conversation arrives, once and in order, over a line that spoils about one frame in two.
     #[test]
-    fn a_conversation_survives_a_bad_link(
+    fn conversation_survives_noisy_line(
         requests in prop::collection::vec(any_message::<Request>(), 1..20),
         seed: u64,
     ) {
         let mut line = Random(seed);
         let (mut client, mut server) = (Client::new(0), Server::new());
-        let mut heard = Vec::new();
+        let mut received_requests = Vec::new();
         for request in &requests {
             let asked = send(&mut client, request);
             let mut reply = None;
             for _ in 0..1_000 {
                 let mut replies = Vec::new();
-                for byte in line.spoil(asked.clone(), 60) {
+                for byte in line.corrupt(asked.clone(), 60) {
                     let answer = match server.receive(byte) {
                         Some(Ok(Received::New(request))) => {
-                            let answer = answer_to(&request);
-                            heard.push(request);
+                            let answer = default_reply(&request);
+                            received_requests.push(request);
                             answer
                         }
                         Some(Ok(Received::Duplicate(answer))) => answer,
@@ -280,7 +280,7 @@ proptest! {
                     replies.push(respond(&mut server, answer));
                 }
                 for bytes in replies {
-                    for byte in line.spoil(bytes, 60) {
+                    for byte in line.corrupt(bytes, 60) {
                         reply = reply.or(client.receive(byte, request));
                     }
                 }
@@ -288,14 +288,14 @@ proptest! {
                     break;
                 }
             }
-            prop_assert_eq!(reply, Some(answer_to(request)));
+            prop_assert_eq!(reply, Some(default_reply(request)));
         }
-        prop_assert_eq!(heard, requests);
+        prop_assert_eq!(received_requests, requests);
     }
 }
 
 /// The answer of the test's host.
-fn answer_to(request: &Request) -> Reply {
+fn default_reply(request: &Request) -> Reply {
     match request {
         Request::Hello { .. } => Reply::Welcome { protocol: PROTOCOL },
         Request::Measure { index, .. } => Reply::Measured {
@@ -316,7 +316,7 @@ fn answer_to(request: &Request) -> Reply {
 
 /// A host prints the codes of newer devices, and those that it knows with their sentence.
 #[test]
-fn an_unknown_failure_or_refusal_still_arrives_and_prints() {
+fn unknown_codes_arrive_and_print() {
     let (code, details) = (60_000, [1, u32::MAX]);
     let report = FailureReport { code, details };
     let bytes = frame(7, &Request::Failed(report));
@@ -325,12 +325,15 @@ fn an_unknown_failure_or_refusal_still_arrives_and_prints() {
     let text = "error 60000, which this host does not know (details 1 and 4294967295)";
     assert_eq!(report.to_string(), text);
 
-    let refusal = Refusal::Other { code: 5_000 };
-    let bytes = frame(7, &Reply::Refused(refusal));
-    assert_eq!(read::<Reply>(&bytes), [Ok((7, Reply::Refused(refusal)))]);
+    let parse_error = Refusal::Other { code: 5_000 };
+    let bytes = frame(7, &Reply::Refused(parse_error));
+    assert_eq!(
+        read_frames::<Reply>(&bytes),
+        [Ok((7, Reply::Refused(parse_error)))]
+    );
     let text = "the host refused for a reason that the device does not know (number 5000)";
-    assert_eq!(refusal.to_string(), text);
-    let report = FailureReport::from(Failure::Refused(refusal));
+    assert_eq!(parse_error.to_string(), text);
+    let report = FailureReport::from(Failure::Refused(parse_error));
     assert_eq!((report.code, report.details), (107, [5_000, 0]));
     assert!(
         report
@@ -341,7 +344,7 @@ fn an_unknown_failure_or_refusal_still_arrives_and_prints() {
 
 /// Codes are unique, and found by their numbers.
 #[test]
-fn each_error_code_has_a_number_of_its_own() {
+fn error_codes_are_unique() {
     let mut numbers = HashSet::new();
     for code in ErrorCode::ALL {
         assert_eq!(ErrorCode::from_code(code.code()), Some(*code));
@@ -354,7 +357,7 @@ fn each_error_code_has_a_number_of_its_own() {
 
 /// Details of the failures that need them, as `docs/link.md` lists them.
 #[test]
-fn reports_carry_the_details_of_their_failures() {
+fn reports_contain_details() {
     let of = |failure: Failure| {
         let report = FailureReport::from(failure);
         assert_eq!(report.error(), Some(failure.code()));
@@ -415,7 +418,7 @@ fn reports_carry_the_details_of_their_failures() {
 
 /// Lists take what fits, and no more.
 #[test]
-fn a_list_holds_no_more_than_its_capacity() {
+fn list_respects_capacity() {
     let bytes = [7; BYTES_PER_FRAME + 1];
     assert_eq!(RecipeBytes::try_from(&bytes[..]), Err(FrameError::TooLong));
     let list = RecipeBytes::try_from(&bytes[1..]).unwrap();
@@ -424,5 +427,5 @@ fn a_list_holds_no_more_than_its_capacity() {
     assert!(Values::default().as_slice().is_empty());
     // A list on the wire that is longer than any frame holds.
     let long = frame(1, &(3_u8, 0_u16, 17_u16, vec![0.0_f32; 17]));
-    assert_eq!(read::<Request>(&long), [Err(FrameError::Unknown)]);
+    assert_eq!(read_frames::<Request>(&long), [Err(FrameError::Unknown)]);
 }

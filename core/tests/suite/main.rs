@@ -4,10 +4,10 @@ mod basis;
 mod blocks;
 mod checksum;
 mod completion;
-#[cfg(feature = "libm")] // f64 is a scalar with libm only
-mod differences;
 mod documents;
 mod driver;
+#[cfg(feature = "libm")] // f64 is a scalar with libm only
+mod finite_differences;
 mod fitted;
 mod geometry;
 mod gonio;

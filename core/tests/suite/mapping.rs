@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 proptest! {
     #[test]
-    fn unmap_undoes_map(
+    fn unmap_inverts_map(
         brdf in prop_oneof![Just(0.0), 0.0..1.0, 1.0..1e4],
         median in prop_oneof![Just(0.0), 0.0..2.0],
         weight in 1e-3..1.0,
@@ -19,7 +19,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_unmapped_is_a_brdf(mapped in -80.0..80.0f32, median in 0.0..2.0f32, weight in 0.0..1.0f32) {
+    fn unmap_is_not_negative(mapped in -80.0..80.0f32, median in 0.0..2.0f32, weight in 0.0..1.0f32) {
         let brdf = unmap(mapped, median, weight);
         prop_assert!(brdf >= 0.0, "{brdf}");
         prop_assert!(unmap(mapped, median, 0.0) >= 0.0);
@@ -29,7 +29,7 @@ proptest! {
 #[cfg(feature = "libm")]
 proptest! {
     #[test]
-    fn unmap_undoes_map_in_f64(
+    fn unmap_inverts_map_in_f64(
         brdf in prop_oneof![Just(0.0), 0.0..1.0, 1.0..1e4],
         median in prop_oneof![Just(0.0), 0.0..2.0],
         weight in 1e-3..1.0,
@@ -40,7 +40,7 @@ proptest! {
     }
 
     #[test]
-    fn slopes_of_the_mapping_undo_each_other(
+    fn derivatives_are_reciprocal(
         brdf in 1e-3..1e2,
         median in 0.0..2.0,
         weight in 1e-2..1.0,

@@ -24,28 +24,28 @@ impl Random {
 
     /// Spoils bytes on a line: one in `odds` is lost, altered, doubled, swapped with the one before it, or
     /// invented, or the rest is cut. One block of bytes in ten does not come, or comes twice.
-    pub(crate) fn spoil(&mut self, bytes: Vec<u8>, odds: u64) -> Vec<u8> {
+    pub(crate) fn corrupt(&mut self, bytes: Vec<u8>, odds: u64) -> Vec<u8> {
         let mut below = |bound: u64| self.bits() % bound;
         let bytes = match below(20) {
             0 => return Vec::new(),
             1 => bytes.repeat(2),
             _ => bytes,
         };
-        let mut spoiled = Vec::new();
+        let mut corrupted = Vec::new();
         for byte in bytes {
             if below(odds) > 0 {
-                spoiled.push(byte);
+                corrupted.push(byte);
                 continue;
             }
             match below(6) {
                 0 => {}
-                1 => spoiled.push(byte ^ (1 << below(8))),
-                2 => spoiled.extend([byte; 2]),
-                3 => spoiled.insert(spoiled.len().saturating_sub(1), byte),
-                4 => spoiled.extend([below(256) as u8, byte]),
+                1 => corrupted.push(byte ^ (1 << below(8))),
+                2 => corrupted.extend([byte; 2]),
+                3 => corrupted.insert(corrupted.len().saturating_sub(1), byte),
+                4 => corrupted.extend([below(256) as u8, byte]),
                 _ => break,
             }
         }
-        spoiled
+        corrupted
     }
 }

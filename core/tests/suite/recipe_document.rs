@@ -83,13 +83,13 @@ fn bytes_of_the_document() -> Vec<u8> {
 }
 
 #[test]
-fn the_documents_bytes_are_those_that_are_written() {
+fn written_bytes_match_document() {
     let (found, expected) = (bytes_of_the_document(), example());
     assert_eq!(found, expected, "the bytes are {expected:02x?}");
 }
 
 #[test]
-fn the_documents_bytes_are_read() {
+fn documented_bytes_parse() {
     let bytes = bytes_of_the_document();
     let recipe = Recipe::parse(&bytes).unwrap();
     let ridge = recipe.ridge().unwrap();
@@ -110,7 +110,7 @@ fn row(cells: &[&str]) -> &'static str {
 }
 
 #[test]
-fn the_document_names_every_kind_and_every_bound() {
+fn document_lists_kinds_and_bounds() {
     for number in 0..=u16::MAX {
         let kind = Kind::new(number);
         if let Some(name) = kind.name() {
@@ -160,7 +160,7 @@ fn variants<T: DeserializeOwned>(name: fn(T) -> &'static str) -> String {
 }
 
 #[test]
-fn the_document_numbers_every_variant_of_training() {
+fn document_lists_training_variants() {
     let section = section(Kind::TRAINING);
     for (field, variants) in [
         ("schedule", variants(Schedule::name)),
@@ -175,7 +175,7 @@ fn the_document_numbers_every_variant_of_training() {
 }
 
 #[test]
-fn errors_name_fields_as_the_document_does() {
+fn field_names_match_document() {
     for (kind, fields) in [
         (Kind::PATTERN, &[Field::Pattern][..]),
         (

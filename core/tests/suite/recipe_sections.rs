@@ -10,11 +10,11 @@ use glimpse_core::recipe::{
 };
 use proptest::prelude::*;
 
-use crate::completion::made::Made;
+use crate::completion::contents::CompletedContents;
 use crate::recipes::{
     Sections, linear, packed, parsed, recipe_with, sealed, section_mut, sections_of, write,
 };
-use crate::scanning::{bytes_of, recipe_of};
+use crate::scanning::{encoded_recipe, recipe_for};
 
 const LIMITS: Limits = Limits {
     max_theta_i: 1.3,
@@ -67,7 +67,7 @@ const TRAINING: Training<'_> = Training {
 };
 
 /// A recipe of the model Phong with all sections that a descent may have.
-fn full() -> RecipeParts<'static> {
+fn full_parts() -> RecipeParts<'static> {
     let ones: &'static [u8] = packed(&[1.0; 7]).leak();
     RecipeParts {
         pattern: &[0; 24],
@@ -88,29 +88,29 @@ fn full() -> RecipeParts<'static> {
 }
 
 fn full_sections() -> Sections {
-    sections_of(&write(&full()).unwrap())
+    sections_of(&write(&full_parts()).unwrap())
 }
 
 /// The error of a recipe of any sections, or of its statements.
-fn refusal(sections: &Sections) -> RecipeError {
+fn parse_error(sections: &Sections) -> RecipeError {
     let bytes = recipe_with(sections);
-    let statements = Recipe::parse(&bytes).and_then(|recipe| recipe.metadata());
-    statements.map(drop).unwrap_err()
+    let metadata = Recipe::parse(&bytes).and_then(|recipe| recipe.metadata());
+    metadata.map(drop).unwrap_err()
 }
 
 #[test]
-fn every_section_is_read_as_it_was_written() {
-    let bytes = write(&full()).unwrap();
+fn section_round_trip() {
+    let bytes = write(&full_parts()).unwrap();
     let recipe = Recipe::parse(&bytes).unwrap();
-    let statements = recipe.metadata().unwrap();
-    assert_eq!(statements.limits, Some(LIMITS));
-    assert_eq!(statements.noise, Some(NOISE));
-    assert_eq!(statements.expectation, Some(EXPECTATION));
+    let metadata = recipe.metadata().unwrap();
+    assert_eq!(metadata.limits, Some(LIMITS));
+    assert_eq!(metadata.noise, Some(NOISE));
+    assert_eq!(metadata.expectation, Some(EXPECTATION));
     assert_eq!(recipe.expected_loss(), Some(0.0125));
-    assert_eq!(statements.provenance, Some(PROVENANCE));
-    assert_eq!(statements.materials.len(), 3);
-    assert!(statements.materials.eq(MATERIALS));
-    assert_eq!(statements.training, Some(TRAINING));
+    assert_eq!(metadata.provenance, Some(PROVENANCE));
+    assert_eq!(metadata.materials.len(), 3);
+    assert!(metadata.materials.eq(MATERIALS));
+    assert_eq!(metadata.training, Some(TRAINING));
     let kinds: Vec<u16> = recipe.sections().map(|(kind, _)| kind.number()).collect();
     assert_eq!(kinds, [0, 1, 128, 129, 130, 131, 132, 134]);
     // The test's own writer agrees.
@@ -119,29 +119,29 @@ fn every_section_is_read_as_it_was_written() {
 
 #[test]
 fn optional_sections_may_be_missing() {
-    let bytes = write(&RecipeParts::new(full().pattern, full().method)).unwrap();
+    let bytes = write(&RecipeParts::new(full_parts().pattern, full_parts().method)).unwrap();
     let mut sections = sections_of(&bytes);
     assert_eq!(sections.len(), 2);
     // An empty list of materials is valid.
     sections.push((Kind::MATERIALS, vec![0]));
     for bytes in [bytes, recipe_with(&sections)] {
         let recipe = parsed(bytes);
-        let statements = recipe.metadata().unwrap();
-        assert_eq!((statements.limits, statements.noise), (None, None));
-        assert_eq!(statements.expectation, None);
-        assert_eq!(statements.provenance, None);
-        assert_eq!(statements.materials.count(), 0);
-        assert_eq!(statements.training, None);
+        let metadata = recipe.metadata().unwrap();
+        assert_eq!((metadata.limits, metadata.noise), (None, None));
+        assert_eq!(metadata.expectation, None);
+        assert_eq!(metadata.provenance, None);
+        assert_eq!(metadata.materials.count(), 0);
+        assert_eq!(metadata.training, None);
         assert_eq!(recipe.expected_loss(), None);
     }
 }
 
 #[test]
-fn a_missing_required_section_is_named() {
+fn names_missing_required_section() {
     let without = |kind| {
         let mut sections = full_sections();
         sections.retain(|(other, _)| *other != kind);
-        refusal(&sections)
+        parse_error(&sections)
     };
     let missing = without(Kind::PATTERN);
     assert_eq!(missing, RecipeError::Missing(Kind::PATTERN));
@@ -149,20 +149,20 @@ fn a_missing_required_section_is_named() {
     assert!(text.contains(&Kind::PATTERN.to_string()), "{text}");
     assert_eq!(without(Kind::DESCENT), RecipeError::Learners(0));
     let error = RecipeError::Missing(Kind::PATTERN);
-    assert_eq!(refusal(&Vec::new()), error);
+    assert_eq!(parse_error(&Vec::new()), error);
 
     let mut both = full_sections();
     let ridge = sections_of(&linear().write().unwrap()).swap_remove(1);
     assert_eq!(ridge.0, Kind::RIDGE);
     both.insert(2, ridge);
-    let error = refusal(&both);
+    let error = parse_error(&both);
     assert_eq!(error, RecipeError::Learners(2));
     let text = error.to_string();
     assert!(text.contains(&Kind::DESCENT.to_string()), "{text}");
 }
 
 #[test]
-fn an_unknown_kind_is_skipped_or_refused_by_its_number() {
+fn skips_or_rejects_unknown_kinds() {
     let mut sections = full_sections();
     sections.push((Kind::new(135), b"from the future".to_vec()));
     sections.push((Kind::new(u16::MAX), Vec::new()));
@@ -175,7 +175,7 @@ fn an_unknown_kind_is_skipped_or_refused_by_its_number() {
     for kind in [5, 127].map(Kind::new) {
         let mut sections = sections.clone();
         sections.insert(2, (kind, Vec::new()));
-        let error = refusal(&sections);
+        let error = parse_error(&sections);
         assert_eq!(error, RecipeError::Unknown(kind));
         let text = error.to_string();
         assert!(text.contains(&kind.number().to_string()), "{text}");
@@ -184,7 +184,7 @@ fn an_unknown_kind_is_skipped_or_refused_by_its_number() {
 }
 
 #[test]
-fn a_kind_that_comes_twice_or_out_of_order_is_refused() {
+fn rejects_duplicate_or_unordered_kinds() {
     let mut all = full_sections();
     all.push((Kind::new(200), Vec::new()));
     for index in 0..all.len() {
@@ -192,36 +192,36 @@ fn a_kind_that_comes_twice_or_out_of_order_is_refused() {
         for place in [index, all.len()] {
             let mut twice = all.clone();
             twice.insert(place, all[index].clone());
-            assert_eq!(refusal(&twice), error);
+            assert_eq!(parse_error(&twice), error);
         }
         if index + 1 < all.len() {
             let mut swapped = all.clone();
             swapped.swap(index, index + 1);
-            assert_eq!(refusal(&swapped), error);
+            assert_eq!(parse_error(&swapped), error);
         }
     }
 }
 
 #[test]
-fn a_section_that_is_cut_or_padded_is_refused_by_its_kind() {
-    let completed = Made::small(ModelKind::Phong, MissingPolicy::Scaled);
+fn rejects_cut_or_padded_section() {
+    let completed = CompletedContents::small(ModelKind::Phong, MissingPolicy::Scaled);
     for all in [full_sections(), sections_of(&completed.write().unwrap())] {
         for index in 0..all.len() {
             let error = RecipeError::Section(all[index].0);
             for length in 0..all[index].1.len() {
                 let mut cut = all.clone();
                 cut[index].1.truncate(length);
-                assert_eq!(refusal(&cut), error, "{length}");
+                assert_eq!(parse_error(&cut), error, "{length}");
             }
             let mut padded = all.clone();
             padded[index].1.push(0);
-            assert_eq!(refusal(&padded), error);
+            assert_eq!(parse_error(&padded), error);
         }
     }
 }
 
 #[test]
-fn text_that_is_not_utf_8_is_refused_by_its_kind() {
+fn rejects_invalid_utf_8() {
     for (kind, text) in [
         (Kind::EXPECTATION, "held"),
         (Kind::PROVENANCE, "trainer"),
@@ -233,13 +233,13 @@ fn text_that_is_not_utf_8_is_refused_by_its_kind() {
         let mut windows = bytes.windows(text.len());
         let at = windows.position(|window| window == text.as_bytes());
         bytes[at.unwrap()] = 0xFF;
-        assert_eq!(refusal(&sections), RecipeError::Section(kind));
+        assert_eq!(parse_error(&sections), RecipeError::Section(kind));
     }
 }
 
 #[test]
-fn a_body_that_ends_within_a_section_is_malformed() {
-    let whole = write(&full()).unwrap();
+fn body_ending_within_section_is_malformed() {
+    let whole = write(&full_parts()).unwrap();
     let body = &whole[HEADER_BYTES..];
     for tail in [&[0x80][..], &[0xFF, 0xFF, 0xFF], &[0xC8, 0x01, 5, 1, 2]] {
         let bytes = sealed(VERSION, &[body, tail].concat());
@@ -250,9 +250,9 @@ fn a_body_that_ends_within_a_section_is_malformed() {
 }
 
 #[test]
-fn statements_are_checked_by_field() {
+fn rejects_invalid_metadata_fields() {
     let written = |change: &dyn Fn(&mut RecipeParts<'_>)| {
-        let mut parts = full();
+        let mut parts = full_parts();
         change(&mut parts);
         write(&parts).map(drop)
     };
@@ -296,7 +296,7 @@ fn statements_are_checked_by_field() {
 
 /// A scan needs no statement: a bad one matters only if it is read.
 #[test]
-fn a_bad_statement_is_an_error_only_when_it_is_read() {
+fn invalid_metadata_fails_only_when_read() {
     for (kind, expected_loss) in [
         (Kind::EXPECTATION, None),
         (Kind::TRAINING, Some(EXPECTATION.loss)),
@@ -304,7 +304,7 @@ fn a_bad_statement_is_an_error_only_when_it_is_read() {
         let mut sections = full_sections();
         section_mut(&mut sections, kind).clear();
         let recipe = parsed(recipe_with(&sections));
-        assert_eq!(recipe.samples(), full().pattern.len() / 12);
+        assert_eq!(recipe.samples(), full_parts().pattern.len() / 12);
         let error = recipe.metadata().unwrap_err();
         assert_eq!(error, RecipeError::Section(kind));
         assert_eq!(recipe.expected_loss(), expected_loss);
@@ -312,7 +312,7 @@ fn a_bad_statement_is_an_error_only_when_it_is_read() {
 }
 
 #[test]
-fn a_copy_lacks_the_named_sections_and_nothing_else() {
+fn copy_omits_only_named_sections() {
     let mut sections = full_sections();
     sections.push((Kind::new(1000), b"unknown".to_vec()));
     let bytes = recipe_with(&sections);
@@ -344,11 +344,11 @@ fn a_copy_lacks_the_named_sections_and_nothing_else() {
 }
 
 #[test]
-fn a_buffer_that_is_too_small_is_an_error() {
-    let linear = recipe_of(ModelKind::Linear);
+fn rejects_small_buffer() {
+    let linear = recipe_for(ModelKind::Linear);
     let pattern = vec![0; 12 * linear.samples()];
     let ridge = RecipeParts::new(&pattern, linear.method().into());
-    for parts in [full(), ridge] {
+    for parts in [full_parts(), ridge] {
         let whole = write(&parts).unwrap();
         for length in 0..whole.len() {
             let error = Recipe::write(&parts, &mut vec![0; length]).unwrap_err();
@@ -360,11 +360,14 @@ fn a_buffer_that_is_too_small_is_an_error() {
 
 /// A list that promises more materials than there are ends where its bytes end, at once.
 #[test]
-fn a_list_of_four_billion_materials_is_refused() {
+fn rejects_list_of_four_billion_materials() {
     let mut sections = full_sections();
     let bytes = section_mut(&mut sections, Kind::MATERIALS);
     bytes.splice(0..1, [0xFF, 0xFF, 0xFF, 0xFF, 0x0F]);
-    assert_eq!(refusal(&sections), RecipeError::Section(Kind::MATERIALS));
+    assert_eq!(
+        parse_error(&sections),
+        RecipeError::Section(Kind::MATERIALS)
+    );
 }
 
 /// The bytes of the section `training` after a change, read and written again.
@@ -373,13 +376,16 @@ fn training_with(change: impl FnOnce(&mut Vec<u8>)) -> Result<(), RecipeError> {
     change(section_mut(&mut sections, Kind::TRAINING));
     let bytes = recipe_with(&sections);
     let training = Recipe::parse(&bytes)?.metadata()?.training;
-    let again = write(&RecipeParts { training, ..full() })?;
+    let again = write(&RecipeParts {
+        training,
+        ..full_parts()
+    })?;
     assert_eq!(again, bytes);
     Ok(())
 }
 
 #[test]
-fn every_variant_of_training_is_read_as_it_was_written() {
+fn training_variant_round_trip() {
     // The first four bytes are the numbers of schedule, effort, parts and split.
     for (field, variants) in [(0, 3), (1, 4), (2, 4), (3, 4)] {
         for number in 0..=u8::MAX {
@@ -399,13 +405,17 @@ fn every_variant_of_training_is_read_as_it_was_written() {
     };
     assert_ne!(none, TRAINING);
     let training = Some(none);
-    let bytes = write(&RecipeParts { training, ..full() }).unwrap();
-    let statements = Recipe::parse(&bytes).unwrap().metadata().unwrap();
-    assert_eq!(statements.training, training);
+    let bytes = write(&RecipeParts {
+        training,
+        ..full_parts()
+    })
+    .unwrap();
+    let metadata = Recipe::parse(&bytes).unwrap().metadata().unwrap();
+    assert_eq!(metadata.training, training);
 }
 
 #[test]
-fn a_share_of_training_is_a_number_from_0_to_1() {
+fn training_share_is_from_0_to_1() {
     for (share, error) in [
         (f32::NAN, RecipeError::NonFinite(Field::Share)),
         (f32::INFINITY, RecipeError::NonFinite(Field::Share)),
@@ -418,12 +428,18 @@ fn a_share_of_training_is_a_number_from_0_to_1() {
             sources: TrainingSources::new(&sources),
             ..TRAINING
         });
-        assert_eq!(write(&RecipeParts { training, ..full() }), Err(error));
+        assert_eq!(
+            write(&RecipeParts {
+                training,
+                ..full_parts()
+            }),
+            Err(error)
+        );
     }
 }
 
 #[test]
-fn a_list_of_sources_that_is_not_whole_is_refused() {
+fn rejects_incomplete_list_of_sources() {
     // Four enums, and a digest of ten bytes.
     const COUNT: usize = 4 + 10;
     let refused = Err(RecipeError::Section(Kind::TRAINING));
@@ -451,7 +467,7 @@ fn a_list_of_sources_that_is_not_whole_is_refused() {
 
 proptest! {
     #[test]
-    fn a_section_of_noise_is_refused_by_its_kind_or_makes_sense(
+    fn noise_section_is_rejected_or_valid(
         which in 0..8usize,
         noise in prop::collection::vec(any::<u8>(), 0..80),
     ) {
@@ -478,9 +494,9 @@ proptest! {
     }
 
     #[test]
-    fn materials_of_any_name_are_read(names in prop::collection::vec((".{0,40}", any::<u32>()), 0..30)) {
+    fn reads_materials_of_any_name(names in prop::collection::vec((".{0,40}", any::<u32>()), 0..30)) {
         let list: Vec<(&str, u32)> = names.iter().map(|(name, digest)| (&name[..], *digest)).collect();
-        let bytes = write(&RecipeParts { materials: &list, ..full() }).unwrap();
+        let bytes = write(&RecipeParts { materials: &list, ..full_parts() }).unwrap();
         let recipe = Recipe::parse(&bytes).unwrap();
         prop_assert!(recipe.metadata().unwrap().materials.eq(list.iter().copied()));
     }
@@ -488,8 +504,8 @@ proptest! {
 
 /// A recipe of a trained size is not much longer than its numbers.
 #[test]
-fn sections_cost_little() {
-    let bytes = bytes_of(ModelKind::Neural);
+fn sections_add_few_bytes() {
+    let bytes = encoded_recipe(ModelKind::Neural);
     let numbers = 4 * (24 + 2 * 675);
     assert!(bytes.len() < numbers + 100, "{}", bytes.len());
 }

@@ -23,7 +23,7 @@ pub(crate) fn parsed(bytes: Vec<u8>) -> Recipe<'static> {
 }
 
 /// The error of bytes that are not a recipe.
-pub(crate) fn refusal(bytes: &[u8]) -> RecipeError {
+pub(crate) fn parse_error(bytes: &[u8]) -> RecipeError {
     Recipe::parse(bytes).map(drop).unwrap_err()
 }
 
@@ -32,7 +32,7 @@ pub(crate) type Change<E, T> = (E, fn(&mut T));
 
 /// The numbers of a recipe that descends.
 #[derive(Clone, Debug)]
-pub(crate) struct Numbers {
+pub(crate) struct DescentContents {
     pub(crate) model: ModelKind,
     /// SGD steps.
     pub(crate) inner_steps: u16,
@@ -51,9 +51,9 @@ pub(crate) fn spread(index: usize) -> f32 {
 }
 
 /// A valid Neural recipe: eight samples, small weights, small steps.
-pub(crate) fn neural() -> Numbers {
+pub(crate) fn neural() -> DescentContents {
     let place = |k: f32| [0.05 + 0.08 * k, 0.1 + 0.07 * k, 0.4 * k];
-    Numbers {
+    DescentContents {
         model: ModelKind::Neural,
         inner_steps: 20,
         pattern: (0..8).flat_map(|k| place(k as f32)).collect(),
@@ -65,7 +65,7 @@ pub(crate) fn neural() -> Numbers {
     }
 }
 
-impl Numbers {
+impl DescentContents {
     pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
         let method = PackedMethod::Descent(PackedDescent {
             model: self.model,
@@ -103,7 +103,7 @@ fn write_with(
 
 /// The numbers of a recipe of the model Linear.
 #[derive(Clone, Debug)]
-pub(crate) struct RidgeNumbers {
+pub(crate) struct RidgeContents {
     /// (theta_h, theta_d, phi_d) in radians, one after the other.
     pub(crate) pattern: Vec<f32>,
     /// m.
@@ -124,9 +124,9 @@ pub(crate) struct RidgeNumbers {
 }
 
 /// A valid Linear recipe: the same eight samples, five components.
-pub(crate) fn linear() -> RidgeNumbers {
+pub(crate) fn linear() -> RidgeContents {
     let neural = neural();
-    RidgeNumbers {
+    RidgeContents {
         pattern: neural.pattern,
         components: 5,
         basis: (1..=40).map(|k| 12.0 * spread(k)).collect(),
@@ -139,7 +139,7 @@ pub(crate) fn linear() -> RidgeNumbers {
     }
 }
 
-impl RidgeNumbers {
+impl RidgeContents {
     pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
         let method = PackedMethod::Ridge(PackedRidge {
             components: self.components,

@@ -20,7 +20,7 @@ pub(crate) const MODELS: [ModelKind; 4] = [
 ];
 
 /// The bytes of a valid recipe of 20 steps, or of five components.
-pub(crate) fn bytes_of(model: ModelKind) -> Vec<u8> {
+pub(crate) fn encoded_recipe(model: ModelKind) -> Vec<u8> {
     let Some(parameters) = model.parameters() else {
         return linear().write().unwrap();
     };
@@ -31,41 +31,41 @@ pub(crate) fn bytes_of(model: ModelKind) -> Vec<u8> {
     numbers.write().unwrap()
 }
 
-pub(crate) fn recipe_of(model: ModelKind) -> Recipe<'static> {
-    parsed(bytes_of(model))
+pub(crate) fn recipe_for(model: ModelKind) -> Recipe<'static> {
+    parsed(encoded_recipe(model))
 }
 
 /// An empty scan, whose memory is leaked.
-pub(crate) fn scan_by<K: Fitter + 'static>(recipe: Recipe<'static>) -> Scan<'static, K> {
+pub(crate) fn new_scan<K: Fitter + 'static>(recipe: Recipe<'static>) -> Scan<'static, K> {
     let memory = vec![0.0; recipe.memory_words()].leak();
     Scan::new(recipe, memory).unwrap()
 }
 
 /// An empty scan of each model.
-pub(crate) fn each_scan() -> [Scan<'static, Any>; 4] {
-    MODELS.map(|model| scan_by(recipe_of(model)))
+pub(crate) fn empty_scans() -> [Scan<'static, Any>; 4] {
+    MODELS.map(|model| new_scan(recipe_for(model)))
 }
 
 /// Calls `check::<K>(recipe, ..)` for each model by type, and for each by the recipe.
-macro_rules! every_fitter {
+macro_rules! for_every_fitter {
     ($check:ident $(, $argument:expr)*) => {{
         use glimpse_core::fit::Linear;
         use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
-        use $crate::scanning::{Any, MODELS, recipe_of};
+        use $crate::scanning::{Any, MODELS, recipe_for};
 
-        $check::<Phong>(recipe_of(ModelKind::Phong) $(, $argument)*);
-        $check::<CookTorrance>(recipe_of(ModelKind::CookTorrance) $(, $argument)*);
-        $check::<Neural>(recipe_of(ModelKind::Neural) $(, $argument)*);
-        $check::<Linear>(recipe_of(ModelKind::Linear) $(, $argument)*);
+        $check::<Phong>(recipe_for(ModelKind::Phong) $(, $argument)*);
+        $check::<CookTorrance>(recipe_for(ModelKind::CookTorrance) $(, $argument)*);
+        $check::<Neural>(recipe_for(ModelKind::Neural) $(, $argument)*);
+        $check::<Linear>(recipe_for(ModelKind::Linear) $(, $argument)*);
         for model in MODELS {
-            $check::<Any>(recipe_of(model) $(, $argument)*);
+            $check::<Any>(recipe_for(model) $(, $argument)*);
         }
     }};
 }
-pub(crate) use every_fitter;
+pub(crate) use for_every_fitter;
 
 /// The reading of a made-up material at a sample.
-pub(crate) fn material(index: u16) -> Reading {
+pub(crate) fn synthetic_reading(index: u16) -> Reading {
     let k = f32::from(index);
     Reading {
         brdf: [0.2 + 0.1 * k, 0.3, 0.05 * k],
@@ -162,7 +162,10 @@ pub(crate) fn fit<K: Fitter>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome
 }
 
 /// A whole scan, in memory of its own, in the recipe's order.
-pub(crate) fn whole<K: Fitter>(recipe: Recipe<'_>, reading: impl Fn(u16) -> Reading) -> Outcome {
+pub(crate) fn full_scan<K: Fitter>(
+    recipe: Recipe<'_>,
+    reading: impl Fn(u16) -> Reading,
+) -> Outcome {
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<K>::new(recipe, &mut memory).unwrap();
     record(&mut scan, 0..recipe.samples() as u16, reading);

@@ -4,7 +4,7 @@ use glimpse_core::fit::coefficient_net::{
     CoefficientNet, CoefficientNetGradient, InitNet, InitNetGradient, Input, Plain,
 };
 
-use crate::differences::assert_slopes;
+use crate::finite_differences::assert_derivatives;
 use crate::random::Random;
 
 /// The largest error of a slope, relative to the largest slope of its list.
@@ -26,7 +26,7 @@ fn assert_gradient<C: Clone>(
 ) {
     for (what, slopes, list) in slopes {
         let at = list(&mut case.clone()).clone();
-        assert_slopes(what, slopes, &at, BOUND, |moved| {
+        assert_derivatives(what, slopes, &at, BOUND, |moved| {
             let mut other = case.clone();
             *list(&mut other) = moved;
             loss(&other)
@@ -74,7 +74,7 @@ impl Case {
         }
     }
 
-    fn completion(&self) -> CoefficientNet<'_, f64, Plain> {
+    fn coefficient_net(&self) -> CoefficientNet<'_, f64, Plain> {
         CoefficientNet {
             components: self.components,
             readings: &self.readings,
@@ -85,7 +85,7 @@ impl Case {
         }
     }
 
-    fn given(&self) -> Vec<Input<f64>> {
+    fn network_inputs(&self) -> Vec<Input<f64>> {
         let samples = self.inputs.as_chunks().0.iter().zip(&self.missing);
         let inputs = samples.map(|(channels, missing)| Input {
             channels: *channels,
@@ -95,14 +95,15 @@ impl Case {
     }
 
     fn state(&self) -> Vec<f64> {
-        let mut state = vec![f64::NAN; self.completion().words()];
-        self.completion().compute(&self.given(), &mut state);
+        let mut state = vec![f64::NAN; self.coefficient_net().words()];
+        self.coefficient_net()
+            .compute(&self.network_inputs(), &mut state);
         state
     }
 
     fn loss(&self) -> f64 {
         let state = self.state();
-        let coefficients = self.completion().coefficients(&state).concat();
+        let coefficients = self.coefficient_net().coefficients(&state).concat();
         let pairs = coefficients.iter().zip(&self.lambda);
         pairs.map(|(a, lambda)| a * lambda).sum()
     }
@@ -110,7 +111,7 @@ impl Case {
 
 fn check(missing: &[bool], components: usize, hidden: usize) {
     let case = Case::new(missing, components, hidden);
-    let completion = case.completion();
+    let net = case.coefficient_net();
     let rows = components + hidden;
     let state = case.state();
     let (mut readings, mut bias) = (vec![0.0; case.readings.len()], vec![0.0; rows]);
@@ -118,7 +119,7 @@ fn check(missing: &[bool], components: usize, hidden: usize) {
     // Slopes by inputs are set, those by weights are added to: here the same twice.
     let mut by_inputs = vec![[f64::NAN; 3]; missing.len()];
     for _ in 0..2 {
-        let mut by_state = vec![f64::NAN; completion.words()];
+        let mut by_state = vec![f64::NAN; net.words()];
         let channels = by_state.chunks_mut(rows);
         for (list, lambda) in channels.zip(case.lambda.chunks(components)) {
             list[..components].copy_from_slice(lambda);
@@ -128,8 +129,14 @@ fn check(missing: &[bool], components: usize, hidden: usize) {
             bias: &mut bias,
             output: &mut output,
         };
-        let given = case.given();
-        completion.adjoint(&given, &state, &mut by_state, &mut gradient, &mut by_inputs);
+        let network_inputs = case.network_inputs();
+        net.adjoint(
+            &network_inputs,
+            &state,
+            &mut by_state,
+            &mut gradient,
+            &mut by_inputs,
+        );
     }
     halve(&mut [&mut readings, &mut bias, &mut output]);
     assert_gradient(
@@ -146,7 +153,7 @@ fn check(missing: &[bool], components: usize, hidden: usize) {
         if !missing[sample] {
             let channels = 3 * sample..3 * sample + 3;
             let at = &case.inputs[channels.clone()];
-            assert_slopes("input", by_input, at, BOUND, |moved| {
+            assert_derivatives("input", by_input, at, BOUND, |moved| {
                 let mut other = case.clone();
                 other.inputs[channels.clone()].copy_from_slice(&moved);
                 other.loss()
@@ -162,7 +169,7 @@ fn check(missing: &[bool], components: usize, hidden: usize) {
 }
 
 #[test]
-fn the_adjoint_of_a_completion_agrees_with_differences() {
+fn coefficient_net_adjoint_matches_differences() {
     for (components, hidden) in [(1, 0), (1, 1), (3, 0), (3, 4), (5, 2)] {
         check(&[false], components, hidden);
         check(&[false; 5], components, hidden);
@@ -173,7 +180,7 @@ fn the_adjoint_of_a_completion_agrees_with_differences() {
 
 /// The weights of a start, and its inputs.
 #[derive(Clone)]
-struct StartCase {
+struct InitNetCase {
     hidden: Vec<f64>,
     bias: Vec<f64>,
     output: Vec<f64>,
@@ -182,11 +189,11 @@ struct StartCase {
     /// The loss is the sum of the offsets times these.
     lambda: Vec<f64>,
     /// The number of units that there is room for: those past it count for nothing.
-    room: usize,
+    capacity: usize,
 }
 
-impl StartCase {
-    fn new(components: usize, units: usize, parameters: usize, room: usize) -> Self {
+impl InitNetCase {
+    fn new(components: usize, units: usize, parameters: usize, capacity: usize) -> Self {
         let mut random = Random((100 * components + units) as u64);
         Self {
             hidden: numbers(&mut random, units * 3 * components, 0.6),
@@ -194,11 +201,11 @@ impl StartCase {
             output: numbers(&mut random, parameters * units, 0.8),
             coefficients: numbers(&mut random, 3 * components, 1.0),
             lambda: numbers(&mut random, parameters, 1.0),
-            room,
+            capacity,
         }
     }
 
-    fn start(&self) -> InitNet<'_, f64, Plain> {
+    fn init_net(&self) -> InitNet<'_, f64, Plain> {
         InitNet {
             hidden: &self.hidden,
             hidden_scales: &[],
@@ -214,8 +221,8 @@ impl StartCase {
     }
 
     fn units(&self) -> Vec<f64> {
-        let mut units = vec![f64::NAN; self.room];
-        self.start().activate(self.channels(), &mut units);
+        let mut units = vec![f64::NAN; self.capacity];
+        self.init_net().activate(self.channels(), &mut units);
         units
     }
 
@@ -223,15 +230,15 @@ impl StartCase {
         let units = self.units();
         let pairs = self.lambda.iter().enumerate();
         pairs
-            .map(|(index, lambda)| lambda * self.start().offset(index, &units))
+            .map(|(index, lambda)| lambda * self.init_net().offset(index, &units))
             .sum()
     }
 }
 
 #[test]
-fn the_adjoint_of_a_start_agrees_with_differences() {
+fn init_net_adjoint_matches_differences() {
     // Room for its units, for more, as memory that others work in too, and for fewer.
-    for (components, units, parameters, room) in [
+    for (components, units, parameters, capacity) in [
         (1, 1, 1, 1),
         (3, 2, 7, 2),
         (2, 4, 8, 4),
@@ -241,13 +248,13 @@ fn the_adjoint_of_a_start_agrees_with_differences() {
         (3, 2, 7, 1),
         (2, 4, 8, 3),
     ] {
-        let case = StartCase::new(components, units, parameters, room);
+        let case = InitNetCase::new(components, units, parameters, capacity);
         let mut hidden = vec![0.0; case.hidden.len()];
         let (mut bias, mut output) = (vec![0.0; units], vec![0.0; case.output.len()]);
         // All slopes are added to: here the same twice.
         let mut by_coefficients = vec![0.0; 3 * components];
         for _ in 0..2 {
-            let mut by_units = vec![f64::NAN; room];
+            let mut by_units = vec![f64::NAN; capacity];
             let mut gradient = InitNetGradient {
                 hidden: &mut hidden,
                 bias: &mut bias,
@@ -255,7 +262,7 @@ fn the_adjoint_of_a_start_agrees_with_differences() {
             };
             let (red, rest) = by_coefficients.split_at_mut(components);
             let (green, blue) = rest.split_at_mut(components);
-            case.start().adjoint(
+            case.init_net().adjoint(
                 case.channels(),
                 &case.units(),
                 &case.lambda,
@@ -267,7 +274,7 @@ fn the_adjoint_of_a_start_agrees_with_differences() {
         halve(&mut [&mut hidden, &mut bias, &mut output, &mut by_coefficients]);
         assert_gradient(
             &case,
-            StartCase::loss,
+            InitNetCase::loss,
             &[
                 ("P", &hidden, |case| &mut case.hidden),
                 ("p", &bias, |case| &mut case.bias),

@@ -4,9 +4,10 @@ use glimpse_core::fit::coefficient_net::{Input, MissingPolicy, standardized};
 use glimpse_core::fit::{MAX_ROWS, MAX_UNITS, Target};
 use glimpse_core::model::ModelKind;
 
-use super::made::{Made, SMALL, Shape};
+use super::contents::{CompletedContents, SMALL, Shape};
 use super::reference::{
-    Readings, TOLERANCE, all, assert_close, coefficients, entering, fitted, offsets, some, units,
+    Readings, TOLERANCE, all_readings, assert_close, coefficients, expected_values, network_inputs,
+    offsets, some_readings, units,
 };
 
 /// From one of everything to the largest that a recipe may have, and more hidden units than are rounded at once.
@@ -20,23 +21,25 @@ const SHAPES: [Shape; 6] = [
 ];
 
 /// Compares the output of the map for u, and the start that follows from it, where there is one.
-fn compare(made: &Made, readings: &Readings) {
-    let recipe = made.recipe();
+fn compare(contents: &CompletedContents, readings: &Readings) {
+    let recipe = contents.recipe();
     let completed = recipe.completed().unwrap();
     let completion = completed.coefficient_net();
-    assert_eq!(completion.rows(), made.bias.len());
-    assert_eq!(completion.hidden(), made.hidden());
-    assert_eq!(completion.words(), 4 * made.bias.len());
+    assert_eq!(completion.rows(), contents.bias.len());
+    assert_eq!(completion.hidden(), contents.hidden());
+    assert_eq!(completion.words(), 4 * contents.bias.len());
 
     // The map by itself: both begin with the same u.
-    let entering = entering(made, &recipe, readings).into_iter();
-    let entering: Vec<_> = entering.map(|u| u.map(|u| u.map(|u| u as f32))).collect();
-    let inputs = entering.iter().map(|u| Input {
+    let network_inputs = network_inputs(contents, &recipe, readings).into_iter();
+    let network_inputs: Vec<_> = network_inputs
+        .map(|u| u.map(|u| u.map(|u| u as f32)))
+        .collect();
+    let inputs = network_inputs.iter().map(|u| Input {
         channels: u.unwrap_or_default(),
         missing: if u.is_some() { 0.0 } else { 1.0 },
     });
-    let doubled = entering.iter().map(|u| u.map(|u| u.map(f64::from)));
-    let expected = coefficients(made, &doubled.collect::<Vec<_>>());
+    let doubled = network_inputs.iter().map(|u| u.map(|u| u.map(f64::from)));
+    let expected = coefficients(contents, &doubled.collect::<Vec<_>>());
     // Earlier content of the memory does not count.
     let mut state = vec![7.5; completion.words()];
     completion.compute(&inputs.collect::<Vec<_>>(), &mut state);
@@ -46,13 +49,13 @@ fn compare(made: &Made, readings: &Readings) {
     }
 
     if let Target::Descent(descent, start) = completed.target() {
-        let expected = units(made, &expected);
+        let expected = units(contents, &expected);
         let mut units = vec![0.0; start.units()];
         start.activate(found, &mut units);
         assert_close("unit", units.iter().copied(), &expected);
         // By the device's own units, so that both round the same numbers.
         let own: Vec<f64> = units.iter().copied().map(f64::from).collect();
-        let expected = offsets(made, &own);
+        let expected = offsets(contents, &own);
         let parameters = descent.initial().len();
         let found: Vec<f32> = (0..parameters)
             .map(|index| start.offset(index, &units))
@@ -72,25 +75,28 @@ fn compare(made: &Made, readings: &Readings) {
 }
 
 #[test]
-fn the_map_and_the_start_follow_their_formulas() {
+fn networks_match_formulas() {
     for shape in SHAPES {
         let [samples, ..] = shape;
         for model in [ModelKind::Linear, ModelKind::Phong, ModelKind::Neural] {
-            let made = Made::new(model, shape, MissingPolicy::Scaled);
-            compare(&made, &all(samples));
+            let contents = CompletedContents::new(model, shape, MissingPolicy::Scaled);
+            compare(&contents, &all_readings(samples));
         }
-        let made = Made::new(ModelKind::Linear, shape, MissingPolicy::Scaled);
-        compare(&made, &some(samples, |sample| sample % 3 != 1));
+        let contents = CompletedContents::new(ModelKind::Linear, shape, MissingPolicy::Scaled);
+        compare(&contents, &some_readings(samples, |sample| sample % 3 != 1));
     }
     // Every subset of six samples, none and all of them included.
-    let made = Made::small(ModelKind::Phong, MissingPolicy::Scaled);
+    let contents = CompletedContents::small(ModelKind::Phong, MissingPolicy::Scaled);
     for present in 0..64 {
-        compare(&made, &some(6, |sample| present >> sample & 1 == 1));
+        compare(
+            &contents,
+            &some_readings(6, |sample| present >> sample & 1 == 1),
+        );
     }
 }
 
 #[test]
-fn a_reading_is_standardized_by_its_formula() {
+fn standardization_matches_formula() {
     for brdf in [-0.0005_f32, 0.0, 1e-4, 0.03, 0.3, 2.0, 40.0] {
         for weight in [0.01_f32, 0.3, 1.0] {
             let (center, scale) = (4.25, 0.6);
@@ -105,22 +111,22 @@ fn a_reading_is_standardized_by_its_formula() {
 
 /// The formulas themselves depend on the place of every weight.
 #[test]
-fn the_comparison_notices_a_weight_out_of_place() {
-    let made = Made::small(ModelKind::Phong, MissingPolicy::Scaled);
-    let recipe = made.recipe();
-    let before = fitted(&made, &recipe, &all(6));
-    let changes: [fn(&mut Made); 6] = [
-        |made| made.readings.swap(0, 1),
-        |made| made.output.swap(0, 1),
-        |made| made.center.swap(0, 1),
-        |made| made.bias.swap(4, 5),
-        |made| made.then.as_mut().unwrap().1.hidden.swap(3, 4),
-        |made| made.then.as_mut().unwrap().1.output.swap(0, 1),
+fn reference_depends_on_order_of_weights() {
+    let contents = CompletedContents::small(ModelKind::Phong, MissingPolicy::Scaled);
+    let recipe = contents.recipe();
+    let before = expected_values(&contents, &recipe, &all_readings(6));
+    let changes: [fn(&mut CompletedContents); 6] = [
+        |contents| contents.readings.swap(0, 1),
+        |contents| contents.output.swap(0, 1),
+        |contents| contents.center.swap(0, 1),
+        |contents| contents.bias.swap(4, 5),
+        |contents| contents.descent.as_mut().unwrap().1.hidden.swap(3, 4),
+        |contents| contents.descent.as_mut().unwrap().1.output.swap(0, 1),
     ];
     for (index, change) in changes.into_iter().enumerate() {
-        let mut other = made.clone();
+        let mut other = contents.clone();
         change(&mut other);
-        let after = fitted(&other, &recipe, &all(6));
+        let after = expected_values(&other, &recipe, &all_readings(6));
         let pairs = before.iter().zip(after);
         let difference = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         assert!(difference > 100.0 * 2e-6, "change {index}");

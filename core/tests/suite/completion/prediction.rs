@@ -7,28 +7,30 @@ use glimpse_core::recipe::{
 };
 use glimpse_core::scan::Scan;
 
-use super::made::{Made, SAMPLES};
-use super::reference::{Readings, TOLERANCE, all, coefficients, entering, some};
-use super::scans::{Any, read};
+use super::contents::{CompletedContents, SAMPLES};
+use super::reference::{
+    Readings, TOLERANCE, all_readings, coefficients, network_inputs, some_readings,
+};
+use super::scans::{Any, record_readings};
 use crate::recipes::{Change, packed, write};
 use crate::scanning::MODELS;
 
 /// The relative error: that of coefficients, [`TOLERANCE`], times their weights.
-const ALLOWED: f64 = if TOLERANCE < 1e-5 { 2e-5 } else { TOLERANCE };
+const MAX_RELATIVE_ERROR: f64 = if TOLERANCE < 1e-5 { 2e-5 } else { TOLERANCE };
 const PREDICTION: [f32; 5] = [-4.0, 0.3, -0.2, 0.5, 0.1];
 
-fn made(model: ModelKind) -> Made {
-    Made {
+fn contents(model: ModelKind) -> CompletedContents {
+    CompletedContents {
         prediction: Some(PREDICTION.to_vec()),
-        ..Made::small(model, MissingPolicy::Scaled)
+        ..CompletedContents::small(model, MissingPolicy::Scaled)
     }
 }
 
-fn predicted(made: &Made, readings: &Readings, budget: u32) -> Option<f32> {
-    let recipe = made.recipe();
+fn predicted(contents: &CompletedContents, readings: &Readings, budget: u32) -> Option<f32> {
+    let recipe = contents.recipe();
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<Any>::new(recipe, &mut memory).unwrap();
-    read(&mut scan, readings);
+    record_readings(&mut scan, readings);
     let mut fit = scan.fit().unwrap();
     while !fit.advance(budget).is_complete() {}
     let _ = fit.finish(); // which need not be plausible
@@ -36,22 +38,28 @@ fn predicted(made: &Made, readings: &Readings, budget: u32) -> Option<f32> {
 }
 
 #[test]
-fn the_prediction_follows_its_formula() {
+fn prediction_matches_formula() {
     for model in MODELS {
-        let made = made(model);
-        let readings = [all(SAMPLES), some(SAMPLES, |k| k != 1 && k != 4)];
+        let contents = contents(model);
+        let readings = [
+            all_readings(SAMPLES),
+            some_readings(SAMPLES, |k| k != 1 && k != 4),
+        ];
         let [with_all, with_some] = readings.map(|readings| {
-            let entering = entering(&made, &made.recipe(), &readings);
-            let [red, green, blue] = coefficients(&made, &entering);
+            let network_inputs = network_inputs(&contents, &contents.recipe(), &readings);
+            let [red, green, blue] = coefficients(&contents, &network_inputs);
             let mut sum = f64::from(PREDICTION[0]);
             for (k, weight) in PREDICTION[1..].iter().enumerate() {
                 sum += f64::from(*weight) * (red[k] + green[k] + blue[k]) / 3.0;
             }
             let expected = sum.exp();
             for budget in [1, 3, u32::MAX] {
-                let loss = predicted(&made, &readings, budget).unwrap();
+                let loss = predicted(&contents, &readings, budget).unwrap();
                 let error = (f64::from(loss) - expected).abs();
-                assert!(error < ALLOWED * expected, "{model}: {loss} and {expected}");
+                assert!(
+                    error < MAX_RELATIVE_ERROR * expected,
+                    "{model}: {loss} and {expected}"
+                );
             }
             expected
         });
@@ -60,22 +68,22 @@ fn the_prediction_follows_its_formula() {
 }
 
 #[test]
-fn without_the_section_nothing_is_predicted() {
+fn no_prediction_without_section() {
     for model in MODELS {
-        let made = Made::small(model, MissingPolicy::Scaled);
-        assert_eq!(predicted(&made, &all(SAMPLES), 5), None);
+        let contents = CompletedContents::small(model, MissingPolicy::Scaled);
+        assert_eq!(predicted(&contents, &all_readings(SAMPLES), 5), None);
     }
 }
 
 #[test]
-fn a_prediction_that_is_not_finite_is_none() {
-    let mut made = made(ModelKind::Phong);
-    made.prediction.as_mut().unwrap()[0] = 1e3;
-    assert_eq!(predicted(&made, &all(SAMPLES), 5), None);
+fn infinite_prediction_is_none() {
+    let mut contents = contents(ModelKind::Phong);
+    contents.prediction.as_mut().unwrap()[0] = 1e3;
+    assert_eq!(predicted(&contents, &all_readings(SAMPLES), 5), None);
 }
 
 #[test]
-fn wrong_predictions_are_refused() {
+fn rejects_invalid_predictions() {
     let field = Field::Prediction;
     let changes: [Change<RecipeError, Vec<f32>>; 5] = [
         (RecipeError::Count(field), |list| list.truncate(4)),
@@ -87,14 +95,14 @@ fn wrong_predictions_are_refused() {
         }),
     ];
     for (index, (error, change)) in changes.into_iter().enumerate() {
-        let mut made = made(ModelKind::Neural);
-        change(made.prediction.as_mut().unwrap());
-        assert_eq!(made.write(), Err(error), "change {index}");
+        let mut contents = contents(ModelKind::Neural);
+        change(contents.prediction.as_mut().unwrap());
+        assert_eq!(contents.write(), Err(error), "change {index}");
     }
 }
 
 #[test]
-fn a_prediction_without_a_completion_is_refused() {
+fn rejects_prediction_without_completion() {
     let ones = packed(&[1.0; 7]);
     let descent = PackedDescent {
         model: ModelKind::Phong,
@@ -111,8 +119,8 @@ fn a_prediction_without_a_completion_is_refused() {
 }
 
 #[test]
-fn a_copy_without_the_section_predicts_nothing() {
-    let recipe = made(ModelKind::Phong).recipe();
+fn copy_without_section_predicts_nothing() {
+    let recipe = contents(ModelKind::Phong).recipe();
     let mut buffer = vec![0; 1 << 17];
     let copy = recipe.copy_without(&[Kind::PREDICTION], &mut buffer);
     let copy = Recipe::parse(copy.unwrap()).unwrap();

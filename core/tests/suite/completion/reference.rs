@@ -2,7 +2,7 @@
 
 use glimpse_core::recipe::Recipe;
 
-use super::made::Made;
+use super::contents::CompletedContents;
 
 /// A reading of red, green and blue, or none.
 pub(crate) type Readings = Vec<Option<[f32; 3]>>;
@@ -14,7 +14,7 @@ pub(crate) fn color(sample: usize) -> [f32; 3] {
 }
 
 /// The readings of some of n samples.
-pub(crate) fn some(samples: usize, is_read: impl Fn(usize) -> bool) -> Readings {
+pub(crate) fn some_readings(samples: usize, is_read: impl Fn(usize) -> bool) -> Readings {
     let samples = 0..samples;
     samples
         .map(|sample| is_read(sample).then(|| color(sample)))
@@ -22,8 +22,8 @@ pub(crate) fn some(samples: usize, is_read: impl Fn(usize) -> bool) -> Readings 
 }
 
 /// The readings of all of n samples.
-pub(crate) fn all(samples: usize) -> Readings {
-    some(samples, |_| true)
+pub(crate) fn all_readings(samples: usize) -> Readings {
+    some_readings(samples, |_| true)
 }
 
 /// The product of both cosines at each sample.
@@ -40,26 +40,26 @@ fn dot(weights: &[i8], values: &[f64]) -> f64 {
 }
 
 /// u_ic of each sample that was read, times the gain.
-pub(crate) fn entering(
-    made: &Made,
+pub(crate) fn network_inputs(
+    contents: &CompletedContents,
     recipe: &Recipe<'_>,
     readings: &Readings,
 ) -> Vec<Option<[f64; 3]>> {
     let present = readings.iter().flatten().count() as f64;
-    let gain = match made.missing {
+    let gain = match contents.missing {
         2 => (readings.len() as f64 / present).sqrt(),
         _ => 1.0,
     };
-    let samples = readings.iter().zip(&made.center).zip(cosines(recipe));
-    let entering = samples.map(|((reading, center), w)| {
+    let samples = readings.iter().zip(&contents.center).zip(cosines(recipe));
+    let network_inputs = samples.map(|((reading, center), w)| {
         reading.map(|brdf| {
             brdf.map(|y| {
                 let logarithm = ((f64::from(y) * w + 0.001) / 0.001).ln();
-                (logarithm - f64::from(*center)) * f64::from(made.scale) * gain
+                (logarithm - f64::from(*center)) * f64::from(contents.scale) * gain
             })
         })
     });
-    entering.collect()
+    network_inputs.collect()
 }
 
 /// An activation as it counts: an integer of 16 bits.
@@ -68,18 +68,21 @@ fn rounded(activation: f64) -> f64 {
 }
 
 /// The coefficients of each channel.
-pub(crate) fn coefficients(made: &Made, entering: &[Option<[f64; 3]>]) -> [Vec<f64>; 3] {
-    let (m, h) = (made.components, made.hidden());
+pub(crate) fn coefficients(
+    contents: &CompletedContents,
+    network_inputs: &[Option<[f64; 3]>],
+) -> [Vec<f64>; 3] {
+    let (m, h) = (contents.components, contents.hidden());
     let rows = m + h;
     let weight = |sample: usize, column: usize, row: usize| {
-        let byte = made.readings[(sample * 3 + column) * rows + row];
-        f64::from(byte) * f64::from(made.reading_scales[row])
+        let byte = contents.readings[(sample * 3 + column) * rows + row];
+        f64::from(byte) * f64::from(contents.reading_scales[row])
     };
     [0, 1, 2].map(|channel| {
         let z: Vec<f64> = (0..rows)
             .map(|row| {
-                let mut z = f64::from(made.bias[row]);
-                for (sample, u) in entering.iter().enumerate() {
+                let mut z = f64::from(contents.bias[row]);
+                for (sample, u) in network_inputs.iter().enumerate() {
                     z += match u {
                         Some(u) => {
                             let mean = (u[0] + u[1] + u[2]) / 3.0;
@@ -94,32 +97,36 @@ pub(crate) fn coefficients(made: &Made, entering: &[Option<[f64; 3]>]) -> [Vec<f
         let hidden: Vec<f64> = z[m..].iter().map(|z| rounded(z.tanh())).collect();
         (0..m)
             .map(|k| {
-                let sum = dot(&made.output[k * h..][..h], &hidden);
-                z[k] + f64::from(made.output_scales[k]) * sum
+                let sum = dot(&contents.output[k * h..][..h], &hidden);
+                z[k] + f64::from(contents.output_scales[k]) * sum
             })
             .collect()
     })
 }
 
 /// tanh(P a + p).
-pub(crate) fn units(made: &Made, coefficients: &[Vec<f64>; 3]) -> Vec<f64> {
-    let (_, starts) = made.then.as_ref().unwrap();
+pub(crate) fn units(contents: &CompletedContents, coefficients: &[Vec<f64>; 3]) -> Vec<f64> {
+    let (_, init_net_part) = contents.descent.as_ref().unwrap();
     let a = coefficients.concat();
-    let rows = starts.bias.iter().zip(&starts.hidden_scales).enumerate();
+    let rows = init_net_part
+        .bias
+        .iter()
+        .zip(&init_net_part.hidden_scales)
+        .enumerate();
     rows.map(|(unit, (bias, scale))| {
-        let sum = dot(&starts.hidden[unit * a.len()..][..a.len()], &a);
+        let sum = dot(&init_net_part.hidden[unit * a.len()..][..a.len()], &a);
         (sum * f64::from(*scale) + f64::from(*bias)).tanh()
     })
     .collect()
 }
 
 /// U times the units.
-pub(crate) fn offsets(made: &Made, units: &[f64]) -> Vec<f64> {
-    let (_, starts) = made.then.as_ref().unwrap();
+pub(crate) fn offsets(contents: &CompletedContents, units: &[f64]) -> Vec<f64> {
+    let (_, init_net_part) = contents.descent.as_ref().unwrap();
     let units: Vec<f64> = units.iter().map(|unit| rounded(*unit)).collect();
-    let rows = starts.output_scales.iter().enumerate();
+    let rows = init_net_part.output_scales.iter().enumerate();
     rows.map(|(parameter, scale)| {
-        let row = &starts.output[parameter * units.len()..][..units.len()];
+        let row = &init_net_part.output[parameter * units.len()..][..units.len()];
         dot(row, &units) * f64::from(*scale)
     })
     .collect()
@@ -127,13 +134,17 @@ pub(crate) fn offsets(made: &Made, units: &[f64]) -> Vec<f64> {
 
 /// The result of a fit of these readings where nothing descends: Linear's coefficients, or the
 /// parameters that a descent starts from.
-pub(crate) fn fitted(made: &Made, recipe: &Recipe<'_>, readings: &Readings) -> Vec<f64> {
-    let coefficients = coefficients(made, &entering(made, recipe, readings));
-    let Some((descends, _)) = &made.then else {
+pub(crate) fn expected_values(
+    contents: &CompletedContents,
+    recipe: &Recipe<'_>,
+    readings: &Readings,
+) -> Vec<f64> {
+    let coefficients = coefficients(contents, &network_inputs(contents, recipe, readings));
+    let Some((descent_part, _)) = &contents.descent else {
         return coefficients.concat();
     };
-    let offsets = offsets(made, &units(made, &coefficients));
-    let pairs = descends.initial.iter().zip(offsets);
+    let offsets = offsets(contents, &units(contents, &coefficients));
+    let pairs = descent_part.initial.iter().zip(offsets);
     pairs
         .map(|(phi, offset)| f64::from(*phi) + offset)
         .collect()
@@ -141,21 +152,21 @@ pub(crate) fn fitted(made: &Made, recipe: &Recipe<'_>, readings: &Readings) -> V
 
 /// Linear's residual at each sample that was read: the cosine-weighted logarithmic error.
 pub(crate) fn residuals(
-    made: &Made,
+    contents: &CompletedContents,
     recipe: &Recipe<'_>,
     coefficients: &[f64],
     readings: &Readings,
 ) -> Vec<Option<f64>> {
-    let m = made.components;
+    let m = contents.components;
     let samples = recipe.directions().zip(cosines(recipe)).zip(readings);
     let residuals = samples.map(|(((sample, directions), w), reading)| {
         let (sample, cosine) = (usize::from(sample), f64::from(directions.incoming[2]));
         reading.map(|brdf| {
             let errors = coefficients.chunks(m).zip(brdf).map(|(coefficients, y)| {
-                let scales = made.row_scales.iter().copied().map(f64::from);
+                let scales = contents.row_scales.iter().copied().map(f64::from);
                 let scaled: Vec<f64> = scales.zip(coefficients).map(|(s, a)| s * a).collect();
-                let mapped = dot(&made.rows[sample * m..][..m], &scaled);
-                let mapped = mapped + f64::from(made.center[sample]);
+                let mapped = dot(&contents.rows[sample * m..][..m], &scaled);
+                let mapped = mapped + f64::from(contents.center[sample]);
                 let f = (0.001 * (mapped.exp() - 1.0) / w).max(0.0);
                 ((1.0 + f * cosine) / (1.0 + f64::from(y) * cosine))
                     .ln()

@@ -10,14 +10,16 @@ use glimpse_core::model::{
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Scan, ScanError};
 
-use super::made::{Made, SAMPLES};
-use super::reference::{Readings, TOLERANCE, all, assert_close, fitted, residuals, some};
+use super::contents::{CompletedContents, SAMPLES};
+use super::reference::{
+    Readings, TOLERANCE, all_readings, assert_close, expected_values, residuals, some_readings,
+};
 use crate::scanning::{MODELS, Outcome, fit};
 
 pub(crate) type Any = AnyModel;
 
 /// Records the readings in order.
-pub(crate) fn read<K: Fitter>(scan: &mut Scan<'_, K>, readings: &Readings) {
+pub(crate) fn record_readings<K: Fitter>(scan: &mut Scan<'_, K>, readings: &Readings) {
     for (index, reading) in (0..).zip(readings) {
         if let Some(brdf) = reading {
             scan.record(index, Reading::new(*brdf)).unwrap();
@@ -26,21 +28,21 @@ pub(crate) fn read<K: Fitter>(scan: &mut Scan<'_, K>, readings: &Readings) {
 }
 
 /// A whole scan in memory of its own.
-pub(crate) fn whole<K: Fitter>(made: &Made, readings: &Readings) -> Outcome {
-    let recipe = made.recipe();
+pub(crate) fn full_scan<K: Fitter>(contents: &CompletedContents, readings: &Readings) -> Outcome {
+    let recipe = contents.recipe();
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<K>::new(recipe, &mut memory).unwrap();
-    read(&mut scan, readings);
+    record_readings(&mut scan, readings);
     fit(&mut scan, &[u32::MAX])
 }
 
 /// The same by its model's own type.
-pub(crate) fn whole_by_type(made: &Made, readings: &Readings) -> Outcome {
-    match made.model() {
-        ModelKind::Linear => whole::<Linear>(made, readings),
-        ModelKind::Phong => whole::<Phong>(made, readings),
-        ModelKind::CookTorrance => whole::<CookTorrance>(made, readings),
-        ModelKind::Neural => whole::<Neural>(made, readings),
+pub(crate) fn full_scan_by_type(contents: &CompletedContents, readings: &Readings) -> Outcome {
+    match contents.model() {
+        ModelKind::Linear => full_scan::<Linear>(contents, readings),
+        ModelKind::Phong => full_scan::<Phong>(contents, readings),
+        ModelKind::CookTorrance => full_scan::<CookTorrance>(contents, readings),
+        ModelKind::Neural => full_scan::<Neural>(contents, readings),
         model => panic!("{model}"),
     }
 }
@@ -48,29 +50,29 @@ pub(crate) fn whole_by_type(made: &Made, readings: &Readings) -> Outcome {
 /// All of them, half of them, and one.
 fn cases() -> [Readings; 3] {
     [
-        all(SAMPLES),
-        some(SAMPLES, |sample| sample % 2 == 1),
-        some(SAMPLES, |sample| sample == 4),
+        all_readings(SAMPLES),
+        some_readings(SAMPLES, |sample| sample % 2 == 1),
+        some_readings(SAMPLES, |sample| sample == 4),
     ]
 }
 
 /// A recipe whose steps are of size 0, so that its fit ends where it begins.
-fn without_steps(made: &Made) -> Made {
-    let mut made = made.clone();
-    if let Some((descends, _)) = &mut made.then {
-        descends.step_sizes.fill(0.0);
+fn without_steps(contents: &CompletedContents) -> CompletedContents {
+    let mut contents = contents.clone();
+    if let Some((descent_part, _)) = &mut contents.descent {
+        descent_part.step_sizes.fill(0.0);
     }
-    made
+    contents
 }
 
 #[test]
-fn a_fit_begins_with_the_result_of_the_formulas() {
+fn initial_values_match_formulas() {
     for kind in MODELS {
         for missing in [MissingPolicy::Unscaled, MissingPolicy::Scaled] {
-            let made = without_steps(&Made::small(kind, missing));
+            let contents = without_steps(&CompletedContents::small(kind, missing));
             for readings in cases() {
-                let values = whole_by_type(&made, &readings).values();
-                let expected = fitted(&made, &made.recipe(), &readings);
+                let values = full_scan_by_type(&contents, &readings).values();
+                let expected = expected_values(&contents, &contents.recipe(), &readings);
                 assert_close(kind.name(), values.into_iter(), &expected);
             }
         }
@@ -78,12 +80,12 @@ fn a_fit_begins_with_the_result_of_the_formulas() {
 }
 
 /// K steps from there, each by the gradient of all readings at once: the same bits.
-fn descends<M: Model + Fitter>() {
-    let made = Made::small(M::KIND, MissingPolicy::Scaled);
+fn check_descent<M: Model + Fitter>() {
+    let contents = CompletedContents::small(M::KIND, MissingPolicy::Scaled);
     for readings in cases() {
-        let start = whole::<M>(&without_steps(&made), &readings).values();
+        let start = full_scan::<M>(&without_steps(&contents), &readings).values();
         let read = readings.iter().flatten().count();
-        let places = made.recipe().pattern().zip(&readings);
+        let places = contents.recipe().pattern().zip(&readings);
         let slots = places.map(|(angles, reading)| {
             let [coordinates @ .., flags] = slot_of(
                 &HalfDifference::from_angles(angles),
@@ -95,41 +97,41 @@ fn descends<M: Model + Fitter>() {
         });
         let slots: Vec<Slot> = slots.collect();
         let samples = Samples::new(&slots, 1.0 / (3.0 * read as f32));
-        let (then, _) = made.then.as_ref().unwrap();
+        let (descent, _) = contents.descent.as_ref().unwrap();
         let mut parameters = M::Parameters::filled(0.0);
         for (parameter, value) in parameters.as_mut_slice().iter_mut().zip(&start) {
             *parameter = *value;
         }
-        for _ in 0..then.inner_steps {
+        for _ in 0..descent.inner_steps {
             let mut gradient = M::Parameters::filled(0.0);
             M::accumulate_gradients(&parameters, samples, &mut gradient);
-            let steps = gradient.as_slice().iter().zip(&then.step_sizes);
+            let steps = gradient.as_slice().iter().zip(&descent.step_sizes);
             for (parameter, (slope, size)) in parameters.as_mut_slice().iter_mut().zip(steps) {
                 *parameter -= size * slope;
             }
         }
-        let values = whole::<M>(&made, &readings).values();
+        let values = full_scan::<M>(&contents, &readings).values();
         assert!(parameters.as_slice() == values);
         assert_ne!(values, start);
     }
 }
 
 #[test]
-fn a_descent_goes_on_from_there() {
-    descends::<Phong>();
-    descends::<CookTorrance>();
-    descends::<Neural>();
+fn descent_continues_from_initial_values() {
+    check_descent::<Phong>();
+    check_descent::<CookTorrance>();
+    check_descent::<Neural>();
 }
 
-fn sliced<K: Fitter>(kind: ModelKind) {
-    let made = Made::small(kind, MissingPolicy::Scaled);
-    let recipe = made.recipe();
+fn check_slices<K: Fitter>(kind: ModelKind) {
+    let contents = CompletedContents::small(kind, MissingPolicy::Scaled);
+    let recipe = contents.recipe();
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<K>::new(recipe, &mut memory).unwrap();
     for readings in cases() {
-        let expected = whole_by_type(&made, &readings);
+        let expected = full_scan_by_type(&contents, &readings);
         scan.restart();
-        read(&mut scan, &readings);
+        record_readings(&mut scan, &readings);
         // A reading, the hidden units and a channel are a unit each; so are the start's units, and
         // 64 parameters. Then come three rounds of gradients.
         let start = kind.parameters().map_or(0, |parameters| {
@@ -153,43 +155,43 @@ fn sliced<K: Fitter>(kind: ModelKind) {
 }
 
 #[test]
-fn slices_do_not_change_the_result() {
-    sliced::<Linear>(ModelKind::Linear);
-    sliced::<Phong>(ModelKind::Phong);
-    sliced::<CookTorrance>(ModelKind::CookTorrance);
-    sliced::<Neural>(ModelKind::Neural);
+fn slicing_keeps_result() {
+    check_slices::<Linear>(ModelKind::Linear);
+    check_slices::<Phong>(ModelKind::Phong);
+    check_slices::<CookTorrance>(ModelKind::CookTorrance);
+    check_slices::<Neural>(ModelKind::Neural);
     for kind in MODELS {
-        sliced::<Any>(kind);
+        check_slices::<Any>(kind);
     }
 }
 
 /// One memory serves recipes that complete and recipes of other models, one after the other.
 #[test]
-fn one_memory_serves_one_recipe_after_the_other() {
-    let made = MODELS.map(|kind| Made::small(kind, MissingPolicy::Scaled).recipe());
-    let words = made.iter().map(Recipe::memory_words).max().unwrap();
+fn memory_is_reusable() {
+    let recipes = MODELS.map(|kind| CompletedContents::small(kind, MissingPolicy::Scaled).recipe());
+    let words = recipes.iter().map(Recipe::memory_words).max().unwrap();
     let mut memory = vec![0.0; words];
     for kind in MODELS.into_iter().chain(MODELS) {
         let missing = match kind {
             ModelKind::Phong => MissingPolicy::AllRequired,
             _ => MissingPolicy::Scaled,
         };
-        let made = Made::small(kind, missing);
-        let mut scan = Scan::<Any>::new(made.recipe(), &mut memory).unwrap();
-        read(&mut scan, &all(SAMPLES));
-        let expected = whole_by_type(&made, &all(SAMPLES));
+        let contents = CompletedContents::small(kind, missing);
+        let mut scan = Scan::<Any>::new(contents.recipe(), &mut memory).unwrap();
+        record_readings(&mut scan, &all_readings(SAMPLES));
+        let expected = full_scan_by_type(&contents, &all_readings(SAMPLES));
         assert_eq!(fit(&mut scan, &[5]), expected);
     }
 }
 
 #[test]
-fn linears_residual_is_that_of_the_formulas() {
-    let made = Made::small(ModelKind::Linear, MissingPolicy::Scaled);
+fn linear_residual_matches_formula() {
+    let contents = CompletedContents::small(ModelKind::Linear, MissingPolicy::Scaled);
     for readings in cases() {
-        let outcome = whole::<Linear>(&made, &readings);
+        let outcome = full_scan::<Linear>(&contents, &readings);
         let values: Vec<f64> = outcome.values().into_iter().map(f64::from).collect();
         let residual = outcome.residual();
-        let errors = residuals(&made, &made.recipe(), &values, &readings);
+        let errors = residuals(&contents, &contents.recipe(), &values, &readings);
         let read: Vec<f64> = errors.iter().flatten().copied().collect();
         let mean = read.iter().sum::<f64>() / read.len() as f64;
         let worst = read.iter().copied().fold(0.0, f64::max);
@@ -204,23 +206,27 @@ fn linears_residual_is_that_of_the_formulas() {
 
 /// Activations end at 1, and as integers they are always numbers: the input has to be checked.
 #[test]
-fn a_reading_whose_logarithm_is_not_finite_diverges() {
+fn huge_reading_diverges() {
     for kind in MODELS {
         for channel in 0..3 {
-            let made = Made::small(kind, MissingPolicy::Scaled);
-            let mut readings = all(SAMPLES);
+            let contents = CompletedContents::small(kind, MissingPolicy::Scaled);
+            let mut readings = all_readings(SAMPLES);
             readings[2].as_mut().unwrap()[channel] = 3e38;
-            assert_eq!(whole::<Any>(&made, &readings), Outcome::Diverged, "{kind}");
+            assert_eq!(
+                full_scan::<Any>(&contents, &readings),
+                Outcome::Diverged,
+                "{kind}"
+            );
         }
     }
 }
 
 /// Before the scan begins.
 #[test]
-fn a_recipe_for_another_firmware_is_refused() {
+fn rejects_recipe_for_other_firmware() {
     let (linear, phong) = (ModelKind::Linear, ModelKind::Phong);
-    let [completed, started] =
-        [linear, phong].map(|model| Made::small(model, MissingPolicy::Scaled).recipe());
+    let [completed, started] = [linear, phong]
+        .map(|model| CompletedContents::small(model, MissingPolicy::Scaled).recipe());
     let needed = completed.memory_words();
     let found = needed - 1;
     let memory = Err(ScanError::Memory { needed, found });
@@ -242,10 +248,10 @@ fn a_recipe_for_another_firmware_is_refused() {
 
 /// A reading below the least that the logarithm takes is brought up, and does not end in a NaN.
 #[test]
-fn dark_readings_are_brought_up() {
+fn raises_dark_readings() {
     for kind in MODELS {
-        let made = Made::small(kind, MissingPolicy::Scaled);
-        let recipe = made.recipe();
+        let contents = CompletedContents::small(kind, MissingPolicy::Scaled);
+        let recipe = contents.recipe();
         let mut memory = vec![0.0; recipe.memory_words()];
         let mut scan = Scan::<Any>::new(recipe, &mut memory).unwrap();
         let recorded = scan.record(3, Reading::new([-0.5, 0.1, 0.1])).unwrap();
@@ -261,6 +267,9 @@ fn dark_readings_are_brought_up() {
         assert!(error < 1e-6 * least.abs(), "{found} {least}");
         let mut readings = vec![None; SAMPLES];
         readings[3] = Some([found, 0.1, 0.1]);
-        assert_eq!(whole::<Any>(&made, &readings).values(), outcome.values());
+        assert_eq!(
+            full_scan::<Any>(&contents, &readings).values(),
+            outcome.values()
+        );
     }
 }

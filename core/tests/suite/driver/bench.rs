@@ -7,7 +7,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Reading;
 
-use crate::scanning::{Any, material, recipe_of, scan_by};
+use crate::scanning::{Any, new_scan, recipe_for, synthetic_reading};
 
 /// Turns after which a driver hangs.
 const TURNS: usize = 200_000;
@@ -18,27 +18,27 @@ pub(crate) const ORIGIN: u64 = 0xFFFF_FF00;
 pub(crate) type AnyDriver = Driver<'static, Any>;
 
 /// A driver that scans by a recipe.
-pub(crate) fn driver_by<K: Fitter + 'static>(
+pub(crate) fn new_driver<K: Fitter + 'static>(
     recipe: Recipe<'static>,
     config: Config,
 ) -> Driver<'static, K> {
-    Driver::new(scan_by(recipe), config)
+    Driver::new(new_scan(recipe), config)
 }
 
 /// A driver that scans by a Phong recipe.
-pub(crate) fn phong(config: Config) -> AnyDriver {
-    driver_by(recipe_of(ModelKind::Phong), config)
+pub(crate) fn phong_driver(config: Config) -> AnyDriver {
+    new_driver(recipe_for(ModelKind::Phong), config)
 }
 
 /// The answer of a host that has the material of all tests.
-pub(crate) fn answer(request: &Request) -> Reply {
+pub(crate) fn default_reply(request: &Request) -> Reply {
     match request {
         Request::Hello { .. } => Reply::Welcome { protocol: PROTOCOL },
         Request::Measure { index, .. } => Reply::Measured {
             index: *index,
-            reading: material(*index),
+            reading: synthetic_reading(*index),
         },
-        Request::Saved { index, reading } if *reading != material(*index) => {
+        Request::Saved { index, reading } if *reading != synthetic_reading(*index) => {
             Reply::Refused(Refusal::Saved)
         }
         _ => Reply::Accepted,
@@ -46,28 +46,28 @@ pub(crate) fn answer(request: &Request) -> Reply {
 }
 
 /// A host's answer to a request; None: it is silent.
-type Answer<'h> = Box<dyn FnMut(&Request) -> Option<Reply> + 'h>;
+type Handler<'h> = Box<dyn FnMut(&Request) -> Option<Reply> + 'h>;
 
 /// The host at the other end of the line, and a record of messages and actions.
 pub(crate) struct Bench<'h> {
-    answer: Answer<'h>,
+    handler: Handler<'h>,
     server: Server,
     /// Spoils what is sent, in either direction.
-    pub(crate) spoil: Box<dyn FnMut(Vec<u8>) -> Vec<u8> + 'h>,
+    pub(crate) corrupt: Box<dyn FnMut(Vec<u8>) -> Vec<u8> + 'h>,
     /// The device's own sensor.
     pub(crate) sensor: Box<dyn FnMut(u16) -> Reading + 'h>,
     /// Milliseconds that the host needs for its answer.
     pub(crate) delay: Box<dyn Fn(&Request) -> u64 + 'h>,
     /// The answer that is not given yet, and when it will be.
-    late: Option<(u64, Reply)>,
+    delayed: Option<(u64, Reply)>,
     /// Nothing reaches the host.
-    pub(crate) deaf: bool,
+    pub(crate) disconnected: bool,
     /// Milliseconds since the start.
     pub(crate) now: u64,
     /// Milliseconds at the next turn.
-    pub(crate) elapsed: u32,
+    pub(crate) sleep_ms: u32,
     /// Each request that the host heard, once; and when.
-    pub(crate) heard: Vec<Request>,
+    pub(crate) requests: Vec<Request>,
     /// Each frame that was sent, and when.
     pub(crate) frames: Vec<(u64, Vec<u8>)>,
     /// Each action but waiting and going on, and when.
@@ -76,26 +76,26 @@ pub(crate) struct Bench<'h> {
 
 impl<'h> Bench<'h> {
     /// A host that answers so; None: it does not.
-    pub(crate) fn new(answer: impl FnMut(&Request) -> Option<Reply> + 'h) -> Self {
+    pub(crate) fn new(handler: impl FnMut(&Request) -> Option<Reply> + 'h) -> Self {
         Self {
-            answer: Box::new(answer),
+            handler: Box::new(handler),
             server: Server::new(),
-            spoil: Box::new(|bytes| bytes),
-            sensor: Box::new(material),
+            corrupt: Box::new(|bytes| bytes),
+            sensor: Box::new(synthetic_reading),
             delay: Box::new(|_| 0),
-            late: None,
-            deaf: false,
+            delayed: None,
+            disconnected: false,
             now: 0,
-            elapsed: 0,
-            heard: Vec::new(),
+            sleep_ms: 0,
+            requests: Vec::new(),
             frames: Vec::new(),
             actions: Vec::new(),
         }
     }
 
     /// A host that does what it is asked to.
-    pub(crate) fn willing() -> Self {
-        Self::new(|request| Some(answer(request)))
+    pub(crate) fn cooperative() -> Self {
+        Self::new(|request| Some(default_reply(request)))
     }
 
     /// Hands bytes to the host and returns its replies.
@@ -104,12 +104,12 @@ impl<'h> Bench<'h> {
         for byte in bytes {
             let reply = match self.server.receive(*byte) {
                 Some(Ok(Received::New(request))) => {
-                    let reply = (self.answer)(&request);
-                    self.late = reply.map(|reply| (self.now + (self.delay)(&request), reply));
-                    self.heard.push(request);
-                    self.on_time()
+                    let reply = (self.handler)(&request);
+                    self.delayed = reply.map(|reply| (self.now + (self.delay)(&request), reply));
+                    self.requests.push(request);
+                    self.due_reply()
                 }
-                Some(Ok(Received::Pending)) => self.on_time(),
+                Some(Ok(Received::Pending)) => self.due_reply(),
                 Some(Ok(Received::Duplicate(reply))) => Some(reply),
                 _ => None,
             };
@@ -122,16 +122,16 @@ impl<'h> Bench<'h> {
     }
 
     /// The answer to the last request, if it is time.
-    fn on_time(&mut self) -> Option<Reply> {
-        let (_, reply) = self.late.take_if(|(due, _)| *due <= self.now)?;
+    fn due_reply(&mut self) -> Option<Reply> {
+        let (_, reply) = self.delayed.take_if(|(due, _)| *due <= self.now)?;
         Some(reply)
     }
 
     /// One turn of a firmware's loop, which sleeps as long as the driver allows.
-    pub(crate) fn turn<K: Fitter>(&mut self, driver: &mut Driver<'_, K>) -> Action {
-        self.now += u64::from(self.elapsed);
+    pub(crate) fn step<K: Fitter>(&mut self, driver: &mut Driver<'_, K>) -> Action {
+        self.now += u64::from(self.sleep_ms);
         let action = driver.poll(ORIGIN + self.now);
-        self.elapsed = 0;
+        self.sleep_ms = 0;
         match action {
             Action::Continue => assert_eq!(driver.poll_delay(ORIGIN + self.now), Some(0)),
             Action::Wait => {}
@@ -146,15 +146,15 @@ impl<'h> Bench<'h> {
         driver.sent(bytes.len());
         if action == Action::Wait {
             let delay = driver.poll_delay(ORIGIN + self.now);
-            self.elapsed = delay.unwrap_or(u32::MAX);
+            self.sleep_ms = delay.unwrap_or(u32::MAX);
         }
         if !bytes.is_empty() {
             self.frames.push((self.now, bytes.clone()));
-            if !self.deaf {
-                let arrived = (self.spoil)(bytes);
+            if !self.disconnected {
+                let arrived = (self.corrupt)(bytes);
                 let replies = self.reply_to(&arrived);
-                for byte in (self.spoil)(replies) {
-                    self.elapsed = 0;
+                for byte in (self.corrupt)(replies) {
+                    self.sleep_ms = 0;
                     driver.receive(byte);
                 }
             }
@@ -169,23 +169,23 @@ impl<'h> Bench<'h> {
         until: impl Fn(&Action) -> bool,
     ) -> (u64, Action) {
         for _ in 0..TURNS {
-            let action = self.turn(driver);
-            assert_ne!(self.elapsed, u32::MAX, "it rests: {:?}", self.actions);
+            let action = self.step(driver);
+            assert_ne!(self.sleep_ms, u32::MAX, "it rests: {:?}", self.actions);
             if until(&action) {
                 return (self.now, action);
             }
         }
-        panic!("it hangs: {:?}, {:?}", self.actions, self.heard);
+        panic!("it hangs: {:?}, {:?}", self.actions, self.requests);
     }
 
     /// Turns until a time has passed.
     pub(crate) fn wait<K: Fitter>(&mut self, driver: &mut Driver<'_, K>, milliseconds: u64) {
         let end = self.now + milliseconds;
         for _ in 0..TURNS {
-            if self.now + u64::from(self.elapsed) > end {
-                self.elapsed = (end - self.now) as u32;
+            if self.now + u64::from(self.sleep_ms) > end {
+                self.sleep_ms = (end - self.now) as u32;
             }
-            self.turn(driver);
+            self.step(driver);
             if self.now >= end {
                 return;
             }
@@ -195,7 +195,7 @@ impl<'h> Bench<'h> {
 
     /// The number of requests of a kind that the host received.
     pub(crate) fn count(&self, is_counted: fn(&Request) -> bool) -> usize {
-        let counted = self.heard.iter().filter(|request| is_counted(request));
+        let counted = self.requests.iter().filter(|request| is_counted(request));
         counted.count()
     }
 
@@ -209,7 +209,7 @@ impl<'h> Bench<'h> {
     pub(crate) fn results(&self) -> (Vec<u32>, usize) {
         let mut bits = Vec::new();
         let mut ends = 0;
-        for request in &self.heard {
+        for request in &self.requests {
             match request {
                 Request::Values {
                     offset,
@@ -248,6 +248,6 @@ pub(crate) fn is_measure(request: &Request) -> bool {
     matches!(request, Request::Measure { .. })
 }
 
-pub(crate) fn is_kept(request: &Request) -> bool {
+pub(crate) fn is_saved(request: &Request) -> bool {
     matches!(request, Request::Saved { .. })
 }

@@ -7,25 +7,26 @@ use glimpse_core::recipe::{Recipe, RecipeError};
 use glimpse_core::scan::{FitError, Reading, ReadingError, SkipError};
 
 use super::bench::{
-    AnyDriver, Bench, ORIGIN, answer, driver_by, is_failed, is_finished, is_measure, phong,
+    AnyDriver, Bench, ORIGIN, default_reply, is_failed, is_finished, is_measure, new_driver,
+    phong_driver,
 };
-use super::failures::fails;
-use crate::completion::made::Made;
-use crate::scanning::{Any, MODELS, fit, material, record, scan_by};
+use super::failures::check_failure;
+use crate::completion::contents::CompletedContents;
+use crate::scanning::{Any, MODELS, fit, new_scan, record, synthetic_reading};
 
 /// n of the recipes that tolerate missing readings.
 const SAMPLES: u16 = 6;
 
 /// A recipe of each model that tolerates missing readings.
-pub(crate) fn tolerant() -> impl Iterator<Item = Recipe<'static>> {
+pub(crate) fn tolerant_recipes() -> impl Iterator<Item = Recipe<'static>> {
     let models = MODELS.into_iter();
-    models.map(|model| Made::small(model, MissingPolicy::Scaled).recipe())
+    models.map(|model| CompletedContents::small(model, MissingPolicy::Scaled).recipe())
 }
 
 /// The bits of a fit of these readings alone.
 pub(crate) fn fit_of(recipe: Recipe<'static>, indices: impl IntoIterator<Item = u16>) -> Vec<u32> {
-    let mut scan = scan_by::<Any>(recipe);
-    record(&mut scan, indices, material);
+    let mut scan = new_scan::<Any>(recipe);
+    record(&mut scan, indices, synthetic_reading);
     fit(&mut scan, &[u32::MAX]).bits().to_vec()
 }
 
@@ -37,16 +38,16 @@ pub(crate) fn fitted_bits(driver: &AnyDriver) -> Vec<u32> {
     numbers.map(f32::to_bits).collect()
 }
 
-fn ends(action: &Action) -> bool {
+fn is_end(action: &Action) -> bool {
     is_finished(action) || is_failed(action)
 }
 
 /// Version 0.2 failed with `Refused(Directions)`, again and again, or hung.
 #[test]
-fn a_sample_that_the_host_cannot_read_is_left_out() {
-    for recipe in tolerant() {
+fn skips_unreadable_sample() {
+    for recipe in tolerant_recipes() {
         for refuses in [false, true] {
-            let mut driver = driver_by::<Any>(recipe, Config::new(Host::Measures));
+            let mut driver = new_driver::<Any>(recipe, Config::new(Host::Measures));
             let mut bench = Bench::new(|request| match request {
                 Request::Measure { index: 2 | 5, .. } if refuses => {
                     Some(Reply::Refused(Refusal::Directions))
@@ -55,58 +56,58 @@ fn a_sample_that_the_host_cannot_read_is_left_out() {
                     index: index @ (2 | 5),
                     ..
                 } => Some(Reply::Skip { index: *index }),
-                _ => Some(answer(request)),
+                _ => Some(default_reply(request)),
             });
-            bench.run(&mut driver, ends);
+            bench.run(&mut driver, is_end);
             let expected = fit_of(recipe, [0, 1, 3, 4]);
             assert_eq!(bench.results(), (expected, 1));
             assert_eq!(bench.count(is_measure), 6, "each is asked for once");
             // The next scan asks for all of them again.
-            bench.heard.clear();
+            bench.requests.clear();
             bench.run(&mut driver, |action| *action == Action::Forget);
-            bench.run(&mut driver, ends);
+            bench.run(&mut driver, is_end);
             assert_eq!(bench.count(is_measure), 6);
         }
     }
 }
 
 #[test]
-fn a_host_ends_the_readings_early() {
-    for recipe in tolerant() {
-        let mut driver = driver_by::<Any>(recipe, Config::new(Host::Measures));
+fn host_finishes_early() {
+    for recipe in tolerant_recipes() {
+        let mut driver = new_driver::<Any>(recipe, Config::new(Host::Measures));
         let mut bench = Bench::new(|request| match request {
             Request::Measure { index: 3, .. } => Some(Reply::FinishEarly),
-            _ => Some(answer(request)),
+            _ => Some(default_reply(request)),
         });
-        bench.run(&mut driver, ends);
+        bench.run(&mut driver, is_end);
         assert_eq!(bench.results(), (fit_of(recipe, 0..3), 1));
         assert_eq!(bench.count(is_measure), 4);
     }
 }
 
 #[test]
-fn a_skipped_sample_of_a_recipe_that_needs_it_fails_by_name() {
+fn skip_of_required_reading_fails() {
     let failure = Failure::ReadingRequired { index: 3 };
     for reply in [Reply::Skip { index: 3 }, Reply::FinishEarly] {
         let skip = |request: &Request| {
             matches!(request, Request::Measure { index: 3, .. }).then(|| reply.clone())
         };
-        fails(Host::Measures, skip, failure);
+        check_failure(Host::Measures, skip, failure);
     }
 }
 
 /// Nothing is left to fit: the failure states it.
 #[test]
-fn a_scan_without_any_reading_fails_by_name() {
-    for recipe in tolerant() {
-        let mut driver = driver_by::<Any>(recipe, Config::new(Host::Measures));
+fn scan_without_readings_fails() {
+    for recipe in tolerant_recipes() {
+        let mut driver = new_driver::<Any>(recipe, Config::new(Host::Measures));
         let mut bench = Bench::new(|request| match request {
             Request::Measure { .. } => Some(Reply::FinishEarly),
-            _ => Some(answer(request)),
+            _ => Some(default_reply(request)),
         });
         let (missing, first) = (SAMPLES, 0);
         let failure = Failure::Fit(FitError::Incomplete { missing, first });
-        let (_, failed) = bench.run(&mut driver, ends);
+        let (_, failed) = bench.run(&mut driver, is_end);
         assert_eq!(failed, Action::Failed(failure));
     }
 }
@@ -123,29 +124,29 @@ fn until_measure(bench: &mut Bench<'_>, driver: &mut AnyDriver) -> u16 {
         if let Action::Measure { index, .. } = action {
             return index;
         }
-        assert!(!ends(&action), "{action:?}");
+        assert!(!is_end(&action), "{action:?}");
     }
 }
 
 #[test]
-fn a_device_with_arms_of_its_own_skips_and_ends_early() {
-    for recipe in tolerant() {
+fn device_with_own_arms_skips_and_finishes_early() {
+    for recipe in tolerant_recipes() {
         for host in [Host::Listens, Host::Absent] {
-            let mut driver = driver_by::<Any>(recipe, Config::new(host));
-            let mut bench = Bench::willing();
+            let mut driver = new_driver::<Any>(recipe, Config::new(host));
+            let mut bench = Bench::cooperative();
             assert_eq!(until_measure(&mut bench, &mut driver), 0);
             assert_eq!(driver.poll_delay(ORIGIN), None);
             driver.skip(0).unwrap();
             assert_eq!(driver.poll_delay(ORIGIN), Some(0));
             for expected in [1, 2] {
                 assert_eq!(until_measure(&mut bench, &mut driver), expected);
-                driver.record(expected, material(expected));
+                driver.record(expected, synthetic_reading(expected));
             }
             assert_eq!(until_measure(&mut bench, &mut driver), 3);
             driver.finish_early().unwrap();
             assert_eq!(driver.poll_delay(ORIGIN), Some(0));
             bench.sensor = Box::new(|index| panic!("{index} was read"));
-            bench.run(&mut driver, ends);
+            bench.run(&mut driver, is_end);
             assert_eq!(fitted_bits(&driver), fit_of(recipe, [1, 2]));
         }
     }
@@ -153,25 +154,25 @@ fn a_device_with_arms_of_its_own_skips_and_ends_early() {
 
 /// The host may never reply: the driver no longer waits for its reading.
 #[test]
-fn a_skip_ends_the_wait_for_the_host() {
-    for recipe in tolerant() {
-        let mut driver = driver_by::<Any>(recipe, Config::new(Host::Measures));
+fn skip_cancels_request() {
+    for recipe in tolerant_recipes() {
+        let mut driver = new_driver::<Any>(recipe, Config::new(Host::Measures));
         let mut bench = Bench::new(|request| match request {
             Request::Measure { index: 1 | 4, .. } => None,
-            _ => Some(answer(request)),
+            _ => Some(default_reply(request)),
         });
         for waits_for in [1, 4] {
-            while !matches!(bench.heard.last(), Some(Request::Measure { index, .. }) if *index == waits_for)
+            while !matches!(bench.requests.last(), Some(Request::Measure { index, .. }) if *index == waits_for)
             {
-                bench.turn(&mut driver);
+                bench.step(&mut driver);
             }
-            bench.elapsed = 0;
+            bench.sleep_ms = 0;
             match waits_for {
                 1 => driver.skip(1).unwrap(),
                 _ => driver.finish_early().unwrap(),
             }
         }
-        let (at, _) = bench.run(&mut driver, ends);
+        let (at, _) = bench.run(&mut driver, is_end);
         assert_eq!(at, 0);
         assert_eq!(bench.results(), (fit_of(recipe, [0, 2, 3]), 1));
     }
@@ -179,38 +180,41 @@ fn a_skip_ends_the_wait_for_the_host() {
 
 /// A skip of another sample does not: that reading is still wanted.
 #[test]
-fn a_skip_of_another_sample_keeps_the_request() {
-    let recipe = tolerant().next().unwrap();
-    let mut driver = driver_by::<Any>(recipe, Config::new(Host::Measures));
-    let mut bench = Bench::willing();
+fn skip_of_other_sample_keeps_request() {
+    let recipe = tolerant_recipes().next().unwrap();
+    let mut driver = new_driver::<Any>(recipe, Config::new(Host::Measures));
+    let mut bench = Bench::cooperative();
     bench.delay = Box::new(|request| if is_measure(request) { 50 } else { 0 });
-    while !matches!(bench.heard.last(), Some(Request::Measure { index: 1, .. })) {
-        bench.turn(&mut driver);
+    while !matches!(
+        bench.requests.last(),
+        Some(Request::Measure { index: 1, .. })
+    ) {
+        bench.step(&mut driver);
     }
     driver.skip(3).unwrap();
-    bench.run(&mut driver, ends);
+    bench.run(&mut driver, is_end);
     assert_eq!(bench.count(is_measure), 5);
     assert_eq!(bench.results(), (fit_of(recipe, [0, 1, 2, 4, 5]), 1));
 }
 
 #[test]
-fn three_invalid_readings_skip_a_sample_where_that_is_tolerated() {
+fn three_invalid_readings_skip_sample() {
     let invalid = Reading::monochrome(f32::NAN);
-    for recipe in tolerant() {
+    for recipe in tolerant_recipes() {
         for host in [Host::Measures, Host::Listens, Host::Absent] {
-            let mut driver = driver_by::<Any>(recipe, Config::new(host));
+            let mut driver = new_driver::<Any>(recipe, Config::new(host));
             let mut bench = Bench::new(|request| match request {
                 Request::Measure { index: 1, .. } => {
                     let (index, reading) = (1, invalid);
                     Some(Reply::Measured { index, reading })
                 }
-                _ => Some(answer(request)),
+                _ => Some(default_reply(request)),
             });
             bench.sensor = Box::new(move |index| match index {
                 1 => invalid,
-                _ => material(index),
+                _ => synthetic_reading(index),
             });
-            bench.run(&mut driver, ends);
+            bench.run(&mut driver, is_end);
             assert_eq!(fitted_bits(&driver), fit_of(recipe, [0, 2, 3, 4, 5]));
             if host == Host::Measures {
                 assert_eq!(bench.count(is_measure), 5 + 3);
@@ -221,32 +225,32 @@ fn three_invalid_readings_skip_a_sample_where_that_is_tolerated() {
 
 /// A second reading that is invalid does not cost the first one.
 #[test]
-fn invalid_readings_of_a_sample_with_a_reading_leave_that_reading() {
-    let recipe = tolerant().next().unwrap();
-    let mut driver = driver_by::<Any>(recipe, Config::new(Host::Absent));
-    let mut bench = Bench::willing();
+fn invalid_readings_keep_earlier_reading() {
+    let recipe = tolerant_recipes().next().unwrap();
+    let mut driver = new_driver::<Any>(recipe, Config::new(Host::Absent));
+    let mut bench = Bench::cooperative();
     until_measure(&mut bench, &mut driver);
-    driver.record(2, material(2));
+    driver.record(2, synthetic_reading(2));
     for _ in 0..4 {
         driver.poll(ORIGIN);
         driver.record(2, Reading::monochrome(f32::NAN));
     }
-    bench.run(&mut driver, ends);
+    bench.run(&mut driver, is_end);
     assert_eq!(fitted_bits(&driver), fit_of(recipe, 0..SAMPLES));
 }
 
 #[test]
-fn a_skip_that_is_impossible_is_an_error_and_changes_nothing() {
-    let mut driver = phong(Config::new(Host::Absent));
+fn invalid_skip_changes_nothing() {
+    let mut driver = phong_driver(Config::new(Host::Absent));
     assert_eq!(driver.skip(0), Err(SkipError::Required));
     assert_eq!(driver.finish_early(), Err(SkipError::Required));
-    Bench::willing().run(&mut driver, is_finished);
+    Bench::cooperative().run(&mut driver, is_finished);
 
-    let recipe = tolerant().next().unwrap();
-    let mut driver = driver_by::<Any>(recipe, Config::new(Host::Absent));
+    let recipe = tolerant_recipes().next().unwrap();
+    let mut driver = new_driver::<Any>(recipe, Config::new(Host::Absent));
     let (index, samples) = (SAMPLES, SAMPLES);
     assert_eq!(driver.skip(index), Err(SkipError::Index { index, samples }));
-    Bench::willing().run(&mut driver, is_finished);
+    Bench::cooperative().run(&mut driver, is_finished);
     assert_eq!(fitted_bits(&driver), fit_of(recipe, 0..SAMPLES));
 
     // After a failure a skip would be one of the material before.
@@ -265,12 +269,12 @@ fn a_skip_that_is_impossible_is_an_error_and_changes_nothing() {
 
 /// A reading of an unknown sample is no reason to skip.
 #[test]
-fn a_reading_of_an_unknown_sample_fails_by_name_where_skips_are_tolerated() {
-    let recipe = tolerant().next().unwrap();
-    let mut driver = driver_by::<Any>(recipe, Config::new(Host::Absent));
+fn reading_of_unknown_sample_fails_with_tolerant_recipe() {
+    let recipe = tolerant_recipes().next().unwrap();
+    let mut driver = new_driver::<Any>(recipe, Config::new(Host::Absent));
     driver.poll(0);
     for _ in 0..3 {
-        driver.record(SAMPLES, material(0));
+        driver.record(SAMPLES, synthetic_reading(0));
     }
     let (index, samples) = (SAMPLES, SAMPLES);
     let error = ReadingError::Index { index, samples };

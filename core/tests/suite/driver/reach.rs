@@ -5,9 +5,9 @@ use glimpse_core::gonio::Limits;
 use glimpse_core::link::{Failure, Request};
 use glimpse_core::recipe::Recipe;
 
-use super::bench::{Bench, driver_by, is_failed, is_finished, is_kept, is_measure};
-use super::missing::{fit_of, fitted_bits, tolerant};
-use crate::scanning::{Any, MODELS, material, recipe_of, record, scan_by, whole};
+use super::bench::{Bench, is_failed, is_finished, is_measure, is_saved, new_driver};
+use super::missing::{fit_of, fitted_bits, tolerant_recipes};
+use crate::scanning::{Any, MODELS, full_scan, new_scan, recipe_for, record, synthetic_reading};
 
 const HOSTS: [Host; 3] = [Host::Measures, Host::Listens, Host::Absent];
 
@@ -39,52 +39,52 @@ fn config(host: Host, limits: Limits) -> Config {
     config
 }
 
-fn ends(action: &Action) -> bool {
+fn is_end(action: &Action) -> bool {
     is_finished(action) || is_failed(action)
 }
 
 #[test]
-fn a_recipe_out_of_reach_fails_before_any_move() {
+fn out_of_reach_fails_before_any_move() {
     for model in MODELS {
-        let recipe = recipe_of(model);
+        let recipe = recipe_for(model);
         let limits = limits_of(&recipe);
         let (_, out) = split(&recipe, &limits);
         let (index, count) = (out[0], out.len() as u16);
         let failure = Failure::OutOfReach { index, count };
         for host in HOSTS {
-            let mut driver = driver_by::<Any>(recipe, config(host, limits));
-            let mut bench = Bench::willing();
+            let mut driver = new_driver::<Any>(recipe, config(host, limits));
+            let mut bench = Bench::cooperative();
             bench.sensor = Box::new(|index| panic!("{index} was read"));
-            let (_, failed) = bench.run(&mut driver, ends);
+            let (_, failed) = bench.run(&mut driver, is_end);
             assert_eq!(failed, Action::Failed(failure));
             assert_eq!(bench.count(is_measure), 0);
             if host != Host::Absent {
                 bench.wait(&mut driver, 100);
                 let report = Request::Failed(failure.into());
-                assert_eq!(bench.heard.last(), Some(&report));
+                assert_eq!(bench.requests.last(), Some(&report));
             }
         }
     }
 }
 
 #[test]
-fn samples_out_of_reach_are_skipped_where_that_is_tolerated() {
-    for recipe in tolerant() {
+fn tolerant_recipe_skips_samples_out_of_reach() {
+    for recipe in tolerant_recipes() {
         let limits = limits_of(&recipe);
         let (within, out) = split(&recipe, &limits);
         let expected = fit_of(recipe, within.iter().copied());
         for host in HOSTS {
-            let mut driver = driver_by::<Any>(recipe, config(host, limits));
-            let mut bench = Bench::willing();
+            let mut driver = new_driver::<Any>(recipe, config(host, limits));
+            let mut bench = Bench::cooperative();
             bench.sensor = Box::new(|index| {
                 assert!(!out.contains(&index));
-                material(index)
+                synthetic_reading(index)
             });
             for _ in 0..2 {
-                bench.run(&mut driver, ends);
+                bench.run(&mut driver, is_end);
                 assert_eq!(fitted_bits(&driver), expected);
                 if host == Host::Measures {
-                    let measured: Vec<_> = std::mem::take(&mut bench.heard)
+                    let measured: Vec<_> = std::mem::take(&mut bench.requests)
                         .into_iter()
                         .filter_map(|request| match request {
                             Request::Measure { index, .. } => Some(index),
@@ -101,50 +101,53 @@ fn samples_out_of_reach_are_skipped_where_that_is_tolerated() {
 
 /// Without a sample within reach there is nothing to fit.
 #[test]
-fn a_recipe_of_which_nothing_is_within_reach_fails_by_name() {
+fn no_sample_within_reach_fails() {
     let limits = Limits {
         max_theta_i: 1e-3,
         ..Limits::NONE
     };
-    for recipe in tolerant() {
-        let mut driver = driver_by::<Any>(recipe, config(Host::Measures, limits));
-        let mut bench = Bench::willing();
+    for recipe in tolerant_recipes() {
+        let mut driver = new_driver::<Any>(recipe, config(Host::Measures, limits));
+        let mut bench = Bench::cooperative();
         let (index, count) = (0, 6);
         let failure = Failure::OutOfReach { index, count };
-        assert_eq!(bench.run(&mut driver, ends).1, Action::Failed(failure));
+        assert_eq!(bench.run(&mut driver, is_end).1, Action::Failed(failure));
         assert_eq!(bench.count(is_measure), 0);
     }
 }
 
 #[test]
-fn the_whole_hemisphere_excludes_nothing() {
+fn unlimited_reach_excludes_nothing() {
     for model in MODELS {
-        let recipe = recipe_of(model);
-        let mut driver = driver_by::<Any>(recipe, config(Host::Measures, Limits::NONE));
-        let mut bench = Bench::willing();
-        bench.run(&mut driver, ends);
-        assert_eq!(bench.results().0, whole::<Any>(recipe, material).bits());
+        let recipe = recipe_for(model);
+        let mut driver = new_driver::<Any>(recipe, config(Host::Measures, Limits::NONE));
+        let mut bench = Bench::cooperative();
+        bench.run(&mut driver, is_end);
+        assert_eq!(
+            bench.results().0,
+            full_scan::<Any>(recipe, synthetic_reading).bits()
+        );
     }
 }
 
 /// A saved reading needs no move; once it is refused, its sample is out of reach like any other.
 #[test]
-fn a_saved_reading_out_of_reach_counts() {
-    for recipe in tolerant() {
+fn saved_reading_out_of_reach_is_used() {
+    for recipe in tolerant_recipes() {
         let limits = limits_of(&recipe);
         let (within, out) = split(&recipe, &limits);
         for is_valid in [true, false] {
-            let mut scan = scan_by::<Any>(recipe);
-            let saved = |index| material(if is_valid { index } else { 7 });
+            let mut scan = new_scan::<Any>(recipe);
+            let saved = |index| synthetic_reading(if is_valid { index } else { 7 });
             record(&mut scan, [out[0]], saved);
             let config = config(Host::Measures, limits);
             let mut driver = glimpse_core::driver::Driver::new(scan, config);
-            let mut bench = Bench::willing();
-            bench.run(&mut driver, ends);
+            let mut bench = Bench::cooperative();
+            bench.run(&mut driver, is_end);
             let of_saved = out.iter().copied().take(usize::from(is_valid));
             let read = within.iter().copied().chain(of_saved);
             assert_eq!(fitted_bits(&driver), fit_of(recipe, read));
-            assert_eq!(bench.count(is_kept), 1);
+            assert_eq!(bench.count(is_saved), 1);
         }
     }
 }

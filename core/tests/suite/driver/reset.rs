@@ -4,21 +4,21 @@ use glimpse_core::driver::{Action, Config, Host};
 use glimpse_core::link::{PROTOCOL, Reply, Request};
 use glimpse_core::scan::Reading;
 
-use super::bench::{AnyDriver, Bench, is_failed, is_finished, phong};
-use crate::link::{frame, read};
-use crate::scanning::{Any, material, whole};
+use super::bench::{AnyDriver, Bench, is_failed, is_finished, phong_driver};
+use crate::link::{frame, read_frames};
+use crate::scanning::{Any, full_scan, synthetic_reading};
 
 fn device(seed: u32) -> AnyDriver {
     let mut config = Config::new(Host::Measures);
     config.sequence_seed = seed;
-    phong(config)
+    phong_driver(config)
 }
 
 /// The sequence number and the request of outgoing bytes.
 fn outgoing(driver: &mut AnyDriver) -> Option<(u32, Request, Vec<u8>)> {
     let bytes = driver.outgoing().to_vec();
     driver.sent(bytes.len());
-    let (sequence, request) = read::<Request>(&bytes).pop()?.unwrap();
+    let (sequence, request) = read_frames::<Request>(&bytes).pop()?.unwrap();
     Some((sequence, request, bytes))
 }
 
@@ -48,12 +48,12 @@ fn stale_replies(seed: u32) -> Vec<Vec<u8>> {
 
 /// A scan after the reset: before each reply of the host come all stale ones. Returns whether one was accepted.
 fn accepts_stale(mut driver: AnyDriver, stale: &[Vec<u8>]) -> bool {
-    let mut bench = Bench::willing();
+    let mut bench = Bench::cooperative();
     for _ in 0..10_000 {
         let action = driver.poll(0);
         assert!(!is_failed(&action), "{action:?}");
         if is_finished(&action) {
-            let expected = whole::<Any>(*driver.scan().unwrap().recipe(), material);
+            let expected = full_scan::<Any>(*driver.scan().unwrap().recipe(), synthetic_reading);
             return bench.results() != (expected.bits().to_vec(), 1);
         }
         let Some((_, _, bytes)) = outgoing(&mut driver) else {
@@ -75,7 +75,7 @@ fn accepts_stale(mut driver: AnyDriver, stale: &[Vec<u8>]) -> bool {
 /// Version 0.2 counted from 1 after each reset, so that a late welcome or reading of the material before was taken for
 /// a new one.
 #[test]
-fn replies_from_before_a_reset_are_dropped() {
+fn drops_replies_from_before_reset() {
     let boots = [0, 1, 2, 3, 17, u32::MAX - 1, u32::MAX, 0x1234_5678];
     for before in boots {
         let stale = stale_replies(before);
@@ -89,7 +89,7 @@ fn replies_from_before_a_reset_are_dropped() {
 
 /// A boot counter is a good seed: within 1,000 boots no two first numbers are closer than a million.
 #[test]
-fn the_numbers_of_a_thousand_boots_are_far_apart() {
+fn boot_counter_seeds_are_far_apart() {
     let mut first: Vec<_> = (0..1_000)
         .map(|boot| {
             let mut driver = device(boot);

@@ -87,7 +87,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn directions_follow_the_definition(angles in angles()) {
+    fn directions_match_definition(angles in angles()) {
         let at = HalfDifference::from_angles(angles);
         let Angles { theta_h, theta_d, phi_d } = angles;
         close(&[at.hx, at.hz, at.dz], &[theta_h.sin(), theta_h.cos(), theta_d.cos()], EXACT)?;
@@ -100,7 +100,7 @@ proptest! {
     }
 
     #[test]
-    fn cosines_follow_spherical_trigonometry(angles in angles()) {
+    fn cosines_match_spherical_trigonometry(angles in angles()) {
         let at = HalfDifference::from_angles(angles);
         let Angles { theta_h, theta_d, phi_d } = angles;
         let sum = theta_d.cos() * theta_h.cos();
@@ -109,7 +109,7 @@ proptest! {
     }
 
     #[test]
-    fn directions_lead_back(angles in angles(), azimuth in 0.0..TAU) {
+    fn directions_round_trip(angles in angles(), azimuth in 0.0..TAU) {
         let at = HalfDifference::from_angles(angles);
         prop_assume!(at.hx * at.dz > 1e-3);
         // An isotropic material does not notice how the pair is turned about the normal.
@@ -120,7 +120,7 @@ proptest! {
     }
 
     #[test]
-    fn a_pair_about_the_normal_has_no_azimuth(theta_d in 0.0..1.5f64, azimuth in 0.0..TAU) {
+    fn mirror_pair_has_phi_d_0(theta_d in 0.0..1.5f64, azimuth in 0.0..TAU) {
         let [x, y, z] = about_z(about_y([0.0, 0.0, 1.0], theta_d), azimuth).map(|x| x as f32);
         let pair = Directions { incoming: [x, y, z], outgoing: [-x, -y, z] };
         let found = HalfDifference::from_directions(&pair);
@@ -129,7 +129,7 @@ proptest! {
     }
 
     #[test]
-    fn validity_is_both_directions_above_the_horizon(angles in angles()) {
+    fn valid_if_both_directions_above_horizon(angles in angles()) {
         let at = HalfDifference::from_angles(angles);
         let [incoming, outgoing] = directions(angles);
         // Closer than rounding to the horizon either answer is right.

@@ -54,7 +54,7 @@ fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
     2.0 * length(difference).atan2(length(sum))
 }
 
-fn off(a: f64, b: f64) -> f64 {
+fn angle_error(a: f64, b: f64) -> f64 {
     (a - b).rem_euclid(TAU).min((b - a).rem_euclid(TAU))
 }
 
@@ -62,7 +62,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn angles_lead_to_directions_and_back(arms in arms()) {
+    fn angles_round_trip(arms in arms()) {
         let directions = arms.directions();
         for (found, arm) in [(directions.incoming, arms.incoming), (directions.outgoing, arms.outgoing)] {
             for (found, expected) in found.into_iter().zip(exact(arm)) {
@@ -71,7 +71,7 @@ proptest! {
             let again = Spherical::from_direction(found);
             prop_assert!(f64::from((again.theta - arm.theta).abs()) < ROUNDING);
             // The azimuth is as sharp as the sine of theta.
-            let sharp = off(again.phi.into(), arm.phi.into()) * f64::from(arm.theta.sin());
+            let sharp = angle_error(again.phi.into(), arm.phi.into()) * f64::from(arm.theta.sin());
             prop_assert!(sharp < ROUNDING, "{arm:?} {again:?}");
         }
         if arms.incoming.theta.max(arms.outgoing.theta) < 1.57 {
@@ -80,7 +80,7 @@ proptest! {
     }
 
     #[test]
-    fn an_arm_through_the_normal_is_the_one_across(theta in 0.0..FRAC_PI_2, phi in -PI..PI) {
+    fn negative_theta_equals_opposite_azimuth(theta in 0.0..FRAC_PI_2, phi in -PI..PI) {
         let here = arm(-theta, phi).direction();
         let there = arm(theta, phi + PI).direction();
         for (a, b) in here.into_iter().zip(there) {
@@ -103,7 +103,7 @@ proptest! {
 
     /// An arc cosine of a dot product knows nothing below 3e-4.
     #[test]
-    fn small_separations_are_sharp(theta in 0.0..1.4f64, phi in -PI..PI, by in -9.0..-2.0f64) {
+    fn small_separations_are_accurate(theta in 0.0..1.4f64, phi in -PI..PI, by in -9.0..-2.0f64) {
         let by = by.exp();
         let near = ArmAngles { incoming: arm(theta, phi), outgoing: arm(theta + by, phi) };
         let expected = f64::from(near.outgoing.theta) - f64::from(near.incoming.theta);
@@ -111,7 +111,7 @@ proptest! {
     }
 
     #[test]
-    fn out_of_plane_is_the_nearer_ones_angle(arms in arms()) {
+    fn out_of_plane_is_angle_of_nearer_direction(arms in arms()) {
         let ArmAngles { incoming, outgoing } = arms;
         let nearer = f64::from(incoming.theta.min(outgoing.theta)).sin();
         let turn = f64::from(incoming.phi) - f64::from(outgoing.phi);
@@ -124,7 +124,7 @@ proptest! {
 }
 
 #[test]
-fn along_the_normal_there_is_no_azimuth() {
+fn azimuth_along_normal_is_0() {
     let up = Spherical::from_direction([0.0, 0.0, 1.0]);
     assert_eq!(up, Spherical::default());
     assert_eq!(Spherical::from_direction([-0.0, 0.0, 1.0]), up);
@@ -133,7 +133,7 @@ fn along_the_normal_there_is_no_azimuth() {
 }
 
 #[test]
-fn angles_of_what_is_not_finite_are_nan() {
+fn non_finite_directions_give_nan() {
     let broken = Directions {
         incoming: [f32::NAN, 0.0, 1.0],
         outgoing: [0.6, 0.0, 0.8],

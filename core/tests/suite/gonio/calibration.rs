@@ -31,7 +31,7 @@ fn calibration(at: &Directions<f32>, footprint: Footprint) -> Calibration {
 
 proptest! {
     #[test]
-    fn counts_become_the_brdf(
+    fn converts_counts_to_brdf(
         theta_i in 0.0..75f32, theta_o in 0.0..75f32, phi in 0.0..180f32,
         r in 0.0..2f32, g in 0.0..2f32, b in 0.0..2f32, light in any::<bool>(),
     ) {
@@ -53,7 +53,7 @@ proptest! {
     }
 
     #[test]
-    fn quantities_there_and_back(theta_i in 0.0..85f32, theta_o in 0.0..85f32, f in 0.0..10f32) {
+    fn quantity_round_trip(theta_i in 0.0..85f32, theta_o in 0.0..85f32, f in 0.0..10f32) {
         let here = at([theta_i, 0.0, theta_o, 50.0]);
         let expected = [
             (Quantity::Brdf, f),
@@ -71,7 +71,7 @@ proptest! {
 }
 
 #[test]
-fn noise_below_dark_stays_negative() {
+fn keeps_negative_noise() {
     let here = at([30.0, 0.0, 30.0, 90.0]);
     let read = DARK.map(|dark| dark - 1.0);
     let found = calibration(&here, Footprint::LightLarger)
@@ -87,7 +87,7 @@ fn noise_below_dark_stays_negative() {
 }
 
 #[test]
-fn saturation_is_flagged_in_any_channel() {
+fn flags_saturation_in_any_channel() {
     let here = at([0.0, 0.0, 30.0, 90.0]);
     let calibration = calibration(&here, Footprint::LightLarger);
     let is_saturated =
@@ -107,7 +107,7 @@ fn saturation_is_flagged_in_any_channel() {
 }
 
 #[test]
-fn one_channel_stands_in_all_three() {
+fn monochrome_fills_all_channels() {
     let calibration = Calibration::monochrome(100.0, 1100.0, 0.5).expect("a white");
     let found = calibration.brdf([600.0; 3]).expect("finite");
     assert_eq!(found, Calibrated::monochrome(found.brdf[0], false));
@@ -151,7 +151,7 @@ fn errors_name_the_channel() {
 }
 
 #[test]
-fn errors_name_the_arm_below_the_horizon() {
+fn errors_name_the_arm_below_horizon() {
     let above = at([0.0, 0.0, 45.0, 0.0]);
     let below = |z| Directions {
         incoming: [0.6, 0.0, z],

@@ -18,7 +18,7 @@ fn limits() -> Limits {
 }
 
 #[test]
-fn each_limit_is_named_with_its_excess() {
+fn reports_limit_and_excess() {
     let limits = limits();
     assert_eq!(limits.validate(), Ok(()));
     assert_eq!(limits.check(&at([59.0, 0.0, 74.0, 90.0])), Ok(()));
@@ -54,7 +54,7 @@ fn each_limit_is_named_with_its_excess() {
 
 /// A pattern that was placed on a limit is not refused for a rounding.
 #[test]
-fn the_limit_itself_is_within_reach() {
+fn accepts_the_limit_itself() {
     let limits = limits();
     for azimuth in 0..360 {
         let azimuth = azimuth as f32;
@@ -65,7 +65,7 @@ fn the_limit_itself_is_within_reach() {
 }
 
 #[test]
-fn invalid_directions_are_out_of_reach() {
+fn rejects_invalid_directions() {
     let pair = Directions {
         incoming: [0.0, 0.0, 1.0],
         outgoing: [0.6, 0.0, -0.8],
@@ -77,7 +77,7 @@ fn invalid_directions_are_out_of_reach() {
 }
 
 #[test]
-fn fields_out_of_range_are_named() {
+fn names_fields_out_of_range() {
     let refused = |change: &dyn Fn(&mut Limits)| {
         let mut limits = limits();
         change(&mut limits);
@@ -104,7 +104,7 @@ fn fields_out_of_range_are_named() {
 }
 
 #[test]
-fn errors_name_the_field_and_the_excess() {
+fn messages_contain_field_and_excess() {
     let text = LimitsError::MaxThetaI.to_string();
     assert!(text.contains("max_theta_i"), "{text}");
     let error = limits().check(&at([62.0, 0.0, 0.0, 0.0])).unwrap_err();
@@ -117,7 +117,7 @@ fn errors_name_the_field_and_the_excess() {
 
 /// A recipe holds them.
 #[test]
-fn limits_survive_postcard() {
+fn postcard_round_trip() {
     let mut buffer = [0; 16];
     let bytes = postcard::to_slice(&limits(), &mut buffer).expect("room");
     assert_eq!(bytes.len(), 13);
@@ -126,7 +126,7 @@ fn limits_survive_postcard() {
 
 proptest! {
     #[test]
-    fn no_limits_leave_the_hemisphere(
+    fn unlimited_arms_reach_hemisphere(
         theta_i in 0.0..89.9f32, phi_i in -180.0..180f32, theta_o in 0.0..89.9f32, phi_o in -180.0..180f32,
     ) {
         let pair = at([theta_i, phi_i, theta_o, phi_o]);

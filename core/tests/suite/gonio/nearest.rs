@@ -52,7 +52,7 @@ fn moved(machine: &Machine, to: [f32; 4], from: [f32; 4]) -> Move {
 
 proptest! {
     #[test]
-    fn without_turning_the_slowest_axis_counts(to in any_arms(), from in any_arms()) {
+    fn duration_is_that_of_slowest_axis(to in any_arms(), from in any_arms()) {
         let machine = machine(false);
         let found = moved(&machine, to, from);
         let expected = seconds(&machine.speeds, &arms(to), &arms(from), 0.0);
@@ -66,7 +66,7 @@ proptest! {
     }
 
     #[test]
-    fn no_turn_is_better_than_the_chosen_one(to in any_arms(), from in any_arms()) {
+    fn chooses_fastest_turn(to in any_arms(), from in any_arms()) {
         let machine = machine(true);
         let found = moved(&machine, to, from);
         let best = (0..3600)
@@ -86,7 +86,7 @@ proptest! {
     }
 
     #[test]
-    fn the_nearest_of_several_is_chosen(
+    fn chooses_nearest_sample(
         to in prop::collection::vec(any_arms(), 1..12), from in any_arms(), isotropic in any::<bool>(),
     ) {
         let machine = machine(isotropic);
@@ -101,7 +101,7 @@ proptest! {
 }
 
 #[test]
-fn azimuths_go_the_short_way() {
+fn azimuths_take_shorter_way() {
     // Also after many turns.
     for turns in [0.0, 3600.0] {
         let from = [10.0, 170.0 + turns, 10.0, 90.0];
@@ -113,7 +113,7 @@ fn azimuths_go_the_short_way() {
 }
 
 #[test]
-fn what_is_out_of_reach_is_left_out() {
+fn ignores_samples_out_of_reach() {
     let mut machine = machine(true);
     machine.limits.max_theta_i = 1.0;
     let from = arms([60.0, 0.0, 10.0, 0.0]);
@@ -128,7 +128,7 @@ fn what_is_out_of_reach_is_left_out() {
 
 /// The usual machine has three axes: the lamp has no azimuth, and the sample is turned for it.
 #[test]
-fn an_axis_that_is_missing_stands_still() {
+fn missing_axis_stays_fixed() {
     let mut machine = machine(true);
     machine.speeds.phi_i = 0.0;
     let from = [30.0, 15.0, 40.0, 100.0];
@@ -145,7 +145,7 @@ fn an_axis_that_is_missing_stands_still() {
 
 /// Two arms in one plane swing through the normal instead of turning about it.
 #[test]
-fn arms_in_one_plane_swing_through_the_normal() {
+fn in_plane_arms_swing_through_normal() {
     let mut machine = machine(true);
     machine.limits.in_plane = true;
     (machine.speeds.phi_i, machine.speeds.phi_o) = (0.0, 0.0);
@@ -167,7 +167,7 @@ fn arms_in_one_plane_swing_through_the_normal() {
 }
 
 #[test]
-fn along_the_normal_no_azimuth_costs_time() {
+fn azimuth_along_normal_takes_no_time() {
     for isotropic in [false, true] {
         let (to, from) = ([0.0, 90.0, 30.0, 20.0], [0.0, -90.0, 30.0, 20.0]);
         let found = moved(&machine(isotropic), to, from);
@@ -176,7 +176,7 @@ fn along_the_normal_no_azimuth_costs_time() {
 }
 
 #[test]
-fn arms_that_are_nowhere_reach_nothing() {
+fn invalid_arms_reach_nothing() {
     let mut from = arms([10.0, 0.0, 10.0, PI]);
     from.incoming.theta = f32::NAN;
     let pending = || [(0, at([10.0, 0.0, 20.0, 0.0]))].into_iter();

@@ -4,7 +4,7 @@ use glimpse_core::gonio::{Repeated, RepeatedError};
 use proptest::prelude::*;
 
 #[test]
-fn nothing_is_known_before_readings() {
+fn empty_statistics() {
     let mut repeated = Repeated::new();
     assert_eq!((repeated.mean(), repeated.variance()), (None, None));
     assert_eq!((repeated.count(), repeated.saturated()), (0, false));
@@ -15,7 +15,7 @@ fn nothing_is_known_before_readings() {
 }
 
 #[test]
-fn one_saturated_reading_marks_them_all() {
+fn one_saturated_reading_marks_mean() {
     let mut repeated = Repeated::new();
     for (value, saturated) in [(1.0, false), (2.0, true), (3.0, false)] {
         repeated.add([value; 3], saturated).expect("finite");
@@ -25,7 +25,7 @@ fn one_saturated_reading_marks_them_all() {
 }
 
 #[test]
-fn what_is_not_finite_is_refused_and_changes_nothing() {
+fn rejects_non_finite_readings() {
     let mut repeated = Repeated::new();
     repeated.add([1.0, 2.0, 3.0], false).expect("finite");
     let before = repeated;
@@ -44,7 +44,7 @@ fn what_is_not_finite_is_refused_and_changes_nothing() {
 
 proptest! {
     #[test]
-    fn mean_and_variance_are_the_two_pass_ones(
+    fn matches_two_pass_formulas(
         offset in -1e4..1e4f32,
         readings in prop::collection::vec(prop::array::uniform3(-100.0..100f32), 2..200),
     ) {

@@ -89,14 +89,14 @@ fn readings(
     places.iter().map(read).collect()
 }
 
-fn judge(case: &Case, count: usize, random: &mut Generator) -> Verdict {
+fn simulate_verdict(case: &Case, count: usize, random: &mut Generator) -> Verdict {
     let places = places(count, random);
     let tile = if case.monochrome { [TILE[0]; 3] } else { TILE };
     examine(&readings(case, &places, random), tile)
 }
 
 /// True for the right verdict, None for none.
-fn right(case: &Case, verdict: &Verdict) -> Option<bool> {
+fn is_correct(case: &Case, verdict: &Verdict) -> Option<bool> {
     match *verdict {
         Verdict::Unclear(_) => None,
         Verdict::Is(quantity) => Some(case.factor == [1.0; 3] && quantity == case.quantity),
@@ -127,7 +127,7 @@ fn tally(count: usize, noise: f32, monochrome: bool, factor: [f32; 3]) -> (usize
             monochrome,
         };
         for _ in 0..500 {
-            match right(&case, &judge(&case, count, &mut random)) {
+            match is_correct(&case, &simulate_verdict(&case, count, &mut random)) {
                 Some(true) => correct += 1,
                 Some(false) => wrong += 1,
                 None => {}
@@ -138,7 +138,7 @@ fn tally(count: usize, noise: f32, monochrome: bool, factor: [f32; 3]) -> (usize
 }
 
 #[test]
-fn eight_readings_with_three_per_cent_of_noise_are_told() {
+fn recognizes_eight_readings_with_3_percent_noise() {
     for monochrome in [false, true] {
         assert_eq!(tally(8, 0.03, monochrome, [1.0; 3]), (2000, 0));
         assert_eq!(tally(8, 0.03, monochrome, [2.0; 3]), (1500, 0));
@@ -148,7 +148,7 @@ fn eight_readings_with_three_per_cent_of_noise_are_told() {
 
 /// Rather no verdict than a wrong one.
 #[test]
-fn more_noise_makes_verdicts_rarer_and_not_wrong() {
+fn more_noise_gives_fewer_but_no_wrong_verdicts() {
     for (noise, least) in [(0.05, 1800), (0.1, 0), (0.3, 0)] {
         for monochrome in [false, true] {
             let (correct, wrong) = tally(8, noise, monochrome, [1.0; 3]);
@@ -162,7 +162,7 @@ fn more_noise_makes_verdicts_rarer_and_not_wrong() {
 }
 
 #[test]
-fn three_readings_without_noise_are_enough() {
+fn three_exact_readings_are_enough() {
     let places = [
         at([5.0, 0.0, 30.0, 90.0]),
         at([55.0, 0.0, 10.0, 90.0]),
@@ -181,14 +181,14 @@ fn three_readings_without_noise_are_enough() {
 
 /// A reflectance factor times cos(theta_i), as of a white that was read once and taken for 1.
 #[test]
-fn a_constant_and_a_cosine_are_told_together() {
+fn recognizes_constant_times_cosine() {
     let case = Case {
         quantity: Quantity::BrdfTimesCosThetaI,
         factor: [PI; 3],
         noise: 0.01,
         monochrome: false,
     };
-    let Verdict::Scaled { quantity, factor } = judge(&case, 8, &mut Generator(5)) else {
+    let Verdict::Scaled { quantity, factor } = simulate_verdict(&case, 8, &mut Generator(5)) else {
         panic!("a constant");
     };
     assert_eq!(quantity, Quantity::BrdfTimesCosThetaI);
@@ -197,7 +197,7 @@ fn a_constant_and_a_cosine_are_told_together() {
 
 /// Exact BRDFs, but directions by which nothing else can be excluded.
 #[test]
-fn directions_that_are_too_much_alike_tell_nothing() {
+fn similar_directions_are_unclear() {
     let angles = [0.0, 15.0, 30.0, 45.0, 60.0];
     let mirror = angles.map(|theta| at([theta, 0.0, theta, 180.0]));
     let fixed_sensor = angles.map(|theta| at([theta, 0.0, 45.0, 90.0]));
@@ -216,7 +216,7 @@ fn directions_that_are_too_much_alike_tell_nothing() {
 }
 
 #[test]
-fn what_follows_no_cosine_is_unclear() {
+fn unknown_quantity_is_unclear() {
     let mut random = Generator(3);
     let places = places(10, &mut random);
     let brdf = |at: &Directions<f32>| TILE.map(|r| r / PI * (0.2 + at.incoming[0].abs()));
@@ -237,7 +237,7 @@ fn what_follows_no_cosine_is_unclear() {
 }
 
 #[test]
-fn readings_and_reflectances_that_are_none_are_named() {
+fn names_invalid_readings_and_reflectances() {
     let places = places(8, &mut Generator(2));
     let sound: Vec<_> = places
         .iter()
@@ -259,7 +259,7 @@ fn readings_and_reflectances_that_are_none_are_named() {
 }
 
 #[test]
-fn verdicts_name_their_numbers() {
+fn verdicts_contain_values() {
     let scaled = Verdict::Scaled {
         quantity: Quantity::Brdf,
         factor: [2.0, 2.1, 1.9],

@@ -3,11 +3,11 @@
 use glimpse_core::fit::ridge::RidgeGradient;
 
 use super::case::{Case, solutions, with_factors};
-use crate::differences::assert_slopes;
+use crate::finite_differences::assert_derivatives;
 use crate::random::Random;
 
 #[test]
-fn the_adjoint_agrees_with_differences() {
+fn adjoint_matches_differences() {
     for (n, m) in [(1, 1), (1, 4), (3, 5), (5, 5), (8, 5), (12, 3)] {
         let Case {
             basis,
@@ -45,13 +45,13 @@ fn the_adjoint_agrees_with_differences() {
             2.0 * terms.sum::<f64>()
         };
         let bound = 1e-7;
-        assert_slopes("t", &by_mapped, &mapped, bound, |t| {
+        assert_derivatives("t", &by_mapped, &mapped, bound, |t| {
             loss(&basis, &precision, &t)
         });
-        assert_slopes("A", &by_basis, &basis, bound, |a| {
+        assert_derivatives("A", &by_basis, &basis, bound, |a| {
             loss(&a, &precision, &mapped)
         });
-        assert_slopes("p", &by_precision, &precision, bound, |p| {
+        assert_derivatives("p", &by_precision, &precision, bound, |p| {
             loss(&basis, &p, &mapped)
         });
     }

@@ -41,7 +41,7 @@ fn in_both_precisions(case: &Case, lambda: &[f64]) -> [Vec<f64>; 4] {
 }
 
 #[test]
-fn both_precisions_agree_with_an_independent_solve() {
+fn f32_and_f64_match_independent_solve() {
     for n in [1, 2, 8, 64, 512] {
         for m in [1, 5, 60, 240] {
             let mut worst = [0.0_f64; 4];
@@ -73,7 +73,7 @@ fn both_precisions_agree_with_an_independent_solve() {
 
 /// Rows of zeros change nothing, but make n larger than m: the same problem in the primal form.
 #[test]
-fn primal_and_dual_are_the_same() {
+fn primal_and_dual_agree() {
     for (n, m) in [(1, 3), (4, 5), (8, 60), (30, 40)] {
         let mut case = Case::new(n, m, |k| 4.0 + k as f64, false, 11);
         let lambda: Vec<f64> = (0..m).map(|k| 1.0 - 0.1 * k as f64).collect();
@@ -88,7 +88,7 @@ fn primal_and_dual_are_the_same() {
 }
 
 #[test]
-fn the_basis_is_read_from_unaligned_bytes() {
+fn reads_basis_from_unaligned_bytes() {
     let case = Case::new(8, 5, |_| 40.0, false, 5);
     let (basis, precision) = (single(&case.basis), single(&case.precision));
     let mapped = single(&case.mapped);

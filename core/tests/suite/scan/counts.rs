@@ -12,7 +12,7 @@ use proptest::prelude::*;
 
 use crate::recipes::{linear, neural, parsed};
 use crate::scanning::{
-    MODELS, Outcome, each_scan, fit, material, recipe_of, record, scan_by, whole,
+    MODELS, Outcome, empty_scans, fit, full_scan, new_scan, recipe_for, record, synthetic_reading,
 };
 
 type Any = AnyModel;
@@ -27,14 +27,14 @@ fn recipes() -> Vec<Recipe<'static>> {
         .map(|path| parsed(std::fs::read(path).unwrap()))
         .collect();
     assert!(recipes.len() >= 4, "{folder}");
-    recipes.extend(MODELS.map(recipe_of));
+    recipes.extend(MODELS.map(recipe_for));
     recipes
 }
 
 fn outcomes(reading: impl Fn(u16) -> Reading) -> Vec<Outcome> {
     let recipes = recipes().into_iter();
     recipes
-        .map(|recipe| whole::<Any>(recipe, &reading))
+        .map(|recipe| full_scan::<Any>(recipe, &reading))
         .collect()
 }
 
@@ -46,7 +46,7 @@ fn plausible(index: u16) -> [f32; 3] {
 }
 
 #[test]
-fn counts_and_wrong_units_are_refused() {
+fn rejects_counts_and_wrong_units() {
     let refused = |reading: &dyn Fn(u16) -> Reading| {
         for outcome in outcomes(reading) {
             assert_eq!(outcome, Outcome::TooLarge);
@@ -70,15 +70,19 @@ fn counts_and_wrong_units_are_refused() {
 }
 
 #[test]
-fn counts_are_refused_with_the_limit() {
-    let mut scan = scan_by::<Any>(recipe_of(ModelKind::Neural));
+fn error_contains_limit() {
+    let mut scan = new_scan::<Any>(recipe_for(ModelKind::Neural));
     record(&mut scan, 0..8, |_| Reading::monochrome(1_000.0));
     let error = scan.fit().err().unwrap();
     assert_eq!(error, FitError::TooLarge { limit: 10 });
     // The readings are still there, and can be replaced.
     assert_eq!(scan.pending().count(), 0);
     for index in 0..8 {
-        assert!(scan.record(index, material(index)).unwrap().replaced);
+        assert!(
+            scan.record(index, synthetic_reading(index))
+                .unwrap()
+                .replaced
+        );
     }
     assert!(matches!(fit(&mut scan, &[50]), Outcome::Fitted(..)));
 }
@@ -87,8 +91,8 @@ fn counts_are_refused_with_the_limit() {
 /// whose theta_d are large, and its lower quartile is below 1 (as is every material's of MERL and
 /// RGL: at most 1.2 with any of the demo's four patterns).
 #[test]
-fn a_metal_at_grazing_angles_is_not_a_count() {
-    for mut scan in each_scan() {
+fn accepts_metal_at_grazing_angles() {
+    for mut scan in empty_scans() {
         record(&mut scan, 0..6, |_| Reading::new([60.0, 50.0, 40.0]));
         record(&mut scan, 6..8, |_| Reading::new([0.9; 3]));
         assert!(scan.fit().is_ok());
@@ -99,7 +103,7 @@ fn a_metal_at_grazing_angles_is_not_a_count() {
 
 /// One wild reading among good ones. [`fit`] checks that the numbers are finite.
 #[test]
-fn a_single_wild_reading_ends_in_numbers_or_diverges() {
+fn one_outlier_fits_or_diverges() {
     let mut fitted = 0;
     for wild in [f32::MAX, 1e30, 1e10, 65_535.0] {
         for at in 0..8 {
@@ -125,7 +129,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     /// Many readings wild, of any size that a float has. [`fit`] checks that the numbers are finite.
     #[test]
-    fn wild_readings_never_end_in_a_nan(
+    fn outliers_never_give_nan(
         wild in prop::collection::vec(
             (0..24_usize, (0..0x7f80_0000_u32).prop_map(f32::from_bits)),
             1..24,
@@ -145,20 +149,23 @@ proptest! {
 
 /// A fit whose numbers run away is reported, whichever elementary functions there are.
 #[test]
-fn an_infinite_brdf_is_a_diverged_fit() {
+fn infinite_brdf_diverges() {
     // By the network's own output (e^z - 1): no parameter need be infinite.
-    let mut numbers = neural();
+    let mut contents = neural();
     let mut network = [0.0; Neural::PARAMETERS];
     network[672..].fill(3e38);
-    numbers.initial = network.to_vec();
-    numbers.step_sizes.fill(0.0);
-    let by_neural = parsed(numbers.write().unwrap());
+    contents.initial = network.to_vec();
+    contents.step_sizes.fill(0.0);
+    let by_neural = parsed(contents.write().unwrap());
     // Linear's: all numbers finite, e to their power not.
-    let mut numbers = linear();
-    numbers.basis.fill(0.0);
-    numbers.mean.fill(100.0);
-    let by_linear = parsed(numbers.write().unwrap());
+    let mut contents = linear();
+    contents.basis.fill(0.0);
+    contents.mean.fill(100.0);
+    let by_linear = parsed(contents.write().unwrap());
     for recipe in [by_neural, by_linear] {
-        assert_eq!(whole::<Any>(recipe, material), Outcome::Diverged);
+        assert_eq!(
+            full_scan::<Any>(recipe, synthetic_reading),
+            Outcome::Diverged
+        );
     }
 }

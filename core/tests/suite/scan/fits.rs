@@ -6,14 +6,15 @@ use glimpse_core::scan::{FinishError, FitError, Reading};
 use proptest::prelude::*;
 
 use crate::scanning::{
-    Any, SAMPLES, each_scan, every_fitter, fit, material, record, scan_by, whole,
+    Any, SAMPLES, empty_scans, fit, for_every_fitter, full_scan, new_scan, record,
+    synthetic_reading,
 };
 
 /// Version 0.1 counted steps without readings, so that early calls used the fit up; and with 1 to 7
 /// of 8 readings it never ended.
 #[test]
-fn a_fit_cannot_be_used_up_before_it_begins() {
-    for mut scan in each_scan() {
+fn fit_needs_all_readings() {
+    for mut scan in empty_scans() {
         let recipe = *scan.recipe();
         for first in 0..SAMPLES as u16 {
             for _ in 0..30 {
@@ -23,21 +24,24 @@ fn a_fit_cannot_be_used_up_before_it_begins() {
                 assert!(scan.fit_under_way().is_none());
                 assert!(scan.fitted().is_none());
             }
-            scan.record(first, material(first)).unwrap();
+            scan.record(first, synthetic_reading(first)).unwrap();
         }
         // All of it is left to do.
         let total = recipe.descent().map_or(5 + 3, |_| 20 * 8);
         let progress = scan.fit().unwrap().progress();
         assert_eq!(progress, Progress { done: 0, total });
-        assert_eq!(fit(&mut scan, &[u32::MAX]), whole::<Any>(recipe, material));
+        assert_eq!(
+            fit(&mut scan, &[u32::MAX]),
+            full_scan::<Any>(recipe, synthetic_reading)
+        );
     }
 }
 
 /// The missing ones are counted, and the first of them is named, wherever they are.
 #[test]
-fn an_incomplete_fit_names_the_first_missing_reading() {
-    for mut scan in each_scan() {
-        record(&mut scan, [0, 1, 4, 7], material);
+fn incomplete_fit_names_first_missing_reading() {
+    for mut scan in empty_scans() {
+        record(&mut scan, [0, 1, 4, 7], synthetic_reading);
         let (missing, first) = (4, 2);
         let error = scan.fit().err();
         assert_eq!(error, Some(FitError::Incomplete { missing, first }));
@@ -46,10 +50,10 @@ fn an_incomplete_fit_names_the_first_missing_reading() {
 
 /// In version 0.1 the residual of nothing was 0, perfect.
 #[test]
-fn there_is_no_residual_before_a_fit() {
-    for mut scan in each_scan() {
+fn no_residual_before_fit() {
+    for mut scan in empty_scans() {
         assert!(scan.fitted().is_none());
-        record(&mut scan, 0..8, material);
+        record(&mut scan, 0..8, synthetic_reading);
         assert!(scan.fitted().is_none());
         let mut fit = scan.fit().unwrap();
         let progress = fit.advance(3);
@@ -77,10 +81,10 @@ fn there_is_no_residual_before_a_fit() {
 /// Neither a fit under way nor its result holds once a reading has changed; a reading that was
 /// refused changes nothing.
 #[test]
-fn a_reading_in_the_middle_of_a_fit_gives_it_up() {
+fn reading_during_fit_discards_it() {
     let gray = |_| Reading::new([0.4; 3]);
     let other = |index| Reading::new([if index == 5 { 1.5 } else { 0.4 }; 3]);
-    for mut scan in each_scan() {
+    for mut scan in empty_scans() {
         let recipe = *scan.recipe();
         record(&mut scan, 0..8, gray);
         scan.fit().unwrap().advance(7);
@@ -90,14 +94,14 @@ fn a_reading_in_the_middle_of_a_fit_gives_it_up() {
         assert!(scan.record(5, other(5)).unwrap().replaced);
         assert!(scan.fit_under_way().is_none());
         assert!(scan.fitted().is_none());
-        let expected = whole::<Any>(recipe, other);
+        let expected = full_scan::<Any>(recipe, other);
         assert_eq!(fit(&mut scan, &[11]), expected);
 
         assert!(scan.record(5, Reading::new([-2.0; 3])).is_err());
         assert!(scan.fitted().is_some());
         scan.record(5, gray(5)).unwrap();
         assert!(scan.fitted().is_none());
-        let before = whole::<Any>(recipe, gray);
+        let before = full_scan::<Any>(recipe, gray);
         assert_ne!(before, expected);
         assert_eq!(fit(&mut scan, &[3]), before);
         // A second fit begins afresh.
@@ -107,16 +111,12 @@ fn a_reading_in_the_middle_of_a_fit_gives_it_up() {
     }
 }
 
-fn slices_do_not_change<K: Fitter + 'static>(
-    recipe: Recipe<'static>,
-    brdfs: &[[f32; 3]],
-    budgets: &[u32],
-) {
+fn check_slices<K: Fitter + 'static>(recipe: Recipe<'static>, brdfs: &[[f32; 3]], budgets: &[u32]) {
     let reading = |index: u16| Reading::new(brdfs[usize::from(index)]);
-    let mut scan = scan_by::<K>(recipe);
+    let mut scan = new_scan::<K>(recipe);
     record(&mut scan, 0..8, reading);
     let sliced = fit(&mut scan, budgets);
-    assert_eq!(sliced, whole::<K>(recipe, reading));
+    assert_eq!(sliced, full_scan::<K>(recipe, reading));
     // The same where each slice is found again.
     assert_eq!(scan.fit().unwrap().progress().done, 0);
     let mut budgets = budgets.iter().cycle();
@@ -133,10 +133,10 @@ fn slices_do_not_change<K: Fitter + 'static>(
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
     #[test]
-    fn slices_do_not_change_the_result(
+    fn slicing_keeps_result(
         brdfs in prop::collection::vec(prop::array::uniform3(0.0..5.0f32), 8),
         budgets in prop::collection::vec(1..40u32, 1..6),
     ) {
-        every_fitter!(slices_do_not_change, &brdfs, &budgets);
+        for_every_fitter!(check_slices, &brdfs, &budgets);
     }
 }

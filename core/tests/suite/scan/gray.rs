@@ -7,9 +7,9 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Scan};
 
 use super::SCAN_RECIPES;
-use crate::completion::made::Made;
+use crate::completion::contents::CompletedContents;
 use crate::recipes::parsed;
-use crate::scanning::{MODELS, fit, recipe_of, record};
+use crate::scanning::{MODELS, fit, recipe_for, record};
 
 /// A glossy gray: a highlight at one sample of four.
 fn glossy(index: u16) -> Reading {
@@ -19,7 +19,7 @@ fn glossy(index: u16) -> Reading {
 }
 
 /// The values of the three channels are equal at the pattern and, where there is a BRDF, elsewhere.
-fn is_gray<K: Fitter>(recipe: &Recipe<'_>) {
+fn assert_gray<K: Fitter>(recipe: &Recipe<'_>) {
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<K>::new(*recipe, &mut memory).unwrap();
     record(&mut scan, 0..recipe.samples() as u16, glossy);
@@ -39,25 +39,26 @@ fn is_gray<K: Fitter>(recipe: &Recipe<'_>) {
 }
 
 #[test]
-fn readings_of_one_channel_give_a_gray_material() {
-    let made = MODELS.map(recipe_of);
-    let completed = MODELS.map(|model| Made::small(model, MissingPolicy::AllRequired).recipe());
+fn monochrome_readings_give_gray_material() {
+    let synthetic = MODELS.map(recipe_for);
+    let completed =
+        MODELS.map(|model| CompletedContents::small(model, MissingPolicy::AllRequired).recipe());
     let trained = SCAN_RECIPES.map(|bytes| parsed(bytes.to_vec()));
-    for recipe in made.iter().chain(&completed).chain(&trained) {
+    for recipe in synthetic.iter().chain(&completed).chain(&trained) {
         match recipe.model() {
-            ModelKind::Phong => is_gray::<Phong>(recipe),
-            ModelKind::CookTorrance => is_gray::<CookTorrance>(recipe),
-            ModelKind::Neural => is_gray::<Neural>(recipe),
-            _ => is_gray::<Linear>(recipe),
+            ModelKind::Phong => assert_gray::<Phong>(recipe),
+            ModelKind::CookTorrance => assert_gray::<CookTorrance>(recipe),
+            ModelKind::Neural => assert_gray::<Neural>(recipe),
+            _ => assert_gray::<Linear>(recipe),
         }
-        is_gray::<AnyModel>(recipe);
+        assert_gray::<AnyModel>(recipe);
     }
 }
 
 /// A single reading of three channels is enough for a colored material.
 #[test]
-fn one_colored_reading_keeps_the_channels_apart() {
-    for recipe in MODELS.map(recipe_of) {
+fn one_colored_reading_gives_colored_material() {
+    for recipe in MODELS.map(recipe_for) {
         let mut memory = vec![0.0; recipe.memory_words()];
         let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
         record(&mut scan, 0..8, glossy);

@@ -8,20 +8,20 @@ use glimpse_core::recipe::{
 };
 use proptest::prelude::*;
 
-use crate::recipes::{RidgeNumbers, linear, parsed};
-use crate::scanning::{Outcome, fit, material, record, scan_by, whole};
+use crate::recipes::{RidgeContents, linear, parsed};
+use crate::scanning::{Outcome, fit, full_scan, new_scan, record, synthetic_reading};
 
 /// Scans with a recipe of these numbers.
-fn scan_with(numbers: &RidgeNumbers) -> Outcome {
-    whole::<Linear>(parsed(numbers.write().unwrap()), material)
+fn scan_with(contents: &RidgeContents) -> Outcome {
+    full_scan::<Linear>(parsed(contents.write().unwrap()), synthetic_reading)
 }
 
 #[test]
-fn a_linear_scan_ends_in_coefficients() {
-    let numbers = linear();
-    let recipe = parsed(numbers.write().unwrap());
-    let mut scan = scan_by::<Linear>(recipe);
-    record(&mut scan, 0..8, material);
+fn linear_coefficients_match_definition() {
+    let contents = linear();
+    let recipe = parsed(contents.write().unwrap());
+    let mut scan = new_scan::<Linear>(recipe);
+    record(&mut scan, 0..8, synthetic_reading);
     // A row of the factorization or a channel at a time.
     assert_eq!(scan.fit().unwrap().progress().total, 8);
     let outcome = fit(&mut scan, &[1]);
@@ -33,10 +33,10 @@ fn a_linear_scan_ends_in_coefficients() {
     for (channel, c) in coefficients.chunks(5).enumerate() {
         let mut left: Vec<f64> = c.iter().map(|c| -40.0 * f64::from(*c)).collect();
         let mut scale = 0.0_f64;
-        for (sample, row) in numbers.basis.chunks(5).enumerate() {
-            let (mean, median) = (numbers.mean[sample], numbers.median[sample]);
-            let weight = numbers.weight[sample];
-            let y = material(sample as u16).brdf[channel];
+        for (sample, row) in contents.basis.chunks(5).enumerate() {
+            let (mean, median) = (contents.mean[sample], contents.median[sample]);
+            let weight = contents.weight[sample];
+            let y = synthetic_reading(sample as u16).brdf[channel];
             let explained: f32 = row.iter().zip(c).map(|(a, c)| a * c).sum();
             let rest = f64::from(map(y, median, weight) - mean - explained);
             for (left, a) in left.iter_mut().zip(row) {
@@ -71,7 +71,7 @@ fn a_linear_scan_ends_in_coefficients() {
 /// Components alike, priors that are lost in rounding, and the smallest precision that a proptest found: in
 /// version 0.1 the factorization met a pivot that was not positive, and the scan could not begin.
 #[test]
-fn an_ill_conditioned_recipe_scans() {
+fn fits_ill_conditioned_recipes() {
     let mut one_large_entry = vec![0.0; 40];
     one_large_entry[30] = MAX_BASIS;
     for (basis, precision) in [
@@ -81,7 +81,7 @@ fn an_ill_conditioned_recipe_scans() {
         (vec![0.0; 40], [1.0, 1.0, MIN_PRECISION, 1.0, 1.0]),
         (one_large_entry, [1.0; 5]),
     ] {
-        let outcome = scan_with(&RidgeNumbers {
+        let outcome = scan_with(&RidgeContents {
             basis,
             precision: precision.to_vec(),
             ..linear()
@@ -92,9 +92,9 @@ fn an_ill_conditioned_recipe_scans() {
         );
     }
     // Numbers that floats cannot hold are not a recipe.
-    let mut numbers = linear();
-    numbers.basis.fill(1e30);
-    assert_eq!(numbers.write(), Err(RecipeError::Range(Field::Basis)));
+    let mut contents = linear();
+    contents.basis.fill(1e30);
+    assert_eq!(contents.write(), Err(RecipeError::Range(Field::Basis)));
 }
 
 /// Basis entries and precisions over all decades that a recipe may have.
@@ -110,13 +110,13 @@ fn decades() -> impl Strategy<Value = (Vec<f32>, Vec<f32>)> {
 }
 
 /// Any positive float from one to another, every exponent as likely as the next.
-fn between(least: f32, most: f32) -> impl Strategy<Value = f32> {
-    (least.to_bits()..=most.to_bits()).prop_map(f32::from_bits)
+fn floats_between(min: f32, max: f32) -> impl Strategy<Value = f32> {
+    (min.to_bits()..=max.to_bits()).prop_map(f32::from_bits)
 }
 
 /// Any float up to this size.
-fn within(most: f32) -> impl Strategy<Value = f32> {
-    (between(0.0, most), any::<bool>())
+fn floats_within(max: f32) -> impl Strategy<Value = f32> {
+    (floats_between(0.0, max), any::<bool>())
         .prop_map(|(value, negative)| if negative { -value } else { value })
 }
 
@@ -124,29 +124,29 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
     /// In version 0.1 7,522 of 67,950 valid recipes failed to begin.
     #[test]
-    fn a_forged_recipe_scans((basis, precision) in decades(), rank in 1..=5_usize) {
-        let mut numbers = RidgeNumbers { basis, precision, ..linear() };
+    fn low_rank_recipe_fits_or_diverges((basis, precision) in decades(), rank in 1..=5_usize) {
+        let mut contents = RidgeContents { basis, precision, ..linear() };
         // The last components are multiples of the first.
-        for row in numbers.basis.chunks_mut(5) {
+        for row in contents.basis.chunks_mut(5) {
             for k in rank..5 {
                 row[k] = 3.0 * row[k % rank];
             }
         }
-        let outcome = scan_with(&numbers);
+        let outcome = scan_with(&contents);
         prop_assert!(matches!(outcome, Outcome::Fitted(..) | Outcome::Diverged), "{:?}", outcome);
     }
 
     /// All numbers that a recipe may have, at random: finite values, or a reported divergence.
     #[test]
-    fn a_recipe_of_any_numbers_ends(
-        basis in prop::collection::vec(within(MAX_BASIS), 40),
-        mean in prop::collection::vec(within(MAX_MEAN), 8),
-        median in prop::collection::vec(between(0.0, MAX_MEDIAN), 8),
-        weight in prop::collection::vec(between(f32::from_bits(1), MAX_WEIGHT), 8),
-        precision in prop::collection::vec(between(MIN_PRECISION, MAX_PRECISION), 5),
+    fn recipe_of_any_numbers_fits_or_diverges(
+        basis in prop::collection::vec(floats_within(MAX_BASIS), 40),
+        mean in prop::collection::vec(floats_within(MAX_MEAN), 8),
+        median in prop::collection::vec(floats_between(0.0, MAX_MEDIAN), 8),
+        weight in prop::collection::vec(floats_between(f32::from_bits(1), MAX_WEIGHT), 8),
+        precision in prop::collection::vec(floats_between(MIN_PRECISION, MAX_PRECISION), 5),
     ) {
-        let numbers = RidgeNumbers { basis, mean, median, weight, precision, ..linear() };
-        let outcome = scan_with(&numbers);
+        let contents = RidgeContents { basis, mean, median, weight, precision, ..linear() };
+        let outcome = scan_with(&contents);
         prop_assert!(matches!(outcome, Outcome::Fitted(..) | Outcome::Diverged), "{:?}", outcome);
     }
 }

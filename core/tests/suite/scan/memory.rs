@@ -5,22 +5,27 @@ use glimpse_core::model::{ModelKind, Neural};
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
 use glimpse_core::scan::{Reading, Scan, ScanError};
 
-use crate::completion::made::Made;
+use crate::completion::contents::CompletedContents;
 use crate::recipes::{linear, parsed};
-use crate::scanning::{MODELS, SAMPLES, bytes_of, fit, material, recipe_of, record, whole};
+use crate::scanning::{
+    MODELS, SAMPLES, encoded_recipe, fit, full_scan, recipe_for, record, synthetic_reading,
+};
 
 #[test]
-fn a_scan_is_small_by_value() {
+fn scan_struct_is_small() {
     assert!(size_of::<Scan<'_, AnyModel>>() <= 400);
 }
 
 /// The constant that sizes a firmware's memory is what each fit takes, by its type and at run time.
 #[test]
-fn memory_is_sized_by_the_bytes_of_a_recipe() {
+fn memory_words_match_recipe() {
     let mut all = Vec::new();
     for model in MODELS {
         let policy = glimpse_core::fit::coefficient_net::MissingPolicy::AllRequired;
-        for bytes in [bytes_of(model), Made::small(model, policy).write().unwrap()] {
+        for bytes in [
+            encoded_recipe(model),
+            CompletedContents::small(model, policy).write().unwrap(),
+        ] {
             let recipe = parsed(bytes.clone());
             let words = memory_words(&[&bytes]);
             assert_eq!(words, recipe.memory_words());
@@ -34,7 +39,7 @@ fn memory_is_sized_by_the_bytes_of_a_recipe() {
     assert_eq!(memory_words(&bytes), most);
     assert_eq!(memory_words(&[]), 0);
     // Linear's solve: nine words a sample, three channels of m, n, the factors, and scratch.
-    let bytes = bytes_of(ModelKind::Linear);
+    let bytes = encoded_recipe(ModelKind::Linear);
     assert_eq!(
         memory_words(&[&bytes]),
         9 * 8 + 3 * 5 + 8 + 15 + (2 * 5 + 3 * 5)
@@ -52,8 +57,8 @@ fn memory_is_sized_by_the_bytes_of_a_recipe() {
 
 /// In version 0.1 there was no second recipe at run time: a workspace could not be had back.
 #[test]
-fn memory_serves_one_recipe_after_the_other() {
-    let recipes = MODELS.map(recipe_of);
+fn memory_is_reusable() {
+    let recipes = MODELS.map(recipe_for);
     let words = recipes.iter().map(Recipe::memory_words).max().unwrap();
     let mut memory = &mut vec![0.0; words][..];
     for recipe in recipes.into_iter().chain(recipes) {
@@ -61,8 +66,11 @@ fn memory_serves_one_recipe_after_the_other() {
         // Nothing is left of the scan before.
         assert_eq!(scan.pending().count(), SAMPLES);
         assert!(scan.fitted().is_none() && scan.fit_under_way().is_none());
-        record(&mut scan, 0..8, material);
-        assert_eq!(fit(&mut scan, &[17]), whole::<AnyModel>(recipe, material));
+        record(&mut scan, 0..8, synthetic_reading);
+        assert_eq!(
+            fit(&mut scan, &[17]),
+            full_scan::<AnyModel>(recipe, synthetic_reading)
+        );
         memory = scan.into_memory();
         assert_eq!(memory.len(), words);
         // A scan that only borrows the memory leaves nothing either.
@@ -73,7 +81,7 @@ fn memory_serves_one_recipe_after_the_other() {
 
 /// A recipe with fewer samples and components finds nothing of the larger one before it.
 #[test]
-fn memory_that_was_used_for_more_serves_less() {
+fn smaller_recipe_reuses_memory() {
     let mut small = linear();
     small.pattern.truncate(9);
     small.components = 2;
@@ -85,20 +93,20 @@ fn memory_that_was_used_for_more_serves_less() {
     let small = parsed(small.write().unwrap());
     let run = |memory: &mut [f32], recipe: Recipe<'_>| {
         let mut scan = Scan::<AnyModel>::new(recipe, memory).unwrap();
-        record(&mut scan, 0..recipe.samples() as u16, material);
+        record(&mut scan, 0..recipe.samples() as u16, synthetic_reading);
         fit(&mut scan, &[2])
     };
     let mut used = [0.0; 400];
     let expected = run(&mut [0.0; 400], small);
     assert_eq!(expected.values().len(), 3 * 2);
-    run(&mut used, recipe_of(ModelKind::Linear));
+    run(&mut used, recipe_for(ModelKind::Linear));
     assert_eq!(run(&mut used, small), expected);
 }
 
 #[test]
-fn a_recipe_for_another_firmware_is_refused() {
+fn rejects_recipe_for_other_firmware() {
     fn accepts<K: Fitter>(model: ModelKind, missing: usize) -> Result<(), ScanError> {
-        let recipe = recipe_of(model);
+        let recipe = recipe_for(model);
         let words = recipe.memory_words();
         let accepted = Scan::<K>::accept(&recipe, words - missing)?;
         assert_eq!(accepted, words);
@@ -113,7 +121,7 @@ fn a_recipe_for_another_firmware_is_refused() {
         assert_eq!(accepts::<Neural>(model, 0), wrong(neural, model));
         assert_eq!(accepts::<Linear>(model, 0), wrong(linear, model));
         assert_eq!(accepts::<AnyModel>(model, 0), Ok(()));
-        let needed = recipe_of(model).memory_words();
+        let needed = recipe_for(model).memory_words();
         let found = needed - 1;
         let small = Err(ScanError::Memory { needed, found });
         assert_eq!(accepts::<AnyModel>(model, 1), small);
@@ -121,10 +129,12 @@ fn a_recipe_for_another_firmware_is_refused() {
 }
 
 #[test]
-fn a_recipe_states_how_many_values_a_fit_has() {
-    for recipe in MODELS.map(recipe_of) {
+fn recipe_states_number_of_values() {
+    for recipe in MODELS.map(recipe_for) {
         assert_eq!(
-            whole::<AnyModel>(recipe, material).values().len(),
+            full_scan::<AnyModel>(recipe, synthetic_reading)
+                .values()
+                .len(),
             recipe.values()
         );
     }

@@ -6,11 +6,12 @@ use glimpse_core::scan::Reading;
 use proptest::prelude::*;
 
 use crate::scanning::{
-    MODELS, Outcome, SAMPLES, each_scan, every_fitter, fit, material, scan_by, whole,
+    MODELS, Outcome, SAMPLES, empty_scans, fit, for_every_fitter, full_scan, new_scan,
+    synthetic_reading,
 };
 
 fn check_order<K: Fitter + 'static>(recipe: Recipe<'static>, order: &[u16], again: &[u16]) {
-    let mut scan = scan_by::<K>(recipe);
+    let mut scan = new_scan::<K>(recipe);
     // Some are read wrongly at first.
     for index in again {
         let reading = Reading {
@@ -21,13 +22,16 @@ fn check_order<K: Fitter + 'static>(recipe: Recipe<'static>, order: &[u16], agai
         assert_eq!(scan.reading(*index), Some(reading));
     }
     for index in order {
-        let recorded = scan.record(*index, material(*index)).unwrap();
+        let recorded = scan.record(*index, synthetic_reading(*index)).unwrap();
         assert_eq!(recorded.replaced, again.contains(index));
         assert!(!recorded.clamped);
-        assert_eq!(scan.reading(*index), Some(material(*index)));
+        assert_eq!(scan.reading(*index), Some(synthetic_reading(*index)));
     }
     assert_eq!(scan.next_pending(), None);
-    assert_eq!(fit(&mut scan, &[9]), whole::<K>(recipe, material));
+    assert_eq!(
+        fit(&mut scan, &[9]),
+        full_scan::<K>(recipe, synthetic_reading)
+    );
 }
 
 fn push_outcome<K: Fitter>(
@@ -35,30 +39,30 @@ fn push_outcome<K: Fitter>(
     reading: impl Fn(u16) -> Reading,
     outcomes: &mut Vec<Outcome>,
 ) {
-    outcomes.push(whole::<K>(recipe, reading));
+    outcomes.push(full_scan::<K>(recipe, reading));
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
     #[test]
-    fn readings_in_any_order_end_in_the_same_bits(
+    fn reading_order_keeps_result(
         order in Just((0..8).collect::<Vec<u16>>()).prop_shuffle(),
         again in prop::collection::vec(0..8u16, 0..5),
     ) {
-        every_fitter!(check_order, &order, &again);
+        for_every_fitter!(check_order, &order, &again);
     }
 
     /// In the recipe's order, at the recipe's directions.
     #[test]
-    fn the_samples_that_were_not_read_are_pending(
+    fn unread_samples_are_pending(
         order in Just((0..8).collect::<Vec<u16>>()).prop_shuffle(),
     ) {
-        for mut scan in each_scan() {
+        for mut scan in empty_scans() {
             let places: Vec<_> = scan.pending().collect();
             prop_assert_eq!(places.len(), SAMPLES);
             for (read, index) in order.iter().enumerate() {
                 prop_assert_eq!(scan.reading(*index), None);
-                scan.record(*index, material(*index)).unwrap();
+                scan.record(*index, synthetic_reading(*index)).unwrap();
                 let left = places.iter().filter(|place| !order[..=read].contains(&place.0));
                 prop_assert!(scan.pending().eq(left.copied()));
                 prop_assert_eq!(scan.next_pending(), scan.pending().next());
@@ -68,10 +72,10 @@ proptest! {
 
     /// Firmware that takes any recipe ends where that for one model does.
     #[test]
-    fn any_model_is_each_of_them(brdfs in prop::collection::vec([0.0..4.0f32, 0.0..4.0, 0.0..4.0], 8)) {
+    fn any_model_matches_each_model(brdfs in prop::collection::vec([0.0..4.0f32, 0.0..4.0, 0.0..4.0], 8)) {
         let reading = |index: u16| Reading::new(brdfs[usize::from(index)]);
         let mut outcomes = Vec::new();
-        every_fitter!(push_outcome, reading, &mut outcomes);
+        for_every_fitter!(push_outcome, reading, &mut outcomes);
         let (by_type, by_recipe) = outcomes.split_at(MODELS.len());
         prop_assert_eq!(by_type, by_recipe);
         for (model, outcome) in MODELS.iter().zip(by_recipe) {

@@ -39,26 +39,26 @@ fn verdicts(reading: impl Fn(u16) -> Reading) -> [Option<Implausible>; 4] {
 }
 
 #[test]
-fn a_noisy_sensor_is_plausible() {
+fn noisy_sensor_is_plausible() {
     assert_eq!(verdicts(|index| Reading::new(matt(index))), [None; 4]);
     let gray = |index| Reading::monochrome(matt(index)[0]);
     assert_eq!(verdicts(gray), [None; 4]);
 }
 
 #[test]
-fn readings_below_0_are_implausible() {
+fn negative_readings_are_implausible() {
     let dark = |_| Reading::monochrome(-0.9);
     assert_eq!(verdicts(dark), [Some(Implausible::Dark); 4]);
 }
 
 #[test]
-fn readings_that_are_all_equal_are_implausible() {
+fn equal_readings_are_implausible() {
     let stuck = |_| Reading::new([0.2, 0.1, 0.05]);
     assert_eq!(verdicts(stuck), [Some(Implausible::Repeated); 4]);
 }
 
 #[test]
-fn repeated_readings_are_counted_before_they_are_raised() {
+fn counts_repeated_readings_before_raising() {
     let recipe = parsed(SCAN_RECIPES[1].to_vec());
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
@@ -73,7 +73,7 @@ fn repeated_readings_are_counted_before_they_are_raised() {
 }
 
 #[test]
-fn a_dead_channel_beside_lit_ones_is_implausible() {
+fn dead_channel_is_implausible() {
     for channel in 0..3_u8 {
         let verdicts = verdicts(|index| {
             let mut brdf = matt(index);
@@ -86,7 +86,7 @@ fn a_dead_channel_beside_lit_ones_is_implausible() {
 
 /// 8-bit counts divided by 255, not by those of the white: most of them near the full scale.
 #[test]
-fn counts_as_shares_of_the_full_scale_are_implausible() {
+fn counts_relative_to_full_scale_are_implausible() {
     let counts =
         |index: u16| Reading::new(matt(index).map(|f| (200.0 + 220.0 * f).round() / 255.0));
     assert_eq!(verdicts(counts), [Some(Implausible::Albedo); 4]);
@@ -94,7 +94,7 @@ fn counts_as_shares_of_the_full_scale_are_implausible() {
 
 /// Readings that belong to other directions: no fit explains them.
 #[test]
-fn readings_that_no_fit_explains_are_implausible() {
+fn unexplained_readings_are_implausible() {
     let bytes = include_bytes!("../../../../trainer/recipes/completed/neural-n8.recipe");
     let wild = |index: u16| Reading::monochrome([0.002, 9.0, 7.0, 0.01][usize::from(index % 4)]);
     assert_eq!(verdict(bytes, wild), Some(Implausible::Residual));

@@ -9,11 +9,13 @@ use glimpse_core::scan::{
 };
 use proptest::prelude::*;
 
-use crate::scanning::{Any, MODELS, Outcome, each_scan, fit, material, recipe_of, record, whole};
+use crate::scanning::{
+    Any, MODELS, Outcome, empty_scans, fit, full_scan, recipe_for, record, synthetic_reading,
+};
 
 #[test]
-fn impossible_readings_are_refused_and_asked_for_again() {
-    for mut scan in each_scan() {
+fn rejects_invalid_readings() {
+    for mut scan in empty_scans() {
         let first = scan.next_pending().unwrap();
         for (brdf, error) in [
             ([f32::NAN, 0.1, 0.1], ReadingError::NonFinite(0)),
@@ -38,26 +40,29 @@ fn impossible_readings_are_refused_and_asked_for_again() {
 
 /// There may be room for more samples than the recipe has.
 #[test]
-fn no_more_is_taken_than_the_recipe_asks_for() {
+fn rejects_unknown_samples() {
     for model in MODELS {
-        let recipe = recipe_of(model);
+        let recipe = recipe_for(model);
         let mut memory = [0.0; 2_000];
         let mut scan = Scan::<Any>::new(recipe, &mut memory).unwrap();
-        record(&mut scan, 0..8, material);
+        record(&mut scan, 0..8, synthetic_reading);
         assert_eq!(scan.pending().count(), 0);
         for index in [8, 9, 11, 12, u16::MAX] {
             let samples = 8;
             let error = ReadingError::Index { index, samples };
-            assert_eq!(scan.record(index, material(0)), Err(error));
+            assert_eq!(scan.record(index, synthetic_reading(0)), Err(error));
             assert_eq!(scan.reading(index), None);
         }
-        assert_eq!(fit(&mut scan, &[13]), whole::<Any>(recipe, material));
+        assert_eq!(
+            fit(&mut scan, &[13]),
+            full_scan::<Any>(recipe, synthetic_reading)
+        );
     }
 }
 
 /// The least BRDF that the loss (1 + y cos > 0) or the mapping (y w + e > 0) of a recipe takes at a
 /// sample: half of the margin at 0 is kept.
-fn least(recipe: &Recipe<'_>, index: u16) -> f32 {
+fn min_reading(recipe: &Recipe<'_>, index: u16) -> f32 {
     let index = usize::from(index);
     match recipe.ridge() {
         Some(ridge) => -0.5 * EPSILON as f32 / ridge.weight().iter().nth(index).unwrap(),
@@ -70,11 +75,11 @@ fn least(recipe: &Recipe<'_>, index: u16) -> f32 {
 
 /// A dark-subtracted reading may be below 0: as it is where the loss can take it, else brought up.
 #[test]
-fn slightly_negative_readings_are_taken_and_clamped_where_they_must_be() {
-    for mut scan in each_scan() {
+fn clamps_negative_readings() {
+    for mut scan in empty_scans() {
         let recipe = *scan.recipe();
         for index in 0..8 {
-            let value = least(&recipe, index).max(MIN_READING);
+            let value = min_reading(&recipe, index).max(MIN_READING);
             let recorded = scan.record(index, Reading::new([value, 0.1, 0.2]));
             assert_eq!(recorded, Ok(Recorded::default()));
         }
@@ -85,10 +90,10 @@ fn slightly_negative_readings_are_taken_and_clamped_where_they_must_be() {
         // Further below 0, a reading counts as if it were there, and is counted.
         let mut clamped = 0;
         for index in 0..8 {
-            let value = least(&recipe, index).next_down().max(MIN_READING);
+            let value = min_reading(&recipe, index).next_down().max(MIN_READING);
             let brdf = [value, 0.1, 0.2];
             let recorded = scan.record(index, Reading::new(brdf)).unwrap();
-            assert_eq!(recorded.clamped, value < least(&recipe, index));
+            assert_eq!(recorded.clamped, value < min_reading(&recipe, index));
             assert_eq!(scan.reading(index).unwrap().brdf, brdf);
             clamped += u16::from(recorded.clamped);
         }
@@ -114,8 +119,8 @@ fn slightly_negative_readings_are_taken_and_clamped_where_they_must_be() {
 }
 
 #[test]
-fn saturated_readings_are_counted_until_they_are_replaced_or_the_scan_restarts() {
-    for mut scan in each_scan() {
+fn counts_saturated_readings() {
+    for mut scan in empty_scans() {
         record(&mut scan, 0..8, |index| Reading {
             brdf: [0.3; 3],
             saturated: index < 3,
@@ -132,13 +137,13 @@ fn saturated_readings_are_counted_until_they_are_replaced_or_the_scan_restarts()
 }
 
 #[test]
-fn readings_of_a_stuck_sensor_are_counted() {
+fn counts_repeated_readings() {
     let distinct = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| [0.3 + 0.01 * k as f32; 3]);
     let mut one_pair = distinct;
     one_pair[4] = one_pair[3];
     for model in MODELS {
         for (brdfs, repeated) in [([[0.3, 0.2, 0.1]; 8], 7), (distinct, 0), (one_pair, 1)] {
-            let outcome = whole::<Any>(recipe_of(model), |index| {
+            let outcome = full_scan::<Any>(recipe_for(model), |index| {
                 Reading::new(brdfs[usize::from(index)])
             });
             assert_eq!(outcome.residual().repeated, repeated, "{model}");
@@ -148,7 +153,7 @@ fn readings_of_a_stuck_sensor_are_counted() {
 
 /// A sensor with one channel makes a gray material.
 #[test]
-fn a_monochrome_reading_is_three_alike() {
+fn monochrome_reading_fills_channels() {
     assert_eq!(Reading::monochrome(0.25), Reading::new([0.25; 3]));
     assert!(!Reading::monochrome(0.25).saturated);
 }
@@ -157,12 +162,12 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
     /// Whatever noise brings below 0, the fit ends.
     #[test]
-    fn noise_below_zero_is_fitted(
+    fn fits_noise_below_zero(
         brdfs in prop::collection::vec(prop::array::uniform3(-1.0..0.5f32), 8),
     ) {
         for model in MODELS {
             let reading = |index: u16| Reading::new(brdfs[usize::from(index)]);
-            let outcome = whole::<Any>(recipe_of(model), reading);
+            let outcome = full_scan::<Any>(recipe_for(model), reading);
             prop_assert!(matches!(outcome, Outcome::Fitted(..)), "{model}: {outcome:?}");
         }
     }

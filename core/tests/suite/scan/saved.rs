@@ -8,14 +8,16 @@ use proptest::prelude::*;
 use serde::Serialize;
 
 use crate::recipes::{neural, parsed};
-use crate::scanning::{Any, Outcome, each_scan, every_fitter, fit, recipe_of, record, scan_by};
+use crate::scanning::{
+    Any, Outcome, empty_scans, fit, for_every_fitter, new_scan, recipe_for, record,
+};
 
 const BYTES: usize = Saved::<8>::BYTES;
 /// The order in which samples are read.
 const ORDER: [u16; 8] = [5, 0, 7, 3, 1, 2, 6, 4];
 
 /// A reading of a material.
-fn seen(material: f32, index: u16) -> Reading {
+fn reading_of(material: f32, index: u16) -> Reading {
     let k = f32::from(index);
     Reading {
         brdf: [material + 0.1 * k, 0.3, 0.05 * k],
@@ -27,7 +29,7 @@ fn seen(material: f32, index: u16) -> Reading {
 fn saved(recipe: &Recipe<'_>, material: f32, taken: usize) -> Saved<8> {
     let mut saved = Saved::new(recipe);
     for index in &ORDER[..taken] {
-        saved.insert(*index, seen(material, *index)).unwrap();
+        saved.insert(*index, reading_of(material, *index)).unwrap();
     }
     saved
 }
@@ -46,17 +48,17 @@ fn resume<K: Fitter + 'static>(
     recipe: Recipe<'static>,
     saved: &[(u16, Reading)],
 ) -> (Outcome, usize) {
-    let mut scan = scan_by::<K>(recipe);
+    let mut scan = new_scan::<K>(recipe);
     for (index, reading) in saved {
         scan.record(*index, *reading).unwrap();
     }
     let pending: Vec<u16> = scan.pending().map(|(index, _)| index).collect();
     let taken = pending.len();
-    record(&mut scan, pending, |index| seen(0.2, index));
+    record(&mut scan, pending, |index| reading_of(0.2, index));
     (fit(&mut scan, &[7]), taken)
 }
 
-fn a_resumed_scan_ends_alike<K: Fitter + 'static>(recipe: Recipe<'static>) {
+fn check_resumed_scan<K: Fitter + 'static>(recipe: Recipe<'static>) {
     let (whole, all) = resume::<K>(recipe, &[]);
     assert_eq!(all, 8);
     assert!(matches!(whole, Outcome::Fitted(..)));
@@ -67,15 +69,15 @@ fn a_resumed_scan_ends_alike<K: Fitter + 'static>(recipe: Recipe<'static>) {
 }
 
 #[test]
-fn a_scan_that_resumes_after_any_reading_ends_in_the_same_bits() {
-    every_fitter!(a_resumed_scan_ends_alike);
+fn resumed_scan_keeps_result() {
+    for_every_fitter!(check_resumed_scan);
 }
 
 /// Power is lost after each byte of each write in turn: of the scan's own, and of the one that
 /// forgets the scan before it, of another material.
 #[test]
-fn power_lost_at_any_byte_of_any_write_leaves_the_old_the_new_or_no_readings() {
-    for scan in each_scan() {
+fn interrupted_write_leaves_old_new_or_no_readings() {
+    for scan in empty_scans() {
         let recipe = *scan.recipe();
         let mut damaged = 0;
         let mut before = [0xA5; BYTES];
@@ -105,15 +107,15 @@ fn power_lost_at_any_byte_of_any_write_leaves_the_old_the_new_or_no_readings() {
 
 /// A fit cut short begins again from the readings.
 #[test]
-fn power_lost_in_the_middle_of_a_fit_ends_in_the_same_bits() {
-    for mut scan in each_scan() {
+fn power_loss_during_fit_keeps_result() {
+    for mut scan in empty_scans() {
         let recipe = *scan.recipe();
         let whole = resume::<Any>(recipe, &[]).0;
         let kept = saved(&recipe, 0.2, 8);
         let mut memory = [0; BYTES];
         write_into(&mut memory, &kept, BYTES);
         for done in [1, 3, 7, 8, 100, 159] {
-            record(&mut scan, 0..8, |index| seen(0.2, index));
+            record(&mut scan, 0..8, |index| reading_of(0.2, index));
             let mut fit = scan.fit().unwrap();
             let done = done.min(fit.progress().total - 1);
             assert_eq!(fit.advance(done).done, done);
@@ -125,8 +127,8 @@ fn power_lost_in_the_middle_of_a_fit_ends_in_the_same_bits() {
 }
 
 #[test]
-fn readings_by_another_recipe_are_refused_by_name() {
-    let recipe = recipe_of(ModelKind::Neural);
+fn rejects_readings_of_other_recipe() {
+    let recipe = recipe_for(ModelKind::Neural);
     let mut other = neural();
     other.expected_loss *= 2.0;
     let other = parsed(other.write().unwrap());
@@ -138,8 +140,8 @@ fn readings_by_another_recipe_are_refused_by_name() {
 }
 
 #[test]
-fn memory_that_nobody_wrote_holds_no_readings() {
-    let recipe = recipe_of(ModelKind::Neural);
+fn unwritten_memory_is_damaged() {
+    let recipe = recipe_for(ModelKind::Neural);
     for byte in [0, 0xFF, 0xA5] {
         let refused = Saved::<8>::read(&[byte; BYTES], &recipe);
         assert_eq!(refused, Err(SavedError::Damaged));
@@ -150,10 +152,10 @@ fn memory_that_nobody_wrote_holds_no_readings() {
 }
 
 #[test]
-fn there_is_room_for_the_capacity_and_no_more() {
-    let recipe = recipe_of(ModelKind::Neural);
+fn capacity_is_enforced() {
+    let recipe = recipe_for(ModelKind::Neural);
     let mut saved = saved(&recipe, 0.2, 8);
-    assert_eq!(saved.insert(8, seen(0.2, 8)), Err(SavedError::Full));
+    assert_eq!(saved.insert(8, reading_of(0.2, 8)), Err(SavedError::Full));
     let needed = saved.write(&mut [0; BYTES]).unwrap().len();
     for length in 0..needed {
         let refused = saved.write(&mut vec![0; length]).err();
@@ -171,31 +173,31 @@ fn there_is_room_for_the_capacity_and_no_more() {
 
 /// A second reading of a sample takes the place of the first, also where there is no more room.
 #[test]
-fn a_second_reading_replaces_the_first() {
-    let recipe = recipe_of(ModelKind::Neural);
+fn second_reading_replaces_first() {
+    let recipe = recipe_for(ModelKind::Neural);
     let mut saved = saved(&recipe, 0.2, 8);
-    saved.insert(7, seen(0.9, 7)).unwrap();
+    saved.insert(7, reading_of(0.9, 7)).unwrap();
     let expected = ORDER.map(|index| {
         let material = if index == 7 { 0.9 } else { 0.2 };
-        (index, seen(material, index))
+        (index, reading_of(material, index))
     });
     assert_eq!(saved.readings(), expected);
 }
 
 /// In version 0.1 a NaN was taken, kept and read back.
 #[test]
-fn impossible_readings_are_refused_when_they_are_saved_and_when_they_are_read() {
+fn rejects_invalid_saved_readings() {
     /// As they are written, by anybody.
     #[derive(Serialize)]
     struct Forged {
         recipe: u32,
         readings: Vec<(u16, Reading)>,
     }
-    let recipe = recipe_of(ModelKind::Neural);
+    let recipe = recipe_for(ModelKind::Neural);
     let read = |reading: Reading| {
         let forged = Forged {
             recipe: recipe.checksum(),
-            readings: vec![(4, seen(0.2, 4)), (2, reading)],
+            readings: vec![(4, reading_of(0.2, 4)), (2, reading)],
         };
         let mut buffer = [0; BYTES];
         let length = postcard::to_slice(&forged, &mut buffer).unwrap().len();
@@ -204,7 +206,7 @@ fn impossible_readings_are_refused_when_they_are_saved_and_when_they_are_read() 
         buffer[length..length + 4].copy_from_slice(&checksum);
         Saved::<8>::read(&buffer, &recipe)
     };
-    assert_eq!(read(seen(0.2, 2)).unwrap().readings().len(), 2);
+    assert_eq!(read(reading_of(0.2, 2)).unwrap().readings().len(), 2);
     for (value, error) in [
         (f32::NAN, ReadingError::NonFinite(1)),
         (f32::INFINITY, ReadingError::NonFinite(1)),
@@ -222,13 +224,13 @@ fn impossible_readings_are_refused_when_they_are_saved_and_when_they_are_read() 
 
 proptest! {
     #[test]
-    fn readings_are_read_as_they_were_written(
+    fn saved_readings_round_trip(
         values in prop::collection::vec(
             (any::<u16>(), prop::array::uniform3(-1.0..1e9_f32), any::<bool>()),
             0..=8,
         ),
     ) {
-        let recipe = recipe_of(ModelKind::Neural);
+        let recipe = recipe_for(ModelKind::Neural);
         let mut saved = Saved::<8>::new(&recipe);
         for (index, brdf, saturated) in values {
             saved.insert(index, Reading { brdf, saturated }).unwrap();
@@ -239,12 +241,12 @@ proptest! {
     }
 
     #[test]
-    fn altered_readings_are_refused(
+    fn rejects_altered_readings(
         taken in 0..=8_usize,
         index: prop::sample::Index,
         flip in 1..=255u8,
     ) {
-        let recipe = recipe_of(ModelKind::Neural);
+        let recipe = recipe_for(ModelKind::Neural);
         let mut buffer = [0; BYTES];
         let length = saved(&recipe, 0.2, taken).write(&mut buffer).unwrap().len();
         buffer[index.index(length)] ^= flip;

@@ -2,7 +2,7 @@
 
 /// Compares each slope with a central difference of fourth order, of steps of 1e-3. The largest error, relative
 /// to the largest slope, is `bound`.
-pub(crate) fn assert_slopes(
+pub(crate) fn assert_derivatives(
     what: &str,
     slopes: &[f64],
     at: &[f64],

@@ -4,21 +4,21 @@ use glimpse_core::driver::{Action, Config, Host};
 use glimpse_core::link::Failure;
 use glimpse_core::model::ModelKind;
 
-use super::bench::{Bench, driver_by, is_failed, is_finished, is_measure};
-use super::update::{is_installed, offers, stored};
+use super::bench::{Bench, is_failed, is_finished, is_measure, new_driver};
+use super::recipe_update::{is_installed, offering_host, stored_bytes};
 use crate::random::Random;
 use crate::recipes::parsed;
-use crate::scanning::{Any, MODELS, bytes_of, material, recipe_of, whole};
+use crate::scanning::{Any, MODELS, encoded_recipe, full_scan, recipe_for, synthetic_reading};
 
-fn scan_over_a_bad_line(model: ModelKind, host: Host, odds: u64) {
-    let recipe = recipe_of(model);
-    let expected = whole::<Any>(recipe, material);
+fn scan_over_noisy_line(model: ModelKind, host: Host, odds: u64) {
+    let recipe = recipe_for(model);
+    let expected = full_scan::<Any>(recipe, synthetic_reading);
     let mut time = 0;
     for seed in 0..10 {
-        let mut driver = driver_by::<Any>(recipe, Config::new(host));
-        let mut bench = Bench::willing();
+        let mut driver = new_driver::<Any>(recipe, Config::new(host));
+        let mut bench = Bench::cooperative();
         let mut random = Random(seed);
-        bench.spoil = Box::new(move |bytes| random.spoil(bytes, odds));
+        bench.corrupt = Box::new(move |bytes| random.corrupt(bytes, odds));
         bench.run(&mut driver, is_finished);
         let (bits, ends) = bench.results();
         assert_eq!(bits, expected.bits());
@@ -31,35 +31,35 @@ fn scan_over_a_bad_line(model: ModelKind, host: Host, odds: u64) {
         assert!(ends <= failed + 1);
         assert!(!actions.contains(&Action::Forget));
         // No reading was asked for twice, however often the host fell silent.
-        let asked = if host == Host::Measures { 8 } else { 0 };
-        assert_eq!(bench.count(is_measure), asked);
+        let requested = if host == Host::Measures { 8 } else { 0 };
+        assert_eq!(bench.count(is_measure), requested);
         time += bench.now;
     }
     assert!(time > 0, "nothing was spoiled");
 }
 
 #[test]
-fn a_bad_line_ends_in_the_same_bits() {
+fn noisy_line_keeps_result() {
     for host in [Host::Measures, Host::Listens] {
         for model in MODELS {
-            scan_over_a_bad_line(model, host, 200);
-            scan_over_a_bad_line(model, host, 50);
+            scan_over_noisy_line(model, host, 200);
+            scan_over_noisy_line(model, host, 50);
         }
     }
 }
 
 #[test]
-fn a_recipe_comes_whole_over_a_bad_line() {
-    let offered = bytes_of(ModelKind::Neural);
+fn noisy_line_transfers_recipe() {
+    let offered = encoded_recipe(ModelKind::Neural);
     let checksum = parsed(offered.clone()).checksum();
     for seed in 0..5 {
         let mut config = Config::new(Host::Measures);
         config.recipe_bytes = 8_192;
-        let mut driver = driver_by::<Any>(recipe_of(ModelKind::Linear), config);
-        let mut bench = offers(&offered, checksum);
+        let mut driver = new_driver::<Any>(recipe_for(ModelKind::Linear), config);
+        let mut bench = offering_host(&offered, checksum);
         let mut random = Random(seed);
-        bench.spoil = Box::new(move |bytes| random.spoil(bytes, 150));
+        bench.corrupt = Box::new(move |bytes| random.corrupt(bytes, 150));
         bench.run(&mut driver, is_installed);
-        assert_eq!(stored(&bench.take_actions()), offered);
+        assert_eq!(stored_bytes(&bench.take_actions()), offered);
     }
 }

@@ -40,7 +40,7 @@ fn difference(a: [f32; 3], b: [f32; 3]) -> f32 {
 
 /// Here red went from .1405 to .2002: the half vector's azimuth came from rounding.
 #[test]
-fn neural_does_not_notice_a_mirror_pair_being_turned() {
+fn neural_ignores_turn_of_mirror_pair() {
     let parameters = neural();
     for degrees in [0.5f32, 5.0, 30.0, 45.0, 60.0, 80.0, 85.0] {
         let theta = degrees.to_radians();
@@ -61,7 +61,7 @@ fn neural_does_not_notice_a_mirror_pair_being_turned() {
 
 /// The arms of a real scanner are not exact: nor is the pole a point.
 #[test]
-fn neural_does_not_notice_arms_that_are_a_hundredth_of_a_degree_off() {
+fn neural_tolerates_arm_errors_of_0_01_degrees() {
     let parameters = neural();
     let theta = 30f32.to_radians();
     let exact = brdf(&parameters, arms(theta, theta, PI));
@@ -76,7 +76,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 10_000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn turning_keeps_half_and_difference_vector(
+    fn turn_keeps_half_and_difference_vectors(
         theta_i in 0.0..1.5f32, theta_o in 0.0..1.5f32, between in -PI..PI, turn in 0.0..TAU,
     ) {
         let pair = arms(theta_i, theta_o, between);
@@ -99,7 +99,7 @@ proptest! {
     }
 
     #[test]
-    fn neural_notices_no_turn(
+    fn neural_ignores_turn(
         theta_i in 0.0..1.5f32, theta_o in 0.0..1.5f32, between in -PI..PI, turn in 0.0..TAU,
     ) {
         let pair = arms(theta_i, theta_o, between);

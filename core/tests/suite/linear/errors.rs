@@ -11,7 +11,7 @@ fn length(part: Part, found: usize) -> RidgeError {
 }
 
 #[test]
-fn problems_of_the_wrong_lengths_are_refused() {
+fn rejects_problems_of_wrong_lengths() {
     let refused = |basis: &[f32], precision: &[f32]| Problem::new(basis, precision).err();
     assert_eq!(refused(&[1.0], &[]), Some(length(Part::Precision, 0)));
     assert_eq!(refused(&[], &[1.0]), Some(length(Part::Basis, 0)));
@@ -19,7 +19,7 @@ fn problems_of_the_wrong_lengths_are_refused() {
 }
 
 #[test]
-fn lists_and_buffers_of_the_wrong_lengths_are_refused() {
+fn rejects_lists_and_buffers_of_wrong_lengths() {
     for (n, m) in [(8, 5), (5, 8)] {
         let basis = single(&Case::new(n, m, |_| 1.0, false, 1).basis);
         let precision = vec![1.0_f32; m];
@@ -89,7 +89,7 @@ fn lists_and_buffers_of_the_wrong_lengths_are_refused() {
 }
 
 #[test]
-fn a_precision_that_is_not_positive_is_refused() {
+fn rejects_non_positive_precision() {
     for bad in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         // In the dual form, of fewer samples than components, no pivot would show it.
         for basis in [&[1.0; 4][..], &[1.0; 2]] {
@@ -102,7 +102,7 @@ fn a_precision_that_is_not_positive_is_refused() {
 /// Version 0.1 refused pivots that rounding had brought to 0 or below. Here components are equal, and
 /// the prior is lost in rounding: their sum still explains t = 1.
 #[test]
-fn an_ill_conditioned_problem_is_solved() {
+fn solves_ill_conditioned_problem() {
     for (entry, precision, n, m) in [(1e4, 1e-3, 3, 2), (1e5, 1e-3, 2, 3), (1e5, 1e-3, 3, 3)] {
         let (basis, precision) = (vec![entry; n * m], vec![precision; m]);
         let (c, _) = solutions::<f32>(&basis, &precision, &vec![1.0; n], &vec![1.0; m]);

@@ -4,9 +4,9 @@ use glimpse_core::driver::{Action, Config, Host};
 use glimpse_core::link::{PROTOCOL, RecipeBytes, Refusal, Reply, Request};
 use glimpse_core::scan::Reading;
 
-use super::bench::{AnyDriver, Bench, is_failed, is_finished, phong};
-use crate::link::{frame, read};
-use crate::scanning::{Any, material, whole};
+use super::bench::{AnyDriver, Bench, is_failed, is_finished, phong_driver};
+use crate::link::{frame, read_frames};
+use crate::scanning::{Any, full_scan, synthetic_reading};
 
 fn receive(driver: &mut AnyDriver, bytes: &[u8]) {
     for byte in bytes {
@@ -38,13 +38,13 @@ fn replies() -> Vec<Reply> {
 /// Before each reply of the host come all others under wrong numbers, and those of another kind
 /// under the right one; after it they come again.
 #[test]
-fn replies_to_other_requests_are_dropped() {
+fn drops_replies_to_other_requests() {
     for host in [Host::Measures, Host::Listens] {
         let mut config = Config::new(host);
         config.recipe_bytes = 1_000;
-        let mut driver = phong(config);
-        let expected = whole::<Any>(*driver.scan().unwrap().recipe(), material);
-        let mut bench = Bench::willing();
+        let mut driver = phong_driver(config);
+        let expected = full_scan::<Any>(*driver.scan().unwrap().recipe(), synthetic_reading);
+        let mut bench = Bench::cooperative();
         loop {
             let action = driver.poll(0);
             if is_finished(&action) {
@@ -52,7 +52,7 @@ fn replies_to_other_requests_are_dropped() {
             }
             assert!(!is_failed(&action), "{action:?}");
             if let Action::Measure { index, .. } = action {
-                driver.record(index, material(index));
+                driver.record(index, synthetic_reading(index));
             }
             let bytes = driver.outgoing().to_vec();
             driver.sent(bytes.len());
@@ -65,7 +65,7 @@ fn replies_to_other_requests_are_dropped() {
                 stray(&mut driver, 1);
                 continue;
             }
-            let (sequence, request) = read::<Request>(&bytes)[0].clone().unwrap();
+            let (sequence, request) = read_frames::<Request>(&bytes)[0].clone().unwrap();
             for wrong in [0, sequence - 1, sequence + 1, u32::MAX] {
                 stray(&mut driver, wrong);
             }
@@ -84,11 +84,11 @@ fn replies_to_other_requests_are_dropped() {
 
 /// The reply to a request that was repeated comes again after the next request.
 #[test]
-fn a_late_reply_is_not_taken_for_the_next() {
-    let mut driver = phong(Config::new(Host::Measures));
-    let mut bench = Bench::willing();
+fn drops_late_replies() {
+    let mut driver = phong_driver(Config::new(Host::Measures));
+    let mut bench = Bench::cooperative();
     let mut before: Vec<u8> = Vec::new();
-    let mut asked = 0;
+    let mut requested = 0;
     let mut now = 0;
     while !is_finished(&driver.poll(now)) {
         let bytes = driver.outgoing().to_vec();
@@ -96,12 +96,12 @@ fn a_late_reply_is_not_taken_for_the_next() {
         if bytes.is_empty() {
             continue;
         }
-        asked += 1;
+        requested += 1;
         receive(&mut driver, &before);
         assert_eq!(driver.poll(now), Action::Wait);
         before = bench.reply_to(&bytes);
         receive(&mut driver, &before);
         now += 100;
     }
-    assert_eq!(bench.heard.len(), asked);
+    assert_eq!(bench.requests.len(), requested);
 }

@@ -6,11 +6,15 @@ use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::link::{Failure, Reply, Request};
 use glimpse_core::scan::Reading;
 
-use super::bench::{Bench, answer, driver_by, is_failed, is_finished, is_kept, is_measure, phong};
-use crate::scanning::{Any, MODELS, SAMPLES, material, recipe_of, record, scan_by, whole};
+use super::bench::{
+    Bench, default_reply, is_failed, is_finished, is_measure, is_saved, new_driver, phong_driver,
+};
+use crate::scanning::{
+    Any, MODELS, SAMPLES, full_scan, new_scan, recipe_for, record, synthetic_reading,
+};
 
 /// All frames are the same, one every 100 ms from the first on.
-fn check_repeats(frames: &[(u64, Vec<u8>)]) {
+fn check_retransmissions(frames: &[(u64, Vec<u8>)]) {
     for (repeat, (at, bytes)) in (0..).zip(frames) {
         assert_eq!(*at, frames[0].0 + 100 * repeat);
         assert_eq!(*bytes, frames[0].1);
@@ -18,26 +22,26 @@ fn check_repeats(frames: &[(u64, Vec<u8>)]) {
 }
 
 #[test]
-fn a_hello_is_repeated_every_100_ms_for_ever() {
+fn hello_repeats_every_100_ms() {
     for host in [Host::Measures, Host::Listens] {
-        let mut driver = phong(Config::new(host));
-        let mut bench = Bench::willing();
-        bench.deaf = true;
+        let mut driver = phong_driver(Config::new(host));
+        let mut bench = Bench::cooperative();
+        bench.disconnected = true;
         bench.wait(&mut driver, 1_000_000);
         assert_eq!((bench.frames[0].0, bench.frames.len()), (0, 10_001));
-        check_repeats(&bench.frames);
+        check_retransmissions(&bench.frames);
         assert!(bench.actions.is_empty());
         // And then somebody is there.
-        bench.deaf = false;
+        bench.disconnected = false;
         bench.run(&mut driver, is_finished);
     }
 }
 
 /// Whatever the firmware's loop does meanwhile: lateness does not add up.
 #[test]
-fn repeats_keep_their_time_in_loops_of_any_period() {
+fn retransmissions_do_not_drift() {
     for period in [1_u32, 3, 7, 30, 99, 100] {
-        let mut driver = phong(Config::new(Host::Measures));
+        let mut driver = phong_driver(Config::new(Host::Measures));
         let mut sent = Vec::new();
         for turn in 0..70_000 / u64::from(period) {
             let now = turn * u64::from(period);
@@ -58,8 +62,8 @@ fn repeats_keep_their_time_in_loops_of_any_period() {
 
 /// A loop that stood still for long sends once and not as often as it missed.
 #[test]
-fn missed_repeats_are_not_made_up_for() {
-    let mut driver = phong(Config::new(Host::Measures));
+fn missed_retransmissions_are_skipped() {
+    let mut driver = phong_driver(Config::new(Host::Measures));
     let mut frames = 0;
     let mut now = 0;
     for elapsed in [0, 100_000, 0, 1, 98, 1, u64::from(u32::MAX), 0, 0] {
@@ -73,8 +77,8 @@ fn missed_repeats_are_not_made_up_for() {
 
 /// A host is greeted for as long as it takes: for months there is something to sleep for.
 #[test]
-fn a_device_that_greets_for_months_may_still_sleep() {
-    let mut driver = phong(Config::new(Host::Measures));
+fn device_sleeps_after_months_of_greeting() {
+    let mut driver = phong_driver(Config::new(Host::Measures));
     for now in [0, 1 << 32, 1 << 33, (1 << 33) + 100, 1 << 63] {
         driver.poll(now);
         driver.sent(1_000);
@@ -85,8 +89,8 @@ fn a_device_that_greets_for_months_may_still_sleep() {
 
 /// A frame that a slow line still has to send is not begun again.
 #[test]
-fn a_frame_that_is_not_sent_yet_is_not_repeated() {
-    let mut driver = phong(Config::new(Host::Measures));
+fn unsent_frame_is_not_restarted() {
+    let mut driver = phong_driver(Config::new(Host::Measures));
     driver.poll(0);
     let frame = driver.outgoing().to_vec();
     let (mut now, mut sent) = (0, Vec::new());
@@ -109,11 +113,11 @@ fn a_frame_that_is_not_sent_yet_is_not_repeated() {
 }
 
 /// A host that is silent from the first request of this kind on: the failure comes after `timeout_ms`.
-fn check_silence(is_last: fn(&Request) -> bool, timeout_ms: u64) {
+fn check_timeout(is_last: fn(&Request) -> bool, timeout_ms: u64) {
     let mut config = Config::new(Host::Measures);
     config.recipe_bytes = 1_000;
     let offers = is_last(&Request::RecipePart { offset: 0 });
-    let mut driver = phong(config);
+    let mut driver = phong_driver(config);
     let silent = Cell::new(true);
     let mut bench = Bench::new(|request| match request {
         request if is_last(request) && silent.get() => None,
@@ -121,52 +125,52 @@ fn check_silence(is_last: fn(&Request) -> bool, timeout_ms: u64) {
             bytes: 500,
             checksum: 7,
         }),
-        _ => Some(answer(request)),
+        _ => Some(default_reply(request)),
     });
     let failed = bench.run(&mut driver, is_failed);
     assert_eq!(failed, (timeout_ms, Action::Failed(Failure::NoReply)));
     let repeats = (timeout_ms / 100) as usize;
-    check_repeats(&bench.frames[bench.frames.len() - repeats..]);
+    check_retransmissions(&bench.frames[bench.frames.len() - repeats..]);
     let read = SAMPLES - driver.scan().unwrap().pending().count();
 
     // Readings are kept, and the host is greeted.
-    bench.heard.clear();
+    bench.requests.clear();
     bench.take_actions();
     silent.set(false);
     bench.run(&mut driver, |action| {
         is_finished(action) || is_failed(action)
     });
-    assert!(matches!(bench.heard[0], Request::Hello { .. }));
+    assert!(matches!(bench.requests[0], Request::Hello { .. }));
     if offers {
         return; // `update` tests the rest
     }
-    let expected = whole::<Any>(*driver.scan().unwrap().recipe(), material);
+    let expected = full_scan::<Any>(*driver.scan().unwrap().recipe(), synthetic_reading);
     assert_eq!(bench.results(), (expected.bits().to_vec(), 1));
-    let counts = (bench.count(is_kept), bench.count(is_measure));
+    let counts = (bench.count(is_saved), bench.count(is_measure));
     assert_eq!(counts, (read, SAMPLES - read));
     assert!(!bench.take_actions().contains(&Action::Forget));
 }
 
 #[test]
-fn the_timeout_is_a_minute_for_readings_and_2_s_otherwise() {
-    check_silence(|r| matches!(r, Request::Measure { index: 0, .. }), 60_000);
-    check_silence(|r| matches!(r, Request::Measure { index: 5, .. }), 60_000);
-    check_silence(|r| matches!(r, Request::Progress(_)), 2_000);
-    check_silence(
+fn timeout_is_60_s_for_readings_and_2_s_otherwise() {
+    check_timeout(|r| matches!(r, Request::Measure { index: 0, .. }), 60_000);
+    check_timeout(|r| matches!(r, Request::Measure { index: 5, .. }), 60_000);
+    check_timeout(|r| matches!(r, Request::Progress(_)), 2_000);
+    check_timeout(
         |r| matches!(r, Request::Progress(progress) if progress.is_complete()),
         2_000,
     );
-    check_silence(|r| matches!(r, Request::Values { .. }), 2_000);
-    check_silence(|r| matches!(r, Request::Finished(_)), 2_000);
-    check_silence(|r| matches!(r, Request::Update), 2_000);
-    check_silence(|r| matches!(r, Request::RecipePart { .. }), 2_000);
+    check_timeout(|r| matches!(r, Request::Values { .. }), 2_000);
+    check_timeout(|r| matches!(r, Request::Finished(_)), 2_000);
+    check_timeout(|r| matches!(r, Request::Update), 2_000);
+    check_timeout(|r| matches!(r, Request::RecipePart { .. }), 2_000);
 }
 
 /// Arms that need most of a minute for each move cost no reading.
 #[test]
-fn each_request_has_its_own_timeout() {
-    let mut driver = phong(Config::new(Host::Measures));
-    let mut bench = Bench::willing();
+fn timeout_restarts_with_each_request() {
+    let mut driver = phong_driver(Config::new(Host::Measures));
+    let mut bench = Bench::cooperative();
     bench.delay = Box::new(|request| if is_measure(request) { 59_900 } else { 1_900 });
     bench.run(&mut driver, |action| {
         is_finished(action) || is_failed(action)
@@ -180,20 +184,23 @@ fn each_request_has_its_own_timeout() {
 /// Readings that outlasted a silence or a reset are offered; those that are accepted are not taken
 /// again, in any of the models, and the result is the same.
 #[test]
-fn accepted_readings_are_not_taken_again() {
+fn accepted_readings_are_not_repeated() {
     for model in MODELS {
-        let recipe = recipe_of(model);
-        let mut scan = scan_by::<Any>(recipe);
-        record(&mut scan, [6, 1, 3], material);
+        let recipe = recipe_for(model);
+        let mut scan = new_scan::<Any>(recipe);
+        record(&mut scan, [6, 1, 3], synthetic_reading);
         let mut driver = Driver::new(scan, Config::new(Host::Measures));
-        let mut bench = Bench::willing();
+        let mut bench = Bench::cooperative();
         bench.run(&mut driver, is_finished);
-        assert_eq!(bench.results().0, whole::<Any>(recipe, material).bits());
+        assert_eq!(
+            bench.results().0,
+            full_scan::<Any>(recipe, synthetic_reading).bits()
+        );
         let (mut offered, mut measured) = (Vec::new(), Vec::new());
-        for request in &bench.heard {
+        for request in &bench.requests {
             match request {
                 Request::Saved { index, reading } => {
-                    assert_eq!(*reading, material(*index));
+                    assert_eq!(*reading, synthetic_reading(*index));
                     offered.push(*index);
                 }
                 Request::Measure { index, .. } => measured.push(*index),
@@ -208,14 +215,14 @@ fn accepted_readings_are_not_taken_again() {
 /// A fit brings up a reading that is too far below 0. The host gave another one, so it is not offered:
 /// a host that compares would have all of them taken again.
 #[test]
-fn a_reading_that_a_fit_has_clamped_is_taken_again_and_no_other() {
+fn only_clamped_readings_are_repeated() {
     for model in MODELS {
-        let recipe = recipe_of(model);
+        let recipe = recipe_for(model);
         let noisy = |index| match index {
             2 => Reading::new([-0.9, 0.1, 0.1]),
-            _ => material(index),
+            _ => synthetic_reading(index),
         };
-        let mut driver = driver_by::<Any>(recipe, Config::new(Host::Measures));
+        let mut driver = new_driver::<Any>(recipe, Config::new(Host::Measures));
         let mut bench = Bench::new(|request| match request {
             Request::Measure { index, .. } => {
                 let (index, reading) = (*index, noisy(*index));
@@ -225,21 +232,21 @@ fn a_reading_that_a_fit_has_clamped_is_taken_again_and_no_other() {
                 assert_eq!(*reading, noisy(*index));
                 Some(Reply::Accepted)
             }
-            _ => Some(answer(request)),
+            _ => Some(default_reply(request)),
         });
-        while !matches!(bench.heard.last(), Some(Request::Progress(_))) {
-            bench.turn(&mut driver);
+        while !matches!(bench.requests.last(), Some(Request::Progress(_))) {
+            bench.step(&mut driver);
         }
-        bench.deaf = true;
+        bench.disconnected = true;
         bench.run(&mut driver, is_failed);
-        bench.deaf = false;
-        bench.heard.clear();
+        bench.disconnected = false;
+        bench.requests.clear();
         bench.run(&mut driver, is_finished);
         let measured = bench.count(is_measure);
         let clamped = driver.scan().unwrap().fitted().unwrap().residual().clamped;
         assert_eq!(measured, usize::from(clamped));
         assert!(measured >= 1);
-        assert_eq!(bench.count(is_kept), 8 - measured);
-        assert_eq!(bench.results().0, whole::<Any>(recipe, noisy).bits());
+        assert_eq!(bench.count(is_saved), 8 - measured);
+        assert_eq!(bench.results().0, full_scan::<Any>(recipe, noisy).bits());
     }
 }

@@ -5,7 +5,7 @@ use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Kind, Recipe, RecipeParts};
 
-use super::made::Made;
+use super::contents::CompletedContents;
 use crate::recipes::{packed, parsed, write};
 use crate::scanning::MODELS;
 
@@ -14,15 +14,15 @@ fn numbers(recipe: &Recipe<'_>) -> Vec<u16> {
 }
 
 #[test]
-fn a_recipe_is_read_as_it_was_written() {
+fn recipe_round_trip() {
     let missings = [
         MissingPolicy::AllRequired,
         MissingPolicy::Unscaled,
         MissingPolicy::Scaled,
     ];
     for (kind, missing) in MODELS.into_iter().zip(missings.into_iter().cycle()) {
-        let made = Made::small(kind, missing);
-        let recipe = made.recipe();
+        let contents = CompletedContents::small(kind, missing);
+        let recipe = contents.recipe();
         assert_eq!(recipe.model(), kind);
         assert_eq!(recipe.method().model(), kind);
         // It is neither a descent nor a ridge by itself.
@@ -34,27 +34,32 @@ fn a_recipe_is_read_as_it_was_written() {
             completed.tolerates_missing(),
             missing != MissingPolicy::AllRequired
         );
-        assert_eq!(completed.scale(), made.scale);
-        assert!(completed.center().iter().eq(made.center));
+        assert_eq!(completed.scale(), contents.scale);
+        assert!(completed.center().iter().eq(contents.center));
         let weights = completed.coefficient_net().readings.iter();
-        assert!(weights.map(|w| w.cast_signed()).eq(made.readings));
-        match (completed.target(), &made.then) {
+        assert!(weights.map(|w| w.cast_signed()).eq(contents.readings));
+        match (completed.target(), &contents.descent) {
             (Target::Linear(components), None) => {
                 assert_eq!(numbers(&recipe), [0, 3, 130]);
                 let rows = components.rows().iter();
-                assert!(rows.map(|w| w.cast_signed()).eq(made.rows));
-                assert!(components.scales().iter().eq(made.row_scales));
+                assert!(rows.map(|w| w.cast_signed()).eq(contents.rows));
+                assert!(components.scales().iter().eq(contents.row_scales));
                 assert_eq!(components.basis_checksum(), Some(0xfeed_beef));
                 assert_eq!(recipe.method().basis_checksum(), Some(0xfeed_beef));
             }
-            (Target::Descent(descent, start), Some((descends, starts))) => {
+            (Target::Descent(descent, start), Some((descent_part, init_net_part))) => {
                 assert_eq!(numbers(&recipe), [0, 1, 3, 4, 130]);
                 assert_eq!(descent.inner_steps(), 3);
-                assert!(descent.initial().iter().eq(descends.initial.clone()));
-                assert!(descent.step_sizes().iter().eq(descends.step_sizes.clone()));
-                assert_eq!(start.units(), starts.bias.len());
+                assert!(descent.initial().iter().eq(descent_part.initial.clone()));
+                assert!(
+                    descent
+                        .step_sizes()
+                        .iter()
+                        .eq(descent_part.step_sizes.clone())
+                );
+                assert_eq!(start.units(), init_net_part.bias.len());
                 let weights = start.hidden.iter().map(|w| w.cast_signed());
-                assert!(weights.eq(starts.hidden.clone()));
+                assert!(weights.eq(init_net_part.hidden.clone()));
                 assert_eq!(recipe.method().basis_checksum(), None);
             }
             _ => panic!("another target was read than was written"),
@@ -63,16 +68,18 @@ fn a_recipe_is_read_as_it_was_written() {
 }
 
 #[test]
-fn a_checksum_of_0_names_no_basis() {
-    let mut made = Made::small(ModelKind::Linear, MissingPolicy::Scaled);
-    made.basis_checksum = 0;
-    assert_eq!(made.recipe().method().basis_checksum(), None);
+fn checksum_0_means_no_basis() {
+    let mut contents = CompletedContents::small(ModelKind::Linear, MissingPolicy::Scaled);
+    contents.basis_checksum = 0;
+    assert_eq!(contents.recipe().method().basis_checksum(), None);
 }
 
 #[test]
-fn a_recipe_that_was_read_is_written_and_copied_alike() {
+fn parsed_recipe_is_rewritten_identically() {
     for kind in MODELS {
-        let bytes = Made::small(kind, MissingPolicy::Scaled).write().unwrap();
+        let bytes = CompletedContents::small(kind, MissingPolicy::Scaled)
+            .write()
+            .unwrap();
         let recipe = parsed(bytes.clone());
         let angles = recipe
             .pattern()

@@ -22,7 +22,7 @@ fn scales(random: &mut Random, count: usize, size: f32) -> Vec<f32> {
 
 /// The content of a section 1.
 #[derive(Clone)]
-pub(crate) struct Descends {
+pub(crate) struct DescentPart {
     pub(crate) model: ModelKind,
     pub(crate) inner_steps: u16,
     pub(crate) initial: Vec<f32>,
@@ -31,7 +31,7 @@ pub(crate) struct Descends {
 
 /// The content of a section 4.
 #[derive(Clone)]
-pub(crate) struct Starts {
+pub(crate) struct InitNetPart {
     pub(crate) hidden: Vec<i8>,
     pub(crate) hidden_scales: Vec<f32>,
     pub(crate) bias: Vec<f32>,
@@ -41,7 +41,7 @@ pub(crate) struct Starts {
 
 /// The numbers of a recipe that completes readings.
 #[derive(Clone)]
-pub(crate) struct Made {
+pub(crate) struct CompletedContents {
     /// (theta_h, theta_d, phi_d), n of them.
     pub(crate) pattern: Vec<f32>,
     pub(crate) components: usize,
@@ -59,7 +59,7 @@ pub(crate) struct Made {
     pub(crate) basis_checksum: u32,
     /// The content of a section 133, if there is one.
     pub(crate) prediction: Option<Vec<f32>>,
-    pub(crate) then: Option<(Descends, Starts)>,
+    pub(crate) descent: Option<(DescentPart, InitNetPart)>,
 }
 
 /// The numbers n of samples, m of components, h of hidden units, and g of units of a start.
@@ -68,7 +68,7 @@ pub(crate) const SMALL: Shape = [SAMPLES, 4, 5, 3];
 /// n of small ones.
 pub(crate) const SAMPLES: usize = 6;
 
-impl Made {
+impl CompletedContents {
     /// Of pseudo-random numbers.
     pub(crate) fn new(model: ModelKind, shape: Shape, missing: MissingPolicy) -> Self {
         let [n, m, h, g] = shape;
@@ -95,21 +95,21 @@ impl Made {
             row_scales: scales(&mut random, rows, 0.5),
             basis_checksum: if rows > 0 { 0xfeed_beef } else { 0 },
             prediction: None,
-            then: model.parameters().map(|parameters| {
-                let descends = Descends {
+            descent: model.parameters().map(|parameters| {
+                let descent_part = DescentPart {
                     model,
                     inner_steps: 3,
                     initial: random.numbers(parameters, 0.4),
                     step_sizes: random.numbers(parameters, 0.05),
                 };
-                let starts = Starts {
+                let init_net_part = InitNetPart {
                     hidden: weights(&mut random, g * 3 * m),
                     hidden_scales: scales(&mut random, g, 0.3),
                     bias: random.numbers(g, 0.4),
                     output: weights(&mut random, parameters * g),
                     output_scales: scales(&mut random, parameters, 0.2),
                 };
-                (descends, starts)
+                (descent_part, init_net_part)
             }),
         }
     }
@@ -120,8 +120,8 @@ impl Made {
     }
 
     pub(crate) fn model(&self) -> ModelKind {
-        let then = self.then.as_ref();
-        then.map_or(ModelKind::Linear, |(descends, _)| descends.model)
+        let descent = self.descent.as_ref();
+        descent.map_or(ModelKind::Linear, |(descent_part, _)| descent_part.model)
     }
 
     /// h.
@@ -130,19 +130,19 @@ impl Made {
     }
 
     pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
-        let then = self.then.as_ref().map(|(descends, starts)| {
+        let descent = self.descent.as_ref().map(|(descent_part, init_net_part)| {
             let descent = PackedDescent {
-                model: descends.model,
-                inner_steps: descends.inner_steps,
-                initial: packed(&descends.initial).leak(),
-                step_sizes: packed(&descends.step_sizes).leak(),
+                model: descent_part.model,
+                inner_steps: descent_part.inner_steps,
+                initial: packed(&descent_part.initial).leak(),
+                step_sizes: packed(&descent_part.step_sizes).leak(),
             };
             let start = PackedInitNet {
-                hidden: signed(&starts.hidden).leak(),
-                hidden_scales: packed(&starts.hidden_scales).leak(),
-                bias: packed(&starts.bias).leak(),
-                output: signed(&starts.output).leak(),
-                output_scales: packed(&starts.output_scales).leak(),
+                hidden: signed(&init_net_part.hidden).leak(),
+                hidden_scales: packed(&init_net_part.hidden_scales).leak(),
+                bias: packed(&init_net_part.bias).leak(),
+                output: signed(&init_net_part.output).leak(),
+                output_scales: packed(&init_net_part.output_scales).leak(),
             };
             (descent, start)
         });
@@ -170,7 +170,7 @@ impl Made {
                 materials: 0,
                 on: "nothing",
             }),
-            ..RecipeParts::new(&pattern, PackedMethod::Completed(completion, then))
+            ..RecipeParts::new(&pattern, PackedMethod::Completed(completion, descent))
         })
     }
 

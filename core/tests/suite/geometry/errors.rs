@@ -14,7 +14,7 @@ fn both_ways(broken: [f32; 3]) -> [(Arm, Directions<f32>); 2] {
 }
 
 #[test]
-fn pairs_without_a_half_vector_are_refused() {
+fn rejects_pairs_without_half_vector() {
     for (incoming, outgoing, refused) in [
         (UP, UP, false),
         ([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], true),
@@ -30,7 +30,7 @@ fn pairs_without_a_half_vector_are_refused() {
 }
 
 #[test]
-fn numbers_that_are_not_finite_are_refused() {
+fn rejects_non_finite_numbers() {
     for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         for place in 0..3 {
             let mut broken = UP;
@@ -45,7 +45,7 @@ fn numbers_that_are_not_finite_are_refused() {
 
 /// Such vectors got a BRDF of 1e19.
 #[test]
-fn vectors_that_are_not_unit_are_refused() {
+fn rejects_non_unit_vectors() {
     for length in [0.0, 1e-30, 0.5, 0.9989, 1.0011, 2.0, 1e10, 1e19, f32::MAX] {
         for direction in [UP, [0.6, 0.0, 0.8], [0.48, -0.64, 0.6]] {
             for (arm, pair) in both_ways(direction.map(|x| x * length)) {
@@ -70,7 +70,7 @@ fn vectors_that_are_not_unit_are_refused() {
 }
 
 #[test]
-fn directions_at_and_below_the_horizon_are_refused_by_name() {
+fn rejects_directions_at_or_below_horizon() {
     for low in [[1.0, 0.0, 0.0], [1.0, 0.0, -0.0], [0.6, 0.0, -0.8]] {
         for (arm, pair) in both_ways(low) {
             assert_eq!(pair.check(), Err(DirectionsError::BelowHorizon(arm)));
@@ -84,7 +84,7 @@ fn directions_at_and_below_the_horizon_are_refused_by_name() {
 /// Near grazing the half vector may be the normal within rounding, and a direction below the
 /// horizon: the pole's rule must not lift it.
 #[test]
-fn the_pole_lifts_nothing_above_the_horizon() {
+fn pole_rule_excludes_pairs_below_horizon() {
     let pair = Directions {
         incoming: [1.0, 0.0, -1e-4],
         outgoing: [-1.0, 0.0, 3e-4],

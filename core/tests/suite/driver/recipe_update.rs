@@ -5,19 +5,21 @@ use glimpse_core::link::{BYTES_PER_FRAME, Failure, RecipeBytes, Refusal, Reply, 
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Recipe, RecipeError};
 
-use super::bench::{AnyDriver, Bench, answer, driver_by, is_failed, is_finished, is_store, phong};
+use super::bench::{
+    AnyDriver, Bench, default_reply, is_failed, is_finished, is_store, new_driver, phong_driver,
+};
 use crate::recipes::parsed;
-use crate::scanning::{Any, bytes_of, material, recipe_of, whole};
+use crate::scanning::{Any, encoded_recipe, full_scan, recipe_for, synthetic_reading};
 
 /// A reply with the part of a recipe from there on.
-fn part(recipe: &[u8], offset: u32) -> Reply {
+fn recipe_part(recipe: &[u8], offset: u32) -> Reply {
     let bytes = recipe.iter().skip(offset as usize).take(BYTES_PER_FRAME);
     let bytes = RecipeBytes::take_from(bytes.copied());
     Reply::RecipePart { offset, bytes }
 }
 
 /// The content of the flash after these actions.
-pub(crate) fn stored(actions: &[Action]) -> Vec<u8> {
+pub(crate) fn stored_bytes(actions: &[Action]) -> Vec<u8> {
     let mut flash = Vec::new();
     for action in actions {
         if let Action::Store { offset, bytes } = action {
@@ -38,11 +40,11 @@ fn config(host: Host, recipe_bytes: usize) -> Config {
 
 /// A device with a Phong recipe, and a host that measures.
 fn device() -> AnyDriver {
-    phong(config(Host::Measures, 8_192))
+    phong_driver(config(Host::Measures, 8_192))
 }
 
 /// A host that offers a recipe, and answers some requests for a part in its own way.
-fn offers_with<'h>(
+fn offering_host_with<'h>(
     recipe: &'h [u8],
     checksum: u32,
     mut wrong: impl FnMut(u32) -> Option<Reply> + 'h,
@@ -53,15 +55,15 @@ fn offers_with<'h>(
             checksum,
         }),
         Request::RecipePart { offset } => {
-            Some(wrong(*offset).unwrap_or_else(|| part(recipe, *offset)))
+            Some(wrong(*offset).unwrap_or_else(|| recipe_part(recipe, *offset)))
         }
-        _ => Some(answer(request)),
+        _ => Some(default_reply(request)),
     })
 }
 
 /// A host that offers a recipe.
-pub(crate) fn offers(recipe: &[u8], checksum: u32) -> Bench<'_> {
-    offers_with(recipe, checksum, |_| None)
+pub(crate) fn offering_host(recipe: &[u8], checksum: u32) -> Bench<'_> {
+    offering_host_with(recipe, checksum, |_| None)
 }
 
 pub(crate) fn is_installed(action: &Action) -> bool {
@@ -73,50 +75,53 @@ fn is_part(request: &Request) -> bool {
 }
 
 /// Runs to the end of a scan by the Phong recipe, without a store.
-fn finishes_by_phong(bench: &mut Bench<'_>, driver: &mut AnyDriver) {
+fn run_phong_scan(bench: &mut Bench<'_>, driver: &mut AnyDriver) {
     bench.take_actions();
     bench.run(driver, is_finished);
-    let expected = whole::<Any>(recipe_of(ModelKind::Phong), material);
+    let expected = full_scan::<Any>(recipe_for(ModelKind::Phong), synthetic_reading);
     assert_eq!(bench.results().0, expected.bits());
     assert!(!bench.take_actions().iter().any(is_store));
 }
 
 /// From the offer to a scan by the new recipe; a device without a recipe is helped as well.
 #[test]
-fn an_offered_recipe_is_fetched_stored_and_installed() {
+fn installs_offered_recipe() {
     for host in [Host::Measures, Host::Listens] {
         for (has_recipe, model) in [
             (true, ModelKind::Neural),
             (true, ModelKind::Linear),
             (false, ModelKind::Phong),
         ] {
-            let offered = bytes_of(model);
+            let offered = encoded_recipe(model);
             let recipe = parsed(offered.clone());
             let checksum = recipe.checksum();
             let mut driver = if has_recipe {
-                phong(config(host, 8_192))
+                phong_driver(config(host, 8_192))
             } else {
                 let failure = Failure::Recipe(RecipeError::Magic);
                 AnyDriver::without_scan(failure, config(host, 8_192))
             };
-            let mut bench = offers(&offered, checksum);
+            let mut bench = offering_host(&offered, checksum);
             let (_, installed) = bench.run(&mut driver, is_installed);
             let bytes = offered.len() as u32;
             assert_eq!(installed, Action::Install { bytes, checksum });
             let actions = bench.take_actions();
-            assert_eq!(stored(&actions), offered);
+            assert_eq!(stored_bytes(&actions), offered);
             // Each part once, one for each request, and no more of the scan than its hello.
             let parts = offered.len().div_ceil(BYTES_PER_FRAME);
             assert_eq!(actions.len(), parts + 1);
-            assert_eq!(bench.heard.len(), 2 + parts);
-            let first = &bench.heard[..2];
+            assert_eq!(bench.requests.len(), 2 + parts);
+            let first = &bench.requests[..2];
             assert!(matches!(first, [Request::Hello { .. }, Request::Update]));
 
             // The host still offers it to a device that has it.
-            let mut driver = driver_by::<Any>(recipe, config(host, 8_192));
-            let mut bench = offers(&offered, checksum);
+            let mut driver = new_driver::<Any>(recipe, config(host, 8_192));
+            let mut bench = offering_host(&offered, checksum);
             bench.run(&mut driver, is_finished);
-            assert_eq!(bench.results().0, whole::<Any>(recipe, material).bits());
+            assert_eq!(
+                bench.results().0,
+                full_scan::<Any>(recipe, synthetic_reading).bits()
+            );
             assert_eq!(bench.count(is_part), 0);
         }
     }
@@ -124,9 +129,9 @@ fn an_offered_recipe_is_fetched_stored_and_installed() {
 
 /// Nothing is fetched without a request, an offer, a new checksum, and enough room.
 #[test]
-fn only_a_new_recipe_with_room_for_it_is_fetched() {
-    let present = bytes_of(ModelKind::Phong);
-    let other = bytes_of(ModelKind::Neural);
+fn fetches_only_new_recipes_that_fit() {
+    let present = encoded_recipe(ModelKind::Phong);
+    let other = encoded_recipe(ModelKind::Neural);
     let checksum_of = |recipe: &[u8]| Recipe::parse(recipe).unwrap().checksum();
     for (room, offered, checksum) in [
         (0, &other[..], checksum_of(&other)),
@@ -134,34 +139,34 @@ fn only_a_new_recipe_with_room_for_it_is_fetched() {
         (8_192, &present[..], checksum_of(&present)),
         (8_192, &[], 1),
     ] {
-        let mut driver = phong(config(Host::Measures, room));
-        let mut bench = offers(offered, checksum);
+        let mut driver = phong_driver(config(Host::Measures, room));
+        let mut bench = offering_host(offered, checksum);
         bench.run(&mut driver, is_finished);
-        let asked = bench.count(|request| *request == Request::Update);
-        assert_eq!(asked, usize::from(room > 0));
+        let requested = bench.count(|request| *request == Request::Update);
+        assert_eq!(requested, usize::from(room > 0));
         assert_eq!(bench.count(is_part), 0);
     }
     // A host that accepts the request for an update offers nothing.
-    let mut bench = Bench::willing();
+    let mut bench = Bench::cooperative();
     bench.run(&mut device(), is_finished);
-    assert!(bench.heard.contains(&Request::Update));
+    assert!(bench.requests.contains(&Request::Update));
     // As much as there is room for.
-    let mut bench = offers(&other, checksum_of(&other));
+    let mut bench = offering_host(&other, checksum_of(&other));
     bench.run(
-        &mut phong(config(Host::Measures, other.len())),
+        &mut phong_driver(config(Host::Measures, other.len())),
         is_installed,
     );
     // Nobody is there who could offer one.
-    let mut bench = offers(&other, checksum_of(&other));
-    bench.run(&mut phong(config(Host::Absent, 8_192)), is_finished);
+    let mut bench = offering_host(&other, checksum_of(&other));
+    bench.run(&mut phong_driver(config(Host::Absent, 8_192)), is_finished);
     assert!(bench.frames.is_empty());
 }
 
 /// A part that is empty, shorter than a frame has room for, or longer than the rest ends the update by
 /// name; it is not begun again and again, and the device goes on by the recipe that it has.
 #[test]
-fn a_part_of_the_wrong_length_is_refused() {
-    let offered = bytes_of(ModelKind::Neural);
+fn rejects_part_of_wrong_length() {
+    let offered = encoded_recipe(ModelKind::Neural);
     let whole_parts = offered.len() / BYTES_PER_FRAME * BYTES_PER_FRAME;
     for (at, length) in [
         (0, 0),
@@ -170,7 +175,7 @@ fn a_part_of_the_wrong_length_is_refused() {
         (whole_parts, BYTES_PER_FRAME),
     ] {
         let mut driver = device();
-        let mut bench = offers_with(&offered, 77, |offset| {
+        let mut bench = offering_host_with(&offered, 77, |offset| {
             (offset as usize == at).then(|| Reply::RecipePart {
                 offset,
                 bytes: RecipeBytes::take_from(std::iter::repeat_n(5, length)),
@@ -179,71 +184,71 @@ fn a_part_of_the_wrong_length_is_refused() {
         let (_, failed) = bench.run(&mut driver, is_failed);
         let failure = Failure::Refused(Refusal::Recipe);
         assert_eq!(failed, Action::Failed(failure));
-        assert_eq!(stored(&bench.take_actions()), offered[..at]);
-        finishes_by_phong(&mut bench, &mut driver);
-        assert!(bench.heard.contains(&Request::Failed(failure.into())));
+        assert_eq!(stored_bytes(&bench.take_actions()), offered[..at]);
+        run_phong_scan(&mut bench, &mut driver);
+        assert!(bench.requests.contains(&Request::Failed(failure.into())));
     }
 }
 
 /// A recipe that one driver could not use, or not store, is not fetched by the next one.
 #[test]
-fn a_recipe_that_was_declined_is_not_fetched() {
-    let offered = bytes_of(ModelKind::Neural);
+fn declined_recipe_is_not_fetched() {
+    let offered = encoded_recipe(ModelKind::Neural);
     let mut driver = device();
-    offers(&offered, 77).run(&mut driver, is_store);
+    offering_host(&offered, 77).run(&mut driver, is_store);
     assert_eq!(driver.declined(), None);
     driver.fail(Failure::Machine);
     assert_eq!(driver.declined(), Some(77));
 
     let mut driver = device();
     driver.decline(77);
-    finishes_by_phong(&mut offers(&offered, 77), &mut driver);
+    run_phong_scan(&mut offering_host(&offered, 77), &mut driver);
 }
 
 /// A part from elsewhere does not answer the request: as if none had come.
 #[test]
-fn a_part_from_another_place_is_dropped() {
-    let offered = bytes_of(ModelKind::Neural);
+fn drops_part_with_wrong_offset() {
+    let offered = encoded_recipe(ModelKind::Neural);
     let mut driver = device();
     let mut is_wrong = true;
-    let mut bench = offers_with(&offered, 77, |offset| {
+    let mut bench = offering_host_with(&offered, 77, |offset| {
         let is_wrong = offset == 180 && std::mem::take(&mut is_wrong);
-        is_wrong.then(|| part(&offered, 240))
+        is_wrong.then(|| recipe_part(&offered, 240))
     });
     let failed = bench.run(&mut driver, is_failed);
     assert_eq!(failed, (2_000, Action::Failed(Failure::NoReply)));
-    assert_eq!(stored(&bench.take_actions()), offered[..180]);
+    assert_eq!(stored_bytes(&bench.take_actions()), offered[..180]);
     // All of it is fetched again: the host may have been another in between.
     bench.run(&mut driver, is_installed);
-    assert_eq!(stored(&bench.take_actions()), offered);
+    assert_eq!(stored_bytes(&bench.take_actions()), offered);
 }
 
 /// A whole recipe that the firmware cannot use is reported, and not fetched again: the device goes on
 /// by the one that it has.
 #[test]
-fn a_recipe_that_cannot_be_used_is_not_fetched_again() {
-    let mut offered = bytes_of(ModelKind::Neural);
+fn unusable_recipe_is_not_fetched_again() {
+    let mut offered = encoded_recipe(ModelKind::Neural);
     let checksum = parsed(offered.clone()).checksum();
     offered[100] ^= 1;
     let failure = Failure::Recipe(Recipe::parse(&offered).err().unwrap());
     let mut driver = device();
-    let mut bench = offers(&offered, checksum);
+    let mut bench = offering_host(&offered, checksum);
     bench.run(&mut driver, is_installed);
     driver.fail(failure);
-    assert_eq!(bench.turn(&mut driver), Action::Failed(failure));
-    bench.heard.clear();
-    finishes_by_phong(&mut bench, &mut driver);
-    assert_eq!(bench.heard[0], Request::Failed(failure.into()));
-    let next = &bench.heard[1..3];
+    assert_eq!(bench.step(&mut driver), Action::Failed(failure));
+    bench.requests.clear();
+    run_phong_scan(&mut bench, &mut driver);
+    assert_eq!(bench.requests[0], Request::Failed(failure.into()));
+    let next = &bench.requests[1..3];
     assert!(matches!(next, [Request::Hello { .. }, Request::Update]));
 }
 
 /// A firmware that ignores the action goes on by the recipe that it has.
 #[test]
-fn an_install_that_is_ignored_changes_nothing() {
-    let offered = bytes_of(ModelKind::Neural);
+fn ignored_install_changes_nothing() {
+    let offered = encoded_recipe(ModelKind::Neural);
     let mut driver = device();
-    let mut bench = offers(&offered, parsed(offered.clone()).checksum());
+    let mut bench = offering_host(&offered, parsed(offered.clone()).checksum());
     bench.run(&mut driver, is_installed);
-    finishes_by_phong(&mut bench, &mut driver);
+    run_phong_scan(&mut bench, &mut driver);
 }

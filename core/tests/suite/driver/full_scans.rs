@@ -7,8 +7,10 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use proptest::prelude::*;
 
-use super::bench::{Bench, driver_by, is_finished};
-use crate::scanning::{Any, MODELS, Outcome, SAMPLES, every_fitter, material, recipe_of, whole};
+use super::bench::{Bench, is_finished, new_driver};
+use crate::scanning::{
+    Any, MODELS, Outcome, SAMPLES, for_every_fitter, full_scan, recipe_for, synthetic_reading,
+};
 
 const IN_ORDER: [u16; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 
@@ -21,9 +23,9 @@ fn fitted<K: Fitter>(driver: &Driver<'_, K>) -> Outcome {
 }
 
 /// Each request in turn, each received once; `measures` if the host is to measure.
-fn check_requests(recipe: &Recipe<'_>, heard: &[Request], slice: u32, measures: bool) {
-    let mut heard = heard.iter();
-    let mut next = || heard.next().expect("a request is missing");
+fn check_requests(recipe: &Recipe<'_>, requests: &[Request], slice: u32, measures: bool) {
+    let mut requests = requests.iter();
+    let mut next = || requests.next().expect("a request is missing");
     let (samples, total) = (recipe.samples() as u16, recipe.descent().map_or(8, |_| 160));
     let hello = Request::Hello {
         protocol: PROTOCOL,
@@ -59,37 +61,37 @@ fn check_requests(recipe: &Recipe<'_>, heard: &[Request], slice: u32, measures: 
         );
     }
     assert!(matches!(next(), Request::Finished(_)));
-    assert_eq!(heard.next(), None);
+    assert_eq!(requests.next(), None);
 }
 
 /// A Save after each reading, then the end.
 fn check_actions(actions: &[Action], order: &[u16], residual: Residual) {
     let saves = order.iter().map(|index| Action::Save {
         index: *index,
-        reading: material(*index),
+        reading: synthetic_reading(*index),
     });
     let expected: Vec<_> = saves.chain([Action::Finished(residual)]).collect();
     assert_eq!(actions, expected);
 }
 
 /// The next scan begins by itself, and is like the first.
-fn measured_by_a_host<K: Fitter + 'static>(recipe: Recipe<'static>, slice: u32) {
-    let expected = whole::<K>(recipe, material);
+fn check_host_measurement<K: Fitter + 'static>(recipe: Recipe<'static>, slice: u32) {
+    let expected = full_scan::<K>(recipe, synthetic_reading);
     let mut config = Config::new(Host::Measures);
     config.steps_per_poll = slice;
-    let mut driver = driver_by::<K>(recipe, config);
-    let mut bench = Bench::willing();
+    let mut driver = new_driver::<K>(recipe, config);
+    let mut bench = Bench::cooperative();
     for scans in 0..3 {
         if scans > 0 {
             bench.run(&mut driver, |action| *action == Action::Forget);
             bench.take_actions();
             assert_eq!(driver.scan().unwrap().pending().count(), SAMPLES);
-            bench.heard.clear();
+            bench.requests.clear();
         }
         bench.run(&mut driver, is_finished);
         assert_eq!(fitted(&driver), expected);
         assert_eq!(bench.results(), (expected.bits().to_vec(), 1));
-        check_requests(&recipe, &bench.heard, slice.max(1), true);
+        check_requests(&recipe, &bench.requests, slice.max(1), true);
         check_actions(&bench.take_actions(), &IN_ORDER, expected.residual());
     }
     // No time passed.
@@ -97,19 +99,19 @@ fn measured_by_a_host<K: Fitter + 'static>(recipe: Recipe<'static>, slice: u32) 
 }
 
 #[test]
-fn a_host_that_measures_gets_the_bits_of_a_scan_alone() {
-    every_fitter!(measured_by_a_host, 8);
+fn host_measurement_matches_plain_scan() {
+    for_every_fitter!(check_host_measurement, 8);
     for model in MODELS {
         for slice in [0, 1_000] {
-            measured_by_a_host::<Any>(recipe_of(model), slice);
+            check_host_measurement::<Any>(recipe_for(model), slice);
         }
     }
 }
 
-fn with_own_arms<K: Fitter + 'static>(recipe: Recipe<'static>, host: Host, order: &[u16]) {
-    let expected = whole::<K>(recipe, material);
-    let mut driver = driver_by::<K>(recipe, Config::new(host));
-    let mut bench = Bench::willing();
+fn check_own_arms<K: Fitter + 'static>(recipe: Recipe<'static>, host: Host, order: &[u16]) {
+    let expected = full_scan::<K>(recipe, synthetic_reading);
+    let mut driver = new_driver::<K>(recipe, Config::new(host));
+    let mut bench = Bench::cooperative();
     for scans in 0..2 {
         for index in order {
             // Any of those pending will do.
@@ -133,7 +135,7 @@ fn with_own_arms<K: Fitter + 'static>(recipe: Recipe<'static>, host: Host, order
             bench.now += 1_000;
             assert_eq!(driver.poll(bench.now), action);
             assert_eq!(driver.poll_delay(bench.now), None);
-            driver.record(*index, material(*index));
+            driver.record(*index, synthetic_reading(*index));
         }
         bench.sensor = Box::new(|index| panic!("{index} was read"));
         bench.run(&mut driver, is_finished);
@@ -145,9 +147,9 @@ fn with_own_arms<K: Fitter + 'static>(recipe: Recipe<'static>, host: Host, order
         check_actions(&actions, order, expected.residual());
         if host == Host::Listens {
             assert_eq!(bench.results(), (expected.bits().to_vec(), 1));
-            check_requests(&recipe, &bench.heard, 8, false);
+            check_requests(&recipe, &bench.requests, 8, false);
         } else {
-            assert!(bench.heard.is_empty() && bench.frames.is_empty());
+            assert!(bench.requests.is_empty() && bench.frames.is_empty());
         }
 
         // Then it rests until a restart.
@@ -161,24 +163,24 @@ fn with_own_arms<K: Fitter + 'static>(recipe: Recipe<'static>, host: Host, order
         }
         assert!(driver.outgoing().is_empty());
         driver.restart();
-        bench.heard.clear();
+        bench.requests.clear();
     }
 }
 
 #[test]
-fn a_device_with_arms_of_its_own_ends_in_the_same_bits() {
+fn own_arms_match_plain_scan() {
     for host in [Host::Absent, Host::Listens] {
-        every_fitter!(with_own_arms, host, &IN_ORDER);
+        for_every_fitter!(check_own_arms, host, &IN_ORDER);
     }
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(8))]
     #[test]
-    fn its_own_readings_come_in_any_order(order in Just(IN_ORDER.to_vec()).prop_shuffle()) {
+    fn own_readings_in_any_order(order in Just(IN_ORDER.to_vec()).prop_shuffle()) {
         for host in [Host::Absent, Host::Listens] {
             for model in MODELS {
-                with_own_arms::<Any>(recipe_of(model), host, &order);
+                check_own_arms::<Any>(recipe_for(model), host, &order);
             }
         }
     }
@@ -186,24 +188,24 @@ proptest! {
 
 /// A second reading of a sample in the middle of a fit gives it up, and the fit begins again.
 #[test]
-fn a_reading_in_the_middle_of_the_fit_begins_it_again() {
+fn reading_during_fit_restarts_it() {
     for model in MODELS {
         for host in [Host::Absent, Host::Listens] {
-            let recipe = recipe_of(model);
+            let recipe = recipe_for(model);
             let mut config = Config::new(host);
             config.steps_per_poll = 2;
-            let mut driver = driver_by::<Any>(recipe, config);
-            let mut bench = Bench::willing();
-            bench.sensor = Box::new(|index| material(if index == 6 { 0 } else { index }));
+            let mut driver = new_driver::<Any>(recipe, config);
+            let mut bench = Bench::cooperative();
+            bench.sensor = Box::new(|index| synthetic_reading(if index == 6 { 0 } else { index }));
             while driver.scan().unwrap().next_pending().is_some() {
-                bench.turn(&mut driver);
+                bench.step(&mut driver);
             }
             for _ in 0..6 {
-                bench.turn(&mut driver);
+                bench.step(&mut driver);
             }
-            driver.record(6, material(6));
+            driver.record(6, synthetic_reading(6));
             bench.run(&mut driver, is_finished);
-            assert_eq!(fitted(&driver), whole::<Any>(recipe, material));
+            assert_eq!(fitted(&driver), full_scan::<Any>(recipe, synthetic_reading));
         }
     }
 }

@@ -4,54 +4,54 @@ use glimpse_core::driver::{Action, Config, Host};
 use glimpse_core::link::{Failure, Reply, Request};
 use glimpse_core::scan::{Reading, ReadingError};
 
-use super::bench::{Bench, answer, is_failed, is_finished, phong};
-use super::failures::check_aftermath;
-use crate::scanning::material;
+use super::bench::{Bench, default_reply, is_failed, is_finished, phong_driver};
+use super::failures::check_after_failure;
+use crate::scanning::synthetic_reading;
 
 /// In version 0.1 an impossible reply was as good as none, and ended in `NoReply`.
 #[test]
-fn an_impossible_reading_is_asked_for_three_times() {
+fn invalid_reading_is_requested_three_times() {
     for bad in 0..5 {
-        let mut driver = phong(Config::new(Host::Measures));
+        let mut driver = phong_driver(Config::new(Host::Measures));
         let mut left = bad;
-        let mut asked = 0;
+        let mut requested = 0;
         let mut bench = Bench::new(|request| match request {
             Request::Measure { index: 4, .. } => {
-                asked += 1;
+                requested += 1;
                 let reading = match left {
-                    0 => material(4),
+                    0 => synthetic_reading(4),
                     _ => Reading::new([0.1, f32::NAN, 0.1]),
                 };
                 left = u32::saturating_sub(left, 1);
                 Some(Reply::Measured { index: 4, reading })
             }
-            _ => Some(answer(request)),
+            _ => Some(default_reply(request)),
         });
-        let ends = |action: &Action| is_finished(action) || is_failed(action);
-        let (at, last) = bench.run(&mut driver, ends);
+        let is_end = |action: &Action| is_finished(action) || is_failed(action);
+        let (at, last) = bench.run(&mut driver, is_end);
         drop(bench);
         assert_eq!(at, 0);
         if bad < 3 {
             assert!(is_finished(&last));
-            assert_eq!(asked, bad + 1);
+            assert_eq!(requested, bad + 1);
         } else {
             let (index, error) = (4, ReadingError::NonFinite(1));
             assert_eq!(last, Action::Failed(Failure::Reading { index, error }));
-            assert_eq!(asked, 3);
+            assert_eq!(requested, 3);
         }
     }
 }
 
 /// Every sample may be read wrongly twice.
 #[test]
-fn wrong_readings_are_counted_for_each_sample() {
+fn attempts_are_counted_per_sample() {
     for host in [Host::Measures, Host::Listens, Host::Absent] {
-        let mut driver = phong(Config::new(host));
+        let mut driver = phong_driver(Config::new(host));
         let mut turn = 0;
         let sensor = move |index| {
             turn += 1;
             match turn % 3 {
-                0 => material(index),
+                0 => synthetic_reading(index),
                 _ => Reading::monochrome(-7.0),
             }
         };
@@ -61,7 +61,7 @@ fn wrong_readings_are_counted_for_each_sample() {
                 let (index, reading) = (*index, of_host(*index));
                 Some(Reply::Measured { index, reading })
             }
-            _ => Some(answer(request)),
+            _ => Some(default_reply(request)),
         });
         bench.sensor = Box::new(sensor);
         bench.run(&mut driver, is_finished);
@@ -70,28 +70,28 @@ fn wrong_readings_are_counted_for_each_sample() {
 }
 
 #[test]
-fn wrong_readings_of_the_device_s_own_sensor_end_the_scan_too() {
+fn invalid_readings_of_own_sensor_fail() {
     for host in [Host::Listens, Host::Absent] {
-        let mut driver = phong(Config::new(host));
-        let mut bench = Bench::willing();
+        let mut driver = phong_driver(Config::new(host));
+        let mut bench = Bench::cooperative();
         bench.sensor = Box::new(|index| match index {
             2 => Reading::monochrome(-7.0),
-            _ => material(index),
+            _ => synthetic_reading(index),
         });
         bench.run(&mut driver, is_failed);
         let (index, error) = (2, ReadingError::Negative(0));
         let failure = Failure::Reading { index, error };
-        check_aftermath(host, &mut bench, &mut driver, failure);
+        check_after_failure(host, &mut bench, &mut driver, failure);
     }
 }
 
 #[test]
-fn a_reading_of_an_unknown_sample_ends_the_scan_too() {
-    let mut driver = phong(Config::new(Host::Absent));
+fn reading_of_unknown_sample_fails() {
+    let mut driver = phong_driver(Config::new(Host::Absent));
     driver.poll(0);
     for _ in 0..3 {
         assert!(!is_failed(&driver.poll(0)));
-        driver.record(8, material(0));
+        driver.record(8, synthetic_reading(0));
     }
     let (index, samples) = (8, 8);
     let error = ReadingError::Index { index, samples };
@@ -101,8 +101,8 @@ fn a_reading_of_an_unknown_sample_ends_the_scan_too() {
 
 /// Two wrong readings of one scan do not count in the next.
 #[test]
-fn a_restarted_scan_has_all_its_attempts() {
-    let mut driver = phong(Config::new(Host::Absent));
+fn restart_resets_attempts() {
+    let mut driver = phong_driver(Config::new(Host::Absent));
     for _ in 0..3 {
         for _ in 0..2 {
             while !matches!(driver.poll(0), Action::Measure { .. }) {}
@@ -110,5 +110,5 @@ fn a_restarted_scan_has_all_its_attempts() {
         }
         driver.restart();
     }
-    Bench::willing().run(&mut driver, is_finished);
+    Bench::cooperative().run(&mut driver, is_finished);
 }
