@@ -37,6 +37,7 @@ pub fn measure(item: &mut Item<'_>, seconds: f64) -> Timing {
         fast: quantile(0.1),
         slow: quantile(0.9),
         runs: times.len(),
+        // 2 operations per multiply-accumulate, 1e3 ms per s, and 1e9 operations per GFLOP.
         gflops: item
             .multiply_accumulates
             .map(|count| 2e-6 * count as f64 / item.tasks as f64 / median),
@@ -48,9 +49,9 @@ fn repeat(item: &mut Item<'_>, seconds: f64) -> Vec<f64> {
     let mut times = Vec::new();
     let begin = Instant::now();
     while times.len() < MIN_RUNS || begin.elapsed().as_secs_f64() < seconds {
-        let start = Instant::now();
+        let run_begin = Instant::now();
         item.run();
-        times.push(start.elapsed().as_secs_f64());
+        times.push(run_begin.elapsed().as_secs_f64());
     }
     times
 }

@@ -11,7 +11,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_materials::files::check_writable;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::bundled::{self, BundledRecipe};
-use glimpse_trainer::evaluation::{Evaluator, Method, SPHERE};
+use glimpse_trainer::evaluation::{Evaluator, Method, SPHERE_SIZE};
 use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::render::Picture;
 use glimpse_trainer::report::{
@@ -205,7 +205,7 @@ fn explain_columns() -> String {
     let machine = Machine::default();
     format!(
         "The loss is that of the paper: the mean cosine-weighted logarithmic error over directions that are \
-         uniform in (theta_h, theta_d, phi_d). DSSIM and PSNR compare the pictures below, of {SPHERE} x {SPHERE} \
+         uniform in (theta_h, theta_d, phi_d). DSSIM and PSNR compare the pictures below, of {SPHERE_SIZE} x {SPHERE_SIZE} \
          pixels. The time of a scan is the motion and settling in the fastest order, with {} degrees per second \
          and {} s at each sample, starting with all axes at 0. The cycles are those of one fit on a Cortex-M4F, \
          for recipes that the firmware's tests measure.",

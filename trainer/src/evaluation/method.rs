@@ -22,15 +22,15 @@ pub(super) enum SampleDirections {
     Pattern(Vec<Angles<f32>>),
     /// A number of uniform valid directions, drawn again for each material and seed.
     Random(usize),
-    /// A number of uniform valid directions at which the result has converged; 0 if the method draws them during the
-    /// fit.
+    /// A number of uniform valid directions that is large enough for the result to converge. It is 0 if the method
+    /// draws directions during the fit.
     Converged(usize),
 }
 
 /// The algorithm that fits the measurements.
 #[derive(Clone, Debug)]
 enum FitAlgorithm<'a> {
-    /// A scan by a recipe, as on a device. Linear also needs the recipe's basis.
+    /// A scan with a recipe, as on a device. Linear also needs the recipe's basis.
     Scan(Box<Recipe<'a>>, Option<&'a Basis>),
     /// The recipe's gradient descent, at any directions.
     DescentAnywhere(Descent<'a>),
@@ -42,7 +42,7 @@ enum FitAlgorithm<'a> {
     Optimum(ModelKind, usize),
 }
 
-/// A method that fits a material from samples of it.
+/// A method: directions to measure a material at, and an algorithm that fits it.
 #[derive(Clone, Debug)]
 pub struct Method<'a> {
     name: &'static str,
@@ -57,10 +57,10 @@ pub struct Method<'a> {
 }
 
 /// The number of directions of the method Optimum for the model Linear.
-const LINEAR_OPTIMUM: usize = 8_192;
+const LINEAR_OPTIMUM_DIRECTIONS: usize = 8_192;
 
 impl<'a> Method<'a> {
-    /// Creates a scan by a recipe: its pattern and its fit. Linear needs the recipe's basis.
+    /// Creates a scan with a recipe: its pattern and its fit. Linear needs the recipe's basis.
     ///
     /// # Errors
     /// [`EvaluationError::Basis`]
@@ -81,7 +81,8 @@ impl<'a> Method<'a> {
         })
     }
 
-    /// Creates a recipe's fit (start and step sizes, or precisions) at random directions, as many as the pattern has.
+    /// Creates a recipe's fit (start and step sizes, or precisions) at random directions. Their number is that of the
+    /// recipe's pattern.
     ///
     /// # Errors
     /// [`EvaluationError::Basis`]
@@ -139,7 +140,7 @@ impl<'a> Method<'a> {
         }
     }
 
-    /// Converts coefficients to a BRDF by the recipe's compact basis instead of the whole one, as on a device.
+    /// Converts coefficients to a BRDF with the recipe's compact basis instead of the whole one, as on a device.
     ///
     /// # Errors
     /// [`EvaluationError::Compact`]
@@ -158,10 +159,10 @@ impl<'a> Method<'a> {
         })
     }
 
-    /// Degrades the readings of a scan by a recipe.
+    /// Degrades the readings of a scan with a recipe.
     ///
     /// # Errors
-    /// [`EvaluationError::DegradationWithoutRecipe`] if the method is not a scan by a recipe,
+    /// [`EvaluationError::DegradationWithoutRecipe`] if the method is not a scan with a recipe,
     /// [`EvaluationError::NeedsAllReadings`] if readings are missing and the recipe does not tolerate that,
     /// [`EvaluationError::TooFewReadings`] if the recipe has fewer than `first` samples.
     pub fn with_degradation(self, degradation: Degradation) -> Result<Self, EvaluationError> {
@@ -199,7 +200,7 @@ impl<'a> Method<'a> {
     }
 
     /// Creates the method Optimum: an estimate of the best fit of a model that is fitted by descent. It has converged
-    /// after [`OPTIMUM_STEPS`](super::OPTIMUM_STEPS), and nearly so after fewer steps.
+    /// after [`OPTIMUM_STEPS`](super::OPTIMUM_STEPS). Fewer steps give an approximation.
     #[must_use]
     pub fn optimum(model: ModelKind, steps: usize) -> Self {
         Self {
@@ -212,26 +213,27 @@ impl<'a> Method<'a> {
         }
     }
 
-    /// Creates the method Random of the model Linear: the same precision for all coefficients, random samples.
+    /// Creates the method Random of the model Linear: random samples, and precision `eta` for all coefficients.
     #[must_use]
     pub fn linear_random(basis: &'a Basis, eta: f64, samples: usize) -> Self {
         Self::linear("random", basis, eta, SampleDirections::Random(samples))
     }
 
-    /// Creates the method of Nielsen et al. 2015 for the model Linear: samples that make the problem well conditioned.
+    /// Creates the method NJR15 of the model Linear: samples that make the problem well conditioned (Nielsen et al.
+    /// 2015).
     #[must_use]
     pub fn linear_njr15(basis: &'a Basis, eta: f64, pattern: Vec<Angles<f32>>) -> Self {
         Self::linear("njr15", basis, eta, SampleDirections::Pattern(pattern))
     }
 
-    /// Creates the method Optimum of the model Linear: enough samples that the result has converged.
+    /// Creates the method Optimum of the model Linear: enough samples for the result to converge.
     #[must_use]
     pub fn linear_optimum(basis: &'a Basis, eta: f64) -> Self {
         Self::linear(
             "optimum",
             basis,
             eta,
-            SampleDirections::Converged(LINEAR_OPTIMUM),
+            SampleDirections::Converged(LINEAR_OPTIMUM_DIRECTIONS),
         )
     }
 
@@ -293,7 +295,7 @@ impl<'a> Method<'a> {
         matches!(self.directions, SampleDirections::Random(_)) || self.degradation.is_random()
     }
 
-    /// Fits a material. Recipes run as on a device: in f32, by the code of glimpse-core.
+    /// Fits a material. Recipes run as on a device: in f32, with the code of glimpse-core.
     ///
     /// # Errors
     /// [`EvaluationError::Ridge`]
@@ -382,7 +384,7 @@ pub fn measure(material: &dyn Material, angles: &[Angles<f32>]) -> Vec<Sample<f3
         .collect()
 }
 
-/// Runs a recipe's descent at other directions than its own, by the code of glimpse-core but without a scan.
+/// Runs a recipe's descent at other directions than its own, with the code of glimpse-core but without a scan.
 fn descend<M: Model>(descent: Descent<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
     let method = FitMethod::Descent(descent);
     let mut words = vec![0.0; M::words(&method, samples.len()).unwrap_or_default()];

@@ -1,4 +1,4 @@
-//! Evaluation of methods: fits to a few samples of each material, compared with the whole material.
+//! Evaluation of methods: fits to a few samples of each material, compared with the material at many directions.
 
 mod adam;
 mod degradation;
@@ -26,9 +26,9 @@ use crate::render::{Environment, Picture, render_sphere};
 
 /// The width and height of rendered spheres, in pixels.
 ///
-/// `trainer render sphere --size 128` draws the same pictures. Its default of 256 would make an evaluation five times
-/// slower and changes a material's color difference by less than 2 %.
-pub const SPHERE: usize = 128;
+/// `trainer render sphere` draws the same pictures by default. A size of 256 would make an evaluation five times slower
+/// and change a material's color difference by less than 2 %.
+pub const SPHERE_SIZE: usize = 128;
 
 /// An error of evaluating a method.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -36,7 +36,7 @@ pub enum EvaluationError {
     /// A recipe of the model Linear was given without its basis.
     #[error("the recipe of the model linear has no basis; give the basis that was written with it")]
     Basis,
-    /// A compact basis belongs to another basis, or the model has none.
+    /// A compact basis was exported from another basis, or the recipe's model is not Linear.
     #[error(
         "the compact basis does not belong to this recipe: it was exported from another basis, or the recipe is not of \
          the model linear; export it again from this recipe"
@@ -67,7 +67,7 @@ pub enum EvaluationError {
     /// A basis does not belong to a recipe.
     #[error(transparent)]
     Count(#[from] glimpse_materials::basis::CoefficientCountError),
-    /// A material cannot be scanned by a recipe.
+    /// A material cannot be scanned with a recipe.
     #[error(transparent)]
     Scan(#[from] glimpse_kernels::scan::HostScanError),
     /// The caller stopped the evaluation.
@@ -82,17 +82,17 @@ impl SettingError for EvaluationError {
     fn message(&self, name: SettingNames) -> String {
         match self {
             Self::OtherDirections => format!(
-                "a recipe that completes readings works only at its own directions; for {} meta give a recipe of {} \
-                 joint or paper",
+                "a recipe that completes readings works only at its own directions; for {} meta, give a recipe that \
+                 was trained with {} joint or paper",
                 name(Setting::Method),
                 name(Setting::Schedule)
             ),
             Self::DegradationWithoutRecipe => format!(
-                "missing or noisy readings require a scan by a recipe; give {}",
+                "missing or noisy readings require a scan with a recipe; give {}",
                 name(Setting::Recipe)
             ),
             Self::NeedsAllReadings => format!(
-                "the recipe needs all of its readings; for scans with missing readings train a recipe with {} of 0.5",
+                "the recipe needs all of its readings; for scans with missing readings, train a recipe with {} 0.5",
                 name(Setting::Missing)
             ),
             other => other.to_string(),
@@ -100,7 +100,7 @@ impl SettingError for EvaluationError {
     }
 }
 
-/// An evaluator: the materials, their BRDF values and their rendered spheres, with which fits are compared.
+/// An evaluator, which compares fits with the BRDF values and the rendered spheres of materials.
 pub struct Evaluator<'a> {
     materials: &'a [Box<dyn Material>],
     at: Vec<HalfDifference<f32>>,
@@ -183,7 +183,7 @@ impl<'a> Evaluator<'a> {
             .map(|material| {
                 let mut values = vec![[0.0; 3]; at.len()];
                 material.brdf_batch(&at, &mut values);
-                let sphere = render_sphere(&**material, &environment, SPHERE).tone_map();
+                let sphere = render_sphere(&**material, &environment, SPHERE_SIZE).tone_map();
                 Reference { values, sphere }
             })
             .collect();
@@ -210,7 +210,7 @@ impl<'a> Evaluator<'a> {
     /// Renders the sphere of a fit.
     #[must_use]
     pub fn render(&self, fitted: &FittedBrdf) -> Picture {
-        render_sphere(fitted, &self.environment, SPHERE).tone_map()
+        render_sphere(fitted, &self.environment, SPHERE_SIZE).tone_map()
     }
 
     /// Compares a fit with its material. Returns the metrics and the sphere of the fit.
@@ -229,7 +229,7 @@ impl<'a> Evaluator<'a> {
         Ok((metrics, sphere))
     }
 
-    /// Fits every material by a method and compares the fits. A random method runs once per seed.
+    /// Fits every material with a method and compares the fits. A random method runs once per seed.
     ///
     /// # Errors
     /// [`EvaluationError::Ridge`]
@@ -256,7 +256,7 @@ impl<'a> Evaluator<'a> {
         stop: &AtomicBool,
     ) -> Result<Report, EvaluationError> {
         let seeds = if method.is_random() { seeds.max(1) } else { 1 };
-        let all: Vec<Vec<(Metrics, Option<f64>)>> = (0..self.materials.len())
+        let fits_by_material: Vec<Vec<(Metrics, Option<f64>)>> = (0..self.materials.len())
             .into_par_iter()
             .map(|material| {
                 let fits = (0..seeds)
@@ -279,7 +279,7 @@ impl<'a> Evaluator<'a> {
         let materials: Vec<MaterialMetrics> = self
             .materials
             .iter()
-            .zip(&all)
+            .zip(&fits_by_material)
             .map(|(material, fits)| MaterialMetrics {
                 name: material.name().to_owned(),
                 metrics: Metrics::mean_of_repetitions(fits.iter().map(|(metrics, _)| *metrics))
@@ -291,8 +291,11 @@ impl<'a> Evaluator<'a> {
                     .map(|sum| sum / fits.len() as f64),
             })
             .collect();
-        let by_seed: Vec<f64> = (0..seeds as usize)
-            .map(|seed| all.iter().map(|fits| fits[seed].0.loss).sum::<f64>() / all.len() as f64)
+        let mean_losses_by_seed: Vec<f64> = (0..seeds as usize)
+            .map(|seed| {
+                let losses = fits_by_material.iter().map(|fits| fits[seed].0.loss);
+                losses.sum::<f64>() / fits_by_material.len() as f64
+            })
             .collect();
         let losses: Vec<f64> = materials
             .iter()
@@ -306,7 +309,7 @@ impl<'a> Evaluator<'a> {
             metrics: Metrics::mean(materials.iter().map(|material| material.metrics))
                 .unwrap_or_default(),
             seeds,
-            loss_spread: standard_deviation(&by_seed),
+            loss_spread: standard_deviation(&mean_losses_by_seed),
             materials,
         })
     }
@@ -315,6 +318,6 @@ impl<'a> Evaluator<'a> {
 /// Returns the sample standard deviation; 0 for a single value.
 fn standard_deviation(values: &[f64]) -> f64 {
     let mean = values.iter().sum::<f64>() / values.len() as f64;
-    let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
-    (squares / (values.len().max(2) - 1) as f64).sqrt()
+    let sum_of_squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
+    (sum_of_squares / (values.len().max(2) - 1) as f64).sqrt()
 }

@@ -15,8 +15,8 @@ const COMPONENTS: [usize; 2] = [5, 240];
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new(store, "Linear with 5 and with 240 components", &[SCHEDULE]);
     findings.text(
-        "The paper found similar results with both. The number of components is limited by the number \
-         of training columns, three for each material.",
+        "The paper found similar results with both numbers of components. Here the number is smaller \
+         if there are too few training columns, three for each material.",
     );
     let training = store.settings.data.load()?.len();
     let mut rows = Vec::new();

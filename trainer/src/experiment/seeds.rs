@@ -38,8 +38,8 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         }
         let count = losses.len() as f64;
         let mean = losses.iter().sum::<f64>() / count;
-        let squares: f64 = losses.iter().map(|loss| (loss - mean).powi(2)).sum();
-        let deviation = (squares / (count - 1.0)).sqrt();
+        let sum_of_squares: f64 = losses.iter().map(|loss| (loss - mean).powi(2)).sum();
+        let deviation = (sum_of_squares / (count - 1.0)).sqrt();
         let mut row = vec![Cell::Text(title(model).into())];
         row.extend(losses.iter().map(|loss| Cell::Number(*loss)));
         row.extend([mean, deviation, 100.0 * deviation / mean].map(Cell::Number));

@@ -1,7 +1,7 @@
 //! Rows of spheres (paper, figures "Teaser", "MethodsModels" and "IncreasingSamples").
 
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::evaluation::SPHERE;
+use glimpse_trainer::evaluation::SPHERE_SIZE;
 use glimpse_trainer::report::{Gallery, GalleryRow, Tile};
 
 use super::case::{Approach, Case};
@@ -98,7 +98,7 @@ pub(super) fn gallery_by_model(
 /// Returns the note of captions on the errors below the pictures.
 fn errors_note() -> String {
     format!(
-        "DSSIM, PSNR and Delta E (CIEDE2000) are computed on these pictures of {SPHERE} x {SPHERE} pixels"
+        "DSSIM, PSNR and Delta E (CIEDE2000) are computed on these pictures of {SPHERE_SIZE} x {SPHERE_SIZE} pixels"
     )
 }
 

@@ -2,7 +2,8 @@
 
 use glimpse_core::recipe::ExpectedLoss;
 
-/// Makes a text safe inside a comment: replaces control characters, including line breaks, and the end of a C comment.
+/// Returns a text that is safe inside a comment. Each control character, such as a line break, becomes a space, and
+/// `*/` becomes `* /`.
 pub(super) fn comment_text(text: &str) -> String {
     let line: String = text
         .chars()
@@ -12,13 +13,13 @@ pub(super) fn comment_text(text: &str) -> String {
 }
 
 /// Describes the expected loss and the materials on which it was measured.
-pub(super) fn expected_loss_text(expectation: &ExpectedLoss<'_>) -> String {
+pub(super) fn expected_loss_text(expected_loss: &ExpectedLoss<'_>) -> String {
     let ExpectedLoss {
         loss,
         materials,
         on,
         ..
-    } = expectation;
+    } = expected_loss;
     match materials {
         0 => format!("Expected loss: {loss:.4}, on unstated materials."),
         _ => format!(
@@ -35,7 +36,7 @@ mod tests {
     #[test]
     fn comment_text_cannot_end_the_comment() {
         assert_eq!(comment_text("a\nfn b() {}\r*/ c"), "a fn b() {} * / c");
-        let of = |materials| {
+        let text_for = |materials| {
             expected_loss_text(&ExpectedLoss {
                 loss: 0.0125,
                 standard_error: None,
@@ -43,11 +44,11 @@ mod tests {
                 on: "materials\nof MERL",
             })
         };
-        let stated = of(7);
+        let stated = text_for(7);
         assert!(
             stated.contains("0.0125") && stated.contains('7') && !stated.contains('\n'),
             "{stated}"
         );
-        assert!(of(0).contains("0.0125"));
+        assert!(text_for(0).contains("0.0125"));
     }
 }

@@ -14,9 +14,9 @@ use super::fit::{Fit, ReadingStatus, find_outliers};
 use super::matching::IsotropicAngles;
 use super::measurements::Measurements;
 
-/// The tolerance for rounding of a device's directions, in radians: the largest distance from those of the recipe.
+/// The maximum distance of a reading's directions from the recipe's, in radians. The device's directions are rounded.
 const ROUNDING_TOLERANCE: f64 = 1e-3;
-/// The largest accepted file: many times the size of the longest scan.
+/// The maximum size of a report, in bytes: many times that of the longest scan.
 const MAX_BYTES: u64 = 1 << 26;
 
 /// A device's fit, as `trainer virtual-scanner --out` writes it.
@@ -26,7 +26,8 @@ pub struct DeviceReport {
     pub model: String,
     /// The recipe's checksum, eight hexadecimal digits.
     pub recipe: String,
-    /// The model's parameters in its order; for Linear the coefficients, m each for red, green and blue.
+    /// The model's parameters in its order. For Linear, they are the coefficients: m for red, then m for green, then m
+    /// for blue, with m components.
     pub values: Vec<f32>,
     /// The readings; optional.
     #[serde(default)]
@@ -60,7 +61,7 @@ pub enum DeviceError {
     },
     /// The content is not a report that `trainer virtual-scanner --out` writes.
     #[error(
-        "{}: it is not a device's report ({}); give JSON with model, recipe (a checksum), values, and optionally \
+        "{}: the file is not a device's report ({}); give JSON with model, recipe (a checksum), values, and optionally \
          readings and residual, as `trainer virtual-scanner --out` writes it", path.display(), escaped_json_error(source)
     )]
     Damaged {
@@ -69,9 +70,9 @@ pub enum DeviceError {
         /// The error of the JSON parser.
         source: serde_json::Error,
     },
-    /// The fit is by another recipe.
+    /// The device used another recipe.
     #[error(
-        "{}: recipe: it is {actual}, but the given recipe is {expected}; give the recipe that the device has",
+        "{}: the device used recipe {actual}, but the given recipe is {expected}; give the recipe that the device has",
         path.display()
     )]
     Recipe {
@@ -105,7 +106,7 @@ pub enum DeviceError {
         path: PathBuf,
         /// The index of the reading, from 0.
         reading: usize,
-        /// The reason.
+        /// The mismatch, or the error of the value.
         reason: String,
     },
 }

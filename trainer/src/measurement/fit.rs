@@ -42,7 +42,8 @@ impl ReadingStatus {
 /// The result of a fit.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// The model's parameters in its order; for Linear the coefficients, m each for red, green and blue.
+    /// The model's parameters in its order. For Linear, they are the coefficients: m for red, then m for green, then m
+    /// for blue, with m components.
     pub values: Vec<f32>,
     /// The residual at the used readings, if it is known.
     pub residual: Option<Residual>,
@@ -73,8 +74,8 @@ impl SettingError for FitFailure {
         match self {
             Self::Missing { missing, samples } => format!(
                 "{} not measured, but the recipe needs all {samples}; measure {} as well, or use a recipe that was \
-                 trained with {} of 0.5",
-                list(missing),
+                 trained with {} 0.5",
+                samples_were(missing),
                 if missing.len() == 1 { "it" } else { "them" },
                 name(Setting::Missing)
             ),
@@ -92,16 +93,19 @@ impl From<HostScanError> for FitFailure {
     }
 }
 
-fn list(missing: &[usize]) -> String {
-    let names: Vec<String> = missing.iter().map(usize::to_string).collect();
-    match missing.len() {
-        1 => format!("sample {} was", names.join(", ")),
-        _ => format!("samples {} were", names.join(", ")),
+/// Returns "sample 1 was" or "samples 1, 2 were".
+fn samples_were(indices: &[usize]) -> String {
+    let numbers: Vec<String> = indices.iter().map(usize::to_string).collect();
+    match indices.len() {
+        1 => format!("sample {} was", numbers.join(", ")),
+        _ => format!("samples {} were", numbers.join(", ")),
     }
 }
 
-/// Finds outliers and fits the readings as a device does. If the recipe tolerates missing readings, saturated
-/// readings are excluded, and so are outliers unless `keep_all`.
+/// Finds outliers and fits the readings as a device does.
+///
+/// If the recipe tolerates missing readings, the fit does not use saturated readings. It does not use outliers either,
+/// unless `keep_all` is true.
 ///
 /// # Errors
 /// If readings that the recipe needs are missing, or the fit fails as it would on a device.
@@ -119,7 +123,7 @@ pub fn fit(
         });
     }
     let outlier_report = find_outliers(recipe, measurements);
-    // If all readings are saturated they are used, as on a device.
+    // If all readings are saturated, they are used, as on a device.
     let is_unsaturated = |sample: &Repeated| sample.count() > 0 && !sample.saturated();
     let any_unsaturated = measurements.samples.iter().any(is_unsaturated);
     let status = |(index, sample): (usize, &Repeated)| match () {
@@ -152,8 +156,8 @@ pub fn fit(
     })
 }
 
-/// Finds outliers among the readings. Saturated readings are skipped because their values are unknown, and so are
-/// all readings of recipes with more than [`MAX_SAMPLES`](super::MAX_SAMPLES) samples.
+/// Finds outliers among the readings. Saturated readings are skipped because their values are unknown. No reading is
+/// checked if the recipe has more than [`MAX_SAMPLES`](super::MAX_SAMPLES) samples.
 pub(super) fn find_outliers(recipe: &Recipe<'_>, measurements: &Measurements) -> OutlierReport {
     let samples = measurements.samples.iter();
     let readings: Vec<Option<[f32; 3]>> = samples

@@ -66,10 +66,10 @@ pub fn mean_squared_error(reference: &Picture, picture: &Picture) -> Result<f64,
         let (a, b) = (&reference.pixels, &picture.pixels);
         a.as_flattened().iter().zip(b.as_flattened())
     };
-    let squares: u64 = channels()
+    let sum_of_squares: u64 = channels()
         .map(|(a, b)| u64::from(a.abs_diff(*b)).pow(2))
         .sum();
-    Ok(squares as f64 / (PEAK * PEAK * channels().len().max(1) as f64))
+    Ok(sum_of_squares as f64 / (PEAK * PEAK * channels().len().max(1) as f64))
 }
 
 /// Returns the peak signal-to-noise ratio of a mean squared error in \[0, 1\]: at most 100 dB.

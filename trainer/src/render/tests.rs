@@ -205,8 +205,8 @@ fn small_sun_shades_by_cosine() {
         }
     }
     assert!(errors.len() > 4_000);
-    let squares: f64 = errors.iter().map(|error| error * error).sum();
-    let deviation = (squares / errors.len() as f64).sqrt();
+    let sum_of_squares: f64 = errors.iter().map(|error| error * error).sum();
+    let deviation = (sum_of_squares / errors.len() as f64).sqrt();
     let worst = errors
         .iter()
         .fold(0.0, |worst: f64, error| worst.max(error.abs()));

@@ -21,28 +21,29 @@ pub(super) fn fastest_path(points: &Points) -> Vec<usize> {
     }
     for visited in 1..all {
         for last in 0..count {
-            let until = shortest[visited * count + last];
-            if until == f64::INFINITY {
+            let arrival = shortest[visited * count + last];
+            if arrival == f64::INFINITY {
                 continue;
             }
             for next in 0..count {
                 if visited & bit(next) == 0 {
                     let slot = &mut shortest[(visited | bit(next)) * count + next];
-                    *slot = slot.min(until + times[last * count + next]);
+                    *slot = slot.min(arrival + times[last * count + next]);
                 }
             }
         }
     }
-    // Backwards from the end: the previous point is the one that attains the shortest time.
+    // Backwards from the end: the point before `after` is the one with the shortest time.
     let mut path = Vec::with_capacity(stops);
     let (mut left, mut after) = (all, None);
     while left != 0 {
-        let until = |point: usize| {
+        let time_through = |point: usize| {
             let rest = after.map_or(0.0, |after| times[point * count + after]);
             shortest[left * count + point] + rest
         };
         let candidates = (0..count).filter(|point| left & bit(*point) != 0);
-        let Some(point) = candidates.min_by(|one, other| until(*one).total_cmp(&until(*other)))
+        let Some(point) =
+            candidates.min_by(|one, other| time_through(*one).total_cmp(&time_through(*other)))
         else {
             break;
         };

@@ -5,15 +5,15 @@ use super::points::Points;
 /// Returns the fastest path through stops in this order, one point per stop. The result is exact: the fastest path to
 /// a point extends the fastest path to some point of the previous stop.
 pub(super) fn choose_poses(points: &Points, order: impl Iterator<Item = usize>) -> Vec<usize> {
-    // For each stop: its points, the seconds until each, and the previous point.
+    // For each stop: its points, the arrival time at each in seconds, and the previous point.
     let mut table: Vec<Vec<(usize, f64, Option<usize>)>> = Vec::new();
     for stop in order {
         let fastest = |to: usize| match table.last() {
             None => (to, points.seconds_between(None, Some(to)), None),
             Some(before) => {
                 let mut best = (to, f64::INFINITY, None);
-                for (from, until, _) in before {
-                    let seconds = until + points.seconds_between(Some(*from), Some(to));
+                for (from, arrival, _) in before {
+                    let seconds = arrival + points.seconds_between(Some(*from), Some(to));
                     if seconds < best.1 {
                         best = (to, seconds, Some(*from));
                     }

@@ -6,7 +6,7 @@ use anyhow::ensure;
 use clap::Args;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Material, Source};
-use glimpse_trainer::evaluation::{Method, SPHERE};
+use glimpse_trainer::evaluation::{Method, SPHERE_SIZE};
 use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::render::{BACKGROUND, Environment, Image, render_sphere};
 use glimpse_trainer::report::{
@@ -56,7 +56,7 @@ pub(super) struct Sphere {
     #[arg(long, short, value_name = "FILE", default_value = "sphere.png")]
     out: PathBuf,
     /// Width and height of each sphere in pixels, 1 to 4096
-    #[arg(long, value_name = "PIXELS", default_value_t = SPHERE, value_parser = integer(1..=MAX_SIZE))]
+    #[arg(long, value_name = "PIXELS", default_value_t = SPHERE_SIZE, value_parser = integer(1..=MAX_SIZE))]
     size: usize,
     /// Materials in a row, 1 to 4096 [default: up to 8; with --recipe up to 4]
     #[arg(long, value_name = "COUNT", value_parser = integer(1..=MAX_SIZE))]
