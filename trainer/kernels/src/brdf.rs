@@ -69,7 +69,8 @@ impl<M: Model> Evaluate<'_, M> {
     }
 }
 
-/// Returns a model's BRDF at angles in radians, and the derivatives of each channel by theta_h, theta_d and phi_d.
+/// Returns a model's BRDF at angles in radians, and the derivatives of each channel with respect to theta_h, theta_d
+/// and phi_d.
 #[must_use]
 pub fn with_derivative<M: Model>(
     parameters: &M::Parameters<f32>,
@@ -80,7 +81,7 @@ pub fn with_derivative<M: Model>(
     Dual::split(M::brdf::<Dual<f32, 3>>(&parameters, &at))
 }
 
-/// Calls [`with_derivative`] for the model Neural.
+/// The function [`with_derivative`] for the model Neural, compiled in this crate.
 #[must_use]
 pub fn neural_with_derivative(
     parameters: &NeuralParameters<f32>,
@@ -89,26 +90,28 @@ pub fn neural_with_derivative(
     with_derivative::<Neural>(parameters, angles)
 }
 
-/// Computes [`neural_with_derivative`] at many angles, eight at a time. `results` has the length of `angles`.
-pub fn neural_with_derivatives(
+/// Computes [`neural_with_derivative`] at many angles, eight at a time. `parameters` are constants (tangent 0), and
+/// `results` has the length of `angles`.
+pub fn neural_batch_with_derivatives(
     parameters: &NeuralParameters<Dual<f32, 3>>,
     angles: &[Angles<f32>],
     results: &mut [([f32; 3], [[f32; 3]; 3])],
 ) {
-    dispatch(WithDerivatives {
+    dispatch(NeuralBatch {
         parameters,
         angles,
         results,
     });
 }
 
-struct WithDerivatives<'a> {
+/// The kernel of [`neural_batch_with_derivatives`].
+struct NeuralBatch<'a> {
     parameters: &'a NeuralParameters<Dual<f32, 3>>,
     angles: &'a [Angles<f32>],
     results: &'a mut [([f32; 3], [[f32; 3]; 3])],
 }
 
-impl Kernel for WithDerivatives<'_> {
+impl Kernel for NeuralBatch<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -117,7 +120,7 @@ impl Kernel for WithDerivatives<'_> {
     }
 }
 
-impl WithDerivatives<'_> {
+impl NeuralBatch<'_> {
     #[inline(always)]
     fn evaluate<L: Lanes>(self) {
         for (angles, results) in self
@@ -125,27 +128,28 @@ impl WithDerivatives<'_> {
             .chunks(WIDTH)
             .zip(self.results.chunks_mut(WIDTH))
         {
-            let mut values = [[Octet::default(); 5]; 4];
+            // The values of hx, hz, dx, dy and dz, and their derivatives with respect to each angle.
+            let mut coordinates = [[Octet::default(); 5]; 4];
             for lane in 0..WIDTH {
                 let angles = angles[lane.min(angles.len() - 1)];
                 let HalfDifference { hx, hz, dx, dy, dz } =
                     HalfDifference::from_angles(Dual::<f32, 3>::variables(angles));
                 for (index, entry) in [hx, hz, dx, dy, dz].into_iter().enumerate() {
-                    values[0][index].0[lane] = entry.value;
+                    coordinates[0][index].0[lane] = entry.value;
                     for angle in 0..3 {
-                        values[1 + angle][index].0[lane] = entry.tangent[angle];
+                        coordinates[1 + angle][index].0[lane] = entry.tangent[angle];
                     }
                 }
             }
-            let [value, first, second, third] = &values;
+            let [value, by_theta_h, by_theta_d, by_phi_d] = &coordinates;
             macro_rules! dual {
                 ($index:literal) => {
                     Dual::<L, 3> {
                         value: L::load([&value[$index]; MAX_OCTETS]),
                         tangent: [
-                            L::load([&first[$index]; MAX_OCTETS]),
-                            L::load([&second[$index]; MAX_OCTETS]),
-                            L::load([&third[$index]; MAX_OCTETS]),
+                            L::load([&by_theta_h[$index]; MAX_OCTETS]),
+                            L::load([&by_theta_d[$index]; MAX_OCTETS]),
+                            L::load([&by_phi_d[$index]; MAX_OCTETS]),
                         ],
                     }
                 };
@@ -158,12 +162,12 @@ impl WithDerivatives<'_> {
                 dz: dual!(4),
             };
             let brdf = Neural::brdf::<Dual<L, 3>>(self.parameters, &at);
-            for (channel, value) in brdf.into_iter().enumerate() {
+            for (channel, dual) in brdf.into_iter().enumerate() {
                 let mut stored = [[Octet::default(); MAX_OCTETS]; 4];
-                value.value.store(&mut stored[0]);
-                value.tangent[0].store(&mut stored[1]);
-                value.tangent[1].store(&mut stored[2]);
-                value.tangent[2].store(&mut stored[3]);
+                dual.value.store(&mut stored[0]);
+                dual.tangent[0].store(&mut stored[1]);
+                dual.tangent[1].store(&mut stored[2]);
+                dual.tangent[2].store(&mut stored[3]);
                 for (lane, (brdf, derivative)) in results.iter_mut().enumerate() {
                     brdf[channel] = stored[0][0].0[lane];
                     for angle in 0..3 {

@@ -4,7 +4,7 @@ use glimpse_core::model::linear::unmap;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 
 use crate::dual::Dual;
-use crate::lanes::{Kernel, Lanes, MAX_OCTETS, Octet, dispatch};
+use crate::lanes::{Kernel, Lanes, MAX_OCTETS, Octet, WIDTH, dispatch};
 use crate::samples::OctetRgb;
 
 /// Principal components at many directions, eight directions per octet.
@@ -26,16 +26,16 @@ impl ComponentTable {
         &self.octets[octet as usize * length..][..length]
     }
 
-    /// Returns the weighted loss over the octets of directions in `order`, and the loss of black, f = 0.
+    /// Returns the weighted loss at some directions, and the loss of a black material, f = 0, at the same directions.
     ///
-    /// `coefficients` are those of red, then green, then blue. `values` are the material's BRDF at the directions,
-    /// sr^-1 (not times the cosine); each has weight `weight`. The gradient of the first loss by the coefficients is
-    /// added to `gradient`.
+    /// `coefficients` are those of red, then green, then blue. `octets` are the indices of octets of directions.
+    /// `values` are the material's BRDF at these, sr^-1 (not times the cosine); each has weight `weight`. The gradient
+    /// of the first loss with respect to the coefficients is added to `gradient`.
     #[must_use]
     pub fn loss(
         &self,
         coefficients: &[f32],
-        order: &[u32],
+        octets: &[u32],
         values: &[OctetRgb],
         weight: f32,
         gradient: Option<&mut [f32]>,
@@ -43,7 +43,7 @@ impl ComponentTable {
         dispatch(ComponentLoss {
             table: self,
             coefficients,
-            order,
+            octets,
             values,
             weight,
             gradient,
@@ -54,7 +54,7 @@ impl ComponentTable {
 struct ComponentLoss<'a, 'g> {
     table: &'a ComponentTable,
     coefficients: &'a [f32],
-    order: &'a [u32],
+    octets: &'a [u32],
     values: &'a [OctetRgb],
     weight: f32,
     gradient: Option<&'g mut [f32]>,
@@ -72,18 +72,18 @@ impl Kernel for ComponentLoss<'_, '_> {
         let mut black_loss = L::constant(0.0);
         let mut sums = vec![L::zero_sum(); 3 * components];
         let zero_weights = Octet::default();
-        for (order, values) in self
-            .order
+        for (octets, values) in self
+            .octets
             .chunks(L::OCTETS)
             .zip(self.values.chunks(L::OCTETS))
         {
-            let last = order.len() - 1;
-            let mut rows = [self.table.row(order[0]); MAX_OCTETS];
+            let last = octets.len() - 1;
+            let mut rows = [self.table.row(octets[0]); MAX_OCTETS];
             let mut rgb = [&values[0]; MAX_OCTETS];
-            let full_weights = Octet([self.weight; 8]);
+            let full_weights = Octet([self.weight; WIDTH]);
             let mut weights = [&zero_weights; MAX_OCTETS];
             for k in 0..L::OCTETS {
-                rows[k] = self.table.row(order[k.min(last)]);
+                rows[k] = self.table.row(octets[k.min(last)]);
                 rgb[k] = &values[k.min(last)];
                 weights[k] = if k <= last {
                     &full_weights
@@ -92,46 +92,46 @@ impl Kernel for ComponentLoss<'_, '_> {
                 };
             }
             let [a, b, c, d] = rows;
-            // A macro: the compiler does not inline closures here.
+            // This is a macro because the compiler does not inline closures here.
             macro_rules! entry {
                 ($index:expr) => {
                     L::load([&a[$index], &b[$index], &c[$index], &d[$index]])
                 };
             }
-            let (cosine, cosines, mean) = (entry!(0), entry!(1), entry!(2));
-            let (mut by_red, mut by_green, mut by_blue) = (mean, mean, mean);
+            let (cos_theta_i, cosine_product, mean) = (entry!(0), entry!(1), entry!(2));
+            let (mut mapped_red, mut mapped_green, mut mapped_blue) = (mean, mean, mean);
             for k in 0..components {
                 let row = entry!(HEADER_OCTETS + k);
-                by_red = by_red.plus_product(row, L::broadcast(red[k]));
-                by_green = by_green.plus_product(row, L::broadcast(green[k]));
-                by_blue = by_blue.plus_product(row, L::broadcast(blue[k]));
+                mapped_red = mapped_red.plus_product(row, L::broadcast(red[k]));
+                mapped_green = mapped_green.plus_product(row, L::broadcast(green[k]));
+                mapped_blue = mapped_blue.plus_product(row, L::broadcast(blue[k]));
             }
             let zero = Dual::from_value(L::constant(0.0));
-            let cosines = Dual::from_value(cosines);
+            let cosine_product = Dual::from_value(cosine_product);
             let tangent = [L::constant(1.0)];
             let red = unmap(
                 Dual {
-                    value: by_red,
+                    value: mapped_red,
                     tangent,
                 },
                 zero,
-                cosines,
+                cosine_product,
             );
             let green = unmap(
                 Dual {
-                    value: by_green,
+                    value: mapped_green,
                     tangent,
                 },
                 zero,
-                cosines,
+                cosine_product,
             );
             let blue = unmap(
                 Dual {
-                    value: by_blue,
+                    value: mapped_blue,
                     tangent,
                 },
                 zero,
-                cosines,
+                cosine_product,
             );
             let [e, f, g, h] = rgb;
             let measured = [
@@ -141,10 +141,10 @@ impl Kernel for ComponentLoss<'_, '_> {
             ];
             let modeled = [red.value, green.value, blue.value];
             let weight = L::load(weights);
-            let term = cosine_weighted_log_error(measured, modeled, cosine, weight);
+            let term = cosine_weighted_log_error(measured, modeled, cos_theta_i, weight);
             loss = loss + term.error.value();
             let black = [L::constant(0.0); 3];
-            let black_term = cosine_weighted_log_error(measured, black, cosine, weight);
+            let black_term = cosine_weighted_log_error(measured, black, cos_theta_i, weight);
             black_loss = black_loss + black_term.error.value();
             if self.gradient.is_some() {
                 let [by_red, by_green, by_blue] = term.by_modeled;

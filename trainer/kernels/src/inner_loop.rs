@@ -17,7 +17,7 @@ use glimpse_core::numeric::{Scalar, Value};
 
 use crate::dual::Dual;
 use crate::lanes::{Kernel, Lanes, dispatch};
-use crate::sums::{constant, subtract_tangent};
+use crate::sums::{constant_sample, subtract_tangent};
 
 /// Copies a flat list in the model's order into a parameter set.
 pub fn unflatten<T: Value, P: ParameterSet<T>>(list: &[T], set: &mut P) {
@@ -257,7 +257,7 @@ impl<M: Model, R: Real> SampleList<M, R> for [Sample<R>] {
         let mut sums = M::Parameters::filled([R::constant(0.0)]);
         let mut derivatives = derivatives.into_iter().flatten();
         for sample in self {
-            let sample = constant(*sample);
+            let sample = constant_sample(*sample);
             let sample_gradient =
                 M::accumulate_gradient::<Dual<R>, true>(theta, &sample, &mut sums);
             if let Some(derivatives) = derivatives.next() {

@@ -33,12 +33,12 @@ pub struct ScanOutcome {
     pub predicted_loss: Option<f32>,
 }
 
-/// A function that reads a sample, given its index and its angles in radians. It returns the BRDF in linear RGB, in
-/// sr^-1 without the cosine, or None if the reading is missing.
+/// A function that reads a sample, given its index and its angles in radians. It returns the BRDF in linear RGB, sr^-1
+/// (not times the cosine), or None if the reading is missing.
 pub type ReadSample<'r> = dyn FnMut(u16, Angles<f32>) -> Option<[f32; 3]> + 'r;
 
 /// Measures at the recipe's directions and fits the model, as the device does. `read` returns the BRDF in linear RGB,
-/// in sr^-1 without the cosine, at angles in radians.
+/// sr^-1 (not times the cosine), at angles in radians.
 ///
 /// # Errors
 /// Fails for the same reasons as a scan on a device.

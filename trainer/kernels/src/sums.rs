@@ -1,7 +1,7 @@
 //! Sums over samples on lanes: a model's loss, its gradient, and its Hessian-vector product.
 //!
-//! The width of the lanes depends on the length of the list. Constants select the widths to compile, so that no unused
-//! copy of a kernel is compiled.
+//! The width of the lanes depends on the length of the list. Each kernel is compiled only for the widths that its model
+//! uses.
 
 use std::ops::Range;
 
@@ -17,8 +17,8 @@ use crate::lanes::{
 };
 use crate::samples::SampleOctets;
 
-/// Returns true if sums over lists that fit one register are scalar. With many parameters, sums on lanes would
-/// fill the cache.
+/// Returns true if sums over lists that fit in one register are scalar. With many parameters, sums on lanes would fill
+/// the cache.
 const fn sums_are_scalar<M: Model>() -> bool {
     M::PARAMETERS > 64
 }
@@ -43,8 +43,8 @@ pub(crate) fn gradient<M: Model>(
     })
 }
 
-/// Computes the product of Hessian and tangent over a range of octets. The derivatives of (gradient times tangent) by
-/// the samples are *subtracted* from `derivatives`.
+/// Computes the product of the Hessian and the tangent of `theta` over a range of octets. The derivatives of (gradient
+/// times tangent) with respect to the samples are *subtracted* from `derivatives`.
 pub(crate) fn product<M: Model>(
     theta: &M::Parameters<Dual<f32>>,
     samples: &SampleOctets<'_>,
@@ -66,7 +66,7 @@ pub(crate) fn loss<M: Model>(theta: &M::Parameters<f32>, samples: &SampleOctets<
     samples.instruction_set.run(LossSum::<M> { theta, samples })
 }
 
-/// Returns the loss of black, f = 0, which measures the light in the samples.
+/// Returns the loss of a black material, f = 0. It is larger for brighter materials.
 #[must_use]
 pub fn loss_of_black(samples: &SampleOctets<'_>) -> f32 {
     samples.instruction_set.run(LossOfBlack { samples })
@@ -74,7 +74,7 @@ pub fn loss_of_black(samples: &SampleOctets<'_>) -> f32 {
 
 /// Converts a sample to dual numbers with tangent 0.
 #[inline(always)]
-pub(crate) fn constant<S: Scalar>(sample: Sample<S>) -> Sample<Dual<S>> {
+pub(crate) fn constant_sample<S: Scalar>(sample: Sample<S>) -> Sample<Dual<S>> {
     let [red, green, blue] = sample.measured;
     Sample {
         at: HalfDifference {
@@ -173,7 +173,7 @@ impl<M: Model> Kernel for Product<'_, M> {
     #[inline(always)]
     fn run<Wide: Lanes>(self) {
         let octets = self.octets.len();
-        // With few samples, their derivatives are almost free.
+        // Derivatives of few samples are almost free, so they are always computed: one kernel serves both cases.
         if const { sums_are_scalar::<M>() } && octets <= Narrowest::<Wide>::OCTETS {
             self.compute::<ScalarSums<Narrowest<Wide>>, true>();
         } else if const { uses_narrower::<M, Wide>() } && octets <= Narrowest::<Wide>::OCTETS {
@@ -193,12 +193,12 @@ impl<M: Model> Product<'_, M> {
         let derivatives = self.derivatives.unwrap_or_default();
         let mut derivatives = derivatives.chunks_mut(L::OCTETS);
         for octet in self.octets.step_by(L::OCTETS) {
-            let sample = constant(self.samples.read::<L>(octet));
+            let sample = constant_sample(self.samples.read::<L>(octet));
             let term = M::accumulate_gradient::<Dual<L>, SAMPLES>(self.theta, &sample, &mut sums);
             if let (true, Some(derivatives)) = (SAMPLES, derivatives.next()) {
                 let mut by_samples = SampleGradient::zero();
                 subtract_tangent(&mut by_samples, &term.gradient);
-                add(&by_samples, derivatives);
+                add_to_octets(&by_samples, derivatives);
             }
         }
         L::totals(sums.as_slice().as_flattened(), self.product.as_mut_slice());
@@ -207,7 +207,7 @@ impl<M: Model> Product<'_, M> {
 
 /// Adds the derivatives with respect to a register of samples to those of its octets.
 #[inline(always)]
-fn add<L: Lanes>(gradient: &SampleGradient<L>, octets: &mut [SampleGradient<Octet>]) {
+fn add_to_octets<L: Lanes>(gradient: &SampleGradient<L>, octets: &mut [SampleGradient<Octet>]) {
     let at = &gradient.at;
     let [red, green, blue] = gradient.measured;
     let registers = [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue];

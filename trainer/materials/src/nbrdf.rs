@@ -13,7 +13,7 @@ use crate::untrusted::{escaped, read_at_most};
 use crate::{Material, SourceError};
 use glimpse_kernels::Dual;
 use glimpse_kernels::LaneModel;
-use glimpse_kernels::brdf::{neural_with_derivative, neural_with_derivatives};
+use glimpse_kernels::brdf::{neural_batch_with_derivatives, neural_with_derivative};
 
 /// Name and shape of the six arrays.
 const ARRAYS: [(&str, &[u64]); 6] = [
@@ -28,7 +28,7 @@ const ARRAYS: [(&str, &[u64]); 6] = [
 /// The first bytes of a NumPy file.
 const NPY_MAGIC: &[u8] = b"\x93NUMPY";
 
-/// The length limit of a header, with magic and lengths. NumPy writes 128 bytes.
+/// The largest number of bytes before the values: magic, version, header length and header. NumPy writes 128 bytes.
 const MAX_HEADER_BYTES: u64 = 4096;
 
 /// A material that is a network of the model Neural.
@@ -78,8 +78,7 @@ impl NeuralBrdf {
         is_array.then(|| name.to_owned())
     }
 
-    /// Returns the paths of a material's six files. `path` is one of them; returns None if it is not the name of an
-    /// array.
+    /// Returns the paths of a material's six files. `path` is one of them. Returns None for any other path.
     #[must_use]
     pub fn files_of(path: &Path) -> Option<[PathBuf; 6]> {
         let name = Self::name_of(path)?;
@@ -111,7 +110,7 @@ impl Material for NeuralBrdf {
         angles: &[Angles<f32>],
         results: &mut [([f32; 3], [[f32; 3]; 3])],
     ) {
-        neural_with_derivatives(&self.constants, angles, results);
+        neural_batch_with_derivatives(&self.constants, angles, results);
     }
 
     fn network(&self) -> Option<NeuralParameters<f32>> {
@@ -182,7 +181,7 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
         )));
     }
     let bytes = read_at_most(path, max_bytes).map_err(read_error)?;
-    let header = check_npy_header(&bytes).map_err(damaged)?;
+    let header_bytes = check_npy_header(&bytes).map_err(damaged)?;
     let array = npyz::NpyFile::new(&bytes[..]).map_err(|error| {
         damaged(format!(
             "it is not a complete NumPy array ({}); replace the file with an intact copy",
@@ -205,9 +204,9 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
             escaped(&descr)
         )));
     }
-    let values = shape.iter().product::<u64>() as usize * size_of::<f32>();
-    if bytes.len() != header + values {
-        let defect = match bytes.len() < header + values {
+    let value_bytes = shape.iter().product::<u64>() as usize * size_of::<f32>();
+    if bytes.len() != header_bytes + value_bytes {
+        let defect = match bytes.len() < header_bytes + value_bytes {
             true => "it was cut short",
             false => "something was appended",
         };
@@ -215,7 +214,7 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
             "{defect}: it has {} bytes, and its header and an array of shape {shape:?} have {}; replace the file with \
              an intact copy",
             bytes.len(),
-            header + values
+            header_bytes + value_bytes
         )));
     }
     let values: Vec<f32> = array.into_vec().map_err(|error| {
@@ -261,7 +260,7 @@ fn check_npy_header(bytes: &[u8]) -> Result<usize, String> {
             "its header states that it has {length} bytes, more than the file; replace the file with an intact copy"
         ));
     };
-    // One bracket of the dictionary and one of its shape. The parser takes hours for deep nesting.
+    // A header has one bracket for the dictionary and one for the shape. The parser takes hours for deep nesting.
     let brackets = header.iter().filter(|byte| b"{[(".contains(byte)).count();
     match brackets {
         0..=2 => Ok(NPY_MAGIC.len() + begin + header.len()),

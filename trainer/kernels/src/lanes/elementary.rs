@@ -6,7 +6,7 @@
 /// The lane-wise operations that exp and ln need.
 pub(super) trait Elementary: Copy {
     fn splat(value: f32) -> Self;
-    /// self * b + c
+    /// Returns `self * b + c`.
     fn multiply_add(self, b: Self, c: Self) -> Self;
     fn multiply(self, b: Self) -> Self;
     fn add(self, b: Self) -> Self;
@@ -26,6 +26,7 @@ pub(super) const SQRT_HALF_BITS: i32 = std::f32::consts::FRAC_1_SQRT_2.to_bits()
 const LN_2_HIGH: f32 = 0.693_359_4;
 const LN_2_LOW: f32 = -2.121_944_4e-4;
 
+/// Evaluates a polynomial. The coefficients begin with that of the highest power.
 #[inline(always)]
 fn polynomial<E: Elementary, const N: usize>(x: E, coefficients: [f32; N]) -> E {
     let mut sum = E::splat(0.0);

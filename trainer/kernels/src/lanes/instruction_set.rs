@@ -17,7 +17,7 @@ pub enum InstructionSet {
     Avx512,
     /// AVX2 and FMA: 8 numbers in a register.
     Avx2,
-    /// The baseline of the compiler's target: NEON on 64-bit Arm, SSE2 on x86-64.
+    /// The instructions of the compilation target: by default NEON on 64-bit Arm, SSE2 on x86-64.
     Portable,
 }
 

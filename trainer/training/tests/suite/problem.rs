@@ -20,14 +20,15 @@ pub(crate) struct Problem {
     pub(crate) outer: Vec<Variables>,
 }
 
-/// Range of ln(step size) for Phong in which steps have an effect and do not diverge.
-pub(crate) const PHONG_STEPS: Range<f64> = -4.0..0.0;
+/// Range of ln(step size) for Phong. Smaller steps have no effect, and larger ones diverge.
+pub(crate) const PHONG_LOG_STEP_SIZES: Range<f64> = -4.0..0.0;
 /// Range of ln(step size) for Cook-Torrance, whose highlights have a higher curvature at small alpha.
-pub(crate) const COOK_TORRANCE_STEPS: Range<f64> = -5.0..-2.0;
+pub(crate) const COOK_TORRANCE_LOG_STEP_SIZES: Range<f64> = -5.0..-2.0;
 /// Range of ln(step size) for Neural.
-pub(crate) const NEURAL_STEPS: Range<f64> = -6.0..-3.0;
+pub(crate) const NEURAL_LOG_STEP_SIZES: Range<f64> = -6.0..-3.0;
 
-/// Random problems with random initial parameters and step sizes.
+/// Returns a strategy for problems with random initial parameters, step sizes and samples. `samples` are the numbers of
+/// inner and outer samples.
 pub(crate) fn problems<M: Model>(
     initial: impl Strategy<Value = Vec<f64>>,
     log_step_sizes: Range<f64>,
@@ -87,26 +88,26 @@ pub(crate) struct LossGradient<R, G> {
 }
 
 impl<R: Real, G> LossGradient<R, G> {
-    /// Computes the meta-gradient. `samples` contains zeros; an empty list omits the gradient with respect to the
-    /// samples.
+    /// Computes the meta-gradient. `by_samples` holds a zero for each inner sample, or is empty to omit the gradient
+    /// with respect to the samples.
     pub(crate) fn compute<M: Model, I, O>(
         inner_loop: &InnerLoop<M, R>,
         inner: &[&I],
         outer: &O,
-        mut samples: Vec<G>,
+        mut by_samples: Vec<G>,
     ) -> Self
     where
         I: SampleList<M, R, Derivatives = G> + ?Sized,
         O: SampleList<M, R> + ?Sized,
     {
         let mut meta_gradient = MetaGradient::<M, R>::default();
-        let derivatives = Some(&mut samples[..]).filter(|derivatives| !derivatives.is_empty());
+        let derivatives = Some(&mut by_samples[..]).filter(|derivatives| !derivatives.is_empty());
         let loss = meta_gradient.compute(inner_loop, inner, outer, derivatives);
         Self {
             loss,
             initial: meta_gradient.initial.iter().copied().collect(),
             step_sizes: meta_gradient.step_sizes.iter().copied().collect(),
-            samples,
+            samples: by_samples,
         }
     }
 }
@@ -118,9 +119,9 @@ impl<R: Real, G> LossGradient<R, G> {
 pub(crate) fn gradient_by_variables(
     gradient: &LossGradient<f64, SampleGradient<f64>>,
 ) -> Vec<Variables> {
-    let list = gradient.samples.iter().map(|by| {
-        let [red, green, blue] = by.measured;
-        let at = by.at;
+    let list = gradient.samples.iter().map(|by_sample| {
+        let [red, green, blue] = by_sample.measured;
+        let at = by_sample.at;
         [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue]
     });
     list.collect()

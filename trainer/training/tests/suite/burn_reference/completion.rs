@@ -14,11 +14,12 @@ use super::{BURN_LOCK, Matrix, TOLERANCE, matrix, relative_error, to_vec};
 
 /// The largest permitted error in single precision, relative to the largest entry of the list.
 ///
-/// The largest observed error is 7e-7: a few roundings of 6e-8, because the longest sums have about 100 terms. Other
-/// instruction sets round in a different order. The test detects terms that are wrong by 1e-5 of the largest entry.
+/// The largest observed error is 7e-7, the rounding error (6e-8 each) of sums of up to about 100 terms. It differs
+/// between instruction sets, which add in a different order. The test detects terms that are wrong by 1e-5 of the
+/// largest entry.
 const F32_TOLERANCE: f64 = 5e-6;
 
-/// The outputs, and the gradient of the [score](Case::score_of_coefficients) by all inputs.
+/// The outputs, and the gradient of the [score](Case::score_of_coefficients) with respect to all inputs.
 struct Outcome {
     /// The coefficients of each material: red, green, blue.
     coefficients: Vec<f64>,
@@ -65,6 +66,7 @@ impl Outcome {
         let lists = self.lists().into_iter().zip(expected.lists()).zip(NAMES);
         let mut errors = [0.0; 9];
         for (error, ((actual, expected), name)) in errors.iter_mut().zip(lists) {
+            // The comparison of zeros would test nothing.
             let is_nonzero = expected.iter().any(|entry| entry.abs() > 1e-3);
             assert!(expected.is_empty() || is_nonzero, "{context}: {name}");
             *error = relative_error(actual, expected);
@@ -104,8 +106,8 @@ fn coefficient_net(case: &Case) -> (Matrix, [Matrix; 3], [Matrix; 3]) {
     let center = matrix(&case.center, [1, samples]);
     let values = [0, 1, 2].map(|channel| matrix(&case.channel(channel), dims).require_grad());
     let standardized = values.each_ref().map(|values| {
-        let offset = (values.clone() * cosines.clone()).add_scalar(EPSILON);
-        let logarithm = offset.log().sub_scalar(EPSILON.ln());
+        let argument = (values.clone() * cosines.clone()).add_scalar(EPSILON);
+        let logarithm = argument.log().sub_scalar(EPSILON.ln());
         (logarithm - center.clone()) * case.scale * present.clone()
     });
     let [red, green, blue] = standardized.clone();
@@ -143,7 +145,7 @@ fn init_net(case: &Case, coefficients: Matrix) -> (Matrix, [Matrix; 3]) {
     (initial, [hidden, bias, output])
 }
 
-/// Computes the outcome by the reference implementation.
+/// Computes the outcome with the reference implementation.
 fn reference(case: &Case) -> Outcome {
     let _lock = BURN_LOCK.lock().unwrap_or_else(PoisonError::into_inner);
     let (coefficients, values, coefficient_net_weights) = coefficient_net(case);
@@ -164,7 +166,7 @@ fn reference(case: &Case) -> Outcome {
     let gradients = score.backward();
     let gradient = |tensor: &Matrix| match tensor.grad(&gradients) {
         Some(gradient) => to_vec(gradient),
-        // The placeholder of a matrix without columns.
+        // The placeholder of a matrix without columns has no gradient.
         None => Vec::new(),
     };
     let [readings, bias, output] = coefficient_net_weights.each_ref().map(gradient);

@@ -24,7 +24,8 @@ use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};
 
 use crate::problem::{
-    COOK_TORRANCE_STEPS, NEURAL_STEPS, PHONG_STEPS, Problem, gradient_by_variables, problems,
+    COOK_TORRANCE_LOG_STEP_SIZES, NEURAL_LOG_STEP_SIZES, PHONG_LOG_STEP_SIZES, Problem,
+    gradient_by_variables, problems,
 };
 use glimpse_gradcheck::cases::{Variables, cook_torrance, neural, phong};
 
@@ -414,9 +415,12 @@ fn compare<M: Model + TensorModel>(problem: &Problem) -> Result<[f64; 4], String
     let by_samples = gradient_by_variables(&actual);
     let pairs = problem.inner.iter().zip(&by_samples);
     let angles: Vec<f64> = pairs
-        .flat_map(|(at, by)| gradient_by_angles(*at, *by))
+        .flat_map(|(at, by_sample)| gradient_by_angles(*at, *by_sample))
         .collect();
-    let measured: Vec<f64> = by_samples.iter().flat_map(|by| by[5..].to_vec()).collect();
+    let measured: Vec<f64> = by_samples
+        .iter()
+        .flat_map(|by_sample| by_sample[5..].to_vec())
+        .collect();
     let errors = [
         relative_error(&actual.initial, &expected.initial),
         relative_error(&actual.step_sizes, &expected.step_sizes),
@@ -457,16 +461,23 @@ fn compare_many<M: Model + TensorModel>(cases: u32, problems: impl Strategy<Valu
 
 #[test]
 fn phong_meta_gradient_matches_burn() {
-    compare_many::<Phong>(60, problems::<Phong>(phong(), PHONG_STEPS, 20, [8, 40]));
+    compare_many::<Phong>(
+        60,
+        problems::<Phong>(phong(), PHONG_LOG_STEP_SIZES, 20, [8, 40]),
+    );
 }
 
 #[test]
 fn cook_torrance_meta_gradient_matches_burn() {
-    let problems = problems::<CookTorrance>(cook_torrance(), COOK_TORRANCE_STEPS, 20, [8, 40]);
+    let problems =
+        problems::<CookTorrance>(cook_torrance(), COOK_TORRANCE_LOG_STEP_SIZES, 20, [8, 40]);
     compare_many::<CookTorrance>(60, problems);
 }
 
 #[test]
 fn neural_meta_gradient_matches_burn() {
-    compare_many::<Neural>(60, problems::<Neural>(neural(), NEURAL_STEPS, 20, [8, 40]));
+    compare_many::<Neural>(
+        60,
+        problems::<Neural>(neural(), NEURAL_LOG_STEP_SIZES, 20, [8, 40]),
+    );
 }

@@ -8,10 +8,10 @@ use glimpse_materials::basis::{Basis, BasisError, Grid};
 use super::basis;
 
 /// The number of bytes before the table.
-const HEADER: usize = 24;
+const HEADER_BYTES: usize = 24;
 
-/// Returns the error message of a file that is not the basis with this checksum.
-fn read_error(bytes: &[u8], checksum: u32) -> &'static str {
+/// Reads a file with these bytes as the basis with this checksum, and returns the defect that the error states.
+fn read_defect(bytes: &[u8], checksum: u32) -> &'static str {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let path = scratch.path().join("some.basis");
     fs::write(&path, bytes).expect("the file is written");
@@ -31,7 +31,7 @@ fn read_error(bytes: &[u8], checksum: u32) -> &'static str {
 fn basis_file_round_trips() {
     let basis = basis(3);
     let bytes = basis.to_bytes();
-    assert_eq!(bytes.len(), HEADER + 4 * Grid::LEN * (2 + 3));
+    assert_eq!(bytes.len(), HEADER_BYTES + 4 * Grid::LEN * (2 + 3));
     assert_eq!(&bytes[..4], b"GLMB");
     let parsed = Basis::from_bytes(&bytes).expect("the bytes are a basis");
     assert_eq!(parsed, basis);
@@ -46,7 +46,7 @@ fn basis_file_round_trips() {
 #[test]
 fn checksum_is_crc32() {
     assert_eq!(Basis::checksum(b"123456789"), 0xcbf4_3926);
-    // The CRC-32 of empty input is 0, which in a recipe means that it has no basis.
+    // The CRC-32 of empty input is 0. The checksum is 1 instead, because 0 in a recipe means that it has no basis.
     assert_eq!(Basis::checksum(b""), 1);
 }
 
@@ -68,62 +68,69 @@ fn rejects_damaged_files_and_files_of_other_recipes() {
     let checksum = Basis::checksum(&bytes);
     let other = basis(4).to_bytes();
     assert_ne!(Basis::checksum(&other), checksum);
-    let wrong_checksum = read_error(&other, checksum);
-    for position in [0, 4, 20, HEADER, bytes.len() / 2, bytes.len() - 1] {
+    let wrong_checksum = read_defect(&other, checksum);
+    for position in [0, 4, 20, HEADER_BYTES, bytes.len() / 2, bytes.len() - 1] {
         let mut damaged = bytes.clone();
         damaged[position] ^= 0x10;
-        assert_eq!(read_error(&damaged, checksum), wrong_checksum);
+        assert_eq!(read_defect(&damaged, checksum), wrong_checksum);
     }
-    for length in [0, 3, HEADER - 1, HEADER, bytes.len() - 4, bytes.len() - 1] {
-        assert_eq!(read_error(&bytes[..length], checksum), wrong_checksum);
+    for length in [
+        0,
+        3,
+        HEADER_BYTES - 1,
+        HEADER_BYTES,
+        bytes.len() - 4,
+        bytes.len() - 1,
+    ] {
+        assert_eq!(read_defect(&bytes[..length], checksum), wrong_checksum);
     }
     let longer = [&bytes[..], &[0; 4]].concat();
-    assert_eq!(read_error(&longer, checksum), wrong_checksum);
+    assert_eq!(read_defect(&longer, checksum), wrong_checksum);
 }
 
-/// The counts in a header are checked against the length of the file. Each cause has a distinct message.
+/// The counts in a header are checked against the length of the file. Each cause is reported as a distinct defect.
 #[test]
 fn rejects_invalid_bytes_with_matching_checksum() {
     let bytes = basis(3).to_bytes();
-    let parse_error = |bytes: &[u8]| {
-        let message = Basis::from_bytes(bytes).expect_err("the bytes are invalid");
-        assert_eq!(read_error(bytes, Basis::checksum(bytes)), message);
-        message
+    let parse_defect = |bytes: &[u8]| {
+        let defect = Basis::from_bytes(bytes).expect_err("the bytes are invalid");
+        assert_eq!(read_defect(bytes, Basis::checksum(bytes)), defect);
+        defect
     };
-    let wrong_length = parse_error(&bytes[..1]);
-    let too_short = parse_error(b"");
-    for length in [2, 3, HEADER - 1, bytes.len() - 1] {
-        assert_eq!(parse_error(&bytes[..length]), wrong_length);
+    let wrong_length = parse_defect(&bytes[..1]);
+    let too_short = parse_defect(b"");
+    for length in [2, 3, HEADER_BYTES - 1, bytes.len() - 1] {
+        assert_eq!(parse_defect(&bytes[..length]), wrong_length);
     }
-    for length in [4, HEADER - 4] {
-        assert_eq!(parse_error(&bytes[..length]), too_short);
+    for length in [4, HEADER_BYTES - 4] {
+        assert_eq!(parse_defect(&bytes[..length]), too_short);
     }
-    for length in [HEADER, HEADER + 4, bytes.len() - 4] {
-        assert_eq!(parse_error(&bytes[..length]), wrong_length);
+    for length in [HEADER_BYTES, HEADER_BYTES + 4, bytes.len() - 4] {
+        assert_eq!(parse_defect(&bytes[..length]), wrong_length);
     }
-    assert_eq!(parse_error(&[&bytes[..], &[0; 4]].concat()), wrong_length);
-    let mut versions = (0..5).map(|word| {
+    assert_eq!(parse_defect(&[&bytes[..], &[0; 4]].concat()), wrong_length);
+    let mut header_defects = (0..5).map(|word| {
         let mut other = bytes.clone();
         other[4 * word] ^= 1;
-        parse_error(&other)
+        parse_defect(&other)
     });
-    let version = versions.next().expect("the iterator is not empty");
-    assert!(versions.all(|message| message == version));
+    let wrong_header = header_defects.next().expect("the iterator is not empty");
+    assert!(header_defects.all(|defect| defect == wrong_header));
     for components in [1_u32, 2, 4, 1 << 16, 1 << 31, u32::MAX - 1, u32::MAX] {
         let mut other = bytes.clone();
-        other[20..HEADER].copy_from_slice(&components.to_le_bytes());
-        assert_eq!(parse_error(&other), wrong_length);
-        assert_eq!(parse_error(&other[..HEADER]), wrong_length);
+        other[20..HEADER_BYTES].copy_from_slice(&components.to_le_bytes());
+        assert_eq!(parse_defect(&other), wrong_length);
+        assert_eq!(parse_defect(&other[..HEADER_BYTES]), wrong_length);
     }
     // A table of means and medians without components is not a basis.
-    let mut none = bytes[..HEADER + 4 * Grid::LEN * 2].to_vec();
-    none[20..HEADER].copy_from_slice(&0_u32.to_le_bytes());
+    let mut without_components = bytes[..HEADER_BYTES + 4 * Grid::LEN * 2].to_vec();
+    without_components[20..HEADER_BYTES].copy_from_slice(&0_u32.to_le_bytes());
     let causes = [
         wrong_length,
         too_short,
-        version,
-        parse_error(&none),
-        read_error(&bytes, Basis::checksum(&bytes) ^ 1),
+        wrong_header,
+        parse_defect(&without_components),
+        read_defect(&bytes, Basis::checksum(&bytes) ^ 1),
     ];
     let distinct: BTreeSet<_> = causes.into_iter().collect();
     assert_eq!(distinct.len(), causes.len(), "{causes:?}");

@@ -1,5 +1,5 @@
-//! Schedule prior: gradients against differences of the loss, equal bits on any number of threads, and recipes that fit
-//! like the trained nets.
+//! Tests of the schedule `prior`: gradients match differences of the loss, results are identical on any number of
+//! threads, and packed recipes fit like the trained nets.
 
 use std::ops::{ControlFlow, Range};
 use std::path::Path;
@@ -32,7 +32,8 @@ use crate::support::{assert_independent_of_threads, procedural, run_bits};
 
 const SAMPLES: usize = 5;
 const STEPS: usize = 4;
-/// The index of the pattern in [`Groups::each`].
+/// The indices of all groups in [`Groups::each`]: the pattern is last, because its comparison changes the step sizes.
+const GROUPS: [usize; 5] = [0, 1, 3, 4, PATTERN];
 const PATTERN: usize = 2;
 const MODELS: [ModelKind; 4] = [
     ModelKind::Linear,
@@ -115,43 +116,48 @@ fn move_toward_normal(values: &mut Groups<Vec<f32>>) {
 fn assert_gradient_matches_loss(model: ModelKind) {
     with_objective(model, |objective, plan| {
         let phase_index = plan.phases.len() - 1;
-        let at = OuterStep {
+        let outer_step = OuterStep {
             phase: &plan.phases[phase_index],
             phase_index,
             step: 1,
         };
         let mut values = objective.initial_values(0);
-        // Larger weights of the init net: its output depends on the readings, and gradient steps alone are
-        // discontinuous where a residual changes sign.
+        // Gradient steps are discontinuous where a residual changes sign. With larger weights, the init net dominates
+        // the fit, and its output is a smooth function of the readings.
         values.init_net.iter_mut().for_each(|weight| *weight *= 5.0);
         // All samples are within the limits: the barrier contributes to the gradient but not to the loss.
         move_toward_normal(&mut values);
         let pattern = Pattern::from_logits_within(&values.pattern, objective.limits);
         assert!(pattern.valid().iter().all(|valid| *valid));
         let mut compared = 0;
-        for group in [0, 1, 3, 4, PATTERN] {
-            // As a function of the pattern, gradient steps are discontinuous where a residual changes sign. The steps
-            // are therefore short here; `pattern.rs` tests their derivative with respect to the directions.
+        for group in GROUPS {
+            // For the same reason, the gradient steps are short in the comparison of the pattern; `pattern.rs` tests
+            // their derivative with respect to the directions.
             if group == PATTERN {
                 values.hyperparameters.fill(-30.0);
             }
-            let (loss, gradient) = objective.gradient(&values, at);
+            let (loss, gradient) = objective.gradient(&values, outer_step);
             assert!(loss > 0.0 && loss.is_finite());
             let direction = gradient.each()[group].clone();
-            let square: f64 = direction.iter().map(|by| f64::from(*by).powi(2)).sum();
+            let square: f64 = direction
+                .iter()
+                .map(|entry| f64::from(*entry).powi(2))
+                .sum();
             if square == 0.0 {
                 continue;
             }
             // The loss changes by a few thousandths, and each value by at most 0.004.
-            let largest = direction.iter().fold(0.0_f32, |max, by| max.max(by.abs()));
+            let largest = direction
+                .iter()
+                .fold(0.0_f32, |max, entry| max.max(entry.abs()));
             let step = (2e-3 * f64::from(loss) / square).min(0.004 / f64::from(largest));
             let loss_at = |sign: f64| {
                 let mut values: Groups<Vec<f32>> = values.clone();
                 let list = values.each_mut().into_iter().nth(group);
-                for (value, by) in list.into_iter().flatten().zip(&direction) {
-                    *value += (sign * step * f64::from(*by)) as f32;
+                for (value, entry) in list.into_iter().flatten().zip(&direction) {
+                    *value += (sign * step * f64::from(*entry)) as f32;
                 }
-                f64::from(objective.gradient(&values, at).0)
+                f64::from(objective.gradient(&values, outer_step).0)
             };
             let slope = (loss_at(1.0) - loss_at(-1.0)) / (2.0 * step);
             let error = (slope - square).abs() / square;
@@ -292,28 +298,28 @@ fn run_resumed_at_sample_reordering_matches_uninterrupted_run() {
             plan.phases[last].initialization == Initialization::BestReordered
                 && plan.phases[last].samples_ordered
         );
-        let run = |directory: Option<&Path>, until| {
+        let run = |directory: Option<&Path>, stop_after| {
             let outer_loop = outer_loop(objective, plan, ModelKind::Linear, directory);
-            outer_loop.run(&mut |progress| match progress.done == until {
+            outer_loop.run(&mut |progress| match progress.done == stop_after {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),
             })
         };
         let expected = run(None, usize::MAX).expect("the run is not stopped");
-        for until in [last * STEPS, last * STEPS + 1] {
+        for stop_after in [last * STEPS, last * STEPS + 1] {
             let scratch = tempfile::tempdir().expect("a temporary directory");
-            let stopped = run(Some(scratch.path()), until);
-            assert!(matches!(stopped, Err(RunError::Stopped(done)) if done == until));
+            let stopped = run(Some(scratch.path()), stop_after);
+            assert!(matches!(stopped, Err(RunError::Stopped(done)) if done == stop_after));
             let resumed = run(Some(scratch.path()), usize::MAX).expect("the run is not stopped");
             assert_eq!(
                 resumed.values, expected.values,
-                "stopped after {until} steps"
+                "stopped after {stop_after} steps"
             );
         }
     });
 }
 
-/// The relative error of quantized weights is below 0.01 in the coefficients.
+/// Tests that the quantization of the weights changes the coefficients by less than 1 %.
 #[test]
 fn packed_recipe_matches_trained_net() {
     let model = ModelKind::Linear;
@@ -328,7 +334,7 @@ fn packed_recipe_matches_trained_net() {
     let LearnedFit::Completed(net, _) = &learned.fit else {
         panic!("{learned:?}");
     };
-    let (mut error, mut size) = (0.0, 0.0);
+    let (mut squared_error, mut squared_norm) = (0.0, 0.0);
     for material in Procedural::set(6, 77) {
         let outcome = scan(&recipe, &mut |angles| material.brdf(angles)).expect("the fit succeeds");
         let mut batch = Batch::new(net.shape, 1);
@@ -347,11 +353,11 @@ fn packed_recipe_matches_trained_net() {
         let expected = batch.coefficients(0);
         assert_eq!(outcome.values.len(), expected.len());
         for (actual, expected) in outcome.values.iter().zip(expected) {
-            error += f64::from(actual - expected).powi(2);
-            size += f64::from(expected).powi(2);
+            squared_error += f64::from(actual - expected).powi(2);
+            squared_norm += f64::from(expected).powi(2);
         }
     }
-    let error = (error / size).sqrt();
-    println!("relative error of coefficients by quantization {error:.1e}");
+    let error = (squared_error / squared_norm).sqrt();
+    println!("relative error of coefficients due to quantization {error:.1e}");
     assert!(error > 0.0 && error < 0.01, "{error}");
 }

@@ -22,9 +22,9 @@ fn gradient_and_product(
     let mut product = CookTorranceParameters::filled(0.0);
     let mut derivatives = samples.zero_derivatives();
     CookTorrance::partial_product(theta, samples, 0..1, &mut product, Some(&mut derivatives));
-    let derivatives = derivatives.iter().flat_map(|by| {
-        let [red, green, blue] = by.measured;
-        let at = by.at;
+    let derivatives = derivatives.iter().flat_map(|by_sample| {
+        let [red, green, blue] = by_sample.measured;
+        let at = by_sample.at;
         [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue]
     });
     let derivatives = derivatives.flat_map(|octet| octet.0);

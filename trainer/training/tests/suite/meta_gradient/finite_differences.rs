@@ -7,7 +7,8 @@ use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};
 
 use crate::problem::{
-    COOK_TORRANCE_STEPS, NEURAL_STEPS, PHONG_STEPS, Problem, gradient_by_variables, problems,
+    COOK_TORRANCE_LOG_STEP_SIZES, NEURAL_LOG_STEP_SIZES, PHONG_LOG_STEP_SIZES, Problem,
+    gradient_by_variables, problems,
 };
 use glimpse_gradcheck::cases::{VARIABLE_NAMES, cook_torrance, is_too_steep, neural, phong};
 use glimpse_gradcheck::{Differences, gradient_scale};
@@ -127,18 +128,19 @@ const SAMPLES: [usize; 2] = [5, 7];
 
 #[test]
 fn phong_matches_finite_differences() {
-    let problems = problems::<Phong>(phong(), PHONG_STEPS, 8, SAMPLES);
+    let problems = problems::<Phong>(phong(), PHONG_LOG_STEP_SIZES, 8, SAMPLES);
     compare_many::<Phong>(200, 14, 5e-5, problems);
 }
 
 #[test]
 fn cook_torrance_matches_finite_differences() {
-    let problems = problems::<CookTorrance>(cook_torrance(), COOK_TORRANCE_STEPS, 8, SAMPLES);
+    let problems =
+        problems::<CookTorrance>(cook_torrance(), COOK_TORRANCE_LOG_STEP_SIZES, 8, SAMPLES);
     compare_many::<CookTorrance>(200, 16, 1e-4, problems);
 }
 
 #[test]
 fn neural_matches_finite_differences() {
-    let problems = problems::<Neural>(neural(), NEURAL_STEPS, 5, SAMPLES);
+    let problems = problems::<Neural>(neural(), NEURAL_LOG_STEP_SIZES, 5, SAMPLES);
     compare_many::<Neural>(40, 60, 1e-4, problems);
 }
