@@ -13,9 +13,10 @@ use tempfile::NamedTempFile;
 /// are removed. A pipe or a device is written to directly.
 ///
 /// # Errors
-/// If the operating system refuses, the file is read-only, or its directory does not exist. No temporary file remains.
+/// If the operating system cannot write the file, the file is read-only, or its directory does not exist. No temporary
+/// file remains.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let path = match Target::of(path)? {
+    let path = match Target::resolve(path)? {
         Target::Stream => return OpenOptions::new().append(true).open(path)?.write_all(bytes),
         Target::File(path) => path,
     };
@@ -48,7 +49,7 @@ pub fn write_atomic_below(directory: &Path, relative: &Path, bytes: &[u8]) -> io
 /// # Errors
 /// If the file cannot be written.
 pub fn check_writable(path: &Path, bytes: usize) -> io::Result<()> {
-    let Target::File(path) = Target::of(path)? else {
+    let Target::File(path) = Target::resolve(path)? else {
         return Ok(());
     };
     let mut file = temporary_file(&path)?;
@@ -115,7 +116,7 @@ fn reject_file_in_path(path: &Path) -> io::Result<()> {
 /// Returns true if a path is a pipe, a device or a socket, which is written to and never replaced.
 #[must_use]
 pub fn is_stream(path: &Path) -> bool {
-    matches!(Target::of(path), Ok(Target::Stream))
+    matches!(Target::resolve(path), Ok(Target::Stream))
 }
 
 /// The target of a write.
@@ -127,7 +128,7 @@ enum Target {
 }
 
 impl Target {
-    fn of(path: &Path) -> io::Result<Self> {
+    fn resolve(path: &Path) -> io::Result<Self> {
         let metadata = match fs::metadata(path) {
             Ok(metadata) => metadata,
             Err(error)

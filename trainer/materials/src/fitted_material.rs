@@ -17,7 +17,7 @@ use crate::{Brdf, Material, SourceError};
 const FORMAT: &str = "glimpse-material";
 /// The only version of the format that is written and read.
 const VERSION: u32 = 1;
-/// The length limit of a file, far above that of files from `trainer fit`.
+/// The largest length of a file in bytes. Files from `trainer fit` are much shorter.
 const MAX_BYTES: u64 = 1 << 26;
 /// The file name of a fitted material in a directory.
 const FILE_NAME: &str = "material.json";
@@ -148,7 +148,7 @@ impl FittedMaterial {
     /// Reads a file, and the basis that it refers to.
     ///
     /// # Errors
-    /// If a file is missing or damaged, or the basis has another checksum.
+    /// If a file is missing or damaged, or the basis has a different checksum.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let damaged = damaged(path);
         let fields = read_fields(path)?;
@@ -175,7 +175,7 @@ impl FittedMaterial {
         };
         if let Some(index) = fields.values.iter().position(|value| !value.is_finite()) {
             return Err(damaged(format!(
-                "number {index} of its `values` is not finite as a 32-bit float; write it again \
+                "number {index} of its `values` is not finite as a 32-bit float; write the file again \
                  with `trainer fit`"
             )));
         }
@@ -187,13 +187,14 @@ impl FittedMaterial {
                 (None, Some(basis)) => 3 * basis.components(),
                 (None, None) => {
                     return damaged(
-                        "it has no `basis`, which the model linear needs; write it again with `trainer fit`"
+                        "it has no `basis`, which the model linear needs; write the file again with `trainer fit`"
                             .into(),
                     );
                 }
             };
             damaged(format!(
-                "its `values` must be {expected} finite numbers, and it has {count}; write it again with `trainer fit`"
+                "its `values` must be {expected} finite numbers, and it has {count}; write the file again with \
+                 `trainer fit`"
             ))
         })
     }
@@ -242,7 +243,7 @@ fn read_fields(path: &Path) -> Result<MaterialFields, SourceError> {
     let bytes = read_at_most(path, MAX_BYTES).map_err(read_error(path))?;
     let invalid = |error: serde_json::Error| {
         damaged(path)(format!(
-            "it is not a valid fitted material ({}); write it again with `trainer fit`",
+            "it is not a valid fitted material ({}); write the file again with `trainer fit`",
             escaped_json_error(&error)
         ))
     };
@@ -262,15 +263,15 @@ fn read_fields(path: &Path) -> Result<MaterialFields, SourceError> {
 fn read_basis(path: &Path, reference: &BasisFile) -> Result<Basis, SourceError> {
     let checksum = u32::from_str_radix(&reference.checksum, 16).map_err(|_| {
         damaged(path)(format!(
-            "the `checksum` of its `basis` is `{}`, and must be eight hexadecimal digits; write it again with `trainer \
-             fit`",
+            "the `checksum` of its `basis` is `{}`, and must be eight hexadecimal digits; write the file again with \
+             `trainer fit`",
             escaped(&reference.checksum)
         ))
     })?;
     let basis = path.with_file_name(&reference.file);
     if reference.file.is_empty() || reference.file.contains(char::is_control) {
         return Err(damaged(path)(format!(
-            "the `file` of its `basis` is `{}`, and must be a path; write it again with `trainer fit`",
+            "the `file` of its `basis` is `{}`, and must be a path; write the file again with `trainer fit`",
             escaped(&reference.file)
         )));
     }

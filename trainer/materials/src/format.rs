@@ -8,7 +8,7 @@ use crate::error::read_error;
 use crate::pab;
 use crate::{MerlTable, NeuralBrdf, RglMeasurement, SourceError};
 
-/// Bytes at the start of a file that detection reads.
+/// The number of bytes at the start of a file that detection reads.
 const HEAD_BYTES: u64 = 2048;
 
 /// A file format that materials are read from and written to.
@@ -69,7 +69,7 @@ impl Format {
                 defect: defect.to_owned(),
             });
         }
-        match path.extension().and_then(|ending| ending.to_str()) {
+        match path.extension().and_then(|extension| extension.to_str()) {
             Some("binary") => Ok(Self::Merl),
             Some("bsdf") => Ok(Self::Rgl),
             _ => Err(SourceError::UnknownFormat(path.into())),

@@ -7,7 +7,8 @@ use crate::basis::angles_of;
 
 /// A material: a named BRDF with derivatives, defined for all directions.
 pub trait Material: Send + Sync {
-    /// Returns the name: the stem of the file that the material was read from.
+    /// Returns the name. Files of fitted materials and PAB-Opto files contain it. For other files, it is the stem of
+    /// the file name.
     fn name(&self) -> &str;
 
     /// Returns the BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians.

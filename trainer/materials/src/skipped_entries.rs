@@ -10,7 +10,7 @@ use crate::{FittedMaterial, NeuralBrdf, SourceError};
 
 /// Extensions of material files.
 const EXTENSIONS: [&str; 3] = ["binary", "bsdf", "npy"];
-/// Names that a message lists for each kind.
+/// The largest number of names that a message lists for each kind.
 const MAX_NAMES: usize = 3;
 
 /// Entries of a directory that are not read. Other kinds of files, such as a README, are not listed.

@@ -73,7 +73,9 @@ impl SettingError for ShareError {
                 format!("{share} has {shares} numbers for {sources} of {data}; give one for each")
             }
             Self::NotPositive(value) => {
-                format!("{share} has {value}, and must be above 0; leave out that one of {data}")
+                format!(
+                    "{share} has {value}, and must be above 0; give a positive number, or remove the source from {data}"
+                )
             }
         }
     }

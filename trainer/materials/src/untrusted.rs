@@ -1,16 +1,16 @@
-//! Untrusted files: bounded reads, and escaped quotes in messages.
+//! Untrusted files: bounded reads, and escaped excerpts of their text in messages.
 
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// Characters of a file's text that a message quotes.
+/// The largest number of characters of a file's text in a message.
 const MAX_CHARACTERS: usize = 120;
 
 /// Reads all of a file, a pipe or a device, up to `max_bytes` bytes.
 ///
 /// # Errors
-/// If the operating system refuses, or the file is longer.
+/// If the operating system cannot open or read the file, or it is longer.
 pub fn read_at_most(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
     let file = open_at_most(path, max_bytes)?;
     let mut bytes = Vec::new();
@@ -24,7 +24,7 @@ pub fn read_at_most(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
 /// Opens a file unless its length is known and above `max_bytes`.
 ///
 /// # Errors
-/// If the operating system refuses, or the file is longer.
+/// If the operating system cannot open or read the file, or it is longer.
 pub fn open_at_most(path: &Path, max_bytes: u64) -> io::Result<File> {
     let file = File::open(path)?;
     let metadata = file.metadata()?;
@@ -85,7 +85,7 @@ mod tests {
         let message = error.to_string();
         assert!(message.contains("10") && message.contains('9'), "{message}");
         assert!(read_at_most(scratch.path(), 9).is_err());
-        // An endless device reports length 0.
+        // A device that never ends reports length 0.
         #[cfg(unix)]
         assert!(read_at_most(Path::new("/dev/zero"), 1000).is_err());
     }

@@ -17,7 +17,7 @@ const RATIO: f64 = 1.324_717_957_244_746;
 /// highlights, at small theta_h, have more weight. `trainer/docs/losses.md` defines the loss.
 ///
 /// The directions do not depend on a seed. Means over the same number of random directions vary by several percent,
-/// because most of the loss of a glossy material is at a theta_h of very few degrees. Here theta_h increases in equal
+/// because most of the loss of a glossy material is at a theta_h of a few degrees. Here theta_h increases in equal
 /// steps, and theta_d and phi_d follow a recurrence that fills every range of theta_h evenly. Means over shifted sets
 /// of this kind agree within 0.5 percent.
 #[must_use]
@@ -25,14 +25,14 @@ pub fn directions() -> Vec<Angles<f32>> {
     valid_directions(CANDIDATES)
 }
 
-/// Returns about a quarter of the number of [`directions`], for cheap estimates. Means over them deviate by up to some
-/// percent.
+/// Returns about a quarter as many angles as [`directions`], for cheap estimates. Means over them deviate by up to
+/// several percent.
 #[must_use]
 pub fn coarse_directions() -> Vec<Angles<f32>> {
     valid_directions(CANDIDATES / 4)
 }
 
-/// Returns the valid ones among a given number of candidates.
+/// Returns the valid directions among a given number of candidates.
 fn valid_directions(candidates: u32) -> Vec<Angles<f32>> {
     (0..candidates)
         .map(f64::from)

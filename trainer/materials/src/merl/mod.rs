@@ -26,12 +26,12 @@ use super::name;
 use super::{Material, SourceError};
 use glimpse_kernels::Dual;
 
-/// Nodes of theta_h, theta_d and phi_d.
+/// The number of nodes along theta_h, theta_d and phi_d.
 const NODES: [usize; 3] = [90, 90, 180];
 /// The number of values of one channel.
-const PLANE: usize = NODES[0] * NODES[1] * NODES[2];
+const NODES_PER_CHANNEL: usize = NODES[0] * NODES[1] * NODES[2];
 const HEADER_BYTES: usize = 3 * size_of::<i32>();
-const FILE_BYTES: usize = HEADER_BYTES + 3 * PLANE * size_of::<f64>();
+const FILE_BYTES: usize = HEADER_BYTES + 3 * NODES_PER_CHANNEL * size_of::<f64>();
 /// Scale factors from stored values to the BRDF, in red, green and blue.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 /// The stored value of nodes that are below the horizon or were not measured.
@@ -49,8 +49,8 @@ pub struct MerlTable {
     lookups: Option<AtomicUsize>,
 }
 
-/// Single look-ups after which one of many tables releases its pages. Each look-up reads 64 KiB at about six places of
-/// the file, so that hundreds of tables would soon be completely in memory.
+/// The number of single look-ups after which one of many tables releases its pages. Each look-up reads 64 KiB at about
+/// six places of the file, so that hundreds of tables would soon be completely in memory.
 const RELEASE_INTERVAL: usize = 16;
 
 impl MerlTable {
@@ -58,7 +58,7 @@ impl MerlTable {
     /// in all commands, also read nearly the whole file.
     ///
     /// # Errors
-    /// If the file cannot be read, has other dimensions or another length, a value is not finite as f32, or a channel
+    /// If the file cannot be read, has the wrong dimensions or length, a value is not finite as f32, or a channel
     /// has no measured value.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let mut table = Self::open(path)?;
@@ -77,7 +77,7 @@ impl MerlTable {
     /// regularly. Values that are not finite as f32 count as not measured.
     ///
     /// # Errors
-    /// If the file cannot be read, has other dimensions or another length.
+    /// If the file cannot be read, has the wrong dimensions or length.
     pub fn open(path: &Path) -> Result<Self, SourceError> {
         let damaged = |defect| SourceError::Damaged {
             path: path.into(),
@@ -135,7 +135,7 @@ impl MerlTable {
         let (values, _) = self.bytes[HEADER_BYTES..].as_chunks();
         for ((number, color), plane) in (0..)
             .zip(["red", "green", "blue"])
-            .zip(values.chunks(PLANE))
+            .zip(values.chunks(NODES_PER_CHANNEL))
         {
             let plane = plane.iter().copied().map(f64::from_le_bytes);
             if let Some((index, value)) = plane
@@ -143,7 +143,7 @@ impl MerlTable {
                 .enumerate()
                 .find(|(_, value)| !is_in_range(*value))
             {
-                let index = number * PLANE + index;
+                let index = number * NODES_PER_CHANNEL + index;
                 return Err(format!(
                     "value {index} is {value:e}, which is not finite as a 32-bit float; replace the file with an \
                      intact copy"
@@ -185,7 +185,7 @@ impl MerlTable {
                     let index = phi + NODES[2] * (d + NODES[1] * h);
                     let weight = weight_h * weight_d * weight_phi;
                     for (channel, (sum, total)) in sums.iter_mut().zip(&mut weights).enumerate() {
-                        let value = self.value(index + channel * PLANE);
+                        let value = self.value(index + channel * NODES_PER_CHANNEL);
                         if (0.0..=f64::from(f32::MAX)).contains(&value) {
                             *sum = *sum + weight * S::constant(value * SCALE[channel]);
                             *total = *total + weight;
@@ -250,7 +250,7 @@ fn theta_h(k: usize) -> f64 {
 }
 
 /// Returns theta_d or phi_d at node `k`, in radians.
-fn degrees(k: usize) -> f64 {
+fn degrees_in_radians(k: usize) -> f64 {
     (k as f64).to_radians()
 }
 
@@ -265,7 +265,12 @@ struct Cell {
 /// Returns the cell of each angle.
 fn cells(angles: Angles<f64>) -> [Cell; 3] {
     let root = (angles.theta_h / FRAC_PI_2).sqrt();
-    let mut phi_d = Cell::around(angles.phi_d, angles.phi_d.to_degrees(), NODES[2], degrees);
+    let mut phi_d = Cell::around(
+        angles.phi_d,
+        angles.phi_d.to_degrees(),
+        NODES[2],
+        degrees_in_radians,
+    );
     // phi_d is periodic: the node after the last one is the first.
     phi_d.nodes[1] %= NODES[2];
     [
@@ -279,7 +284,7 @@ fn cells(angles: Angles<f64>) -> [Cell; 3] {
             angles.theta_d,
             angles.theta_d.to_degrees(),
             NODES[1] - 1,
-            degrees,
+            degrees_in_radians,
         ),
         phi_d,
     ]

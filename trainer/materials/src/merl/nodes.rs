@@ -4,17 +4,20 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use memmap2::MmapMut;
 
 use super::{
-    FILE_BYTES, HEADER_BYTES, MerlTable, NODES, NOT_MEASURED, PLANE, SCALE, degrees, theta_h,
+    FILE_BYTES, HEADER_BYTES, MerlTable, NODES, NODES_PER_CHANNEL, NOT_MEASURED, SCALE,
+    degrees_in_radians, theta_h,
 };
 
 /// Names of the channels.
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 
-/// Values that do not make a table.
+/// An error in the values that a table is made from.
 #[derive(Debug, thiserror::Error)]
 pub enum TabulateError {
     /// The number of values differs from that of [`table_nodes`].
-    #[error("{actual} values for {expected} directions; give one for each, in their order")]
+    #[error(
+        "there are {actual} values for {expected} directions; give one for each, in their order"
+    )]
     Count {
         /// The number of values.
         actual: usize,
@@ -56,11 +59,11 @@ pub enum TabulateError {
 /// channel's values, and the angles in radians.
 fn indexed_nodes() -> impl Iterator<Item = (usize, Angles<f32>)> {
     let [_, count_d, count_phi] = NODES;
-    let all = (0..PLANE).map(move |index| {
+    let all = (0..NODES_PER_CHANNEL).map(move |index| {
         let angles = Angles {
             theta_h: theta_h(index / count_phi / count_d) as f32,
-            theta_d: degrees(index / count_phi % count_d) as f32,
-            phi_d: degrees(index % count_phi) as f32,
+            theta_d: degrees_in_radians(index / count_phi % count_d) as f32,
+            phi_d: degrees_in_radians(index % count_phi) as f32,
         };
         (index, angles)
     });
@@ -119,7 +122,7 @@ impl MerlTable {
                     known[channel] += 1;
                     // The absolute value of -0 is 0, which is stored without a sign.
                     let stored = f64::from(value.abs()) / SCALE[channel];
-                    values[channel * PLANE + table_index] = stored.to_le_bytes();
+                    values[channel * NODES_PER_CHANNEL + table_index] = stored.to_le_bytes();
                 }
             }
         }
@@ -142,10 +145,12 @@ impl MerlTable {
     #[must_use]
     pub fn to_nodes(&self) -> Vec<[f32; 3]> {
         let at = |index: usize| {
-            std::array::from_fn(|channel| match self.value(channel * PLANE + index) {
-                value if value >= 0.0 => (value * SCALE[channel]) as f32,
-                _ => f32::NAN,
-            })
+            std::array::from_fn(
+                |channel| match self.value(channel * NODES_PER_CHANNEL + index) {
+                    value if value >= 0.0 => (value * SCALE[channel]) as f32,
+                    _ => f32::NAN,
+                },
+            )
         };
         indexed_nodes().map(|(index, _)| at(index)).collect()
     }

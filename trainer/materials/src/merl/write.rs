@@ -7,7 +7,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use rayon::prelude::*;
 
 use super::nodes::header;
-use super::{FILE_BYTES, NODES, NOT_MEASURED, SCALE, degrees, theta_h};
+use super::{FILE_BYTES, NODES, NOT_MEASURED, SCALE, degrees_in_radians, theta_h};
 use crate::files::write_atomic;
 use crate::{Brdf, Material, NotFinite, SourceError};
 
@@ -21,7 +21,13 @@ use crate::{Brdf, Material, NotFinite, SourceError};
 pub fn to_merl(brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>, NotFinite> {
     let rows: Vec<Vec<[f64; 3]>> = (0..NODES[0] * NODES[1])
         .into_par_iter()
-        .map(|row| tabulate_row(brdf, theta_h(row / NODES[1]), degrees(row % NODES[1])))
+        .map(|row| {
+            tabulate_row(
+                brdf,
+                theta_h(row / NODES[1]),
+                degrees_in_radians(row % NODES[1]),
+            )
+        })
         .collect::<Result<_, _>>()?;
     let mut bytes = Vec::with_capacity(FILE_BYTES);
     bytes.extend_from_slice(&header());
@@ -57,7 +63,7 @@ fn tabulate_row(
         let angles = Angles {
             theta_h: theta_h as f32,
             theta_d: theta_d as f32,
-            phi_d: degrees(phi) as f32,
+            phi_d: degrees_in_radians(phi) as f32,
         };
         if !HalfDifference::from_angles(angles).is_valid() {
             return Ok([NOT_MEASURED; 3]);

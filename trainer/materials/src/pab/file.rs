@@ -146,8 +146,8 @@ impl Incidence {
             && stated != lines.to_string()
         {
             return Err(format!(
-                "it has {lines} lines of values, and its {VALUE_COUNT} is {}: lines are missing or were added; get it \
-                 again",
+                "it has {lines} lines of values, and its {VALUE_COUNT} is {}: lines are missing or were added; replace \
+                 the file with an intact copy",
                 escaped(stated)
             ));
         }

@@ -2,7 +2,7 @@
 //!
 //! There is one file per incoming direction. Its header lines start with `#`. One line follows per outgoing direction:
 //! theta_o and phi_o in degrees, and the BRDF in sr^-1 (not times the cosine) as CIE XYZ. Both directions point away
-//! from the surface; a mirror reflects phi to phi + 180.
+//! from the surface; a mirror reflects phi to phi + 180 degrees.
 
 mod file;
 mod read;

@@ -13,15 +13,15 @@ use crate::name::{is_valid_name, name_of};
 use crate::untrusted::{escaped, read_at_most};
 use crate::{Brdf, RglMeasurement, SourceError, to_rgl};
 
-/// Cells along each axis of the plane; see [`ScatteredValues`].
+/// The number of cells along each axis of the plane; see [`ScatteredValues`].
 const CELLS: usize = 60;
 /// The number of nearest values that are averaged.
 const NEAREST: usize = 4;
 /// The tolerance in degrees within which two phi_i or two theta_i are equal.
 const ANGLE_TOLERANCE: f64 = 0.01;
-/// The length limit of a file, for more than a million directions. Files from this program have 300 kB.
+/// The largest length of a file in bytes. It suffices for a million directions. Files from this program have 300 kB.
 const MAX_BYTES: u64 = 1 << 26;
-/// Bytes of another file in the directory that are read to find the name of its sample.
+/// The number of bytes of another file in the directory that are read to find the name of its sample.
 const HEAD_BYTES: u64 = 1 << 14;
 
 /// Reads a material with [`PabSet::read`] and resamples it with [`to_rgl`]. `path` is any of its files.

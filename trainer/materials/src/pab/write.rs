@@ -17,10 +17,10 @@ const THETA_O_STEP: usize = 2;
 const PHI_O_STEP: usize = 3;
 /// The largest theta_o, degrees.
 const MAX_THETA_O: usize = 88;
-/// Angles in degrees between the mirror direction and circles of more directions around it, for sharp highlights.
+/// The radii in degrees of circles around the mirror direction. They hold more directions, for sharp highlights.
 const MIRROR_CIRCLES: [f64; 9] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0];
-/// Directions on each circle.
-const ON_CIRCLE: usize = 24;
+/// The number of directions on each circle.
+const DIRECTIONS_PER_CIRCLE: usize = 24;
 
 /// Returns the suffixes after NAME in the file names, one for each incoming direction.
 pub fn pab_suffixes() -> impl Iterator<Item = String> {
@@ -78,10 +78,10 @@ fn outgoing(theta_i: f64) -> Vec<[f64; 2]> {
     }
     let (sin, cos) = theta_i.to_radians().sin_cos();
     for away in MIRROR_CIRCLES {
-        let count = if away > 0.0 { ON_CIRCLE } else { 1 };
+        let count = if away > 0.0 { DIRECTIONS_PER_CIRCLE } else { 1 };
         let (sin_away, cos_away) = away.to_radians().sin_cos();
         all.extend((0..count).filter_map(|step| {
-            let turn = 2.0 * PI * step as f64 / ON_CIRCLE as f64;
+            let turn = 2.0 * PI * step as f64 / DIRECTIONS_PER_CIRCLE as f64;
             let (along, across) = (sin_away * turn.cos(), sin_away * turn.sin());
             // A circle around the z axis, rotated to the mirror direction (-sin, 0, cos).
             let (x, z) = (along * cos - cos_away * sin, along * sin + cos_away * cos);

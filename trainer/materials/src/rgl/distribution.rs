@@ -1,4 +1,4 @@
-//! Bilinear functions on the unit square, and the mapping that makes a density uniform.
+//! Bilinear functions on the unit square, and the cumulative distributions of densities.
 
 use glimpse_core::numeric::Scalar;
 
@@ -41,7 +41,7 @@ fn mix<S: Scalar>(a: S, b: S, fraction: S) -> S {
     a.plus_product(b - a, fraction)
 }
 
-/// Numbers of columns (along x) and rows (along y) of a grid.
+/// The numbers of columns (along x) and rows (along y) of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TableShape {
     pub(super) columns: usize,
@@ -140,15 +140,21 @@ impl Densities {
         for slice in density.chunks_exact_mut(grid.nodes()) {
             let rows = slice.chunks_exact(grid.columns);
             let row_integrals: Vec<f64> = rows
-                .map(|row| last(cumulate(row.iter().map(|value| f64::from(*value)))))
+                .map(|row| {
+                    last(cumulative_integrals(
+                        row.iter().map(|value| f64::from(*value)),
+                    ))
+                })
                 .collect();
-            let total = last(cumulate(row_integrals.iter().copied()));
+            let total = last(cumulative_integrals(row_integrals.iter().copied()));
             let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
             for row in slice.chunks_exact(grid.columns) {
                 let row = row.iter().map(|value| f64::from(*value));
-                conditional.extend(cumulate(row).map(|sum| (sum * scale) as f32));
+                conditional.extend(cumulative_integrals(row).map(|sum| (sum * scale) as f32));
             }
-            marginal.extend(cumulate(row_integrals.into_iter()).map(|sum| (sum * scale) as f32));
+            marginal.extend(
+                cumulative_integrals(row_integrals.into_iter()).map(|sum| (sum * scale) as f32),
+            );
             for value in slice {
                 *value = (f64::from(*value) * scale) as f32;
             }
@@ -198,8 +204,8 @@ impl Densities {
         ]
     }
 
-    /// Returns the points that the mapping of the first slice takes to the nodes of a grid of `side` x `side` nodes, x
-    /// fastest. Every row must have a positive integral.
+    /// Returns the points that [`Densities::map_to_uniform`] maps to `side` x `side` evenly spaced points, x fastest.
+    /// The density is the first slice. Every row must have a positive integral.
     pub(super) fn grid_points(&self, side: usize) -> Vec<[f64; 2]> {
         let TableShape { columns, rows } = self.grid;
         let coordinate = |node: usize| node as f64 / (side - 1) as f64;
@@ -259,7 +265,7 @@ fn trapezoid<S: Scalar>(left: S, right: S, fraction: S) -> S {
 }
 
 /// Returns the integrals of a piecewise linear function up to each value. Neighboring values have distance 1.
-fn cumulate(values: impl Iterator<Item = f64>) -> impl Iterator<Item = f64> {
+fn cumulative_integrals(values: impl Iterator<Item = f64>) -> impl Iterator<Item = f64> {
     let mut sum = 0.0;
     let mut previous = None;
     values.map(move |value| {

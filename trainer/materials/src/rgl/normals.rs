@@ -19,9 +19,10 @@ pub(super) const SIGMA: TableShape = TableShape {
     columns: 128,
     rows: 2,
 };
-/// The number of theta_d over which a value of `ndf` is averaged. They cover 95 percent of \[0, pi/2 - theta_h\].
+/// The number of values of theta_d over which a value of `ndf` is averaged. They cover 95 percent
+/// of \[0, pi/2 - theta_h\].
 const MEAN_THETA_D: usize = 12;
-/// The number of phi_d over which a value of `ndf` is averaged.
+/// The number of values of phi_d over which a value of `ndf` is averaged.
 const MEAN_PHI_D: usize = 5;
 /// The lower limit of `ndf`, as a fraction of that of a white surface of the same brightness.
 const MIN_NDF: f64 = 1e-3;
@@ -89,19 +90,19 @@ fn mean_luminance(brdf: &(impl Brdf + ?Sized), theta_h: f64) -> Result<f64, NotF
 
 /// Returns the projected area of the normals towards a theta_i: the integral of their density times the cosine.
 fn projected_area(normals: &[f64], thetas: &[f64], theta_i: f64) -> f64 {
-    const PHIS: usize = 64;
+    const PHI_STEPS: usize = 64;
     let (sin_i, cos_i) = theta_i.sin_cos();
     let step = 1.0 / (normals.len() - 1) as f64;
     let rings = normals.iter().zip(thetas).map(|(density, theta)| {
         let (sin, cos) = theta.sin_cos();
-        let projection: f64 = (0..PHIS)
+        let projection: f64 = (0..PHI_STEPS)
             .map(|phi| {
-                let phi = PI * (phi as f64 + 0.5) / PHIS as f64;
+                let phi = PI * (phi as f64 + 0.5) / PHI_STEPS as f64;
                 (sin_i * sin * phi.cos() + cos_i * cos).max(0.0)
             })
             .sum();
         // d theta = pi u du, and pi u = sqrt(2 pi theta).
-        density * projection * TAU / PHIS as f64 * sin * (TAU * theta).sqrt() * step
+        density * projection * TAU / PHI_STEPS as f64 * sin * (TAU * theta).sqrt() * step
     });
     rings.sum()
 }

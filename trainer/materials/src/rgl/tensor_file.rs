@@ -11,7 +11,7 @@ use crate::untrusted::escaped;
 
 pub(super) const MAGIC: &[u8] = b"tensor_file\0";
 const VERSION: [u8; 2] = [1, 0];
-/// Bytes of a value and name of each type. Type n is at index n - 1.
+/// The number of bytes of a value, and the name, of each type. Type n is at index n - 1.
 const TYPES: [(usize, &str); 11] = [
     (1, "8-bit unsigned integers"),
     (1, "8-bit signed integers"),
@@ -62,8 +62,8 @@ impl<'a> TensorFile<'a> {
         let possible = |count: u32| count as usize <= header.rest.len() / 13;
         if !possible(count) && possible(count.swap_bytes()) {
             return Err(format!(
-                "it has {count} fields, or {} if its numbers are big-endian, and they must be little-endian; get it \
-                 again, or swap the bytes of all numbers",
+                "it has {count} fields, or {} if its numbers are big-endian, and they must be little-endian; replace \
+                 the file with an intact copy, or swap the bytes of all numbers",
                 count.swap_bytes()
             ));
         }

@@ -22,7 +22,7 @@ use super::sample_point::{SamplePoint, coordinate, luminance, solid_angle, times
 use super::tensor_file::{Values, write};
 use crate::{Brdf, NotFinite};
 
-/// Nodes of `rgb` and `luminance` in each direction.
+/// The number of nodes of `rgb` and `luminance` along each axis.
 const SIDE: usize = 96;
 /// Nodes of `vndf`.
 const VNDF: TableShape = TableShape {

@@ -24,7 +24,7 @@ const ARRAYS: [(&str, &[u64]); 6] = [
 fn npy(descr: &str, shape: &[u64], data: &[u8]) -> Vec<u8> {
     let shape: String = shape.iter().map(|length| format!("{length}, ")).collect();
     let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({shape}), }}");
-    // With the ten bytes before it and the line break, the length is a multiple of 64 bytes.
+    // Ten bytes precede the header, and a line break follows it. The sum of 128 bytes is a multiple of 64.
     let header = format!("{header:117}\n");
     let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
     bytes.extend_from_slice(&(header.len() as u16).to_le_bytes());
@@ -152,8 +152,9 @@ fn procedural_sets_follow_count_and_seed() {
     let set = |text: &str| -> Vec<(String, [f32; 3])> {
         let source: Source = text.parse().expect("the source is valid");
         let materials = source.load().expect("the source is loaded");
-        let each = materials.iter();
-        each.map(|each| (each.name().to_owned(), each.brdf(angles([0.2, 0.7, 1.5]))))
+        let materials = materials.iter();
+        materials
+            .map(|each| (each.name().to_owned(), each.brdf(angles([0.2, 0.7, 1.5]))))
             .collect()
     };
     assert_eq!(set("procedural").len(), 100);
