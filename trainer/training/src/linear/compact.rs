@@ -1,8 +1,8 @@
 //! The compact basis: a whole basis on a coarser grid, in a format that `glimpse_core` reads in place.
 //!
 //! `glimpse_core` defines the grid ([`Nodes`]) and the interpolation weights. The values at the nodes are a
-//! least-squares fit of the interpolation to the whole basis. Samples of the whole basis at the nodes would need several
-//! times as many nodes.
+//! least-squares fit of the interpolation to the whole basis. Samples of the whole basis at the nodes would need
+//! several times as many nodes.
 
 use std::f64::consts::TAU;
 

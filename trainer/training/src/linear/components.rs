@@ -8,12 +8,12 @@ use rayon::prelude::*;
 use super::Columns;
 
 /// Returns the leading principal components of the selected columns about their mean, scaled by their singular values.
-/// Their number is at most the number of columns minus one.
+/// The number of components is at most the number of columns minus one.
 #[must_use]
 pub fn principal_components(columns: &Columns, selected: &[usize], components: usize) -> Basis {
     let count = selected.len();
     let components = components.min(count.saturating_sub(1)).max(1);
-    // The products of centered columns, from those of the uncentered columns.
+    // The products of the centered columns follow from the products of the uncentered columns.
     let raw = DMatrix::from_fn(count, count, |i, j| {
         columns.product(selected[i], selected[j])
     });
@@ -25,7 +25,8 @@ pub fn principal_components(columns: &Columns, selected: &[usize], components: u
     let eigen = SymmetricEigen::new(centered);
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|a, b| eigen.eigenvalues[*b].total_cmp(&eigen.eigenvalues[*a]));
-    // X v = (singular value) u: a component scaled by its singular value. The sign is arbitrary.
+    // X v = s u, where X has the centered columns, v is an eigenvector, s a singular value, and u a component. The sign
+    // of v is arbitrary: make its largest entry positive.
     let mut vectors = vec![0.0_f32; count * components];
     for (k, index) in order.into_iter().take(components).enumerate() {
         let vector = eigen.eigenvectors.column(index);
@@ -39,14 +40,14 @@ pub fn principal_components(columns: &Columns, selected: &[usize], components: u
             vectors[column * components + k] = (entry * largest.signum()) as f32;
         }
     }
-    let row = NODE_HEADER + components;
-    let mut table = vec![0.0_f32; Grid::LEN * row];
+    let row_length = NODE_HEADER + components;
+    let mut table = vec![0.0_f32; Grid::LEN * row_length];
     table
-        .par_chunks_mut(row)
+        .par_chunks_mut(row_length)
         .enumerate()
         .for_each(|(node, entries)| {
-            let all = columns.at_node(node);
-            let mut values: Vec<f32> = selected.iter().map(|index| all[*index]).collect();
+            let node_values = columns.at_node(node);
+            let mut values: Vec<f32> = selected.iter().map(|index| node_values[*index]).collect();
             let sum: f64 = values.iter().copied().map(f64::from).sum();
             let mean = (sum / count as f64) as f32;
             let (head, sums) = entries.split_at_mut(NODE_HEADER);
@@ -56,6 +57,7 @@ pub fn principal_components(columns: &Columns, selected: &[usize], components: u
                 }
             }
             let median = median(&mut values);
+            // The mean of the mapped columns, and ln(median w + e). The values are l - ln(e).
             head.copy_from_slice(&[mean - median, median + EPSILON.ln() as f32]);
         });
     Basis::from_table(table, components)

@@ -11,16 +11,17 @@ use super::ReducedBasis;
 
 /// The number of candidate directions.
 const CANDIDATES: usize = 4_096;
-/// The number of random initial patterns; the best of them is improved.
+/// The number of random initial patterns. Sweeps improve the best one.
 const INITIAL_PATTERNS: usize = 50;
 /// The largest number of sweeps over the samples.
 const SWEEPS: usize = 12;
-/// The number of replacements that a sweep tries for each sample.
+/// The number of candidates that a sweep tries in place of each sample.
 const TRIES: usize = 64;
 
-/// Returns a pattern whose reduced basis has a small condition number. Beginning with the best of many random patterns,
-/// sweeps replace each sample by a random candidate if that reduces the condition number. They end when a sweep finds
-/// no improvement.
+/// Returns a pattern whose reduced basis has a small condition number.
+///
+/// The search starts from the best of several random patterns. Sweeps replace a sample with a random candidate if that
+/// reduces the condition number. The search ends when a sweep finds no improvement.
 #[must_use]
 pub fn min_condition_pattern(basis: &Basis, samples: usize, seed: u64) -> Vec<Angles<f32>> {
     let candidates = uniform_valid(CANDIDATES, seed);
@@ -34,16 +35,15 @@ pub fn min_condition_pattern(basis: &Basis, samples: usize, seed: u64) -> Vec<An
     let mut draw = || random.random_range(0..CANDIDATES);
     let initial =
         (0..INITIAL_PATTERNS).map(|_| (0..samples).map(|_| draw()).collect::<Vec<usize>>());
-    let mut best = (f64::INFINITY, vec![0; samples]);
-    for pattern in initial.collect::<Vec<_>>() {
-        let condition = Gram::new(&rows, &pattern).condition();
-        if condition < best.0 {
-            best = (condition, pattern);
+    let (mut min_condition, mut pattern) = (f64::INFINITY, vec![0; samples]);
+    for candidate in initial.collect::<Vec<_>>() {
+        let condition = Gram::new(&rows, &candidate).condition();
+        if condition < min_condition {
+            (min_condition, pattern) = (condition, candidate);
         }
     }
-    let (mut min_condition, mut pattern) = best;
     for _ in 0..SWEEPS {
-        let before = min_condition;
+        let previous = min_condition;
         for sample in 0..samples {
             for _ in 0..TRIES {
                 let mut candidate = pattern.clone();
@@ -54,14 +54,14 @@ pub fn min_condition_pattern(basis: &Basis, samples: usize, seed: u64) -> Vec<An
                 }
             }
         }
-        if min_condition >= before {
+        if min_condition >= previous {
             break;
         }
     }
     pattern.into_iter().map(|index| candidates[index]).collect()
 }
 
-/// A'A or A A', whichever is smaller; their nonzero eigenvalues are equal.
+/// The smaller one of A'A and A A', where A is the reduced basis of a pattern. Their nonzero eigenvalues are equal.
 struct Gram(DMatrix<f64>);
 
 impl Gram {

@@ -1,10 +1,11 @@
-//! The Linear model on the host: principal components of mapped materials, and sample directions for them (Nielsen et
-//! al. 2015; paper, "Models: Linear").
+//! The model Linear on the host: principal components of materials after a logarithmic mapping, and patterns for these
+//! components (Nielsen et al. 2015; paper, "Models: Linear").
 //!
-//! Materials are tabulated on a [`Grid`] as l = ln(brdf w + e), w = cos(theta_i) cos(theta_o). The paper's mapping,
-//! ln((brdf w + e) / (median w + e)), differs from l by the same number in every column, so both have the same
-//! principal components. A [`Basis`] holds the components and converts the device's coefficients to a BRDF. Its file is
-//! stored next to the recipe, because it is too large for a device. The ridge solve and its adjoint are in core.
+//! Materials are tabulated on a [`Grid`] as l = ln(brdf w + e), with w = cos(theta_i) cos(theta_o) and e = 0.001. The
+//! paper's mapping is ln((brdf w + e) / (median w + e)). At each node, it differs from l by the same number for all
+//! materials, so both have the same principal components. A [`Basis`] holds the components and converts the device's
+//! coefficients to a BRDF. Its file is stored next to the recipe, because it is too large for a device. The ridge solve
+//! and its adjoint are in core.
 //!
 //! [`Basis`]: glimpse_materials::basis::Basis
 //! [`Grid`]: glimpse_materials::basis::Grid

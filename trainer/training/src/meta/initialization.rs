@@ -4,7 +4,7 @@ use glimpse_core::model::{Model, ModelKind, Neural};
 use rand::Rng;
 use rand_distr::StandardNormal;
 
-/// Returns initial parameters for meta-training.
+/// Draws initial parameters for meta-training.
 ///
 /// Neural: weights uniform within a bound given by the fan-in of each layer, and outputs slightly above 0. An output
 /// below 0 everywhere has no gradient and never recovers. Phong and Cook-Torrance: a gray, mostly diffuse material with
@@ -12,8 +12,15 @@ use rand_distr::StandardNormal;
 pub fn initial_guess(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     match model {
         ModelKind::Neural => {
-            let second = (3.0_f32 / 21.0).sqrt();
-            network(random, [(3.0_f32 / 5.0).sqrt(), second, 0.1 * second], 0.15)
+            // sqrt(3 / fan-in), where fan-in is the number of inputs that are not constant (5), or of hidden units
+            // (21). The output weights are ten times smaller.
+            let input_bound = (3.0_f32 / 5.0).sqrt();
+            let hidden_bound = (3.0_f32 / 21.0).sqrt();
+            network(
+                random,
+                [input_bound, hidden_bound, 0.1 * hidden_bound],
+                0.15,
+            )
         }
         ModelKind::Phong => vec![-1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 2.5],
         ModelKind::CookTorrance => vec![-1.4, -1.4, -1.4, -1.0, -1.0, -1.0, -1.0, -2.5],
@@ -21,7 +28,7 @@ pub fn initial_guess(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     }
 }
 
-/// Returns the initial parameters of the paper's method Random. Neural: weights uniform in ±0.05 and no bias. Phong and
+/// Draws the initial parameters of the paper's method Random. Neural: weights uniform in ±0.05 and no bias. Phong and
 /// Cook-Torrance: standard normal parameters. Linear has no such parameters.
 pub fn random_initialization(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     match model {
@@ -33,7 +40,8 @@ pub fn random_initialization(model: ModelKind, random: &mut impl Rng) -> Vec<f32
     }
 }
 
-/// Returns a network with weights uniform within a bound per layer. Biases are 0, except those of the outputs.
+/// Draws the parameters of Neural. The weights of each layer are uniform within its bound. Biases are 0, except those
+/// of the outputs.
 fn network(random: &mut impl Rng, bounds: [f32; 3], output_bias: f32) -> Vec<f32> {
     let [first, second, third] = bounds;
     let bounds = [Some(first), None, Some(second), None, Some(third), None];
@@ -49,7 +57,7 @@ fn network(random: &mut impl Rng, bounds: [f32; 3], output_bias: f32) -> Vec<f32
     parameters
 }
 
-/// Returns a standard normal number.
+/// Draws a standard normal number.
 pub fn standard_normal(random: &mut impl Rng) -> f32 {
     random.sample(StandardNormal)
 }

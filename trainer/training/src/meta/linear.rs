@@ -96,7 +96,8 @@ impl<'a> LinearObjective<'a> {
     }
 
     /// Returns the mean loss of materials, each at given directions of the pool, and its gradient. The gradient is with
-    /// respect to the logarithms of precisions and the logits of the pattern. It includes the barrier, the loss does not.
+    /// respect to the logarithms of precisions and the logits of the pattern. It includes the barrier, the loss does
+    /// not.
     ///
     /// # Errors
     /// If a ridge problem cannot be factorized, as with non-finite precisions.

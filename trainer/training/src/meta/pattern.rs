@@ -1,8 +1,8 @@
 //! The sample pattern as meta-parameters: logits of angles scaled to their range.
 //!
 //! theta_h = π/2 sigmoid(l_0), theta_d = π/2 sigmoid(l_1), phi_d = π sigmoid(l_2). A sample with a direction below the
-//! horizon is excluded from the fit. It adds the barrier 0.005 (theta_h² + theta_d²) to the objective, whose gradient
-//! moves it back above the horizon (paper, Eq. "barrier").
+//! horizon is invalid: the fit excludes it, and the objective adds the barrier 0.005 (theta_h² + theta_d²). The
+//! gradient of the barrier moves the sample back above the horizon (paper, Eq. "barrier").
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::gonio::Limits;
@@ -19,14 +19,14 @@ use super::augmentation::Augmentation;
 /// The weight of the barrier.
 const BARRIER: f32 = 0.005;
 
-/// Returns the angles of a sample's three logits.
+/// Converts the three logits of a sample to angles.
 #[must_use]
 pub fn angles_from_logits(logits: [f32; 3]) -> Angles<f32> {
     angles_within(logits, &Limits::NONE)
 }
 
-/// Returns the angles within limits of a goniometer: light and sensor keep the minimum separation. The polar angles may
-/// still exceed their limits.
+/// Converts logits to angles at which light and sensor have the minimum separation of a goniometer. The polar angles
+/// may exceed their limits.
 fn angles_within(logits: [f32; 3], limits: &Limits) -> Angles<f32> {
     let min = min_angles(limits);
     let [theta_h, theta_d, phi_d] =
@@ -38,7 +38,7 @@ fn angles_within(logits: [f32; 3], limits: &Limits) -> Angles<f32> {
     }
 }
 
-/// Returns the minimum angles within limits: light and sensor are 2 theta_d apart.
+/// Returns the minima of theta_h, theta_d and phi_d within limits. The separation of light and sensor is 2 theta_d.
 fn min_angles(limits: &Limits) -> [f32; 3] {
     [0.0, 0.5 * limits.min_separation, 0.0]
 }
@@ -51,7 +51,7 @@ fn is_valid_within(direction: &HalfDifference<f32>, limits: &Limits) -> bool {
                 && direction.cos_theta_o() >= limits.max_theta_o.cos()))
 }
 
-/// Returns the logits of a sample's angles. Angles at a bound of their range are moved inside by 0.1 % of the range.
+/// Converts the angles of a sample to logits. Angles at a bound of their range are moved inside by 0.1 % of the range.
 #[must_use]
 pub fn logits_from_angles(angles: Angles<f32>) -> [f32; 3] {
     let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
@@ -61,15 +61,15 @@ pub fn logits_from_angles(angles: Angles<f32>) -> [f32; 3] {
     })
 }
 
-/// Returns the pattern's angles. Samples with a direction at or below the horizon are moved towards the pole, because a
-/// scanner cannot measure there.
+/// Converts the logits of a pattern to angles that a scanner can measure at. Samples with a direction at or below the
+/// horizon are moved towards theta_h = theta_d = 0.
 #[must_use]
 pub fn angles_above_horizon(logits: &[f32]) -> Vec<Angles<f32>> {
     reachable_angles(logits, &Limits::NONE)
 }
 
-/// Returns the pattern's angles within the limits of a goniometer. Samples out of reach are moved towards the pole. The
-/// limits must allow the minimum separation at equal polar angles.
+/// Converts the logits of a pattern to angles within the limits of a goniometer. Samples out of reach are moved towards
+/// theta_h = 0 and the minimum theta_d. The limits must allow the minimum separation at equal polar angles.
 #[must_use]
 pub fn reachable_angles(logits: &[f32], limits: &Limits) -> Vec<Angles<f32>> {
     const MIN_COSINE: f32 = 1e-3;
@@ -216,26 +216,26 @@ impl Pattern {
         by_logits
     }
 
-    /// Converts the gradient with respect to the half and difference vectors of all samples to the gradient with respect
-    /// to the angles of one sample.
+    /// Converts the gradient with respect to the half and difference vectors of all samples to the gradient with
+    /// respect to the angles of one sample.
     #[must_use]
     pub fn gradient_by_angles(&self, samples: &[SampleGradient<Octet>], index: usize) -> [f32; 3] {
         let lane = index % WIDTH;
-        let by = &samples[index / WIDTH].at;
+        let by_direction = &samples[index / WIDTH].at;
         let direction = HalfDifference::from_angles(Dual::<f32, 3>::variables(self.angles[index]));
         std::array::from_fn(|i| {
-            by.hx.0[lane] * direction.hx.tangent[i]
-                + by.hz.0[lane] * direction.hz.tangent[i]
-                + by.dx.0[lane] * direction.dx.tangent[i]
-                + by.dy.0[lane] * direction.dy.tangent[i]
-                + by.dz.0[lane] * direction.dz.tangent[i]
+            by_direction.hx.0[lane] * direction.hx.tangent[i]
+                + by_direction.hz.0[lane] * direction.hz.tangent[i]
+                + by_direction.dx.0[lane] * direction.dx.tangent[i]
+                + by_direction.dy.0[lane] * direction.dy.tangent[i]
+                + by_direction.dz.0[lane] * direction.dz.tangent[i]
         })
     }
 
     /// Measures a material at the pattern.
     #[must_use]
     pub fn measure(&self, material: &dyn Material) -> MeasuredPattern<'_> {
-        self.measured(&self.values(material))
+        self.with_values(&self.values(material))
     }
 
     /// Measures an augmented material at the pattern.
@@ -250,10 +250,10 @@ impl Pattern {
         for (value, partner) in values.iter_mut().zip(self.values(partner)) {
             *value = augmentation.brdf(*value, partner);
         }
-        self.measured(&values)
+        self.with_values(&values)
     }
 
-    /// Returns the BRDF of a material at all samples, sr⁻¹, and 0 at invalid samples.
+    /// Returns the BRDF of a material at each valid sample, sr⁻¹, and 0 for each invalid sample.
     fn values(&self, material: &dyn Material) -> Vec<[f32; 3]> {
         let mut values = vec![[0.0; 3]; self.directions.len()];
         material.brdf_batch(&self.directions, &mut values);
@@ -265,7 +265,7 @@ impl Pattern {
         values
     }
 
-    fn measured(&self, values: &[[f32; 3]]) -> MeasuredPattern<'_> {
+    fn with_values(&self, values: &[[f32; 3]]) -> MeasuredPattern<'_> {
         MeasuredPattern {
             pattern: self,
             values: values.chunks(WIDTH).map(transpose_rgb).collect(),
@@ -287,8 +287,8 @@ impl MeasuredPattern<'_> {
         }
     }
 
-    /// Converts the gradient with respect to the half and difference vectors of all samples to the gradient with respect
-    /// to the logits of the pattern, including the barrier.
+    /// Converts the gradient with respect to the half and difference vectors of all samples to the gradient with
+    /// respect to the logits of the pattern, including the barrier.
     ///
     /// A sample's angles also change its measured value. The gradient of a fit's log loss depends on that value only
     /// through the sign of model minus measurement, so the corresponding derivative is 0.

@@ -36,8 +36,9 @@ pub enum Initialization {
 pub enum AddedSamples {
     /// Points of a Sobol sequence.
     Sobol,
-    /// Copies of the existing samples. A pattern that contains every sample twice has the same loss, so evolution starts
-    /// from the loss already reached. Unsuitable for gradient search: equal samples have equal gradients and stay equal.
+    /// Copies of the existing samples. A pattern that contains every sample twice has the same loss, so evolution
+    /// starts from the loss already reached. Unsuitable for gradient search: equal samples have equal gradients and
+    /// stay equal.
     Repeated,
     /// Copies of the existing samples, each randomly displaced by one or two degrees. Suitable for gradient search: a
     /// sample and its copy have different gradients.

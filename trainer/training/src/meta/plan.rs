@@ -12,8 +12,8 @@ use glimpse_kernels::sums::loss_of_black;
 /// The training schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Schedule {
-    /// Initial parameters, step sizes and pattern, trained together for one number of samples n. Starts from the best of
-    /// several initializations.
+    /// Initial parameters, step sizes and pattern, trained together for one number of samples n. Starts from the best
+    /// of several initializations.
     Joint,
     /// The two stages of the paper: initial parameters and step sizes on random samples, then the pattern alone.
     Paper,

@@ -13,7 +13,8 @@ use super::task::{AugmentationOptions, MaterialGroup};
 use crate::linear::Columns;
 use crate::linear::principal_components;
 
-/// The share of directions distributed as on rendered spheres; the others are uniform, as in the loss.
+/// The share of training directions distributed like those of a rendered sphere. The others are uniform, as in the
+/// loss.
 const SPHERE_SHARE: f32 = 0.25;
 
 /// The training materials with their BRDF at many directions.
@@ -26,16 +27,16 @@ pub struct Dataset {
     pub groups: Vec<MaterialGroup>,
     /// The augmentation of tasks.
     pub augmentation_options: AugmentationOptions,
-    /// The directions of training tasks; the training materials have all highlight warps.
+    /// All materials at the directions of training tasks. The training materials have all highlight warps.
     pub pool: WarpedPool,
-    /// The directions of validation, without warps; they do not occur in training.
+    /// All materials, without highlight warps, at the directions of validation. Training uses other directions.
     pub validation_pool: WarpedPool,
     columns: Columns,
 }
 
 impl Dataset {
-    /// Prepares materials at `size` directions for training, with all highlight warps, and at `size` other directions
-    /// for validation. The first `training_count` are training materials; groups also contain the others.
+    /// Evaluates materials at `size` directions for training, with all highlight warps, and at `size` other directions
+    /// for validation. The first `training_count` materials are training materials. Groups may contain all materials.
     #[must_use]
     pub fn new(
         materials: Vec<Box<dyn Material>>,
@@ -83,21 +84,21 @@ pub struct Subset {
     pub validation_table: ComponentTable,
     /// The groups that tasks are drawn from.
     pub groups: Vec<MaterialGroup>,
-    /// The validation materials: those left out, or all training materials.
+    /// The validation materials: those held out, or all training materials if none are held out.
     pub validation: Vec<usize>,
 }
 
 impl Subset {
-    /// Uses all of a dataset, with a number of principal components.
+    /// Creates a subset with all materials, and with a number of principal components.
     #[must_use]
     pub fn all(dataset: &Dataset, components: usize) -> Self {
         Self::without(dataset, components, &[])
     }
 
-    /// Uses all materials except `left_out`.
+    /// Creates a subset with all materials except `held_out`.
     #[must_use]
-    pub fn without(dataset: &Dataset, components: usize, left_out: &[usize]) -> Self {
-        let is_used = |index: &usize| !left_out.contains(index);
+    pub fn without(dataset: &Dataset, components: usize, held_out: &[usize]) -> Self {
+        let is_used = |index: &usize| !held_out.contains(index);
         let all: Vec<usize> = (0..dataset.training_count).collect();
         let columns = dataset.columns.columns_of(|index| is_used(&index));
         // Scaled to coefficients of about 1, which suit a small network.
@@ -111,9 +112,9 @@ impl Subset {
             table: dataset.pool.components(&basis),
             validation_table: dataset.validation_pool.components(&basis),
             groups: groups.filter(|group| !group.materials.is_empty()).collect(),
-            validation: match left_out {
+            validation: match held_out {
                 [] => all,
-                left_out => left_out.to_vec(),
+                held_out => held_out.to_vec(),
             },
             basis,
         }

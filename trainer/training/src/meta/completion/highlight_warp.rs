@@ -4,10 +4,10 @@ use std::f32::consts::FRAC_PI_2;
 
 use glimpse_core::geometry::Angles;
 
-/// A warp of theta_h. The warped BRDF at theta_h is that of the material at the angle whose tangent is `stretch` times
-/// as large. A stretch above 1 narrows the highlight by that factor.
+/// A warp of theta_h: the warped BRDF at theta_h is the BRDF of the material at atan(`stretch` tan(theta_h)). A stretch
+/// above 1 narrows the highlight by that factor.
 ///
-/// If that angle has a direction below the horizon, the largest valid angle is used.
+/// If the light or sensor is below the horizon at that angle, the largest valid angle replaces it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HighlightWarp {
     /// The factor on the tangent of theta_h.
@@ -21,8 +21,8 @@ impl HighlightWarp {
     /// The identity.
     pub const IDENTITY: Self = Self { stretch: 1.0 };
 
-    /// Returns the angles at which the unwarped material is evaluated, and the derivatives of that theta_h by the given
-    /// theta_h, theta_d and phi_d.
+    /// Returns the angles at which the unwarped material is evaluated. Also returns the derivatives of their theta_h
+    /// with respect to theta_h, theta_d and phi_d of `angles`.
     #[must_use]
     pub fn angles(self, angles: Angles<f32>) -> (Angles<f32>, [f32; 3]) {
         const UNIT_SLOPES: [f32; 3] = [1.0, 0.0, 0.0];
@@ -31,21 +31,23 @@ impl HighlightWarp {
         }
         let tangent = angles.theta_h.min(FRAC_PI_2 - 1e-4).tan();
         let stretched = self.stretch * tangent;
-        // At the horizon 1 = tan(theta_h) tan(theta_d) |cos(phi_d)|.
+        // At the horizon, tan(theta_h) tan(theta_d) |cos(phi_d)| = 1.
         let across = (angles.theta_d.tan().abs() * angles.phi_d.cos().abs()).max(1e-6);
-        let horizon = MAX_TANGENT_RATIO / across;
-        let (warped, slopes) = if stretched <= tangent.max(horizon) {
+        let max_tangent = MAX_TANGENT_RATIO / across;
+        let (warped_tangent, slopes) = if stretched <= tangent.max(max_tangent) {
             let by_theta_h = self.stretch * (1.0 + tangent * tangent);
             (stretched, [by_theta_h, 0.0, 0.0])
-        } else if horizon > tangent {
+        } else if max_tangent > tangent {
             let sin_cos = angles.theta_d.sin() * angles.theta_d.cos();
-            let by_theta_d = -horizon / sin_cos.max(1e-6);
-            (horizon, [0.0, by_theta_d, horizon * angles.phi_d.tan()])
+            let by_theta_d = -max_tangent / sin_cos.max(1e-6);
+            let by_phi_d = max_tangent * angles.phi_d.tan();
+            (max_tangent, [0.0, by_theta_d, by_phi_d])
         } else {
+            // The original tangent is already at or above the largest valid one.
             return (angles, UNIT_SLOPES);
         };
-        let slopes = slopes.map(|slope| slope / (1.0 + warped * warped));
-        let theta_h = warped.atan();
+        let slopes = slopes.map(|slope| slope / (1.0 + warped_tangent * warped_tangent));
+        let theta_h = warped_tangent.atan();
         (Angles { theta_h, ..angles }, slopes)
     }
 }
@@ -57,10 +59,14 @@ mod tests {
     use super::*;
     use glimpse_materials::sampling::uniform_valid;
 
-    fn moved(angles: Angles<f32>, angle: usize, by: f32) -> Angles<f32> {
-        let mut moved = angles;
-        *[&mut moved.theta_h, &mut moved.theta_d, &mut moved.phi_d][angle] += by;
-        moved
+    fn displaced(angles: Angles<f32>, axis: usize, offset: f32) -> Angles<f32> {
+        let mut displaced = angles;
+        *[
+            &mut displaced.theta_h,
+            &mut displaced.theta_d,
+            &mut displaced.phi_d,
+        ][axis] += offset;
+        displaced
     }
 
     #[test]
@@ -72,14 +78,14 @@ mod tests {
             for angles in uniform_valid(3_000, 4) {
                 let (warped, slopes) = highlight_warp.angles(angles);
                 assert!(HalfDifference::from_angles(warped).is_valid(), "{angles:?}");
-                for (angle, slope) in slopes.into_iter().enumerate() {
-                    let [low, high] =
-                        [-STEP, STEP].map(|by| highlight_warp.angles(moved(angles, angle, by)));
+                for (axis, slope) in slopes.into_iter().enumerate() {
+                    let [low, high] = [-STEP, STEP]
+                        .map(|offset| highlight_warp.angles(displaced(angles, axis, offset)));
                     let difference = (high.0.theta_h - low.0.theta_h) / (2.0 * STEP);
-                    // Excludes the horizon, and steep tangents.
-                    let smooth = (high.1[angle] - low.1[angle]).abs() < 0.05 + 0.05 * slope.abs();
+                    // Skip the horizon, and steep tangents.
+                    let is_smooth = (high.1[axis] - low.1[axis]).abs() < 0.05 + 0.05 * slope.abs();
                     let is_regular = angles.theta_d > 0.05 && (angles.phi_d.cos()).abs() > 0.05;
-                    if smooth && is_regular && low.0.theta_d > 0.0 {
+                    if is_smooth && is_regular && low.0.theta_d > 0.0 {
                         let error = (difference - slope).abs();
                         assert!(
                             error < 0.01 + 0.02 * slope.abs(),

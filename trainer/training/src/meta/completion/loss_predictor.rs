@@ -24,8 +24,8 @@ pub struct HeldOutLoss {
 pub struct LossPredictor {
     /// The bias, and one weight per coefficient.
     pub weights: Vec<f32>,
-    /// Spearman's rank correlation of predicted and actual losses on plain materials. The losses of a fold are predicted
-    /// by a regression on the other folds. None for fewer than two plain materials.
+    /// Spearman's rank correlation of predicted and actual losses on plain materials. The losses of a fold are
+    /// predicted by a regression on the other folds. None for fewer than two plain materials.
     pub rank_correlation: Option<f64>,
 }
 
@@ -54,8 +54,8 @@ impl LossPredictor {
     }
 }
 
-/// Returns the predicted and the actual losses of plain materials. The losses of a fold are predicted by a regression on
-/// the other folds.
+/// Returns the predicted and the actual losses of plain materials. The losses of a fold are predicted by a regression
+/// on the other folds.
 fn cross_validate(held_out: &[HeldOutLoss], folds: usize) -> Option<(Vec<f64>, Vec<f64>)> {
     let mut pairs = Vec::new();
     for fold in 0..folds {

@@ -247,8 +247,8 @@ impl<'a> CompletionObjective<'a> {
             Some(_) => self.auxiliary_weight,
             None => 1.0,
         };
-        for by in &mut by_coefficients {
-            *by *= share * weight;
+        for derivative in &mut by_coefficients {
+            *derivative *= share * weight;
         }
         let refined = refinement.map(|refinement| {
             let directions = octet_directions(pool, task);
@@ -291,7 +291,10 @@ impl<'a> CompletionObjective<'a> {
             ENCODING.chain_rule(&mut refined.step_sizes, &prepared.step_sizes);
             add_scaled(&mut gradient.initial, weight, &refined.initial);
             add_scaled(&mut gradient.hyperparameters, weight, &refined.step_sizes);
-            batch.set_offset_gradient(index, refined.initial.iter().map(|by| weight * by));
+            batch.set_offset_gradient(
+                index,
+                refined.initial.iter().map(|derivative| weight * derivative),
+            );
             for (sample, sum) in by_angles.iter_mut().enumerate() {
                 if completed.present[index][sample] {
                     let by_sample = prepared
@@ -528,11 +531,11 @@ impl MetaObjective for CompletionObjective<'_> {
         let mut by_angles = vec![[0.0; 3]; self.shape.samples];
         for (batch_loss, batch_gradient, angles) in &batches {
             loss += share * batch_loss;
-            for (sum, by) in gradient.each_mut().into_iter().zip(batch_gradient.each()) {
-                add_scaled(sum, share, by);
+            for (sum, gradient) in gradient.each_mut().into_iter().zip(batch_gradient.each()) {
+                add_scaled(sum, share, gradient);
             }
-            for (sum, by) in by_angles.iter_mut().zip(angles) {
-                add_scaled(sum, share, by);
+            for (sum, derivatives) in by_angles.iter_mut().zip(angles) {
+                add_scaled(sum, share, derivatives);
             }
         }
         gradient.pattern = prepared

@@ -40,13 +40,13 @@ impl Standardization {
     pub fn new(basis: &Basis, angles: &[Angles<f32>]) -> Self {
         let all = angles.iter().map(|angles| {
             let direction = HalfDifference::from_angles(AngleDual::variables(*angles));
-            let [mean, by @ ..] = basis.look_up(angles_to_f64(angles)).center();
+            let [mean, derivatives @ ..] = basis.look_up(angles_to_f64(angles)).center();
             SampleStandardization {
                 cosines: direction.cos_theta_i() * direction.cos_theta_o(),
                 cos_theta_i: direction.cos_theta_i().value,
                 mean: Dual {
                     value: mean as f32,
-                    tangent: by.map(|by| by as f32),
+                    tangent: derivatives.map(|derivative| derivative as f32),
                 },
             }
         });
@@ -145,9 +145,10 @@ fn factor(task: &Task, angles: Angles<f32>) -> AngleDual {
     }
     let direction = HalfDifference::from_angles(AngleDual::variables(angles));
     let terms = field_terms(&direction).into_iter().zip(task.field);
-    let sum = terms.fold(Dual::from_value(0.0), |sum: AngleDual, (function, by)| {
-        sum + function * Dual::from_value(by)
-    });
+    let sum = terms.fold(
+        Dual::from_value(0.0),
+        |sum: AngleDual, (function, coefficient)| sum + function * Dual::from_value(coefficient),
+    );
     sum.exp()
 }
 
@@ -164,12 +165,12 @@ fn mixed(
     let gain = (1.0 - share) * task.gains[channel];
     let mut y = Dual {
         value: gain * brdf[from],
-        tangent: derivatives[from].map(|by| gain * by),
+        tangent: derivatives[from].map(|derivative| gain * derivative),
     };
     if let Some((brdf, derivatives)) = partner {
         y.value += share * brdf[channel];
-        for (y, by) in y.tangent.iter_mut().zip(derivatives[channel]) {
-            *y += share * by;
+        for (sum, derivative) in y.tangent.iter_mut().zip(derivatives[channel]) {
+            *sum += share * derivative;
         }
     }
     y

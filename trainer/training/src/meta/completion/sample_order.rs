@@ -1,28 +1,28 @@
 //! The order of samples, for scans that may end before the last one.
 
-/// The number of samples that are sorted. Beyond the sixteenth reading, the next one hardly matters.
+/// The number of samples that are sorted. The order of later readings hardly affects the loss.
 const MAX_SORTED: usize = 16;
-/// The number of candidates for each place. The cost is proportional to `MAX_SORTED` times `CANDIDATES`.
+/// The number of candidates for each position. The cost is proportional to `MAX_SORTED` times `CANDIDATES`.
 const CANDIDATES: usize = 64;
 
-/// Returns a greedy order of samples by index: each next sample minimizes the loss together with those before it.
-/// `loss` takes the presence of each sample.
+/// Returns a greedy order of samples, as indices. Each position has the candidate that minimizes the loss of the
+/// samples up to that position. `loss` receives true for each present sample.
 pub(super) fn greedy_order(samples: usize, mut loss: impl FnMut(&[bool]) -> f32) -> Vec<usize> {
     let mut present = vec![false; samples];
     let mut order = Vec::with_capacity(samples);
     let mut remaining: Vec<usize> = (0..samples).collect();
     while order.len() < MAX_SORTED && !remaining.is_empty() {
-        let (mut best, mut smallest) = (0, f32::INFINITY);
+        let (mut best_position, mut min_loss) = (0, f32::INFINITY);
         for (position, sample) in remaining.iter().enumerate().take(CANDIDATES) {
             present[*sample] = true;
             let loss = loss(&present);
             present[*sample] = false;
             // Always false for NaN.
-            if loss < smallest {
-                (best, smallest) = (position, loss);
+            if loss < min_loss {
+                (best_position, min_loss) = (position, loss);
             }
         }
-        let sample = remaining.remove(best);
+        let sample = remaining.remove(best_position);
         present[sample] = true;
         order.push(sample);
     }
@@ -32,10 +32,10 @@ pub(super) fn greedy_order(samples: usize, mut loss: impl FnMut(&[bool]) -> f32)
 
 /// Reorders a list with `width` entries per sample.
 pub(super) fn reorder(list: &mut [f32], width: usize, order: &[usize]) {
-    let before = list.to_vec();
+    let original = list.to_vec();
     let entries = order.iter().zip(list.chunks_exact_mut(width));
     for (sample, entry) in entries {
-        entry.copy_from_slice(&before[sample * width..][..width]);
+        entry.copy_from_slice(&original[sample * width..][..width]);
     }
 }
 
@@ -45,7 +45,7 @@ mod tests {
 
     #[test]
     fn greedy_order_minimizes_loss_step_by_step() {
-        // Sample 2 reduces the loss most; 0 adds nothing to 2, and 1 adds a little.
+        // Sample 2 reduces the loss most. After it, sample 1 reduces the loss by 0.3, and sample 0 does not reduce it.
         let loss = |present: &[bool]| {
             let [first, second, third] =
                 [0, 1, 2].map(|sample| f32::from(u8::from(present[sample])));
@@ -71,7 +71,7 @@ mod tests {
             -samples.map(|(sample, _)| sample as f32).sum::<f32>()
         };
         let order = greedy_order(samples, loss);
-        // Each step adds one candidate.
+        // The last candidate has the smallest loss. Its removal makes the next sample a candidate.
         let (first, rest) = order.split_at(MAX_SORTED);
         assert_eq!(first[..4], [63, 64, 65, 66]);
         assert!(rest.is_sorted() && rest.len() == samples - MAX_SORTED);

@@ -102,8 +102,8 @@ pub enum Dropout {
     TailOrFew,
 }
 
-/// The share of scans ending early that keep exactly half of the readings. With it, a recipe for n samples also replaces
-/// a recipe for n / 2 samples. A uniform choice of the end would train this case too rarely.
+/// The share of scans ending early that keep exactly half of the readings. With it, a recipe for n samples also
+/// replaces a recipe for n / 2 samples. A uniform choice of the end would train this case too rarely.
 const HALF_SHARE: f32 = 0.2;
 
 /// Draws the present readings of a task: true for each present reading. `missing_share` is the probability of missing
@@ -316,8 +316,8 @@ mod tests {
                 false => assert!(count + 2 >= SAMPLES, "{present:?}"),
             }
         }
-        // About 4,000 of 6,000 scans end early: a share of `HALF_SHARE` after half of the readings, the others after any
-        // number.
+        // About 4,000 of 6,000 scans end early: a share of `HALF_SHARE` after half of the readings, the others after
+        // any number.
         let others = (4_000.0 * (1.0 - HALF_SHARE) / 11.0) as i32;
         let halved = (4_000.0 * HALF_SHARE) as i32 + others;
         assert_eq!((tails[0], tails[SAMPLES]), (0, 0));

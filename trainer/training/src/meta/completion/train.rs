@@ -339,7 +339,7 @@ impl<'s> Session<'s, '_> {
         let seed = self.options.seed;
         let parameters = self
             .refinement
-            .map_or(0, |by| by.model().parameters().unwrap_or(0));
+            .map_or(0, |refinement| refinement.model().parameters().unwrap_or(0));
         let objective = CompletionObjective {
             dataset: self.dataset,
             subset,
@@ -366,17 +366,17 @@ impl<'s> Session<'s, '_> {
             checkpoints: self.options.checkpoints.clone(),
             stage,
         };
-        let (before, total) = (self.done, self.total);
+        let (done_before, total) = (self.done, self.total);
         let observer = &mut *self.observer;
         let mut combined = |progress: &Progress| -> ControlFlow<()> {
             observer(&Progress {
-                done: before + progress.done,
+                done: done_before + progress.done,
                 total,
                 ..*progress
             })
         };
         let outcome = match outer_loop.run(&mut combined) {
-            Err(RunError::Stopped(done)) => Err(RunError::Stopped(before + done)),
+            Err(RunError::Stopped(done)) => Err(RunError::Stopped(done_before + done)),
             outcome => outcome,
         }?;
         self.done += plan.steps();

@@ -7,10 +7,10 @@ use crate::meta::phase::{
 use crate::meta::plan::{Effort, LossWeights, Plan};
 use glimpse_optimizer::Groups;
 
-/// Trains precisions and pattern together, starting from the best of several patterns. The quality of a pattern shows
-/// early.
+/// Returns the plan. It trains precisions and pattern together, starting from the best of several patterns. A few steps
+/// are enough to compare patterns.
 pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
-    let (patterns, first, last) = match effort {
+    let (patterns, search_steps, final_steps) = match effort {
         Effort::Brief => (2, 100, 300),
         Effort::Quick => (3, 250, 1_000),
         Effort::Standard => (8, 1_000, 6_000),
@@ -24,7 +24,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         samples,
         added_samples: AddedSamples::Sobol,
         samples_ordered: false,
-        steps: first,
+        steps: search_steps,
         batch: 16,
         inner_samples: InnerSamples::Pattern,
         outer_samples: 256,
@@ -49,7 +49,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
     phases.push(Phase {
         name: "best pattern",
         initialization: Initialization::Best,
-        steps: last,
+        steps: final_steps,
         rates: Groups {
             initial: 0.0,
             hyperparameters: 1.5e-2,

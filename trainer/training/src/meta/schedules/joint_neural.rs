@@ -8,33 +8,33 @@ use crate::meta::phase::{
 use crate::meta::plan::{Effort, LossWeights, Plan};
 use glimpse_optimizer::Groups;
 
-/// Trains several initializations for a short time, and continues with the one of the smallest validation loss. The
-/// quality of an initialization shows only after some time, and not in its training loss.
+/// Returns the plan. It trains several initializations for some steps, and continues with the one that has the smallest
+/// validation loss. Fewer steps, or the training loss, would not identify the best initialization.
 pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
-    let initial = 1e-3;
-    let (initializations, first, second, last, rate_factor, generations) = match effort {
-        Effort::Brief => (2, 300, 600, 2_500, 0.5, 40),
-        Effort::Quick => (3, 500, 1_500, 12_000, 0.5, 150),
-        Effort::Standard => (6, 1_000, 4_000, 40_000, 0.3, 500),
-        Effort::Long => (12, 2_000, 8_000, 240_000, 0.3, 2_000),
-    };
-    let target = samples;
-    let samples = target.min(MAX_UNDOUBLED);
+    let initial_rate = 1e-3;
+    let (initializations, parameter_steps, joint_steps, final_steps, rate_factor, generations) =
+        match effort {
+            Effort::Brief => (2, 300, 600, 2_500, 0.5, 40),
+            Effort::Quick => (3, 500, 1_500, 12_000, 0.5, 150),
+            Effort::Standard => (6, 1_000, 4_000, 40_000, 0.3, 500),
+            Effort::Long => (12, 2_000, 8_000, 240_000, 0.3, 2_000),
+        };
+    let first_samples = samples.min(MAX_UNDOUBLED);
     let parameters = Phase {
         name: "initialization search",
         initialization: Initialization::Previous,
         search: SearchMethod::Gradient,
         selection: Selection::Unchanged,
-        samples,
+        samples: first_samples,
         added_samples: AddedSamples::Sobol,
         samples_ordered: false,
-        steps: first,
+        steps: parameter_steps,
         batch: 32,
-        // More than n samples, because a few random ones give too little information at the beginning.
-        inner_samples: InnerSamples::Fixed(samples.max(32)),
+        // At least 32 samples: at the beginning, fewer random samples give too little information.
+        inner_samples: InnerSamples::Fixed(first_samples.max(32)),
         outer_samples: 256,
         rates: Groups {
-            initial,
+            initial: initial_rate,
             hyperparameters: 1e-2,
             pattern: 0.0,
             ..Groups::default()
@@ -47,10 +47,10 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
     };
     let joint = Phase {
         selection: Selection::BestValidation,
-        steps: second,
+        steps: joint_steps,
         inner_samples: InnerSamples::Pattern,
         rates: Groups {
-            initial,
+            initial: initial_rate,
             hyperparameters: 1e-2,
             pattern: 1e-2,
             ..Groups::default()
@@ -69,10 +69,10 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
     let long = Phase {
         name: "best initialization",
         initialization: Initialization::Best,
-        steps: last,
+        steps: final_steps,
         // Long runs at the rates above diverge from good solutions.
         rates: Groups {
-            initial: rate_factor * initial,
+            initial: rate_factor * initial_rate,
             hyperparameters: rate_factor * 1e-2,
             pattern: rate_factor * 1e-2,
             ..Groups::default()
@@ -96,11 +96,11 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         ..joint
     });
     // Each doubling makes steps slower and less effective.
-    phases.extend(doubled(samples, target).map(|samples| Phase {
+    phases.extend(doubled(first_samples, samples).map(|samples| Phase {
         name: "doubled pattern",
         samples,
         added_samples: AddedSamples::Jittered,
-        steps: last / 8,
+        steps: final_steps / 8,
         ..long.clone()
     }));
     Plan {

@@ -1,4 +1,4 @@
-//! Schedule joint for models of few parameters: Phong and Cook-Torrance.
+//! Schedule joint for models with few parameters: Phong and Cook-Torrance.
 
 use super::doubling::{MAX_UNDOUBLED, doubled};
 use crate::meta::initialization::initial_guess;
@@ -8,26 +8,28 @@ use crate::meta::phase::{
 use crate::meta::plan::{Effort, LossWeights, Plan};
 use glimpse_optimizer::Groups;
 
-/// Trains several initializations, each by gradients and then by evolution, and continues evolution from the fittest.
-/// With many samples all initializations become alike. Large patterns are therefore built by doubling, as in the paper.
+/// Returns the plan. It trains several initializations, each by gradients and then by evolution, and continues the
+/// evolution of the one with the smallest loss.
+///
+/// With many samples, all initializations lead to similar results. Large patterns are therefore built by doubling, as
+/// in the paper.
 pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
-    let (initializations, descent, first, last) = match effort {
+    let (initializations, gradient_steps, search_generations, final_generations) = match effort {
         Effort::Brief => (2, 300, 50, 100),
         Effort::Quick => (3, 800, 150, 400),
         Effort::Standard => (8, 2_000, 500, 1_500),
         Effort::Long => (32, 4_000, 800, 4_000),
     };
-    let target = samples;
-    let samples = target.min(MAX_UNDOUBLED);
+    let first_samples = samples.min(MAX_UNDOUBLED);
     let gradient = Phase {
         name: "initialization search",
         initialization: Initialization::Previous,
         search: SearchMethod::Gradient,
         selection: Selection::Unchanged,
-        samples,
+        samples: first_samples,
         added_samples: AddedSamples::Sobol,
         samples_ordered: false,
-        steps: descent,
+        steps: gradient_steps,
         batch: 16,
         inner_samples: InnerSamples::Pattern,
         outer_samples: 256,
@@ -48,7 +50,7 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         search: SearchMethod::Evolution(24),
         added_samples: AddedSamples::Repeated,
         selection: Selection::BestFitness,
-        steps: first,
+        steps: search_generations,
         outer_samples: 512,
         rates: Groups {
             initial: 0.1,
@@ -68,16 +70,16 @@ pub(super) fn plan(effort: Effort, samples: usize, tasks: usize) -> Plan {
         phases.push(evolution.clone());
     }
     phases.push(Phase {
-        name: "evolution of the best",
+        name: "evolution of the best initialization",
         initialization: Initialization::Best,
-        steps: last,
+        steps: final_generations,
         ..evolution.clone()
     });
-    phases.extend(doubled(samples, target).map(|samples| Phase {
+    phases.extend(doubled(first_samples, samples).map(|samples| Phase {
         name: "evolution of the doubled pattern",
         initialization: Initialization::Best,
         samples,
-        steps: first,
+        steps: search_generations,
         ..evolution.clone()
     }));
     Plan {

@@ -83,8 +83,8 @@ fn pattern_search(samples: usize, steps: usize) -> Phase {
     }
 }
 
-/// Returns the phase that trains the CoefficientNet without an InitNet. Its final learning rates are higher if an InitNet
-/// phase follows.
+/// Returns the phase that trains the CoefficientNet without an InitNet. Its final learning rates are higher if an
+/// InitNet phase follows.
 fn coefficient_net(model: ModelKind, samples: usize, steps: usize) -> Phase {
     Phase {
         name: "coefficient network",
