@@ -153,7 +153,7 @@ mod tests {
         let directory = tempfile::tempdir().expect("a temporary directory");
         let others: Vec<Box<dyn Material>> = Procedural::set(2, 9)
             .into_iter()
-            .map(|each| Box::new(each) as _)
+            .map(|material| Box::new(material) as _)
             .collect();
         let columns = Columns::new(&others);
         let all: Vec<usize> = (0..columns.count()).collect();

@@ -174,7 +174,7 @@ impl<'m> Workload<'m> {
         };
         let phases = plan.phases.iter().enumerate();
         if let Some((phase_index, phase)) = phases.rev().find(|(_, phase)| on_pattern(phase)) {
-            let each = neural::outer_step(PATTERN, phase.outer_samples, true);
+            let task_work = neural::outer_step(PATTERN, phase.outer_samples, true);
             let first = OuterStep {
                 phase,
                 phase_index,
@@ -185,7 +185,7 @@ impl<'m> Workload<'m> {
                 work: "a training step, pattern of 8, outer 256, per task",
                 threads: Threads::All,
                 tasks: phase.batch,
-                multiply_accumulates: counted(phase.batch as u64 * each),
+                multiply_accumulates: counted(phase.batch as u64 * task_work),
                 run: self.training_step::<M>(plan, first),
             });
         }

@@ -26,8 +26,8 @@ impl Estimate {
     }
 
     /// Estimates the mean of `values` minus `base`, material by material. Most of the variation between materials is
-    /// common to both and cancels, so the standard error is much smaller than those of the two means. If the lists differ
-    /// in length, the longer one is truncated.
+    /// common to both and cancels, so the standard error is much smaller than those of the two means. If the lists
+    /// differ in length, the longer one is truncated.
     #[must_use]
     pub fn from_paired_differences(values: &[f64], base: &[f64]) -> Self {
         let pairs = values.iter().zip(base);

@@ -15,15 +15,15 @@ const NIELSEN_SAMPLES: usize = 2;
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     if store.additional.is_empty() {
         anyhow::bail!(
-            "the experiment additional needs materials of other sources: give --additional, such as \
-             the eight materials of Nielsen et al. or the RGL database"
+            "the experiment additional needs materials of other sources: give --additional with, for \
+             example, the eight materials of Nielsen et al. or the RGL database"
         );
     }
     let mut findings = Findings::new(store, "Materials of other sources", &[SCHEDULE]);
     findings.text(
-        "Trained on --data, evaluated on materials of other sources. The published values are for the \
-         eight materials of Nielsen et al. at n = 2, and for the isotropic part of the RGL database at \
-         n = 8.",
+        "The recipes are trained on --data and evaluated on materials of other sources. The published \
+         values are for the eight materials of Nielsen et al. at n = 2, and for the isotropic part of the \
+         RGL database at n = 8.",
     );
     for (number, set) in (1..).zip(store.additional) {
         findings.set_test_set(store, set);

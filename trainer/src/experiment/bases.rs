@@ -7,7 +7,7 @@ use glimpse_training::linear::Prior;
 use super::case::{Approach, Case};
 use super::findings::Findings;
 use super::store::Store;
-use super::{METRICS, SAMPLES, SCHEDULE, metrics};
+use super::{METRICS, SAMPLES, SCHEDULE, metric_values};
 
 /// The numbers of components in the paper.
 const COMPONENTS: [usize; 2] = [5, 240];
@@ -41,7 +41,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 Cell::Text(approach.title()),
                 Cell::Text(eta),
             ];
-            row.extend(metrics(&evaluation.metrics).map(Cell::Number));
+            row.extend(metric_values(&evaluation.metrics).map(Cell::Number));
             rows.push(row);
         }
     }

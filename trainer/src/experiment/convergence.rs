@@ -8,11 +8,12 @@ use super::findings::Findings;
 use super::store::Store;
 use super::{SCHEDULE, paper};
 
-/// Number of samples of the first 20 steps, for learned methods and for Random.
+/// Number of samples of the first 20 steps with learned methods.
 const LEARNED_SAMPLES: usize = 32;
+/// Number of samples of the first 20 steps with Random.
 const RANDOM_SAMPLES: usize = 512;
 /// Number of further steps.
-const STEPS: usize = 10_000;
+const REFINEMENT_STEPS: usize = 10_000;
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new(
@@ -28,10 +29,13 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         };
         let case = Case::new(approach, ModelKind::Neural, samples);
         let before = store.evaluation(&case)?.metrics.loss;
-        let name = format!("neural-{}-then-{STEPS}", approach.name().to_lowercase());
+        let name = format!(
+            "neural-{}-then-{REFINEMENT_STEPS}",
+            approach.name().to_lowercase()
+        );
         let after = store.cached_evaluation(store.test, &name, 1, |evaluate| {
             store.with_method(&case, |method| {
-                evaluate(&method.clone().with_refinement(STEPS))
+                evaluate(&method.clone().with_refinement(REFINEMENT_STEPS))
             })
         })?;
         rows.push(vec![
@@ -46,8 +50,8 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         "convergence",
         Table {
             caption: format!(
-                "Neural: loss after 20 steps, and after {STEPS} more on 512 fresh random samples \
-                 each"
+                "Neural: loss after 20 steps, and after {REFINEMENT_STEPS} more on 512 fresh random \
+                 samples each"
             ),
             columns: vec![
                 Column::text("Method"),

@@ -8,8 +8,11 @@ use super::findings::Findings;
 use super::plots::{plot_over_samples, series};
 use super::store::{Evaluation, Store};
 use super::{
-    METRICS, MODELS, PAPER_METRICS, SAMPLES, SCHEDULE, metrics, paper, powers_of_two, title,
+    METRICS, MODELS, PAPER_METRICS, SAMPLES, SCHEDULE, metric_values, paper, powers_of_two, title,
 };
+
+/// Indices in [`METRICS`] of the plotted metrics: Loss and DSSIM.
+const PLOTTED_METRICS: [usize; 2] = [0, 1];
 
 /// Evaluations of a method, one for each n.
 type Curve = Vec<(usize, Evaluation)>;
@@ -40,7 +43,7 @@ pub(super) fn run(store: &Store<'_>, max_samples: usize) -> anyhow::Result<Findi
             curves.push((approach, curve(store, approach, model, max_samples)?));
         }
         let optimum = store.evaluation(&Case::new(Approach::Optimum, model, 0))?;
-        for metric in [0, 1] {
+        for metric in PLOTTED_METRICS {
             findings.plot(
                 format!("{}-{}", model.name(), METRICS[metric].0.to_lowercase()),
                 plot(model, metric, &curves, &optimum, max_samples),
@@ -58,21 +61,21 @@ fn plot(
     optimum: &Evaluation,
     max_samples: usize,
 ) -> Plot {
-    let mut all: Vec<Series> = curves
+    let mut all_series: Vec<Series> = curves
         .iter()
         .map(|(approach, curve)| {
             let point = |(n, evaluation): &(usize, Evaluation)| {
-                [*n as f64, metrics(&evaluation.metrics)[metric]]
+                [*n as f64, metric_values(&evaluation.metrics)[metric]]
             };
             series(*approach, curve.iter().map(point).collect())
         })
         .collect();
     let end = powers_of_two(max_samples).last().unwrap_or(1);
-    let dot = [end as f64, metrics(&optimum.metrics)[metric]];
-    all.push(series(Approach::Optimum, vec![dot]));
+    let dot = [end as f64, metric_values(&optimum.metrics)[metric]];
+    all_series.push(series(Approach::Optimum, vec![dot]));
     let metric = METRICS[metric].0;
     let title = format!("{}: {metric} over the number of samples", title(model));
-    plot_over_samples(title, metric, all)
+    plot_over_samples(title, metric, all_series)
 }
 
 fn table(model: ModelKind, curves: &[(Approach, Curve)], optimum: &Evaluation) -> Table {
@@ -82,7 +85,7 @@ fn table(model: ModelKind, curves: &[(Approach, Curve)], optimum: &Evaluation) -
     );
     let row = |approach: Approach, n: String, evaluation: &Evaluation| {
         let mut row = vec![Cell::Text(approach.title()), Cell::Text(n)];
-        row.extend(metrics(&evaluation.metrics).map(Cell::Number));
+        row.extend(metric_values(&evaluation.metrics).map(Cell::Number));
         row
     };
     let mut rows = Vec::new();
@@ -112,7 +115,7 @@ pub(super) fn same_quality(store: &Store<'_>, max_samples: usize) -> anyhow::Res
     let mut rows = Vec::new();
     for model in MODELS {
         let ours = store.evaluation(&Case::new(Approach::Ours(SCHEDULE), model, SAMPLES))?;
-        let targets = metrics(&ours.metrics);
+        let targets = metric_values(&ours.metrics);
         for approach in [Approach::Random, Approach::baseline(model, SCHEDULE)] {
             let curve = curve(store, approach, model, max_samples)?;
             let mut row = vec![
@@ -122,7 +125,7 @@ pub(super) fn same_quality(store: &Store<'_>, max_samples: usize) -> anyhow::Res
             for (metric, target) in targets.iter().enumerate() {
                 let points = curve
                     .iter()
-                    .map(|(n, evaluation)| (*n as f64, metrics(&evaluation.metrics)[metric]));
+                    .map(|(n, evaluation)| (*n as f64, metric_values(&evaluation.metrics)[metric]));
                 let lower_is_better = METRICS[metric].2 == Highlight::Lowest;
                 row.push(match samples_to_reach(points, *target, lower_is_better) {
                     Some(n) => Cell::Number(n / SAMPLES as f64),
@@ -130,26 +133,26 @@ pub(super) fn same_quality(store: &Store<'_>, max_samples: usize) -> anyhow::Res
                 });
             }
             row.extend(match paper::same_quality(model, approach) {
-                Some(times) => times.map(Cell::Number),
+                Some(ratios) => ratios.map(Cell::Number),
                 None => [const { Cell::Missing }; PAPER_METRICS],
             });
             rows.push(row);
         }
     }
     let mut columns = vec![Column::text("Model"), Column::text("Method")];
-    let times = |prefix: &str| {
+    let ratio_columns = |prefix: &str| {
         METRICS.map(|(title, ..)| {
             let (name, _unit) = title.split_once(" (").unwrap_or((title, ""));
             Column::number(format!("{prefix}{name}, x"), 1, Highlight::None)
         })
     };
-    columns.extend(times(""));
-    columns.extend(times("paper: ").into_iter().take(PAPER_METRICS));
+    columns.extend(ratio_columns(""));
+    columns.extend(ratio_columns("paper: ").into_iter().take(PAPER_METRICS));
     findings.table(
         "times",
         Table {
             caption: format!(
-                "Samples needed for the quality of {} at n = {SAMPLES}, divided by {SAMPLES}",
+                "Samples needed to match the quality of {} at n = {SAMPLES}, divided by {SAMPLES}",
                 Approach::Ours(SCHEDULE).title()
             ),
             columns,
@@ -173,9 +176,9 @@ fn samples_to_reach(
         let excess = sign * (value - target);
         if excess <= 0.0 {
             return Some(match before {
-                Some((earlier, excess_before)) => {
+                Some((n_before, excess_before)) => {
                     let fraction = excess_before / (excess_before - excess);
-                    (earlier.ln() + fraction * (n.ln() - earlier.ln())).exp()
+                    (n_before.ln() + fraction * (n.ln() - n_before.ln())).exp()
                 }
                 None => n,
             });

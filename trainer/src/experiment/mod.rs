@@ -39,7 +39,7 @@ pub(crate) use run_mode::{CellPlan, PlannedCell, RunMode, TargetCell};
 pub(crate) use store::{Settings, Store, TestSet};
 use tables::{
     METRICS, MODELS, PAPER_METRICS, PaperMetrics, SAMPLES, SCHEDULE, metric_cells, metric_columns,
-    metrics, powers_of_two, title,
+    metric_values, powers_of_two, title,
 };
 
 /// A table or figure of the paper.
@@ -89,7 +89,11 @@ impl Experiment {
             Self::All => Self::value_variants()
                 .iter()
                 .copied()
-                .filter(|each| *each != Self::All && (has_additional || *each != Self::Additional))
+                .filter(|experiment| match experiment {
+                    Self::All => false,
+                    Self::Additional => has_additional,
+                    _ => true,
+                })
                 .collect(),
             single => vec![single],
         }

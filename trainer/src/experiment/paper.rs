@@ -6,7 +6,7 @@ use glimpse_training::meta::plan::Schedule;
 use super::PaperMetrics;
 use super::case::Approach;
 
-const fn scores(loss: f64, dssim: f64, l2: f64, psnr: f64) -> Option<PaperMetrics> {
+const fn published(loss: f64, dssim: f64, l2: f64, psnr: f64) -> Option<PaperMetrics> {
     Some([loss, dssim, l2, psnr])
 }
 
@@ -19,24 +19,24 @@ pub(super) fn same_samples(model: ModelKind, approach: Approach) -> Option<Paper
     use ModelKind::{CookTorrance, Linear, Neural, Phong};
     use Schedule::{Joint, Paper};
     match (model, approach) {
-        (Phong, Random) => scores(0.085, 0.103, 0.093, 12.54),
-        (Phong, Meta(_)) => scores(0.084, 0.068, 0.026, 18.82),
-        (Phong, Ours(Joint | Paper)) => scores(0.044, 0.034, 0.006, 24.51),
-        (CookTorrance, Random) => scores(0.098, 0.123, 0.124, 10.75),
-        (CookTorrance, Meta(_)) => scores(0.044, 0.039, 0.007, 24.21),
-        (CookTorrance, Ours(Joint | Paper)) => scores(0.039, 0.029, 0.003, 27.09),
-        (Linear, Random) => scores(0.028, 0.029, 0.007, 23.49),
-        (Linear, Njr15) => scores(0.016, 0.012, 0.002, 28.45),
-        (Linear, Ours(Joint | Paper)) => scores(0.011, 0.009, 0.001, 33.70),
-        (Neural, Random) => scores(0.065, 0.105, 0.067, 13.38),
-        (Neural, Meta(_)) => scores(0.059, 0.125, 0.052, 15.23),
-        (Neural, Ours(Joint | Paper)) => scores(0.035, 0.033, 0.005, 27.50),
+        (Phong, Random) => published(0.085, 0.103, 0.093, 12.54),
+        (Phong, Meta(_)) => published(0.084, 0.068, 0.026, 18.82),
+        (Phong, Ours(Joint | Paper)) => published(0.044, 0.034, 0.006, 24.51),
+        (CookTorrance, Random) => published(0.098, 0.123, 0.124, 10.75),
+        (CookTorrance, Meta(_)) => published(0.044, 0.039, 0.007, 24.21),
+        (CookTorrance, Ours(Joint | Paper)) => published(0.039, 0.029, 0.003, 27.09),
+        (Linear, Random) => published(0.028, 0.029, 0.007, 23.49),
+        (Linear, Njr15) => published(0.016, 0.012, 0.002, 28.45),
+        (Linear, Ours(Joint | Paper)) => published(0.011, 0.009, 0.001, 33.70),
+        (Neural, Random) => published(0.065, 0.105, 0.067, 13.38),
+        (Neural, Meta(_)) => published(0.059, 0.125, 0.052, 15.23),
+        (Neural, Ours(Joint | Paper)) => published(0.035, 0.033, 0.005, 27.50),
         _ => None,
     }
 }
 
-/// Returns the ratios of samples that a method needs to match the quality of Ours at n = 8, for Loss, DSSIM, L2 and PSNR
-/// (table "SameQuality"; 1e5 is the paper's "10^5").
+/// Returns the number of samples that a method needs to match the quality of Ours at n = 8, divided by 8, for Loss,
+/// DSSIM, L2 and PSNR (table "SameQuality"; 1e5 is the paper's "10^5").
 pub(super) fn same_quality(model: ModelKind, approach: Approach) -> Option<[f64; 4]> {
     match (model, approach) {
         (_, Approach::Random) => Some([1e5; 4]),
@@ -51,8 +51,8 @@ pub(super) fn same_quality(model: ModelKind, approach: Approach) -> Option<[f64;
 /// Returns means over the eight materials of Nielsen et al. for Linear at n = 2 (table "Nielsen").
 pub(super) fn nielsen(approach: Approach) -> Option<PaperMetrics> {
     match approach {
-        Approach::Njr15 => scores(0.023, 0.128, 0.003, 26.28),
-        Approach::Ours(Schedule::Joint | Schedule::Paper) => scores(0.018, 0.009, 0.002, 30.02),
+        Approach::Njr15 => published(0.023, 0.128, 0.003, 26.28),
+        Approach::Ours(Schedule::Joint | Schedule::Paper) => published(0.018, 0.009, 0.002, 30.02),
         _ => None,
     }
 }
@@ -63,14 +63,14 @@ pub(super) fn rgl(model: ModelKind, approach: Approach) -> Option<PaperMetrics> 
     use ModelKind::{CookTorrance, Linear, Neural, Phong};
     use Schedule::{Joint, Paper};
     match (model, approach) {
-        (Phong, Meta(_)) => scores(0.095, 0.070, 0.025, 17.980),
-        (Phong, Ours(Joint | Paper)) => scores(0.044, 0.040, 0.009, 22.686),
-        (CookTorrance, Meta(_)) => scores(0.068, 0.059, 0.026, 17.824),
-        (CookTorrance, Ours(Joint | Paper)) => scores(0.067, 0.051, 0.009, 21.563),
-        (Linear, Njr15) => scores(0.050, 0.068, 0.025, 21.897),
-        (Linear, Ours(Joint | Paper)) => scores(0.030, 0.041, 0.016, 23.849),
-        (Neural, Meta(_)) => scores(0.074, 0.168, 0.110, 12.228),
-        (Neural, Ours(Joint | Paper)) => scores(0.044, 0.062, 0.011, 21.889),
+        (Phong, Meta(_)) => published(0.095, 0.070, 0.025, 17.980),
+        (Phong, Ours(Joint | Paper)) => published(0.044, 0.040, 0.009, 22.686),
+        (CookTorrance, Meta(_)) => published(0.068, 0.059, 0.026, 17.824),
+        (CookTorrance, Ours(Joint | Paper)) => published(0.067, 0.051, 0.009, 21.563),
+        (Linear, Njr15) => published(0.050, 0.068, 0.025, 21.897),
+        (Linear, Ours(Joint | Paper)) => published(0.030, 0.041, 0.016, 23.849),
+        (Neural, Meta(_)) => published(0.074, 0.168, 0.110, 12.228),
+        (Neural, Ours(Joint | Paper)) => published(0.044, 0.062, 0.011, 21.889),
         _ => None,
     }
 }

@@ -22,14 +22,16 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             names = evaluation
                 .materials
                 .iter()
-                .map(|each| each.name.clone())
+                .map(|material| material.name.clone())
                 .collect();
-            let each = |metric: fn(&Metrics) -> f64| -> Vec<f64> {
+            let values_of = |metric: fn(&Metrics) -> f64| -> Vec<f64> {
                 let materials = evaluation.materials.iter();
-                materials.map(|each| metric(&each.metrics)).collect()
+                materials
+                    .map(|material| metric(&material.metrics))
+                    .collect()
             };
-            losses.push(each(|scores| scores.loss));
-            color_differences.push(each(|scores| scores.delta_e));
+            losses.push(values_of(|metrics| metrics.loss));
+            color_differences.push(values_of(|metrics| metrics.delta_e));
         }
         let [.., baseline, ours] = &losses[..] else {
             continue;
@@ -67,8 +69,8 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             },
         );
         let table = |metric: &str, decimals: usize, values: &[Vec<f64>]| {
-            let approaches =
-                approaches.map(|each| Column::number(each.title(), decimals, Highlight::Lowest));
+            let value_columns = approaches
+                .map(|approach| Column::number(approach.title(), decimals, Highlight::Lowest));
             let rows = order.iter().map(|index| {
                 let values = values.iter().map(|values| Cell::Number(values[*index]));
                 [Cell::Text(names[*index].clone())]
@@ -80,7 +82,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 caption: format!("{}, {metric} at n = {SAMPLES}", title(model)),
                 columns: [Column::text("Material")]
                     .into_iter()
-                    .chain(approaches)
+                    .chain(value_columns)
                     .collect(),
                 rows: rows.collect(),
                 compare: Compare::WithinRow,

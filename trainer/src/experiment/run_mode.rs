@@ -139,7 +139,7 @@ impl CellPlan {
     }
 }
 
-/// The error of a method that this run only lists.
+/// An error: a method was requested in a run that does not evaluate it.
 #[derive(Debug)]
 pub(super) struct NotEvaluated;
 
@@ -151,7 +151,7 @@ impl fmt::Display for NotEvaluated {
 
 impl std::error::Error for NotEvaluated {}
 
-/// Returns a placeholder for a recipe that is not trained; for any model, it is fitted by descent.
+/// Returns a placeholder for a recipe that is not trained. Its model is Neural, also for cases of other models.
 pub(super) fn placeholder_recipe(samples: usize) -> anyhow::Result<TrainedRecipe> {
     const MODEL: ModelKind = ModelKind::Neural;
     let initial = initial_guess(MODEL, &mut ChaCha8Rng::seed_from_u64(0));
@@ -187,7 +187,7 @@ pub(super) fn placeholder_evaluation(seeds: u64, materials: &[Box<dyn Material>]
         psnr: 1.0,
         delta_e: 1.0,
     };
-    let each = materials.iter().map(|material| MaterialMetrics {
+    let material_metrics = materials.iter().map(|material| MaterialMetrics {
         name: material.name().to_owned(),
         metrics,
         predicted_loss: None,
@@ -196,6 +196,6 @@ pub(super) fn placeholder_evaluation(seeds: u64, materials: &[Box<dyn Material>]
         metrics,
         seeds,
         loss_spread: 0.0,
-        materials: each.collect(),
+        materials: material_metrics.collect(),
     }
 }

@@ -10,8 +10,8 @@ use super::case::{Approach, Case};
 use super::findings::Findings;
 use super::store::Store;
 use super::{
-    METRICS, MODELS, SAMPLES, SCHEDULE, metric_cells, metric_columns, metrics, paper, spheres,
-    title,
+    METRICS, MODELS, SAMPLES, SCHEDULE, metric_cells, metric_columns, metric_values, paper,
+    spheres, title,
 };
 
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
@@ -33,14 +33,14 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut orders = Vec::new();
     for model in MODELS {
         let mut rows = Vec::new();
-        let mut scores = Vec::new();
+        let mut metrics_by_method = Vec::new();
         for approach in Approach::compared(model, SCHEDULE) {
             let evaluation = store.evaluation(&Case::new(approach, model, SAMPLES))?;
             let paper = paper::same_samples(model, approach);
             let mut row = vec![Cell::Text(approach.title())];
             row.extend(metric_cells(&evaluation, paper));
             rows.push(row);
-            scores.push((approach, evaluation.metrics));
+            metrics_by_method.push((approach, evaluation.metrics));
         }
         if model == ModelKind::Linear {
             let learned = Case {
@@ -66,7 +66,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 compare: Compare::WithinColumn,
             },
         );
-        orders.extend(order_rows(model, &scores));
+        orders.extend(order_rows(model, &metrics_by_method));
     }
     findings.table(
         "order",
@@ -90,9 +90,9 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
 }
 
 /// Returns a row for each metric: the order of the methods, best first.
-fn order_rows(model: ModelKind, scores: &[(Approach, Metrics)]) -> Vec<Vec<Cell>> {
+fn order_rows(model: ModelKind, metrics_by_method: &[(Approach, Metrics)]) -> Vec<Vec<Cell>> {
     let order = |value: &dyn Fn(&(Approach, Metrics)) -> Option<f64>, highlight: Highlight| {
-        let mut ranked: Vec<(f64, &str)> = scores
+        let mut ranked: Vec<(f64, &str)> = metrics_by_method
             .iter()
             .filter_map(|entry| Some((value(entry)?, entry.0.name())))
             .collect();
@@ -107,7 +107,7 @@ fn order_rows(model: ModelKind, scores: &[(Approach, Metrics)]) -> Vec<Vec<Cell>
         .iter()
         .enumerate()
         .map(|(index, (metric, _, best))| {
-            let here = order(&|(_, scores)| Some(metrics(scores)[index]), *best);
+            let here = order(&|(_, metrics)| Some(metric_values(metrics)[index]), *best);
             let paper = order(
                 &|(approach, _)| paper::same_samples(model, *approach)?.get(index).copied(),
                 *best,

@@ -95,7 +95,7 @@ pub(super) fn gallery_by_model(
     })
 }
 
-/// Returns the note of captions on the errors below the pictures.
+/// Returns a note for captions about the metrics below the pictures.
 fn errors_note() -> String {
     format!(
         "DSSIM, PSNR and Delta E (CIEDE2000) are computed on these pictures of {SPHERE_SIZE} x {SPHERE_SIZE} pixels"
@@ -111,11 +111,12 @@ fn row(
 ) -> anyhow::Result<GalleryRow> {
     let material = &*store.test.materials[index];
     let title = title.unwrap_or(material.name()).to_owned();
-    let mut is_recorded_only = false;
+    // A run that only lists cells has no pictures.
+    let mut is_recorded = false;
     for (_, case) in cases {
-        is_recorded_only |= store.record_only(case)?;
+        is_recorded |= store.record_only(case)?;
     }
-    if is_recorded_only {
+    if is_recorded {
         let tiles = Vec::new();
         return Ok(GalleryRow { title, tiles });
     }
@@ -129,19 +130,19 @@ fn row(
     let mut best = (f64::INFINITY, 0);
     for (label, case) in cases {
         let seed = store.settings.seed.wrapping_add(index as u64);
-        let (scores, picture) = store.with_method(case, |method| {
+        let (metrics, picture) = store.with_method(case, |method| {
             Ok(evaluator.compare(index, &method.fit(material, seed)?)?)
         })?;
-        if scores.loss < best.0 {
-            best = (scores.loss, tiles.len());
+        if metrics.loss < best.0 {
+            best = (metrics.loss, tiles.len());
         }
         tiles.push(Tile {
             label: label.clone(),
             details: vec![
-                format!("loss {:.4}", scores.loss),
-                format!("DSSIM {:.4}", scores.dssim),
-                format!("{:.1} dB", scores.psnr),
-                format!("Delta E {:.2}", scores.delta_e),
+                format!("loss {:.4}", metrics.loss),
+                format!("DSSIM {:.4}", metrics.dssim),
+                format!("{:.1} dB", metrics.psnr),
+                format!("Delta E {:.2}", metrics.delta_e),
             ],
             best: false,
             picture,

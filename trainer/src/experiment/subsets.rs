@@ -106,8 +106,8 @@ fn split_by_glossiness(store: &Store<'_>, materials: &[Box<dyn Material>]) -> [V
 fn mean_loss(materials: &[MaterialMetrics], names: &[String]) -> f64 {
     let losses: Vec<f64> = materials
         .iter()
-        .filter(|each| names.contains(&each.name))
-        .map(|each| each.metrics.loss)
+        .filter(|material| names.contains(&material.name))
+        .map(|material| material.metrics.loss)
         .collect();
     losses.iter().sum::<f64>() / losses.len() as f64
 }

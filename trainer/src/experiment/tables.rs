@@ -50,14 +50,14 @@ pub(super) const PAPER_METRICS: usize = 4;
 pub(super) type PaperMetrics = [f64; PAPER_METRICS];
 
 /// Returns the metrics in the order of [`METRICS`].
-pub(super) fn metrics(scores: &Metrics) -> [f64; METRICS.len()] {
+pub(super) fn metric_values(metrics: &Metrics) -> [f64; METRICS.len()] {
     let Metrics {
         loss,
         dssim,
         l2,
         psnr,
         delta_e,
-    } = *scores;
+    } = *metrics;
     [loss, dssim, l2, psnr, delta_e]
 }
 
@@ -65,12 +65,15 @@ pub(super) fn metrics(scores: &Metrics) -> [f64; METRICS.len()] {
 pub(super) fn metric_columns() -> Vec<Column> {
     let ours =
         METRICS.map(|(title, decimals, highlight)| Column::number(title, decimals, highlight));
-    let error = Column::number("Loss: std. error", 4, Highlight::None);
+    let standard_error = Column::number("Loss: std. error", 4, Highlight::None);
     let paper = METRICS.into_iter().take(PAPER_METRICS);
     let paper = paper.map(|(title, decimals, _)| {
         Column::number(format!("paper: {title}"), decimals.min(3), Highlight::None)
     });
-    ours.into_iter().chain([error]).chain(paper).collect()
+    ours.into_iter()
+        .chain([standard_error])
+        .chain(paper)
+        .collect()
 }
 
 /// Returns the cells for [`metric_columns`].
@@ -78,17 +81,17 @@ pub(super) fn metric_cells(evaluation: &Evaluation, paper: Option<PaperMetrics>)
     let losses: Vec<f64> = evaluation
         .materials
         .iter()
-        .map(|each| each.metrics.loss)
+        .map(|material| material.metrics.loss)
         .collect();
-    let error = Estimate::from_values(&losses).standard_error;
+    let standard_error = Estimate::from_values(&losses).standard_error;
     let paper = match paper {
         Some(paper) => paper.map(Cell::Number),
         None => [const { Cell::Missing }; PAPER_METRICS],
     };
-    metrics(&evaluation.metrics)
+    metric_values(&evaluation.metrics)
         .map(Cell::Number)
         .into_iter()
-        .chain([error.map_or(Cell::Missing, Cell::Number)])
+        .chain([standard_error.map_or(Cell::Missing, Cell::Number)])
         .chain(paper)
         .collect()
 }

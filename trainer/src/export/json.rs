@@ -16,18 +16,30 @@ use serde_json::{Value, json};
 /// directions as rows of theta_i, phi_i, theta_o, phi_o in radians), `memory_words`, `expected_loss` and `checksum`.
 ///
 /// The recipe's metadata are null if the recipe does not state them: `limits` (radians), `noise`, `expectation`,
-/// `provenance`, `training` (typed provenance, with a hexadecimal digest) and `materials` (names and hexadecimal
-/// digests).
+/// `provenance` (text), `training` (schedule, effort, sources, and a hexadecimal digest) and `materials` (names and
+/// hexadecimal digests).
 ///
-/// The other keys depend on the method:
+/// The other keys depend on the fit method. m is the number of coefficients per channel.
 /// - Descent: `inner_steps`, and `initial` parameters and `step_sizes` in the model's order.
-/// - Ridge regression: `basis` (n rows of m), `mean`, `median` BRDF and `weight` (n each), `eta` if all precisions are
-///   equal or else `precision` (m), and `basis_checksum` of the whole basis (null if there is none).
-/// - Completed readings: `prediction`, the weights from the channels' mean coefficients to the logarithm of the expected
-///   loss (1 + m; null if there are none), and `completion`. The latter has `readings`, for each sample the weights
-///   `own`, `mean` and `missing` (m + h each), `bias` (m + h), `output` (m rows of h), and `centre` (n) and `scale` of
-///   the inputs. Linear adds `basis` (n rows of m) and `basis_checksum`. Models that are fitted by descent add the keys
-///   of a descent and `start`: `hidden` (g rows of 3 m), `bias` (g) and `output` (one row of g per parameter).
+/// - Ridge solve: `basis` (n rows of m), `mean`, `median` BRDF and `weight` (n each), and `basis_checksum` of the whole
+///   basis (null if there is none). The precisions are `eta` if all are equal, and `precision` (m) otherwise.
+/// - Completion: `prediction` and `completion`. Linear adds `basis` (n rows of m) and `basis_checksum`. The other models
+///   add the keys of a descent, and `start`.
+///
+/// `prediction` has a bias and m weights (null if there are none). They map the mean coefficients of the three channels
+/// to the logarithm of the expected loss.
+///
+/// `completion` has these keys; h is the number of hidden units:
+/// - `components`: m.
+/// - `takes_missing`: true if readings may be missing.
+/// - `gain`: true if the remaining readings are then multiplied by a factor.
+/// - `centre` (n) and `scale`: the center and the factor of the inputs.
+/// - `readings`: for each sample, the weights `own`, `mean` and `missing` (m + h each).
+/// - `bias` (m + h).
+/// - `output` (m rows of h).
+///
+/// `start` has `hidden` (g rows of 3 m, where g is the number of hidden units), `bias` (g) and `output` (one row of g
+/// per parameter).
 ///
 /// # Errors
 /// If the recipe's metadata are invalid.

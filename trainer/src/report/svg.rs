@@ -55,11 +55,11 @@ const COMMON_STYLE: &str = "\
 /// second set and uses the light one.
 fn style(rules: &[StyleRule], shapes: &str) -> String {
     let rules = || COMMON_RULES.iter().chain(rules);
-    let rule = |(selector, property, _): &StyleRule, color: &str| {
+    let css = |(selector, property, _): &StyleRule, color: &str| {
         format!(".plot {selector}{{{property}:{color}}}")
     };
-    let light: String = rules().map(|each| rule(each, each.2.light)).collect();
-    let dark: String = rules().map(|each| rule(each, each.2.dark)).collect();
+    let light: String = rules().map(|rule| css(rule, rule.2.light)).collect();
+    let dark: String = rules().map(|rule| css(rule, rule.2.dark)).collect();
     format!("{COMMON_STYLE}{shapes}{light}@media(prefers-color-scheme:dark){{{dark}}}")
 }
 

@@ -22,9 +22,9 @@ impl Points {
     pub(super) fn new(machine: &Machine, stops: &[Stop]) -> Self {
         let mut first = vec![0];
         let (mut seconds, mut stop) = (Vec::new(), Vec::new());
-        for (number, each) in stops.iter().enumerate() {
-            seconds.extend(each.poses.iter().map(|pose| machine.seconds(&pose.arms)));
-            stop.resize(seconds.len(), number);
+        for (index, Stop { poses, .. }) in stops.iter().enumerate() {
+            seconds.extend(poses.iter().map(|pose| machine.seconds(&pose.arms)));
+            stop.resize(seconds.len(), index);
             first.push(seconds.len());
         }
         Self {
