@@ -1,14 +1,13 @@
-//! The compact basis: its format, its refusals, and its values beside those of a second
-//! evaluation in f64.
+//! The compact basis: its format, its errors, and its values compared with a second implementation in f64.
 
 use glimpse_core::geometry::{Angles, ArmAngles, HalfDifference, Spherical};
 use glimpse_core::model::linear::format::{HEADER_BYTES, MAGIC, VERSION, checksum_of};
 use glimpse_core::model::linear::{Basis, BasisError, Nodes};
 use proptest::prelude::*;
 
-use crate::documents::hex_blocks;
+use crate::documents::hex_bytes;
 
-const DOCUMENT: &str = include_str!("../../docs/basis.md");
+const EXAMPLE: &str = include_str!("../../docs/basis.hex");
 
 /// The contents of a file.
 #[derive(Clone, Debug)]
@@ -21,7 +20,7 @@ struct Contents {
 }
 
 impl Contents {
-    /// A given number of nodes and components, with entries that jump about.
+    /// Contents with `shape` nodes and `components` components. The entries vary strongly between neighbors.
     fn synthetic(shape: [u16; 3], components: usize) -> Self {
         let nodes = shape.into_iter().map(usize::from).product::<usize>();
         let spread = |index: usize| (index as f32 * 0.618_034).fract() - 0.5;
@@ -60,7 +59,7 @@ impl Contents {
         with_header(&body)
     }
 
-    /// The BRDF in f64, by the document's words and by angles.
+    /// The BRDF in f64, implemented from the document, with angles.
     fn brdf(&self, coefficients: [&[f32]; 3], at: &HalfDifference<f32>) -> [f64; 3] {
         let [hx, hz, dx, dy, dz] = [at.hx, at.hz, at.dx, at.dy, at.dz].map(f64::from);
         let theta_h = hx.abs().atan2(hz);
@@ -115,7 +114,7 @@ fn with_header(body: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// By the exact sines and cosines, whatever core has them by.
+/// Half and difference vectors from exact sines and cosines, independent of core's.
 fn half_difference(theta_h: f32, theta_d: f32, phi_d: f32) -> HalfDifference<f32> {
     HalfDifference {
         hx: theta_h.sin(),
@@ -126,12 +125,12 @@ fn half_difference(theta_h: f32, theta_d: f32, phi_d: f32) -> HalfDifference<f32
     }
 }
 
-/// A valid basis, whose bytes are leaked.
+/// A valid basis. Its bytes are leaked.
 fn basis(contents: &Contents) -> Basis<'static> {
     Basis::parse(contents.bytes().leak()).expect("a valid basis")
 }
 
-/// Two nodes along each axis and one component: the document's example.
+/// The document's example: two nodes along each axis and one component.
 fn example() -> Contents {
     Contents {
         of: 0x0123_abcd,
@@ -149,7 +148,7 @@ fn example() -> Contents {
 
 #[test]
 fn documented_example_parses() {
-    let bytes = hex_blocks(DOCUMENT, '#').remove(0);
+    let bytes = hex_bytes(EXAMPLE);
     let expected = example().bytes();
     assert_eq!(bytes, expected, "the bytes are {expected:02x?}");
     let basis = basis(&example());
@@ -163,19 +162,22 @@ fn documented_example_parses() {
     };
     assert_eq!(basis.nodes(), shape);
     let at = half_difference(0.0, 0.0, 0.0);
-    let found = basis.brdf([&[0.5], &[0.0], &[-1.0]], &at);
+    let actual = basis.brdf([&[0.5], &[0.0], &[-1.0]], &at);
     let tolerance = if cfg!(feature = "micromath") {
         2e-5
     } else {
         1e-8
     };
-    for (found, (exact, written)) in found.expect("a BRDF").into_iter().zip([
+    for (actual, (exact, written)) in actual.expect("a BRDF").into_iter().zip([
         (1e-3 * (1.5_f32.exp() - 1.0), "0.003482"),
         (1e-3 * (1.0_f32.exp() - 1.0), "0.001718"),
         (0.0, "0 sr"),
     ]) {
-        assert!((found - exact).abs() < tolerance, "{found} and not {exact}");
-        assert!(DOCUMENT.contains(written), "the document lacks {written}");
+        assert!(
+            (actual - exact).abs() < tolerance,
+            "{actual} instead of {exact}"
+        );
+        assert!(EXAMPLE.contains(written), "the example lacks {written}");
     }
 }
 
@@ -211,29 +213,32 @@ fn rejects_cut_and_altered_bytes() {
 #[test]
 fn rejects_invalid_contents() {
     let good = Contents::synthetic([2, 2, 3], 2);
-    let refused = |change: &dyn Fn(&mut Contents)| {
+    let parse_error = |change: &dyn Fn(&mut Contents)| {
         let mut wrong = good.clone();
         change(&mut wrong);
         Basis::parse(&wrong.bytes()).expect_err("wrong contents")
     };
     for scale in [f32::NAN, f32::INFINITY, -1.0] {
         assert_eq!(
-            refused(&|wrong| wrong.mean_scale = scale),
+            parse_error(&|wrong| wrong.mean_scale = scale),
             BasisError::Scale
         );
-        assert_eq!(refused(&|wrong| wrong.scales[1] = scale), BasisError::Scale);
+        assert_eq!(
+            parse_error(&|wrong| wrong.scales[1] = scale),
+            BasisError::Scale
+        );
     }
     for shape in [[1, 4, 3], [12, 1, 1], [0, 2, 2], [6, 1, 2]] {
-        let error = refused(&|wrong| wrong.shape = shape);
+        let error = parse_error(&|wrong| wrong.shape = shape);
         assert_eq!(error, BasisError::Nodes, "{shape:?}");
     }
     for shape in [[2, 2, 2], [3, 2, 3], [65535, 65535, 2]] {
-        let error = refused(&|wrong| wrong.shape = shape);
+        let error = parse_error(&|wrong| wrong.shape = shape);
         let is_named = matches!(error, BasisError::Length { .. });
         assert!(is_named, "{shape:?}: {error:?}");
     }
     for components in [0, 1025] {
-        let error = refused(&|wrong| *wrong = Contents::synthetic([2, 2, 2], components));
+        let error = parse_error(&|wrong| *wrong = Contents::synthetic([2, 2, 2], components));
         assert_eq!(error, BasisError::Components(components as u16));
     }
     let body = &good.bytes()[HEADER_BYTES..];
@@ -277,13 +282,13 @@ fn no_brdf_for_invalid_directions_or_coefficients() {
         assert_eq!(basis.brdf(coefficients, &at), None, "{at:?}");
     }
     for number in [f32::NAN, f32::INFINITY, f32::MAX] {
-        let found = basis.brdf([&[number], &[0.0], &[0.0]], &good);
-        // Black is the only BRDF that such a coefficient may have.
-        assert!(found.is_none_or(|brdf| brdf[0] == 0.0), "{found:?}");
+        let actual = basis.brdf([&[number], &[0.0], &[0.0]], &good);
+        // Such a coefficient may only give a black BRDF.
+        assert!(actual.is_none_or(|brdf| brdf[0] == 0.0), "{actual:?}");
     }
 }
 
-/// Sines and cosines that are as wrong as micromath's make vectors that are still unit vectors.
+/// Vectors from core's approximate sines and cosines are still unit vectors.
 #[test]
 fn accepts_directions_from_core_sines() {
     let basis = basis(&Contents::synthetic([4, 3, 3], 2));
@@ -294,8 +299,8 @@ fn accepts_directions_from_core_sines() {
             theta_d: 1.57 * share(0.414_214),
             phi_d: std::f32::consts::TAU * share(0.732_051),
         });
-        let found = basis.brdf([&[0.1]; 3], &at);
-        assert_eq!(found.is_some(), at.is_valid(), "{at:?}");
+        let actual = basis.brdf([&[0.1]; 3], &at);
+        assert_eq!(actual.is_some(), at.is_valid(), "{at:?}");
     }
 }
 
@@ -332,14 +337,14 @@ proptest! {
         let contents = Contents::synthetic([7, 5, 4], 3);
         let basis = basis(&contents);
         let coefficients = coefficients.each_ref().map(Vec::as_slice);
-        let found = basis.brdf(coefficients, &at).unwrap();
+        let actual = basis.brdf(coefficients, &at).unwrap();
         let expected = contents.brdf(coefficients, &at);
         let weight = f64::from(at.cos_theta_i()) * f64::from(at.cos_theta_o());
         let tolerance = if cfg!(feature = "micromath") { 5e-3 } else { 1e-4 };
-        for (found, expected) in found.into_iter().zip(expected) {
-            // Relative to what the logarithm sees.
-            let error = (f64::from(found) - expected).abs() / (expected + 1e-3 / weight);
-            prop_assert!(error < tolerance, "{found} and not {expected} at {at:?}");
+        for (actual, expected) in actual.into_iter().zip(expected) {
+            // Relative to the argument of the logarithm.
+            let error = (f64::from(actual) - expected).abs() / (expected + 1e-3 / weight);
+            prop_assert!(error < tolerance, "{actual} instead of {expected} at {at:?}");
         }
     }
 
@@ -354,19 +359,19 @@ proptest! {
         prop_assert!((sum - 1.0).abs() < 1e-6, "{sum}");
     }
 
-    /// Reciprocal, and its own mirror image: bit for bit.
+    /// The values are equal bit for bit.
     #[test]
     fn is_reciprocal_and_mirror_symmetric(at in valid_directions()) {
         let basis = basis(&Contents::synthetic([7, 5, 4], 3));
         let coefficients: [&[f32]; 3] = [&[0.1, -0.2, 0.3], &[0.2], &[]];
-        let found = basis.brdf(coefficients, &at);
+        let actual = basis.brdf(coefficients, &at);
         let exchanged = HalfDifference { dx: -at.dx, dy: -at.dy, ..at };
         let mirrored = HalfDifference { dy: -at.dy, ..at };
-        prop_assert_eq!(basis.brdf(coefficients, &exchanged), found);
-        prop_assert_eq!(basis.brdf(coefficients, &mirrored), found);
+        prop_assert_eq!(basis.brdf(coefficients, &exchanged), actual);
+        prop_assert_eq!(basis.brdf(coefficients, &mirrored), actual);
     }
 
-    /// Any numbers give a BRDF or none, without a panic.
+    /// The result is a valid BRDF or None.
     #[test]
     fn arbitrary_bytes_and_numbers_do_not_panic(
         shape in prop::array::uniform3(0..6_u16),
@@ -384,24 +389,24 @@ proptest! {
         }
         let nodes: usize = shape.into_iter().map(usize::from).product();
         let length = 4 + 4 * usize::from(components) + nodes * (4 + usize::from(components));
-        let wanted = if exact { length } else { rest.len() };
-        body.extend(rest.iter().chain(std::iter::repeat(&7)).take(wanted));
+        let body_length = if exact { length } else { rest.len() };
+        body.extend(rest.iter().chain(std::iter::repeat(&7)).take(body_length));
         let bytes = with_header(&body);
         if let Ok(basis) = Basis::parse(&bytes) {
-            let found = basis.brdf([&numbers, &numbers[3..], &numbers[6..]], &at);
-            if let Some(brdf) = found {
+            let actual = basis.brdf([&numbers, &numbers[3..], &numbers[6..]], &at);
+            if let Some(brdf) = actual {
                 prop_assert!(brdf.iter().all(|value| value.is_finite() && *value >= 0.0), "{brdf:?}");
             }
         }
     }
 }
 
-/// Straight down the two vectors have no azimuth, and rounding chooses one: it does not matter
-/// which, as all nodes there stand for the same place.
+/// At normal incidence, the vectors have no azimuth, and rounding determines one. It has no effect, because all nodes
+/// there represent the same directions.
 #[test]
 fn turn_about_normal_keeps_brdf() {
     let mut contents = Contents::synthetic([7, 5, 4], 3);
-    // As an exporter writes it: nodes of one place have the same row.
+    // Nodes of the same directions have the same row, as in exported files.
     for (index, node) in contents.table.clone().into_iter().enumerate() {
         let (u, v) = (index / 20, index / 4 % 5);
         if (u == 0 || v == 0) && index % 4 == 0 {
@@ -410,7 +415,7 @@ fn turn_about_normal_keeps_brdf() {
     }
     let basis = basis(&contents);
     let coefficients: [&[f32]; 3] = [&[0.1, -0.2, 0.3], &[0.2], &[]];
-    for (theta_i, theta_o, apart) in [
+    for (theta_i, theta_o, azimuth_difference) in [
         (0.5, 0.5, std::f32::consts::PI),
         (0.7, 0.3, 2.0),
         (0.4, 0.4, 0.0),
@@ -418,7 +423,7 @@ fn turn_about_normal_keeps_brdf() {
         let arm = |theta, phi| Spherical { theta, phi };
         let pair = ArmAngles {
             incoming: arm(theta_i, 0.0),
-            outgoing: arm(theta_o, apart),
+            outgoing: arm(theta_o, azimuth_difference),
         };
         let brdf = |turn: u8| {
             let directions = pair.turned(0.1 * f32::from(turn)).directions();
@@ -429,7 +434,7 @@ fn turn_about_normal_keeps_brdf() {
         for turn in 0..64 {
             for (value, first) in brdf(turn).into_iter().zip(first) {
                 let error = (value - first).abs();
-                assert!(error <= 2e-3 * first, "{value} and not {first}");
+                assert!(error <= 2e-3 * first, "{value} instead of {first}");
             }
         }
     }

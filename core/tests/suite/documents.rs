@@ -1,6 +1,6 @@
-//! The documents are right: examples do what they print, and the link sends the bytes in `docs/link.md`.
+//! The documents are correct: the examples run, and the link sends the bytes in `docs/link.md`.
 
-#![allow(clippy::duplicate_mod)] // each example is a program of its own, with what it scans
+#![allow(clippy::duplicate_mod)] // each example is a separate program with its own scanner
 
 #[path = "../../examples/firmware.rs"]
 mod firmware;
@@ -37,7 +37,7 @@ fn scan_and_firmware_examples_fit() {
     assert_eq!((residual.implausible, board.readings), (None, 8));
 }
 
-/// Wherever power is cut, the result is the same.
+/// The result is the same for every power cut.
 #[test]
 fn recovery_example_survives_power_cuts() {
     recovery::main().unwrap();
@@ -45,7 +45,7 @@ fn recovery_example_survives_power_cuts() {
         let mut memory = [0.0; recovery::MEMORY_WORDS];
         let mut flash = [0; recovery::FLASH_BYTES];
         let mut boots = power_fails_after.iter().map(|readings| {
-            memory.fill(f32::NAN); // as after a loss of power
+            memory.fill(f32::NAN); // as after a power loss
             recovery::boot(recovery::RECIPES[0], &mut memory, &mut flash, *readings).unwrap()
         });
         let last = boots.next_back();
@@ -58,7 +58,7 @@ fn recovery_example_survives_power_cuts() {
     }
 }
 
-/// What a user has to write stays short.
+/// The code that a user has to write is short.
 #[test]
 fn examples_are_short() {
     for (text, lines) in [
@@ -72,8 +72,7 @@ fn examples_are_short() {
     }
 }
 
-/// A host receives all values in their order, and moves its arms once for a reading, however bad the
-/// line is.
+/// The host receives all values in order, and moves its arms once per reading, even over a noisy line.
 #[test]
 fn host_example_receives_fitted_values() {
     host::main().unwrap();
@@ -86,26 +85,19 @@ fn host_example_receives_fitted_values() {
     }
 }
 
-/// The document of the link's protocol.
+/// The document of the link protocol.
 const LINK: &str = include_str!("../../docs/link.md");
 
-/// The bytes of a document's blocks of hexadecimal digits, without comments.
-pub(crate) fn hex_blocks(document: &str, comment: char) -> Vec<Vec<u8>> {
-    let blocks = document.split("```hex\n").skip(1);
-    let blocks = blocks.map(|block| block.split("```").next().unwrap());
-    blocks
-        .map(|block| {
-            let lines = block
-                .lines()
-                .map(|line| line.split(comment).next().unwrap());
-            let digits = lines.flat_map(str::split_whitespace);
-            let bytes = digits.map(|digits| u8::from_str_radix(digits, 16).unwrap());
-            bytes.collect()
-        })
+/// The bytes of an annotated `.hex` file, without comments.
+pub(crate) fn hex_bytes(text: &str) -> Vec<u8> {
+    let lines = text.lines().map(|line| line.split(';').next().unwrap());
+    let digits = lines.flat_map(str::split_whitespace);
+    digits
+        .map(|digits| u8::from_str_radix(digits, 16).unwrap())
         .collect()
 }
 
-/// Content and frame of a message are the next two blocks.
+/// Checks that the next two blocks are the content and the frame of a message.
 fn check_blocks<T>(blocks: &mut impl Iterator<Item = Vec<u8>>, sequence: u32, message: T)
 where
     T: Serialize + DeserializeOwned + PartialEq + Debug,
@@ -121,7 +113,9 @@ where
 #[test]
 fn link_bytes_match_document() {
     let recipe = Recipe::parse(recovery::RECIPES[1]).unwrap();
-    let mut blocks = hex_blocks(LINK, ';').into_iter();
+    let mut blocks = include_str!("../../docs/link.hex")
+        .split("\n\n")
+        .map(hex_bytes);
     let hello = Request::Hello {
         protocol: PROTOCOL,
         model: recipe.model(),
@@ -150,7 +144,7 @@ fn link_bytes_match_document() {
     assert_eq!(blocks.next(), None);
 }
 
-/// The rows `| number | `Name` | ..` of the table with these titles.
+/// The rows `| number | `Name` | ..` of the table with a title row that begins with `title`.
 fn table_rows(title: &str) -> Vec<(u8, &'static str)> {
     let head = format!("| {title}");
     let table = LINK.split(&head).nth(1).unwrap();
@@ -166,7 +160,7 @@ fn table_rows(title: &str) -> Vec<(u8, &'static str)> {
 /// Checks the numbers and names of all variants of `T` against a table.
 fn check_variants<T: DeserializeOwned + Debug>(title: &str) {
     let variants = (0..).map_while(|number: u8| {
-        // The number, and zeros for all fields.
+        // The variant's number, and zeros for all fields.
         let mut bytes = [0; 128];
         bytes[0] = number;
         let (variant, _) = postcard::take_from_bytes::<T>(&bytes).ok()?;
@@ -188,10 +182,18 @@ fn message_numbers_match_document() {
     check_variants::<ModelKind>("number | model | values |\n");
 }
 
-/// Numbers and names of error codes are those of the table, and refusals travel under the same numbers.
+/// Error codes have the numbers and names of the table. Refusals use the same numbers.
 #[test]
 fn error_codes_match_document() {
-    let written = table_rows("code | name | first detail | second detail |\n");
+    let table = LINK.split("code name ").nth(1).unwrap().lines().skip(1);
+    let rows = table.take_while(|row| !row.starts_with("```"));
+    let written: Vec<(u8, &str)> = rows
+        .map(|row| {
+            let mut columns = row.split_whitespace();
+            let number = columns.next().unwrap().parse().unwrap();
+            (number, columns.next().unwrap())
+        })
+        .collect();
     let codes = ErrorCode::ALL.iter();
     let codes: Vec<_> = codes
         .map(|code| (code.code() as u8, format!("{code:?}")))
@@ -201,19 +203,19 @@ fn error_codes_match_document() {
         assert_eq!((number, name.to_owned()), *code);
     }
     for (number, name) in &codes {
-        let parse_error = Refusal::from(u16::from(*number));
+        let refusal = Refusal::from(u16::from(*number));
         match name.strip_prefix("Refused") {
-            Some("Other") | None => assert!(matches!(parse_error, Refusal::Other { .. })),
-            Some(name) => assert_eq!(format!("{parse_error:?}"), name),
+            Some("Other") | None => assert!(matches!(refusal, Refusal::Other { .. })),
+            Some(name) => assert_eq!(format!("{refusal:?}"), name),
         }
         let bytes = [3, *number]; // `Refused`
         let reply: Reply = postcard::from_bytes(&bytes).unwrap();
-        assert_eq!(reply, Reply::Refused(parse_error));
+        assert_eq!(reply, Reply::Refused(refusal));
         assert_eq!(postcard::to_slice(&reply, &mut [0; 8]).unwrap(), bytes);
     }
 }
 
-/// A limit stands in a line of its own field, whatever the line's words are.
+/// Each constant appears in a line that contains the name of its field.
 #[test]
 fn link_constants_match_document() {
     let config = Config::new(Host::Measures);

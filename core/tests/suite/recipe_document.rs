@@ -1,4 +1,4 @@
-//! The format as `core/docs/recipe.md` writes it down is the format that is written and read.
+//! The format that is written and read equals that of `core/docs/recipe.md`.
 
 use glimpse_core::fit::{MAX_ROWS, MAX_UNITS};
 use glimpse_core::gonio::Limits;
@@ -10,7 +10,7 @@ use glimpse_core::recipe::{
 };
 use serde::de::DeserializeOwned;
 
-use crate::documents::hex_blocks;
+use crate::documents::hex_bytes;
 use crate::recipes::{packed, write};
 
 const DOCUMENT: &str = include_str!("../../docs/recipe.md");
@@ -30,7 +30,7 @@ const TRAINING: Training<'_> = Training {
     sources: TrainingSources::new(&SOURCES),
 };
 
-/// The recipe that the document shows, written.
+/// The document's example recipe.
 fn example() -> Vec<u8> {
     let pattern = packed(&[0.25, 0.5, 1.0]);
     let (basis, precision) = (packed(&[1.5, -2.0]), packed(&[40.0, 4.0]));
@@ -77,15 +77,15 @@ fn example() -> Vec<u8> {
     write(&parts).unwrap()
 }
 
-/// The bytes of the document's only block of them.
+/// The bytes of the document's example.
 fn bytes_of_the_document() -> Vec<u8> {
-    hex_blocks(DOCUMENT, ';').remove(0)
+    hex_bytes(include_str!("../../docs/recipe.hex"))
 }
 
 #[test]
 fn written_bytes_match_document() {
-    let (found, expected) = (bytes_of_the_document(), example());
-    assert_eq!(found, expected, "the bytes are {expected:02x?}");
+    let (actual, expected) = (bytes_of_the_document(), example());
+    assert_eq!(actual, expected, "the bytes are {expected:02x?}");
 }
 
 #[test]
