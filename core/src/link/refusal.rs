@@ -50,7 +50,7 @@ impl Refusal {
 
 impl From<u16> for Refusal {
     fn from(code: u16) -> Self {
-        let known = [
+        let refusals = [
             Self::NoScan,
             Self::Directions,
             Self::Values,
@@ -59,9 +59,9 @@ impl From<u16> for Refusal {
             Self::Recipe,
             Self::Request,
         ];
-        let mut known = known.into_iter();
-        let found = known.find(|refusal| refusal.code().code() == code);
-        found.unwrap_or(Self::Other { code })
+        let mut refusals = refusals.into_iter();
+        let refusal = refusals.find(|refusal| refusal.code().code() == code);
+        refusal.unwrap_or(Self::Other { code })
     }
 }
 

@@ -59,12 +59,12 @@ impl<'a> Samples<'a> {
     /// Splits off the first samples, up to `count`.
     #[must_use]
     pub fn take(&mut self, count: usize) -> Self {
-        let (taken, rest) = self
+        let (first, rest) = self
             .slots
             .split_at_checked(count)
             .unwrap_or((self.slots, &[]));
         self.slots = rest;
-        Self::new(taken, self.weight)
+        Self::new(first, self.weight)
     }
 
     /// The samples from index `first` on.

@@ -38,9 +38,9 @@ impl<'a> Floats<'a> {
     /// Splits off the first `count` numbers, or all of them if there are fewer.
     #[must_use]
     pub fn take(&mut self, count: usize) -> Self {
-        let (taken, rest) = self.0.split_at_checked(count).unwrap_or((self.0, &[]));
+        let (first, rest) = self.0.split_at_checked(count).unwrap_or((self.0, &[]));
         self.0 = rest;
-        Self(taken)
+        Self(first)
     }
 
     /// The numbers, in order.

@@ -1,4 +1,4 @@
-//! A block of samples is what its samples are one by one, bit for bit.
+//! A block of samples gives the same bits as single samples.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{
@@ -31,21 +31,26 @@ fn compare<M: Model>(values: &[f32], samples: &[Sample<f32>]) {
         *parameter = *value;
     }
     let zeros = M::Parameters::filled(0.0);
-    let (mut together, mut apart) = (zeros.clone(), zeros);
+    let (mut in_block, mut one_by_one) = (zeros.clone(), zeros);
     let slots: Vec<Slot> = samples
         .iter()
         .map(|sample| slot_of(&sample.at, sample.measured))
         .collect();
     let block = Samples::new(&slots, samples[0].weight).gather::<4>();
-    let losses = M::accumulate_gradient::<_, false>(&parameters, &block, &mut together).loss();
+    let losses = M::accumulate_gradient::<_, false>(&parameters, &block, &mut in_block).loss();
     for (index, sample) in samples.iter().enumerate() {
-        let found = M::accumulate_gradient::<f32, false>(&parameters, sample, &mut apart);
-        assert_eq!(losses.0[index].to_bits(), found.loss().to_bits());
+        let actual = M::accumulate_gradient::<f32, false>(&parameters, sample, &mut one_by_one);
+        assert_eq!(losses.0[index].to_bits(), actual.loss().to_bits());
     }
-    // Those that stand in for missing ones count for nothing.
+    // Padding samples have no loss.
     assert!(losses.0[samples.len()..].iter().all(|loss| *loss == 0.0));
-    for (index, (together, apart)) in together.as_slice().iter().zip(apart.as_slice()).enumerate() {
-        assert_eq!(together, apart, "entry {index} of {}", M::KIND);
+    for (index, (in_block, one_by_one)) in in_block
+        .as_slice()
+        .iter()
+        .zip(one_by_one.as_slice())
+        .enumerate()
+    {
+        assert_eq!(in_block, one_by_one, "entry {index} of {}", M::KIND);
     }
 }
 

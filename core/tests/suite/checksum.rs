@@ -1,4 +1,4 @@
-//! The CRC-32 is that of the crate `crc`, whatever the length.
+//! The CRC-32 equals that of the crate `crc`.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_core::checksum::{crc_32, crc_32_of_file};

@@ -1,5 +1,5 @@
-//! A recipe that completes readings: the map from readings to coefficients and on to a descent's
-//! start, its adjoint, scans by it with some of the readings, and refusals.
+//! Recipes that complete readings: the net from readings to coefficients, the net from coefficients to initial values
+//! of a descent, their adjoints, scans with some of the readings, and errors.
 
 #[cfg(feature = "libm")] // f64 is a scalar with libm only
 mod adjoint;

@@ -1,4 +1,4 @@
-//! The driver leads a scan to its end, whatever the host and the line do, and hangs nowhere.
+//! The driver completes or fails each scan, for any behavior of host and line, and never hangs.
 
 mod bench;
 mod failures;

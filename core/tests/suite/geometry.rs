@@ -1,4 +1,4 @@
-//! Directions, angles, half and difference vectors against independent trigonometry.
+//! Directions, angles, half and difference vectors, compared with independent trigonometry.
 
 // f64 is a scalar with libm only.
 mod errors;

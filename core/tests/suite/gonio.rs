@@ -1,4 +1,4 @@
-//! The arithmetic around a scan: limits, counts, repeated readings, the next move, a tile.
+//! Arithmetic for scanners: limits, counts, repeated readings, the next move, a tile.
 
 mod calibration;
 mod limits;
@@ -20,12 +20,12 @@ fn arms([theta_i, phi_i, theta_o, phi_o]: [f32; 4]) -> ArmAngles {
     }
 }
 
-/// Their directions.
+/// The directions of arms at these angles in degrees.
 fn at(degrees: [f32; 4]) -> Directions<f32> {
     arms(degrees).directions()
 }
 
-/// Within a few roundings of `b`.
+/// Returns true if `a` equals `b` within several rounding errors.
 fn close(a: f32, b: f32) -> bool {
     (a - b).abs() <= 1e-5 * (1.0 + b.abs())
 }

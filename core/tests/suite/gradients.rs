@@ -1,4 +1,4 @@
-//! The models' one gradient against central differences, and their loss against the formula.
+//! The models' gradients compared with central differences, and their losses compared with the formulas.
 
 use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -17,7 +17,7 @@ use glimpse_gradcheck::cases::{
 };
 use glimpse_gradcheck::{Differences, Traced, gradient_scale, parameters};
 
-/// The weighted loss, every branch recorded.
+/// The weighted loss, with a record of every branch.
 fn loss<M: Model>(list: &[f64], variables: Variables, weight: f64) -> Traced {
     let zero = Traced(0.0);
     let theta = parameters(list.iter().copied().map(Traced), zero);
@@ -37,7 +37,7 @@ fn compare<M: Model>(
     let theta = parameters(list.iter().copied(), 0.0);
     let mut gradient: M::Parameters<f64> = parameters([], 0.0);
     let sample = sample(variables, weight);
-    let found = M::accumulate_gradient::<f64, true>(&theta, &sample, &mut gradient).gradient;
+    let actual = M::accumulate_gradient::<f64, true>(&theta, &sample, &mut gradient).gradient;
 
     let slopes: Vec<f64> = gradient.iter().copied().collect();
     let scale = gradient_scale(&slopes);
@@ -53,8 +53,8 @@ fn compare<M: Model>(
         by_sample.discard(VARIABLE_NAMES.len());
         return Ok(());
     }
-    let at = found.at;
-    let [red, green, blue] = found.measured;
+    let at = actual.at;
+    let [red, green, blue] = actual.measured;
     let slopes = [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue];
     let scale = gradient_scale(&slopes);
     for (index, (slope, name)) in slopes.iter().zip(VARIABLE_NAMES).enumerate() {
@@ -119,7 +119,7 @@ fn logistic(x: f64) -> f64 {
     1.0 / (1.0 + (-x).exp())
 }
 
-/// Phong as the paper writes it.
+/// Phong by the paper's formula.
 fn expected_phong(list: &[f64], variables: Variables) -> [f64; 3] {
     let q = list[6].exp();
     let lobe = (q + 2.0) / TAU * (mirror_cosine(variables).max(0.0) + 1e-5).powf(q);
@@ -130,7 +130,7 @@ fn expected_phong(list: &[f64], variables: Variables) -> [f64; 3] {
     })
 }
 
-/// Cook-Torrance as the paper writes it, denominators offset by 1e-6.
+/// Cook-Torrance by the paper's formula, with denominators offset by 1e-6.
 fn expected_cook_torrance(list: &[f64], variables: Variables) -> [f64; 3] {
     let [hx, hz, dx, _, dz, ..] = variables;
     let [theta_h, theta_d] = [hx.atan2(hz), dz.acos()];
@@ -175,16 +175,16 @@ fn expected_neural(list: &[f64], variables: Variables) -> [f64; 3] {
     [values[0], values[1], values[2]]
 }
 
-fn agree(found: f64, expected: f64) -> Result<(), TestCaseError> {
-    let error = (found - expected).abs();
+fn agree(actual: f64, expected: f64) -> Result<(), TestCaseError> {
+    let error = (actual - expected).abs();
     prop_assert!(
         error <= 1e-12 * expected.abs().max(1e-2),
-        "{found} instead of {expected}"
+        "{actual} instead of {expected}"
     );
     Ok(())
 }
 
-/// A model's BRDF and loss agree with a BRDF by its formula.
+/// Checks a model's BRDF and loss against the BRDF of its formula.
 fn agree_with<M: Model>(
     list: &[f64],
     variables: Variables,
@@ -192,18 +192,18 @@ fn agree_with<M: Model>(
     expected: [f64; 3],
 ) -> Result<(), TestCaseError> {
     let theta = parameters(list.iter().copied(), 0.0);
-    let found = M::brdf::<f64>(&theta, &sample(variables, weight).at);
-    for (found, expected) in found.into_iter().zip(expected) {
-        agree(found, expected)?;
+    let actual = M::brdf::<f64>(&theta, &sample(variables, weight).at);
+    for (actual, expected) in actual.into_iter().zip(expected) {
+        agree(actual, expected)?;
     }
     let loss = loss::<M>(list, variables, weight).0;
     agree(loss, expected_loss(variables, expected, weight))
 }
 
-/// Samples at the highlight's center, at grazing and at nearly opposite directions, also a little
-/// below the horizon, where single precision overflows first.
+/// Samples at the highlight's center, and at grazing and nearly opposite directions. Some are slightly below the
+/// horizon, where single precision overflows first.
 fn extremes() -> impl Strategy<Value = Variables> {
-    // Angles' distances from 0 or pi/2, over eight decades.
+    // Distances of angles from 0 or pi/2, over eight decades.
     let angle = || {
         (any::<bool>(), -8.0..0.0f64).prop_map(|(low, logarithm)| {
             let distance = FRAC_PI_2 * 10.0_f64.powf(logarithm);
@@ -244,10 +244,10 @@ proptest! {
         let theta = parameters(list.iter().map(|logit| *logit as f32), 0.0);
         let mut gradient = CookTorranceParameters::filled(0.0);
         let sample = sample::<f32>(variables, 1.0);
-        let found = CookTorrance::accumulate_gradient::<f32, true>(&theta, &sample, &mut gradient);
-        prop_assert!(found.loss().is_finite());
+        let actual = CookTorrance::accumulate_gradient::<f32, true>(&theta, &sample, &mut gradient);
+        prop_assert!(actual.loss().is_finite());
         prop_assert!(gradient.iter().all(|slope| slope.is_finite()), "{:?}", gradient);
-        let SampleGradient { at, measured } = found.gradient;
+        let SampleGradient { at, measured } = actual.gradient;
         let slopes = [at.hx, at.hz, at.dx, at.dy, at.dz];
         prop_assert!(slopes.iter().chain(&measured).all(|slope| slope.is_finite()), "{:?}", slopes);
     }
@@ -280,10 +280,10 @@ proptest! {
         prop_assume!(sample.at.cos_theta_i() < 0.0);
         let theta = parameters(list.iter().copied(), 0.0);
         let mut gradient = NeuralParameters::filled(0.0);
-        let found = Neural::accumulate_gradient::<f64, true>(&theta, &sample, &mut gradient);
-        prop_assert_eq!(found.loss(), 0.0);
+        let actual = Neural::accumulate_gradient::<f64, true>(&theta, &sample, &mut gradient);
+        prop_assert_eq!(actual.loss(), 0.0);
         prop_assert!(gradient.iter().all(|slope| *slope == 0.0));
-        let SampleGradient { at, measured } = found.gradient;
+        let SampleGradient { at, measured } = actual.gradient;
         prop_assert_eq!([at.hx, at.hz, at.dx, at.dy, at.dz], [0.0; 5]);
         prop_assert_eq!(measured, [0.0; 3]);
     }

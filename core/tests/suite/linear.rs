@@ -1,5 +1,5 @@
-//! The ridge solve agrees with an independent one in f64, in both of its forms and on every scalar,
-//! and its adjoint with finite differences.
+//! The ridge solve matches an independent solve in f64, in both of its forms and for every scalar. Its adjoint matches
+//! finite differences.
 
 mod adjoint;
 mod case;

@@ -1,4 +1,4 @@
-//! Frames survive noise, and a conversation survives a link that loses, repeats and alters bytes.
+//! Frames are found in noise, and a conversation survives a line that loses, repeats and alters bytes.
 
 use std::collections::HashSet;
 use std::fmt::Debug;
@@ -25,20 +25,21 @@ pub(crate) fn frame<T: serde::Serialize>(sequence: u32, message: &T) -> Vec<u8> 
         .to_vec()
 }
 
-/// The messages and errors of a reader of some bytes.
+/// The messages and errors that a reader finds in some bytes.
 pub(crate) fn read_frames<T: DeserializeOwned>(bytes: &[u8]) -> Vec<Result<(u32, T), FrameError>> {
     let mut reader = FrameReader::new();
     bytes.iter().filter_map(|byte| reader.push(*byte)).collect()
 }
 
-/// The whole messages of a reader of some bytes.
+/// The valid messages that a reader finds in some bytes.
 fn messages(bytes: &[u8]) -> Vec<(u32, Request)> {
     read_frames(bytes).into_iter().flatten().collect()
 }
 
-/// Any message: bytes that decode to one. A NaN would not equal itself.
+/// Any message, from random bytes that decode to one. Messages with NaN are excluded, because NaN does not equal
+/// itself.
 fn any_message<T: DeserializeOwned + Clone + PartialEq + Debug>() -> impl Strategy<Value = T> {
-    // Small numbers are variants and lengths more often.
+    // Small numbers are more frequent, because they are valid variants and lengths.
     let byte = prop_oneof![0..12_u8, any::<u8>()];
     prop::collection::vec(byte, 300).prop_filter_map("a message without NaN", |bytes| {
         let (message, _) = postcard::take_from_bytes::<T>(&bytes).ok()?;
@@ -78,7 +79,7 @@ fn recovers_after_endless_frame() {
 
 #[test]
 fn rejects_message_of_other_protocol() {
-    // A variant that Reply does not have, and a Welcome with a byte to spare.
+    // An unknown variant of Reply, and a Welcome with an extra byte.
     for bytes in [frame(1, &99u8), frame(1, &(0u8, 1u8, 0u8))] {
         assert_eq!(read_frames::<Reply>(&bytes), [Err(FrameError::Unknown)]);
     }
@@ -130,14 +131,14 @@ fn respond(server: &mut Server, reply: Reply) -> Vec<u8> {
     server.reply(reply, &mut buffer).unwrap().to_vec()
 }
 
-/// The host receives a request.
+/// Passes the frame of a request to the host.
 fn receive(server: &mut Server, bytes: &[u8]) -> Received {
     let mut bytes = bytes.iter();
     let received = bytes.find_map(|byte| server.receive(*byte));
     received.unwrap().unwrap()
 }
 
-/// The device receives a reply, or drops it.
+/// Passes the frame of a reply to the device. None if the device drops it.
 fn receive_reply(client: &mut Client, bytes: &[u8], request: &Request) -> Option<Reply> {
     let mut bytes = bytes.iter();
     bytes.find_map(|byte| client.receive(*byte, request))
@@ -147,39 +148,42 @@ fn receive_reply(client: &mut Client, bytes: &[u8], request: &Request) -> Option
 fn repeated_request_gets_same_reply() {
     let request = progress(1);
     let (mut client, mut server) = (Client::new(0), Server::new());
-    let asked = send(&mut client, &request);
-    assert_eq!(receive(&mut server, &asked), Received::New(request.clone()));
-    // Version 0.1 called a repetition new until there was a reply, and a host that was moving its
-    // arms moved them again.
+    let request_frame = send(&mut client, &request);
+    assert_eq!(
+        receive(&mut server, &request_frame),
+        Received::New(request.clone())
+    );
+    // In version 0.1, a repeated request was new until its reply was sent, so that a host with moving arms moved them
+    // again.
     for _ in 0..3 {
-        assert_eq!(receive(&mut server, &asked), Received::Pending);
+        assert_eq!(receive(&mut server, &request_frame), Received::Pending);
     }
-    let answered = respond(&mut server, Reply::Accepted);
-    let again = receive(&mut server, &asked);
-    assert_eq!(again, Received::Duplicate(Reply::Accepted));
+    let reply_frame = respond(&mut server, Reply::Accepted);
+    let repeated = receive(&mut server, &request_frame);
+    assert_eq!(repeated, Received::Duplicate(Reply::Accepted));
 
-    let reply = receive_reply(&mut client, &answered, &request);
+    let reply = receive_reply(&mut client, &reply_frame, &request);
     assert_eq!(reply, Some(Reply::Accepted));
-    // The next request does not take the late reply for its own.
+    // The late reply is not the reply to the next request.
     send(&mut client, &request);
-    assert_eq!(receive_reply(&mut client, &answered, &request), None);
+    assert_eq!(receive_reply(&mut client, &reply_frame, &request), None);
 }
 
-/// While the first request is unanswered, another one is new, and the reply is to that one.
+/// While the first request has no reply, another request is new and gets the reply.
 #[test]
 fn new_request_replaces_pending_one() {
     let (mut client, mut server) = (Client::new(0), Server::new());
     for request in [progress(1), progress(2)] {
-        let asked = send(&mut client, &request);
-        assert_eq!(receive(&mut server, &asked), Received::New(request));
-        assert_eq!(receive(&mut server, &asked), Received::Pending);
+        let request_frame = send(&mut client, &request);
+        assert_eq!(receive(&mut server, &request_frame), Received::New(request));
+        assert_eq!(receive(&mut server, &request_frame), Received::Pending);
     }
-    let answered = respond(&mut server, Reply::Accepted);
-    let reply = receive_reply(&mut client, &answered, &progress(2));
+    let reply_frame = respond(&mut server, Reply::Accepted);
+    let reply = receive_reply(&mut client, &reply_frame, &progress(2));
     assert_eq!(reply, Some(Reply::Accepted));
 }
 
-/// The first requests after a reset have the same sequence number, whatever they are.
+/// The first requests after each reset have the same sequence number.
 #[test]
 fn recognizes_reset_device() {
     let mut server = Server::new();
@@ -188,15 +192,15 @@ fn recognizes_reset_device() {
         (Request::Failed(Failure::NoReply.into()), true),
         (hello(7), true),
         (hello(7), false),
-        // It has another recipe now.
+        // The device has another recipe now.
         (hello(8), true),
     ] {
-        let asked = send(&mut Client::new(0), &request);
+        let request_frame = send(&mut Client::new(0), &request);
         let expected = match is_new {
             true => Received::New(request),
             false => Received::Duplicate(welcome.clone()),
         };
-        assert_eq!(receive(&mut server, &asked), expected);
+        assert_eq!(receive(&mut server, &request_frame), expected);
         respond(&mut server, welcome.clone());
     }
 }
@@ -232,7 +236,7 @@ proptest! {
         keep: prop::sample::Index,
     ) {
         let mut bytes = frame(7, &request);
-        // Everything but the last zero is as good as everything: the next frame begins with one.
+        // Without only its last zero, the frame would still be complete, because the next frame begins with a zero.
         bytes.truncate(keep.index(bytes.len() - 1));
         bytes.extend(frame(8, &request));
         prop_assert_eq!(messages(&bytes), [(8, request)]);
@@ -253,7 +257,7 @@ proptest! {
         prop_assert_eq!(messages(&bytes), [(9, request)]);
     }
 
-    /// All of a conversation arrives, once and in order, over a line that spoils about one frame in two.
+    /// All requests of a conversation arrive once and in order, although the line corrupts about every second frame.
     #[test]
     fn conversation_survives_noisy_line(
         requests in prop::collection::vec(any_message::<Request>(), 1..20),
@@ -263,11 +267,11 @@ proptest! {
         let (mut client, mut server) = (Client::new(0), Server::new());
         let mut received_requests = Vec::new();
         for request in &requests {
-            let asked = send(&mut client, request);
+            let request_frame = send(&mut client, request);
             let mut reply = None;
             for _ in 0..1_000 {
                 let mut replies = Vec::new();
-                for byte in line.corrupt(asked.clone(), 60) {
+                for byte in line.corrupt(request_frame.clone(), 60) {
                     let answer = match server.receive(byte) {
                         Some(Ok(Received::New(request))) => {
                             let answer = default_reply(&request);
@@ -294,7 +298,7 @@ proptest! {
     }
 }
 
-/// The answer of the test's host.
+/// The reply of the test's host.
 fn default_reply(request: &Request) -> Reply {
     match request {
         Request::Hello { .. } => Reply::Welcome { protocol: PROTOCOL },
@@ -314,7 +318,7 @@ fn default_reply(request: &Request) -> Reply {
     }
 }
 
-/// A host prints the codes of newer devices, and those that it knows with their sentence.
+/// A host prints unknown codes of newer devices, and known codes with their text.
 #[test]
 fn unknown_codes_arrive_and_print() {
     let (code, details) = (60_000, [1, u32::MAX]);
@@ -325,15 +329,15 @@ fn unknown_codes_arrive_and_print() {
     let text = "error 60000, which this host does not know (details 1 and 4294967295)";
     assert_eq!(report.to_string(), text);
 
-    let parse_error = Refusal::Other { code: 5_000 };
-    let bytes = frame(7, &Reply::Refused(parse_error));
+    let refusal = Refusal::Other { code: 5_000 };
+    let bytes = frame(7, &Reply::Refused(refusal));
     assert_eq!(
         read_frames::<Reply>(&bytes),
-        [Ok((7, Reply::Refused(parse_error)))]
+        [Ok((7, Reply::Refused(refusal)))]
     );
     let text = "the host refused for a reason that the device does not know (number 5000)";
-    assert_eq!(parse_error.to_string(), text);
-    let report = FailureReport::from(Failure::Refused(parse_error));
+    assert_eq!(refusal.to_string(), text);
+    let report = FailureReport::from(Failure::Refused(refusal));
     assert_eq!((report.code, report.details), (107, [5_000, 0]));
     assert!(
         report
@@ -342,7 +346,7 @@ fn unknown_codes_arrive_and_print() {
     );
 }
 
-/// Codes are unique, and found by their numbers.
+/// Codes are unique, and their numbers lead back to them.
 #[test]
 fn error_codes_are_unique() {
     let mut numbers = HashSet::new();
@@ -355,7 +359,7 @@ fn error_codes_are_unique() {
     assert!(unknown.map(ErrorCode::from_code).all(|code| code.is_none()));
 }
 
-/// Details of the failures that need them, as `docs/link.md` lists them.
+/// The details of failures, as `docs/link.md` lists them.
 #[test]
 fn reports_contain_details() {
     let of = |failure: Failure| {
@@ -416,7 +420,7 @@ fn reports_contain_details() {
     }
 }
 
-/// Lists take what fits, and no more.
+/// Lists accept items up to their capacity.
 #[test]
 fn list_respects_capacity() {
     let bytes = [7; BYTES_PER_FRAME + 1];
@@ -425,7 +429,7 @@ fn list_respects_capacity() {
     assert_eq!(list.as_slice(), &bytes[1..]);
     assert_eq!(RecipeBytes::take_from(bytes), list);
     assert!(Values::default().as_slice().is_empty());
-    // A list on the wire that is longer than any frame holds.
+    // A received list that is longer than its capacity.
     let long = frame(1, &(3_u8, 0_u16, 17_u16, vec![0.0_f32; 17]));
     assert_eq!(read_frames::<Request>(&long), [Err(FrameError::Unknown)]);
 }

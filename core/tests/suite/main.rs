@@ -1,4 +1,4 @@
-//! The tests of the whole crate, in one program: each program would compile the crate's generic code again.
+//! The tests of the whole crate, in one program, because each program would compile the crate's generic code again.
 
 mod basis;
 mod blocks;

@@ -1,4 +1,4 @@
-//! Mapping and unmapping undo each other, and so do their slopes.
+//! Mapping and unmapping are inverse, and so are their derivatives.
 
 use glimpse_core::model::linear::{EPSILON, map, unmap};
 use proptest::prelude::*;
@@ -10,7 +10,7 @@ proptest! {
         median in prop_oneof![Just(0.0), 0.0..2.0],
         weight in 1e-3..1.0,
     ) {
-        // Relative to what the logarithm sees.
+        // Relative to the argument of the logarithm.
         let scale: f64 = brdf + EPSILON / weight;
         let narrow = map(brdf as f32, median as f32, weight as f32);
         let back = f64::from(unmap(narrow, median as f32, weight as f32));
@@ -45,16 +45,16 @@ proptest! {
         median in 0.0..2.0,
         weight in 1e-2..1.0,
     ) {
-        let slope = |function: &dyn Fn(f64) -> f64, at: f64, step: f64| {
+        let derivative = |function: &dyn Fn(f64) -> f64, at: f64, step: f64| {
             (function(at - 2.0 * step) - 8.0 * function(at - step) + 8.0 * function(at + step)
                 - function(at + 2.0 * step)) / (12.0 * step)
         };
         // d map / d brdf = w / (brdf w + e).
-        let by_brdf = slope(&|x| map(x, median, weight), brdf, 1e-3 * (brdf + EPSILON / weight));
+        let by_brdf = derivative(&|x| map(x, median, weight), brdf, 1e-3 * (brdf + EPSILON / weight));
         let expected = weight / (brdf * weight + EPSILON);
         prop_assert!((by_brdf / expected - 1.0).abs() < 1e-8);
         let mapped = map(brdf, median, weight);
-        let by_mapped = slope(&|x| unmap(x, median, weight), mapped, 1e-4);
+        let by_mapped = derivative(&|x| unmap(x, median, weight), mapped, 1e-4);
         prop_assert!((by_mapped * expected - 1.0).abs() < 1e-8);
     }
 }

@@ -1,6 +1,6 @@
 //! Pseudo-random numbers, the same in every run.
 
-/// SplitMix64.
+/// A SplitMix64 generator.
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
@@ -12,7 +12,7 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// From -1 to 1.
+    /// A number from -1 to 1.
     pub(crate) fn number(&mut self) -> f32 {
         (self.bits() >> 40) as f32 / (1 << 23) as f32 - 1.0
     }
@@ -22,8 +22,8 @@ impl Random {
         (0..count).map(|_| size * self.number()).collect()
     }
 
-    /// Spoils bytes on a line: one in `odds` is lost, altered, doubled, swapped with the one before it, or
-    /// invented, or the rest is cut. One block of bytes in ten does not come, or comes twice.
+    /// Corrupts bytes on a line. One byte in `odds` is lost, altered, doubled, swapped with the previous one, or
+    /// preceded by a random byte, or the rest is cut. One block of bytes in ten is lost or doubled.
     pub(crate) fn corrupt(&mut self, bytes: Vec<u8>, odds: u64) -> Vec<u8> {
         let mut below = |bound: u64| self.bits() % bound;
         let bytes = match below(20) {

@@ -1,4 +1,4 @@
-//! Only a whole recipe is read; every other input is refused by the name of its fault.
+//! Only intact recipes are read. Other bytes are rejected with the fault.
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
@@ -13,14 +13,14 @@ use crate::recipes::{
 };
 use crate::scanning::{MODELS, encoded_recipe};
 
-/// The error of a descent's numbers after a change.
+/// The result of writing a descent after a change.
 fn write_changed(change: impl FnOnce(&mut DescentContents)) -> Result<(), RecipeError> {
     let mut contents = neural();
     change(&mut contents);
     contents.write().map(drop)
 }
 
-/// The error of a ridge's numbers after a change.
+/// The result of writing a ridge after a change.
 fn write_changed_ridge(change: impl FnOnce(&mut RidgeContents)) -> Result<(), RecipeError> {
     let mut contents = linear();
     change(&mut contents);
@@ -205,7 +205,7 @@ fn rejects_wrong_ridge_signs() {
     assert_eq!(write_changed_ridge(|n| n.median[7] = 0.0), Ok(()));
 }
 
-/// The bounds of a ridge solve in f32.
+/// The bounds that a ridge solve in f32 needs.
 #[test]
 fn rejects_ridge_numbers_out_of_range() {
     type Entry = fn(&mut RidgeContents) -> &mut f32;
@@ -237,14 +237,14 @@ fn rejects_ridge_numbers_out_of_range() {
 
 #[test]
 fn rejects_direction_below_horizon() {
-    // With phi_d turned by pi it is the other direction that sinks.
+    // With phi_d turned by pi, the other direction is below the horizon.
     for phi_d in [0.0, std::f32::consts::PI] {
-        let found = write_changed(|n| n.pattern[3..6].copy_from_slice(&[1.2, 1.2, phi_d]));
-        assert_eq!(found, Err(RecipeError::BelowHorizon(1)));
+        let actual = write_changed(|n| n.pattern[3..6].copy_from_slice(&[1.2, 1.2, phi_d]));
+        assert_eq!(actual, Err(RecipeError::BelowHorizon(1)));
     }
 }
 
-/// Their sines and cosines would not be those of a unit vector.
+/// Their sines and cosines would not give unit vectors.
 #[test]
 fn rejects_large_angles() {
     for angle in 0..3 {
@@ -253,7 +253,7 @@ fn rejects_large_angles() {
             assert_eq!(write_changed(|n| n.pattern[angle] = value), Err(error));
         }
     }
-    // Whole turns make no difference.
+    // Whole turns are allowed.
     let turned = write_changed(|n| n.pattern[2] += 100.0 * std::f32::consts::TAU);
     assert_eq!(turned, Ok(()));
 }

@@ -1,4 +1,4 @@
-//! A recipe is a list of sections: each is read, skipped or refused, by the number of its kind.
+//! The sections of a recipe: each is read, skipped or rejected, depending on its kind.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::gonio::{Limits, LimitsError};
@@ -91,7 +91,7 @@ fn full_sections() -> Sections {
     sections_of(&write(&full_parts()).unwrap())
 }
 
-/// The error of a recipe of any sections, or of its statements.
+/// The error of a recipe with these sections, or of its metadata.
 fn parse_error(sections: &Sections) -> RecipeError {
     let bytes = recipe_with(sections);
     let metadata = Recipe::parse(&bytes).and_then(|recipe| recipe.metadata());
@@ -113,7 +113,7 @@ fn section_round_trip() {
     assert_eq!(metadata.training, Some(TRAINING));
     let kinds: Vec<u16> = recipe.sections().map(|(kind, _)| kind.number()).collect();
     assert_eq!(kinds, [0, 1, 128, 129, 130, 131, 132, 134]);
-    // The test's own writer agrees.
+    // The test's own writer gives the same bytes.
     assert_eq!(recipe_with(&full_sections()), bytes);
 }
 
@@ -251,50 +251,50 @@ fn body_ending_within_section_is_malformed() {
 
 #[test]
 fn rejects_invalid_metadata_fields() {
-    let written = |change: &dyn Fn(&mut RecipeParts<'_>)| {
+    let write_changed = |change: &dyn Fn(&mut RecipeParts<'_>)| {
         let mut parts = full_parts();
         change(&mut parts);
         write(&parts).map(drop)
     };
-    let with_limits = |change: fn(&mut Limits, f32), bad| {
-        written(&|parts| change(parts.limits.as_mut().unwrap(), bad))
+    let with_limits = |change: fn(&mut Limits, f32), value| {
+        write_changed(&|parts| change(parts.limits.as_mut().unwrap(), value))
     };
-    let with_noise = |change: fn(&mut Noise, f32), bad| {
-        written(&|parts| change(parts.noise.as_mut().unwrap(), bad))
+    let with_noise = |change: fn(&mut Noise, f32), value| {
+        write_changed(&|parts| change(parts.noise.as_mut().unwrap(), value))
     };
-    let with_expectation = |change: fn(&mut ExpectedLoss<'_>, f32), bad| {
-        written(&|parts| change(parts.expectation.as_mut().unwrap(), bad))
+    let with_expectation = |change: fn(&mut ExpectedLoss<'_>, f32), value| {
+        write_changed(&|parts| change(parts.expectation.as_mut().unwrap(), value))
     };
     let limits_error = |error| Err(RecipeError::Limits(error));
-    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        let found = with_limits(|limits, bad| limits.max_theta_i = bad, bad);
-        assert_eq!(found, limits_error(LimitsError::MaxThetaI));
-        let found = with_limits(|limits, bad| limits.min_separation = bad, bad);
-        assert_eq!(found, limits_error(LimitsError::MinSeparation));
-        let refused = |field| Err(RecipeError::NonFinite(field));
-        let found = with_noise(|noise, bad| noise.multiplicative = bad, bad);
-        assert_eq!(found, refused(Field::Multiplicative));
-        let found = with_noise(|noise, bad| noise.additive = bad, bad);
-        assert_eq!(found, refused(Field::Additive));
-        let found = with_expectation(|each, bad| each.loss = bad, bad);
-        assert_eq!(found, refused(Field::ExpectedLoss));
-        let found = with_expectation(|each, bad| each.standard_error = Some(bad), bad);
-        assert_eq!(found, refused(Field::StandardError));
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let actual = with_limits(|limits, value| limits.max_theta_i = value, value);
+        assert_eq!(actual, limits_error(LimitsError::MaxThetaI));
+        let actual = with_limits(|limits, value| limits.min_separation = value, value);
+        assert_eq!(actual, limits_error(LimitsError::MinSeparation));
+        let expected_error = |field| Err(RecipeError::NonFinite(field));
+        let actual = with_noise(|noise, value| noise.multiplicative = value, value);
+        assert_eq!(actual, expected_error(Field::Multiplicative));
+        let actual = with_noise(|noise, value| noise.additive = value, value);
+        assert_eq!(actual, expected_error(Field::Additive));
+        let actual = with_expectation(|each, value| each.loss = value, value);
+        assert_eq!(actual, expected_error(Field::ExpectedLoss));
+        let actual = with_expectation(|each, value| each.standard_error = Some(value), value);
+        assert_eq!(actual, expected_error(Field::StandardError));
     }
-    // Degrees, and a limit that would let nothing through.
-    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 75.0, -0.1] {
-        let found = with_limits(|limits, bad| limits.max_theta_o = bad, bad);
-        assert_eq!(found, limits_error(LimitsError::MaxThetaO));
+    // Degrees instead of radians, and a negative limit.
+    for value in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 75.0, -0.1] {
+        let actual = with_limits(|limits, value| limits.max_theta_o = value, value);
+        assert_eq!(actual, limits_error(LimitsError::MaxThetaO));
     }
-    let found = with_noise(|noise, bad| noise.additive = bad, -1e-9);
-    assert_eq!(found, Err(RecipeError::Negative(Field::Additive)));
-    let found = with_expectation(|each, bad| each.standard_error = Some(bad), -1e-9);
-    assert_eq!(found, Err(RecipeError::Negative(Field::StandardError)));
-    let found = with_expectation(|each, _| each.standard_error = None, 0.0);
-    assert_eq!(found, Ok(()));
+    let actual = with_noise(|noise, value| noise.additive = value, -1e-9);
+    assert_eq!(actual, Err(RecipeError::Negative(Field::Additive)));
+    let actual = with_expectation(|each, value| each.standard_error = Some(value), -1e-9);
+    assert_eq!(actual, Err(RecipeError::Negative(Field::StandardError)));
+    let actual = with_expectation(|each, _| each.standard_error = None, 0.0);
+    assert_eq!(actual, Ok(()));
 }
 
-/// A scan needs no statement: a bad one matters only if it is read.
+/// A scan does not need metadata. Invalid metadata only matters when it is read.
 #[test]
 fn invalid_metadata_fails_only_when_read() {
     for (kind, expected_loss) in [
@@ -324,10 +324,10 @@ fn copy_omits_only_named_sections() {
     };
     let optional = [128, 129, 130, 131, 132, 134, 1000].map(Kind::new);
     for kind in optional {
-        let kept = copy(&[kind]).unwrap();
+        let copied = copy(&[kind]).unwrap();
         let mut expected = sections.clone();
         expected.retain(|(other, _)| *other != kind);
-        assert_eq!(sections_of(&kept), expected);
+        assert_eq!(sections_of(&copied), expected);
     }
     assert_eq!(sections_of(&copy(&optional).unwrap()), sections[..2]);
     // A section that the recipe lacks is ignored.
@@ -358,7 +358,7 @@ fn rejects_small_buffer() {
     }
 }
 
-/// A list that promises more materials than there are ends where its bytes end, at once.
+/// A list with a count larger than its materials is rejected at the end of its bytes.
 #[test]
 fn rejects_list_of_four_billion_materials() {
     let mut sections = full_sections();
@@ -370,17 +370,17 @@ fn rejects_list_of_four_billion_materials() {
     );
 }
 
-/// The bytes of the section `training` after a change, read and written again.
+/// Reads a recipe whose section `training` was changed, and checks that it is written identically.
 fn training_with(change: impl FnOnce(&mut Vec<u8>)) -> Result<(), RecipeError> {
     let mut sections = full_sections();
     change(section_mut(&mut sections, Kind::TRAINING));
     let bytes = recipe_with(&sections);
     let training = Recipe::parse(&bytes)?.metadata()?.training;
-    let again = write(&RecipeParts {
+    let rewritten = write(&RecipeParts {
         training,
         ..full_parts()
     })?;
-    assert_eq!(again, bytes);
+    assert_eq!(rewritten, bytes);
     Ok(())
 }
 
@@ -389,14 +389,14 @@ fn training_variant_round_trip() {
     // The first four bytes are the numbers of schedule, effort, parts and split.
     for (field, variants) in [(0, 3), (1, 4), (2, 4), (3, 4)] {
         for number in 0..=u8::MAX {
-            let found = training_with(|bytes| bytes[field] = number);
-            let refused = RecipeError::Section(Kind::TRAINING);
+            let actual = training_with(|bytes| bytes[field] = number);
+            let expected_error = RecipeError::Section(Kind::TRAINING);
             let expected = if number < variants {
                 Ok(())
             } else {
-                Err(refused)
+                Err(expected_error)
             };
-            assert_eq!(found, expected, "field {field}, number {number}");
+            assert_eq!(actual, expected, "field {field}, number {number}");
         }
     }
     let none = Training {
@@ -442,27 +442,27 @@ fn training_share_is_from_0_to_1() {
 fn rejects_incomplete_list_of_sources() {
     // Four enums, and a digest of ten bytes.
     const COUNT: usize = 4 + 10;
-    let refused = Err(RecipeError::Section(Kind::TRAINING));
-    // More than there are, and fewer, with bytes that are left over.
+    let expected_error = Err(RecipeError::Section(Kind::TRAINING));
+    // Larger and smaller counts than the number of sources; the latter leave bytes over.
     for count in [2, 4, 5, 127] {
-        let found = training_with(|bytes| {
+        let actual = training_with(|bytes| {
             assert_eq!(bytes[COUNT], 3);
             bytes[COUNT] = count;
         });
-        assert_eq!(found, refused, "{count}");
+        assert_eq!(actual, expected_error, "{count}");
     }
-    // Four billion of them, which end at once.
-    let found = training_with(|bytes| {
+    // A count of four billion, but only a few bytes.
+    let actual = training_with(|bytes| {
         bytes.splice(COUNT..=COUNT, [0xFF, 0xFF, 0xFF, 0xFF, 0x0F]);
     });
-    assert_eq!(found, refused);
-    // An unknown origin: it follows the length and the text of the label.
-    let found = training_with(|bytes| {
+    assert_eq!(actual, expected_error);
+    // An unknown origin. The origin follows the length and the text of the label.
+    let actual = training_with(|bytes| {
         let origin = COUNT + 2 + SOURCES[0].label.len();
         assert_eq!(bytes[origin], 0);
         bytes[origin] = 2;
     });
-    assert_eq!(found, refused);
+    assert_eq!(actual, expected_error);
 }
 
 proptest! {
@@ -481,7 +481,7 @@ proptest! {
                     let sources = training.map(|training| training.sources);
                     prop_assert!(sources.is_none_or(|sources| sources.count() == sources.len()));
                 } else {
-                    prop_assert!(which >= 2, "it is not a statement");
+                    prop_assert!(which >= 2, "section {which} is not metadata");
                 }
                 let mut buffer = vec![0; bytes.len()];
                 prop_assert_eq!(recipe.copy_without(&[], &mut buffer).unwrap(), &bytes[..]);
@@ -502,7 +502,7 @@ proptest! {
     }
 }
 
-/// A recipe of a trained size is not much longer than its numbers.
+/// A recipe of a realistic size is not much longer than its numbers.
 #[test]
 fn sections_add_few_bytes() {
     let bytes = encoded_recipe(ModelKind::Neural);

@@ -1,4 +1,4 @@
-//! Small recipes of known numbers, and recipes that the crate's own writer refuses to write.
+//! Small synthetic recipes, and recipes that the crate's own writer rejects.
 
 use glimpse_core::model::{Model, ModelKind, Neural};
 use glimpse_core::recipe::{
@@ -6,7 +6,7 @@ use glimpse_core::recipe::{
     RecipeParts, VERSION,
 };
 
-/// Numbers as a recipe packs them.
+/// Numbers in the packed form of a recipe.
 pub(crate) fn packed(numbers: &[f32]) -> Vec<u8> {
     numbers.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
@@ -17,35 +17,35 @@ pub(crate) fn write(parts: &RecipeParts<'_>) -> Result<Vec<u8>, RecipeError> {
     Recipe::write(parts, &mut buffer).map(<[u8]>::to_vec)
 }
 
-/// Reads a valid recipe. Its bytes are leaked: the recipe may be passed around freely.
+/// Reads a valid recipe. Its bytes are leaked, so that it can be passed around freely.
 pub(crate) fn parsed(bytes: Vec<u8>) -> Recipe<'static> {
     Recipe::parse(bytes.leak()).unwrap()
 }
 
-/// The error of bytes that are not a recipe.
+/// The error of reading bytes that are not a recipe.
 pub(crate) fn parse_error(bytes: &[u8]) -> RecipeError {
     Recipe::parse(bytes).map(drop).unwrap_err()
 }
 
-/// A change to a recipe's numbers, and the field or the error that it is refused by.
+/// A change to a recipe's contents, and the field or the error that it causes.
 pub(crate) type Change<E, T> = (E, fn(&mut T));
 
-/// The numbers of a recipe that descends.
+/// The contents of a recipe that is fitted by descent.
 #[derive(Clone, Debug)]
 pub(crate) struct DescentContents {
     pub(crate) model: ModelKind,
-    /// SGD steps.
+    /// Number of SGD steps.
     pub(crate) inner_steps: u16,
-    /// (theta_h, theta_d, phi_d) in radians, one after the other.
+    /// Triples (theta_h, theta_d, phi_d) in radians.
     pub(crate) pattern: Vec<f32>,
     /// Initial parameters.
     pub(crate) initial: Vec<f32>,
-    /// A step size for each.
+    /// A step size for each parameter.
     pub(crate) step_sizes: Vec<f32>,
     pub(crate) expected_loss: f32,
 }
 
-/// Low-discrepancy numbers from -0.5 to 0.5: no two are alike.
+/// Low-discrepancy numbers from -0.5 to 0.5, all different.
 pub(crate) fn spread(index: usize) -> f32 {
     (index as f32 * 0.618_034).fract() - 0.5
 }
@@ -101,24 +101,24 @@ fn write_with(
     })
 }
 
-/// The numbers of a recipe of the model Linear.
+/// The contents of a recipe of the model Linear.
 #[derive(Clone, Debug)]
 pub(crate) struct RidgeContents {
-    /// (theta_h, theta_d, phi_d) in radians, one after the other.
+    /// Triples (theta_h, theta_d, phi_d) in radians.
     pub(crate) pattern: Vec<f32>,
-    /// m.
+    /// The number of components, m.
     pub(crate) components: u16,
-    /// n rows of m.
+    /// n rows of m numbers.
     pub(crate) basis: Vec<f32>,
-    /// n.
+    /// n numbers.
     pub(crate) mean: Vec<f32>,
-    /// n, BRDF.
+    /// n BRDFs, sr^-1.
     pub(crate) median: Vec<f32>,
-    /// n.
+    /// n numbers.
     pub(crate) weight: Vec<f32>,
-    /// m.
+    /// m numbers.
     pub(crate) precision: Vec<f32>,
-    /// The CRC-32 of the whole basis.
+    /// The CRC-32 of the full basis.
     pub(crate) basis_checksum: u32,
     pub(crate) expected_loss: f32,
 }
@@ -154,7 +154,7 @@ impl RidgeContents {
     }
 }
 
-/// A recipe of any version and body, with a header that is right.
+/// A recipe of any version and body, with a valid header.
 pub(crate) fn sealed(version: u16, body: &[u8]) -> Vec<u8> {
     let mut checked = version.to_le_bytes().to_vec();
     checked.extend((body.len() as u32).to_le_bytes());
@@ -176,11 +176,11 @@ pub(crate) fn sections_of(bytes: &[u8]) -> Sections {
 
 /// The bytes of one section.
 pub(crate) fn section_mut(sections: &mut Sections, kind: Kind) -> &mut Vec<u8> {
-    let section = sections.iter_mut().find(|(found, _)| *found == kind);
+    let section = sections.iter_mut().find(|(other, _)| *other == kind);
     &mut section.unwrap().1
 }
 
-/// The body of a recipe of any sections.
+/// The body of a recipe with these sections.
 pub(crate) fn body_of(sections: &[(Kind, Vec<u8>)]) -> Vec<u8> {
     let mut body = Vec::new();
     for (kind, bytes) in sections {
@@ -196,7 +196,7 @@ pub(crate) fn body_of(sections: &[(Kind, Vec<u8>)]) -> Vec<u8> {
     body
 }
 
-/// A recipe of any sections.
+/// A recipe with these sections.
 pub(crate) fn recipe_with(sections: &[(Kind, Vec<u8>)]) -> Vec<u8> {
     sealed(VERSION, &body_of(sections))
 }

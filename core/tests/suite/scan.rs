@@ -1,5 +1,4 @@
-//! A scan takes readings in any order, refuses what cannot be read, and ends in numbers or in an
-//! error that says why.
+//! A scan records readings in any order, rejects invalid ones, and ends with finite numbers or an error.
 
 mod counts;
 mod fits;

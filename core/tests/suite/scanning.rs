@@ -1,4 +1,4 @@
-//! Scans in memory: a recipe for each model, made-up readings, and the outcome of a fit.
+//! Scans in memory: a recipe for each model, synthetic readings, and the outcome of a fit.
 
 use glimpse_core::fit::{AnyModel, Fitter};
 use glimpse_core::geometry::HalfDifference;
@@ -8,7 +8,7 @@ use glimpse_core::scan::{FinishError, FitError, Reading, Residual, Scan};
 
 use crate::recipes::{linear, neural, parsed};
 
-/// n of all these recipes.
+/// The number of samples, n, of all these recipes.
 pub(crate) const SAMPLES: usize = 8;
 pub(crate) type Any = AnyModel;
 
@@ -19,7 +19,7 @@ pub(crate) const MODELS: [ModelKind; 4] = [
     ModelKind::Linear,
 ];
 
-/// The bytes of a valid recipe of 20 steps, or of five components.
+/// The bytes of a valid recipe with 20 steps, or with five components.
 pub(crate) fn encoded_recipe(model: ModelKind) -> Vec<u8> {
     let Some(parameters) = model.parameters() else {
         return linear().write().unwrap();
@@ -46,7 +46,7 @@ pub(crate) fn empty_scans() -> [Scan<'static, Any>; 4] {
     MODELS.map(|model| new_scan(recipe_for(model)))
 }
 
-/// Calls `check::<K>(recipe, ..)` for each model by type, and for each by the recipe.
+/// Calls `check::<K>(recipe, ..)` with the type of each model, and with `AnyModel` for each model.
 macro_rules! for_every_fitter {
     ($check:ident $(, $argument:expr)*) => {{
         use glimpse_core::fit::Linear;
@@ -64,7 +64,7 @@ macro_rules! for_every_fitter {
 }
 pub(crate) use for_every_fitter;
 
-/// The reading of a made-up material at a sample.
+/// The reading of a sample of a synthetic material.
 pub(crate) fn synthetic_reading(index: u16) -> Reading {
     let k = f32::from(index);
     Reading {
@@ -87,7 +87,7 @@ pub(crate) fn record<K: Fitter>(
 /// The outcome of a fit.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Outcome {
-    /// The bits of all values, and of mean and worst of the residual.
+    /// The bits of all values, and of the residual's mean and worst error.
     Fitted(Vec<u32>, Residual),
     TooLarge,
     Diverged,
@@ -121,7 +121,7 @@ impl Outcome {
     }
 }
 
-/// Fits in slices of these budgets, in turn. A fitted material is finite: all its values, and its BRDF at
+/// Fits in slices of these budgets, in turn. Checks that a fitted material is finite: all its values, and its BRDF at
 /// all readings.
 pub(crate) fn fit<K: Fitter>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome {
     let pattern: Vec<_> = scan.recipe().pattern().collect();
@@ -140,7 +140,7 @@ pub(crate) fn fit<K: Fitter>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome
         }
     }
     match fit.finish() {
-        // A made-up material need not be plausible.
+        // A synthetic material may be implausible.
         Ok(_) | Err(FinishError::Implausible(_)) => {}
         Err(FinishError::Diverged) => return Outcome::Diverged,
         Err(error) => panic!("{error}"),
@@ -150,8 +150,8 @@ pub(crate) fn fit<K: Fitter>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome
     for angles in pattern {
         let at = HalfDifference::from_angles(angles);
         if let Some(brdf) = fitted.brdf(&at.directions()) {
-            let sound = |value: &f32| value.is_finite() && *value >= 0.0;
-            assert!(brdf.iter().all(sound), "{brdf:?}");
+            let is_valid = |value: &f32| value.is_finite() && *value >= 0.0;
+            assert!(brdf.iter().all(is_valid), "{brdf:?}");
         }
     }
     let residual = fitted.residual();
@@ -161,7 +161,7 @@ pub(crate) fn fit<K: Fitter>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome
     Outcome::Fitted(bits, residual)
 }
 
-/// A whole scan, in memory of its own, in the recipe's order.
+/// A full scan in its own memory, in the recipe's order.
 pub(crate) fn full_scan<K: Fitter>(
     recipe: Recipe<'_>,
     reading: impl Fn(u16) -> Reading,

@@ -1,4 +1,4 @@
-//! The adjoints against central differences, in f64, for every weight and every input.
+//! The adjoints compared with central differences, in f64, for every weight and every input.
 
 use glimpse_core::fit::coefficient_net::{
     CoefficientNet, CoefficientNetGradient, InitNet, InitNetGradient, Input, Plain,
@@ -7,7 +7,7 @@ use glimpse_core::fit::coefficient_net::{
 use crate::finite_differences::assert_derivatives;
 use crate::random::Random;
 
-/// The largest error of a slope, relative to the largest slope of its list.
+/// The largest error of a derivative, relative to the largest derivative of its list.
 const BOUND: f64 = 1e-9;
 
 fn numbers(random: &mut Random, count: usize, size: f32) -> Vec<f64> {
@@ -15,10 +15,10 @@ fn numbers(random: &mut Random, count: usize, size: f32) -> Vec<f64> {
     numbers.map(f64::from).collect()
 }
 
-/// A list of numbers of a case.
+/// A list of numbers in a case.
 type List<C> = fn(&mut C) -> &mut Vec<f64>;
 
-/// Compares the slopes by each list of a case with differences of its loss.
+/// Compares the derivatives with respect to each list of a case with differences of its loss.
 fn assert_gradient<C: Clone>(
     case: &C,
     loss: impl Fn(&C) -> f64,
@@ -39,7 +39,7 @@ fn halve(lists: &mut [&mut Vec<f64>]) {
     slopes.for_each(|slope| *slope /= 2.0);
 }
 
-/// The weights of a completion, and its inputs.
+/// The weights of a coefficient net, and its inputs.
 #[derive(Clone)]
 struct Case {
     components: usize,
@@ -49,7 +49,7 @@ struct Case {
     /// Three channels of each sample.
     inputs: Vec<f64>,
     missing: Vec<bool>,
-    /// The loss is the sum of the coefficients times these.
+    /// The weights of the coefficients in the loss, which is their weighted sum.
     lambda: Vec<f64>,
 }
 
@@ -116,7 +116,8 @@ fn check(missing: &[bool], components: usize, hidden: usize) {
     let state = case.state();
     let (mut readings, mut bias) = (vec![0.0; case.readings.len()], vec![0.0; rows]);
     let mut output = vec![0.0; case.output.len()];
-    // Slopes by inputs are set, those by weights are added to: here the same twice.
+    // Derivatives with respect to inputs are overwritten, those with respect to weights are accumulated. Two equal
+    // calls double the latter.
     let mut by_inputs = vec![[f64::NAN; 3]; missing.len()];
     for _ in 0..2 {
         let mut by_state = vec![f64::NAN; net.words()];
@@ -160,7 +161,8 @@ fn check(missing: &[bool], components: usize, hidden: usize) {
             });
         }
     }
-    // A weight of a reading does not count where the reading is absent, and the other way round.
+    // The weights of a reading have no derivative if it is missing, and the weights for its absence have none if it is
+    // present.
     for (lists, missing) in readings.chunks(3 * rows).zip(missing) {
         let (of_readings, of_absence) = lists.split_at(2 * rows);
         let idle = if *missing { of_readings } else { of_absence };
@@ -178,17 +180,17 @@ fn coefficient_net_adjoint_matches_differences() {
     }
 }
 
-/// The weights of a start, and its inputs.
+/// The weights of an init net, and its inputs.
 #[derive(Clone)]
 struct InitNetCase {
     hidden: Vec<f64>,
     bias: Vec<f64>,
     output: Vec<f64>,
-    /// m for each channel.
+    /// m coefficients for each channel.
     coefficients: Vec<f64>,
-    /// The loss is the sum of the offsets times these.
+    /// The weights of the offsets in the loss, which is their weighted sum.
     lambda: Vec<f64>,
-    /// The number of units that there is room for: those past it count for nothing.
+    /// The capacity of the memory in units. Units beyond it have no effect.
     capacity: usize,
 }
 
@@ -237,7 +239,7 @@ impl InitNetCase {
 
 #[test]
 fn init_net_adjoint_matches_differences() {
-    // Room for its units, for more, as memory that others work in too, and for fewer.
+    // A capacity equal to the number of units, larger (memory that is shared with other uses), and smaller.
     for (components, units, parameters, capacity) in [
         (1, 1, 1, 1),
         (3, 2, 7, 2),
@@ -251,7 +253,7 @@ fn init_net_adjoint_matches_differences() {
         let case = InitNetCase::new(components, units, parameters, capacity);
         let mut hidden = vec![0.0; case.hidden.len()];
         let (mut bias, mut output) = (vec![0.0; units], vec![0.0; case.output.len()]);
-        // All slopes are added to: here the same twice.
+        // All derivatives are accumulated. Two equal calls double them.
         let mut by_coefficients = vec![0.0; 3 * components];
         for _ in 0..2 {
             let mut by_units = vec![f64::NAN; capacity];

@@ -1,4 +1,4 @@
-//! Recipes of made-up numbers, with every ingredient in the open.
+//! Synthetic recipes that complete readings, with accessible fields.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::model::ModelKind;
@@ -14,13 +14,13 @@ fn weights(random: &mut Random, count: usize) -> Vec<i8> {
     (0..count).map(|_| random.bits() as i8).collect()
 }
 
-/// Scales of one sign or the other, none near 0.
+/// Scales of either sign, none near 0.
 fn scales(random: &mut Random, count: usize, size: f32) -> Vec<f32> {
     let mut scale = || size / 127.0 * (0.7 + 0.3 * random.number()) * random.number().signum();
     (0..count).map(|_| scale()).collect()
 }
 
-/// The content of a section 1.
+/// The contents of section 1.
 #[derive(Clone)]
 pub(crate) struct DescentPart {
     pub(crate) model: ModelKind,
@@ -29,7 +29,7 @@ pub(crate) struct DescentPart {
     pub(crate) step_sizes: Vec<f32>,
 }
 
-/// The content of a section 4.
+/// The contents of section 4.
 #[derive(Clone)]
 pub(crate) struct InitNetPart {
     pub(crate) hidden: Vec<i8>,
@@ -39,13 +39,13 @@ pub(crate) struct InitNetPart {
     pub(crate) output_scales: Vec<f32>,
 }
 
-/// The numbers of a recipe that completes readings.
+/// The contents of a recipe that completes readings.
 #[derive(Clone)]
 pub(crate) struct CompletedContents {
-    /// (theta_h, theta_d, phi_d), n of them.
+    /// n triples (theta_h, theta_d, phi_d).
     pub(crate) pattern: Vec<f32>,
     pub(crate) components: usize,
-    /// The number of a [`Missing`], or none.
+    /// The number of a [`MissingPolicy`], or an invalid number.
     pub(crate) missing: u8,
     pub(crate) center: Vec<f32>,
     pub(crate) scale: f32,
@@ -57,19 +57,19 @@ pub(crate) struct CompletedContents {
     pub(crate) rows: Vec<i8>,
     pub(crate) row_scales: Vec<f32>,
     pub(crate) basis_checksum: u32,
-    /// The content of a section 133, if there is one.
+    /// The contents of section 133, if present.
     pub(crate) prediction: Option<Vec<f32>>,
     pub(crate) descent: Option<(DescentPart, InitNetPart)>,
 }
 
-/// The numbers n of samples, m of components, h of hidden units, and g of units of a start.
+/// The numbers of samples n, components m, hidden units h, and units of an init net g.
 pub(crate) type Shape = [usize; 4];
 pub(crate) const SMALL: Shape = [SAMPLES, 4, 5, 3];
-/// n of small ones.
+/// n of small recipes.
 pub(crate) const SAMPLES: usize = 6;
 
 impl CompletedContents {
-    /// Of pseudo-random numbers.
+    /// Contents of pseudo-random numbers.
     pub(crate) fn new(model: ModelKind, shape: Shape, missing: MissingPolicy) -> Self {
         let [n, m, h, g] = shape;
         let mut random = Random(7 + model as u64);
@@ -114,7 +114,7 @@ impl CompletedContents {
         }
     }
 
-    /// A small one.
+    /// Contents of a small recipe.
     pub(crate) fn small(model: ModelKind, missing: MissingPolicy) -> Self {
         Self::new(model, SMALL, missing)
     }
@@ -124,7 +124,7 @@ impl CompletedContents {
         descent.map_or(ModelKind::Linear, |(descent_part, _)| descent_part.model)
     }
 
-    /// h.
+    /// The number of hidden units, h.
     pub(crate) fn hidden(&self) -> usize {
         self.bias.len() - self.components
     }

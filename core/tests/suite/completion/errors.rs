@@ -1,4 +1,4 @@
-//! Recipes that complete readings are refused by the name of their fault.
+//! Errors of recipes that complete readings.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::fit::{MAX_ROWS, MAX_UNITS};
@@ -10,7 +10,7 @@ use crate::recipes::{
     Change, Sections, body_of, parse_error, recipe_with, sealed, section_mut, sections_of,
 };
 
-/// Any model's recipe has a completion, one of the last three a descent and a start too.
+/// Recipes of all models have a completion section. Recipes of the last three also have descent and start sections.
 const ALL: [ModelKind; 4] = [
     ModelKind::Linear,
     ModelKind::Phong,
@@ -32,8 +32,8 @@ fn init_net_mut(contents: &mut CompletedContents) -> &mut InitNetPart {
     &mut contents.descent.as_mut().unwrap().1
 }
 
-/// Each change to a recipe of these models is refused because of its field.
-fn assert_refused(
+/// Checks that each change to a recipe of these models is rejected with an error of its field.
+fn assert_rejected(
     models: &[ModelKind],
     error: fn(Field) -> RecipeError,
     changes: &[Change<Field, CompletedContents>],
@@ -42,15 +42,15 @@ fn assert_refused(
         for model in models {
             let mut contents = small(*model);
             change(&mut contents);
-            let found = contents.write();
-            assert_eq!(found, Err(error(*field)), "change {index} of {model}");
+            let actual = contents.write();
+            assert_eq!(actual, Err(error(*field)), "change {index} of {model}");
         }
     }
 }
 
 #[test]
 fn rejects_wrong_counts() {
-    assert_refused(
+    assert_rejected(
         &ALL,
         RecipeError::Count,
         &[
@@ -83,7 +83,7 @@ fn rejects_wrong_counts() {
             (Field::Center, |contents| contents.center.clear()),
         ],
     );
-    assert_refused(
+    assert_rejected(
         &LINEAR,
         RecipeError::Count,
         &[
@@ -93,7 +93,7 @@ fn rejects_wrong_counts() {
             (Field::RowScales, |contents| contents.row_scales.clear()),
         ],
     );
-    assert_refused(
+    assert_rejected(
         &PHONG,
         RecipeError::Count,
         &[
@@ -143,11 +143,10 @@ fn rejects_wrong_counts() {
     assert_eq!(contents.write(), Err(RecipeError::Model(ModelKind::Linear)));
 }
 
-/// Components at the sampled directions, and a basis, are Linear's: next to a start they would have no
-/// meaning.
+/// Components at the sampled directions and a basis belong to Linear. They are unused next to an init net.
 #[test]
 fn init_net_excludes_linear_components() {
-    assert_refused(
+    assert_rejected(
         &ALL[1..],
         RecipeError::Unused,
         &[
@@ -162,9 +161,9 @@ fn init_net_excludes_linear_components() {
     for part in [Field::Rows.name(), &Kind::START.to_string()] {
         assert!(text.contains(part), "{text}");
     }
-    // A recipe that another writer wrote is checked when it is read.
+    // Recipes of other writers are checked when they are read.
     let mut sections = sections(ModelKind::Phong);
-    // The checksum comes last, and is a 0 of one byte.
+    // The last field is the checksum, a 0 of one byte.
     let last = section_mut(&mut sections, Kind::COMPLETION).last_mut();
     assert_eq!(std::mem::replace(last.unwrap(), 1), 0);
     let error = RecipeError::Unused(Field::BasisChecksum);
@@ -184,7 +183,7 @@ fn accepts_largest_counts() {
 
 #[test]
 fn rejects_non_finite_numbers() {
-    assert_refused(
+    assert_rejected(
         &ALL,
         RecipeError::NonFinite,
         &[
@@ -199,14 +198,14 @@ fn rejects_non_finite_numbers() {
             }),
         ],
     );
-    assert_refused(
+    assert_rejected(
         &LINEAR,
         RecipeError::NonFinite,
         &[(Field::RowScales, |contents| {
             contents.row_scales[3] = f32::NAN
         })],
     );
-    assert_refused(
+    assert_rejected(
         &PHONG,
         RecipeError::NonFinite,
         &[
@@ -231,7 +230,7 @@ fn rejects_non_finite_numbers() {
 
 #[test]
 fn rejects_numbers_out_of_range() {
-    assert_refused(
+    assert_rejected(
         &ALL,
         RecipeError::NotPositive,
         &[
@@ -239,7 +238,7 @@ fn rejects_numbers_out_of_range() {
             (Field::Scale, |contents| contents.scale = -1.0),
         ],
     );
-    assert_refused(
+    assert_rejected(
         &ALL,
         RecipeError::Range,
         &[
@@ -248,7 +247,7 @@ fn rejects_numbers_out_of_range() {
             (Field::Missing, |contents| contents.missing = 3),
         ],
     );
-    // Scales of a row may be of either sign, and 0 for a row without effect.
+    // A row's scale may have either sign, and may be 0.
     let mut contents = small(ModelKind::Phong);
     contents.reading_scales.fill(0.0);
     contents.output_scales.fill(-1.0);
@@ -274,13 +273,13 @@ fn names_missing_and_extra_sections() {
         (&[descent, start], RecipeError::Missing(completion)),
         (&[descent, completion], RecipeError::Missing(start)),
         (&[start], RecipeError::Missing(descent)),
-        // A completion that was written for a start has no components of Linear.
+        // A completion for an init net has no components of Linear.
         (&[completion], RecipeError::Count(Field::Rows)),
     ] {
         assert_eq!(parse_error(&recipe_with(&phong(kinds))), error, "{kinds:?}");
     }
 
-    // A ridge is by itself; a start next to it is not a second method.
+    // A ridge excludes other methods. An init net next to it is not a second method.
     let (learners, beside) = (RecipeError::Learners(2), RecipeError::Beside(start));
     for (others, error) in [
         (&[completion][..], learners),
@@ -305,12 +304,12 @@ fn names_missing_and_extra_sections() {
     }
 }
 
-/// Of a recipe that was cut and sealed again, whole sections are read.
+/// A recipe that was cut and sealed again is only valid if it ends with a whole, sufficient section.
 #[test]
 fn rejects_cut_body() {
     for (model, last) in [
         (ModelKind::Linear, &[Kind::COMPLETION][..]),
-        // The descent that it holds is a recipe too.
+        // Its descent alone is a valid recipe too.
         (ModelKind::Phong, &[Kind::DESCENT, Kind::START]),
     ] {
         let bytes = small(model).write().unwrap();
@@ -331,7 +330,7 @@ fn rejects_cut_body() {
     }
 }
 
-/// Whatever a byte is changed to, the recipe is refused or can be copied.
+/// A recipe with any changed byte is rejected, or can be copied.
 #[test]
 fn altered_bytes_are_rejected_or_valid() {
     for model in [ModelKind::Linear, ModelKind::Phong] {

@@ -1,4 +1,4 @@
-//! The device's forward pass agrees with the formulas, number by number.
+//! The device's forward pass matches the formulas, number by number.
 
 use glimpse_core::fit::coefficient_net::{Input, MissingPolicy, standardized};
 use glimpse_core::fit::{MAX_ROWS, MAX_UNITS, Target};
@@ -10,7 +10,7 @@ use super::reference::{
     offsets, some_readings, units,
 };
 
-/// From one of everything to the largest that a recipe may have, and more hidden units than are rounded at once.
+/// Shapes from 1 in every dimension to the largest valid one, some with more hidden units than are rounded at once.
 const SHAPES: [Shape; 6] = [
     [1, 1, 0, 1],
     [2, 1, 3, 2],
@@ -20,7 +20,7 @@ const SHAPES: [Shape; 6] = [
     [40, MAX_ROWS, 0, 5],
 ];
 
-/// Compares the output of the map for u, and the start that follows from it, where there is one.
+/// Compares the coefficients and, if the recipe has an init net, the initial values.
 fn compare(contents: &CompletedContents, readings: &Readings) {
     let recipe = contents.recipe();
     let completed = recipe.completed().unwrap();
@@ -29,7 +29,7 @@ fn compare(contents: &CompletedContents, readings: &Readings) {
     assert_eq!(completion.hidden(), contents.hidden());
     assert_eq!(completion.words(), 4 * contents.bias.len());
 
-    // The map by itself: both begin with the same u.
+    // Compares only the net: both computations start with the same u.
     let network_inputs = network_inputs(contents, &recipe, readings).into_iter();
     let network_inputs: Vec<_> = network_inputs
         .map(|u| u.map(|u| u.map(|u| u as f32)))
@@ -40,36 +40,36 @@ fn compare(contents: &CompletedContents, readings: &Readings) {
     });
     let doubled = network_inputs.iter().map(|u| u.map(|u| u.map(f64::from)));
     let expected = coefficients(contents, &doubled.collect::<Vec<_>>());
-    // Earlier content of the memory does not count.
+    // Earlier content of the memory has no effect.
     let mut state = vec![7.5; completion.words()];
     completion.compute(&inputs.collect::<Vec<_>>(), &mut state);
-    let found = completion.coefficients(&state);
-    for (found, expected) in found.iter().zip(&expected) {
-        assert_close("coefficient", found.iter().copied(), expected);
+    let actual = completion.coefficients(&state);
+    for (actual, expected) in actual.iter().zip(&expected) {
+        assert_close("coefficient", actual.iter().copied(), expected);
     }
 
     if let Target::Descent(descent, start) = completed.target() {
         let expected = units(contents, &expected);
         let mut units = vec![0.0; start.units()];
-        start.activate(found, &mut units);
+        start.activate(actual, &mut units);
         assert_close("unit", units.iter().copied(), &expected);
-        // By the device's own units, so that both round the same numbers.
+        // With the device's own units, so that both computations round the same numbers.
         let own: Vec<f64> = units.iter().copied().map(f64::from).collect();
         let expected = offsets(contents, &own);
         let parameters = descent.initial().len();
-        let found: Vec<f32> = (0..parameters)
+        let actual: Vec<f32> = (0..parameters)
             .map(|index| start.offset(index, &units))
             .collect();
-        assert_close("offset", found.iter().copied(), &expected);
-        // Several at a time they are the same, wherever those begin and end.
+        assert_close("offset", actual.iter().copied(), &expected);
+        // Blocks of offsets equal single offsets.
         for first in [0, 1, parameters / 2, parameters - 1] {
             for count in 1..=9.min(parameters - first) {
                 let mut offsets = vec![0.0; count];
                 start.offsets(first, &units, &mut offsets);
-                assert_eq!(offsets, found[first..first + count]);
+                assert_eq!(offsets, actual[first..first + count]);
             }
         }
-        // The start adds something to speak of.
+        // The offsets are not negligible.
         assert!(expected.iter().any(|offset| offset.abs() > 0.01));
     }
 }
@@ -85,7 +85,7 @@ fn networks_match_formulas() {
         let contents = CompletedContents::new(ModelKind::Linear, shape, MissingPolicy::Scaled);
         compare(&contents, &some_readings(samples, |sample| sample % 3 != 1));
     }
-    // Every subset of six samples, none and all of them included.
+    // Every subset of six samples, including none and all.
     let contents = CompletedContents::small(ModelKind::Phong, MissingPolicy::Scaled);
     for present in 0..64 {
         compare(
@@ -102,14 +102,14 @@ fn standardization_matches_formula() {
             let (center, scale) = (4.25, 0.6);
             let inside = f64::from(brdf) * f64::from(weight) + 0.001;
             let expected = ((inside / 0.001).ln() - f64::from(center)) * f64::from(scale);
-            let found = f64::from(standardized(brdf, weight, center, scale));
-            let error = (found - expected).abs();
-            assert!(error <= TOLERANCE, "{brdf} {weight}: {found}, {expected}");
+            let actual = f64::from(standardized(brdf, weight, center, scale));
+            let error = (actual - expected).abs();
+            assert!(error <= TOLERANCE, "{brdf} {weight}: {actual}, {expected}");
         }
     }
 }
 
-/// The formulas themselves depend on the place of every weight.
+/// The formulas depend on the position of every weight.
 #[test]
 fn reference_depends_on_order_of_weights() {
     let contents = CompletedContents::small(ModelKind::Phong, MissingPolicy::Scaled);

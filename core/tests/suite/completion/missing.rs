@@ -1,4 +1,4 @@
-//! Readings that are missing or saturated: which recipes can do without them, and what is left.
+//! Readings that are missing or saturated: recipes that tolerate them, and fits without them.
 
 use glimpse_core::fit::coefficient_net::{MissingPolicy, dropout_gain};
 use glimpse_core::scan::{FitError, Reading, Scan, SkipError};
@@ -8,7 +8,7 @@ use super::reference::{Readings, all_readings, assert_close, color, some_reading
 use super::scans::{Any, full_scan_by_type};
 use crate::scanning::{MODELS, Outcome, fit, record};
 
-/// Those of a mask.
+/// The readings of a bit mask.
 fn subset(present: u32) -> Readings {
     some_readings(SAMPLES, |sample| present >> sample & 1 == 1)
 }
@@ -24,7 +24,7 @@ fn saturated(index: u16) -> Reading {
     }
 }
 
-/// Calls `check` with an empty scan by a recipe of each model.
+/// Calls `check` with an empty scan for a recipe of each model.
 fn for_each_model(missing: MissingPolicy, check: impl Fn(&CompletedContents, &mut Scan<'_, Any>)) {
     for kind in MODELS {
         let contents = CompletedContents::small(kind, missing);
@@ -51,7 +51,7 @@ fn names_missing_required_reading() {
     });
 }
 
-/// Training without some of them makes no difference where all are there.
+/// The policy has no effect if no reading is missing.
 #[test]
 fn policies_agree_with_all_readings() {
     for kind in MODELS {
@@ -71,7 +71,7 @@ fn policies_agree_with_all_readings() {
     }
 }
 
-/// After each reading the fit goes by those that are there; the order does not count.
+/// Each fit uses the readings so far, in any order.
 #[test]
 fn each_reading_changes_fit() {
     for_each_model(MissingPolicy::Scaled, |contents, scan| {
@@ -83,17 +83,17 @@ fn each_reading_changes_fit() {
         for index in [3, 5, 0, 1, 4, 2] {
             scan.record(index, unsaturated(index)).unwrap();
             present |= 1 << index;
-            let found = fit(scan, &[4]);
-            assert_eq!(found, full_scan_by_type(contents, &subset(present)));
-            assert_ne!(found, before);
+            let actual = fit(scan, &[4]);
+            assert_eq!(actual, full_scan_by_type(contents, &subset(present)));
+            assert_ne!(actual, before);
             let pending = scan.pending().map(|(index, _)| index);
             assert!(pending.eq((0..6).filter(|k| present >> k & 1 == 0)));
-            before = found;
+            before = actual;
         }
     });
 }
 
-/// sqrt(n / k).
+/// The gain is sqrt(n / k).
 #[test]
 fn dropout_gain_matches_formula() {
     for samples in 1..=64_usize {
@@ -110,7 +110,7 @@ fn dropout_gain_matches_formula() {
             let more = MissingPolicy::Scaled.dropout_gain(there);
             assert_eq!(more, dropout_gain(samples, present));
         }
-        // No more than what there is, and nothing to multiply.
+        // The gain is 1 with all readings, and with none.
         assert_eq!(
             [dropout_gain(samples, samples), dropout_gain(samples, 0)],
             [1.0; 2]
@@ -126,9 +126,9 @@ fn omits_saturated_readings() {
         let outcome = fit(scan, &[5]);
         let expected = full_scan_by_type(contents, &subset(0b10_1101));
         assert_eq!(outcome.values(), expected.values());
-        // The residual counts them nevertheless.
+        // The residual still counts them.
         assert_eq!(outcome.residual().saturated, 2);
-        // A second reading, with less light, counts.
+        // A second, unsaturated reading is used.
         scan.record(1, unsaturated(1)).unwrap();
         let expected = full_scan_by_type(contents, &subset(0b10_1111));
         assert_eq!(fit(scan, &[5]).values(), expected.values());
@@ -145,7 +145,7 @@ fn uses_saturated_readings_without_others() {
         let residual = outcome.residual();
         assert_eq!(residual.mean, unsaturated_ones.residual().mean);
         assert_eq!(residual.saturated, 2);
-        // Not any more once there is one that is not.
+        // They are unused as soon as another reading is unsaturated.
         scan.record(0, unsaturated(0)).unwrap();
         let expected = full_scan_by_type(contents, &subset(1));
         assert_eq!(fit(scan, &[5]).values(), expected.values());
@@ -167,21 +167,21 @@ fn required_saturated_readings_count() {
 #[test]
 fn restart_discards_readings() {
     for_each_model(MissingPolicy::Scaled, |contents, scan| {
-        // Readings so large that a fit of them is refused.
+        // The fit rejects such large readings.
         record(scan, 0..6, |_| Reading::new([1e4; 3]));
         assert_eq!(fit(scan, &[5]), Outcome::TooLarge);
         scan.restart();
         let (missing, first) = (SAMPLES as u16, 0);
         let error = FitError::Incomplete { missing, first };
         assert_eq!(scan.fit().err(), Some(error));
-        // The readings of before are neither fitted nor looked at.
+        // The fit ignores the discarded readings.
         scan.record(2, unsaturated(2)).unwrap();
         assert_eq!(scan.reading(0), None);
         assert_eq!(fit(scan, &[5]), full_scan_by_type(contents, &subset(0b100)));
     });
 }
 
-/// Counts instead of BRDFs are refused among few readings as among all of them.
+/// Counts instead of BRDFs are rejected with few readings too.
 #[test]
 fn rejects_raw_counts_in_few_readings() {
     for_each_model(MissingPolicy::Scaled, |_, scan| {
@@ -193,7 +193,7 @@ fn rejects_raw_counts_in_few_readings() {
     });
 }
 
-/// The mean is over the readings that are there, not over the pattern.
+/// The mean is over the recorded readings, not over the pattern.
 #[test]
 fn residual_averages_recorded_readings() {
     for_each_model(MissingPolicy::Scaled, |_, scan| {
@@ -204,7 +204,7 @@ fn residual_averages_recorded_readings() {
         scan.record(1, unsaturated(4)).unwrap();
         let residual = fit(scan, &[5]).residual();
         assert!(residual.mean > residual.worst / 2.0 && residual.mean < residual.worst);
-        // Alike, with others between them in the pattern that are not there.
+        // Two equal readings count as repeated although samples between them are missing.
         assert_eq!(residual.repeated, 1);
     });
 }
@@ -235,7 +235,7 @@ fn early_finish_uses_recorded_readings() {
             first: 0,
         };
         assert_eq!(scan.fit().err(), Some(nothing));
-        // A reading of a skipped sample counts again.
+        // A reading of a skipped sample is used.
         scan.record(5, unsaturated(5)).unwrap();
         assert!(scan.next_pending().is_none());
         assert_eq!(

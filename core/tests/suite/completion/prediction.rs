@@ -1,4 +1,4 @@
-//! The predicted loss of a fit follows its formula, for every model and whatever is missing.
+//! The predicted loss of a fit matches its formula, for every model, with and without missing readings.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::model::ModelKind;
@@ -15,7 +15,7 @@ use super::scans::{Any, record_readings};
 use crate::recipes::{Change, packed, write};
 use crate::scanning::MODELS;
 
-/// The relative error: that of coefficients, [`TOLERANCE`], times their weights.
+/// The largest relative error: that of the coefficients, [`TOLERANCE`], times their weights.
 const MAX_RELATIVE_ERROR: f64 = if TOLERANCE < 1e-5 { 2e-5 } else { TOLERANCE };
 const PREDICTION: [f32; 5] = [-4.0, 0.3, -0.2, 0.5, 0.1];
 
@@ -33,7 +33,7 @@ fn predicted(contents: &CompletedContents, readings: &Readings, budget: u32) -> 
     record_readings(&mut scan, readings);
     let mut fit = scan.fit().unwrap();
     while !fit.advance(budget).is_complete() {}
-    let _ = fit.finish(); // which need not be plausible
+    let _ = fit.finish(); // may be implausible
     scan.fitted().unwrap().predicted_loss()
 }
 

@@ -1,13 +1,13 @@
-//! The formulas of `docs/recipe.md`, plainly and in f64.
+//! The formulas of `docs/recipe.md`, directly in f64.
 
 use glimpse_core::recipe::Recipe;
 
 use super::contents::CompletedContents;
 
-/// A reading of red, green and blue, or none.
+/// Readings of red, green and blue; None if missing.
 pub(crate) type Readings = Vec<Option<[f32; 3]>>;
 
-/// The reading of a sample.
+/// The synthetic reading of a sample.
 pub(crate) fn color(sample: usize) -> [f32; 3] {
     let k = sample as f32;
     [0.2 + 0.1 * k, 0.3 / (1.0 + k), 0.02 + 0.05 * k]
@@ -39,7 +39,7 @@ fn dot(weights: &[i8], values: &[f64]) -> f64 {
     terms.map(|(w, value)| f64::from(*w) * value).sum()
 }
 
-/// u_ic of each sample that was read, times the gain.
+/// u_ic of each sample that was read, times the dropout gain.
 pub(crate) fn network_inputs(
     contents: &CompletedContents,
     recipe: &Recipe<'_>,
@@ -62,7 +62,7 @@ pub(crate) fn network_inputs(
     network_inputs.collect()
 }
 
-/// An activation as it counts: an integer of 16 bits.
+/// An activation, rounded to an integer of 16 bits.
 fn rounded(activation: f64) -> f64 {
     (activation * 32_767.0).round() / 32_767.0
 }
@@ -104,7 +104,7 @@ pub(crate) fn coefficients(
     })
 }
 
-/// tanh(P a + p).
+/// The units tanh(P a + p).
 pub(crate) fn units(contents: &CompletedContents, coefficients: &[Vec<f64>; 3]) -> Vec<f64> {
     let (_, init_net_part) = contents.descent.as_ref().unwrap();
     let a = coefficients.concat();
@@ -120,7 +120,7 @@ pub(crate) fn units(contents: &CompletedContents, coefficients: &[Vec<f64>; 3]) 
     .collect()
 }
 
-/// U times the units.
+/// The offsets, U times the units.
 pub(crate) fn offsets(contents: &CompletedContents, units: &[f64]) -> Vec<f64> {
     let (_, init_net_part) = contents.descent.as_ref().unwrap();
     let units: Vec<f64> = units.iter().map(|unit| rounded(*unit)).collect();
@@ -132,8 +132,7 @@ pub(crate) fn offsets(contents: &CompletedContents, units: &[f64]) -> Vec<f64> {
     .collect()
 }
 
-/// The result of a fit of these readings where nothing descends: Linear's coefficients, or the
-/// parameters that a descent starts from.
+/// The values of a fit without descent: Linear's coefficients, or the initial values of a descent.
 pub(crate) fn expected_values(
     contents: &CompletedContents,
     recipe: &Recipe<'_>,
@@ -178,8 +177,7 @@ pub(crate) fn residuals(
     residuals.collect()
 }
 
-/// Each number within this of its own size, or of 1 if that is larger: f32 against f64. Those of
-/// micromath are coarser.
+/// The largest error of f32 compared with f64, relative to the larger of 1 and the number. micromath is less accurate.
 pub(crate) const TOLERANCE: f64 = if cfg!(feature = "micromath") {
     2e-2
 } else {
@@ -188,14 +186,14 @@ pub(crate) const TOLERANCE: f64 = if cfg!(feature = "micromath") {
 
 /// Compares number by number.
 #[track_caller]
-pub(crate) fn assert_close(what: &str, found: impl Iterator<Item = f32>, expected: &[f64]) {
-    let found: Vec<f32> = found.collect();
-    assert_eq!(found.len(), expected.len(), "{what}");
-    for (index, (found, expected)) in found.iter().zip(expected).enumerate() {
-        let error = (f64::from(*found) - expected).abs() / expected.abs().max(1.0);
+pub(crate) fn assert_close(what: &str, actual: impl Iterator<Item = f32>, expected: &[f64]) {
+    let actual: Vec<f32> = actual.collect();
+    assert_eq!(actual.len(), expected.len(), "{what}");
+    for (index, (actual, expected)) in actual.iter().zip(expected).enumerate() {
+        let error = (f64::from(*actual) - expected).abs() / expected.abs().max(1.0);
         assert!(
             error <= TOLERANCE,
-            "{what} {index}: {found} instead of {expected}, {error:.1e} off"
+            "{what} {index}: {actual} instead of {expected}, {error:.1e} off"
         );
     }
 }

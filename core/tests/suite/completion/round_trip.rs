@@ -1,4 +1,4 @@
-//! Recipes are read and copied as they were written, to the bit.
+//! Recipes are read and copied bit for bit.
 
 use glimpse_core::fit::Target;
 use glimpse_core::fit::coefficient_net::MissingPolicy;
@@ -25,7 +25,7 @@ fn recipe_round_trip() {
         let recipe = contents.recipe();
         assert_eq!(recipe.model(), kind);
         assert_eq!(recipe.method().model(), kind);
-        // It is neither a descent nor a ridge by itself.
+        // The recipe is neither a plain descent nor a ridge.
         assert!(recipe.descent().is_none() && recipe.ridge().is_none());
         let completed = recipe.completed().unwrap();
         assert_eq!(completed.model(), kind);
@@ -62,7 +62,7 @@ fn recipe_round_trip() {
                 assert!(weights.eq(init_net_part.hidden.clone()));
                 assert_eq!(recipe.method().basis_checksum(), None);
             }
-            _ => panic!("another target was read than was written"),
+            _ => panic!("the target read differs from the target written"),
         }
     }
 }
@@ -85,11 +85,11 @@ fn parsed_recipe_is_rewritten_identically() {
             .pattern()
             .flat_map(|a| [a.theta_h, a.theta_d, a.phi_d]);
         let pattern = packed(&angles.collect::<Vec<_>>());
-        let again = write(&RecipeParts {
+        let rewritten = write(&RecipeParts {
             expectation: recipe.metadata().unwrap().expectation,
             ..RecipeParts::new(&pattern, recipe.method().into())
         });
-        assert_eq!(again, Ok(bytes.clone()));
+        assert_eq!(rewritten, Ok(bytes.clone()));
         let copy = |without: &[Kind]| {
             let mut buffer = vec![0; bytes.len()];
             recipe

@@ -1,5 +1,4 @@
-//! Whole scans: the values are those of the formulas, whatever the slices, and for the descents those
-//! of their steps from there.
+//! Full scans: the values match the formulas for any slicing. Descents continue from them.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::fit::{AnyModel, Fitter, Linear};
@@ -27,7 +26,7 @@ pub(crate) fn record_readings<K: Fitter>(scan: &mut Scan<'_, K>, readings: &Read
     }
 }
 
-/// A whole scan in memory of its own.
+/// A full scan in its own memory.
 pub(crate) fn full_scan<K: Fitter>(contents: &CompletedContents, readings: &Readings) -> Outcome {
     let recipe = contents.recipe();
     let mut memory = vec![0.0; recipe.memory_words()];
@@ -36,7 +35,7 @@ pub(crate) fn full_scan<K: Fitter>(contents: &CompletedContents, readings: &Read
     fit(&mut scan, &[u32::MAX])
 }
 
-/// The same by its model's own type.
+/// A full scan with the type of the recipe's model.
 pub(crate) fn full_scan_by_type(contents: &CompletedContents, readings: &Readings) -> Outcome {
     match contents.model() {
         ModelKind::Linear => full_scan::<Linear>(contents, readings),
@@ -47,7 +46,7 @@ pub(crate) fn full_scan_by_type(contents: &CompletedContents, readings: &Reading
     }
 }
 
-/// All of them, half of them, and one.
+/// All readings, half of them, and one.
 fn cases() -> [Readings; 3] {
     [
         all_readings(SAMPLES),
@@ -56,7 +55,7 @@ fn cases() -> [Readings; 3] {
     ]
 }
 
-/// A recipe whose steps are of size 0, so that its fit ends where it begins.
+/// A recipe with steps of size 0, so that its fit ends with the initial values.
 fn without_steps(contents: &CompletedContents) -> CompletedContents {
     let mut contents = contents.clone();
     if let Some((descent_part, _)) = &mut contents.descent {
@@ -79,14 +78,14 @@ fn initial_values_match_formulas() {
     }
 }
 
-/// K steps from there, each by the gradient of all readings at once: the same bits.
+/// Compares the fit with K steps from the initial values, each with the gradient of all readings. The bits are equal.
 fn check_descent<M: Model + Fitter>() {
     let contents = CompletedContents::small(M::KIND, MissingPolicy::Scaled);
     for readings in cases() {
         let start = full_scan::<M>(&without_steps(&contents), &readings).values();
         let read = readings.iter().flatten().count();
-        let places = contents.recipe().pattern().zip(&readings);
-        let slots = places.map(|(angles, reading)| {
+        let pattern = contents.recipe().pattern().zip(&readings);
+        let slots = pattern.map(|(angles, reading)| {
             let [coordinates @ .., flags] = slot_of(
                 &HalfDifference::from_angles(angles),
                 reading.unwrap_or_default(),
@@ -132,8 +131,8 @@ fn check_slices<K: Fitter>(kind: ModelKind) {
         let expected = full_scan_by_type(&contents, &readings);
         scan.restart();
         record_readings(&mut scan, &readings);
-        // A reading, the hidden units and a channel are a unit each; so are the start's units, and
-        // 64 parameters. Then come three rounds of gradients.
+        // Units of work: one for each reading, one for the hidden units, one for each channel. An init net adds one for
+        // its units and one for each 64 parameters. Three rounds of gradients follow.
         let start = kind.parameters().map_or(0, |parameters| {
             let started = parameters.div_ceil(64) as u32;
             1 + started + 3 * SAMPLES as u32
@@ -143,10 +142,10 @@ fn check_slices<K: Fitter>(kind: ModelKind) {
         for budgets in [&[1][..], &[2, 3], &[7], &[1, 100], &[u32::MAX]] {
             assert_eq!(fit(&mut scan, budgets), expected);
         }
-        // The same where each slice is found again.
+        // The result is the same if each slice resumes the fit.
         assert_eq!(scan.fit().unwrap().progress().done, 0);
         while !scan.fit_under_way().unwrap().advance(3).is_complete() {}
-        let _ = scan.fit_under_way().unwrap().finish(); // which need not be plausible
+        let _ = scan.fit_under_way().unwrap().finish(); // may be implausible
         let fitted = scan.fitted().unwrap();
         assert!(fitted.values().eq(expected.values()));
         assert_eq!(fitted.residual(), expected.residual());
@@ -165,7 +164,7 @@ fn slicing_keeps_result() {
     }
 }
 
-/// One memory serves recipes that complete and recipes of other models, one after the other.
+/// The same memory serves recipes of all models, one after the other.
 #[test]
 fn memory_is_reusable() {
     let recipes = MODELS.map(|kind| CompletedContents::small(kind, MissingPolicy::Scaled).recipe());
@@ -195,16 +194,16 @@ fn linear_residual_matches_formula() {
         let read: Vec<f64> = errors.iter().flatten().copied().collect();
         let mean = read.iter().sum::<f64>() / read.len() as f64;
         let worst = read.iter().copied().fold(0.0, f64::max);
-        for (found, expected) in [(residual.mean, mean), (residual.worst, worst)] {
-            let error = (f64::from(found) - expected).abs();
-            assert!(error <= 5.0 * TOLERANCE, "{found}, {expected}");
+        for (actual, expected) in [(residual.mean, mean), (residual.worst, worst)] {
+            let error = (f64::from(actual) - expected).abs();
+            assert!(error <= 5.0 * TOLERANCE, "{actual}, {expected}");
         }
         let index = usize::from(residual.worst_index);
         assert_eq!(errors[index], Some(worst));
     }
 }
 
-/// Activations end at 1, and as integers they are always numbers: the input has to be checked.
+/// Activations are at most 1, and finite as integers. The input needs its own check.
 #[test]
 fn huge_reading_diverges() {
     for kind in MODELS {
@@ -221,7 +220,7 @@ fn huge_reading_diverges() {
     }
 }
 
-/// Before the scan begins.
+/// The check comes before the scan.
 #[test]
 fn rejects_recipe_for_other_firmware() {
     let (linear, phong) = (ModelKind::Linear, ModelKind::Phong);
@@ -232,7 +231,7 @@ fn rejects_recipe_for_other_firmware() {
     let memory = Err(ScanError::Memory { needed, found });
     assert_eq!(Scan::<Linear>::accept(&completed, found), memory);
     assert_eq!(Scan::<Any>::accept(&completed, found), memory);
-    // A recipe of another model, whatever completes it.
+    // A recipe of another model.
     let model = |firmware, recipe| Err(ScanError::Model { firmware, recipe });
     assert_eq!(
         Scan::<Phong>::accept(&completed, needed),
@@ -246,7 +245,7 @@ fn rejects_recipe_for_other_firmware() {
     assert_eq!(Scan::<Any>::accept(&started, 10_000), Ok(needed));
 }
 
-/// A reading below the least that the logarithm takes is brought up, and does not end in a NaN.
+/// A reading below the smallest argument of the logarithm is raised, and does not give a NaN.
 #[test]
 fn raises_dark_readings() {
     for kind in MODELS {
@@ -258,15 +257,15 @@ fn raises_dark_readings() {
         assert!(recorded.clamped);
         let outcome = fit(&mut scan, &[5]);
         assert_eq!(outcome.residual().clamped, 1);
-        // Brought up to where y w + e is e / 2, or y cos(theta_i) is -1/2.
+        // Raised until y w + e is e / 2, or y cos(theta_i) is -1/2.
         let (_, directions) = recipe.directions().nth(3).unwrap();
         let (cosine, other) = (directions.incoming[2], directions.outgoing[2]);
-        let least = (-0.0005 / (cosine * other)).max(-0.5 / cosine);
-        let found = scan.reading(3).unwrap().brdf[0];
-        let error = (found - least).abs();
-        assert!(error < 1e-6 * least.abs(), "{found} {least}");
+        let min = (-0.0005 / (cosine * other)).max(-0.5 / cosine);
+        let actual = scan.reading(3).unwrap().brdf[0];
+        let error = (actual - min).abs();
+        assert!(error < 1e-6 * min.abs(), "{actual} {min}");
         let mut readings = vec![None; SAMPLES];
-        readings[3] = Some([found, 0.1, 0.1]);
+        readings[3] = Some([actual, 0.1, 0.1]);
         assert_eq!(
             full_scan::<Any>(&contents, &readings).values(),
             outcome.values()

@@ -1,4 +1,4 @@
-//! A host, a line and a clock for drivers, all in memory: time passes only where a driver waits.
+//! A simulated host, line and clock for drivers. Time passes only while a driver waits.
 
 use glimpse_core::driver::{Action, Config, Driver};
 use glimpse_core::fit::Fitter;
@@ -9,7 +9,7 @@ use glimpse_core::scan::Reading;
 
 use crate::scanning::{Any, new_scan, recipe_for, synthetic_reading};
 
-/// Turns after which a driver hangs.
+/// Number of steps after which a driver counts as hung.
 const TURNS: usize = 200_000;
 
 /// Time of the driver's clock at the start, in ms. Its low half overflows soon.
@@ -17,7 +17,7 @@ pub(crate) const ORIGIN: u64 = 0xFFFF_FF00;
 
 pub(crate) type AnyDriver = Driver<'static, Any>;
 
-/// A driver that scans by a recipe.
+/// A driver that scans with a recipe.
 pub(crate) fn new_driver<K: Fitter + 'static>(
     recipe: Recipe<'static>,
     config: Config,
@@ -25,12 +25,12 @@ pub(crate) fn new_driver<K: Fitter + 'static>(
     Driver::new(new_scan(recipe), config)
 }
 
-/// A driver that scans by a Phong recipe.
+/// A driver that scans with a Phong recipe.
 pub(crate) fn phong_driver(config: Config) -> AnyDriver {
     new_driver(recipe_for(ModelKind::Phong), config)
 }
 
-/// The answer of a host that has the material of all tests.
+/// The reply of a correct host to a request.
 pub(crate) fn default_reply(request: &Request) -> Reply {
     match request {
         Request::Hello { .. } => Reply::Welcome { protocol: PROTOCOL },
@@ -45,37 +45,37 @@ pub(crate) fn default_reply(request: &Request) -> Reply {
     }
 }
 
-/// A host's answer to a request; None: it is silent.
+/// A host's reply to a request; None if it does not reply.
 type Handler<'h> = Box<dyn FnMut(&Request) -> Option<Reply> + 'h>;
 
-/// The host at the other end of the line, and a record of messages and actions.
+/// The host at the other end of the line, with a record of messages and actions.
 pub(crate) struct Bench<'h> {
     handler: Handler<'h>,
     server: Server,
-    /// Spoils what is sent, in either direction.
+    /// Corrupts the bytes in either direction.
     pub(crate) corrupt: Box<dyn FnMut(Vec<u8>) -> Vec<u8> + 'h>,
     /// The device's own sensor.
     pub(crate) sensor: Box<dyn FnMut(u16) -> Reading + 'h>,
-    /// Milliseconds that the host needs for its answer.
+    /// Delay of the host's reply in ms.
     pub(crate) delay: Box<dyn Fn(&Request) -> u64 + 'h>,
-    /// The answer that is not given yet, and when it will be.
+    /// The reply that is not sent yet, and its time in ms.
     delayed: Option<(u64, Reply)>,
-    /// Nothing reaches the host.
+    /// True if no byte reaches the host.
     pub(crate) disconnected: bool,
     /// Milliseconds since the start.
     pub(crate) now: u64,
-    /// Milliseconds at the next turn.
+    /// Milliseconds to sleep before the next step.
     pub(crate) sleep_ms: u32,
-    /// Each request that the host heard, once; and when.
+    /// Each request that the host received, without repetitions.
     pub(crate) requests: Vec<Request>,
-    /// Each frame that was sent, and when.
+    /// Each frame that was sent, with its time in ms.
     pub(crate) frames: Vec<(u64, Vec<u8>)>,
-    /// Each action but waiting and going on, and when.
+    /// Each action except `Wait`, `Continue` and `Measure`, with its time in ms.
     pub(crate) actions: Vec<(u64, Action)>,
 }
 
 impl<'h> Bench<'h> {
-    /// A host that answers so; None: it does not.
+    /// A host with a reply to each request; None if it does not reply.
     pub(crate) fn new(handler: impl FnMut(&Request) -> Option<Reply> + 'h) -> Self {
         Self {
             handler: Box::new(handler),
@@ -93,12 +93,12 @@ impl<'h> Bench<'h> {
         }
     }
 
-    /// A host that does what it is asked to.
+    /// A host that replies correctly to all requests.
     pub(crate) fn cooperative() -> Self {
         Self::new(|request| Some(default_reply(request)))
     }
 
-    /// Hands bytes to the host and returns its replies.
+    /// Passes bytes to the host, and returns its replies.
     pub(crate) fn reply_to(&mut self, bytes: &[u8]) -> Vec<u8> {
         let mut replies = Vec::new();
         for byte in bytes {
@@ -121,13 +121,13 @@ impl<'h> Bench<'h> {
         replies
     }
 
-    /// The answer to the last request, if it is time.
+    /// The reply to the last request, if it is due.
     fn due_reply(&mut self) -> Option<Reply> {
         let (_, reply) = self.delayed.take_if(|(due, _)| *due <= self.now)?;
         Some(reply)
     }
 
-    /// One turn of a firmware's loop, which sleeps as long as the driver allows.
+    /// One iteration of a firmware's loop, which sleeps as long as the driver allows.
     pub(crate) fn step<K: Fitter>(&mut self, driver: &mut Driver<'_, K>) -> Action {
         self.now += u64::from(self.sleep_ms);
         let action = driver.poll(ORIGIN + self.now);
@@ -162,7 +162,7 @@ impl<'h> Bench<'h> {
         action
     }
 
-    /// Turns until this action comes. Returns its time and the action.
+    /// Runs until an action satisfies `until`. Returns its time in ms and the action.
     pub(crate) fn run<K: Fitter>(
         &mut self,
         driver: &mut Driver<'_, K>,
@@ -170,15 +170,20 @@ impl<'h> Bench<'h> {
     ) -> (u64, Action) {
         for _ in 0..TURNS {
             let action = self.step(driver);
-            assert_ne!(self.sleep_ms, u32::MAX, "it rests: {:?}", self.actions);
+            assert_ne!(
+                self.sleep_ms,
+                u32::MAX,
+                "the driver waits forever: {:?}",
+                self.actions
+            );
             if until(&action) {
                 return (self.now, action);
             }
         }
-        panic!("it hangs: {:?}, {:?}", self.actions, self.requests);
+        panic!("the driver hangs: {:?}, {:?}", self.actions, self.requests);
     }
 
-    /// Turns until a time has passed.
+    /// Runs for a time in ms.
     pub(crate) fn wait<K: Fitter>(&mut self, driver: &mut Driver<'_, K>, milliseconds: u64) {
         let end = self.now + milliseconds;
         for _ in 0..TURNS {
@@ -190,7 +195,7 @@ impl<'h> Bench<'h> {
                 return;
             }
         }
-        panic!("it hangs");
+        panic!("the driver hangs");
     }
 
     /// The number of requests of a kind that the host received.
@@ -199,13 +204,13 @@ impl<'h> Bench<'h> {
         counted.count()
     }
 
-    /// The actions, without their times. They are forgotten.
+    /// Takes the recorded actions, without their times.
     pub(crate) fn take_actions(&mut self) -> Vec<Action> {
         let actions = std::mem::take(&mut self.actions).into_iter();
         actions.map(|(_, action)| action).collect()
     }
 
-    /// The bits of the values that were sent last, and the number of ends that the host received.
+    /// The bits of the last values and residual, and the number of `Finished` requests.
     pub(crate) fn results(&self) -> (Vec<u32>, usize) {
         let mut bits = Vec::new();
         let mut ends = 0;

@@ -1,4 +1,4 @@
-//! Every failure is reported by name, to the firmware and to the host, and retried after a pause.
+//! Every failure is reported to the firmware and to the host, and the scan restarts after a pause.
 
 use std::cell::Cell;
 
@@ -18,8 +18,8 @@ use crate::scanning::{
 
 const HOSTS: [Host; 2] = [Host::Measures, Host::Listens];
 
-/// After the failure: kept readings are forgotten, the failure is reported, half a second is rest, and
-/// then the host is greeted again, all to be measured. A device without a host rests until a restart.
+/// Checks the steps after a failure: saved readings are deleted, the failure is reported, and after a pause of 500 ms
+/// the device greets the host again with all samples pending. A device without a host waits for a restart.
 pub(crate) fn check_after_failure(
     host: Host,
     bench: &mut Bench<'_>,
@@ -44,7 +44,7 @@ pub(crate) fn check_after_failure(
     bench.wait(driver, 499);
     assert_eq!(bench.requests, [Request::Failed(failure.into())]);
     assert_eq!(bench.frames.len(), 1);
-    // The pause begins when the host has received it; a reading now would be one of before.
+    // The pause begins when the host has received the report. A reading during the pause belongs to the failed scan.
     driver.record(0, synthetic_reading(0));
     while bench.requests.len() < 2 {
         bench.step(driver);
@@ -54,7 +54,8 @@ pub(crate) fn check_after_failure(
     assert_eq!(driver.scan().unwrap().pending().count(), SAMPLES);
 }
 
-/// A host that answers some requests wrongly causes the failure; after it answers rightly, the scan ends.
+/// Checks that a host that answers some requests wrongly causes `failure`. When the host answers correctly again, the
+/// scan finishes.
 pub(crate) fn check_failure(
     host: Host,
     wrong: impl Fn(&Request) -> Option<Reply>,
@@ -86,7 +87,7 @@ fn refused_request_fails() {
         (&HOSTS, |r| matches!(r, Request::Values { .. })),
         (&HOSTS, |r| matches!(r, Request::Finished(_))),
     ];
-    for parse_error in [
+    for refusal in [
         Refusal::NoScan,
         Refusal::Directions,
         Refusal::Values,
@@ -94,8 +95,8 @@ fn refused_request_fails() {
     ] {
         for (hosts, is_refused) in cases {
             for host in hosts {
-                let refuse = |r: &Request| is_refused(r).then_some(Reply::Refused(parse_error));
-                check_failure(*host, refuse, Failure::Refused(parse_error));
+                let refuse = |r: &Request| is_refused(r).then_some(Reply::Refused(refusal));
+                check_failure(*host, refuse, Failure::Refused(refusal));
             }
         }
     }
@@ -117,7 +118,7 @@ fn other_protocol_fails() {
     }
 }
 
-/// The report of a failure may be lost or refused as well: the host is greeted after a pause.
+/// The report of a failure may be lost or refused too. The device greets the host after a pause.
 #[test]
 fn failure_report_times_out() {
     for refuses in [false, true] {
@@ -152,7 +153,7 @@ fn refused_saved_reading_restarts_scan() {
     for model in MODELS {
         let recipe = recipe_for(model);
         let mut scan = new_scan::<Any>(recipe);
-        // The second of them is another material's.
+        // The second saved reading belongs to another material.
         record(&mut scan, 2..6, |index| {
             synthetic_reading(if index == 3 { 7 } else { index })
         });
@@ -179,7 +180,7 @@ fn machine_failure_is_reported() {
             bench.step(&mut driver);
         }
         driver.fail(Failure::Machine);
-        // A late reading does not hide it.
+        // A late reading does not hide the failure.
         driver.record(7, synthetic_reading(7));
         assert!(is_failed(&bench.step(&mut driver)));
         check_after_failure(host, &mut bench, &mut driver, Failure::Machine);
@@ -218,7 +219,7 @@ fn diverged_fit_fails() {
     }
 }
 
-/// A device without a scan says why, again and again but not in haste.
+/// A device without a scan reports the reason repeatedly, with pauses.
 #[test]
 fn unusable_recipe_is_reported() {
     let memory = ScanError::Memory {

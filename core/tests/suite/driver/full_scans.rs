@@ -1,4 +1,4 @@
-//! Whole scans, with a host that measures, that listens, and with none.
+//! Full scans with a host that measures, with a host that listens, and without a host.
 
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::fit::Fitter;
@@ -22,7 +22,7 @@ fn fitted<K: Fitter>(driver: &Driver<'_, K>) -> Outcome {
     Outcome::Fitted(numbers.map(f32::to_bits).collect(), residual)
 }
 
-/// Each request in turn, each received once; `measures` if the host is to measure.
+/// Checks that the host received each request once, in order. `measures` is true if the host measures.
 fn check_requests(recipe: &Recipe<'_>, requests: &[Request], slice: u32, measures: bool) {
     let mut requests = requests.iter();
     let mut next = || requests.next().expect("a request is missing");
@@ -38,11 +38,11 @@ fn check_requests(recipe: &Recipe<'_>, requests: &[Request], slice: u32, measure
         assert!(matches!(next(), Request::Measure { index, .. } if *index == expected));
     }
     for slices in 1..=u32::div_ceil(total, slice) {
-        let Request::Progress(found) = next() else {
-            panic!("the progress is missing")
+        let Request::Progress(actual) = next() else {
+            panic!("a progress request is missing")
         };
         let done = (slices * slice).min(total);
-        assert_eq!((found.done, found.total), (done, total));
+        assert_eq!((actual.done, actual.total), (done, total));
     }
     let count = recipe.model().parameters().unwrap_or(15);
     for from in (0..count).step_by(VALUES_PER_FRAME) {
@@ -52,7 +52,7 @@ fn check_requests(recipe: &Recipe<'_>, requests: &[Request], slice: u32, measure
             values,
         } = next()
         else {
-            panic!("the values are missing")
+            panic!("a request with values is missing")
         };
         assert_eq!((usize::from(*offset), usize::from(*total)), (from, count));
         assert_eq!(
@@ -64,7 +64,7 @@ fn check_requests(recipe: &Recipe<'_>, requests: &[Request], slice: u32, measure
     assert_eq!(requests.next(), None);
 }
 
-/// A Save after each reading, then the end.
+/// Checks that a `Save` follows each reading, and `Finished` the last one.
 fn check_actions(actions: &[Action], order: &[u16], residual: Residual) {
     let saves = order.iter().map(|index| Action::Save {
         index: *index,
@@ -74,7 +74,7 @@ fn check_actions(actions: &[Action], order: &[u16], residual: Residual) {
     assert_eq!(actions, expected);
 }
 
-/// The next scan begins by itself, and is like the first.
+/// Runs three scans. Each begins automatically, and gives the same result.
 fn check_host_measurement<K: Fitter + 'static>(recipe: Recipe<'static>, slice: u32) {
     let expected = full_scan::<K>(recipe, synthetic_reading);
     let mut config = Config::new(Host::Measures);
@@ -94,7 +94,7 @@ fn check_host_measurement<K: Fitter + 'static>(recipe: Recipe<'static>, slice: u
         check_requests(&recipe, &bench.requests, slice.max(1), true);
         check_actions(&bench.take_actions(), &IN_ORDER, expected.residual());
     }
-    // No time passed.
+    // No time has passed.
     assert_eq!(bench.now, 0);
 }
 
@@ -114,7 +114,7 @@ fn check_own_arms<K: Fitter + 'static>(recipe: Recipe<'static>, host: Host, orde
     let mut bench = Bench::cooperative();
     for scans in 0..2 {
         for index in order {
-            // Any of those pending will do.
+            // Any pending sample may be read.
             let action = loop {
                 bench.now += 1;
                 let action = driver.poll(bench.now);
@@ -152,7 +152,7 @@ fn check_own_arms<K: Fitter + 'static>(recipe: Recipe<'static>, host: Host, orde
             assert!(bench.requests.is_empty() && bench.frames.is_empty());
         }
 
-        // Then it rests until a restart.
+        // The driver then waits for a restart.
         for _ in 0..2 {
             bench.now += 1_000;
             let actions: Vec<_> = (0..5).map(|_| driver.poll(bench.now)).collect();
@@ -186,7 +186,7 @@ proptest! {
     }
 }
 
-/// A second reading of a sample in the middle of a fit gives it up, and the fit begins again.
+/// A second reading of a sample during a fit discards the fit, and a new fit begins.
 #[test]
 fn reading_during_fit_restarts_it() {
     for model in MODELS {

@@ -1,4 +1,4 @@
-//! Impossible readings are asked for again, and then reported by name.
+//! Invalid readings are requested again, and then reported.
 
 use glimpse_core::driver::{Action, Config, Host};
 use glimpse_core::link::{Failure, Reply, Request};
@@ -8,21 +8,21 @@ use super::bench::{Bench, default_reply, is_failed, is_finished, phong_driver};
 use super::failures::check_after_failure;
 use crate::scanning::synthetic_reading;
 
-/// In version 0.1 an impossible reply was as good as none, and ended in `NoReply`.
+/// In version 0.1, a reply with an invalid reading was ignored, and led to `NoReply`.
 #[test]
 fn invalid_reading_is_requested_three_times() {
-    for bad in 0..5 {
+    for invalid_readings in 0..5 {
         let mut driver = phong_driver(Config::new(Host::Measures));
-        let mut left = bad;
+        let mut remaining = invalid_readings;
         let mut requested = 0;
         let mut bench = Bench::new(|request| match request {
             Request::Measure { index: 4, .. } => {
                 requested += 1;
-                let reading = match left {
+                let reading = match remaining {
                     0 => synthetic_reading(4),
                     _ => Reading::new([0.1, f32::NAN, 0.1]),
                 };
-                left = u32::saturating_sub(left, 1);
+                remaining = u32::saturating_sub(remaining, 1);
                 Some(Reply::Measured { index: 4, reading })
             }
             _ => Some(default_reply(request)),
@@ -31,9 +31,9 @@ fn invalid_reading_is_requested_three_times() {
         let (at, last) = bench.run(&mut driver, is_end);
         drop(bench);
         assert_eq!(at, 0);
-        if bad < 3 {
+        if invalid_readings < 3 {
             assert!(is_finished(&last));
-            assert_eq!(requested, bad + 1);
+            assert_eq!(requested, invalid_readings + 1);
         } else {
             let (index, error) = (4, ReadingError::NonFinite(1));
             assert_eq!(last, Action::Failed(Failure::Reading { index, error }));
@@ -42,7 +42,7 @@ fn invalid_reading_is_requested_three_times() {
     }
 }
 
-/// Every sample may be read wrongly twice.
+/// Every sample may have two invalid readings.
 #[test]
 fn attempts_are_counted_per_sample() {
     for host in [Host::Measures, Host::Listens, Host::Absent] {
@@ -99,7 +99,7 @@ fn reading_of_unknown_sample_fails() {
     assert_eq!(driver.poll(0), Action::Failed(failure));
 }
 
-/// Two wrong readings of one scan do not count in the next.
+/// Two invalid readings in one scan do not count in the next scan.
 #[test]
 fn restart_resets_attempts() {
     let mut driver = phong_driver(Config::new(Host::Absent));

@@ -1,4 +1,4 @@
-//! Samples that cannot be read: a scan ends without them, or fails by name, and never hangs.
+//! Samples that cannot be read: a scan finishes without them or fails, and never hangs.
 
 use glimpse_core::driver::{Action, Config, Host};
 use glimpse_core::fit::coefficient_net::MissingPolicy;
@@ -23,7 +23,7 @@ pub(crate) fn tolerant_recipes() -> impl Iterator<Item = Recipe<'static>> {
     models.map(|model| CompletedContents::small(model, MissingPolicy::Scaled).recipe())
 }
 
-/// The bits of a fit of these readings alone.
+/// The bits of a fit of only these readings.
 pub(crate) fn fit_of(recipe: Recipe<'static>, indices: impl IntoIterator<Item = u16>) -> Vec<u32> {
     let mut scan = new_scan::<Any>(recipe);
     record(&mut scan, indices, synthetic_reading);
@@ -42,7 +42,7 @@ fn is_end(action: &Action) -> bool {
     is_finished(action) || is_failed(action)
 }
 
-/// Version 0.2 failed with `Refused(Directions)`, again and again, or hung.
+/// Version 0.2 failed repeatedly with `Refused(Directions)`, or hung.
 #[test]
 fn skips_unreadable_sample() {
     for recipe in tolerant_recipes() {
@@ -61,8 +61,8 @@ fn skips_unreadable_sample() {
             bench.run(&mut driver, is_end);
             let expected = fit_of(recipe, [0, 1, 3, 4]);
             assert_eq!(bench.results(), (expected, 1));
-            assert_eq!(bench.count(is_measure), 6, "each is asked for once");
-            // The next scan asks for all of them again.
+            assert_eq!(bench.count(is_measure), 6, "each is requested once");
+            // The next scan requests all of them again.
             bench.requests.clear();
             bench.run(&mut driver, |action| *action == Action::Forget);
             bench.run(&mut driver, is_end);
@@ -96,7 +96,7 @@ fn skip_of_required_reading_fails() {
     }
 }
 
-/// Nothing is left to fit: the failure states it.
+/// The failure states that no reading is left to fit.
 #[test]
 fn scan_without_readings_fails() {
     for recipe in tolerant_recipes() {
@@ -112,7 +112,7 @@ fn scan_without_readings_fails() {
     }
 }
 
-/// Polls until the driver wants a reading of the device's own sensor.
+/// Polls until the driver requests a reading of the device's own sensor.
 fn until_measure(bench: &mut Bench<'_>, driver: &mut AnyDriver) -> u16 {
     loop {
         let action = driver.poll(ORIGIN + bench.now);
@@ -152,7 +152,7 @@ fn device_with_own_arms_skips_and_finishes_early() {
     }
 }
 
-/// The host may never reply: the driver no longer waits for its reading.
+/// The host may never reply. After the skip, the driver does not wait for its reading.
 #[test]
 fn skip_cancels_request() {
     for recipe in tolerant_recipes() {
@@ -178,7 +178,7 @@ fn skip_cancels_request() {
     }
 }
 
-/// A skip of another sample does not: that reading is still wanted.
+/// The reading of the requested sample is still needed.
 #[test]
 fn skip_of_other_sample_keeps_request() {
     let recipe = tolerant_recipes().next().unwrap();
@@ -223,7 +223,7 @@ fn three_invalid_readings_skip_sample() {
     }
 }
 
-/// A second reading that is invalid does not cost the first one.
+/// An invalid second reading does not discard the first one.
 #[test]
 fn invalid_readings_keep_earlier_reading() {
     let recipe = tolerant_recipes().next().unwrap();
@@ -253,7 +253,7 @@ fn invalid_skip_changes_nothing() {
     Bench::cooperative().run(&mut driver, is_finished);
     assert_eq!(fitted_bits(&driver), fit_of(recipe, 0..SAMPLES));
 
-    // After a failure a skip would be one of the material before.
+    // After a failure, a skip would belong to the previous material.
     driver.restart();
     driver.fail(Failure::Machine);
     assert_eq!((driver.skip(1), driver.finish_early()), (Ok(()), Ok(())));
@@ -267,7 +267,7 @@ fn invalid_skip_changes_nothing() {
     assert_eq!(driver.finish_early(), Ok(()));
 }
 
-/// A reading of an unknown sample is no reason to skip.
+/// An unknown sample cannot be skipped.
 #[test]
 fn reading_of_unknown_sample_fails_with_tolerant_recipe() {
     let recipe = tolerant_recipes().next().unwrap();

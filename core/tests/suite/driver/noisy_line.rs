@@ -1,4 +1,4 @@
-//! A line that loses, doubles and alters bytes costs time and nothing else.
+//! A line that loses, doubles and alters bytes only costs time.
 
 use glimpse_core::driver::{Action, Config, Host};
 use glimpse_core::link::Failure;
@@ -22,20 +22,20 @@ fn scan_over_noisy_line(model: ModelKind, host: Host, odds: u64) {
         bench.run(&mut driver, is_finished);
         let (bits, ends) = bench.results();
         assert_eq!(bits, expected.bits());
-        // Every failure was a silence, after which the scan went on.
+        // Every failure was a timeout, after which the scan continued.
         let actions = bench.take_actions();
         let failed = actions.iter().filter(|action| is_failed(action)).count();
-        let silence = Action::Failed(Failure::NoReply);
-        let silences = actions.iter().filter(|action| **action == silence).count();
-        assert_eq!(failed, silences);
+        let timeout = Action::Failed(Failure::NoReply);
+        let timeouts = actions.iter().filter(|action| **action == timeout).count();
+        assert_eq!(failed, timeouts);
         assert!(ends <= failed + 1);
         assert!(!actions.contains(&Action::Forget));
-        // No reading was asked for twice, however often the host fell silent.
+        // No reading was requested twice, despite the timeouts.
         let requested = if host == Host::Measures { 8 } else { 0 };
         assert_eq!(bench.count(is_measure), requested);
         time += bench.now;
     }
-    assert!(time > 0, "nothing was spoiled");
+    assert!(time > 0, "no byte was corrupted");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Samples out of reach: found before anything moves, and skipped or reported.
+//! Samples out of reach are detected before any move, and skipped or reported.
 
 use glimpse_core::driver::{Action, Config, Host};
 use glimpse_core::gonio::Limits;
@@ -11,7 +11,7 @@ use crate::scanning::{Any, MODELS, full_scan, new_scan, recipe_for, record, synt
 
 const HOSTS: [Host; 3] = [Host::Measures, Host::Listens, Host::Absent];
 
-/// The indices within and out of reach.
+/// The indices within reach and out of reach.
 fn split(recipe: &Recipe<'_>, limits: &Limits) -> (Vec<u16>, Vec<u16>) {
     let (within, out): (Vec<_>, Vec<_>) = recipe
         .directions()
@@ -99,7 +99,7 @@ fn tolerant_recipe_skips_samples_out_of_reach() {
     }
 }
 
-/// Without a sample within reach there is nothing to fit.
+/// A scan without any sample within reach has no readings to fit.
 #[test]
 fn no_sample_within_reach_fails() {
     let limits = Limits {
@@ -130,7 +130,7 @@ fn unlimited_reach_excludes_nothing() {
     }
 }
 
-/// A saved reading needs no move; once it is refused, its sample is out of reach like any other.
+/// A saved reading needs no move. If the host refuses it, its sample is out of reach.
 #[test]
 fn saved_reading_out_of_reach_is_used() {
     for recipe in tolerant_recipes() {

@@ -11,7 +11,7 @@ use super::bench::{
 use crate::recipes::parsed;
 use crate::scanning::{Any, encoded_recipe, full_scan, recipe_for, synthetic_reading};
 
-/// A reply with the part of a recipe from there on.
+/// A reply with the part of a recipe from `offset` on.
 fn recipe_part(recipe: &[u8], offset: u32) -> Reply {
     let bytes = recipe.iter().skip(offset as usize).take(BYTES_PER_FRAME);
     let bytes = RecipeBytes::take_from(bytes.copied());
@@ -31,19 +31,19 @@ pub(crate) fn stored_bytes(actions: &[Action]) -> Vec<u8> {
     flash
 }
 
-/// A device with room for a recipe of this size.
+/// The configuration of a device that can store a recipe of `recipe_bytes` bytes.
 fn config(host: Host, recipe_bytes: usize) -> Config {
     let mut config = Config::new(host);
     config.recipe_bytes = recipe_bytes as u32;
     config
 }
 
-/// A device with a Phong recipe, and a host that measures.
+/// A device with a Phong recipe and a host that measures.
 fn device() -> AnyDriver {
     phong_driver(config(Host::Measures, 8_192))
 }
 
-/// A host that offers a recipe, and answers some requests for a part in its own way.
+/// A host that offers a recipe. `wrong` replaces its reply to some requests for a part.
 fn offering_host_with<'h>(
     recipe: &'h [u8],
     checksum: u32,
@@ -74,7 +74,7 @@ fn is_part(request: &Request) -> bool {
     matches!(request, Request::RecipePart { .. })
 }
 
-/// Runs to the end of a scan by the Phong recipe, without a store.
+/// Runs a scan with the Phong recipe to its end, and checks that nothing is stored.
 fn run_phong_scan(bench: &mut Bench<'_>, driver: &mut AnyDriver) {
     bench.take_actions();
     bench.run(driver, is_finished);
@@ -83,7 +83,7 @@ fn run_phong_scan(bench: &mut Bench<'_>, driver: &mut AnyDriver) {
     assert!(!bench.take_actions().iter().any(is_store));
 }
 
-/// From the offer to a scan by the new recipe; a device without a recipe is helped as well.
+/// Covers the offer, the transfer, and a scan with the new recipe, also for a device without a recipe.
 #[test]
 fn installs_offered_recipe() {
     for host in [Host::Measures, Host::Listens] {
@@ -107,14 +107,14 @@ fn installs_offered_recipe() {
             assert_eq!(installed, Action::Install { bytes, checksum });
             let actions = bench.take_actions();
             assert_eq!(stored_bytes(&actions), offered);
-            // Each part once, one for each request, and no more of the scan than its hello.
+            // Each part is fetched once, and the only other request of the scan is its hello.
             let parts = offered.len().div_ceil(BYTES_PER_FRAME);
             assert_eq!(actions.len(), parts + 1);
             assert_eq!(bench.requests.len(), 2 + parts);
             let first = &bench.requests[..2];
             assert!(matches!(first, [Request::Hello { .. }, Request::Update]));
 
-            // The host still offers it to a device that has it.
+            // The host still offers the recipe to the device that has installed it.
             let mut driver = new_driver::<Any>(recipe, config(host, 8_192));
             let mut bench = offering_host(&offered, checksum);
             bench.run(&mut driver, is_finished);
@@ -127,7 +127,7 @@ fn installs_offered_recipe() {
     }
 }
 
-/// Nothing is fetched without a request, an offer, a new checksum, and enough room.
+/// Nothing is fetched without a request, an offer, a new checksum, and enough storage.
 #[test]
 fn fetches_only_new_recipes_that_fit() {
     let present = encoded_recipe(ModelKind::Phong);
@@ -146,24 +146,24 @@ fn fetches_only_new_recipes_that_fit() {
         assert_eq!(requested, usize::from(room > 0));
         assert_eq!(bench.count(is_part), 0);
     }
-    // A host that accepts the request for an update offers nothing.
+    // A host that replies with `Accepted` offers nothing.
     let mut bench = Bench::cooperative();
     bench.run(&mut device(), is_finished);
     assert!(bench.requests.contains(&Request::Update));
-    // As much as there is room for.
+    // The storage is exactly as large as the recipe.
     let mut bench = offering_host(&other, checksum_of(&other));
     bench.run(
         &mut phong_driver(config(Host::Measures, other.len())),
         is_installed,
     );
-    // Nobody is there who could offer one.
+    // Without a host, nothing is offered.
     let mut bench = offering_host(&other, checksum_of(&other));
     bench.run(&mut phong_driver(config(Host::Absent, 8_192)), is_finished);
     assert!(bench.frames.is_empty());
 }
 
-/// A part that is empty, shorter than a frame has room for, or longer than the rest ends the update by
-/// name; it is not begun again and again, and the device goes on by the recipe that it has.
+/// A part that is empty, too short, or longer than the rest ends the update with a failure. The update is not repeated,
+/// and the device continues with its own recipe.
 #[test]
 fn rejects_part_of_wrong_length() {
     let offered = encoded_recipe(ModelKind::Neural);
@@ -190,7 +190,7 @@ fn rejects_part_of_wrong_length() {
     }
 }
 
-/// A recipe that one driver could not use, or not store, is not fetched by the next one.
+/// A recipe that one driver could not use or store is not fetched by the next driver.
 #[test]
 fn declined_recipe_is_not_fetched() {
     let offered = encoded_recipe(ModelKind::Neural);
@@ -205,7 +205,7 @@ fn declined_recipe_is_not_fetched() {
     run_phong_scan(&mut offering_host(&offered, 77), &mut driver);
 }
 
-/// A part from elsewhere does not answer the request: as if none had come.
+/// A part with another offset does not answer the request.
 #[test]
 fn drops_part_with_wrong_offset() {
     let offered = encoded_recipe(ModelKind::Neural);
@@ -218,13 +218,13 @@ fn drops_part_with_wrong_offset() {
     let failed = bench.run(&mut driver, is_failed);
     assert_eq!(failed, (2_000, Action::Failed(Failure::NoReply)));
     assert_eq!(stored_bytes(&bench.take_actions()), offered[..180]);
-    // All of it is fetched again: the host may have been another in between.
+    // All parts are fetched again: another host may be there now.
     bench.run(&mut driver, is_installed);
     assert_eq!(stored_bytes(&bench.take_actions()), offered);
 }
 
-/// A whole recipe that the firmware cannot use is reported, and not fetched again: the device goes on
-/// by the one that it has.
+/// A complete recipe that the firmware cannot use is reported, and not fetched again. The device continues with its own
+/// recipe.
 #[test]
 fn unusable_recipe_is_not_fetched_again() {
     let mut offered = encoded_recipe(ModelKind::Neural);
@@ -243,7 +243,7 @@ fn unusable_recipe_is_not_fetched_again() {
     assert!(matches!(next, [Request::Hello { .. }, Request::Update]));
 }
 
-/// A firmware that ignores the action goes on by the recipe that it has.
+/// A firmware that ignores the action continues with its own recipe.
 #[test]
 fn ignored_install_changes_nothing() {
     let offered = encoded_recipe(ModelKind::Neural);

@@ -1,4 +1,4 @@
-//! A device that was reset: replies from before are dropped.
+//! Replies from before a reset of the device are dropped.
 
 use glimpse_core::driver::{Action, Config, Host};
 use glimpse_core::link::{PROTOCOL, Reply, Request};
@@ -22,8 +22,8 @@ fn outgoing(driver: &mut AnyDriver) -> Option<(u32, Request, Vec<u8>)> {
     Some((sequence, request, bytes))
 }
 
-/// The replies of a whole scan with readings of another material, under the numbers of this seed. They are in some
-/// buffer when the device is reset.
+/// The replies of a full scan of another material, with the sequence numbers of this seed. Some buffer holds them when
+/// the device is reset.
 fn stale_replies(seed: u32) -> Vec<Vec<u8>> {
     let mut driver = device(seed);
     let mut replies = Vec::new();
@@ -46,7 +46,7 @@ fn stale_replies(seed: u32) -> Vec<Vec<u8>> {
     replies
 }
 
-/// A scan after the reset: before each reply of the host come all stale ones. Returns whether one was accepted.
+/// Runs a scan in which all stale replies precede each reply of the host. Returns true if a stale reply was accepted.
 fn accepts_stale(mut driver: AnyDriver, stale: &[Vec<u8>]) -> bool {
     let mut bench = Bench::cooperative();
     for _ in 0..10_000 {
@@ -69,11 +69,10 @@ fn accepts_stale(mut driver: AnyDriver, stale: &[Vec<u8>]) -> bool {
             driver.receive(byte);
         }
     }
-    panic!("it hangs");
+    panic!("the driver hangs");
 }
 
-/// Version 0.2 counted from 1 after each reset, so that a late welcome or reading of the material before was taken for
-/// a new one.
+/// Version 0.2 counted from 1 after each reset, and accepted late replies from before it.
 #[test]
 fn drops_replies_from_before_reset() {
     let boots = [0, 1, 2, 3, 17, u32::MAX - 1, u32::MAX, 0x1234_5678];
@@ -82,12 +81,12 @@ fn drops_replies_from_before_reset() {
         for after in boots.into_iter().filter(|after| *after != before) {
             assert!(!accepts_stale(device(after), &stale), "{before}, {after}");
         }
-        // This remains without a source of seeds, as `docs/threats.md` states.
+        // This weakness remains with a constant seed, as `docs/threats.md` states.
         assert!(accepts_stale(device(before), &stale));
     }
 }
 
-/// A boot counter is a good seed: within 1,000 boots no two first numbers are closer than a million.
+/// A boot counter is a good seed: within 1,000 boots, any two first numbers are more than a million apart.
 #[test]
 fn boot_counter_seeds_are_far_apart() {
     let mut first: Vec<_> = (0..1_000)

@@ -1,4 +1,4 @@
-//! Replies that come late, twice, or to another request are dropped.
+//! Replies that arrive late, twice, or to another request are dropped.
 
 use glimpse_core::driver::{Action, Config, Host};
 use glimpse_core::link::{PROTOCOL, RecipeBytes, Refusal, Reply, Request};
@@ -35,8 +35,8 @@ fn replies() -> Vec<Reply> {
     replies
 }
 
-/// Before each reply of the host come all others under wrong numbers, and those of another kind
-/// under the right one; after it they come again.
+/// Before each reply of the host, all other replies arrive with wrong sequence numbers, and replies of other kinds with
+/// the right one. The reply itself arrives twice.
 #[test]
 fn drops_replies_to_other_requests() {
     for host in [Host::Measures, Host::Listens] {
@@ -74,7 +74,7 @@ fn drops_replies_to_other_requests() {
             }
             assert_eq!(driver.poll(0), Action::Wait);
             assert!(driver.outgoing().is_empty());
-            // Twice, as a repeated request is answered.
+            // Twice, like the reply to a retransmitted request.
             let reply = bench.reply_to(&bytes);
             receive(&mut driver, &reply.repeat(2));
         }
@@ -82,7 +82,7 @@ fn drops_replies_to_other_requests() {
     }
 }
 
-/// The reply to a request that was repeated comes again after the next request.
+/// The reply to a retransmitted request arrives again after the next request.
 #[test]
 fn drops_late_replies() {
     let mut driver = phong_driver(Config::new(Host::Measures));

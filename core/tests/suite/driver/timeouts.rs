@@ -1,4 +1,4 @@
-//! A host that does not reply: requests are repeated on time, the timeouts end, nothing is lost.
+//! A host that does not reply: requests are retransmitted on time, timeouts expire, and no reading is lost.
 
 use std::cell::Cell;
 
@@ -13,7 +13,7 @@ use crate::scanning::{
     Any, MODELS, SAMPLES, full_scan, new_scan, recipe_for, record, synthetic_reading,
 };
 
-/// All frames are the same, one every 100 ms from the first on.
+/// Checks that all frames are equal, one every 100 ms from the first one on.
 fn check_retransmissions(frames: &[(u64, Vec<u8>)]) {
     for (repeat, (at, bytes)) in (0..).zip(frames) {
         assert_eq!(*at, frames[0].0 + 100 * repeat);
@@ -31,13 +31,13 @@ fn hello_repeats_every_100_ms() {
         assert_eq!((bench.frames[0].0, bench.frames.len()), (0, 10_001));
         check_retransmissions(&bench.frames);
         assert!(bench.actions.is_empty());
-        // And then somebody is there.
+        // The host appears.
         bench.disconnected = false;
         bench.run(&mut driver, is_finished);
     }
 }
 
-/// Whatever the firmware's loop does meanwhile: lateness does not add up.
+/// Delays of the firmware's loop do not accumulate.
 #[test]
 fn retransmissions_do_not_drift() {
     for period in [1_u32, 3, 7, 30, 99, 100] {
@@ -60,7 +60,7 @@ fn retransmissions_do_not_drift() {
     }
 }
 
-/// A loop that stood still for long sends once and not as often as it missed.
+/// After a long pause, the loop sends one retransmission, not all that it missed.
 #[test]
 fn missed_retransmissions_are_skipped() {
     let mut driver = phong_driver(Config::new(Host::Measures));
@@ -75,7 +75,7 @@ fn missed_retransmissions_are_skipped() {
     assert_eq!(frames, 4);
 }
 
-/// A host is greeted for as long as it takes: for months there is something to sleep for.
+/// The greeting has no timeout. The driver still states a time to sleep after months.
 #[test]
 fn device_sleeps_after_months_of_greeting() {
     let mut driver = phong_driver(Config::new(Host::Measures));
@@ -87,7 +87,7 @@ fn device_sleeps_after_months_of_greeting() {
     }
 }
 
-/// A frame that a slow line still has to send is not begun again.
+/// A frame that a slow line has not sent completely does not start again.
 #[test]
 fn unsent_frame_is_not_restarted() {
     let mut driver = phong_driver(Config::new(Host::Measures));
@@ -100,19 +100,19 @@ fn unsent_frame_is_not_restarted() {
         if sent.len() < frame.len() {
             now += 30;
             driver.poll(now);
-            // Nothing is due: a hello has no timeout.
+            // No time is due, because a hello has no timeout.
             assert_eq!(driver.poll_delay(now), None);
         }
     }
     assert_eq!(sent, frame);
     driver.poll(now + 100);
     assert_eq!(driver.outgoing(), frame);
-    // `sent` takes more than there is for all of it.
+    // A larger count than the frame's length marks the whole frame as sent.
     driver.sent(usize::MAX);
     assert!(driver.outgoing().is_empty());
 }
 
-/// A host that is silent from the first request of this kind on: the failure comes after `timeout_ms`.
+/// Checks that a host that stops replying at the first request of a kind causes a failure after `timeout_ms`.
 fn check_timeout(is_last: fn(&Request) -> bool, timeout_ms: u64) {
     let mut config = Config::new(Host::Measures);
     config.recipe_bytes = 1_000;
@@ -133,7 +133,7 @@ fn check_timeout(is_last: fn(&Request) -> bool, timeout_ms: u64) {
     check_retransmissions(&bench.frames[bench.frames.len() - repeats..]);
     let read = SAMPLES - driver.scan().unwrap().pending().count();
 
-    // Readings are kept, and the host is greeted.
+    // The readings are kept, and the device greets the host.
     bench.requests.clear();
     bench.take_actions();
     silent.set(false);
@@ -142,7 +142,7 @@ fn check_timeout(is_last: fn(&Request) -> bool, timeout_ms: u64) {
     });
     assert!(matches!(bench.requests[0], Request::Hello { .. }));
     if offers {
-        return; // `update` tests the rest
+        return; // `recipe_update` tests the rest
     }
     let expected = full_scan::<Any>(*driver.scan().unwrap().recipe(), synthetic_reading);
     assert_eq!(bench.results(), (expected.bits().to_vec(), 1));
@@ -166,7 +166,7 @@ fn timeout_is_60_s_for_readings_and_2_s_otherwise() {
     check_timeout(|r| matches!(r, Request::RecipePart { .. }), 2_000);
 }
 
-/// Arms that need most of a minute for each move cost no reading.
+/// Arms that need almost a minute for each move cause no timeout.
 #[test]
 fn timeout_restarts_with_each_request() {
     let mut driver = phong_driver(Config::new(Host::Measures));
@@ -175,14 +175,14 @@ fn timeout_restarts_with_each_request() {
     bench.run(&mut driver, |action| {
         is_finished(action) || is_failed(action)
     });
-    // Each was received once, however often it was sent.
+    // Each request was received once, despite its retransmissions.
     assert_eq!(bench.count(is_measure), 8);
     assert_eq!(bench.results().1, 1);
     assert!(bench.now > 8 * 59_000);
 }
 
-/// Readings that outlasted a silence or a reset are offered; those that are accepted are not taken
-/// again, in any of the models, and the result is the same.
+/// Readings from before a timeout or a reset are offered. Accepted readings are not taken again, for any model, and the
+/// result is the same.
 #[test]
 fn accepted_readings_are_not_repeated() {
     for model in MODELS {
@@ -212,8 +212,8 @@ fn accepted_readings_are_not_repeated() {
     }
 }
 
-/// A fit brings up a reading that is too far below 0. The host gave another one, so it is not offered:
-/// a host that compares would have all of them taken again.
+/// A fit raises a reading that is too far below 0. The host has sent another one, so the raised reading is not offered:
+/// a host that compares readings would request all of them again.
 #[test]
 fn only_clamped_readings_are_repeated() {
     for model in MODELS {

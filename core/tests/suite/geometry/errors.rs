@@ -4,8 +4,8 @@ use glimpse_core::geometry::{Arm, Directions, DirectionsError, HalfDifference};
 
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
 
-/// The same fault in either direction.
-fn both_ways(broken: [f32; 3]) -> [(Arm, Directions<f32>); 2] {
+/// Pairs with the same fault in either direction.
+fn in_either_direction(broken: [f32; 3]) -> [(Arm, Directions<f32>); 2] {
     let pair = |incoming, outgoing| Directions { incoming, outgoing };
     [
         (Arm::Light, pair(broken, UP)),
@@ -15,27 +15,27 @@ fn both_ways(broken: [f32; 3]) -> [(Arm, Directions<f32>); 2] {
 
 #[test]
 fn rejects_pairs_without_half_vector() {
-    for (incoming, outgoing, refused) in [
+    for (incoming, outgoing, is_rejected) in [
         (UP, UP, false),
         ([1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], true),
-        // Opposite, though not as long.
+        // Opposite, but of different lengths.
         ([1.0, 0.0, 0.0], [-0.9991, 0.0, 0.0], true),
         ([0.6, 0.0, 0.8], [-0.6, 0.0, -0.8], true),
         ([1.0, 0.0, 0.0], [-1.0, 0.0, 1e-3], false),
     ] {
         let pair = Directions { incoming, outgoing };
-        let found = HalfDifference::from_directions(&pair);
-        assert_eq!(found.is_none(), refused, "{pair:?}");
+        let actual = HalfDifference::from_directions(&pair);
+        assert_eq!(actual.is_none(), is_rejected, "{pair:?}");
     }
 }
 
 #[test]
 fn rejects_non_finite_numbers() {
     for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        for place in 0..3 {
+        for coordinate in 0..3 {
             let mut broken = UP;
-            broken[place] = number;
-            for (arm, pair) in both_ways(broken) {
+            broken[coordinate] = number;
+            for (arm, pair) in in_either_direction(broken) {
                 assert!(HalfDifference::from_directions(&pair).is_none(), "{pair:?}");
                 assert_eq!(pair.check(), Err(DirectionsError::NonFinite(arm)));
             }
@@ -43,22 +43,22 @@ fn rejects_non_finite_numbers() {
     }
 }
 
-/// Such vectors got a BRDF of 1e19.
+/// An earlier version returned a BRDF of 1e19 for such vectors.
 #[test]
 fn rejects_non_unit_vectors() {
     for length in [0.0, 1e-30, 0.5, 0.9989, 1.0011, 2.0, 1e10, 1e19, f32::MAX] {
         for direction in [UP, [0.6, 0.0, 0.8], [0.48, -0.64, 0.6]] {
-            for (arm, pair) in both_ways(direction.map(|x| x * length)) {
+            for (arm, pair) in in_either_direction(direction.map(|x| x * length)) {
                 assert!(HalfDifference::from_directions(&pair).is_none(), "{pair:?}");
                 assert_eq!(pair.check(), Err(DirectionsError::NotUnit(arm)));
             }
         }
     }
     for length in [0.9991, 1.0, 1.0009] {
-        for (_, pair) in both_ways([0.48, -0.64, 0.6].map(|x| x * length)) {
+        for (_, pair) in in_either_direction([0.48, -0.64, 0.6].map(|x| x * length)) {
             assert_eq!(pair.check(), Ok(()));
             let at = HalfDifference::from_directions(&pair).expect("a half vector");
-            // Half and difference vector are of unit length nevertheless.
+            // Half and difference vectors still have unit length.
             let half = at.hx.hypot(at.hz);
             let difference = at.dx.hypot(at.dy).hypot(at.dz);
             assert!(
@@ -72,17 +72,17 @@ fn rejects_non_unit_vectors() {
 #[test]
 fn rejects_directions_at_or_below_horizon() {
     for low in [[1.0, 0.0, 0.0], [1.0, 0.0, -0.0], [0.6, 0.0, -0.8]] {
-        for (arm, pair) in both_ways(low) {
+        for (arm, pair) in in_either_direction(low) {
             assert_eq!(pair.check(), Err(DirectionsError::BelowHorizon(arm)));
-            // They have a half vector all the same, whose cosines tell.
+            // The pair has a half vector, and its cosines show the fault.
             let at = HalfDifference::from_directions(&pair).expect("a half vector");
             assert!(at.cos_theta_i().min(at.cos_theta_o()) < 1e-6);
         }
     }
 }
 
-/// Near grazing the half vector may be the normal within rounding, and a direction below the
-/// horizon: the pole's rule must not lift it.
+/// Near grazing angles, the half vector may be the normal within rounding although a direction is below the horizon.
+/// The pole's rule must not move it above.
 #[test]
 fn pole_rule_excludes_pairs_below_horizon() {
     let pair = Directions {

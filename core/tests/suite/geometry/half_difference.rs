@@ -1,4 +1,4 @@
-//! Angles, half and difference vectors and directions against independent trigonometry.
+//! Angles, half and difference vectors and directions, compared with independent trigonometry.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 type Vector = [f64; 3];
 
-/// A few roundings of numbers up to 2 pi.
+/// Several rounding errors of numbers up to 2 pi.
 const EXACT: f64 = 3e-15;
 
 /// Any angles in range, valid or not.
@@ -33,8 +33,8 @@ fn about_z(v: Vector, angle: f64) -> Vector {
     [cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]]
 }
 
-/// w_i and w_o by Rusinkiewicz's definition: the difference vector turned by theta_h about y,
-/// and its mirror image in the half vector.
+/// w_i and w_o by Rusinkiewicz's definition: the difference vector turned by theta_h about y, and its mirror image
+/// about the half vector.
 fn directions(angles: Angles<f64>) -> [Vector; 2] {
     let Angles {
         theta_h,
@@ -71,9 +71,9 @@ fn double(at: &HalfDifference<f32>) -> [f64; 5] {
     [at.hx, at.hz, at.dx, at.dy, at.dz].map(f64::from)
 }
 
-/// The distance by which rounding to f32 may move a half and a difference vector that are found from
-/// directions: the half vector is as long as cos(theta_d), and its azimuth is as sharp as
-/// sin(theta_h). micromath adds the errors of three square roots.
+/// The largest change of half and difference vectors from directions because of rounding to f32. The half vector's
+/// length is cos(theta_d), and the error of its azimuth is inversely proportional to sin(theta_h). micromath adds the
+/// errors of three square roots.
 fn rounding(at: &HalfDifference<f64>) -> f64 {
     let roots = if cfg!(feature = "micromath") {
         5e-6
@@ -93,10 +93,10 @@ proptest! {
         close(&[at.hx, at.hz, at.dz], &[theta_h.sin(), theta_h.cos(), theta_d.cos()], EXACT)?;
         let azimuth = [theta_d.sin() * phi_d.cos(), theta_d.sin() * phi_d.sin()];
         close(&[at.dx, at.dy], &azimuth, EXACT)?;
-        let found = at.directions();
+        let actual = at.directions();
         let [incoming, outgoing] = directions(angles);
-        close(&found.incoming, &incoming, EXACT)?;
-        close(&found.outgoing, &outgoing, EXACT)?;
+        close(&actual.incoming, &incoming, EXACT)?;
+        close(&actual.outgoing, &outgoing, EXACT)?;
     }
 
     #[test]
@@ -112,27 +112,27 @@ proptest! {
     fn directions_round_trip(angles in angles(), azimuth in 0.0..TAU) {
         let at = HalfDifference::from_angles(angles);
         prop_assume!(at.hx * at.dz > 1e-3);
-        // An isotropic material does not notice how the pair is turned about the normal.
+        // A turn about the normal does not change half and difference vectors.
         let [incoming, outgoing] = directions(angles).map(|w| about_z(w, azimuth).map(|x| x as f32));
-        let found = HalfDifference::from_directions(&Directions { incoming, outgoing });
-        let found = found.ok_or_else(|| TestCaseError::fail("no half vector"))?;
-        close(&double(&found), &list(&at), rounding(&at))?;
+        let actual = HalfDifference::from_directions(&Directions { incoming, outgoing });
+        let actual = actual.ok_or_else(|| TestCaseError::fail("no half vector"))?;
+        close(&double(&actual), &list(&at), rounding(&at))?;
     }
 
     #[test]
     fn mirror_pair_has_phi_d_0(theta_d in 0.0..1.5f64, azimuth in 0.0..TAU) {
         let [x, y, z] = about_z(about_y([0.0, 0.0, 1.0], theta_d), azimuth).map(|x| x as f32);
         let pair = Directions { incoming: [x, y, z], outgoing: [-x, -y, z] };
-        let found = HalfDifference::from_directions(&pair);
-        let found = found.ok_or_else(|| TestCaseError::fail("no half vector"))?;
-        close(&double(&found), &[0.0, 1.0, theta_d.sin(), 0.0, theta_d.cos()], 5e-6)?;
+        let actual = HalfDifference::from_directions(&pair);
+        let actual = actual.ok_or_else(|| TestCaseError::fail("no half vector"))?;
+        close(&double(&actual), &[0.0, 1.0, theta_d.sin(), 0.0, theta_d.cos()], 5e-6)?;
     }
 
     #[test]
     fn valid_if_both_directions_above_horizon(angles in angles()) {
         let at = HalfDifference::from_angles(angles);
         let [incoming, outgoing] = directions(angles);
-        // Closer than rounding to the horizon either answer is right.
+        // Within rounding of the horizon, both results are correct.
         prop_assume!(incoming[2].abs() > 1e-6 && outgoing[2].abs() > 1e-6);
         prop_assert_eq!(single(&at).is_valid(), incoming[2] > 0.0 && outgoing[2] > 0.0);
     }

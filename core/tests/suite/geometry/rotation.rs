@@ -1,4 +1,4 @@
-//! An isotropic sample does not notice how the pair is turned about the normal, so no model may.
+//! Turns of a pair of directions about the normal, which must not change any model's result.
 
 use std::f32::consts::{PI, TAU};
 
@@ -32,13 +32,13 @@ fn brdf(parameters: &NeuralParameters<f32>, arms: ArmAngles) -> [f32; 3] {
     Neural::brdf::<f32>(parameters, &at)
 }
 
-/// The largest difference of a channel, relative to 1 + f: what the log loss sees.
+/// The largest difference of a channel, relative to 1 + f, as in the logarithmic loss.
 fn difference(a: [f32; 3], b: [f32; 3]) -> f32 {
     let of = |(a, b): (f32, f32)| (a - b).abs() / (1.0 + a);
     a.into_iter().zip(b).map(of).fold(0.0, f32::max)
 }
 
-/// Here red went from .1405 to .2002: the half vector's azimuth came from rounding.
+/// An earlier version changed red from 0.1405 to 0.2002, because rounding determined the half vector's azimuth.
 #[test]
 fn neural_ignores_turn_of_mirror_pair() {
     let parameters = neural();
@@ -48,18 +48,19 @@ fn neural_ignores_turn_of_mirror_pair() {
         let first = brdf(&parameters, pair);
         for turn in 0..3600 {
             let turned = pair.turned((turn as f32 / 10.0).to_radians());
-            let found = brdf(&parameters, turned);
-            // theta_d is left, which rounding moves by 1e-7 or two, and micromath's root by 2e-6.
+            let actual = brdf(&parameters, turned);
+            // Only theta_d changes: by 1e-7 or 2e-7 because of rounding, and by 2e-6 because of micromath's square
+            // root.
             assert!(
-                difference(first, found) < 2e-5,
-                "mirror at {degrees} degrees, turned by {}: {first:?} and {found:?}",
+                difference(first, actual) < 2e-5,
+                "mirror at {degrees} degrees, turned by {}: {first:?} and {actual:?}",
                 turn as f32 / 10.0
             );
         }
     }
 }
 
-/// The arms of a real scanner are not exact: nor is the pole a point.
+/// Real arms are not exact, so small errors near the pole must not matter.
 #[test]
 fn neural_tolerates_arm_errors_of_0_01_degrees() {
     let parameters = neural();
@@ -85,12 +86,12 @@ proptest! {
         let [here, there, too] = [pair.directions(), by_angles, by_vectors].map(|directions| {
             HalfDifference::from_directions(&directions).expect("a half vector")
         });
-        // On either side of the pole's rim another azimuth is right.
+        // The azimuth differs inside and outside the rim of the pole.
         prop_assume!(here.hx < 2.9e-4 || here.hx > 3.1e-4);
-        // As sharp as the azimuth of the half vector, whose length is cos(theta_d); see `POLE`.
-        let sharpness = if here.hx > 0.0 { here.hx * here.dz } else { 1.0 };
+        // As accurate as the azimuth of the half vector, whose length is cos(theta_d); see `POLE`.
+        let accuracy = if here.hx > 0.0 { here.hx * here.dz } else { 1.0 };
         let rounding = if cfg!(feature = "micromath") { 5e-6 } else { 0.0 };
-        let tolerance = rounding + 1e-6 / sharpness;
+        let tolerance = rounding + 1e-6 / accuracy;
         for at in [there, too] {
             for (a, b) in [(at.hx, here.hx), (at.hz, here.hz), (at.dx, here.dx), (at.dy, here.dy), (at.dz, here.dz)] {
                 prop_assert!((a - b).abs() <= tolerance, "{here:?} {at:?}");
@@ -106,8 +107,8 @@ proptest! {
         let at = HalfDifference::from_directions(&pair.directions()).expect("a half vector");
         prop_assume!(at.hx < 2.9e-4 || at.hx > 3.1e-4);
         let parameters = neural();
-        let sharpness = if at.hx > 0.0 { at.hx * at.dz } else { 1.0 };
-        let found = difference(brdf(&parameters, pair), brdf(&parameters, pair.turned(turn)));
-        prop_assert!(found <= 2e-5 + 3e-6 / sharpness, "{found} at {pair:?}");
+        let accuracy = if at.hx > 0.0 { at.hx * at.dz } else { 1.0 };
+        let actual = difference(brdf(&parameters, pair), brdf(&parameters, pair.turned(turn)));
+        prop_assert!(actual <= 2e-5 + 3e-6 / accuracy, "{actual} at {pair:?}");
     }
 }

@@ -1,18 +1,18 @@
-//! Arms and directions, there and back; angles between directions.
+//! Conversions between arms and directions; angles between directions.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glimpse_core::geometry::{ArmAngles, Directions, HalfDifference, Spherical};
 use proptest::prelude::*;
 
-/// Roundings of three products; a root of micromath's.
+/// The rounding of three products, or the error of micromath's square root.
 const ROUNDING: f64 = if cfg!(feature = "micromath") {
     4e-6
 } else {
     8e-7
 };
 
-/// By which the lengths of two directions differ.
+/// The largest difference between the lengths of two directions.
 const LENGTHS: f64 = if cfg!(feature = "micromath") {
     2e-6
 } else {
@@ -33,7 +33,7 @@ prop_compose! {
     }
 }
 
-/// The unit vector in f64, of the same angles in f32.
+/// The unit vector in f64 of the angles in f32.
 fn exact(arm: Spherical) -> [f64; 3] {
     let (theta, phi) = (f64::from(arm.theta), f64::from(arm.phi));
     [
@@ -64,15 +64,15 @@ proptest! {
     #[test]
     fn angles_round_trip(arms in arms()) {
         let directions = arms.directions();
-        for (found, arm) in [(directions.incoming, arms.incoming), (directions.outgoing, arms.outgoing)] {
-            for (found, expected) in found.into_iter().zip(exact(arm)) {
-                prop_assert!((f64::from(found) - expected).abs() < 3e-7);
+        for (actual, arm) in [(directions.incoming, arms.incoming), (directions.outgoing, arms.outgoing)] {
+            for (actual, expected) in actual.into_iter().zip(exact(arm)) {
+                prop_assert!((f64::from(actual) - expected).abs() < 3e-7);
             }
-            let again = Spherical::from_direction(found);
-            prop_assert!(f64::from((again.theta - arm.theta).abs()) < ROUNDING);
-            // The azimuth is as sharp as the sine of theta.
-            let sharp = angle_error(again.phi.into(), arm.phi.into()) * f64::from(arm.theta.sin());
-            prop_assert!(sharp < ROUNDING, "{arm:?} {again:?}");
+            let back = Spherical::from_direction(actual);
+            prop_assert!(f64::from((back.theta - arm.theta).abs()) < ROUNDING);
+            // The error of the azimuth is inversely proportional to the sine of theta.
+            let scaled_error = angle_error(back.phi.into(), arm.phi.into()) * f64::from(arm.theta.sin());
+            prop_assert!(scaled_error < ROUNDING, "{arm:?} {back:?}");
         }
         if arms.incoming.theta.max(arms.outgoing.theta) < 1.57 {
             prop_assert_eq!(directions.check(), Ok(()));
@@ -96,12 +96,12 @@ proptest! {
         let at = HalfDifference::from_directions(&directions)
             .ok_or_else(|| TestCaseError::fail("no half vector"))?;
         let theta_d = f64::from(at.dx.hypot(at.dy)).atan2(f64::from(at.dz));
-        // Between nearly opposite directions, their lengths decide where the half vector points.
+        // For nearly opposite directions, the difference of their lengths determines the half vector.
         let tolerance = 4.0 * ROUNDING + LENGTHS / f64::from(at.dz);
         prop_assert!((separation - 2.0 * theta_d).abs() < tolerance, "{separation} {theta_d}");
     }
 
-    /// An arc cosine of a dot product knows nothing below 3e-4.
+    /// An arc cosine of a dot product could not resolve angles below 3e-4.
     #[test]
     fn small_separations_are_accurate(theta in 0.0..1.4f64, phi in -PI..PI, by in -9.0..-2.0f64) {
         let by = by.exp();
@@ -116,10 +116,10 @@ proptest! {
         let nearer = f64::from(incoming.theta.min(outgoing.theta)).sin();
         let turn = f64::from(incoming.phi) - f64::from(outgoing.phi);
         let sin = nearer * turn.sin().abs();
-        // Near a right angle the arc sine is as sharp as the root of rounding.
+        // Near a right angle, the error of the arc sine is the square root of rounding.
         let tolerance = ROUNDING / (1.0 - sin * sin).sqrt().max(1e-3);
-        let found = f64::from(arms.directions().out_of_plane());
-        prop_assert!((found - sin.asin()).abs() < 2.0 * tolerance, "{found} {}", sin.asin());
+        let actual = f64::from(arms.directions().out_of_plane());
+        prop_assert!((actual - sin.asin()).abs() < 2.0 * tolerance, "{actual} {}", sin.asin());
     }
 }
 

@@ -1,4 +1,4 @@
-//! Counts of a simulated sensor become the BRDF that they were made of.
+//! Calibration recovers the BRDF from the counts of a simulated sensor.
 
 use std::f32::consts::PI;
 
@@ -14,7 +14,7 @@ const DARK: [f32; 3] = [96.0, 101.0, 99.5];
 const GAIN: [f32; 3] = [9000.0, 11_000.0, 7000.0];
 const WHITE: [f32; 3] = [0.99, 0.985, 0.97];
 
-/// The counts of a sensor where the BRDF is `brdf`.
+/// The counts of a sensor for the BRDF `brdf`.
 fn counts(brdf: [f32; 3], at: &Directions<f32>, footprint: Footprint) -> [f32; 3] {
     let cosine = match footprint {
         Footprint::LightLarger => at.incoming[2],
@@ -36,35 +36,35 @@ proptest! {
         r in 0.0..2f32, g in 0.0..2f32, b in 0.0..2f32, light in any::<bool>(),
     ) {
         let footprint = if light { Footprint::LightLarger } else { Footprint::SensorLarger };
-        let here = at([theta_i, 0.0, theta_o, phi]);
-        let read = counts([r, g, b], &here, footprint);
-        // Cosines cancel, whichever it is.
-        let same = calibration(&here, footprint).brdf(read).expect("finite");
+        let directions = at([theta_i, 0.0, theta_o, phi]);
+        let read = counts([r, g, b], &directions, footprint);
+        // Cosines cancel for both footprints.
+        let same_directions = calibration(&directions, footprint).brdf(read).expect("finite");
         let reference = at([0.0, 0.0, 45.0, 0.0]);
-        let once = calibration(&reference, footprint).read_once_at(&reference, footprint).expect("above");
-        let once = once.brdf(read, &here).expect("finite");
-        for found in [same, once] {
-            prop_assert!(!found.saturated);
-            for (found, expected) in found.brdf.into_iter().zip([r, g, b]) {
-                // A count is rounded to 1e-3 or so of some thousand.
-                prop_assert!((found - expected).abs() < 5e-6 * (1.0 + expected) / here.incoming[2].min(here.outgoing[2]));
+        let from_reference = calibration(&reference, footprint).read_once_at(&reference, footprint).expect("above");
+        let from_reference = from_reference.brdf(read, &directions).expect("finite");
+        for actual in [same_directions, from_reference] {
+            prop_assert!(!actual.saturated);
+            for (actual, expected) in actual.brdf.into_iter().zip([r, g, b]) {
+                // Counts of several thousand have a rounding error of about 1e-3.
+                prop_assert!((actual - expected).abs() < 5e-6 * (1.0 + expected) / directions.incoming[2].min(directions.outgoing[2]));
             }
         }
     }
 
     #[test]
     fn quantity_round_trip(theta_i in 0.0..85f32, theta_o in 0.0..85f32, f in 0.0..10f32) {
-        let here = at([theta_i, 0.0, theta_o, 50.0]);
+        let directions = at([theta_i, 0.0, theta_o, 50.0]);
         let expected = [
             (Quantity::Brdf, f),
-            (Quantity::BrdfTimesCosThetaI, f * here.incoming[2]),
-            (Quantity::BrdfTimesCosThetaO, f * here.outgoing[2]),
+            (Quantity::BrdfTimesCosThetaI, f * directions.incoming[2]),
+            (Quantity::BrdfTimesCosThetaO, f * directions.outgoing[2]),
             (Quantity::ReflectanceFactor, f * PI),
         ];
         for (quantity, expected) in expected {
-            let [value, ..] = quantity.of_brdf([f; 3], &here).expect("above the horizon");
+            let [value, ..] = quantity.of_brdf([f; 3], &directions).expect("above the horizon");
             prop_assert!(close(value, expected), "{quantity}");
-            let [back, ..] = quantity.to_brdf([value; 3], &here).expect("above the horizon");
+            let [back, ..] = quantity.to_brdf([value; 3], &directions).expect("above the horizon");
             prop_assert!(close(back, f), "{quantity}");
         }
     }
@@ -72,14 +72,14 @@ proptest! {
 
 #[test]
 fn keeps_negative_noise() {
-    let here = at([30.0, 0.0, 30.0, 90.0]);
+    let directions = at([30.0, 0.0, 30.0, 90.0]);
     let read = DARK.map(|dark| dark - 1.0);
-    let found = calibration(&here, Footprint::LightLarger)
+    let actual = calibration(&directions, Footprint::LightLarger)
         .brdf(read)
         .expect("finite");
-    for (channel, value) in found.brdf.into_iter().enumerate() {
+    for (channel, value) in actual.brdf.into_iter().enumerate() {
         assert!(
-            close(value, -1.0 / (GAIN[channel] * here.incoming[2])),
+            close(value, -1.0 / (GAIN[channel] * directions.incoming[2])),
             "{value}"
         );
         assert!(value < 0.0);
@@ -88,8 +88,8 @@ fn keeps_negative_noise() {
 
 #[test]
 fn flags_saturation_in_any_channel() {
-    let here = at([0.0, 0.0, 30.0, 90.0]);
-    let calibration = calibration(&here, Footprint::LightLarger);
+    let directions = at([0.0, 0.0, 30.0, 90.0]);
+    let calibration = calibration(&directions, Footprint::LightLarger);
     let is_saturated =
         |calibration: &Calibration, read| calibration.brdf(read).expect("finite").saturated;
     let saturating = calibration.saturating_at(4095.0).expect("white below it");
@@ -101,17 +101,19 @@ fn flags_saturation_in_any_channel() {
             assert!(!is_saturated(&calibration, read), "without a level");
         }
     }
-    let once = saturating.read_once_at(&here, Footprint::LightLarger);
-    let once = once.expect("above the horizon").brdf([4095.0; 3], &here);
-    assert!(once.expect("finite").saturated);
+    let from_reference = saturating.read_once_at(&directions, Footprint::LightLarger);
+    let from_reference = from_reference
+        .expect("above the horizon")
+        .brdf([4095.0; 3], &directions);
+    assert!(from_reference.expect("finite").saturated);
 }
 
 #[test]
 fn monochrome_fills_all_channels() {
     let calibration = Calibration::monochrome(100.0, 1100.0, 0.5).expect("a white");
-    let found = calibration.brdf([600.0; 3]).expect("finite");
-    assert_eq!(found, Calibrated::monochrome(found.brdf[0], false));
-    assert!(close(found.brdf[0], 0.25 / PI));
+    let actual = calibration.brdf([600.0; 3]).expect("finite");
+    assert_eq!(actual, Calibrated::monochrome(actual.brdf[0], false));
+    assert!(close(actual.brdf[0], 0.25 / PI));
 }
 
 #[test]
@@ -128,8 +130,8 @@ fn errors_name_the_channel() {
             let error = CalibrationError::NonFinite(channel);
             assert_eq!(new(with(DARK, broken), white, WHITE), error);
             assert_eq!(new(DARK, with(white, broken), WHITE), error);
-            let sound = Calibration::new(DARK, white, WHITE).expect("a white");
-            assert_eq!(sound.brdf(with(white, broken)), Err(error));
+            let valid = Calibration::new(DARK, white, WHITE).expect("a white");
+            assert_eq!(valid.brdf(with(white, broken)), Err(error));
         }
         let error = CalibrationError::WhiteNotBrighter(channel);
         assert_eq!(new(with(DARK, 3000.0), white, WHITE), error);
@@ -138,13 +140,13 @@ fn errors_name_the_channel() {
             let error = CalibrationError::Reflectance(channel);
             assert_eq!(new(DARK, white, with(WHITE, broken)), error);
         }
-        let sound = Calibration::new(DARK, with(white, 3500.0), WHITE).expect("a white");
+        let valid = Calibration::new(DARK, with(white, 3500.0), WHITE).expect("a white");
         let error = Err(CalibrationError::WhiteSaturated(channel));
-        assert_eq!(sound.saturating_at(3500.0), error);
-        assert!(sound.saturating_at(3501.0).is_ok());
-        assert!(sound.saturating_at(f32::NAN).is_err());
+        assert_eq!(valid.saturating_at(3500.0), error);
+        assert!(valid.saturating_at(3501.0).is_ok());
+        assert!(valid.saturating_at(f32::NAN).is_err());
     }
-    // A quotient that is too large is not a BRDF.
+    // A quotient that overflows is not a BRDF.
     let dim = Calibration::monochrome(0.0, 1e-30, 1.0).expect("a white");
     let error = Err(CalibrationError::NonFinite(0));
     assert_eq!(dim.brdf([1e30; 3]), error);
@@ -157,16 +159,16 @@ fn errors_name_the_arm_below_horizon() {
         incoming: [0.6, 0.0, z],
         outgoing: [0.6, 0.0, z],
     };
-    let sound = Calibration::monochrome(0.0, 1.0, 1.0).expect("a white");
+    let valid = Calibration::monochrome(0.0, 1.0, 1.0).expect("a white");
     for (footprint, arm) in [
         (Footprint::LightLarger, Arm::Light),
         (Footprint::SensorLarger, Arm::Sensor),
     ] {
-        let once = sound.read_once_at(&above, footprint).expect("above");
+        let from_reference = valid.read_once_at(&above, footprint).expect("above");
         for z in [0.0, -0.8, f32::NAN, f32::INFINITY] {
             let error = CalibrationError::Cosine(CosineError(arm));
-            assert_eq!(sound.read_once_at(&below(z), footprint), Err(error));
-            assert_eq!(once.brdf([1.0; 3], &below(z)), Err(error));
+            assert_eq!(valid.read_once_at(&below(z), footprint), Err(error));
+            assert_eq!(from_reference.brdf([1.0; 3], &below(z)), Err(error));
         }
     }
     for (quantity, arm) in [

@@ -1,4 +1,4 @@
-//! Limits name what is passed, and by how much.
+//! Limits report the exceeded limit and the excess.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -33,15 +33,15 @@ fn reports_limit_and_excess() {
         in_plane: true,
         ..limits
     };
-    for (limits, place, name, by) in [
+    for (limits, angles, name, by) in [
         (limits, [62.0, 0.0, 0.0, 0.0], "theta_i", 2.0),
         (limits, [0.0, 0.0, 75.5, 0.0], "theta_o", 0.5),
         (limits, [40.0, 20.0, 30.0, 20.0], "separation", 2.0),
         (limits, [0.0, 0.0, 0.0, 0.0], "separation", 12.0),
         (in_plane, [10.0, 0.0, 40.0, 90.0], "plane", 10.0),
     ] {
-        let (found, excess) = degrees(limits.check(&at(place)).unwrap_err());
-        assert_eq!(found, name);
+        let (actual, excess) = degrees(limits.check(&at(angles)).unwrap_err());
+        assert_eq!(actual, name);
         assert!((excess - by).abs() < 1e-3, "{name}: {excess}");
     }
     for azimuth in [0.0, 180.0, 180.05, -179.95] {
@@ -52,7 +52,7 @@ fn reports_limit_and_excess() {
     }
 }
 
-/// A pattern that was placed on a limit is not refused for a rounding.
+/// A pattern on a limit is accepted despite rounding.
 #[test]
 fn accepts_the_limit_itself() {
     let limits = limits();
@@ -78,20 +78,29 @@ fn rejects_invalid_directions() {
 
 #[test]
 fn names_fields_out_of_range() {
-    let refused = |change: &dyn Fn(&mut Limits)| {
+    let validation_error = |change: &dyn Fn(&mut Limits)| {
         let mut limits = limits();
         change(&mut limits);
         limits.validate().unwrap_err()
     };
     for theta in [f32::NAN, 0.0, -0.1, 1.6, f32::INFINITY] {
-        assert_eq!(refused(&|l| l.max_theta_i = theta), LimitsError::MaxThetaI);
-        assert_eq!(refused(&|l| l.max_theta_o = theta), LimitsError::MaxThetaO);
+        assert_eq!(
+            validation_error(&|l| l.max_theta_i = theta),
+            LimitsError::MaxThetaI
+        );
+        assert_eq!(
+            validation_error(&|l| l.max_theta_o = theta),
+            LimitsError::MaxThetaO
+        );
     }
     for separation in [f32::NAN, -0.1, 3.2, f32::INFINITY] {
-        let error = refused(&|l| l.min_separation = separation);
+        let error = validation_error(&|l| l.min_separation = separation);
         assert_eq!(error, LimitsError::MinSeparation);
     }
-    assert_eq!(refused(&|l| l.min_separation = 2.4), LimitsError::Nothing);
+    assert_eq!(
+        validation_error(&|l| l.min_separation = 2.4),
+        LimitsError::Nothing
+    );
     let widest = Limits {
         max_theta_i: FRAC_PI_2,
         max_theta_o: FRAC_PI_2,
@@ -115,7 +124,7 @@ fn messages_contain_field_and_excess() {
     );
 }
 
-/// A recipe holds them.
+/// Recipes contain limits.
 #[test]
 fn postcard_round_trip() {
     let mut buffer = [0; 16];
@@ -131,9 +140,9 @@ proptest! {
     ) {
         let pair = at([theta_i, phi_i, theta_o, phi_o]);
         prop_assert_eq!(Limits::NONE.check(&pair), Ok(()));
-        // Turning does not matter to limits.
+        // A turn does not change the result.
         let (before, after) = (limits().check(&pair), limits().check(&pair.turned(1.0)));
-        let by = |found: Result<(), Unreachable>| match found {
+        let by = |actual: Result<(), Unreachable>| match actual {
             Ok(()) => (0, 0.0),
             Err(Unreachable::Separation { by }) => (1, by),
             Err(Unreachable::ThetaI { by }) => (2, by),
@@ -146,7 +155,7 @@ proptest! {
     }
 }
 
-/// True where a rounding may decide.
+/// Returns true if rounding may determine the result.
 fn near_a_limit(pair: Directions<f32>) -> bool {
     let arms = glimpse_core::geometry::ArmAngles::from_directions(&pair);
     let Limits {

@@ -1,4 +1,4 @@
-//! The next move against a search over turns.
+//! The next move, compared with a search over turns.
 
 use std::f32::consts::{PI, TAU};
 
@@ -22,13 +22,13 @@ fn machine(isotropic: bool) -> Machine {
     }
 }
 
-/// The shorter way around.
+/// The angle of the shorter way around.
 fn around(angle: f32) -> f32 {
     let angle = angle.rem_euclid(TAU);
     angle.min(TAU - angle)
 }
 
-/// The slowest axis, by what `Machine` is documented to count.
+/// The duration of the slowest axis, as `Machine` documents it.
 fn seconds(speeds: &Speeds, to: &ArmAngles, from: &ArmAngles, turn: f32) -> f32 {
     let theta_i = (to.incoming.theta - from.incoming.theta).abs() / speeds.theta_i;
     let theta_o = (to.outgoing.theta - from.outgoing.theta).abs() / speeds.theta_o;
@@ -54,12 +54,12 @@ proptest! {
     #[test]
     fn duration_is_that_of_slowest_axis(to in any_arms(), from in any_arms()) {
         let machine = machine(false);
-        let found = moved(&machine, to, from);
+        let actual = moved(&machine, to, from);
         let expected = seconds(&machine.speeds, &arms(to), &arms(from), 0.0);
-        prop_assert!((found.seconds - expected).abs() < 1e-3, "{} {expected}", found.seconds);
-        prop_assert_eq!(found.index, 7);
-        // The arms stand at the very directions.
-        let (here, there) = (found.arms.directions(), at(to));
+        prop_assert!((actual.seconds - expected).abs() < 1e-3, "{} {expected}", actual.seconds);
+        prop_assert_eq!(actual.index, 7);
+        // The arms reach the exact directions.
+        let (here, there) = (actual.arms.directions(), at(to));
         for (a, b) in here.incoming.into_iter().chain(here.outgoing).zip(there.incoming.into_iter().chain(there.outgoing)) {
             prop_assert!(close(a, b));
         }
@@ -68,16 +68,16 @@ proptest! {
     #[test]
     fn chooses_fastest_turn(to in any_arms(), from in any_arms()) {
         let machine = machine(true);
-        let found = moved(&machine, to, from);
+        let actual = moved(&machine, to, from);
         let best = (0..3600)
             .map(|turn| seconds(&machine.speeds, &arms(to), &arms(from), (turn as f32 / 10.0).to_radians()))
             .fold(f32::INFINITY, f32::min);
-        prop_assert!(found.seconds <= best + 1e-3, "{} {best}", found.seconds);
-        // The search's steps are a tenth of a degree.
-        prop_assert!(found.seconds >= best - 0.1f32.to_radians() / 0.2, "{} {best}", found.seconds);
-        prop_assert!((found.seconds - seconds(&machine.speeds, &found.arms, &arms(from), 0.0)).abs() < 1e-3);
-        // The sample sees the same: the same half and difference vector.
-        let [here, there] = [found.arms.directions(), at(to)]
+        prop_assert!(actual.seconds <= best + 1e-3, "{} {best}", actual.seconds);
+        // The search has steps of a tenth of a degree.
+        prop_assert!(actual.seconds >= best - 0.1f32.to_radians() / 0.2, "{} {best}", actual.seconds);
+        prop_assert!((actual.seconds - seconds(&machine.speeds, &actual.arms, &arms(from), 0.0)).abs() < 1e-3);
+        // The half and difference vectors stay the same.
+        let [here, there] = [actual.arms.directions(), at(to)]
             .map(|pair| HalfDifference::from_directions(&pair).expect("a half vector"));
         prop_assume!(here.hx > 0.01 && here.dz > 0.01);
         for (a, b) in [(here.hx, there.hx), (here.dx, there.dx), (here.dy, there.dy), (here.dz, there.dz)] {
@@ -91,24 +91,24 @@ proptest! {
     ) {
         let machine = machine(isotropic);
         let pending = (3..).zip(to.iter().map(|to| at(*to)));
-        let found = machine.nearest(pending, &arms(from)).expect("in reach");
+        let actual = machine.nearest(pending, &arms(from)).expect("in reach");
         let costs: Vec<_> = to.iter().map(|to| moved(&machine, *to, from).seconds).collect();
         let best = costs.iter().copied().fold(f32::INFINITY, f32::min);
         let first = costs.iter().position(|cost| *cost == best).expect("one of them");
-        prop_assert_eq!(usize::from(found.index), 3 + first);
-        prop_assert_eq!(found.seconds, best);
+        prop_assert_eq!(usize::from(actual.index), 3 + first);
+        prop_assert_eq!(actual.seconds, best);
     }
 }
 
 #[test]
 fn azimuths_take_shorter_way() {
-    // Also after many turns.
+    // Without and after many turns.
     for turns in [0.0, 3600.0] {
         let from = [10.0, 170.0 + turns, 10.0, 90.0];
-        let found = moved(&machine(false), [10.0, -170.0, 10.0, 90.0], from);
-        assert!((found.seconds - 20f32.to_radians() / 0.2).abs() < 1e-3);
+        let actual = moved(&machine(false), [10.0, -170.0, 10.0, 90.0], from);
+        assert!((actual.seconds - 20f32.to_radians() / 0.2).abs() < 1e-3);
         let phi = (190.0 + turns).to_radians();
-        assert!((found.arms.incoming.phi - phi).abs() < 1e-4, "{turns}");
+        assert!((actual.arms.incoming.phi - phi).abs() < 1e-4, "{turns}");
     }
 }
 
@@ -118,24 +118,25 @@ fn ignores_samples_out_of_reach() {
     machine.limits.max_theta_i = 1.0;
     let from = arms([60.0, 0.0, 10.0, 0.0]);
     let places = [at([60.0, 0.0, 10.0, 0.0]), at([20.0, 0.0, 80.0, 0.0])];
-    let found = machine
+    let actual = machine
         .nearest((0..).zip(places), &from)
         .expect("one of them");
-    assert_eq!(found.index, 1, "the nearer one is past the lamp's limit");
+    assert_eq!(actual.index, 1, "the nearer one is past the lamp's limit");
     assert_eq!(machine.nearest((0..).zip([places[0]]), &from), None);
     assert_eq!(machine.nearest([].into_iter(), &from), None);
 }
 
-/// The usual machine has three axes: the lamp has no azimuth, and the sample is turned for it.
+/// A usual machine has three axes: the lamp has no azimuth, and the sample turns instead.
 #[test]
 fn missing_axis_stays_fixed() {
     let mut machine = machine(true);
     machine.speeds.phi_i = 0.0;
     let from = [30.0, 15.0, 40.0, 100.0];
-    let found = moved(&machine, [20.0, -120.0, 40.0, -20.0], from);
-    assert_eq!(found.arms.incoming.phi, 15f32.to_radians());
-    assert!((found.arms.outgoing.phi - 115f32.to_radians()).abs() < 1e-5);
-    // Without turning it cannot get there, unless the azimuth happens to be right or is none.
+    let actual = moved(&machine, [20.0, -120.0, 40.0, -20.0], from);
+    assert_eq!(actual.arms.incoming.phi, 15f32.to_radians());
+    assert!((actual.arms.outgoing.phi - 115f32.to_radians()).abs() < 1e-5);
+    // Without a turn of the sample, the position is out of reach, unless the azimuth is correct already or has no
+    // effect.
     machine.isotropic = false;
     let nearest = |to, from| machine.nearest([(0, at(to))].into_iter(), &arms(from));
     assert_eq!(nearest([20.0, -120.0, 40.0, -20.0], from), None);
@@ -154,24 +155,24 @@ fn in_plane_arms_swing_through_normal() {
     let nearest = |machine: &Machine| machine.nearest([(0, mirror)].into_iter(), &arms(from));
     assert_eq!(nearest(&machine), None);
     machine.through_normal = true;
-    let found = nearest(&machine).expect("in reach");
-    let ArmAngles { incoming, outgoing } = found.arms;
+    let actual = nearest(&machine).expect("in reach");
+    let ArmAngles { incoming, outgoing } = actual.arms;
     assert_eq!((incoming.phi, outgoing.phi), (0.0, 0.0));
     assert!(
         close(incoming.theta.abs(), 40f32.to_radians())
             && close(outgoing.theta.abs(), 50f32.to_radians())
     );
     assert!(incoming.theta * outgoing.theta < 0.0);
-    // The sensor is the faster one: 80 degrees at 1 rad/s, and the lamp's 10 at half of it.
-    assert!((found.seconds - 80f32.to_radians()).abs() < 1e-4);
+    // The sensor moves 80 degrees at 1 rad/s, the lamp 10 degrees at half this speed.
+    assert!((actual.seconds - 80f32.to_radians()).abs() < 1e-4);
 }
 
 #[test]
 fn azimuth_along_normal_takes_no_time() {
     for isotropic in [false, true] {
         let (to, from) = ([0.0, 90.0, 30.0, 20.0], [0.0, -90.0, 30.0, 20.0]);
-        let found = moved(&machine(isotropic), to, from);
-        assert!(found.seconds < 1e-3, "{}", found.seconds);
+        let actual = moved(&machine(isotropic), to, from);
+        assert!(actual.seconds < 1e-3, "{}", actual.seconds);
     }
 }
 

@@ -1,4 +1,4 @@
-//! Repeated readings against the two-pass formulas in f64.
+//! Repeated readings, compared with the two-pass formulas in f64.
 
 use glimpse_core::gonio::{Repeated, RepeatedError};
 use proptest::prelude::*;
@@ -36,7 +36,7 @@ fn rejects_non_finite_readings() {
         assert_eq!(repeated.add(reading, true), Err(error));
         assert_eq!(repeated, before);
     }
-    // Its square is too large.
+    // The square overflows.
     let error = repeated.add([1.0, 1.0, f32::MAX], false);
     assert_eq!(error, Err(RepeatedError::NonFinite(2)));
     assert_eq!(repeated, before);

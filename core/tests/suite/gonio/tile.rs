@@ -1,4 +1,4 @@
-//! The self-test finds the quantity of readings of a tile, or reports that it cannot.
+//! The self-test recognizes the quantity of a tile's readings, or reports that the result is unclear.
 
 use std::f32::consts::PI;
 
@@ -20,25 +20,25 @@ const ALL: [Quantity; 4] = [
 struct Generator(u64);
 
 impl Generator {
-    /// In \[0, 1).
+    /// A number in \[0, 1).
     fn uniform(&mut self) -> f32 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005);
         self.0 = self.0.wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    /// Of mean 0 and standard deviation 1, nearly normal.
+    /// A nearly normal number of mean 0 and standard deviation 1.
     fn normal(&mut self) -> f32 {
         (0..12).map(|_| self.uniform()).sum::<f32>() - 6.0
     }
 }
 
-/// The directions of readings of a tile: theta_i and theta_o over 0 to 60 degrees, each by itself.
-fn places(count: usize, random: &mut Generator) -> Vec<Directions<f32>> {
+/// The directions of a tile's readings: theta_i and theta_o independently over 0 to 60 degrees.
+fn directions(count: usize, random: &mut Generator) -> Vec<Directions<f32>> {
     let step = 60.0 / count as f32;
     (0..count)
         .map(|index| {
-            // Coprime to the counts in use, so that all of them come once.
+            // 3 is coprime to the counts in use, so that each value occurs once.
             let other = (index * 3 + 1) % count;
             at([
                 (index as f32 + random.uniform()) * step,
@@ -65,10 +65,10 @@ const EXACT: Case = Case {
     monochrome: false,
 };
 
-/// Readings of the tile by a scanner that gives `quantity` times `factor`, with noise.
+/// Readings of the tile by a scanner that yields `quantity` times `factor`, with noise.
 fn readings(
     case: &Case,
-    places: &[Directions<f32>],
+    directions: &[Directions<f32>],
     random: &mut Generator,
 ) -> Vec<(Directions<f32>, [f32; 3])> {
     let tile = if case.monochrome { [TILE[0]; 3] } else { TILE };
@@ -86,16 +86,16 @@ fn readings(
         });
         (*at, read)
     };
-    places.iter().map(read).collect()
+    directions.iter().map(read).collect()
 }
 
 fn simulate_verdict(case: &Case, count: usize, random: &mut Generator) -> Verdict {
-    let places = places(count, random);
+    let directions = directions(count, random);
     let tile = if case.monochrome { [TILE[0]; 3] } else { TILE };
-    examine(&readings(case, &places, random), tile)
+    examine(&readings(case, &directions, random), tile)
 }
 
-/// True for the right verdict, None for none.
+/// True for the correct verdict, false for a wrong one, None for an unclear one.
 fn is_correct(case: &Case, verdict: &Verdict) -> Option<bool> {
     match *verdict {
         Verdict::Unclear(_) => None,
@@ -112,7 +112,7 @@ fn is_correct(case: &Case, verdict: &Verdict) -> Option<bool> {
     }
 }
 
-/// Of 500 tiles each: how many verdicts are right, and how many wrong.
+/// The numbers of correct and wrong verdicts, for 500 tiles of each quantity.
 fn tally(count: usize, noise: f32, monochrome: bool, factor: [f32; 3]) -> (usize, usize) {
     let mut random = Generator(1);
     let (mut correct, mut wrong) = (0, 0);
@@ -146,15 +146,15 @@ fn recognizes_eight_readings_with_3_percent_noise() {
     }
 }
 
-/// Rather no verdict than a wrong one.
+/// An unclear verdict is better than a wrong one.
 #[test]
 fn more_noise_gives_fewer_but_no_wrong_verdicts() {
-    for (noise, least) in [(0.05, 1800), (0.1, 0), (0.3, 0)] {
+    for (noise, min_correct) in [(0.05, 1800), (0.1, 0), (0.3, 0)] {
         for monochrome in [false, true] {
             let (correct, wrong) = tally(8, noise, monochrome, [1.0; 3]);
             println!("{noise} {monochrome}: {correct} right, {wrong} wrong");
             assert!(
-                correct >= least && wrong == 0,
+                correct >= min_correct && wrong == 0,
                 "{noise}: {correct} right, {wrong} wrong"
             );
         }
@@ -163,7 +163,7 @@ fn more_noise_gives_fewer_but_no_wrong_verdicts() {
 
 #[test]
 fn three_exact_readings_are_enough() {
-    let places = [
+    let directions = [
         at([5.0, 0.0, 30.0, 90.0]),
         at([55.0, 0.0, 10.0, 90.0]),
         at([30.0, 0.0, 60.0, 120.0]),
@@ -171,7 +171,7 @@ fn three_exact_readings_are_enough() {
     let mut random = Generator(1);
     for quantity in ALL {
         let case = Case { quantity, ..EXACT };
-        let readings = readings(&case, &places, &mut random);
+        let readings = readings(&case, &directions, &mut random);
         assert_eq!(examine(&readings, TILE), Verdict::Is(quantity));
         let two = readings.get(..2).expect("three of them");
         assert_eq!(examine(two, TILE), Verdict::Unclear(Doubt::TooFew));
@@ -179,7 +179,7 @@ fn three_exact_readings_are_enough() {
     assert_eq!(examine(&[], TILE), Verdict::Unclear(Doubt::TooFew));
 }
 
-/// A reflectance factor times cos(theta_i), as of a white that was read once and taken for 1.
+/// A reflectance factor times cos(theta_i), from a white that was read once and assumed to be 1.
 #[test]
 fn recognizes_constant_times_cosine() {
     let case = Case {
@@ -189,13 +189,13 @@ fn recognizes_constant_times_cosine() {
         monochrome: false,
     };
     let Verdict::Scaled { quantity, factor } = simulate_verdict(&case, 8, &mut Generator(5)) else {
-        panic!("a constant");
+        panic!("the verdict is not a constant factor");
     };
     assert_eq!(quantity, Quantity::BrdfTimesCosThetaI);
     assert!(factor.iter().all(|factor| (factor / PI - 1.0).abs() < 0.02));
 }
 
-/// Exact BRDFs, but directions by which nothing else can be excluded.
+/// Exact readings, but at directions that do not exclude other quantities.
 #[test]
 fn similar_directions_are_unclear() {
     let angles = [0.0, 15.0, 30.0, 45.0, 60.0];
@@ -203,14 +203,14 @@ fn similar_directions_are_unclear() {
     let fixed_sensor = angles.map(|theta| at([theta, 0.0, 45.0, 90.0]));
     let fixed_light = angles.map(|theta| at([45.0, 0.0, theta, 90.0]));
     let narrow = angles.map(|theta| at([theta / 10.0, 0.0, 6.0 - theta / 10.0, 90.0]));
-    for (places, quantity) in [
+    for (directions, quantity) in [
         (mirror, Quantity::BrdfTimesCosThetaI),
         (fixed_sensor, Quantity::Brdf),
         (fixed_light, Quantity::Brdf),
         (narrow, Quantity::Brdf),
     ] {
         let case = Case { quantity, ..EXACT };
-        let readings = readings(&case, &places, &mut Generator(1));
+        let readings = readings(&case, &directions, &mut Generator(1));
         assert_eq!(examine(&readings, TILE), Verdict::Unclear(Doubt::Alike));
     }
 }
@@ -218,10 +218,13 @@ fn similar_directions_are_unclear() {
 #[test]
 fn unknown_quantity_is_unclear() {
     let mut random = Generator(3);
-    let places = places(10, &mut random);
+    let directions = directions(10, &mut random);
     let brdf = |at: &Directions<f32>| TILE.map(|r| r / PI * (0.2 + at.incoming[0].abs()));
     let verdict = examine(
-        &places.iter().map(|at| (*at, brdf(at))).collect::<Vec<_>>(),
+        &directions
+            .iter()
+            .map(|at| (*at, brdf(at)))
+            .collect::<Vec<_>>(),
         TILE,
     );
     assert!(
@@ -230,7 +233,10 @@ fn unknown_quantity_is_unclear() {
     );
     let both = |at: &Directions<f32>| TILE.map(|r| r / PI * at.incoming[2] * at.outgoing[2]);
     let verdict = examine(
-        &places.iter().map(|at| (*at, both(at))).collect::<Vec<_>>(),
+        &directions
+            .iter()
+            .map(|at| (*at, both(at)))
+            .collect::<Vec<_>>(),
         TILE,
     );
     assert!(matches!(verdict, Verdict::Unclear(_)));
@@ -238,22 +244,22 @@ fn unknown_quantity_is_unclear() {
 
 #[test]
 fn names_invalid_readings_and_reflectances() {
-    let places = places(8, &mut Generator(2));
-    let sound: Vec<_> = places
+    let directions = directions(8, &mut Generator(2));
+    let valid: Vec<_> = directions
         .iter()
         .map(|at| (*at, TILE.map(|r| r / PI)))
         .collect();
-    assert_eq!(examine(&sound, TILE), Verdict::Is(Quantity::Brdf));
+    assert_eq!(examine(&valid, TILE), Verdict::Is(Quantity::Brdf));
     for value in [0.0, -0.01, f32::NAN, f32::INFINITY] {
-        let mut broken = sound.clone();
+        let mut broken = valid.clone();
         broken[5].1[2] = value;
         assert_eq!(examine(&broken, TILE), Verdict::Unclear(Doubt::Reading(5)));
     }
-    let mut below = sound.clone();
+    let mut below = valid.clone();
     below[3].0.outgoing[2] *= -1.0;
     assert_eq!(examine(&below, TILE), Verdict::Unclear(Doubt::Reading(3)));
     for reflectance in [0.0, -0.5, 99.0, f32::NAN] {
-        let verdict = examine(&sound, [0.5, reflectance, 0.5]);
+        let verdict = examine(&valid, [0.5, reflectance, 0.5]);
         assert_eq!(verdict, Verdict::Unclear(Doubt::Reflectance(1)));
     }
 }

@@ -1,23 +1,23 @@
-//! Problems, an independent solve in f64, and ours.
+//! Problems, an independent solve in f64, and the crate's solve.
 
 use glimpse_core::fit::ridge::{Factors, Problem, Real, RidgeError, factor_length, scratch_length};
 
 use crate::random::Random;
 
 impl Random {
-    /// From 0 to 1.
+    /// A number from 0 to 1.
     pub(crate) fn uniform(&mut self) -> f64 {
         self.bits() as f64 / u64::MAX as f64
     }
 
-    /// Of mean 0 and standard deviation 1: a sum of twelve, nearly normal.
+    /// A nearly normal number of mean 0 and standard deviation 1: a sum of twelve uniform numbers.
     pub(crate) fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }
 }
 
-/// A realistic problem: components scaled by singular values that fall from 10 to 0.1, measurements
-/// of materials that follow the prior, and noise. All numbers are f32 exactly.
+/// A realistic problem. Singular values from 10 to 0.1 scale the components. The measurements are those of materials
+/// that follow the prior, with noise. All numbers are exact in f32.
 pub(crate) struct Case {
     pub(crate) m: usize,
     pub(crate) basis: Vec<f64>,
@@ -26,7 +26,8 @@ pub(crate) struct Case {
 }
 
 impl Case {
-    /// `smooth` makes neighboring rows alike, as neighboring directions are: worse conditioned.
+    /// `smooth` makes neighboring rows similar, like those of neighboring directions. The problem is then worse
+    /// conditioned.
     pub(crate) fn new(
         n: usize,
         m: usize,
@@ -38,12 +39,12 @@ impl Case {
         let round = |x: f64| f64::from(x as f32);
         let scale = |k: usize| 10.0 * 0.01_f64.powf(k as f64 / (m.max(2) - 1) as f64);
         let phases: Vec<f64> = (0..m).map(|_| 6.3 * random.uniform()).collect();
-        let places: Vec<f64> = (0..n).map(|_| random.uniform()).collect();
+        let positions: Vec<f64> = (0..n).map(|_| random.uniform()).collect();
         let mut basis = Vec::new();
-        for place in &places {
+        for position in &positions {
             for (k, phase) in phases.iter().enumerate() {
                 let shape = if smooth {
-                    (place * 0.3 * (k + 1) as f64 + phase).sin()
+                    (position * 0.3 * (k + 1) as f64 + phase).sin()
                 } else {
                     random.normal()
                 };
@@ -67,7 +68,7 @@ impl Case {
         }
     }
 
-    /// (A'A + P)^-1 b by an independent method: elimination with pivoting in f64, then refined.
+    /// (A'A + P)^-1 b by an independent method: elimination with pivoting in f64, and one refinement.
     pub(crate) fn reference(&self, right: &[f64]) -> Vec<f64> {
         let product = |k: usize, l: usize| -> f64 {
             let columns = self.basis.chunks(self.m).map(|row| row[k] * row[l]);
@@ -78,16 +79,16 @@ impl Case {
             .map(|k| (0..self.m).map(|l| product(k, l)).collect())
             .collect();
         let mut solution = eliminate(&matrix, right);
-        let left: Vec<f64> = (0..self.m)
+        let residual: Vec<f64> = (0..self.m)
             .map(|k| right[k] - (0..self.m).map(|l| matrix[k][l] * solution[l]).sum::<f64>())
             .collect();
-        for (x, correction) in solution.iter_mut().zip(eliminate(&matrix, &left)) {
+        for (x, correction) in solution.iter_mut().zip(eliminate(&matrix, &residual)) {
             *x += correction;
         }
         solution
     }
 
-    /// A't.
+    /// The right side A't.
     pub(crate) fn right_side(&self) -> Vec<f64> {
         let rows = || self.basis.chunks(self.m).zip(&self.mapped);
         (0..self.m)
@@ -127,7 +128,7 @@ pub(crate) fn single(values: &[f64]) -> Vec<f32> {
     values.iter().map(|x| *x as f32).collect()
 }
 
-/// Factorizes and hands the factors over, with scratch.
+/// Factorizes, and calls `then` with the factors and scratch memory.
 pub(crate) fn with_factors<S: Real, R>(
     basis: &[S],
     precision: &[S],
@@ -141,7 +142,7 @@ pub(crate) fn with_factors<S: Real, R>(
     Ok(then(&factors, &mut scratch))
 }
 
-/// Coefficients for t, and the solution for lambda.
+/// The coefficients for t, and the solution for lambda.
 pub(crate) fn solutions<S: Real>(
     basis: &[S],
     precision: &[S],
@@ -160,7 +161,7 @@ pub(crate) fn solutions<S: Real>(
     .unwrap()
 }
 
-/// |a - b| / |b|.
+/// The relative distance |a - b| / |b|.
 pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
     let norm = |list: &mut dyn Iterator<Item = f64>| list.map(|x| x * x).sum::<f64>().sqrt();
     norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) / norm(&mut b.iter().copied())

@@ -1,4 +1,4 @@
-//! Lists and precisions that do not fit are refused by name.
+//! Lists of wrong lengths and invalid precisions are rejected.
 
 use glimpse_core::fit::ridge::{
     Part, Problem, RidgeError, RidgeGradient, factor_length, scratch_length,
@@ -12,10 +12,13 @@ fn length(part: Part, found: usize) -> RidgeError {
 
 #[test]
 fn rejects_problems_of_wrong_lengths() {
-    let refused = |basis: &[f32], precision: &[f32]| Problem::new(basis, precision).err();
-    assert_eq!(refused(&[1.0], &[]), Some(length(Part::Precision, 0)));
-    assert_eq!(refused(&[], &[1.0]), Some(length(Part::Basis, 0)));
-    assert_eq!(refused(&[1.0; 5], &[1.0; 2]), Some(length(Part::Basis, 5)));
+    let parse_error = |basis: &[f32], precision: &[f32]| Problem::new(basis, precision).err();
+    assert_eq!(parse_error(&[1.0], &[]), Some(length(Part::Precision, 0)));
+    assert_eq!(parse_error(&[], &[1.0]), Some(length(Part::Basis, 0)));
+    assert_eq!(
+        parse_error(&[1.0; 5], &[1.0; 2]),
+        Some(length(Part::Basis, 5))
+    );
 }
 
 #[test]
@@ -55,8 +58,8 @@ fn rejects_lists_and_buffers_of_wrong_lengths() {
             (n, m, cut, small),
         ] {
             let scratch = &mut scratch[..scratch_length];
-            let found = factors.coefficients(&t[..t_length], &mut out[..out_length], scratch);
-            assert_eq!(found, Err(error));
+            let actual = factors.coefficients(&t[..t_length], &mut out[..out_length], scratch);
+            assert_eq!(actual, Err(error));
         }
         for (c_length, out_length, scratch_length, error) in [
             (m + 1, m, working, length(coefficients, m + 1)),
@@ -64,11 +67,11 @@ fn rejects_lists_and_buffers_of_wrong_lengths() {
             (m, m, cut, small),
         ] {
             let scratch = &mut scratch[..scratch_length];
-            let found = factors.solve(&c[..c_length], &mut out[..out_length], scratch);
-            assert_eq!(found, Err(error));
+            let actual = factors.solve(&c[..c_length], &mut out[..out_length], scratch);
+            assert_eq!(actual, Err(error));
         }
 
-        // One list after the other is one too short.
+        // Each list in turn is too short by one.
         let lengths = [n, m, m, n, n * m, m];
         let (basis, precision) = (Part::Basis, Part::Precision);
         let parts = [mapped, coefficients, coefficients, mapped, basis, precision];
@@ -81,8 +84,8 @@ fn rejects_lists_and_buffers_of_wrong_lengths() {
                 basis: &mut b,
                 precision: &mut p,
             };
-            let found = factors.adjoint(&t, &c, &lambda, &mut gradient, &mut scratch);
-            assert_eq!(found, Err(length(part, short[which])));
+            let actual = factors.adjoint(&t, &c, &lambda, &mut gradient, &mut scratch);
+            assert_eq!(actual, Err(length(part, short[which])));
             assert!(a.iter().chain(&b).chain(&p).all(|x| *x == 0.5));
         }
     }
@@ -91,16 +94,16 @@ fn rejects_lists_and_buffers_of_wrong_lengths() {
 #[test]
 fn rejects_non_positive_precision() {
     for bad in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-        // In the dual form, of fewer samples than components, no pivot would show it.
+        // In the dual form, with fewer samples than components, no pivot would show the fault.
         for basis in [&[1.0; 4][..], &[1.0; 2]] {
-            let found = with_factors(basis, &[1.0, bad], |_, _| ());
-            assert_eq!(found, Err(RidgeError::Precision(1)));
+            let actual = with_factors(basis, &[1.0, bad], |_, _| ());
+            assert_eq!(actual, Err(RidgeError::Precision(1)));
         }
     }
 }
 
-/// Version 0.1 refused pivots that rounding had brought to 0 or below. Here components are equal, and
-/// the prior is lost in rounding: their sum still explains t = 1.
+/// Version 0.1 rejected pivots that rounding had made 0 or negative. Here components are equal, and the prior is lost
+/// in rounding. Their sum still explains t = 1.
 #[test]
 fn solves_ill_conditioned_problem() {
     for (entry, precision, n, m) in [(1e4, 1e-3, 3, 2), (1e5, 1e-3, 2, 3), (1e5, 1e-3, 3, 3)] {

@@ -1,11 +1,11 @@
-//! The coefficients.
+//! The coefficients of a solve.
 
 use glimpse_core::fit::ridge::{Problem, factor_length, scratch_length};
 
 use super::case::{Case, distance, double, single, solutions};
 use crate::random::Random;
 
-/// The name of a rule that gives each of m components its precision.
+/// A rule for the precision of each of m components, with its name.
 type Precision = (&'static str, fn(usize, usize) -> f64);
 
 /// The largest relative errors of c and s in f64, then in f32.
@@ -25,7 +25,7 @@ const PRECISIONS: [Precision; 5] = [
     }),
 ];
 
-/// c and s in f64, then in f32.
+/// The solutions c and s in f64, then in f32.
 fn in_both_precisions(case: &Case, lambda: &[f64]) -> [Vec<f64>; 4] {
     let Case {
         basis,
@@ -54,9 +54,9 @@ fn f32_and_f64_match_independent_solve() {
                         (0..m).map(|_| f64::from(random.normal() as f32)).collect();
                     let c = case.reference(&case.right_side());
                     let s = case.reference(&lambda);
-                    let found = in_both_precisions(&case, &lambda);
+                    let actual = in_both_precisions(&case, &lambda);
                     for (index, expected) in [&c, &s, &c, &s].into_iter().enumerate() {
-                        let error = distance(&found[index], expected);
+                        let error = distance(&actual[index], expected);
                         assert!(
                             error <= BOUNDS[index],
                             "n = {n}, m = {m}, precision {name}: {error:.1e}"
@@ -71,7 +71,7 @@ fn f32_and_f64_match_independent_solve() {
     }
 }
 
-/// Rows of zeros change nothing, but make n larger than m: the same problem in the primal form.
+/// Rows of zeros do not change the solution, but make n as large as m: the same problem in the primal form.
 #[test]
 fn primal_and_dual_agree() {
     for (n, m) in [(1, 3), (4, 5), (8, 60), (30, 40)] {
@@ -96,7 +96,7 @@ fn reads_basis_from_unaligned_bytes() {
     let mut bytes = vec![0xff];
     bytes.extend(basis.iter().chain(&precision).flat_map(|x| x.to_le_bytes()));
     let (words, []) = bytes[1..].as_chunks::<4>() else {
-        panic!("whole words")
+        panic!("incomplete words")
     };
     let (basis, precision) = words.split_at(40);
     let problem = Problem::new(basis, precision).unwrap();

@@ -1,8 +1,7 @@
-//! Raw counts, wrong units and wild readings end in an error by name or in finite numbers.
+//! Raw counts, wrong units and outliers end in an error or in finite numbers.
 //!
-//! In version 0.1 readings times 16,777,215 ended in 219 NaN parameters, a finite residual and black
-//! (on x86), one reading of `f32::MAX` in NaN coefficients and a residual of 87.9, and counts of 12
-//! or 16 bits in a finished fit.
+//! In version 0.1, readings times 16,777,215 gave 219 NaN parameters, a finite residual and black (on x86). One reading
+//! of `f32::MAX` gave NaN coefficients and a residual of 87.9. Counts of 12 or 16 bits gave a finished fit.
 
 use glimpse_core::fit::AnyModel;
 use glimpse_core::model::{Model, ModelKind, Neural};
@@ -17,7 +16,7 @@ use crate::scanning::{
 
 type Any = AnyModel;
 
-/// A made-up recipe of each model, and the recipes of the examples, which learn in large steps.
+/// A synthetic recipe of each model, and the recipes of the examples, which have large step sizes.
 fn recipes() -> Vec<Recipe<'static>> {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/recipes");
     let files = std::fs::read_dir(folder).unwrap();
@@ -38,7 +37,7 @@ fn outcomes(reading: impl Fn(u16) -> Reading) -> Vec<Outcome> {
         .collect()
 }
 
-/// A Lambertian material with a highlight, as sensors see it: from 0.06 to 3 sr^-1.
+/// Readings of a Lambertian material with a highlight, from 0.06 to 3 sr^-1.
 fn plausible(index: u16) -> [f32; 3] {
     let highlight = if index == 2 { 2.5 } else { 0.0 };
     [0.30 + highlight, 0.12 + highlight, 0.06 + highlight]
@@ -47,22 +46,22 @@ fn plausible(index: u16) -> [f32; 3] {
 
 #[test]
 fn rejects_counts_and_wrong_units() {
-    let refused = |reading: &dyn Fn(u16) -> Reading| {
+    let check_rejected = |reading: &dyn Fn(u16) -> Reading| {
         for outcome in outcomes(reading) {
             assert_eq!(outcome, Outcome::TooLarge);
         }
     };
-    refused(&|index| Reading::new(plausible(index).map(|f| f * 16_777_215.0)));
-    refused(&|_| Reading::monochrome(f32::MAX));
-    // 0.3 sr^-1, a perfect white, is a good part of the range.
+    check_rejected(&|index| Reading::new(plausible(index).map(|f| f * 16_777_215.0)));
+    check_rejected(&|_| Reading::monochrome(f32::MAX));
+    // A perfect white, 0.32 sr^-1, is at 70 % of the range.
     for white in [4_095.0_f32, 65_535.0] {
         let count = |f: f32| (f / 0.32 * 0.7 * white).min(white).round();
-        refused(&|index| Reading {
+        check_rejected(&|index| Reading {
             brdf: plausible(index).map(count),
             saturated: index == 2,
         });
         // A stuck sensor.
-        refused(&|_| Reading::monochrome(white));
+        check_rejected(&|_| Reading::monochrome(white));
     }
     for outcome in outcomes(|index| Reading::new(plausible(index))) {
         assert!(matches!(outcome, Outcome::Fitted(..)), "{outcome:?}");
@@ -75,7 +74,7 @@ fn error_contains_limit() {
     record(&mut scan, 0..8, |_| Reading::monochrome(1_000.0));
     let error = scan.fit().err().unwrap();
     assert_eq!(error, FitError::TooLarge { limit: 10 });
-    // The readings are still there, and can be replaced.
+    // The readings are kept, and can be replaced.
     assert_eq!(scan.pending().count(), 0);
     for index in 0..8 {
         assert!(
@@ -87,9 +86,9 @@ fn error_contains_limit() {
     assert!(matches!(fit(&mut scan, &[50]), Outcome::Fitted(..)));
 }
 
-/// Real materials are shiny: nickel is above 10 sr^-1 at 12 of the 24 readings of Neural's pattern,
-/// whose theta_d are large, and its lower quartile is below 1 (as is every material's of MERL and
-/// RGL: at most 1.2 with any of the demo's four patterns).
+/// Real materials are shiny. Nickel is above 10 sr^-1 at 12 of the 24 readings of Neural's pattern, whose theta_d are
+/// large. Its lower quartile is below 1. The lower quartile of every material of MERL and RGL is at most 1.2, with any
+/// of the demo's four patterns.
 #[test]
 fn accepts_metal_at_grazing_angles() {
     for mut scan in empty_scans() {
@@ -101,17 +100,17 @@ fn accepts_metal_at_grazing_angles() {
     }
 }
 
-/// One wild reading among good ones. [`fit`] checks that the numbers are finite.
+/// One outlier among good readings. [`fit`] checks that the numbers are finite.
 #[test]
 fn one_outlier_fits_or_diverges() {
     let mut fitted = 0;
-    for wild in [f32::MAX, 1e30, 1e10, 65_535.0] {
+    for outlier in [f32::MAX, 1e30, 1e10, 65_535.0] {
         for at in 0..8 {
             for channels in [0..1, 1..2, 2..3, 0..3] {
                 let outcomes = outcomes(|index| {
                     let mut brdf = plausible(index);
                     if index == at {
-                        brdf[channels.clone()].fill(wild);
+                        brdf[channels.clone()].fill(outlier);
                     }
                     Reading::new(brdf)
                 });
@@ -127,17 +126,17 @@ fn one_outlier_fits_or_diverges() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
-    /// Many readings wild, of any size that a float has. [`fit`] checks that the numbers are finite.
+    /// Many outliers, of any size of a float. [`fit`] checks that the numbers are finite.
     #[test]
     fn outliers_never_give_nan(
-        wild in prop::collection::vec(
+        outliers in prop::collection::vec(
             (0..24_usize, (0..0x7f80_0000_u32).prop_map(f32::from_bits)),
             1..24,
         ),
     ) {
         outcomes(|index| {
             let mut brdf = plausible(index);
-            for (place, value) in &wild {
+            for (place, value) in &outliers {
                 if place / 3 == usize::from(index) {
                     brdf[place % 3] = *value;
                 }
@@ -147,17 +146,17 @@ proptest! {
     }
 }
 
-/// A fit whose numbers run away is reported, whichever elementary functions there are.
+/// A fit whose numbers overflow is reported, with any elementary functions.
 #[test]
 fn infinite_brdf_diverges() {
-    // By the network's own output (e^z - 1): no parameter need be infinite.
+    // The network's output (e^z - 1) overflows with finite parameters.
     let mut contents = neural();
     let mut network = [0.0; Neural::PARAMETERS];
     network[672..].fill(3e38);
     contents.initial = network.to_vec();
     contents.step_sizes.fill(0.0);
     let by_neural = parsed(contents.write().unwrap());
-    // Linear's: all numbers finite, e to their power not.
+    // Linear's numbers are finite, but their exponentials are not.
     let mut contents = linear();
     contents.basis.fill(0.0);
     contents.mean.fill(100.0);

@@ -1,4 +1,4 @@
-//! A fit has all readings before it begins, and its result does not depend on how it is sliced.
+//! A fit begins with all readings, and its result does not depend on its slices.
 
 use glimpse_core::fit::{Fitter, Progress};
 use glimpse_core::recipe::Recipe;
@@ -10,8 +10,8 @@ use crate::scanning::{
     synthetic_reading,
 };
 
-/// Version 0.1 counted steps without readings, so that early calls used the fit up; and with 1 to 7
-/// of 8 readings it never ended.
+/// Version 0.1 counted steps without readings, so that early calls consumed the fit. With 1 to 7 of 8 readings, it
+/// never ended.
 #[test]
 fn fit_needs_all_readings() {
     for mut scan in empty_scans() {
@@ -26,7 +26,7 @@ fn fit_needs_all_readings() {
             }
             scan.record(first, synthetic_reading(first)).unwrap();
         }
-        // All of it is left to do.
+        // No unit of work is done.
         let total = recipe.descent().map_or(5 + 3, |_| 20 * 8);
         let progress = scan.fit().unwrap().progress();
         assert_eq!(progress, Progress { done: 0, total });
@@ -37,7 +37,7 @@ fn fit_needs_all_readings() {
     }
 }
 
-/// The missing ones are counted, and the first of them is named, wherever they are.
+/// The error contains the number of missing readings and the first of them.
 #[test]
 fn incomplete_fit_names_first_missing_reading() {
     for mut scan in empty_scans() {
@@ -48,7 +48,7 @@ fn incomplete_fit_names_first_missing_reading() {
     }
 }
 
-/// In version 0.1 the residual of nothing was 0, perfect.
+/// In version 0.1, the residual before a fit was 0, as for a perfect fit.
 #[test]
 fn no_residual_before_fit() {
     for mut scan in empty_scans() {
@@ -66,7 +66,7 @@ fn no_residual_before_fit() {
         assert_eq!(fit.advance(0), progress);
         assert!(fit.advance(u32::MAX).is_complete());
         assert_eq!(fit.advance(u32::MAX).done, total);
-        // Complete, but nobody has looked at it.
+        // The fit is complete, but not finished.
         assert!(scan.fitted().is_none());
         let fitted = scan.fit_under_way().unwrap().finish().unwrap().residual();
         assert!(fitted.mean > 0.0 && fitted.worst >= fitted.mean);
@@ -78,8 +78,7 @@ fn no_residual_before_fit() {
     }
 }
 
-/// Neither a fit under way nor its result holds once a reading has changed; a reading that was
-/// refused changes nothing.
+/// A new reading discards a fit in progress and its result. A rejected reading changes nothing.
 #[test]
 fn reading_during_fit_discards_it() {
     let gray = |_| Reading::new([0.4; 3]);
@@ -104,7 +103,7 @@ fn reading_during_fit_discards_it() {
         let before = full_scan::<Any>(recipe, gray);
         assert_ne!(before, expected);
         assert_eq!(fit(&mut scan, &[3]), before);
-        // A second fit begins afresh.
+        // A second fit starts from the beginning.
         scan.fit().unwrap().advance(4);
         assert!(scan.fitted().is_none());
         assert_eq!(fit(&mut scan, &[5]), before);
@@ -117,7 +116,7 @@ fn check_slices<K: Fitter + 'static>(recipe: Recipe<'static>, brdfs: &[[f32; 3]]
     record(&mut scan, 0..8, reading);
     let sliced = fit(&mut scan, budgets);
     assert_eq!(sliced, full_scan::<K>(recipe, reading));
-    // The same where each slice is found again.
+    // The result is the same if each slice resumes the fit.
     assert_eq!(scan.fit().unwrap().progress().done, 0);
     let mut budgets = budgets.iter().cycle();
     let mut is_complete = false;
@@ -125,7 +124,7 @@ fn check_slices<K: Fitter + 'static>(recipe: Recipe<'static>, brdfs: &[[f32; 3]]
         let mut fit = scan.fit_under_way().unwrap();
         is_complete = fit.advance(*budgets.next().unwrap()).is_complete();
     }
-    let _ = scan.fit_under_way().unwrap().finish(); // which need not be plausible
+    let _ = scan.fit_under_way().unwrap().finish(); // may be implausible
     let fitted = scan.fitted().unwrap();
     assert!(fitted.values().eq(sliced.values()));
 }

@@ -1,4 +1,4 @@
-//! A sensor with one channel: the fitted material is gray, to the bit.
+//! A sensor with one channel gives a gray material, to the bit.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::fit::{AnyModel, Fitter, Linear};
@@ -11,14 +11,14 @@ use crate::completion::contents::CompletedContents;
 use crate::recipes::parsed;
 use crate::scanning::{MODELS, fit, recipe_for, record};
 
-/// A glossy gray: a highlight at one sample of four.
+/// Readings of a glossy gray material, with a highlight at one sample of four.
 fn glossy(index: u16) -> Reading {
     let k = f32::from(index);
     let highlight = if index % 4 == 2 { 1.7 } else { 0.0 };
     Reading::monochrome(0.11 + 0.03 * k + highlight)
 }
 
-/// The values of the three channels are equal at the pattern and, where there is a BRDF, elsewhere.
+/// Checks that the three channels are equal at the pattern or, for Linear, in the coefficients.
 fn assert_gray<K: Fitter>(recipe: &Recipe<'_>) {
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<K>::new(*recipe, &mut memory).unwrap();
@@ -55,7 +55,7 @@ fn monochrome_readings_give_gray_material() {
     }
 }
 
-/// A single reading of three channels is enough for a colored material.
+/// A single colored reading is enough for a colored material.
 #[test]
 fn one_colored_reading_gives_colored_material() {
     for recipe in MODELS.map(recipe_for) {

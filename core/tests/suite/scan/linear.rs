@@ -1,4 +1,4 @@
-//! Linear's scan ends in the coefficients of its definition, whatever the recipe's numbers are.
+//! Linear's scan yields the coefficients of its definition, for all numbers that a recipe may have.
 
 use glimpse_core::fit::Linear;
 use glimpse_core::geometry::HalfDifference;
@@ -11,7 +11,7 @@ use proptest::prelude::*;
 use crate::recipes::{RidgeContents, linear, parsed};
 use crate::scanning::{Outcome, fit, full_scan, new_scan, record, synthetic_reading};
 
-/// Scans with a recipe of these numbers.
+/// The outcome of a full scan with a recipe of these contents.
 fn scan_with(contents: &RidgeContents) -> Outcome {
     full_scan::<Linear>(parsed(contents.write().unwrap()), synthetic_reading)
 }
@@ -22,16 +22,16 @@ fn linear_coefficients_match_definition() {
     let recipe = parsed(contents.write().unwrap());
     let mut scan = new_scan::<Linear>(recipe);
     record(&mut scan, 0..8, synthetic_reading);
-    // A row of the factorization or a channel at a time.
+    // A unit of work is a row of the factorization or a channel.
     assert_eq!(scan.fit().unwrap().progress().total, 8);
     let outcome = fit(&mut scan, &[1]);
     let (coefficients, residual) = (outcome.values(), outcome.residual());
     assert_eq!(coefficients.len(), 15);
 
-    // The normal equations hold: A'(t - A c) = P c. And the residual is that of the definition.
+    // The normal equations A'(t - A c) = P c hold, and the residual is that of its definition.
     let mut errors = [0.0_f32; 8];
     for (channel, c) in coefficients.chunks(5).enumerate() {
-        let mut left: Vec<f64> = c.iter().map(|c| -40.0 * f64::from(*c)).collect();
+        let mut gradient: Vec<f64> = c.iter().map(|c| -40.0 * f64::from(*c)).collect();
         let mut scale = 0.0_f64;
         for (sample, row) in contents.basis.chunks(5).enumerate() {
             let (mean, median) = (contents.mean[sample], contents.median[sample]);
@@ -39,8 +39,8 @@ fn linear_coefficients_match_definition() {
             let y = synthetic_reading(sample as u16).brdf[channel];
             let explained: f32 = row.iter().zip(c).map(|(a, c)| a * c).sum();
             let rest = f64::from(map(y, median, weight) - mean - explained);
-            for (left, a) in left.iter_mut().zip(row) {
-                *left += f64::from(*a) * rest;
+            for (gradient, a) in gradient.iter_mut().zip(row) {
+                *gradient += f64::from(*a) * rest;
                 scale = scale.max((f64::from(*a) * rest).abs());
             }
             let f = unmap(explained + mean, median, weight);
@@ -48,8 +48,8 @@ fn linear_coefficients_match_definition() {
             let cosine = HalfDifference::from_angles(at).cos_theta_i();
             errors[sample] += ((1.0 + f * cosine) / (1.0 + y * cosine)).ln().abs() / 3.0;
         }
-        for left in left {
-            assert!(left.abs() < 1e-5 * scale, "{left} of {scale}");
+        for gradient in gradient {
+            assert!(gradient.abs() < 1e-5 * scale, "{gradient} of {scale}");
         }
     }
     let mean = errors.iter().sum::<f32>() / 8.0;
@@ -59,17 +59,20 @@ fn linear_coefficients_match_definition() {
     } else {
         1e-5
     };
-    for (found, expected) in [
+    for (actual, expected) in [
         (residual.mean, mean),
         (residual.worst, worst),
         (errors[usize::from(residual.worst_index)], worst),
     ] {
-        assert!((found - expected).abs() < tolerance, "{found}, {expected}");
+        assert!(
+            (actual - expected).abs() < tolerance,
+            "{actual}, {expected}"
+        );
     }
 }
 
-/// Components alike, priors that are lost in rounding, and the smallest precision that a proptest found: in
-/// version 0.1 the factorization met a pivot that was not positive, and the scan could not begin.
+/// Equal components, priors that are lost in rounding, and the smallest precision that a proptest found. In version
+/// 0.1, the factorization met a pivot that was not positive, and the scan could not begin.
 #[test]
 fn fits_ill_conditioned_recipes() {
     let mut one_large_entry = vec![0.0; 40];
@@ -91,13 +94,13 @@ fn fits_ill_conditioned_recipes() {
             "{precision:?}: {outcome:?}"
         );
     }
-    // Numbers that floats cannot hold are not a recipe.
+    // Numbers that would overflow are rejected.
     let mut contents = linear();
     contents.basis.fill(1e30);
     assert_eq!(contents.write(), Err(RecipeError::Range(Field::Basis)));
 }
 
-/// Basis entries and precisions over all decades that a recipe may have.
+/// Basis entries and precisions over all valid decades.
 fn decades() -> impl Strategy<Value = (Vec<f32>, Vec<f32>)> {
     let size = (-6.0..3.5_f32).prop_map(|logarithm| 10.0_f32.powf(logarithm));
     let sign = prop::sample::select(vec![0.0, 0.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0]);
@@ -109,12 +112,12 @@ fn decades() -> impl Strategy<Value = (Vec<f32>, Vec<f32>)> {
     )
 }
 
-/// Any positive float from one to another, every exponent as likely as the next.
+/// Any positive float in a range, with equally likely exponents.
 fn floats_between(min: f32, max: f32) -> impl Strategy<Value = f32> {
     (min.to_bits()..=max.to_bits()).prop_map(f32::from_bits)
 }
 
-/// Any float up to this size.
+/// Any float up to a size.
 fn floats_within(max: f32) -> impl Strategy<Value = f32> {
     (floats_between(0.0, max), any::<bool>())
         .prop_map(|(value, negative)| if negative { -value } else { value })
@@ -122,7 +125,7 @@ fn floats_within(max: f32) -> impl Strategy<Value = f32> {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
-    /// In version 0.1 7,522 of 67,950 valid recipes failed to begin.
+    /// In version 0.1, 7,522 of 67,950 valid recipes could not begin a scan.
     #[test]
     fn low_rank_recipe_fits_or_diverges((basis, precision) in decades(), rank in 1..=5_usize) {
         let mut contents = RidgeContents { basis, precision, ..linear() };
@@ -136,7 +139,7 @@ proptest! {
         prop_assert!(matches!(outcome, Outcome::Fitted(..) | Outcome::Diverged), "{:?}", outcome);
     }
 
-    /// All numbers that a recipe may have, at random: finite values, or a reported divergence.
+    /// Random valid recipes give finite values, or a reported divergence.
     #[test]
     fn recipe_of_any_numbers_fits_or_diverges(
         basis in prop::collection::vec(floats_within(MAX_BASIS), 40),

@@ -1,4 +1,4 @@
-//! Memory is the caller's, is large where the scan is small, and comes back.
+//! The caller provides the memory of a scan, and gets it back.
 
 use glimpse_core::fit::{AnyModel, Fitter, Linear};
 use glimpse_core::model::{ModelKind, Neural};
@@ -16,7 +16,7 @@ fn scan_struct_is_small() {
     assert!(size_of::<Scan<'_, AnyModel>>() <= 400);
 }
 
-/// The constant that sizes a firmware's memory is what each fit takes, by its type and at run time.
+/// The constant for the size of a firmware's memory equals the need of each fit, by type and at run time.
 #[test]
 fn memory_words_match_recipe() {
     let mut all = Vec::new();
@@ -34,17 +34,17 @@ fn memory_words_match_recipe() {
             all.push((words, bytes));
         }
     }
-    let most = all.iter().map(|(words, _)| *words).max().unwrap();
+    let max_words = all.iter().map(|(words, _)| *words).max().unwrap();
     let bytes: Vec<&[u8]> = all.iter().map(|(_, bytes)| &bytes[..]).collect();
-    assert_eq!(memory_words(&bytes), most);
+    assert_eq!(memory_words(&bytes), max_words);
     assert_eq!(memory_words(&[]), 0);
-    // Linear's solve: nine words a sample, three channels of m, n, the factors, and scratch.
+    // Linear's solve: nine words per sample, three channels of m, n, the factors, and scratch memory.
     let bytes = encoded_recipe(ModelKind::Linear);
     assert_eq!(
         memory_words(&[&bytes]),
         9 * 8 + 3 * 5 + 8 + 15 + (2 * 5 + 3 * 5)
     );
-    // In version 0.2 `linear_words(16, 24)` promised 320 words to completed recipes that need 352.
+    // In version 0.2, `linear_words(16, 24)` returned 320 words for completed recipes that need 352.
     for cut in 0..bytes.len() {
         let words = memory_words(&[&bytes[..cut]]);
         assert!(words == usize::MAX || words <= memory_words(&[&bytes]));
@@ -55,7 +55,7 @@ fn memory_words_match_recipe() {
     );
 }
 
-/// In version 0.1 there was no second recipe at run time: a workspace could not be had back.
+/// In version 0.1, a workspace could not be reused for a second recipe at run time.
 #[test]
 fn memory_is_reusable() {
     let recipes = MODELS.map(recipe_for);
@@ -63,7 +63,7 @@ fn memory_is_reusable() {
     let mut memory = &mut vec![0.0; words][..];
     for recipe in recipes.into_iter().chain(recipes) {
         let mut scan = Scan::<AnyModel>::new(recipe, memory).unwrap();
-        // Nothing is left of the scan before.
+        // Nothing is left of the previous scan.
         assert_eq!(scan.pending().count(), SAMPLES);
         assert!(scan.fitted().is_none() && scan.fit_under_way().is_none());
         record(&mut scan, 0..8, synthetic_reading);
@@ -73,13 +73,13 @@ fn memory_is_reusable() {
         );
         memory = scan.into_memory();
         assert_eq!(memory.len(), words);
-        // A scan that only borrows the memory leaves nothing either.
+        // A scan that only borrows the memory leaves nothing behind either.
         let mut unfinished = Scan::<AnyModel>::new(recipe, &mut *memory).unwrap();
         record(&mut unfinished, 0..7, |_| Reading::monochrome(5.0));
     }
 }
 
-/// A recipe with fewer samples and components finds nothing of the larger one before it.
+/// A recipe with fewer samples and components is not affected by a larger recipe before it.
 #[test]
 fn smaller_recipe_reuses_memory() {
     let mut small = linear();

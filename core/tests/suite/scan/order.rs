@@ -1,4 +1,4 @@
-//! Readings come in any order and may come again; the model may be known at run time only.
+//! Readings may come in any order and repeatedly. The model may be unknown until run time.
 
 use glimpse_core::fit::Fitter;
 use glimpse_core::recipe::Recipe;
@@ -10,10 +10,10 @@ use crate::scanning::{
     synthetic_reading,
 };
 
-fn check_order<K: Fitter + 'static>(recipe: Recipe<'static>, order: &[u16], again: &[u16]) {
+fn check_order<K: Fitter + 'static>(recipe: Recipe<'static>, order: &[u16], repeated: &[u16]) {
     let mut scan = new_scan::<K>(recipe);
-    // Some are read wrongly at first.
-    for index in again {
+    // Some samples have a wrong reading first.
+    for index in repeated {
         let reading = Reading {
             brdf: [0.9, 0.8, 0.7],
             saturated: true,
@@ -23,7 +23,7 @@ fn check_order<K: Fitter + 'static>(recipe: Recipe<'static>, order: &[u16], agai
     }
     for index in order {
         let recorded = scan.record(*index, synthetic_reading(*index)).unwrap();
-        assert_eq!(recorded.replaced, again.contains(index));
+        assert_eq!(recorded.replaced, repeated.contains(index));
         assert!(!recorded.clamped);
         assert_eq!(scan.reading(*index), Some(synthetic_reading(*index)));
     }
@@ -47,30 +47,30 @@ proptest! {
     #[test]
     fn reading_order_keeps_result(
         order in Just((0..8).collect::<Vec<u16>>()).prop_shuffle(),
-        again in prop::collection::vec(0..8u16, 0..5),
+        repeated in prop::collection::vec(0..8u16, 0..5),
     ) {
-        for_every_fitter!(check_order, &order, &again);
+        for_every_fitter!(check_order, &order, &repeated);
     }
 
-    /// In the recipe's order, at the recipe's directions.
+    /// The order and the directions are those of the recipe.
     #[test]
     fn unread_samples_are_pending(
         order in Just((0..8).collect::<Vec<u16>>()).prop_shuffle(),
     ) {
         for mut scan in empty_scans() {
-            let places: Vec<_> = scan.pending().collect();
-            prop_assert_eq!(places.len(), SAMPLES);
+            let samples: Vec<_> = scan.pending().collect();
+            prop_assert_eq!(samples.len(), SAMPLES);
             for (read, index) in order.iter().enumerate() {
                 prop_assert_eq!(scan.reading(*index), None);
                 scan.record(*index, synthetic_reading(*index)).unwrap();
-                let left = places.iter().filter(|place| !order[..=read].contains(&place.0));
-                prop_assert!(scan.pending().eq(left.copied()));
+                let unread = samples.iter().filter(|place| !order[..=read].contains(&place.0));
+                prop_assert!(scan.pending().eq(unread.copied()));
                 prop_assert_eq!(scan.next_pending(), scan.pending().next());
             }
         }
     }
 
-    /// Firmware that takes any recipe ends where that for one model does.
+    /// Firmware for any recipe gives the same result as firmware for one model.
     #[test]
     fn any_model_matches_each_model(brdfs in prop::collection::vec([0.0..4.0f32, 0.0..4.0, 0.0..4.0], 8)) {
         let reading = |index: u16| Reading::new(brdfs[usize::from(index)]);

@@ -1,4 +1,4 @@
-//! Broken sensors: a fit that has a result, but is implausible.
+//! Broken sensors: the fit has a result, but is implausible.
 
 use glimpse_core::fit::AnyModel;
 use glimpse_core::scan::{FinishError, Implausible, Reading, Scan};
@@ -7,13 +7,13 @@ use super::SCAN_RECIPES;
 use crate::recipes::parsed;
 use crate::scanning::record;
 
-/// A matt material as a noisy sensor reads it.
+/// Readings of a matt material by a noisy sensor.
 fn matt(index: u16) -> [f32; 3] {
     let k = f32::from(index);
     [0.21, 0.13, 0.08].map(|f| f * (1.0 + 0.002 * k))
 }
 
-/// The verdict on readings, by a trained recipe.
+/// The verdict on readings with a trained recipe.
 fn verdict(recipe: &[u8], reading: impl Fn(u16) -> Reading) -> Option<Implausible> {
     let recipe = parsed(recipe.to_vec());
     let mut memory = vec![0.0; recipe.memory_words()];
@@ -26,14 +26,14 @@ fn verdict(recipe: &[u8], reading: impl Fn(u16) -> Reading) -> Option<Implausibl
         Err(FinishError::Implausible(reason)) => Some(reason),
         Err(error) => panic!("{error}"),
     };
-    // The fit can be taken either way, and says the same.
+    // The fit is available in both cases, and contains the same verdict.
     let fitted = scan.fitted().unwrap();
     assert_eq!(fitted.residual().implausible, verdict);
     assert!(fitted.values().all(f32::is_finite));
     verdict
 }
 
-/// The verdicts by a recipe of each model.
+/// The verdicts with a recipe of each model.
 fn verdicts(reading: impl Fn(u16) -> Reading) -> [Option<Implausible>; 4] {
     SCAN_RECIPES.map(|bytes| verdict(bytes, &reading))
 }
@@ -84,7 +84,7 @@ fn dead_channel_is_implausible() {
     }
 }
 
-/// 8-bit counts divided by 255, not by those of the white: most of them near the full scale.
+/// 8-bit counts divided by 255 instead of the white's. Most of them are near the full scale.
 #[test]
 fn counts_relative_to_full_scale_are_implausible() {
     let counts =

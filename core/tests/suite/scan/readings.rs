@@ -1,4 +1,4 @@
-//! Readings that are refused, clamped or counted.
+//! Readings that are rejected, clamped or counted.
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
@@ -31,14 +31,14 @@ fn rejects_invalid_readings() {
             assert_eq!(scan.next_pending(), Some(first));
             assert_eq!(scan.reading(0), None);
         }
-        // Dark is possible.
+        // Black is valid.
         let dark = Reading::monochrome(0.0);
         assert_eq!(scan.record(0, dark), Ok(Recorded::default()));
         assert_eq!(scan.next_pending().unwrap().0, 1);
     }
 }
 
-/// There may be room for more samples than the recipe has.
+/// The memory may be larger than the recipe needs.
 #[test]
 fn rejects_unknown_samples() {
     for model in MODELS {
@@ -60,8 +60,8 @@ fn rejects_unknown_samples() {
     }
 }
 
-/// The least BRDF that the loss (1 + y cos > 0) or the mapping (y w + e > 0) of a recipe takes at a
-/// sample: half of the margin at 0 is kept.
+/// The smallest BRDF that the loss (1 + y cos > 0) or the mapping (y w + e > 0) of a recipe accepts at a sample. It
+/// keeps half of the margin at 0.
 fn min_reading(recipe: &Recipe<'_>, index: u16) -> f32 {
     let index = usize::from(index);
     match recipe.ridge() {
@@ -73,7 +73,7 @@ fn min_reading(recipe: &Recipe<'_>, index: u16) -> f32 {
     }
 }
 
-/// A dark-subtracted reading may be below 0: as it is where the loss can take it, else brought up.
+/// A dark-subtracted reading may be below 0. It is kept if the loss accepts it, otherwise clamped.
 #[test]
 fn clamps_negative_readings() {
     for mut scan in empty_scans() {
@@ -87,7 +87,7 @@ fn clamps_negative_readings() {
         let residual = unclamped.residual();
         assert_eq!(residual.clamped, 0);
 
-        // Further below 0, a reading counts as if it were there, and is counted.
+        // A smaller reading is fitted as the smallest valid one, and counted as clamped.
         let mut clamped = 0;
         for index in 0..8 {
             let value = min_reading(&recipe, index).next_down().max(MIN_READING);
@@ -103,16 +103,16 @@ fn clamps_negative_readings() {
             clamped
         };
         assert!(clamped > 0 && clamped == all, "{clamped}");
-        let found = fit(&mut scan, &[9]);
-        assert_eq!(found.bits(), unclamped.bits());
+        let actual = fit(&mut scan, &[9]);
+        assert_eq!(actual.bits(), unclamped.bits());
         let expected = Residual {
             clamped,
             implausible: Some(Implausible::Dark),
             ..residual
         };
-        assert_eq!(found.residual(), expected);
+        assert_eq!(actual.residual(), expected);
 
-        // Once read again, it is not clamped any more.
+        // A new reading is not clamped.
         record(&mut scan, 0..8, |_| Reading::new([0.0, 0.1, 0.2]));
         assert_eq!(fit(&mut scan, &[9]).residual().clamped, 0);
     }
@@ -151,7 +151,7 @@ fn counts_repeated_readings() {
     }
 }
 
-/// A sensor with one channel makes a gray material.
+/// A sensor with one channel gives a gray material.
 #[test]
 fn monochrome_reading_fills_channels() {
     assert_eq!(Reading::monochrome(0.25), Reading::new([0.25; 3]));
@@ -160,7 +160,7 @@ fn monochrome_reading_fills_channels() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
-    /// Whatever noise brings below 0, the fit ends.
+    /// The fit finishes with any noise below 0.
     #[test]
     fn fits_noise_below_zero(
         brdfs in prop::collection::vec(prop::array::uniform3(-1.0..0.5f32), 8),

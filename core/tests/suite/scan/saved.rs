@@ -1,4 +1,4 @@
-//! A scan that loses power anywhere resumes or begins again, and ends in the same bits.
+//! A scan with a power loss at any time resumes or restarts, and gives the same bits.
 
 use glimpse_core::fit::Fitter;
 use glimpse_core::model::ModelKind;
@@ -13,10 +13,10 @@ use crate::scanning::{
 };
 
 const BYTES: usize = Saved::<8>::BYTES;
-/// The order in which samples are read.
+/// The order of the readings.
 const ORDER: [u16; 8] = [5, 0, 7, 3, 1, 2, 6, 4];
 
-/// A reading of a material.
+/// The reading of a sample of a material.
 fn reading_of(material: f32, index: u16) -> Reading {
     let k = f32::from(index);
     Reading {
@@ -25,10 +25,10 @@ fn reading_of(material: f32, index: u16) -> Reading {
     }
 }
 
-/// The saved state after some readings of a material.
-fn saved(recipe: &Recipe<'_>, material: f32, taken: usize) -> Saved<8> {
+/// The first `count` readings of a material, saved.
+fn saved(recipe: &Recipe<'_>, material: f32, count: usize) -> Saved<8> {
     let mut saved = Saved::new(recipe);
-    for index in &ORDER[..taken] {
+    for index in &ORDER[..count] {
         saved.insert(*index, reading_of(material, *index)).unwrap();
     }
     saved
@@ -42,8 +42,7 @@ fn write_into(memory: &mut [u8; BYTES], saved: &Saved<8>, cut: usize) {
     memory[..cut].copy_from_slice(&bytes[..cut]);
 }
 
-/// The outcome of a scan that begins with saved readings and reads the rest; and the number of
-/// readings that it had to take.
+/// The outcome of a scan that begins with saved readings and takes the rest, and the number of readings that it takes.
 fn resume<K: Fitter + 'static>(
     recipe: Recipe<'static>,
     saved: &[(u16, Reading)],
@@ -53,18 +52,18 @@ fn resume<K: Fitter + 'static>(
         scan.record(*index, *reading).unwrap();
     }
     let pending: Vec<u16> = scan.pending().map(|(index, _)| index).collect();
-    let taken = pending.len();
+    let count = pending.len();
     record(&mut scan, pending, |index| reading_of(0.2, index));
-    (fit(&mut scan, &[7]), taken)
+    (fit(&mut scan, &[7]), count)
 }
 
 fn check_resumed_scan<K: Fitter + 'static>(recipe: Recipe<'static>) {
     let (whole, all) = resume::<K>(recipe, &[]);
     assert_eq!(all, 8);
     assert!(matches!(whole, Outcome::Fitted(..)));
-    for kept in 0..=8 {
-        let resumed = resume::<K>(recipe, saved(&recipe, 0.2, kept).readings());
-        assert_eq!(resumed, (whole.clone(), 8 - kept));
+    for count in 0..=8 {
+        let resumed = resume::<K>(recipe, saved(&recipe, 0.2, count).readings());
+        assert_eq!(resumed, (whole.clone(), 8 - count));
     }
 }
 
@@ -73,8 +72,8 @@ fn resumed_scan_keeps_result() {
     for_every_fitter!(check_resumed_scan);
 }
 
-/// Power is lost after each byte of each write in turn: of the scan's own, and of the one that
-/// forgets the scan before it, of another material.
+/// Cuts the power after each byte of each write: of the scan's own writes, and of the write that deletes the previous
+/// scan of another material.
 #[test]
 fn interrupted_write_leaves_old_new_or_no_readings() {
     for scan in empty_scans() {
@@ -83,15 +82,15 @@ fn interrupted_write_leaves_old_new_or_no_readings() {
         let mut before = [0xA5; BYTES];
         let mut old = saved(&recipe, 0.7, 8);
         write_into(&mut before, &old, BYTES);
-        for taken in 0..=8 {
-            let new = saved(&recipe, 0.2, taken);
+        for count in 0..=8 {
+            let new = saved(&recipe, 0.2, count);
             for cut in 0..=BYTES {
                 let mut memory = before;
                 write_into(&mut memory, &new, cut);
                 match Saved::<8>::read(&memory, &recipe) {
-                    Ok(found) if found == new => {}
-                    // Not a byte was altered yet.
-                    Ok(found) => assert_eq!((memory, &found), (before, &old)),
+                    Ok(actual) if actual == new => {}
+                    // No byte has changed yet.
+                    Ok(actual) => assert_eq!((memory, &actual), (before, &old)),
                     Err(error) => {
                         assert_eq!(error, SavedError::Damaged);
                         damaged += 1;
@@ -105,23 +104,23 @@ fn interrupted_write_leaves_old_new_or_no_readings() {
     }
 }
 
-/// A fit cut short begins again from the readings.
+/// An interrupted fit starts again from the readings.
 #[test]
 fn power_loss_during_fit_keeps_result() {
     for mut scan in empty_scans() {
         let recipe = *scan.recipe();
         let whole = resume::<Any>(recipe, &[]).0;
-        let kept = saved(&recipe, 0.2, 8);
+        let complete = saved(&recipe, 0.2, 8);
         let mut memory = [0; BYTES];
-        write_into(&mut memory, &kept, BYTES);
+        write_into(&mut memory, &complete, BYTES);
         for done in [1, 3, 7, 8, 100, 159] {
             record(&mut scan, 0..8, |index| reading_of(0.2, index));
             let mut fit = scan.fit().unwrap();
             let done = done.min(fit.progress().total - 1);
             assert_eq!(fit.advance(done).done, done);
-            // Power is lost, and with it everything in `scan`.
-            let found = Saved::<8>::read(&memory, &recipe).unwrap();
-            assert_eq!(resume::<Any>(recipe, found.readings()), (whole.clone(), 0));
+            // The power loss clears `scan`.
+            let actual = Saved::<8>::read(&memory, &recipe).unwrap();
+            assert_eq!(resume::<Any>(recipe, actual.readings()), (whole.clone(), 0));
         }
     }
 }
@@ -135,16 +134,16 @@ fn rejects_readings_of_other_recipe() {
     let mut memory = [0; BYTES];
     write_into(&mut memory, &saved(&recipe, 0.2, 5), BYTES);
     let found = recipe.checksum();
-    let refused = Saved::<8>::read(&memory, &other);
-    assert_eq!(refused, Err(SavedError::Recipe { found }));
+    let actual = Saved::<8>::read(&memory, &other);
+    assert_eq!(actual, Err(SavedError::Recipe { found }));
 }
 
 #[test]
 fn unwritten_memory_is_damaged() {
     let recipe = recipe_for(ModelKind::Neural);
     for byte in [0, 0xFF, 0xA5] {
-        let refused = Saved::<8>::read(&[byte; BYTES], &recipe);
-        assert_eq!(refused, Err(SavedError::Damaged));
+        let actual = Saved::<8>::read(&[byte; BYTES], &recipe);
+        assert_eq!(actual, Err(SavedError::Damaged));
     }
     for length in 0..6 {
         assert!(Saved::<8>::read(&[0; 6][..length], &recipe).is_err());
@@ -158,20 +157,20 @@ fn capacity_is_enforced() {
     assert_eq!(saved.insert(8, reading_of(0.2, 8)), Err(SavedError::Full));
     let needed = saved.write(&mut [0; BYTES]).unwrap().len();
     for length in 0..needed {
-        let refused = saved.write(&mut vec![0; length]).err();
-        assert_eq!(refused, Some(SavedError::Full));
+        let actual = saved.write(&mut vec![0; length]).err();
+        assert_eq!(actual, Some(SavedError::Full));
     }
     assert!(saved.write(&mut vec![0; needed]).is_ok());
-    // Readings of a firmware with more room are damaged for this one.
+    // Readings of a firmware with more capacity count as damaged.
     let mut memory = [0; BYTES];
     write_into(&mut memory, &saved, BYTES);
-    let refused = Saved::<7>::read(&memory, &recipe);
-    assert_eq!(refused, Err(SavedError::Damaged));
+    let actual = Saved::<7>::read(&memory, &recipe);
+    assert_eq!(actual, Err(SavedError::Damaged));
     saved.clear();
     assert_eq!(saved, Saved::new(&recipe));
 }
 
-/// A second reading of a sample takes the place of the first, also where there is no more room.
+/// A second reading of a sample replaces the first, even at full capacity.
 #[test]
 fn second_reading_replaces_first() {
     let recipe = recipe_for(ModelKind::Neural);
@@ -184,10 +183,10 @@ fn second_reading_replaces_first() {
     assert_eq!(saved.readings(), expected);
 }
 
-/// In version 0.1 a NaN was taken, kept and read back.
+/// In version 0.1, a NaN was accepted, saved and read.
 #[test]
 fn rejects_invalid_saved_readings() {
-    /// As they are written, by anybody.
+    /// The bytes of a foreign writer.
     #[derive(Serialize)]
     struct Forged {
         recipe: u32,
@@ -242,13 +241,13 @@ proptest! {
 
     #[test]
     fn rejects_altered_readings(
-        taken in 0..=8_usize,
+        count in 0..=8_usize,
         index: prop::sample::Index,
         flip in 1..=255u8,
     ) {
         let recipe = recipe_for(ModelKind::Neural);
         let mut buffer = [0; BYTES];
-        let length = saved(&recipe, 0.2, taken).write(&mut buffer).unwrap().len();
+        let length = saved(&recipe, 0.2, count).write(&mut buffer).unwrap().len();
         buffer[index.index(length)] ^= flip;
         prop_assert!(Saved::<8>::read(&buffer, &recipe).is_err());
     }
