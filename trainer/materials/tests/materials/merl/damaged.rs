@@ -18,6 +18,7 @@ fn rejects_damaged_tables() {
     );
     file.read();
 
+    // One value in each channel.
     for (at, number, words) in [
         (0, f64::NAN, ["0", "NaN"]),
         (11 * 262_144, f64::INFINITY, ["2883584", "inf"]),
