@@ -33,6 +33,7 @@ impl<T: Scalar, const N: usize> Dual<T, N> {
         }
     }
 
+    /// Applies the chain rule for a function with this value and this derivative at `self`.
     #[inline(always)]
     fn chain(self, value: T, slope: T) -> Self {
         let mut tangent = self.tangent;
@@ -78,8 +79,8 @@ impl<T: Scalar, const N: usize> Mul for Dual<T, N> {
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let mut tangent = self.tangent;
-        for (t, by_other) in tangent.iter_mut().zip(&other.tangent) {
-            *t = (*t * other.value).plus_product(self.value, *by_other);
+        for (t, other_tangent) in tangent.iter_mut().zip(&other.tangent) {
+            *t = (*t * other.value).plus_product(self.value, *other_tangent);
         }
         Self {
             value: self.value * other.value,
@@ -95,8 +96,8 @@ impl<T: Scalar, const N: usize> Div for Dual<T, N> {
         let inverse = T::constant(1.0) / other.value;
         let value = self.value * inverse;
         let mut tangent = self.tangent;
-        for (t, by_other) in tangent.iter_mut().zip(&other.tangent) {
-            *t = (*t - value * *by_other) * inverse;
+        for (t, other_tangent) in tangent.iter_mut().zip(&other.tangent) {
+            *t = (*t - value * *other_tangent) * inverse;
         }
         Self { value, tangent }
     }
@@ -141,9 +142,9 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
 
     #[inline(always)]
     fn add_product(sum: &mut Self::Sum, a: Self, b: Self) {
-        for ((sum, by_a), by_b) in sum.iter_mut().zip(&a.tangent).zip(&b.tangent) {
-            T::add_product(sum, *by_a, b.value);
-            T::add_product(sum, a.value, *by_b);
+        for ((sum, a_tangent), b_tangent) in sum.iter_mut().zip(&a.tangent).zip(&b.tangent) {
+            T::add_product(sum, *a_tangent, b.value);
+            T::add_product(sum, a.value, *b_tangent);
         }
     }
 
@@ -197,8 +198,10 @@ impl<T: Scalar, const N: usize> Scalar for Dual<T, N> {
     #[inline(always)]
     fn plus_product(self, a: Self, b: Self) -> Self {
         let mut tangent = self.tangent;
-        for ((t, by_a), by_b) in tangent.iter_mut().zip(&a.tangent).zip(&b.tangent) {
-            *t = t.plus_product(*by_a, b.value).plus_product(a.value, *by_b);
+        for ((t, a_tangent), b_tangent) in tangent.iter_mut().zip(&a.tangent).zip(&b.tangent) {
+            *t = t
+                .plus_product(*a_tangent, b.value)
+                .plus_product(a.value, *b_tangent);
         }
         Self {
             value: self.value.plus_product(a.value, b.value),

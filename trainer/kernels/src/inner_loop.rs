@@ -1,16 +1,16 @@
 //! The unrolled inner loop and its exact adjoint: the meta-gradient.
 //!
 //! Forward: theta_{k+1} = theta_k - alpha * g(theta_k) for K steps, where g is the gradient of the mean loss over the
-//! inner samples. Then the outer loss at theta_K (paper, Algorithm 1).
+//! inner samples. Then the outer loss is computed at theta_K (paper, Algorithm 1).
 //!
 //! Reverse: let lambda be the gradient with respect to theta_{k+1}, and v = alpha * lambda. The gradient with respect
 //! to theta_k is lambda - H v. Each step adds -lambda * g to the gradient with respect to alpha. It adds -d(g.v)/dx and
 //! -d(g.v)/dy to the gradients with respect to a sample's coordinates x and measured value y. One evaluation of the
-//! model's gradient on dual parameters with tangent v gives H v and both mixed derivatives. It needs no tape: memory is
-//! K parameter vectors for any number of samples.
+//! model's gradient on dual parameters with tangent v gives H v and both mixed derivatives. It needs no tape: the
+//! memory is 2 K parameter vectors (theta_k and g) for any number of samples.
 //!
-//! A [`SampleList`] computes the sums over samples, the gradient and the Hessian-vector product: on lanes and threads
-//! in training, in scalar f64 in tests.
+//! A [`SampleList`] computes the gradient and the Hessian-vector product over its samples. Training uses lanes and
+//! threads, and tests use scalar f64.
 
 use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
 use glimpse_core::numeric::{Scalar, Value};
@@ -140,7 +140,7 @@ impl<M: Model, R: Real> Kernel for AdjointStep<'_, M, R> {
     }
 }
 
-/// lambda <- lambda - H v.
+/// The update of lambda after the Hessian-vector product: lambda - H v.
 struct SubtractProduct<'a, M: Model, R: Real> {
     lambda: &'a mut M::Parameters<R>,
     product: &'a M::Parameters<R>,

@@ -21,7 +21,8 @@ pub trait LaneModel: Model + Sized {
         octets: Range<usize>,
         gradient: &mut Self::Parameters<f32>,
     ) -> f32;
-    /// Computes the product of Hessian and tangent over a range of octets, on one thread; see [`SampleList::product`].
+    /// Computes the product of the Hessian and the tangent of `theta` over a range of octets, on one thread; see
+    /// [`SampleList::product`].
     fn partial_product(
         theta: &Self::Parameters<Dual<f32>>,
         samples: &SampleOctets<'_>,
@@ -35,7 +36,7 @@ pub trait LaneModel: Model + Sized {
         samples: &SampleOctets<'_>,
         gradient: &mut Self::Parameters<f32>,
     ) -> f32;
-    /// Computes the product of Hessian and tangent over all samples; see [`SampleList::product`].
+    /// Computes the product of the Hessian and the tangent of `theta` over all samples; see [`SampleList::product`].
     fn product(
         theta: &Self::Parameters<Dual<f32>>,
         samples: &SampleOctets<'_>,

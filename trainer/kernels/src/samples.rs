@@ -97,7 +97,7 @@ impl SampleOctets<'_> {
         }
     }
 
-    /// Returns zeros for the derivatives of a sum by its samples.
+    /// Returns zeros for the derivatives of a sum with respect to its samples.
     #[must_use]
     pub fn zero_derivatives(&self) -> Vec<SampleGradient<Octet>> {
         let none = SampleGradient {

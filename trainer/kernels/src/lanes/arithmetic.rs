@@ -1,4 +1,4 @@
-//! Arithmetic that AVX2 and AVX-512 share except for the names of the intrinsics.
+//! Arithmetic of AVX2 and AVX-512 registers. The two differ only in the names of the intrinsics.
 //!
 //! Safety of every `unsafe` block in this file: see the documentation of the module that uses the macro.
 
@@ -8,10 +8,11 @@ macro_rules! arithmetic {
     (
         $lanes:ident:
         splat $splat:ident, add $add:ident, sub $sub:ident, mul $mul:ident, div $div:ident,
-        fused $fused:ident, min $min:ident, max $max:ident, xor $xor:ident, round $round:ident,
+        multiply_add $multiply_add:ident, min $min:ident, max $max:ident, xor $xor:ident, round $round:ident,
         integers: splat $splat_integer:ident, add $add_integer:ident, sub $sub_integer:ident,
-        left $left:ident, right $right:ident, to $to_integer:ident, from $from_integer:ident,
-        bits: to $bits:ident, from $from_bits:ident,
+        shift_left $shift_left:ident, shift_right $shift_right:ident,
+        to $to_integer:ident, from $from_integer:ident,
+        bits: to $to_bits:ident, from $from_bits:ident,
         select($value:ident, $then:ident, $otherwise:ident) $select:expr
     ) => {
         impl std::ops::Add for $lanes {
@@ -108,7 +109,7 @@ macro_rules! arithmetic {
             #[inline(always)]
             fn multiply_add(self, b: Self, c: Self) -> Self {
                 // SAFETY: see the module documentation.
-                Self(unsafe { $fused(self.0, b.0, c.0) })
+                Self(unsafe { $multiply_add(self.0, b.0, c.0) })
             }
             #[inline(always)]
             fn multiply(self, b: Self) -> Self {
@@ -135,20 +136,20 @@ macro_rules! arithmetic {
                 // SAFETY: see the module documentation.
                 Self(unsafe {
                     let biased = $add_integer($to_integer(self.0), $splat_integer(127));
-                    $from_bits($left::<23>(biased))
+                    $from_bits($shift_left::<23>(biased))
                 })
             }
             #[inline(always)]
             fn split(self) -> (Self, Self) {
                 // SAFETY: see the module documentation.
                 unsafe {
-                    let bits = $bits(self.0);
-                    let above = $sub_integer(
+                    let bits = $to_bits(self.0);
+                    let offset = $sub_integer(
                         bits,
                         $splat_integer($crate::lanes::elementary::SQRT_HALF_BITS),
                     );
-                    let exponent = $right::<23>(above);
-                    let mantissa = $sub_integer(bits, $left::<23>(exponent));
+                    let exponent = $shift_right::<23>(offset);
+                    let mantissa = $sub_integer(bits, $shift_left::<23>(exponent));
                     (Self($from_bits(mantissa)), Self($from_integer(exponent)))
                 }
             }

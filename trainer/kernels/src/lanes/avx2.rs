@@ -17,7 +17,7 @@ pub(super) fn is_available() -> bool {
     is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
 }
 
-/// Runs a kernel. [`is_available`] must be true.
+/// Runs a kernel. [`is_available`] must return true.
 #[inline]
 pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
     #[inline]
@@ -33,9 +33,10 @@ pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
 arithmetic! {
     Avx2Lanes:
     splat _mm256_set1_ps, add _mm256_add_ps, sub _mm256_sub_ps, mul _mm256_mul_ps, div _mm256_div_ps,
-    fused _mm256_fmadd_ps, min _mm256_min_ps, max _mm256_max_ps, xor _mm256_xor_ps, round _mm256_round_ps,
+    multiply_add _mm256_fmadd_ps, min _mm256_min_ps, max _mm256_max_ps, xor _mm256_xor_ps, round _mm256_round_ps,
     integers: splat _mm256_set1_epi32, add _mm256_add_epi32, sub _mm256_sub_epi32,
-    left _mm256_slli_epi32, right _mm256_srai_epi32, to _mm256_cvtps_epi32, from _mm256_cvtepi32_ps,
+    shift_left _mm256_slli_epi32, shift_right _mm256_srai_epi32,
+    to _mm256_cvtps_epi32, from _mm256_cvtepi32_ps,
     bits: to _mm256_castps_si256, from _mm256_castsi256_ps,
     select(value, then, otherwise) {
         let mask = _mm256_cmp_ps::<_CMP_GT_OQ>(value, _mm256_setzero_ps());

@@ -20,7 +20,7 @@ pub(super) fn is_available() -> bool {
         && is_x86_feature_detected!("avx512vl")
 }
 
-/// Runs a kernel. [`is_available`] must be true.
+/// Runs a kernel. [`is_available`] must return true.
 #[inline]
 pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
     #[inline]
@@ -29,16 +29,17 @@ pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
         kernel.run::<RegisterPair<Avx512Lanes>>()
     }
     debug_assert!(is_available());
-    // SAFETY: see the head of the file.
+    // SAFETY: see the module documentation.
     unsafe { run_with_features(kernel) }
 }
 
 arithmetic! {
     Avx512Lanes:
     splat _mm512_set1_ps, add _mm512_add_ps, sub _mm512_sub_ps, mul _mm512_mul_ps, div _mm512_div_ps,
-    fused _mm512_fmadd_ps, min _mm512_min_ps, max _mm512_max_ps, xor _mm512_xor_ps, round _mm512_roundscale_ps,
+    multiply_add _mm512_fmadd_ps, min _mm512_min_ps, max _mm512_max_ps, xor _mm512_xor_ps, round _mm512_roundscale_ps,
     integers: splat _mm512_set1_epi32, add _mm512_add_epi32, sub _mm512_sub_epi32,
-    left _mm512_slli_epi32, right _mm512_srai_epi32, to _mm512_cvtps_epi32, from _mm512_cvtepi32_ps,
+    shift_left _mm512_slli_epi32, shift_right _mm512_srai_epi32,
+    to _mm512_cvtps_epi32, from _mm512_cvtepi32_ps,
     bits: to _mm512_castps_si512, from _mm512_castsi512_ps,
     select(value, then, otherwise) {
         let mask = _mm512_cmp_ps_mask::<_CMP_GT_OQ>(value, _mm512_setzero_ps());
@@ -52,7 +53,7 @@ impl Lanes for Avx512Lanes {
 
     #[inline(always)]
     fn load([first, second, ..]: Octets<'_>) -> Self {
-        // SAFETY: see the head of the file; an Octet has 32 bytes and their alignment.
+        // SAFETY: see the module documentation; an `Octet` has a size and an alignment of 32 bytes.
         Self(unsafe {
             let first = _mm512_castps256_ps512(_mm256_load_ps(first.0.as_ptr()));
             _mm512_insertf32x8::<1>(first, _mm256_load_ps(second.0.as_ptr()))
@@ -83,7 +84,7 @@ impl Lanes for Avx512Lanes {
 impl Fold for Avx512Lanes {
     #[inline(always)]
     fn fold(self) -> Avx2Lanes {
-        // SAFETY: see the head of the file.
+        // SAFETY: see the module documentation.
         unsafe {
             let upper = _mm512_extractf32x8_ps::<1>(self.0);
             Avx2Lanes(_mm256_add_ps(_mm512_castps512_ps256(self.0), upper))

@@ -13,16 +13,16 @@ pub trait Kernel {
     fn run<L: Lanes>(self) -> Self::Output;
 }
 
-/// Numbers in one or two registers: a multiple of eight.
+/// Numbers in one or two registers. Their count is a multiple of eight.
 pub trait Lanes: Scalar<Parameter = f32> {
     /// The number of octets.
     const OCTETS: usize;
     /// Narrower lanes for shorter lists; `Self` if these are the narrowest.
     type Narrow: Lanes;
 
-    /// Loads from memory.
+    /// Loads from the first [`OCTETS`](Self::OCTETS) of `octets`.
     fn load(octets: Octets<'_>) -> Self;
-    /// Stores to memory. Octets that do not fit are dropped.
+    /// Stores to the first [`OCTETS`](Self::OCTETS) of `octets`, or to all if there are fewer.
     fn store(self, octets: &mut [Octet]);
     /// Returns an empty sum.
     fn zero_sum() -> Self::Sum;
@@ -40,7 +40,7 @@ pub trait Lanes: Scalar<Parameter = f32> {
     }
 }
 
-/// The narrowest lanes below `L`: [`Lanes::Narrow`], applied twice.
+/// The narrowest lanes that `L` can be replaced with: [`Lanes::Narrow`], applied twice.
 pub type Narrowest<L> = <<L as Lanes>::Narrow as Lanes>::Narrow;
 
 /// Returns true if there are narrower lanes than `L`.

@@ -19,7 +19,7 @@ use super::{BURN_LOCK, Matrix, TOLERANCE, matrix, relative_error, to_vec};
 /// largest entry.
 const F32_TOLERANCE: f64 = 5e-6;
 
-/// The outputs, and the gradient of the [score](Case::score_of_coefficients) with respect to all inputs.
+/// The outputs, and the gradient of the [score](Case::coefficient_score_weights) with respect to all inputs.
 struct Outcome {
     /// The coefficients of each material: red, green, blue.
     coefficients: Vec<f64>,
@@ -102,11 +102,11 @@ fn coefficient_net(case: &Case) -> (Matrix, [Matrix; 3], [Matrix; 3]) {
     let dims = [case.materials, samples];
     let missing_flags = matrix(&case.missing_flags(), dims);
     let present = (-missing_flags.clone()).add_scalar(1.0);
-    let cosines = matrix(&case.cosines, [1, samples]);
+    let cosine_products = matrix(&case.cosine_products, [1, samples]);
     let center = matrix(&case.center, [1, samples]);
     let values = [0, 1, 2].map(|channel| matrix(&case.channel(channel), dims).require_grad());
     let standardized = values.each_ref().map(|values| {
-        let argument = (values.clone() * cosines.clone()).add_scalar(EPSILON);
+        let argument = (values.clone() * cosine_products.clone()).add_scalar(EPSILON);
         let logarithm = argument.log().sub_scalar(EPSILON.ln());
         (logarithm - center.clone()) * case.scale * present.clone()
     });
@@ -153,12 +153,12 @@ fn reference(case: &Case) -> Outcome {
         let weights = matrix(weights, values.dims());
         (values.clone() * values.clone() * weights).sum() * 0.5
     };
-    let mut score = score_of(&coefficients, &case.score_of_coefficients);
+    let mut score = score_of(&coefficients, &case.coefficient_score_weights);
     let mut initial = Vec::new();
     let mut init_net_weights = None;
     if case.shape.units > 0 {
         let (theta, weights) = init_net(case, coefficients.clone());
-        score = score + score_of(&theta, &case.score_of_initial);
+        score = score + score_of(&theta, &case.initial_score_weights);
         initial = to_vec(theta);
         init_net_weights = Some(weights);
     }

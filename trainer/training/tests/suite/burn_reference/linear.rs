@@ -1,6 +1,6 @@
 //! The model Linear in tensor operations: sigmoids of logits, trilinear lookups in the basis file, the measured
-//! network, the mapping, elimination of the normal equations, and the loss. Also the barrier of samples below the
-//! horizon.
+//! network, the mapping, elimination of the normal equations, the loss, and the barrier of samples below
+//! the horizon.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::{LazyLock, PoisonError};
@@ -36,7 +36,7 @@ const HEADER_WORDS: usize = 6;
 struct NetworkBasis {
     networks: Vec<NeuralBrdf>,
     basis: Basis,
-    /// The shape and the table of the basis file, read by the documented format.
+    /// The shape and the table, read from the basis file as its format is documented.
     shape: [usize; 3],
     table: Vec<f64>,
 }
@@ -124,11 +124,12 @@ fn look_up(angles: &Matrix) -> [Matrix; 3] {
 fn weight(at: &Samples) -> Matrix {
     let [hx, hz] = at.half();
     let [dx, _, dz] = at.difference();
-    let (up, along) = (hz * dz, hx * dx);
-    (up.clone() - along.clone()) * (up + along)
+    let (mean, half_difference) = (hz * dz, hx * dx);
+    (mean.clone() - half_difference.clone()) * (mean + half_difference)
 }
 
-fn columns(angles: Matrix) -> Samples {
+/// Returns samples without measured values.
+fn unmeasured(angles: Matrix) -> Samples {
     Samples {
         measured: angles.zeros_like(),
         angles,
@@ -177,7 +178,7 @@ fn reference(
     let logits = matrix(logits, [logits.len() / 3, 3]).require_grad();
     let log_precision = matrix(log_precision, [1, COMPONENTS]).require_grad();
 
-    let at = columns(angles(&logits));
+    let at = unmeasured(angles(&logits));
     let [mean, log_median, a] = look_up(&at.angles);
     let w = weight(&at);
     let median = relu(log_median.exp().sub_scalar(EPSILON)) / w.clone();
@@ -212,9 +213,9 @@ fn reference(
     };
     let w = weight(&at);
     assert!(to_vec(w.clone()).iter().all(|w| *w > 1e-6));
-    let above = relu(log_median.exp().sub_scalar(EPSILON)).add_scalar(EPSILON);
+    let median_term = relu(log_median.exp().sub_scalar(EPSILON)).add_scalar(EPSILON);
     let mapped = rows.matmul(coefficients) + mean;
-    let modeled = relu((above * mapped.exp()).sub_scalar(EPSILON)) / w;
+    let modeled = relu((median_term * mapped.exp()).sub_scalar(EPSILON)) / w;
     let loss = at.loss(modeled);
 
     let gradients = loss.backward();
@@ -251,19 +252,19 @@ fn implementation(
         .by_angles
         .iter()
         .zip(&pattern)
-        .flat_map(|(by, at)| {
+        .flat_map(|(by_angles, at)| {
             let at = [at.theta_h, at.theta_d, at.phi_d];
-            [0, 1, 2].map(|i| by[i] * at[i] * (1.0 - at[i] / RANGES[i]))
+            [0, 1, 2].map(|i| by_angles[i] * at[i] * (1.0 - at[i] / RANGES[i]))
         });
     let by_precision = gradient.by_precision.iter().zip(&precision);
     LossGradient {
         loss: gradient.loss,
         by_logits: by_logits.collect(),
-        by_precision: by_precision.map(|(by, p)| by * p).collect(),
+        by_precision: by_precision.map(|(slope, p)| slope * p).collect(),
     }
 }
 
-/// Compares many random problems of n samples.
+/// Compares the gradients of many random problems of n samples.
 fn compare(samples: usize) {
     let _lock = BURN_LOCK.lock().unwrap_or_else(PoisonError::into_inner);
     let mut largest = [0.0_f64; 3];
@@ -280,8 +281,8 @@ fn compare(samples: usize) {
             .iter()
             .map(angles_to_f64)
             .flat_map(|angles| {
-                let fractions = [angles.theta_h, angles.theta_d, angles.phi_d % PI];
-                [0, 1, 2].map(|i| (fractions[i] / (RANGES[i] - fractions[i])).ln())
+                let angles = [angles.theta_h, angles.theta_d, angles.phi_d % PI];
+                [0, 1, 2].map(|i| (angles[i] / (RANGES[i] - angles[i])).ln())
             })
             .collect();
         let log_precision: Vec<f64> = (0..COMPONENTS)
@@ -326,19 +327,19 @@ fn linear_gradient_matches_burn_for_few_and_many_samples() {
 #[test]
 fn barrier_gradient_matches_burn() {
     let _lock = BURN_LOCK.lock().unwrap_or_else(PoisonError::into_inner);
-    let (mut below, mut largest) = (0, 0.0_f64);
+    let (mut below_horizon, mut largest) = (0, 0.0_f64);
     for seed in 0..40 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         // About half of the samples are below the horizon.
         let logits: Vec<f32> = (0..24).map(|_| random.random_range(-2.0..3.0)).collect();
-        let by: Vec<[f32; 3]> = (0..8)
+        let by_angles: Vec<[f32; 3]> = (0..8)
             .map(|_| [(); 3].map(|()| random.random_range(-0.01..0.01)))
             .collect();
         let pattern = Pattern::from_logits(&logits);
 
         let tensor = matrix(&to_f64(&logits), [8, 3]).require_grad();
         let angles = angles(&tensor);
-        let at = columns(angles.clone());
+        let at = unmeasured(angles.clone());
         let [hx, hz] = at.half();
         let [dx, _, dz] = at.difference();
         // Both cosines are positive if hz dz > |hx dx|.
@@ -346,12 +347,12 @@ fn barrier_gradient_matches_burn() {
             .iter()
             .map(|lower| f64::from(u8::from(*lower > 0.0)))
             .collect();
-        below += valid.iter().filter(|valid| **valid == 0.0).count();
+        below_horizon += valid.iter().filter(|valid| **valid == 0.0).count();
         let invalid = (-matrix(&valid, [8, 1])).add_scalar(1.0);
         let [theta_h, theta_d] = [0, 1].map(|i| angles.clone().narrow(1, i, 1));
         let squares = theta_h.clone() * theta_h + theta_d.clone() * theta_d;
         let barrier = (squares * invalid * 0.005).sum();
-        let slopes = to_f64(by.as_flattened());
+        let slopes = to_f64(by_angles.as_flattened());
         let valid_terms = (angles * matrix(&slopes, [8, 3]) * matrix(&valid, [8, 1])).sum();
         let gradients = (barrier.clone() + valid_terms).backward();
         let expected = tensor.grad(&gradients).expect("the barrier depends on it");
@@ -360,7 +361,7 @@ fn barrier_gradient_matches_burn() {
         let mut queried = Vec::new();
         let actual = pattern.gradient_by_logits(|index| {
             queried.push(index);
-            by[index]
+            by_angles[index]
         });
         let valid: Vec<usize> = (0..8).filter(|index| valid[*index] == 1.0).collect();
         assert_eq!(queried, valid);
@@ -371,6 +372,8 @@ fn barrier_gradient_matches_burn() {
         let barrier: f64 = barrier.into_scalar();
         assert!((f64::from(pattern.barrier()) - barrier).abs() <= 1e-6 * barrier);
     }
-    println!("barrier against burn: {largest:.1e} of the largest slope; {below} samples below");
-    assert!((80..240).contains(&below), "{below} of 320");
+    println!(
+        "barrier against burn: {largest:.1e} of the largest slope; {below_horizon} samples below the horizon"
+    );
+    assert!((80..240).contains(&below_horizon), "{below_horizon} of 320");
 }

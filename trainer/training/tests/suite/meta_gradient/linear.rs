@@ -1,5 +1,5 @@
-//! The meta-gradient of the model Linear over a batch of materials. (`burn_reference` and `linear_finite_differences`
-//! test that of one material.)
+//! The meta-gradient of the model Linear over a batch of materials. `burn_reference` and `linear_finite_differences`
+//! test the gradient of one material.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::LazyLock;
@@ -16,7 +16,7 @@ use glimpse_training::meta::plan::{Effort, Plan, Schedule};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::pattern::{BARRIER, logits_with_one_below};
+use super::pattern::{BARRIER, logits_with_one_below_horizon};
 use crate::support::{boxed, network, task_gradient, to_f64};
 
 /// The number of materials; each has three columns.
@@ -48,7 +48,9 @@ fn plan(schedule: Schedule, samples: usize) -> Plan {
 /// Asserts that a gradient in single precision matches the expected one.
 fn assert_close(name: &str, actual: &[f32], expected: &[f64]) {
     assert_eq!(actual.len(), expected.len(), "{name}");
-    let largest = expected.iter().fold(0.0_f64, |max, by| max.max(by.abs()));
+    let largest = expected
+        .iter()
+        .fold(0.0_f64, |max, entry| max.max(entry.abs()));
     for (index, (actual, expected)) in to_f64(actual).iter().zip(expected).enumerate() {
         // This form also fails for NaN.
         let is_close = (actual - expected).abs() <= 1e-4 * largest;
@@ -88,7 +90,7 @@ fn batch_gradient_is_the_mean_of_its_tasks_plus_the_barrier() {
     for seed in 0..15 {
         let mut random = ChaCha8Rng::seed_from_u64(100 + seed);
         let count = if seed % 2 == 0 { 7 } else { 3 };
-        let logits = logits_with_one_below(count, &mut random);
+        let logits = logits_with_one_below_horizon(count, &mut random);
         let pattern = Pattern::from_logits(logits.as_flattened());
         let valid_angles: Vec<Angles<f64>> = pattern
             .valid_angles()
@@ -120,18 +122,18 @@ fn batch_gradient_is_the_mean_of_its_tasks_plus_the_barrier() {
             };
             let network = &MATERIALS.networks[*material];
             let task = task_gradient(network, basis, &valid_angles, &precision, &outer);
-            let share = 1.0 / tasks.len() as f64;
-            loss += share * task.loss;
-            for ((sum, by), p) in by_precision
+            let weight = 1.0 / tasks.len() as f64;
+            loss += weight * task.loss;
+            for ((sum, slope), p) in by_precision
                 .iter_mut()
                 .zip(task.by_precision)
                 .zip(precision)
             {
-                *sum += share * by * p;
+                *sum += weight * slope * p;
             }
             let by_task = task.by_angles.as_flattened();
-            for (sum, by) in by_angles.as_flattened_mut().iter_mut().zip(by_task) {
-                *sum += share * by;
+            for (sum, slope) in by_angles.as_flattened_mut().iter_mut().zip(by_task) {
+                *sum += weight * slope;
             }
         }
         let error = f64::from(batch_loss) - loss;
@@ -175,12 +177,12 @@ fn batch_gradient_without_valid_samples_is_the_barrier() {
         &plan,
         3,
     );
-    let below = Angles {
+    let below_horizon = Angles {
         theta_h: 1.5,
         theta_d: 1.5,
         phi_d: 0.1,
     };
-    let pattern = Pattern::from_logits(&logits_from_angles(below));
+    let pattern = Pattern::from_logits(&logits_from_angles(below_horizon));
     assert_eq!(pattern.valid_angles().count(), 0);
     let log_precision = vec![1.0; objective.components()];
     let tasks = [(0, vec![0, 1, 2]), (1, vec![3])];

@@ -1,5 +1,5 @@
-//! The gradient of the model Linear's loss against central differences. Basis lookup, measurement, mapping, ridge solve
-//! and outer loss are implemented again here, on numbers that record branches.
+//! Comparison of the gradient of the model Linear's loss with central differences. Basis lookup, measurement, mapping,
+//! ridge solve and outer loss are implemented again here, on numbers that record branches.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{EPSILON, map, unmap};
@@ -49,7 +49,7 @@ struct BasisRow {
 }
 
 fn basis_row(basis: &Basis, angles: [f64; 3]) -> BasisRow {
-    // The cell of the direction: interpolation has kinks at the faces of cells.
+    // Interpolation has kinks at the faces of cells, so the cell counts as a branch.
     record(Grid::corners(angles_from_array(angles))[0].node);
     let values = basis.look_up(angles_from_array(angles));
     let at = traced(HalfDifference::from_angles(angles_from_array(angles)));
@@ -69,10 +69,11 @@ fn basis_row(basis: &Basis, angles: [f64; 3]) -> BasisRow {
 struct Task<'a> {
     network: &'a NeuralBrdf,
     basis: &'a Basis,
-    /// The directions of the outer loss, and the material's BRDF at them.
+    /// All directions, and the material's BRDF at them.
     outer: &'a [Angles<f32>],
     values: &'a [[f32; 3]],
-    directions: &'a [u32],
+    /// The indices of the directions of the outer loss.
+    indices: &'a [u32],
 }
 
 impl Task<'_> {
@@ -94,13 +95,17 @@ impl Task<'_> {
             .collect();
         let normal =
             a.transpose() * &a + DMatrix::from_diagonal(&DVector::from_row_slice(precision));
-        let right = a.transpose() * DMatrix::from_fn(count, 3, |j, channel| mapped[j][channel]);
-        let coefficients = normal.lu().solve(&right).expect("the system is regular");
+        let right_hand_side =
+            a.transpose() * DMatrix::from_fn(count, 3, |j, channel| mapped[j][channel]);
+        let coefficients = normal
+            .lu()
+            .solve(&right_hand_side)
+            .expect("the system is regular");
 
-        let share = Traced(1.0 / (3.0 * self.directions.len() as f64));
+        let weight = Traced(1.0 / (3.0 * self.indices.len() as f64));
         let mut loss = Traced(0.0);
-        for direction in self.directions {
-            let index = *direction as usize;
+        for index in self.indices {
+            let index = *index as usize;
             let angles = angles_to_f64(&self.outer[index]);
             let at = traced(HalfDifference::from_angles(angles));
             let basis_row = basis_row(self.basis, [angles.theta_h, angles.theta_d, angles.phi_d]);
@@ -122,7 +127,7 @@ impl Task<'_> {
             });
             let measured = self.values[index].map(|value| Traced(value.into()));
             loss = loss
-                + cosine_weighted_log_error(measured, modeled, at.cos_theta_i(), share)
+                + cosine_weighted_log_error(measured, modeled, at.cos_theta_i(), weight)
                     .error
                     .value();
         }
@@ -154,7 +159,7 @@ fn compare(samples: usize, components: usize) {
             .iter()
             .map(|angles| MATERIALS.materials[index].brdf(*angles))
             .collect();
-        let directions: Vec<u32> = (0..64).collect();
+        let indices: Vec<u32> = (0..64).collect();
         let precision = match seed {
             0 => vec![0.5; components],
             1 => vec![100.0; components],
@@ -171,7 +176,7 @@ fn compare(samples: usize, components: usize) {
         let outer_basis = OuterBasis::new(basis.clone(), &outer);
         let outer_samples = OuterSamples {
             basis: &outer_basis,
-            directions: &directions,
+            directions: &indices,
             values: &values,
         };
         let network = &MATERIALS.networks[index];
@@ -182,7 +187,7 @@ fn compare(samples: usize, components: usize) {
             basis: &basis,
             outer: &outer,
             values: &values,
-            directions: &directions,
+            indices: &indices,
         };
         let expected = task.loss(&pattern, &precision).0;
         assert!(
@@ -204,8 +209,8 @@ fn compare(samples: usize, components: usize) {
                 task.loss(&pattern, &precision)
             }));
         }
-        let logarithmic = gradient.by_precision.iter().zip(&precision);
-        let slopes: Vec<f64> = logarithmic.map(|(slope, p)| slope * p).collect();
+        let by_precisions = gradient.by_precision.iter().zip(&precision);
+        let slopes: Vec<f64> = by_precisions.map(|(slope, p)| slope * p).collect();
         let scale = gradient_scale(&slopes);
         for (index, slope) in slopes.iter().enumerate() {
             let name = format!("ln of precision {index}");

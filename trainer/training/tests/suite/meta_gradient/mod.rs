@@ -1,4 +1,5 @@
-//! The meta-gradient on lanes, on different numbers of threads, by a pattern's logits, and over a batch.
+//! Tests of the meta-gradient: on lanes, on different numbers of threads, with respect to a pattern's logits, and over
+//! a batch.
 //!
 //! `finite_differences` and `linear_finite_differences` compare it with differences of the loss, and `burn_reference`
 //! with an independent implementation.

@@ -1,4 +1,4 @@
-//! Patterns: logits, measurements, and the gradient with respect to the logits.
+//! Tests of patterns: logits, measurements, and the gradient with respect to the logits.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -15,6 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use super::lanes::unpack;
 use crate::support::{angles_from_array, network, to_f64};
 
+/// The factor of the barrier: BARRIER (theta_h^2 + theta_d^2) for each sample below the horizon.
 pub(crate) const BARRIER: f64 = 0.005;
 
 /// Returns the angles of a sample's logits.
@@ -23,12 +24,13 @@ fn angles(logits: [f64; 3]) -> [f64; 3] {
     std::array::from_fn(|i| ranges[i] / (1.0 + (-logits[i]).exp()))
 }
 
-fn at(logits: [f64; 3]) -> HalfDifference<f64> {
+fn half_difference(logits: [f64; 3]) -> HalfDifference<f64> {
     HalfDifference::from_angles(angles_from_array(angles(logits)))
 }
 
 fn is_valid(logits: [f64; 3]) -> bool {
-    at(logits).cos_theta_i() > 0.0 && at(logits).cos_theta_o() > 0.0
+    let at = half_difference(logits);
+    at.cos_theta_i() > 0.0 && at.cos_theta_o() > 0.0
 }
 
 /// Returns the BRDF of the first material, augmented with the second.
@@ -52,15 +54,18 @@ fn augmented(
 }
 
 /// Returns the logits of valid samples and of one sample below the horizon.
-pub(crate) fn logits_with_one_below(valid: usize, random: &mut ChaCha8Rng) -> Vec<[f32; 3]> {
+pub(crate) fn logits_with_one_below_horizon(
+    valid: usize,
+    random: &mut ChaCha8Rng,
+) -> Vec<[f32; 3]> {
     let valid_samples = sobol_valid(valid, random.random()).into_iter();
     let mut logits: Vec<_> = valid_samples.map(logits_from_angles).collect();
-    let below = [
+    let below_horizon = [
         random.random_range(1.5..2.5),
         random.random_range(1.5..2.5),
         -2.5,
     ];
-    logits.insert(random.random_range(0..=valid), below);
+    logits.insert(random.random_range(0..=valid), below_horizon);
     logits
 }
 
@@ -71,17 +76,17 @@ fn augmented_measurement_has_augmented_values_and_equal_weights() {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let network = network(&mut random);
         let materials: [&dyn Material; 2] = [&network, &Procedural::new(seed as usize, 1)];
-        let logits = logits_with_one_below(7, &mut random);
+        let logits = logits_with_one_below_horizon(7, &mut random);
         let pattern = Pattern::from_logits(logits.as_flattened());
         let augmentation = Augmentation::random(2.0, 2, &mut random);
         let measured = pattern.measure_augmented(materials[0], materials[1], &augmentation);
         let samples = unpack(&measured.octets());
 
-        let wide = logits.iter().map(|each| each.map(f64::from));
-        let valid: Vec<[f64; 3]> = wide.filter(|logits| is_valid(*logits)).collect();
+        let logits_f64 = logits.iter().map(|each| each.map(f64::from));
+        let valid: Vec<[f64; 3]> = logits_f64.filter(|logits| is_valid(*logits)).collect();
         assert_eq!((samples.len(), valid.len()), (7, 7));
         for (sample, logits) in samples.iter().zip(valid) {
-            let (actual, expected) = (sample.at, at(logits));
+            let (actual, expected) = (sample.at, half_difference(logits));
             let coordinates = |at: HalfDifference<f64>| [at.hx, at.hz, at.dx, at.dy, at.dz];
             for (actual, expected) in coordinates(actual).into_iter().zip(coordinates(expected)) {
                 assert!((actual - expected).abs() < 1e-6, "seed {seed}: {sample:?}");
@@ -115,7 +120,7 @@ fn random_gradient(random: &mut ChaCha8Rng) -> SampleGradient<Octet> {
 #[test]
 fn invalid_sample_has_the_gradient_of_the_barrier() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
-    let logits = logits_with_one_below(7, &mut random);
+    let logits = logits_with_one_below_horizon(7, &mut random);
     let pattern = Pattern::from_logits(logits.as_flattened());
     let measured = pattern.measure(&Procedural::new(0, 0));
     // The gradient with respect to the samples must not matter.
@@ -140,11 +145,11 @@ fn gradient_by_logits_follows_the_chain_rule() {
     let mut largest = 0.0_f64;
     for seed in 0..50 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let logits = logits_with_one_below(WIDTH - 1, &mut random);
+        let logits = logits_with_one_below_horizon(WIDTH - 1, &mut random);
         let pattern = Pattern::from_logits(logits.as_flattened());
-        let by = random_gradient(&mut random);
+        let by_sample = random_gradient(&mut random);
         let measured = pattern.measure(&network(&mut random));
-        let by_logits = to_f64(&measured.gradient_by_logits(&[by]));
+        let by_logits = to_f64(&measured.gradient_by_logits(&[by_sample]));
 
         let by_logits = by_logits.as_chunks::<3>().0.iter();
         for (lane, (actual, logits)) in by_logits.zip(&logits).enumerate() {
@@ -154,19 +159,22 @@ fn gradient_by_logits_follows_the_chain_rule() {
             }
             // The sum of coordinates times their derivatives.
             let product = |logits: [f64; 3]| {
-                let at = at(logits);
+                let at = half_difference(logits);
                 let coordinates = [at.hx, at.hz, at.dx, at.dy, at.dz];
-                let slopes = [by.at.hx, by.at.hz, by.at.dx, by.at.dy, by.at.dz];
+                let by_at = &by_sample.at;
+                let slopes = [by_at.hx, by_at.hz, by_at.dx, by_at.dy, by_at.dz];
                 let terms = coordinates.iter().zip(slopes);
-                terms.map(|(x, by)| x * f64::from(by.0[lane])).sum::<f64>()
+                terms
+                    .map(|(x, slope)| x * f64::from(slope.0[lane]))
+                    .sum::<f64>()
             };
             for (i, actual) in actual.iter().enumerate() {
-                let at = |offset: f64| {
+                let product_at = |offset: f64| {
                     let mut logits = logits;
                     logits[i] += offset;
                     product(logits)
                 };
-                let error = (actual - (at(1e-4) - at(-1e-4)) / 2e-4).abs();
+                let error = (actual - (product_at(1e-4) - product_at(-1e-4)) / 2e-4).abs();
                 largest = largest.max(error);
                 assert!(
                     error < 1e-4,
@@ -189,7 +197,7 @@ fn angles_and_logits_round_trip() {
         let ranges = [FRAC_PI_2, FRAC_PI_2, PI];
         for i in 0..3 {
             assert!((f64::from(actual[i]) - expected[i]).abs() < 1e-6);
-            // Angles within 0.001 of the ends of the range are clamped.
+            // Angles are clamped to 0.1 % to 99.9 % of their range.
             let clamped = f64::from(original[i]).clamp(1e-3 * ranges[i], (1.0 - 1e-3) * ranges[i]);
             assert!((f64::from(actual[i]) - clamped).abs() < 1e-6);
         }

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 
 /// e, the offset of the mapping.
 pub(super) const EPSILON: f64 = 1e-3;
-/// The number of materials: not a multiple of the lanes of a register, and larger than the widest lanes.
+/// The number of materials: larger than the number of the widest lanes, and not a multiple of it.
 const MATERIALS: usize = 41;
 
 /// Readings of materials, and the weights of both nets.
@@ -18,17 +18,19 @@ pub(super) struct Case {
     pub(super) weights: [Vec<f64>; 6],
     /// The initial parameters to which the init net adds its offsets.
     pub(super) initial: Vec<f64>,
-    /// cos(theta_i) cos(theta_o) of each sample.
-    pub(super) cosines: Vec<f64>,
+    /// w = cos(theta_i) cos(theta_o) of each sample.
+    pub(super) cosine_products: Vec<f64>,
+    /// The center of each sample's logarithms, and their common scale; see
+    /// [`standardized`](glimpse_core::fit::coefficient_net::standardized).
     pub(super) center: Vec<f64>,
     pub(super) scale: f64,
     /// The readings of each sample of each material: three channels, or None if missing.
     pub(super) readings: Vec<Option<[f64; 3]>>,
-    /// The weights of squared coefficients in the score. The score is half the weighted sum of squares of all
+    /// The weights of the squared coefficients in the score. The score is half the weighted sum of squares of all
     /// coefficients and initial parameters, so its gradient depends on the outputs.
-    pub(super) score_of_coefficients: Vec<f64>,
-    /// The weights of squared initial parameters in the score.
-    pub(super) score_of_initial: Vec<f64>,
+    pub(super) coefficient_score_weights: Vec<f64>,
+    /// The weights of the squared initial parameters in the score.
+    pub(super) initial_score_weights: Vec<f64>,
 }
 
 /// Returns a random number in (-size, size) that single precision represents.
@@ -40,8 +42,8 @@ fn numbers(random: &mut ChaCha8Rng, count: usize, size: f64) -> Vec<f64> {
     (0..count).map(|_| number(random, size)).collect()
 }
 
-/// Returns the ranges of weights at which units do not saturate, for any number of inputs.
-fn spreads(shape: Shape) -> [f64; 6] {
+/// Returns the largest random weight of each list. Hidden units do not saturate at these, for any number of inputs.
+fn max_weights(shape: Shape) -> [f64; 6] {
     let Shape {
         samples,
         components,
@@ -49,14 +51,14 @@ fn spreads(shape: Shape) -> [f64; 6] {
         units,
         ..
     } = shape;
-    let share = |count: usize| 1.0 / (count.max(1) as f64).sqrt();
+    let inverse_root = |count: usize| 1.0 / (count.max(1) as f64).sqrt();
     [
-        share(samples),
+        inverse_root(samples),
         0.5,
-        1.5 * share(hidden),
-        share(3 * components),
+        1.5 * inverse_root(hidden),
+        inverse_root(3 * components),
         0.5,
-        share(units),
+        inverse_root(units),
     ]
 }
 
@@ -67,8 +69,8 @@ fn lengths(shape: Shape) -> [usize; 6] {
 }
 
 impl Case {
-    /// Creates a case with a given share of missing readings. The first material has all readings, the second has one
-    /// if readings are missing.
+    /// Creates a case in which each reading is missing with the given probability. The first material always has all
+    /// readings. The second has only its first reading if the probability is not 0.
     pub(super) fn new(shape: Shape, missing: f64) -> Self {
         let seed = [
             shape.samples,
@@ -78,9 +80,9 @@ impl Case {
         ];
         let seed = seed.iter().fold(5, |seed, count| 1000 * seed + count);
         let mut random = ChaCha8Rng::seed_from_u64(seed as u64);
-        let (spreads, lengths) = (spreads(shape), lengths(shape));
+        let (max_weights, lengths) = (max_weights(shape), lengths(shape));
         let weights =
-            std::array::from_fn(|list| numbers(&mut random, lengths[list], spreads[list]));
+            std::array::from_fn(|list| numbers(&mut random, lengths[list], max_weights[list]));
         let reading = |random: &mut ChaCha8Rng, index: usize| {
             let (material, sample) = (index / shape.samples, index % shape.samples);
             let is_missing = match material {
@@ -102,7 +104,7 @@ impl Case {
             materials: MATERIALS,
             weights,
             initial: numbers(&mut random, shape.parameters, 0.5),
-            cosines: numbers(&mut random, shape.samples, 0.4)
+            cosine_products: numbers(&mut random, shape.samples, 0.4)
                 .iter()
                 .map(|number| f64::from((number + 0.5) as f32))
                 .collect(),
@@ -112,8 +114,8 @@ impl Case {
                 .collect(),
             scale: f64::from(0.6_f32),
             readings: indices.map(|index| reading(&mut random, index)).collect(),
-            score_of_coefficients: numbers(&mut random, MATERIALS * 3 * shape.components, 1.0),
-            score_of_initial: numbers(&mut random, MATERIALS * shape.parameters, 1.0),
+            coefficient_score_weights: numbers(&mut random, MATERIALS * 3 * shape.components, 1.0),
+            initial_score_weights: numbers(&mut random, MATERIALS * shape.parameters, 1.0),
         }
     }
 
@@ -138,10 +140,10 @@ impl Case {
     pub(super) fn by_logarithms(&self, by_readings: &[Vec<f64>; 3]) -> Vec<f64> {
         let mut by_logarithms = Vec::new();
         for (index, reading) in self.readings.iter().enumerate() {
-            let cosines = self.cosines[index % self.shape.samples];
+            let weight = self.cosine_products[index % self.shape.samples];
             for (value, by_reading) in reading.unwrap_or_default().iter().zip(by_readings) {
                 by_logarithms.push(match reading {
-                    Some(_) => by_reading[index] * (value * cosines + EPSILON) / cosines,
+                    Some(_) => by_reading[index] * (value * weight + EPSILON) / weight,
                     None => 0.0,
                 });
             }

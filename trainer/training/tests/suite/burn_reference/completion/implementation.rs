@@ -1,4 +1,4 @@
-//! The outcome by the code under test: core's forward pass and adjoint in f32 and f64, one material after the other,
+//! The outcome of the code under test: core's forward pass and adjoint in f32 and f64, one material after the other,
 //! and the trainer's batches on lanes.
 
 use glimpse_core::fit::coefficient_net::{
@@ -14,8 +14,12 @@ use super::case::Case;
 /// Returns a standardized reading, or None if it is missing.
 fn standardized_reading<S: Scalar>(case: &Case, material: usize, sample: usize) -> Option<[S; 3]> {
     let reading = case.readings[material * case.shape.samples + sample]?;
-    let [weight, center, scale] =
-        [case.cosines[sample], case.center[sample], case.scale].map(S::constant);
+    let [weight, center, scale] = [
+        case.cosine_products[sample],
+        case.center[sample],
+        case.scale,
+    ]
+    .map(S::constant);
     Some(reading.map(|value| standardized(S::constant(value), weight, center, scale)))
 }
 
@@ -36,8 +40,12 @@ fn by_readings(case: &Case, by_inputs: &[[f64; 3]]) -> [Vec<f64>; 3] {
     let mut by_readings = [const { Vec::new() }; 3];
     for (index, by_input) in by_inputs.iter().enumerate() {
         let sample = index % case.shape.samples;
-        let [weight, center, scale] =
-            [case.cosines[sample], case.center[sample], case.scale].map(Dual::from_value);
+        let [weight, center, scale] = [
+            case.cosine_products[sample],
+            case.center[sample],
+            case.scale,
+        ]
+        .map(Dual::from_value);
         let reading = case.readings[index].unwrap_or_default();
         for ((value, by_input), by_reading) in reading.iter().zip(by_input).zip(&mut by_readings) {
             let value = Dual {
@@ -55,7 +63,7 @@ fn to_f64<S: Scalar + Into<f64>>(list: &[S]) -> Vec<f64> {
     list.iter().map(|number| (*number).into()).collect()
 }
 
-/// Computes the outcome by core, one material after the other.
+/// Computes the outcome with core, one material after the other.
 pub(super) fn core<S>(case: &Case) -> Outcome
 where
     S: Scalar<Parameter = S, Sum = S> + Into<f64>,
@@ -81,21 +89,25 @@ where
         output_scales: &[],
     };
     let (rows, m) = (shape.rows(), shape.components);
-    let (mut all, mut initial, mut by_inputs) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut all_coefficients, mut initial, mut by_inputs) = (Vec::new(), Vec::new(), Vec::new());
     for material in 0..case.materials {
         let inputs = inputs::<S>(case, material);
         let mut state = zeros(coefficient_net.words());
         coefficient_net.compute(&inputs, &mut state);
         let coefficients = coefficient_net.coefficients(&state);
-        let scores = case.score_of_coefficients.chunks_exact(3 * m).nth(material);
-        let scores = scores.expect("each material has scores").chunks_exact(m);
+        let score_weights = &case.coefficient_score_weights[material * 3 * m..][..3 * m];
+        let score_weights = score_weights.chunks_exact(m);
         let mut by_state = zeros(coefficient_net.words());
-        for ((by, values), scores) in by_state.chunks_mut(rows).zip(coefficients).zip(scores) {
-            for ((by, value), score) in by.iter_mut().zip(values).zip(scores) {
-                *by = S::constant(*score) * *value;
+        let channels = by_state
+            .chunks_mut(rows)
+            .zip(coefficients)
+            .zip(score_weights);
+        for ((by_values, values), weights) in channels {
+            for ((by_value, value), weight) in by_values.iter_mut().zip(values).zip(weights) {
+                *by_value = S::constant(*weight) * *value;
             }
         }
-        all.extend(coefficients.concat());
+        all_coefficients.extend(coefficients.concat());
 
         let [readings, bias, output, init_net_gradient @ ..] = &mut by_weights;
         if shape.units > 0 {
@@ -104,8 +116,8 @@ where
             let mut by_parameters = Vec::new();
             for (parameter, value) in case.initial.iter().enumerate() {
                 let value = S::constant(*value) + init_net.offset(parameter, &units);
-                let score = case.score_of_initial[material * shape.parameters + parameter];
-                by_parameters.push(S::constant(score) * value);
+                let weight = case.initial_score_weights[material * shape.parameters + parameter];
+                by_parameters.push(S::constant(weight) * value);
                 initial.push(value);
             }
             let [hidden, bias, output] = init_net_gradient;
@@ -124,7 +136,7 @@ where
                 [red, green, blue].map(|list| &mut list[..m]),
             );
         }
-        let mut by_channels = vec![[S::constant(0.0); 3]; shape.samples];
+        let mut by_material_inputs = vec![[S::constant(0.0); 3]; shape.samples];
         coefficient_net.adjoint(
             &inputs,
             &state,
@@ -134,19 +146,23 @@ where
                 bias,
                 output,
             },
-            &mut by_channels,
+            &mut by_material_inputs,
         );
-        by_inputs.extend(by_channels.iter().map(|by| by.map(Into::into)));
+        by_inputs.extend(
+            by_material_inputs
+                .iter()
+                .map(|by_input| by_input.map(Into::into)),
+        );
     }
     Outcome {
-        coefficients: to_f64(&all),
+        coefficients: to_f64(&all_coefficients),
         initial: to_f64(&initial),
         by_weights: by_weights.each_ref().map(|list| to_f64(list)),
         by_readings: case.by_logarithms(&by_readings(case, &by_inputs)),
     }
 }
 
-/// Computes the outcome by the trainer's batches on lanes.
+/// Computes the outcome with the trainer's batches on lanes.
 pub(super) fn lanes(case: &Case) -> Outcome {
     let shape = case.shape;
     let to_f32 = |lists: &[Vec<f64>]| -> Vec<f32> {
@@ -174,13 +190,13 @@ pub(super) fn lanes(case: &Case) -> Outcome {
     let (mut coefficients, mut initial) = (Vec::new(), Vec::new());
     for material in 0..case.materials {
         let values = batch.coefficients(material);
-        let scores = &case.score_of_coefficients[material * values.len()..];
-        let by: Vec<f32> = values
+        let score_weights = &case.coefficient_score_weights[material * values.len()..];
+        let by_coefficients: Vec<f32> = values
             .iter()
-            .zip(scores)
-            .map(|(value, score)| value * *score as f32)
+            .zip(score_weights)
+            .map(|(value, weight)| value * *weight as f32)
             .collect();
-        batch.set_coefficient_gradient(material, &by);
+        batch.set_coefficient_gradient(material, &by_coefficients);
         coefficients.extend(values);
 
         let offsets = batch.offsets(material);
@@ -189,9 +205,10 @@ pub(super) fn lanes(case: &Case) -> Outcome {
             .zip(&case.initial)
             .map(|(offset, initial)| *initial as f32 + offset)
             .collect();
-        let scores = &case.score_of_initial[material * shape.parameters..];
-        let by = values.iter().zip(scores);
-        batch.set_offset_gradient(material, by.map(|(value, score)| value * *score as f32));
+        let score_weights = &case.initial_score_weights[material * shape.parameters..];
+        let terms = values.iter().zip(score_weights);
+        let by_offsets = terms.map(|(value, weight)| value * *weight as f32);
+        batch.set_offset_gradient(material, by_offsets);
         initial.extend(values);
     }
     let mut by_coefficient_net = vec![0.0; coefficient_net.len()];
