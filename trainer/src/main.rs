@@ -19,8 +19,7 @@ use commands::cell_list::CommandLine;
 ///
 /// Start with `trainer quickstart`.
 ///
-/// SOURCES. Every option or argument that takes materials (--data, --test, --train, --material,
-/// SRC) takes one of
+/// SOURCES. Every option or argument that takes materials, such as --data SOURCE, takes one of
 ///
 /// - a directory with any mix of MERL *.binary, isotropic RGL *_rgb.bsdf, NBRDF sets
 ///   (NAME_fc1.npy and its five siblings) and fitted materials (material.json of `trainer fit`,
@@ -28,10 +27,10 @@ use commands::cell_list::CommandLine;
 /// - a single such file;
 /// - procedural, procedural:COUNT or procedural:COUNT:SEED: built-in procedural materials.
 ///
-/// The file's name is the material's name; an NBRDF set is called NAME, a fitted material has its
-/// name in the file. Names within a directory must be unique. Skipped entries (subdirectories,
-/// extensions in capitals, non-UTF-8 names) are reported on stderr. A spectral or anisotropic
-/// *.bsdf file is an error.
+/// A material has the name of its file, an NBRDF set has the name NAME, and a fitted material has
+/// the name in its file. Names within a directory must be unique. Skipped entries (other
+/// subdirectories, extensions in capitals, non-UTF-8 names) are reported on stderr. A spectral or
+/// anisotropic *.bsdf file is an error.
 #[derive(Parser)]
 #[command(name = "trainer", version = commit::VERSION, max_term_width = 100, verbatim_doc_comment)]
 struct Cli {
@@ -48,7 +47,7 @@ struct CommonArgs {
     /// numbers ignore it
     #[arg(long, global = true, default_value_t = 0, value_parser = commands::numbers::seed)]
     seed: u64,
-    /// Number of threads, 1 to 256, or to the number of cores if that is larger; results do not
+    /// Number of threads, 1 to 256 or the number of cores, whichever is larger; results do not
     /// depend on it [default: all cores]
     #[arg(long, global = true, value_parser = commands::numbers::threads)]
     threads: Option<usize>,
@@ -74,8 +73,23 @@ enum Command {
     Completion(commands::shell_completion::ShellCompletion),
 }
 
+/// Returns the definition of the command line.
+fn cli_command() -> clap::Command {
+    without_final_periods(Cli::command())
+}
+
+/// Removes the period at the end of all summaries. clap itself does so only if a comment is not verbatim.
+fn without_final_periods(command: clap::Command) -> clap::Command {
+    let summary = command.get_about().map(ToString::to_string);
+    let command = match summary {
+        Some(summary) => command.about(summary.trim_end_matches('.').to_owned()),
+        None => command,
+    };
+    command.mut_subcommands(without_final_periods)
+}
+
 fn main() -> ExitCode {
-    let mut parser = commands::numbers::with_negative_values(Cli::command());
+    let mut parser = commands::numbers::with_negative_values(cli_command());
     let matches = parser.get_matches_mut();
     let Cli { command, common } = match Cli::from_arg_matches(&matches) {
         Ok(cli) => cli,
@@ -83,7 +97,7 @@ fn main() -> ExitCode {
     };
     let command_line = || CommandLine::new(&parser, &matches);
     if let Some(threads) = common.threads {
-        // This fails only if a thread pool exists already, and none does yet.
+        // This fails only if a thread pool already exists, which is not the case here.
         let _ = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build_global();
@@ -110,7 +124,7 @@ fn main() -> ExitCode {
         Command::Reproduce(command) => command.run(common.seed),
         Command::VirtualScanner(command) => command.run(common.seed),
         Command::Bench(command) => command.run(),
-        Command::Completion(command) => command.run(&mut Cli::command()),
+        Command::Completion(command) => command.run(&mut cli_command()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -13,15 +13,15 @@ use super::{ModelName, numbers, print};
 /// Time the computations of meta-learning, and compare them with this machine's peak.
 ///
 /// Each line times the outer step of one task: the inner loop of 20 steps, its loss, and the exact
-/// gradient of the loss by all learned parameters, with data in memory. "A training step" is a
-/// whole step of `train` (random draws, measurements, a batch of tasks, Adam), divided by the
-/// number of tasks. The last lines of neural time the two sums over samples that take most of the
-/// time.
+/// gradient of the loss with respect to all learned parameters, with data in memory. "A training
+/// step" is a whole step of `train` (random draws, measurements, a batch of tasks, Adam), divided by
+/// the number of tasks. For the model neural, the last lines time the two sums over samples that
+/// take most of the time.
 ///
 /// GFLOP/s count two operations for each multiply-accumulate of the network's matrix products. Other
-/// operations are not counted, so the numbers understate the work; the small models have none. The
-/// peaks are measured in the same run, on as many threads: independent multiply-adds in registers,
-/// the fastest of many bursts.
+/// operations are not counted, so the numbers understate the work. The models without a network have
+/// no GFLOP/s. The peaks are measured in the same run, on the same number of threads: independent
+/// multiply-adds in registers, the fastest of many bursts.
 ///
 /// Example: trainer bench
 ///          trainer bench --model neural --seconds 5 --threads 1

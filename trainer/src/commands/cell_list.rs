@@ -77,7 +77,7 @@ pub(super) fn source_paths<'s>(sources: impl IntoIterator<Item = &'s Source>) ->
 /// The subcommand and the arguments that were given on the command line.
 pub(crate) struct CommandLine {
     subcommand: String,
-    /// The id of each argument, and the words that repeat it.
+    /// The id of each argument, and the words that give it on a command line.
     arguments: Vec<(String, Vec<String>)>,
 }
 
@@ -93,7 +93,9 @@ impl CommandLine {
             .with_context(|| format!("{subcommand} is not a subcommand"))?;
         let mut arguments = Vec::new();
         for id in matches.ids().map(clap::Id::as_str) {
-            let argument = command.get_arguments().find(|each| each.get_id() == id);
+            let argument = command
+                .get_arguments()
+                .find(|argument| argument.get_id() == id);
             // The ids include argument groups.
             let Some(argument) = argument else { continue };
             if matches.value_source(id) != Some(ValueSource::CommandLine) {
@@ -105,8 +107,8 @@ impl CommandLine {
             let words = match argument.get_long() {
                 None => values,
                 Some(long) if argument.get_action().takes_values() => {
-                    let each = values.iter().map(|value| format!("--{long}={value}"));
-                    each.collect()
+                    let words = values.iter().map(|value| format!("--{long}={value}"));
+                    words.collect()
                 }
                 Some(long) => vec![format!("--{long}")],
             };

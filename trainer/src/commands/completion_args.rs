@@ -11,18 +11,18 @@ use super::numbers;
 /// Options of schedule prior.
 #[derive(Args, Clone, Copy)]
 pub(crate) struct CompletionArgs {
-    /// Schedule prior: share of training tasks with missing readings, 0 to 1. Above 0, for example
-    /// 0.5, the recipe tolerates missing readings, and the first samples of its pattern are the most
-    /// informative, for scans that end early [default: 0; 0.5 for more than 32 samples, where it
-    /// lowers the loss]
+    /// Schedule prior: share of training tasks with missing readings, 0 to 1. If it is above 0, for
+    /// example 0.5, the recipe tolerates missing readings. The first samples of its pattern are then
+    /// the most informative, for scans that end early [default: 0; 0.5 for more than 32 samples, where
+    /// it lowers the loss]
     #[arg(long, value_name = "SHARE", value_parser = numbers::share)]
     missing: Option<f32>,
     /// Schedule prior: standard deviation of the readings' noise, relative to each value, 0 to 0.5:
     /// 0.02 is 2 % [default: 0]
     #[arg(long, value_name = "S", value_parser = numbers::number(0.0..=0.5_f32))]
     noise: Option<f32>,
-    /// Schedule prior: standard deviation of additional noise, relative to a white surface, whose
-    /// BRDF is 1/pi, 0 to 0.5: 0.01 is 1 % [default: 0]
+    /// Schedule prior: standard deviation of noise that does not depend on the value, relative to the
+    /// BRDF 1/pi of a white surface, 0 to 0.5: 0.01 is 1 % [default: 0]
     #[arg(long, value_name = "S", value_parser = numbers::number(0.0..=0.5_f32))]
     additive: Option<f32>,
     /// Schedule prior: number of quantization levels of the sensor between darkness and a white
@@ -38,8 +38,8 @@ pub(crate) struct CompletionArgs {
     /// Schedule prior: largest angle of the sensor to the normal in degrees, above 0 to 90 [default: 90]
     #[arg(long, value_name = "DEGREES", value_parser = numbers::polar_angle)]
     max_theta_o: Option<f32>,
-    /// Schedule prior: smallest angle between light and sensor as seen from the sample, in degrees,
-    /// above 0 to 180 [default: 0]
+    /// Schedule prior: smallest angle between light and sensor as seen from the measured spot, in
+    /// degrees, above 0 to 180 [default: 0]
     #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
     min_separation: Option<f32>,
 }
@@ -49,7 +49,7 @@ impl CompletionArgs {
     ///
     /// # Errors
     /// If an option was given for another schedule, or a value is out of range.
-    pub(crate) fn of(
+    pub(crate) fn options_for(
         self,
         schedule: Schedule,
         samples: usize,

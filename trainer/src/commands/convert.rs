@@ -18,8 +18,8 @@ use super::{load, print, print_json};
 ///
 /// The output is read again, and its loss against IN is printed: the mean cosine-weighted
 /// logarithmic error of `trainer evaluate`, 0 if both are equal. If IN has the output format
-/// already, its files are copied. For NBRDF, a network is fitted to a material that is not a network
-/// itself, which takes a few seconds. A material of `trainer fit` with the model neural is a network.
+/// already, its files are copied. For NBRDF, a network is fitted to the material in a few seconds,
+/// unless IN is a network itself. A material of `trainer fit` with the model neural is a network.
 ///
 /// Example: trainer convert aurora_white_rgb.bsdf aurora_white.binary
 ///          trainer convert gold.binary gold_rgb.bsdf

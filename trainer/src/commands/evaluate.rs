@@ -21,7 +21,7 @@ use super::evaluation_report::{MethodReport, StatedLoss, comparison, comparison_
 use super::export_basis::read_compact;
 use super::progress::{StepProgress, train_with_progress};
 use super::training_overlap::training_overlaps;
-use super::{ModelName, PriorArgs, environment, load, numbers, print, read_recipe};
+use super::{LinearPriorArgs, ModelName, environment, load, numbers, print, read_recipe};
 
 /// A fitting method, as named on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -47,11 +47,11 @@ pub(crate) enum MethodName {
 ///
 /// - loss: the mean cosine-weighted logarithmic error over 40,503 fixed directions, uniform in the
 ///   Rusinkiewicz angles (definition: docs/losses.md);
-/// - DSSIM, L2, PSNR and delta E (mean CIEDE2000 over the disc): errors of a sphere of 128 x 128
+/// - DSSIM, L2, PSNR and delta E (mean CIEDE2000 over the disk): errors of a sphere of 128 x 128
 ///   pixels, as `trainer render sphere --size 128` draws it.
 ///
 /// Results of random methods are means over seeds. The standard error is over the materials: it
-/// estimates how much the mean changes with another set of as many materials.
+/// estimates how much the mean changes with another set of the same size.
 ///
 /// A recipe that completes readings (train --schedule prior) also predicts each material's loss
 /// from its readings. The predicted loss is printed next to the true one.
@@ -66,8 +66,8 @@ pub(crate) enum MethodName {
 #[derive(Args)]
 #[command(
     verbatim_doc_comment,
-    override_usage = "trainer evaluate --recipe <FILE>... --test <SRC> [OPTIONS]\n       \
-                      trainer evaluate --method <METHOD> --model <MODEL> --samples <N> --test <SRC> [OPTIONS]",
+    override_usage = "trainer evaluate --recipe <FILE>... --test <SOURCE> [OPTIONS]\n       \
+                      trainer evaluate --method <METHOD> --model <MODEL> --samples <N> --test <SOURCE> [OPTIONS]",
     group = ArgGroup::new("evaluated").args(["recipe", "model"]).required(true)
 )]
 pub(crate) struct Evaluate {
@@ -89,25 +89,25 @@ pub(crate) struct Evaluate {
     /// Model of a method without a recipe
     #[arg(long, value_enum, requires = "method")]
     model: Option<ModelName>,
-    /// Number n of samples of a method without a recipe, 1 to 4096 [none for --method optimum]
+    /// Number n of samples of a method without a recipe, 1 to 4096; not with --method optimum
     #[arg(long, short = 'n', value_name = "N", value_parser = numbers::samples)]
     samples: Option<usize>,
     /// Training materials for ours and meta without a recipe, and for the components of the model
     /// linear [default: procedural:100]
     #[arg(long)]
     train: Option<Source>,
-    /// Length of that training [default: standard]
+    /// Length of the training of a method without a recipe [default: standard]
     #[arg(long, value_enum)]
     effort: Option<Effort>,
     #[command(flatten)]
-    prior: PriorArgs,
+    linear_prior: LinearPriorArgs,
     /// Test materials
-    #[arg(long, value_name = "SRC")]
+    #[arg(long, value_name = "SOURCE")]
     test: Source,
     /// Environment light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
-    /// Number of readings to use, the first ones of each recipe's pattern, 1 to 4096 [default: all]
+    /// Number of readings to use, from the start of each recipe's pattern, 1 to 4096 [default: all]
     #[arg(long, value_name = "K", requires = "recipe", value_parser = numbers::samples)]
     first: Option<usize>,
     /// Number of random readings of each material to drop, 1 to 4096 [default: none]
@@ -117,8 +117,8 @@ pub(crate) struct Evaluate {
     /// [default: 0]
     #[arg(long, value_name = "S", requires = "recipe", value_parser = numbers::share)]
     noise: Option<f32>,
-    /// Standard deviation of additional noise, relative to a white surface, whose BRDF is 1/pi,
-    /// 0 to 1: 0.01 is 1 % [default: 0]
+    /// Standard deviation of noise that does not depend on the value, relative to the BRDF 1/pi
+    /// of a white surface, 0 to 1: 0.01 is 1 % [default: 0]
     #[arg(long, value_name = "S", requires = "recipe", value_parser = numbers::share)]
     additive: Option<f32>,
     /// Number of quantization levels of the sensor between darkness and a white surface that faces
@@ -246,7 +246,7 @@ impl Evaluate {
         let Some(model) = self.model else {
             return Ok(());
         };
-        self.prior.refuse_for_others(&[model])?;
+        self.linear_prior.refuse_for_other_models(&[model])?;
         let is_linear = ModelKind::from(model) == ModelKind::Linear;
         let refuse = |option: &str, is_unused: bool, why: &str| match is_unused {
             true => Err(anyhow!(
@@ -280,7 +280,7 @@ impl Evaluate {
         evaluate: &dyn Fn(&Method<'_>) -> anyhow::Result<Report>,
     ) -> anyhow::Result<(Report, TrainingMaterials)> {
         if self.model()? == ModelKind::Linear {
-            let prior = self.prior.or(Prior::PAPER)?;
+            let prior = self.linear_prior.or(Prior::PAPER)?;
             let Some(eta) = prior.eta else {
                 bail!("--method {} learns no precisions: give --eta", name.name());
             };
@@ -350,7 +350,7 @@ impl Evaluate {
                 MethodName::Meta => TrainedParts::WithoutPattern,
                 _ => TrainedParts::All,
             },
-            prior: self.prior.or(Prior::LEARNED)?,
+            prior: self.linear_prior.or(Prior::LEARNED)?,
             ..Options::new(
                 self.model()?,
                 self.samples()?,

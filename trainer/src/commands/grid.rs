@@ -35,7 +35,7 @@ struct GridCell {
 
 /// Trains every model at every n.
 pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
-    train.prior.refuse_for_others(&train.model)?;
+    train.linear_prior.refuse_for_other_models(&train.model)?;
     catch_interrupts()?;
     create_out_folder(&train.out)?;
     let _lock = Lock::of_folder(&train.out)?;
@@ -109,10 +109,10 @@ fn models_and_samples(train: &Train) -> Vec<(ModelName, usize)> {
         [] => (0..10).map(|k| 1 << k).collect(),
         some => some.to_vec(),
     };
-    let each = models
+    let pairs = models
         .iter()
         .flat_map(|model| samples.iter().map(move |samples| (*model, *samples)));
-    each.collect()
+    pairs.collect()
 }
 
 fn recipe_path(train: &Train, model: &str, samples: usize) -> PathBuf {
@@ -121,7 +121,7 @@ fn recipe_path(train: &Train, model: &str, samples: usize) -> PathBuf {
 
 /// Prints a command for each recipe, and creates the output folder.
 pub(crate) fn list(train: &Train, seed: u64, line: &CommandLine) -> anyhow::Result<()> {
-    train.prior.refuse_for_others(&train.model)?;
+    train.linear_prior.refuse_for_other_models(&train.model)?;
     let sources = train.sources()?;
     let counts = sources.as_slice().iter().map(Source::count);
     let counts = counts.collect::<Result<Vec<usize>, _>>()?;

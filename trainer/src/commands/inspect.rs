@@ -18,7 +18,7 @@ use super::print;
 
 /// Print a recipe: model, memory, expected loss, limits, training and pattern.
 ///
-/// The pattern is listed as angles of the half and difference vector, and as positions of the arms.
+/// The pattern is listed as angles of the half and difference vectors, and as positions of the arms.
 /// `memory` is the memory of a scan in words of 4 bytes. `trainer render pattern` plots the pattern,
 /// and `trainer plan` orders it.
 #[derive(Args)]

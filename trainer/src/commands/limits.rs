@@ -15,8 +15,8 @@ pub(super) struct LimitArgs {
     /// Largest angle of the sensor to the normal in degrees, above 0 to 90 [default: the recipe's, or else 90]
     #[arg(long, value_name = "DEGREES", value_parser = numbers::polar_angle)]
     max_theta_o: Option<f32>,
-    /// Smallest angle between light and sensor as seen from the sample, in degrees, above 0 to 180 [default: the
-    /// recipe's, or else 0]
+    /// Smallest angle between light and sensor as seen from the measured spot, in degrees, above 0 to 180
+    /// [default: the recipe's, or else 0]
     #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
     min_separation: Option<f32>,
 }

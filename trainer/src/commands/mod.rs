@@ -60,23 +60,23 @@ pub(crate) enum ModelName {
 
 /// Options for the prior of the model linear.
 #[derive(Args, Clone, Copy, Debug)]
-pub(crate) struct PriorArgs {
+pub(crate) struct LinearPriorArgs {
     /// Model linear: number of principal components, 1 to 1024 [default: 60; 5 for --schedule paper
-    /// and for methods that learn no precisions]
+    /// and for methods without learned precisions]
     #[arg(long, value_name = "COUNT", value_parser = numbers::integer(1..=1024_usize))]
     bases: Option<usize>,
-    /// Model linear: precision of every coefficient, above 0 [default: learned for each coefficient;
-    /// 40 where --bases has the default 5]
+    /// Model linear: precision of the prior of every coefficient, above 0 [default: one learned for
+    /// each coefficient; 40 if the default of --bases is 5]
     #[arg(long, value_parser = numbers::positive)]
     eta: Option<f64>,
 }
 
-impl PriorArgs {
+impl LinearPriorArgs {
     /// Refuses these options if none of the models is linear. An empty list means all models.
     ///
     /// # Errors
     /// Names the first option that was given.
-    pub(crate) fn refuse_for_others(self, models: &[ModelName]) -> anyhow::Result<()> {
+    pub(crate) fn refuse_for_other_models(self, models: &[ModelName]) -> anyhow::Result<()> {
         if models.is_empty()
             || models
                 .iter()

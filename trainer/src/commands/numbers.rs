@@ -138,7 +138,7 @@ pub(crate) fn channels(text: &str) -> Result<[f32; 3], String> {
 pub(crate) fn reflectances(text: &str) -> Result<[f32; 3], String> {
     let reflectances = channels(text).ok();
     reflectances
-        .filter(|each| each.iter().all(|value| *value > 0.0 && *value <= 2.0))
+        .filter(|channels| channels.iter().all(|value| *value > 0.0 && *value <= 2.0))
         .ok_or_else(|| {
             "give one number above 0 and at most 2, or three separated by commas".to_owned()
         })

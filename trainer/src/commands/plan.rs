@@ -28,13 +28,12 @@ enum OrderName {
 /// Plan a scan: positions of the arms in degrees, their order, and the duration.
 ///
 /// All axes move at once, each at full speed: a move takes as long as its slowest axis. Then the
-/// arms rest for the reading. The plan does not check for collisions, and does not include the way
-/// back at the end.
+/// arms rest for the reading. The plan does not check for collisions, and does not include the
+/// return to the start position.
 ///
-/// An isotropic sample looks the same when both arms turn about the normal together. So only the
-/// difference of the azimuths matters. Both azimuth axes change it at once, the short way around,
-/// each in proportion to its speed; no other choice of azimuths takes less time. Azimuths may
-/// exceed 180 degrees (see --no-full-turns).
+/// The BRDF of an isotropic material depends only on the difference of the azimuths. Both azimuth
+/// axes move at once to change this difference, the short way around. Each moves in proportion to
+/// its speed, which takes the least time. Azimuths may exceed 180 degrees (see --no-full-turns).
 ///
 /// The naive order, for comparison, is the recipe's own, with azimuths as `trainer inspect` prints
 /// them.
@@ -83,7 +82,7 @@ pub(crate) struct Plan {
     /// both positions
     #[arg(long)]
     swap: bool,
-    /// Keep the azimuths of the recipe's pattern, for a sample that is not isotropic
+    /// Keep the azimuths of the recipe's pattern, for an anisotropic material
     #[arg(long)]
     anisotropic: bool,
     /// Keep the difference of the azimuths (with --anisotropic each azimuth) within -180 to 180
@@ -132,7 +131,10 @@ impl Plan {
         let stops = match stops(&recipe, &machine.limits, self.swap) {
             Ok(stops) => stops,
             Err(missed) => {
-                let lines: Vec<String> = missed.iter().map(|each| format!("\n  {each}")).collect();
+                let lines: Vec<String> = missed
+                    .iter()
+                    .map(|sample| format!("\n  {sample}"))
+                    .collect();
                 bail!(
                     "the machine does not reach {} of {} samples:{}\n{}",
                     missed.len(),

@@ -25,9 +25,9 @@ use super::{load, print, write_file};
 /// the angles of a plan. Other columns are ignored.
 ///
 /// OUTPUT. CSV with a row for each input row: the angles, and the BRDF in the columns r, g, b, as
-/// linear RGB in sr^-1, not times the cosine. The numbers have enough digits to restore the 32-bit
-/// floats. The BRDF is 0 if a direction is not above the horizon. With several materials, a first
-/// column names the material, and all rows of a material are together.
+/// linear RGB in sr^-1, not multiplied by the cosine. The numbers have enough digits to restore the
+/// 32-bit floats. The BRDF is 0 if a direction is not above the horizon. With several materials, a
+/// first column names the material, and all rows of a material are together.
 ///
 /// Example: printf 'theta_i,phi_i,theta_o,phi_o\n30,0,30,180\n' > mirror.csv
 ///          trainer query acrylic_felt_green_rgb.bsdf --angles mirror.csv
@@ -38,7 +38,6 @@ use super::{load, print, write_file};
 #[command(verbatim_doc_comment)]
 pub(crate) struct Query {
     /// Materials (see SOURCES in `trainer --help`)
-    #[arg(value_name = "SRC")]
     source: Source,
     /// CSV file with angles in degrees
     #[arg(long, value_name = "FILE.csv")]

@@ -27,7 +27,7 @@ use super::output::{create_out_folder, write_file};
 use super::{load, print};
 
 /// Number of test materials.
-const MATERIALS: usize = 8;
+const MATERIAL_COUNT: usize = 8;
 /// Bundled recipes in the order of n.
 const RECIPES_BY_SAMPLES: [&str; 5] = [
     "neural-n1",
@@ -41,15 +41,15 @@ const MAIN_RECIPE: &str = "neural-n8";
 
 /// Scan unseen materials with bundled recipes, and write a page of results: start here.
 ///
-/// Eight procedural materials that no bundled recipe was trained on are measured and fitted as on a
-/// scanner's microcontroller. The page DIR/index.html shows
+/// The command measures eight procedural materials, and fits them as a scanner's microcontroller
+/// does. No bundled recipe was trained on these materials. The page DIR/index.html shows
 ///
 /// - recipes of the model neural for n = 1, 2, 4, 8 and 16 measurements: errors, duration of the
 ///   scan in seconds (as in `trainer plan`) and cycles of the fit on a Cortex-M4F;
-/// - the paper's methods at n = 8, trained with the paper's schedule, and the recipe of n = 8.
+/// - the paper's methods at n = 8, trained with the paper's schedule, and the recipe for n = 8.
 ///
 /// The command trains nothing and takes a few seconds. DIR/neural-n8.recipe is the bundled recipe
-/// of n = 8, for other commands such as `trainer plan` and `trainer inspect`.
+/// for n = 8, for use in other commands such as `trainer plan` and `trainer inspect`.
 ///
 /// Example: trainer quickstart
 ///          trainer quickstart --seed 7 --out other/
@@ -70,25 +70,25 @@ impl Quickstart {
         check_writable(&index, 1 << 16)
             .map_err(|error| anyhow!("cannot write {}: {error}", index.display()))?;
         let _lock = Lock::of_folder(&self.out)?;
-        let main_recipe = bundled(MAIN_RECIPE)?;
+        let main_recipe = find_bundled(MAIN_RECIPE)?;
         let path = self.out.join(format!("{MAIN_RECIPE}.recipe"));
         write_file(&path, main_recipe.bytes)?;
 
-        // Not seed 0, whose materials the bundled recipes were trained on.
+        // The bundled recipes were trained on the materials of seed 0.
         let source = Source(format!(
-            "procedural:{MATERIALS}:{}",
+            "procedural:{MATERIAL_COUNT}:{}",
             seed.wrapping_add(1).max(1)
         ));
         let materials = load(&source)?;
         let evaluator = Evaluator::new(&materials);
 
         eprintln!(
-            "scanning {MATERIALS} unseen materials with {}",
+            "scanning {MATERIAL_COUNT} unseen materials with {}",
             RECIPES_BY_SAMPLES.join(", ")
         );
         let mut by_samples = Vec::new();
         for name in RECIPES_BY_SAMPLES {
-            by_samples.push(ComparedMethod::bundled(bundled(name)?, seed)?);
+            by_samples.push(ComparedMethod::from_bundled(find_bundled(name)?, seed)?);
         }
         let scans_by_samples = scan_all(&evaluator, &by_samples, seed)?;
 
@@ -112,22 +112,22 @@ impl Quickstart {
             },
             ComparedMethod {
                 label: "Ours (paper)".into(),
-                ..ComparedMethod::bundled(paper, seed)?
+                ..ComparedMethod::from_bundled(paper, seed)?
             },
             ComparedMethod {
                 label: "Completed (prior)".into(),
-                ..ComparedMethod::bundled(main_recipe, seed)?
+                ..ComparedMethod::from_bundled(main_recipe, seed)?
             },
         ];
         let scans_of_methods = scan_all(&evaluator, &methods, seed)?;
 
         let caption = |methods: &[ComparedMethod<'_>]| {
             format!(
-                "Training: {}. Test set: {source} ({MATERIALS} materials)",
+                "Training: {}. Test set: {source} ({MATERIAL_COUNT} materials)",
                 describe_trainings(methods)
             )
         };
-        let first = table(
+        let samples_table = table(
             format!(
                 "Bundled recipes of the model neural. {}",
                 caption(&by_samples)
@@ -135,7 +135,7 @@ impl Quickstart {
             &by_samples,
             &scans_by_samples,
         );
-        let second = table(
+        let methods_table = table(
             format!(
                 "Neural, n = {}, training schedules in parentheses. {}",
                 recipe.samples(),
@@ -147,7 +147,7 @@ impl Quickstart {
         let pattern: Vec<_> = main_recipe.recipe()?.pattern().collect();
         Page::new("Glimpse: materials from few measurements")
             .paragraph(INTRODUCTION)
-            .table(&first)
+            .table(&samples_table)
             .paragraph(&explain_columns())
             .heading("Spheres by number of measurements")
             .gallery(&gallery(
@@ -163,7 +163,7 @@ impl Quickstart {
                 &methods,
                 &scans_of_methods,
             ))
-            .table(&second)
+            .table(&methods_table)
             .paragraph(&explain_methods())
             .heading("Directions of a recipe")
             .drawing(
@@ -174,15 +174,15 @@ impl Quickstart {
                 ),
             )
             .heading("Next: your own materials")
-            .paragraph(NEXT)
-            .code(COMMAND)
+            .paragraph(NEXT_STEP)
+            .code(TRAIN_COMMAND)
             .write(&self.out)?;
         print(&format!(
-            "{}\n{}\n{}\n{}\n{NEXT}\n  {COMMAND}\n",
-            first.caption,
-            first.to_text(),
-            second.caption,
-            second.to_text()
+            "{}\n{}\n{}\n{}\n{NEXT_STEP}\n  {TRAIN_COMMAND}\n",
+            samples_table.caption,
+            samples_table.to_text(),
+            methods_table.caption,
+            methods_table.to_text()
         ))?;
         eprintln!(
             "wrote {} in {:.0} s",
@@ -197,17 +197,18 @@ const INTRODUCTION: &str = "A recipe holds learned directions of measurement, an
     parameters of a small network that is fitted to the readings. This page shows scans of eight unseen \
     materials with bundled recipes for 1, 2, 4, 8 and 16 pairs of directions. Each material is measured \
     without noise and fitted as on a scanner's microcontroller.";
-const NEXT: &str =
+const NEXT_STEP: &str =
     "Train a recipe for your own materials at standard effort, in about two minutes on two cores:";
-const COMMAND: &str = "trainer train --model neural --samples 8 --data YOUR/ --out mine.recipe";
+const TRAIN_COMMAND: &str =
+    "trainer train --model neural --samples 8 --data YOUR/ --out mine.recipe";
 
 fn explain_columns() -> String {
     let machine = Machine::default();
     format!(
         "The loss is that of the paper: the mean cosine-weighted logarithmic error over directions that are \
-         uniform in (theta_h, theta_d, phi_d). DSSIM and PSNR compare the pictures below, of {SPHERE_SIZE} x {SPHERE_SIZE} \
-         pixels. The time of a scan is the motion and settling in the fastest order, with {} degrees per second \
-         and {} s at each sample, starting with all axes at 0. The cycles are those of one fit on a Cortex-M4F, \
+         uniform in (theta_h, theta_d, phi_d). DSSIM and PSNR compare the pictures below, of {SPHERE_SIZE} x \
+         {SPHERE_SIZE} pixels. The duration of a scan covers motion and settling in the fastest order, at {} degrees per second \
+         and with {} s at each sample. All axes start at 0 degrees. The cycles are those of one fit on a Cortex-M4F, \
          for recipes that the firmware's tests measure.",
         machine.speeds.theta_i, machine.settle
     )
@@ -218,13 +219,13 @@ fn explain_methods() -> String {
         "Random starts from random parameters, and draws random directions once for each material. Meta has \
          learned initial parameters and step sizes, and random directions. Ours has learned directions too. \
          These three take {INNER_STEPS} steps. At effort standard, schedule paper takes 1/{} of the paper's \
-         steps. Completed completes the readings with a learned map, and takes one step. Its recipe is for \
-         noisy readings and for arms with limits, unlike those of the paper's methods.",
+         steps. Completed obtains its initial parameters from the readings by learned maps, and takes one step. \
+         Its recipe allows for noisy readings and limited arms; the recipes of the paper's methods do not.",
         Effort::Standard.paper_step_divisor()
     )
 }
 
-fn bundled(name: &str) -> anyhow::Result<&'static BundledRecipe> {
+fn find_bundled(name: &str) -> anyhow::Result<&'static BundledRecipe> {
     bundled::find(name).with_context(|| format!("the program lacks the bundled recipe {name}"))
 }
 
@@ -242,7 +243,7 @@ struct ComparedMethod<'a> {
 
 impl ComparedMethod<'static> {
     /// Creates the method of a bundled recipe without a basis.
-    fn bundled(bundled: &'static BundledRecipe, seed: u64) -> anyhow::Result<Self> {
+    fn from_bundled(bundled: &'static BundledRecipe, seed: u64) -> anyhow::Result<Self> {
         let recipe = bundled.recipe()?;
         Ok(Self {
             label: bundled.name.into(),
@@ -276,7 +277,7 @@ fn describe_trainings(methods: &[ComparedMethod<'_>]) -> String {
         let Some(training) = &method.training else {
             continue;
         };
-        match parts.iter_mut().find(|(each, _)| each == training) {
+        match parts.iter_mut().find(|(known, _)| known == training) {
             Some((_, labels)) => labels.push(&method.label),
             None => parts.push((training.clone(), vec![&method.label])),
         }
@@ -287,14 +288,14 @@ fn describe_trainings(methods: &[ComparedMethod<'_>]) -> String {
     parts.collect::<Vec<_>>().join("; ")
 }
 
-/// Returns the seconds of motion and settling on the default machine, within the recipe's limits.
+/// Returns the duration of a scan on the default machine in seconds, within the recipe's limits.
 fn scan_seconds(recipe: &Recipe<'_>, seed: u64) -> anyhow::Result<f64> {
     let machine = Machine {
         limits: recipe.metadata()?.limits.unwrap_or(Limits::NONE),
         ..Machine::default()
     };
     let Ok(stops) = stops(recipe, &machine.limits, false) else {
-        bail!("a bundled recipe leaves its own limits");
+        bail!("a bundled recipe exceeds its own limits");
     };
     Ok(Route::new(&machine, &stops, Order::Travel, seed).total())
 }
@@ -337,19 +338,19 @@ const METRICS: [(&str, usize, Highlight); 4] = [
 ];
 
 /// Returns the values of the columns [`METRICS`].
-fn metrics(scores: &Metrics) -> [f64; METRICS.len()] {
-    [scores.loss, scores.delta_e, scores.dssim, scores.psnr]
+fn column_values(metrics: &Metrics) -> [f64; METRICS.len()] {
+    [metrics.loss, metrics.delta_e, metrics.dssim, metrics.psnr]
 }
 
 /// Returns a table of means over the materials, and of the costs of each method.
 fn table(caption: String, methods: &[ComparedMethod<'_>], results: &[MaterialResults]) -> Table {
-    let number = |number: Option<f64>| number.map_or(Cell::Missing, Cell::Number);
+    let number = |value: Option<f64>| value.map_or(Cell::Missing, Cell::Number);
     let rows = methods.iter().enumerate().map(|(index, method)| {
-        let scores = results.iter().map(|results| results.by_method[index].0);
-        let mean = Metrics::mean(scores).unwrap_or_default();
+        let metrics = results.iter().map(|results| results.by_method[index].0);
+        let mean = Metrics::mean(metrics).unwrap_or_default();
         let cycles = method.bundled.and_then(BundledRecipe::cycles);
         let mut row = vec![Cell::Text(method.label.clone())];
-        row.extend(metrics(&mean).map(Cell::Number));
+        row.extend(column_values(&mean).map(Cell::Number));
         row.push(number(method.seconds));
         row.push(number(cycles.map(|cycles| cycles as f64)));
         row
@@ -376,8 +377,8 @@ fn gallery(
     results: &[MaterialResults],
 ) -> Gallery {
     let rows = results.iter().enumerate().map(|(index, results)| {
-        let losses = results.by_method.iter().map(|(scores, _)| scores.loss);
-        let least = losses.fold(f64::INFINITY, f64::min);
+        let losses = results.by_method.iter().map(|(metrics, _)| metrics.loss);
+        let lowest_loss = losses.fold(f64::INFINITY, f64::min);
         let reference = Tile {
             label: "Reference".into(),
             details: Vec::new(),
@@ -385,13 +386,13 @@ fn gallery(
             picture: evaluator.reference(index).clone(),
         };
         let fits = methods.iter().zip(&results.by_method);
-        let fits = fits.map(|(method, (scores, picture))| Tile {
+        let fits = fits.map(|(method, (metrics, picture))| Tile {
             label: method.label.clone(),
             details: vec![
-                format!("loss {:.4}", scores.loss),
-                format!("{:.1} dB", scores.psnr),
+                format!("loss {:.4}", metrics.loss),
+                format!("{:.1} dB", metrics.psnr),
             ],
-            best: scores.loss == least,
+            best: metrics.loss == lowest_loss,
             picture: picture.clone(),
         });
         GalleryRow {

@@ -19,8 +19,8 @@ use super::{print, print_json};
 /// List or write the bundled recipes, which need no training.
 ///
 /// All were trained on the built-in procedural materials only, so you may redistribute them with
-/// your firmware. They are for arms that reach 80 degrees and stay 10 degrees apart, and for
-/// readings with 2 % of noise. A recipe trained on materials like yours has a lower loss: see
+/// your firmware. They are for arms that reach 80 degrees from the normal and stay 10 degrees apart,
+/// and for readings with 2 % noise. A recipe trained on materials like yours has a lower loss: see
 /// `trainer train`.
 ///
 /// Example: trainer recipes list
@@ -99,7 +99,7 @@ impl TypedValueParser for NameParser {
             let has_all_words = |name: &&str| {
                 unknown
                     .split('-')
-                    .all(|word| name.split('-').any(|each| each == word))
+                    .all(|word| name.split('-').any(|part| part == word))
             };
             let similar: Vec<String> = names().filter(has_all_words).map(str::to_owned).collect();
             if error.get(ContextKind::SuggestedValue).is_none() && !similar.is_empty() {
@@ -158,8 +158,8 @@ fn list_as_table() -> anyhow::Result<Table> {
             Cell::Number(bundled.bytes.len() as f64),
         ];
         if let Some(losses) = bundled.losses() {
-            let each = [losses.procedural, losses.merl, losses.rgl];
-            row.extend(each.map(Cell::Number));
+            let losses = [losses.procedural, losses.merl, losses.rgl];
+            row.extend(losses.map(Cell::Number));
         }
         Ok(row)
     };

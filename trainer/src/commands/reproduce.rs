@@ -29,9 +29,9 @@ use crate::experiment::{
 /// shows all results. Recipes and evaluations are saved in OUT. Experiments share them, and the same
 /// command continues after Ctrl-C or kill -9.
 ///
-/// With --list, each training and each evaluation is printed as a separate command, for a cluster,
-/// inputs before the commands that need them. The commands write the same files as this one.
-/// Afterwards the command without --list prints the tables.
+/// With --list, each training and each evaluation is printed as a separate command, for a cluster.
+/// A command follows those whose outputs it reads. All of them together write the same files as
+/// this one. Afterwards the command without --list prints the tables.
 ///
 /// Example: trainer reproduce same-samples --data MERL-train/ --test MERL-test/ --out paper/
 ///          trainer reproduce all --effort quick --data MERL-train/ --test MERL-test/ --out paper/
@@ -44,13 +44,13 @@ pub(crate) struct Reproduce {
     #[arg(value_enum)]
     experiment: Experiment,
     /// Training materials
-    #[arg(long, default_value = "procedural:100")]
+    #[arg(long, value_name = "SOURCE", default_value = "procedural:100")]
     data: Source,
     /// Test materials, none of them a training material
-    #[arg(long, default_value = "procedural:20:1")]
+    #[arg(long, value_name = "SOURCE", default_value = "procedural:20:1")]
     test: Source,
     /// Additional test materials of the experiment `additional`; can be given several times
-    #[arg(long)]
+    #[arg(long, value_name = "SOURCE")]
     additional: Vec<Source>,
     /// Output folder
     #[arg(long, short, default_value = "paper")]
@@ -71,12 +71,12 @@ pub(crate) struct Reproduce {
     /// else 512]
     #[arg(long = "most-samples", value_parser = numbers::samples)]
     max_samples: Option<usize>,
-    /// Print only this table with its caption, as Markdown. A table has the name of its file in
-    /// OUT/EXPERIMENT, without extension
+    /// Name of the only table to print, with its caption, as Markdown. It is the name of the table's
+    /// file in OUT/EXPERIMENT without its extension
     #[arg(long, value_name = "NAME")]
     table: Option<String>,
     /// Print the command of each training and each evaluation without running it, as a line of JSON
-    /// with its words, inputs, outputs and state
+    /// with its arguments, inputs, outputs and state
     #[arg(long, conflicts_with = "table")]
     pub(crate) list: bool,
     /// Run only this training or evaluation, by its name in --list, and print nothing

@@ -22,29 +22,31 @@ use super::expected_loss::expected_loss;
 use super::lock::Lock;
 use super::output::write_file_forced;
 use super::progress::train_with_progress;
-use super::{ModelName, PriorArgs, load_all, numbers};
+use super::{LinearPriorArgs, ModelName, load_all, numbers};
 
 /// Train a recipe on materials, or many recipes with --grid.
 ///
 /// SCHEDULES. With --schedule prior, the default, a recipe completes the readings: a small learned
 /// map estimates the whole material from them. For models other than linear, a descent refines the
-/// estimate. Training uses all materials. Four shorter trainings follow, each without a quarter of
-/// the materials. They yield the expected loss on unseen materials, and the prediction of a
-/// material's loss from its readings.
+/// estimate. Training uses all materials. Four-fold cross-validation follows: four shorter trainings,
+/// each without a quarter of the materials. They yield the expected loss on unseen materials, and
+/// the predictor of a material's loss from its readings.
 ///
 /// With --schedule joint or paper, every tenth material is held out, and the loss on those is the
-/// expected loss. (Linear holds none out: it leaves each material out of its own components.)
+/// expected loss. The model linear holds none out: its loss on each material is that with the
+/// components of the other materials.
 ///
 /// RESUMING. The run is saved every ten seconds and on Ctrl-C. The same command with --resume
-/// continues it, also after kill -9, and writes the same bytes as an undisturbed run. A recipe of
-/// other options is replaced only with --force. Two runs cannot write the same recipe at once.
+/// continues it, also after kill -9, and writes the same bytes as an uninterrupted run. A recipe
+/// that was trained with other options is replaced only with --force. Two runs cannot write the same
+/// recipe at once.
 ///
 /// GRIDS. With --grid, a recipe is trained for each model and each n, as OUT/MODEL-nN.recipe.
-/// Finished recipes are not trained again, so the same command continues after Ctrl-C. A cell that
-/// fails does not stop the others. A table of the recipes is printed and saved as OUT/grid.csv.
+/// Finished recipes are not trained again, so the same command continues after Ctrl-C. If one
+/// training fails, the others still run. A table of the recipes is printed and saved as OUT/grid.csv.
 ///
-/// With --grid --list, each cell is printed as a separate command, for a cluster. The cells write
-/// the same recipes as the grid does. Afterwards the command without --list prints the table.
+/// With --grid --list, a separate command is printed for each recipe, for a cluster. These commands
+/// write the same recipes as the grid does. Afterwards the command without --list prints the table.
 ///
 /// Example: trainer train --model neural --samples 8 --data MERL/ --out neural-n8.recipe
 ///          trainer train --grid --model phong,neural --samples 1,2,4,8 --data MERL/ --out recipes/
@@ -70,19 +72,19 @@ pub(crate) struct Train {
     )]
     pub(super) samples: Vec<usize>,
     /// Training materials; can be given several times
-    #[arg(long, default_value = "procedural:100")]
+    #[arg(long, value_name = "SOURCE", default_value = "procedural:100")]
     data: Vec<Source>,
     /// Schedule prior: relative weight of each --data in training, above 0, for example 3,1
     /// [default: all materials have the same weight]
     #[arg(long, value_name = "SHARE", value_delimiter = ',')]
     share: Vec<f32>,
-    /// Recipe file to write; with --grid its directory
+    /// Recipe file to write; with --grid the directory of all recipes
     #[arg(long, short)]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    pub(super) prior: PriorArgs,
+    pub(super) linear_prior: LinearPriorArgs,
     #[command(flatten)]
-    completion_options: CompletionArgs,
+    completion_args: CompletionArgs,
     /// Training schedule
     #[arg(long, value_enum, default_value_t = Schedule::Prior)]
     schedule: Schedule,
@@ -98,14 +100,14 @@ pub(crate) struct Train {
     /// Continue from the checkpoint, if there is one (a grid always does)
     #[arg(long, conflicts_with = "grid")]
     resume: bool,
-    /// Replace a recipe of other options, or discard an unfinished run
+    /// Replace a recipe that was trained with other options, or discard an unfinished run
     #[arg(long)]
     pub(super) force: bool,
     /// Train one recipe for each model at each n
     #[arg(long)]
     pub(crate) grid: bool,
     /// With --grid: print the command of each recipe without training, as a line of JSON with its
-    /// words, inputs, outputs and state
+    /// arguments, inputs, outputs and state
     #[arg(long, requires = "grid")]
     pub(crate) list: bool,
 }
@@ -116,7 +118,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
 
 impl Train {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        self.prior.refuse_for_others(&self.model)?;
+        self.linear_prior.refuse_for_other_models(&self.model)?;
         let sources = self.sources()?;
         let (&[model], &[samples]) = (&self.model[..], &self.samples[..]) else {
             bail!(
@@ -128,8 +130,8 @@ impl Train {
         // An unwritable output is reported before training, not after hours of it.
         run.check_writable()?;
         let _locks = run.lock()?;
-        let materials = load_all(&sources)?;
-        let existing = run.existing_output(&materials.1);
+        let (materials, source_shares) = load_all(&sources)?;
+        let existing = run.existing_output(&source_shares);
         run.refuse_overwrite(&existing, self.resume, self.force)?;
         if self.resume && !Checkpoint::exists_in(&run.checkpoint) {
             if matches!(existing, ExistingOutput::Trained(_)) {
@@ -143,7 +145,7 @@ impl Train {
             );
         }
         let begin = Instant::now();
-        let trained = run.train(materials, self.resume)?;
+        let trained = run.train((materials, source_shares), self.resume)?;
         let expected_loss = expected_loss(&trained.file.recipe())?;
         eprintln!(
             "trained in {:.0} s; expected loss {}",
@@ -152,8 +154,8 @@ impl Train {
         );
         if let Some(correlation) = trained.rank_correlation {
             eprintln!(
-                "loss prediction: rank correlation {correlation:.2} of predicted and true losses, over \
-                 the folds"
+                "loss prediction: rank correlation {correlation:.2} between predicted and true losses in \
+                 cross-validation"
             );
         }
         Ok(())
@@ -170,7 +172,7 @@ impl Train {
         Ok(Sources::new(self.data.clone(), &self.share)?)
     }
 
-    /// Returns the training of one recipe, on materials that messages call `data`.
+    /// Returns the training of one recipe. Messages call the materials `data`.
     pub(super) fn training_run(
         &self,
         model: ModelName,
@@ -184,12 +186,12 @@ impl Train {
             Schedule::Joint | Schedule::Prior => Prior::LEARNED,
         };
         if self.schedule == Schedule::Prior {
-            self.prior.refuse_for_schedule("prior")?;
+            self.linear_prior.refuse_for_schedule("prior")?;
         }
         Ok(TrainingRun {
             options: Options {
-                prior: self.prior.or(default)?,
-                completion_options: self.completion_options.of(self.schedule, samples)?,
+                prior: self.linear_prior.or(default)?,
+                completion_options: self.completion_args.options_for(self.schedule, samples)?,
                 ..Options::new(model.into(), samples, self.schedule, self.effort, seed)
             },
             data,
@@ -264,8 +266,8 @@ impl TrainingRun {
         let is_linear = self.options.model == ModelKind::Linear;
         match existing {
             _ if force => Ok(()),
-            ExistingOutput::Conflict(what) => {
-                bail!("{what}: give --force to replace it, or another --out")
+            ExistingOutput::Conflict(description) => {
+                bail!("{description}: give --force to replace it, or another --out")
             }
             _ if unfinished && !resume => bail!(
                 "{} holds an unfinished run: give --resume to continue it, or --force to discard it",
@@ -284,8 +286,8 @@ impl TrainingRun {
 
     /// Checks that the recipe can be written.
     fn check_writable(&self) -> anyhow::Result<()> {
-        // Typical size of a large recipe, other than Linear's: 12 kB for a network with 512 samples, and
-        // 30 kB for the names of 1000 materials. With schedule prior 38 kB, and 0.3 kB a sample.
+        // At least the size of a large recipe. A network with 512 samples takes 12 kB, and with schedule
+        // prior 38 kB plus 0.3 kB per sample. The names of 1000 materials take another 30 kB.
         let bytes = match self.options.schedule {
             Schedule::Prior => (1 << 16) + 512 * self.options.samples,
             Schedule::Joint | Schedule::Paper => 1 << 16,
@@ -302,7 +304,7 @@ impl TrainingRun {
         }
     }
 
-    /// Checks the recipe's path, for training on materials of these sources.
+    /// Examines the recipe's path before training on materials of these sources.
     pub(super) fn existing_output(&self, source_shares: &[SourceShare]) -> ExistingOutput {
         let options = Options {
             source_shares: source_shares.to_vec(),
@@ -328,12 +330,15 @@ impl TrainingRun {
             ..self.options.clone()
         };
         if options.schedule == Schedule::Prior {
-            eprintln!("training set: {}", self.mixture(&options.source_shares));
+            eprintln!(
+                "training tasks: {}",
+                self.describe_task_shares(&options.source_shares)
+            );
         }
         let learned = train_with_progress(&options, materials)?;
         let file = pack_recipe(&learned, &options, &self.data)?;
         if let Some(basis) = &learned.basis {
-            // Before the recipe, which is useless without its basis.
+            // The basis is written first, because the recipe is useless without it.
             write_file_forced(&Basis::path_for(&self.out), basis, true)?;
         }
         write_file_forced(&self.out, file.bytes(), true)?;
@@ -342,24 +347,24 @@ impl TrainingRun {
             file,
             rank_correlation: learned
                 .loss_predictor
-                .and_then(|each| each.rank_correlation),
+                .and_then(|predictor| predictor.rank_correlation),
         })
     }
 
-    /// Describes the shares of materials in training.
-    fn mixture(&self, source_shares: &[SourceShare]) -> String {
+    /// Describes the shares of training tasks by the source of their material.
+    fn describe_task_shares(&self, source_shares: &[SourceShare]) -> String {
         let procedural = self.options.completion_options.procedural;
         let percent = |share: f32| 100.0 * share;
         let mut parts: Vec<String> = source_shares
             .iter()
             .map(|source_share| {
                 let share = percent(source_share.share * (1.0 - procedural));
-                format!("{share:.0} % of {} materials", source_share.materials)
+                format!("{share:.0} % from {} materials", source_share.materials)
             })
             .collect();
         if procedural > 0.0 {
             parts.push(format!(
-                "{:.0} % procedural materials (--procedural)",
+                "{:.0} % from procedural materials (--procedural)",
                 percent(procedural)
             ));
         }

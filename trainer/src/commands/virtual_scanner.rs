@@ -17,13 +17,13 @@ use super::{load, print, read_recipe, write_file};
 
 /// Simulate a scanner's motors and sensor for firmware on a serial link.
 ///
-/// Readings are taken from a material. For each completed scan, it prints the residual that the
-/// device reports, and the loss of the device's fit against the material. With the model linear the
-/// device sends coefficients only: give --recipe, whose basis turns them into a BRDF.
+/// Readings are taken from a material. For each completed scan, the command prints the residual that
+/// the device reports, and the loss of the device's fit against the material. With the model linear,
+/// the device sends only coefficients: give --recipe, whose basis turns them into a BRDF.
 #[derive(Args)]
 pub(crate) struct VirtualScanner {
     /// Material to measure: a source with a single material
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "SOURCE")]
     material: Source,
     /// TCP address that the device's serial link connects to
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878")]
@@ -38,7 +38,7 @@ pub(crate) struct VirtualScanner {
     /// Exit after one completed scan
     #[arg(long)]
     once: bool,
-    /// JSON file for the last scan's readings, values and residual
+    /// JSON file for the last scan: readings, fitted values and residual
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
 }
@@ -53,7 +53,7 @@ impl VirtualScanner {
                 refuse_input(out, &Basis::path_for(recipe))?;
             }
         }
-        // Before a device has measured anything.
+        // Checked before the first scan, which would be lost otherwise.
         if let Some(out) = &self.out {
             refuse_unwritable(out)?;
         }
@@ -73,10 +73,10 @@ impl VirtualScanner {
         let mut scanner = scanner::VirtualScanner::new(material, noise);
         let mut basis = None;
         if let Some(path) = &self.recipe {
-            let (file, found) = read_recipe(path)?;
+            let (file, recipe_basis) = read_recipe(path)?;
             warn_of_overlap(&file.recipe(), &materials)?;
             let checksum = file.recipe().checksum();
-            basis = found.map(|basis| (checksum, basis));
+            basis = recipe_basis.map(|basis| (checksum, basis));
             scanner = scanner.with_recipe(file.bytes().to_vec());
         }
         let listener = TcpListener::bind(self.listen)
@@ -104,9 +104,9 @@ impl VirtualScanner {
             match scanner.serve(&mut stream) {
                 Ok(report) => {
                     // The basis of another recipe does not fit these coefficients.
-                    let basis = basis.filter(|(recipe, _)| *recipe == report.recipe);
+                    let basis = basis.filter(|(checksum, _)| *checksum == report.recipe);
                     let loss = report.loss(basis.map(|(_, basis)| basis), material);
-                    self.show(&report, material, loss)?;
+                    self.report_scan(&report, material, loss)?;
                     if self.once {
                         return Ok(true);
                     }
@@ -123,7 +123,8 @@ impl VirtualScanner {
         }
     }
 
-    fn show(
+    /// Prints a completed scan, and writes it to the file of --out.
+    fn report_scan(
         &self,
         report: &ScanReport,
         material: &dyn Material,
@@ -132,7 +133,9 @@ impl VirtualScanner {
         let residual = report.residual;
         let loss_text = match loss {
             Some(loss) => format!("loss {loss:.5}"),
-            None => "loss unknown (give the device's recipe as --recipe, for its basis)".to_owned(),
+            None => {
+                "loss unknown (give the device's recipe, with its basis, as --recipe)".to_owned()
+            }
         };
         print(&format!(
             "{}: {loss_text}; residual {:.5}, worst {:.5} at sample {}, {} saturated{}\n",

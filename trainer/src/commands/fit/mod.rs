@@ -34,26 +34,27 @@ use super::{print, read_recipe};
 /// - directions: theta_i, phi_i, theta_o, phi_o, or theta_h, theta_d, phi_d, in degrees (as for
 ///   `trainer query`), or index, the number of the recipe's sample, from 0;
 /// - reading: r, g, b, or value for a sensor with one channel;
-/// - optional: saturated (0 or 1), quantity (a value of --quantity, or counts), and material.
+/// - optional: saturated (0 or 1), quantity (a value of --quantity, or counts), and material, which
+///   must be the same in all rows.
 ///
 /// Other columns are ignored. Rows come in any order. Samples may be missing (no row, or empty
 /// cells) if the recipe was trained with --missing. Repeated readings of a sample are averaged, and
 /// their spread is printed. A row belongs to the nearest sample, at most --tolerance away in every
 /// angle.
 ///
-/// OUTLIERS. Readings that are improbable given the others are reported. If the recipe tolerates
-/// missing readings, the fit leaves outliers out, at most a quarter of the readings, unless
-/// --keep-all is given.
+/// OUTLIERS. Each reading is predicted from the others. Readings far from their prediction are
+/// reported as outliers. If the recipe tolerates missing readings, the fit excludes outliers, at most
+/// a quarter of the readings, unless --keep-all is given.
 ///
 /// OUTPUT. The folder DIR gets
 ///
 /// - material.json, the fit, which every command accepts as a material;
 /// - sphere.png and lobe.svg, a rendered sphere and a plot of the plane of incidence;
-/// - readings.csv, with the reading of each sample as a BRDF, the fitted value, and z, the
-///   difference to the prediction from the other readings in standard deviations. It can be
-///   corrected and fitted again, without --quantity and --white;
+/// - readings.csv, with the reading of each sample as a BRDF, the fitted value, and z: the reading
+///   minus its prediction from the others, in standard deviations. You can correct this file and fit
+///   it again, without --quantity and --white;
 /// - for the model linear the basis, so that the folder can be moved;
-/// - with --format the folder formats, with files for other programs.
+/// - with --format, a folder DIR/formats with files for other programs.
 ///
 /// With several --measurements, each gets a folder DIR/NAME. A report is printed on stdout.
 ///
@@ -100,8 +101,8 @@ pub(crate) struct Fit {
     json: bool,
 }
 
-/// Default distance of a row from its sample, degrees: a typical error of a lab's arms.
-const TOLERANCE: f32 = 0.5;
+/// Default of --tolerance in degrees: a typical error of a lab's arms.
+const DEFAULT_TOLERANCE: f32 = 0.5;
 
 /// The folder of additional formats. It is separate, so that the fit's folder remains a source of one material.
 const FORMATS: &str = "formats";
@@ -122,16 +123,17 @@ impl Fit {
         let pattern: Vec<_> = recipe.pattern().collect();
         let quantity = self.quantity.read(&pattern, self.tolerance())?;
 
-        // All fits before any file is written.
+        // All fits are computed before any file is written, so that an error leaves no partial output.
         let mut folders = Vec::new();
         for input in &inputs {
-            let (measured, fit) = self.fit(&recipe, input, &quantity)?;
+            let (measured, fit) = self.fit_input(&recipe, input, &quantity)?;
             let fitted = FittedBrdf::new(recipe.model(), fit.values.clone(), basis.as_ref());
             let material =
                 fitted.and_then(|fitted| FittedMaterial::new(input.name.clone(), fitted));
             let material = material.with_context(|| {
                 format!(
-                    "{}: its {} values do not match the recipe's model",
+                    "{}: its {} values do not match the recipe's model; give the recipe that they were \
+                     fitted with",
                     input.path.display(),
                     fit.values.len()
                 )
@@ -181,7 +183,7 @@ impl Fit {
     }
 
     /// Reads and fits an input file, or reads a device's own fit.
-    fn fit(
+    fn fit_input(
         &self,
         recipe: &Recipe<'_>,
         input: &FitInput<'_>,
@@ -206,21 +208,21 @@ impl Fit {
         seed: u64,
     ) -> anyhow::Result<Vec<Files>> {
         let folder = folder.join(FORMATS);
-        let first =
-            |(place, format): &(usize, &FormatName)| !self.format[..*place].contains(format);
-        let once = self.format.iter().enumerate().filter(first);
-        let each = once.map(|(_, format)| {
+        let is_first =
+            |(index, format): &(usize, &FormatName)| !self.format[..*index].contains(format);
+        let distinct = self.format.iter().enumerate().filter(is_first);
+        let files = distinct.map(|(_, format)| {
             let files = files_of(material, (*format).into(), material.name(), seed)?.into_iter();
             Ok(files
                 .map(|(name, bytes)| (folder.join(name), bytes))
                 .collect())
         });
-        each.collect()
+        files.collect()
     }
 
     /// Returns the tolerance in radians.
     fn tolerance(&self) -> f64 {
-        f64::from(self.tolerance.unwrap_or(TOLERANCE)).to_radians()
+        f64::from(self.tolerance.unwrap_or(DEFAULT_TOLERANCE)).to_radians()
     }
 
     /// Returns the recipe's file name, without directories.
@@ -258,9 +260,9 @@ impl Fit {
 
     /// Refuses to overwrite an input, or without --force the results of an earlier run.
     fn refuse_overwrite(&self, inputs: &[FitInput<'_>], has_basis: bool) -> anyhow::Result<()> {
-        let mut read: Vec<&Path> = vec![&self.recipe];
-        read.extend(inputs.iter().map(|input| input.path));
-        read.extend(self.quantity.white());
+        let mut input_files: Vec<&Path> = vec![&self.recipe];
+        input_files.extend(inputs.iter().map(|input| input.path));
+        input_files.extend(self.quantity.white());
         for input in inputs {
             let formats = input.folder.join(FORMATS);
             // Other files in it would be mistaken for files of this material.
@@ -271,7 +273,7 @@ impl Fit {
             );
             for name in FitFolder::FILES {
                 let path = input.folder.join(name);
-                for file in &read {
+                for file in &input_files {
                     refuse_input(&path, file)?;
                 }
                 ensure!(
@@ -282,7 +284,7 @@ impl Fit {
             }
         }
         if has_basis {
-            for file in &read {
+            for file in &input_files {
                 refuse_input(&self.basis_copy(), file)?;
             }
         }

@@ -51,8 +51,8 @@ pub(super) struct QuantityArgs {
     /// With --white: smallest count of a saturated sensor [default: none]
     #[arg(long, value_name = "LEVEL", requires = "white", conflicts_with = "values", value_parser = finite)]
     saturation: Option<f32>,
-    /// With --white of a single row: the larger spot on the sample at all angles, the light's or the
-    /// sensor's, which determines the cosine in the counts
+    /// With --white of a single row: spot on the material that is larger at all angles. It determines
+    /// the cosine in the counts
     #[arg(long, value_enum, requires = "white", conflicts_with = "values")]
     footprint: Option<FootprintName>,
 }

@@ -15,8 +15,8 @@ use super::shared::{check_out, file_type, with_method};
 
 /// Plot BRDFs in the plane of incidence: the logarithm of the luminance over the angle.
 ///
-/// The plot has a curve for each material and each angle of the light, six at most. With --recipe,
-/// it has a dashed curve for the scan of each material in addition.
+/// The plot has a curve for each material and each angle of the light, at most six. With --recipe,
+/// a second, dashed curve shows the scan of the material.
 ///
 /// Example: trainer render lobe gold-paint.binary --theta-i 30,60 --out gold.svg
 ///          trainer render lobe procedural:2 --recipe neural-n8.recipe

@@ -12,7 +12,7 @@ use super::super::read_recipe;
 pub(super) fn file_type(path: &Path, types: &[&'static str]) -> anyhow::Result<&'static str> {
     let extension = path.extension().and_then(|extension| extension.to_str());
     let extension = extension.unwrap_or_default().to_ascii_lowercase();
-    match types.iter().find(|each| **each == extension) {
+    match types.iter().find(|known| **known == extension) {
         Some(file_type) => Ok(file_type),
         None => bail!(
             "--out {}: unsupported file type, give a name with the extension .{}",

@@ -30,11 +30,11 @@ const MIN_COMPARED_SIZE: usize = 7;
 
 /// Render materials as spheres, and with --recipe their scans.
 ///
-/// The output is a PNG file with the spheres row by row, an EXR file with the same as linear
+/// The output is a PNG file with the spheres row by row, an EXR file with the same spheres as linear
 /// radiance (without exposure and tone mapping), or an HTML page with names and errors below the
-/// spheres and its pictures in a folder next to it. The loss is that of `trainer evaluate`; DSSIM,
-/// L2, PSNR and delta E are those of the pictures. At the default size they equal the metrics of
-/// `evaluate`.
+/// spheres. The pictures of the page are in a folder next to it. The loss is that of
+/// `trainer evaluate`; DSSIM, L2, PSNR and delta E are those of the pictures. At the default size
+/// they equal the metrics of `evaluate`.
 ///
 /// The environment light is an open-air studio, or a panorama in latitude and longitude: Radiance
 /// (*.hdr) or OpenEXR (*.exr), 2:1. The center of the panorama is straight ahead of the viewer,
@@ -168,12 +168,12 @@ impl Sphere {
         sheet: Option<&Image>,
         environment: &Environment,
     ) -> Value {
-        let sphere = |(index, each): (usize, &RenderedMaterial<'_>)| {
+        let sphere = |(index, material): (usize, &RenderedMaterial<'_>)| {
             json!({
-                "material": each.name,
+                "material": material.name,
                 "row": index / columns + 1,
                 "column": index % columns + 1,
-                "scan": each.scan.as_ref().map(|(scores, _)| scores),
+                "scan": material.scan.as_ref().map(|(metrics, _)| metrics),
             })
         };
         json!({
@@ -200,22 +200,22 @@ impl Sphere {
             best: false,
             picture: image.tone_map(),
         };
-        let scanned = all.iter().any(|each| each.scan.is_some());
+        let scanned = all.iter().any(|material| material.scan.is_some());
         let rows = if scanned {
-            let row = |each: &RenderedMaterial<'_>| {
-                let mut tiles = vec![tile("Reference", Vec::new(), &each.sphere)];
-                if let Some((scores, image)) = &each.scan {
+            let row = |material: &RenderedMaterial<'_>| {
+                let mut tiles = vec![tile("Reference", Vec::new(), &material.sphere)];
+                if let Some((metrics, image)) = &material.scan {
                     let details = vec![
-                        format!("loss {:.4}, delta E {:.2}", scores.loss, scores.delta_e),
+                        format!("loss {:.4}, delta E {:.2}", metrics.loss, metrics.delta_e),
                         format!(
                             "DSSIM {:.4}, L2 {:.5}, {:.1} dB",
-                            scores.dssim, scores.l2, scores.psnr
+                            metrics.dssim, metrics.l2, metrics.psnr
                         ),
                     ];
                     tiles.push(tile("Scan", details, image));
                 }
                 GalleryRow {
-                    title: each.name.into(),
+                    title: material.name.into(),
                     tiles,
                 }
             };
@@ -225,7 +225,7 @@ impl Sphere {
                 title: String::new(),
                 tiles: some
                     .iter()
-                    .map(|each| tile(each.name, Vec::new(), &each.sphere))
+                    .map(|material| tile(material.name, Vec::new(), &material.sphere))
                     .collect(),
             };
             all.chunks(columns).map(row).collect()
@@ -262,15 +262,15 @@ fn scan(
     let fitted = method.fit(material, seed)?;
     let image = render_sphere(&fitted, environment, sphere.width);
     let loss = loss_between(&fitted, material);
-    let scores = Metrics::from_spheres(loss, &sphere.tone_map(), &image.tone_map())?;
-    Ok((scores, image))
+    let metrics = Metrics::from_spheres(loss, &sphere.tone_map(), &image.tone_map())?;
+    Ok((metrics, image))
 }
 
 /// Arranges all spheres in a grid. A scan is to the right of its material, without a gap.
 fn sheet(all: &[RenderedMaterial<'_>], columns: usize) -> Image {
-    let cell = |each: &RenderedMaterial<'_>| match &each.scan {
-        Some((_, scan)) => Image::grid(&[[each.sphere.clone(), scan.clone()]], 0, BACKGROUND),
-        None => each.sphere.clone(),
+    let cell = |material: &RenderedMaterial<'_>| match &material.scan {
+        Some((_, scan)) => Image::grid(&[[material.sphere.clone(), scan.clone()]], 0, BACKGROUND),
+        None => material.sphere.clone(),
     };
     let cells: Vec<Image> = all.iter().map(cell).collect();
     let rows: Vec<&[Image]> = cells.chunks(columns).collect();
@@ -279,7 +279,7 @@ fn sheet(all: &[RenderedMaterial<'_>], columns: usize) -> Image {
 
 /// Returns a table with the position of each material in the grid, and the errors of its scan.
 fn table(all: &[RenderedMaterial<'_>], columns: usize) -> Table {
-    let scanned = all.iter().any(|each| each.scan.is_some());
+    let scanned = all.iter().any(|material| material.scan.is_some());
     let mut heads = vec![
         Column::number("row", 0, Highlight::None),
         Column::number("column", 0, Highlight::None),
@@ -294,21 +294,21 @@ fn table(all: &[RenderedMaterial<'_>], columns: usize) -> Table {
             Column::number("delta E", 4, Highlight::None),
         ]);
     }
-    let row = |(index, each): (usize, &RenderedMaterial<'_>)| {
+    let row = |(index, material): (usize, &RenderedMaterial<'_>)| {
         let number = |index: usize| Cell::Number((index + 1) as f64);
         let mut cells = vec![
             number(index / columns),
             number(index % columns),
-            Cell::Text(each.name.into()),
+            Cell::Text(material.name.into()),
         ];
-        if let Some((scores, _)) = &each.scan {
+        if let Some((metrics, _)) = &material.scan {
             let Metrics {
                 loss,
                 dssim,
                 l2,
                 psnr,
                 delta_e,
-            } = *scores;
+            } = *metrics;
             cells.extend([loss, dssim, l2, psnr, delta_e].map(Cell::Number));
         }
         cells

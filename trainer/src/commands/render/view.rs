@@ -36,9 +36,10 @@ const TOLERANCE: f64 = 0.5 / 180.0 * std::f64::consts::PI;
 /// updates the loss and the predicted loss. The page is a single file of about 1 MB. It needs
 /// neither network nor server, and works on a phone.
 ///
-/// The readings are those of a virtual scan of --material, which is also the reference, or those of
-/// --measurements: a file for each recipe, in the same order, such as readings.csv of `trainer fit`;
-/// then --reference is optional. If a recipe tolerates missing readings, each can be switched off.
+/// With --material, the readings are those of a virtual scan of the material, which is also the
+/// reference. With --measurements, they are read from a file for each recipe, in the same order, such
+/// as readings.csv of `trainer fit`; --reference is optional then. If a recipe tolerates missing
+/// readings, each can be switched off.
 ///
 /// A recipe of the model linear needs its basis file next to it, or a compact one as --basis.
 ///
@@ -74,8 +75,8 @@ pub(super) struct View {
     /// Page to write
     #[arg(long, short, value_name = "FILE.html", default_value = "view.html")]
     out: PathBuf,
-    /// Print JSON: file, title, loss of the reference's table, and each recipe's model and number of
-    /// readings
+    /// Print JSON: file, title, loss of the table that stores the reference, and each recipe's model
+    /// and number of readings
     #[arg(long)]
     json: bool,
 }

@@ -17,13 +17,13 @@ fn killed_grid_resumes() {
     while !folder.exists("grid/grid.csv") {
         assert!(
             killed.try_wait().expect("the process runs").is_none(),
-            "it ended"
+            "the process ended early"
         );
         sleep(Duration::from_millis(1));
     }
     killed.kill().expect("the process is killed");
     killed.wait().expect("the process ends");
-    let first = || {
+    let first_recipe = || {
         let file = fs::metadata(folder.at("grid/phong-n1.recipe"));
         let trained_at = file.and_then(|file| file.modified());
         (
@@ -31,12 +31,12 @@ fn killed_grid_resumes() {
             trained_at.expect("the file exists"),
         )
     };
-    let before = first();
+    let before = first_recipe();
     assert!(!folder.exists("grid/phong-n4.recipe"));
 
     let [table, messages] = folder.succeed_with_messages(GRID);
     assert_names(&messages, &["phong-n1.recipe"]);
-    assert_eq!(first(), before);
+    assert_eq!(first_recipe(), before);
     let names = folder.names("grid");
     assert_eq!(names.len(), 4, "three recipes and grid.csv: {names:?}");
 
@@ -57,7 +57,7 @@ fn killed_grid_resumes() {
         }
     }
 
-    // A cell is the same recipe as a separate training's.
+    // A separate training writes the same recipe as the grid.
     folder.succeed(
         "train --model phong --samples 2 --data procedural:5 --effort brief --out alone.recipe",
     );
@@ -72,7 +72,7 @@ fn failed_cell_does_not_stop_others() {
     let folder = Folder::new();
     folder.succeed(&GRID.replace("1,2,4", "2"));
     let trained = folder.read("grid/phong-n2.recipe");
-    folder.write("grid/phong-n1.recipe", "no recipe");
+    folder.write("grid/phong-n1.recipe", "not a recipe");
 
     let output = folder.run(&format!("{GRID} --seed 1"));
     let messages = String::from_utf8(output.stderr).expect("UTF-8 text");

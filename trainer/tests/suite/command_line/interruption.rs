@@ -20,7 +20,7 @@ use rand_chacha::ChaCha8Rng;
 use super::Folder;
 use crate::common::assert_names;
 
-/// A small run of each schedule, with so frequent checkpoints that kills hit their writing too.
+/// A small run of each schedule. Checkpoints are so frequent that some kills interrupt their writing.
 const JOINT: &str = "train --model phong --samples 3 --data procedural:5 --effort brief \
                      --schedule joint --checkpoint-every 0.01 --out phong.recipe";
 const PAPER: &str = "train --model phong --samples 3 --data procedural:5 --effort brief \
@@ -30,22 +30,22 @@ const HOURS: &str = "train --samples 512 --data procedural:5 --effort long --sch
                      --checkpoint-every 0.01";
 
 /// Kills a run at random moments and resumes it, `kills` times in total. Asserts that every recipe equals that of an
-/// undisturbed run.
+/// uninterrupted run.
 fn assert_killed_runs_match(command: &str, kills: usize, seed: u64) {
     let folder = Folder::new();
     let begin = Instant::now();
     folder.succeed(command);
-    let undisturbed = begin.elapsed();
+    let duration = begin.elapsed();
     let expected = folder.read("phong.recipe");
 
     let resume = format!("{command} --resume");
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let (mut killed, mut in_writing) = (0, 0);
+    let (mut killed, mut killed_while_saving) = (0, 0);
     while killed < kills {
         let folder = Folder::new();
         loop {
             let mut run = folder.start(&resume);
-            sleep(undisturbed.mul_f64(random.random()));
+            sleep(duration.mul_f64(random.random()));
             // This fails if the process has ended already.
             let _ = run.kill();
             let status = run.wait().expect("the process ends");
@@ -59,10 +59,10 @@ fn assert_killed_runs_match(command: &str, kills: usize, seed: u64) {
                 "the process was not ended by the kill: {messages}"
             );
             killed += 1;
-            let saved = "phong.recipe.checkpoint";
+            let checkpoint = "phong.recipe.checkpoint";
             let is_partial = |name: &String| name.starts_with(".unfinished-");
-            if folder.exists(saved) && folder.names(saved).iter().any(is_partial) {
-                in_writing += 1;
+            if folder.exists(checkpoint) && folder.names(checkpoint).iter().any(is_partial) {
+                killed_while_saving += 1;
             }
         }
         assert_eq!(folder.read("phong.recipe"), expected);
@@ -72,7 +72,7 @@ fn assert_killed_runs_match(command: &str, kills: usize, seed: u64) {
             "other files remain"
         );
     }
-    eprintln!("{killed} kills, {in_writing} of them during the writing of a checkpoint");
+    eprintln!("{killed} kills, {killed_while_saving} of them while a checkpoint was written");
 }
 
 #[test]
@@ -89,9 +89,9 @@ fn killed_paper_runs_resume() {
 fn resume_without_checkpoint() {
     let folder = Folder::new();
     // The files of a run that was killed during its first checkpoint.
-    let saved = folder.at("phong.recipe.checkpoint");
-    fs::create_dir(&saved).expect("the folder is created");
-    fs::write(saved.join(".unfinished-checkpoint.bin-aBc123"), "half")
+    let checkpoint = folder.at("phong.recipe.checkpoint");
+    fs::create_dir(&checkpoint).expect("the folder is created");
+    fs::write(checkpoint.join(".unfinished-checkpoint.bin-aBc123"), "half")
         .expect("the file is written");
     let resume = format!("{JOINT} --resume");
     let [_, messages] = folder.succeed_with_messages(&resume);
@@ -100,7 +100,7 @@ fn resume_without_checkpoint() {
     let first = folder.read("phong.recipe");
 
     // The files of a run that was killed after it removed the checkpoint, but not its directory.
-    fs::create_dir(&saved).expect("the folder is created");
+    fs::create_dir(&checkpoint).expect("the folder is created");
     let written_at = || {
         let metadata = fs::metadata(folder.at("phong.recipe"));
         metadata
@@ -138,13 +138,13 @@ fn recipe_is_independent_of_threads() {
 /// Calls a function, and asserts that it returns within a minute.
 fn assert_within_a_minute<T>(work: impl FnOnce() -> T) -> T {
     let begin = Instant::now();
-    let done = work();
+    let result = work();
     let seconds = begin.elapsed().as_secs_f64();
     assert!(
         seconds < 60.0,
         "the error came after {seconds} s of training"
     );
-    done
+    result
 }
 
 #[test]
@@ -270,11 +270,11 @@ fn failed_checkpoint_keeps_previous_one() {
     );
     fs::remove_file(&directory).expect("the file is removed");
     fs::rename(&away, &directory).expect("the file is renamed");
-    let mut first = None;
+    let mut first_step = None;
     let outcome = train_on("procedural:5", &options, &mut |done| {
-        first.get_or_insert(done);
+        first_step.get_or_insert(done);
         ControlFlow::Continue(())
     });
     assert_eq!(outcome.expect("the recipe is trained"), whole);
-    assert_eq!(first, Some(770));
+    assert_eq!(first_step, Some(770));
 }

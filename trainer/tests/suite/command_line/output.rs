@@ -36,8 +36,8 @@ fn writes_to_pipes_and_devices() {
     let printed: serde_json::Value = serde_json::from_str(&printed).expect("valid JSON");
     assert_eq!(printed["inner_steps"], 20);
 
-    let made = Command::new("mkfifo").arg(folder.at("pipe")).status();
-    assert!(made.expect("mkfifo runs").success());
+    let status = Command::new("mkfifo").arg(folder.at("pipe")).status();
+    assert!(status.expect("mkfifo runs").success());
     let mut run = folder.start(&export("postcard", "pipe"));
     assert_eq!(folder.read("pipe"), PHONG_N8);
     assert!(run.wait().expect("the process ends").success());
@@ -75,7 +75,7 @@ fn follows_links_and_keeps_read_only_files() {
     assert_eq!(folder.read("kept.json"), b"kept");
 }
 
-/// The six files of a network of zeros.
+/// Writes the six files of a network of zeros.
 fn write_network(folder: &Folder, name: &str) {
     for (array, shape, count) in [
         ("fc1", "6, 21", 126),
@@ -86,7 +86,7 @@ fn write_network(folder: &Folder, name: &str) {
         ("b3", "3,", 3),
     ] {
         let header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({shape}), }}");
-        // The ten bytes before it, the header and the newline make a multiple of 64 bytes.
+        // The preceding ten bytes, the header and the newline total a multiple of 64 bytes.
         let header = format!("{header:117}\n");
         let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
         bytes.extend((header.len() as u16).to_le_bytes());
@@ -142,17 +142,17 @@ fn rejects_output_that_is_an_input() {
 fn rejects_output_without_parent_folder() {
     let folder = folder();
     for command in [
-        &export("json", "nope/x")[..],
-        "render pattern r.recipe --out nope/p.svg",
-        "render sphere procedural:1 --size 8 --out nope/s.png",
-        "quickstart --out nope/deeper",
-        "reproduce bases --out nope/deeper",
-        "train --grid --out nope/deeper",
-        &TRAIN.replace("phong.recipe", "nope/phong.recipe"),
-        &format!("{TRAIN} --checkpoint nope/deeper"),
+        &export("json", "missing/x")[..],
+        "render pattern r.recipe --out missing/p.svg",
+        "render sphere procedural:1 --size 8 --out missing/s.png",
+        "quickstart --out missing/deeper",
+        "reproduce bases --out missing/deeper",
+        "train --grid --out missing/deeper",
+        &TRAIN.replace("phong.recipe", "missing/phong.recipe"),
+        &format!("{TRAIN} --checkpoint missing/deeper"),
     ] {
-        folder.fail_naming(command, &["nope"]);
-        assert!(!folder.exists("nope"), "{command}");
+        folder.fail_naming(command, &["missing"]);
+        assert!(!folder.exists("missing"), "{command}");
     }
 }
 
@@ -230,7 +230,7 @@ fn concurrent_runs_cannot_write_same_output() {
     folder.fail_naming(&other, &["n.recipe.checkpoint.lock"]);
     assert!(
         first.try_wait().expect("the process runs").is_none(),
-        "it ended"
+        "the process ended early"
     );
     first.kill().expect("the process is killed");
     first.wait().expect("the process ends");
@@ -265,7 +265,7 @@ fn rejects_file_in_place_of_folder() {
         "a.csv",
         "index,value\n0,1\n1,1\n2,1\n3,1\n4,1\n5,1\n6,1\n7,1\n",
     );
-    let assert_named = |command: &str, name: &str| {
+    let assert_fails_naming = |command: &str, name: &str| {
         let output = folder.run(command);
         let message = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{command}: {message}");
@@ -280,9 +280,9 @@ fn rejects_file_in_place_of_folder() {
         "fit r.recipe --measurements a.csv",
     ] {
         for out in ["file", "file/deeper"] {
-            assert_named(&format!("{command} --out {out}"), "file");
+            assert_fails_naming(&format!("{command} --out {out}"), "file");
         }
     }
-    assert_named(&export("json", "file/x.json"), "file/x.json");
+    assert_fails_naming(&export("json", "file/x.json"), "file/x.json");
     assert_eq!(folder.read("file"), b"kept");
 }

@@ -31,7 +31,7 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
             out
         };
         let value = folder.read_json(&export("json"));
-        let of_model = match model {
+        let model_list = match model {
             "phong" => ("/start/output", 7),
             _ => ("/basis", 3),
         };
@@ -40,7 +40,7 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
             ("/completion/readings/0/missing", 88),
             ("/completion/output", 24),
             ("/prediction", 25),
-            of_model,
+            model_list,
         ] {
             let array = value.pointer(list).and_then(Value::as_array);
             assert_eq!(array.map(Vec::len), Some(length), "{list}");
@@ -58,8 +58,8 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
 
         // Fewer readings change the predicted loss.
         let predicted = |report: &Value| {
-            let each = &report["materials"][0]["predicted_loss"];
-            [each, &report["prediction"]["loss"]].map(number)
+            let first = &report["materials"][0]["predicted_loss"];
+            [first, &report["prediction"]["loss"]].map(number)
         };
         let few = folder.succeed_as_json(&format!("{evaluate} --first 2 --noise 0.02"));
         for (all, few) in predicted(&report).into_iter().zip(predicted(&few)) {
@@ -81,7 +81,7 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
 }
 
 #[test]
-fn rejects_options_of_other_schedules() {
+fn rejects_inapplicable_or_invalid_options() {
     let folder = Folder::new();
     let two = "--data procedural:2 --data procedural:2:1";
     for (options, words) in [
@@ -141,7 +141,7 @@ fn evaluates_with_missing_and_noisy_readings() {
 #[test]
 fn missing_is_default_above_32_samples() {
     let folder = Folder::new();
-    for (options, takes_missing) in [
+    for (options, tolerates_missing) in [
         ("--samples 32", false),
         ("--samples 33", true),
         ("--samples 33 --missing 0", false),
@@ -151,6 +151,6 @@ fn missing_is_default_above_32_samples() {
         ));
         let bytes = folder.read("many.recipe");
         let recipe = Recipe::parse(&bytes).expect("a valid recipe");
-        assert_eq!(recipe.tolerates_missing(), takes_missing, "{options}");
+        assert_eq!(recipe.tolerates_missing(), tolerates_missing, "{options}");
     }
 }
