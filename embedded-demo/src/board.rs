@@ -1,7 +1,7 @@
 //! Initialization of the board, from reset to the main loop.
 //!
 //! The firmware runs on any board with an STM32F405, because it uses the internal oscillator instead of a crystal.
-//! [`WIRING`] defines the pins of the UART: 115,200 baud, 8N1.
+//! [`WIRING`] defines the pins of the UART. Its format is 115,200 baud, 8N1.
 
 use cortex_m::Peripherals;
 
@@ -25,8 +25,9 @@ const _: () = assert!(
 );
 
 const fn is_accurate(clock_hz: u32) -> bool {
-    let actual_hz = uart::divider(clock_hz, BAUD) * BAUD;
-    actual_hz.abs_diff(clock_hz) <= clock_hz / 500
+    // The clock at which this divider results in exactly the baud rate.
+    let exact_hz = uart::divider(clock_hz, BAUD) * BAUD;
+    exact_hz.abs_diff(clock_hz) <= clock_hz / 500
 }
 
 /// The board's peripherals.
@@ -35,7 +36,7 @@ pub struct Board {
     pub uart: Uart,
     /// Time since the start.
     pub clock: Clock,
-    /// Cost of a fit.
+    /// Counter of the fit's cycles.
     pub profiler: Profiler,
 }
 
@@ -66,11 +67,13 @@ pub fn start() -> Option<Board> {
 
 /// Connects a pin to the USART. Its pull-up keeps a disconnected line idle.
 fn connect_pin(port: Port, pin: u32) {
-    let (functions, place) = match pin.checked_sub(8) {
+    const ALTERNATE_FUNCTION: u32 = 7; // USART1 to USART3
+    // Each register has the alternate functions of eight pins.
+    let (functions, index) = match pin.checked_sub(8) {
         None => (port.low_functions, pin),
-        Some(place) => (port.high_functions, place),
+        Some(index) => (port.high_functions, index),
     };
-    functions.modify(0b1111 << (4 * place), 7 << (4 * place));
+    functions.modify(0b1111 << (4 * index), ALTERNATE_FUNCTION << (4 * index));
     port.pull.modify(0b11 << (2 * pin), 0b01 << (2 * pin));
     port.mode.modify(0b11 << (2 * pin), 0b10 << (2 * pin));
 }

@@ -5,13 +5,13 @@
 use crate::chip;
 use crate::register::{FLASH_ACR, RCC_CFGR, RCC_CR, RCC_PLLCFGR, Register};
 
-/// Polls of an oscillator before it counts as failed: at least 25 ms. It needs 0.3 ms.
+/// Number of polls before the PLL counts as failed. They take at least 25 ms; the PLL locks within 0.3 ms.
 const MAX_POLLS: u32 = 100_000;
 
 /// Clock source of the core and its peripherals.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Clocks {
-    /// The PLL, normally.
+    /// The PLL, in normal operation.
     Pll,
     /// The internal oscillator, ten times slower, because the PLL did not lock. Time and baud rate are still correct.
     Oscillator,
@@ -66,7 +66,7 @@ impl Clocks {
         }
     }
 
-    /// Clock of the timers on APB1, Hz: twice the clock of that bus, if the bus is divided.
+    /// Clock of the timers on APB1, Hz. It is twice the bus clock if the bus clock is divided.
     pub const fn timer_hz(self) -> u32 {
         match self {
             Self::Pll => 84_000_000,
@@ -85,13 +85,14 @@ impl Clocks {
     }
 }
 
-/// Enables the clock of a peripheral by its bit in one of RCC's registers.
+/// Enables the clock of a peripheral. `register` is an enable register of the RCC, and `bit` is the peripheral's mask
+/// in it.
 pub fn enable_clock(register: Register, bit: u32) {
     register.modify(0, bit);
     register.read(); // delay until the clock runs, required by the errata sheet
 }
 
-/// Polls until the oscillator is ready. Returns false after [`MAX_POLLS`].
+/// Polls a condition until it holds. Returns false after [`MAX_POLLS`] polls.
 fn poll_until(is_ready: impl Fn() -> bool) -> bool {
     (0..MAX_POLLS).any(|_| is_ready())
 }

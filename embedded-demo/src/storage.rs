@@ -50,7 +50,7 @@ pub struct Storage {
 }
 
 impl Storage {
-    /// Loads the readings by this recipe that survived a reset.
+    /// Loads the readings with this recipe that survived a reset.
     pub fn load(recipe: &Recipe<'_>) -> Self {
         let mut bytes = [0; MEMORY_BYTES];
         for (byte, stored) in bytes.iter_mut().zip(&MEMORY) {

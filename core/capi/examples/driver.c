@@ -1,11 +1,11 @@
-/* Scans a material with each recipe by a driver, which returns the next action. This example has no host.
-   With a host, the same loop also exchanges bytes with it. */
+/* Scans a material with each recipe. The driver returns the next action of this loop. This example has no
+   host. With a host, the same loop also exchanges bytes with it. */
 
 #include "example.h"
 
 static GLIMPSE_MEMORY(memory, GLIMPSE_DRIVER_BYTES(RECIPE_WORDS));
 
-/* Reads the sample with this index. A scanner would move its arms there. */
+/* Reads the sample with this index. A scanner would first move its arms to sample.directions. */
 static glimpse_status measure(glimpse_driver *driver, uint16_t index)
 {
     const glimpse_scan *scan;

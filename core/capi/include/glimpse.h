@@ -15,15 +15,17 @@
  *     glimpse_fitted_brdf(scan, &directions, &brdf);
  *
  * Rules for all functions:
- * - Directions are unit vectors away from the surface, z is its normal; angles are in radians. A BRDF is
- *   in linear RGB, sr^-1, and not times the cosine.
+ * - Directions are unit vectors that point away from the surface. The z axis is the surface normal. Angles
+ *   are in radians. A BRDF is in linear RGB, in sr^-1, and not times the cosine.
  * - The caller provides the memory. The library does not allocate and has no global state: scans in
  *   different memories are independent, and nothing has to be freed.
- * - Use a scan or driver from one thread at a time, and from no interrupt that may occur during a call.
- * - Null and misaligned pointers are returned as a status. The caller guarantees that a pointer leads to
- *   the stated number of values of its type, and that a handle comes from a function that returned
- *   GLIMPSE_STATUS_OK. Results must not be written into the memory of a scan or driver.
- * - No call waits; its duration is that of its units of work.
+ * - Use a scan or driver from one thread at a time, and not from an interrupt handler that may interrupt a
+ *   call.
+ * - For a null or misaligned pointer a function returns a status. The caller guarantees that any other
+ *   pointer points to the stated number of values of its type, and that a handle comes from a function
+ *   that returned GLIMPSE_STATUS_OK. Pointers to results must not point into the memory of a scan or
+ *   driver.
+ * - No call waits. The duration of a call depends only on its work.
  *
  * This file is generated from core/capi/src by cbindgen. SPDX-License-Identifier: MIT OR Apache-2.0
  */
@@ -40,21 +42,21 @@
 /** Alignment of the memory of a scan or driver, in bytes. */
 #define GLIMPSE_ALIGNMENT 8
 
-/** Bytes of static memory for a scan. words is the number of words of the recipe, printed by trainer
-    inspect as memory. glimpse_scan_bytes() returns the exact size at run time. */
+/** Bytes of static memory for a scan. The parameter is the recipe's memory in words of 4 bytes, as
+    trainer inspect prints it. glimpse_scan_bytes() returns the exact size at run time. */
 #define GLIMPSE_SCAN_BYTES(words) (48 * sizeof(void *) + 64 + 4 * (size_t)(words))
 
-/** Bytes of static memory for a driver, likewise. */
+/** Bytes of static memory for a driver. glimpse_driver_bytes() returns the exact size at run time. */
 #define GLIMPSE_DRIVER_BYTES(words) (GLIMPSE_SCAN_BYTES(words) + 640)
 
-/** Maximum words of a recipe of the model Phong with at most samples samples, for firmware whose recipe
-    is replaced in the field. For several models use the maximum. */
+/** Maximum memory, in words, of a Phong recipe with up to the given number of samples. Use it for firmware
+    whose recipe is replaced in the field. With several models use the largest of these values. */
 #define GLIMPSE_PHONG_WORDS(samples) (9 * (samples) + 424)
 
-/** Maximum words of a recipe of the model Cook-Torrance. */
+/** The same for Cook-Torrance. */
 #define GLIMPSE_COOK_TORRANCE_WORDS(samples) (9 * (samples) + 425)
 
-/** Maximum words of a recipe of the model Neural. */
+/** The same for Neural. */
 #define GLIMPSE_NEURAL_WORDS(samples) (9 * (samples) + 1351)
 
 /** Declares memory: static GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(1423)); */
@@ -84,7 +86,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_NULL = 1,
     /**
-     * A pointer does not have the alignment of its type, or memory not GLIMPSE_ALIGNMENT.
+     * A pointer does not have the alignment of its type, or the memory is not aligned to GLIMPSE_ALIGNMENT.
      */
     GLIMPSE_STATUS_MISALIGNED = 2,
     /**
@@ -128,7 +130,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_UNFINISHED = 20,
     /**
-     * No fit was finished since the last reading: call glimpse_fit_finish().
+     * No fit has been finished since the last reading: call glimpse_fit_finish().
      */
     GLIMPSE_STATUS_NOT_FITTED = 21,
     /**
@@ -144,7 +146,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_RECIPE_VERSION = 33,
     /**
-     * The recipe was cut or padded.
+     * The recipe was truncated or padded.
      */
     GLIMPSE_STATUS_RECIPE_LENGTH = 34,
     /**
@@ -196,7 +198,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_RECIPE_SECTIONS = 46,
     /**
-     * The recipe is for another model than this library's.
+     * The recipe's model is not the one that this library was built for.
      */
     GLIMPSE_STATUS_MODEL = 48,
     /**
@@ -216,7 +218,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_BASIS_VERSION = 53,
     /**
-     * The compact basis was cut or padded.
+     * The compact basis was truncated or padded.
      */
     GLIMPSE_STATUS_BASIS_LENGTH = 54,
     /**
@@ -268,15 +270,15 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_REPEATED = 85,
     /**
-     * Implausible: the red channel reads nothing while others do.
+     * Implausible: the red channel's readings are near 0, but another channel's are not.
      */
     GLIMPSE_STATUS_DEAD_RED = 86,
     /**
-     * Implausible: the green channel reads nothing while others do.
+     * Implausible: the green channel's readings are near 0, but another channel's are not.
      */
     GLIMPSE_STATUS_DEAD_GREEN = 87,
     /**
-     * Implausible: the blue channel reads nothing while others do.
+     * Implausible: the blue channel's readings are near 0, but another channel's are not.
      */
     GLIMPSE_STATUS_DEAD_BLUE = 88,
     /**
@@ -296,7 +298,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_MACHINE = 96,
     /**
-     * The host speaks another version of the protocol.
+     * The host uses another version of the protocol.
      */
     GLIMPSE_STATUS_PROTOCOL = 97,
     /**
@@ -312,7 +314,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_REFUSED_DIRECTIONS = 100,
     /**
-     * The host refused: the model has another number of values.
+     * The host refused: the model has a different number of values.
      */
     GLIMPSE_STATUS_REFUSED_VALUES = 101,
     /**
@@ -324,7 +326,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_REFUSED_SAVED = 103,
     /**
-     * The host refused: it sends another recipe than it offered.
+     * The host refused: it no longer sends the recipe that it offered.
      */
     GLIMPSE_STATUS_REFUSED_RECIPE = 104,
     /**
@@ -428,8 +430,8 @@ enum glimpse_action_kind
      */
     GLIMPSE_ACTION_KIND_FINISHED = 7,
     /**
-     * The scan has failed because of `failure`. With a host it restarts automatically after a pause, else
-     * by glimpse_driver_restart().
+     * The scan has failed because of `failure`. With a host it restarts automatically after a pause.
+     * Without a host, call glimpse_driver_restart().
      */
     GLIMPSE_ACTION_KIND_FAILED = 8,
 };
@@ -473,7 +475,7 @@ typedef int32_t glimpse_host;
 /**
  * A driver of scans, in the caller's memory. It takes received bytes, readings and the time, and returns
  * the next action. Motors, sensor, serial line, flash and clock belong to the firmware. Use it from one
- * thread at a time, and from no interrupt that may occur during a call.
+ * thread at a time, and not from an interrupt handler that may interrupt a call.
  */
 typedef struct glimpse_driver glimpse_driver;
 
@@ -607,8 +609,8 @@ typedef struct glimpse_recorded {
 } glimpse_recorded;
 
 /**
- * Progress of a fit in units of work: gradients of one sample, rows and channels of Linear's solve, or
- * parts of the completion of readings.
+ * Progress of a fit in units of work. A unit is the gradient at one sample, one row or channel of Linear's
+ * solve, or one part of the completion.
  */
 typedef struct glimpse_progress {
     /**
@@ -622,8 +624,8 @@ typedef struct glimpse_progress {
 } glimpse_progress;
 
 /**
- * Quality of a fit at its readings. It does not reveal a wrong convention: readings that are times the
- * cosine have equally small residuals.
+ * Quality of a fit at its readings. It does not reveal readings with a wrong convention: readings that
+ * are wrongly multiplied by the cosine have equally small residuals.
  */
 typedef struct glimpse_residual {
     /**
@@ -652,8 +654,8 @@ typedef struct glimpse_residual {
      */
     uint16_t clamped;
     /**
-     * Reason of an implausible material: GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to
-     * 91). 0 if it is plausible.
+     * Reason why the material is implausible: GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER
+     * (84 to 91). 0 if it is plausible.
      */
     int32_t implausible;
 } glimpse_residual;
@@ -690,7 +692,8 @@ typedef struct glimpse_config {
     int32_t host;
     /**
      * Not 0 if `limits` are set. The driver skips samples out of reach if the recipe tolerates missing
-     * readings; else the scan fails before the first measurement. 0: all samples are within reach.
+     * readings; else the scan fails before the first measurement. If 0, the driver assumes that all samples
+     * are within reach.
      */
     uint8_t has_limits;
     /**
@@ -724,7 +727,7 @@ typedef struct glimpse_config {
      */
     uint32_t measure_timeout_ms;
     /**
-     * Maximum size of a recipe that the device can store, in bytes. 0: it stores none.
+     * Maximum size of a recipe that the device can store, in bytes. 0 if it stores none.
      */
     uint32_t recipe_bytes;
 } glimpse_config;
@@ -824,8 +827,8 @@ glimpse_status glimpse_recipe_describe(const uint8_t *bytes,
                                        struct glimpse_recipe *recipe);
 
 /**
- * Returns the bytes of memory that glimpse_scan_begin() needs with a recipe. Returns 0 if this library does
- * not accept the recipe: glimpse_recipe_describe() returns the reason.
+ * Returns the size of the memory that glimpse_scan_begin() needs with a recipe, in bytes. Returns 0 if this
+ * library does not accept the recipe: glimpse_recipe_describe() returns the reason.
  *
  * @param recipe  The recipe, with any alignment.
  * @param count   Number of bytes.
@@ -854,7 +857,7 @@ glimpse_status glimpse_scan_begin(void *memory,
 
 /**
  * Sets the basis that glimpse_fitted_brdf() needs for the model Linear. The whole basis is checked, which
- * takes some milliseconds per 100 kB.
+ * takes some milliseconds per 100 kB on a Cortex-M4F at 168 MHz.
  *
  * @param scan   The scan.
  * @param basis  The output of trainer export --format basis, with any alignment. It is not copied: it
@@ -868,7 +871,7 @@ glimpse_status glimpse_scan_set_basis(struct glimpse_scan *scan,
                                       size_t count);
 
 /**
- * Deletes all readings and marks of skipped samples, for the next material.
+ * Deletes all readings for the next material. Skipped samples are pending again.
  */
 glimpse_status glimpse_scan_restart(struct glimpse_scan *scan);
 
@@ -878,7 +881,7 @@ glimpse_status glimpse_scan_restart(struct glimpse_scan *scan);
  * @param scan    The scan.
  * @param from    The smallest index to return; 0 for the first pending sample.
  * @param sample  Receives the sample.
- * @return GLIMPSE_STATUS_NONE_PENDING if all samples from there on are read or skipped.
+ * @return GLIMPSE_STATUS_NONE_PENDING if all samples from this index on are read or skipped.
  */
 glimpse_status glimpse_scan_next(const struct glimpse_scan *scan,
                                  uint16_t from,
@@ -934,8 +937,9 @@ glimpse_status glimpse_scan_reading(const struct glimpse_scan *scan,
 /**
  * Begins a fit of all readings. An earlier fit is dropped.
  *
- * If the recipe tolerates missing readings, the fit excludes missing and saturated ones, as long as one is
- * left. A fit may therefore begin after the first reading, and again after each further one.
+ * If the recipe tolerates missing readings, the fit omits missing and saturated readings. If all readings
+ * are saturated, it uses them. A fit may therefore begin after the first reading, and again after each
+ * further one.
  *
  * @param scan  The scan.
  * @return GLIMPSE_STATUS_INCOMPLETE if a required reading or every reading is missing;
@@ -957,8 +961,8 @@ glimpse_status glimpse_fit_advance(struct glimpse_scan *scan,
                                    struct glimpse_progress *progress);
 
 /**
- * Finishes a complete fit: checks every value and the fitted material at every reading, and tests both for
- * plausibility.
+ * Finishes a complete fit. Checks that all values, and the fitted material at every reading, are finite and
+ * plausible.
  *
  * After GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to 91) the fit has a result, but it
  * is unlikely to describe a material: check the sensor. The residual is written, and the
@@ -979,7 +983,7 @@ glimpse_status glimpse_fit_finish(struct glimpse_scan *scan,
  *
  * @param scan      The scan.
  * @param residual  Receives the residual.
- * @return GLIMPSE_STATUS_NOT_FITTED if no fit was finished since the last reading.
+ * @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading.
  */
 glimpse_status glimpse_fitted_residual(const struct glimpse_scan *scan,
                                        struct glimpse_residual *residual);
@@ -991,7 +995,7 @@ glimpse_status glimpse_fitted_residual(const struct glimpse_scan *scan,
  * @param scan  The scan.
  * @param loss  Receives the mean of |ln(1 + f cos(theta_i)) - ln(1 + f_fitted cos(theta_i))| over all
  *              directions; NAN if the recipe predicts none, or if it is too large for a float.
- * @return GLIMPSE_STATUS_NOT_FITTED if no fit was finished since the last reading.
+ * @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading.
  */
 glimpse_status glimpse_fitted_predicted_loss(const struct glimpse_scan *scan,
                                              float *loss);
@@ -1002,9 +1006,10 @@ glimpse_status glimpse_fitted_predicted_loss(const struct glimpse_scan *scan,
  * @param scan        The scan.
  * @param directions  Two unit directions above the horizon.
  * @param brdf        Receives linear red, green and blue, in sr^-1, not times the cosine.
- * @return GLIMPSE_STATUS_NOT_FITTED; GLIMPSE_STATUS_DIRECTIONS; for Linear without a basis
- *         GLIMPSE_STATUS_NO_BASIS: call glimpse_scan_set_basis(), or compute the BRDF on a host from the
- *         values; with a basis GLIMPSE_STATUS_DIVERGED if the BRDF is too large for a float.
+ * @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading;
+ *         GLIMPSE_STATUS_DIRECTIONS if a direction is invalid; GLIMPSE_STATUS_NO_BASIS if the model is
+ *         Linear and the scan has no basis: call glimpse_scan_set_basis(), or compute the BRDF on a host
+ *         from the values; GLIMPSE_STATUS_DIVERGED if the BRDF is too large for a float.
  */
 glimpse_status glimpse_fitted_brdf(const struct glimpse_scan *scan,
                                    const struct glimpse_directions *directions,
@@ -1018,7 +1023,8 @@ glimpse_status glimpse_fitted_brdf(const struct glimpse_scan *scan,
  * @param values    Receives the values; may be null if capacity is 0.
  * @param capacity  The largest number of values to write.
  * @param count     Receives the number of values, also with GLIMPSE_STATUS_BUFFER_TOO_SMALL.
- * @return GLIMPSE_STATUS_NOT_FITTED, GLIMPSE_STATUS_BUFFER_TOO_SMALL.
+ * @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading;
+ *         GLIMPSE_STATUS_BUFFER_TOO_SMALL if capacity is too small.
  */
 glimpse_status glimpse_fitted_values(const struct glimpse_scan *scan,
                                      float *values,
@@ -1026,9 +1032,9 @@ glimpse_status glimpse_fitted_values(const struct glimpse_scan *scan,
                                      size_t *count);
 
 /**
- * Returns the bytes of memory that glimpse_driver_begin() needs with a recipe. Returns 0 if this library
- * does not accept the recipe: glimpse_recipe_describe() returns the reason. GLIMPSE_DRIVER_BYTES(0) are
- * enough for a driver without a usable recipe.
+ * Returns the size of the memory that glimpse_driver_begin() needs with a recipe, in bytes. Returns 0 if
+ * this library does not accept the recipe: glimpse_recipe_describe() returns the reason.
+ * GLIMPSE_DRIVER_BYTES(0) bytes are enough for a driver without a usable recipe.
  *
  * @param recipe  The recipe, with any alignment.
  * @param count   Number of bytes.
@@ -1037,8 +1043,8 @@ size_t glimpse_driver_bytes(const uint8_t *recipe,
                             size_t count);
 
 /**
- * Returns the default options: no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, timeouts
- * of 2 s and of 60 s for readings, three attempts, and no storage for recipes.
+ * Returns the default options: no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, a timeout
+ * of 2 s for replies and of 60 s for readings, three attempts, and no storage for recipes.
  *
  * @param host  One of glimpse_host.
  */
@@ -1047,8 +1053,8 @@ struct glimpse_config glimpse_config_default(int32_t host);
 /**
  * Begins a driver. Memory and recipe are as for glimpse_scan_begin().
  *
- * An unusable recipe is not an error here: it may be damaged, for another library, or need more memory.
- * The driver then reports the failure to the host, requests another recipe if it can store one, and
+ * An unusable recipe is not an error here: it may be damaged, have another model, or need more memory. The
+ * driver then reports the failure to the host, requests another recipe if it can store one, and
  * returns GLIMPSE_ACTION_KIND_FAILED. Without a recipe, pass null and 0.
  *
  * @param memory        The caller's memory, aligned to GLIMPSE_ALIGNMENT.
@@ -1056,7 +1062,7 @@ struct glimpse_config glimpse_config_default(int32_t host);
  * @param recipe        The recipe, which must not change while the driver is in use.
  * @param recipe_bytes  Number of bytes of the recipe.
  * @param config        The options; they are copied.
- * @param saved         Saved readings by this recipe (see glimpse_recipe.checksum); they are copied. A host
+ * @param saved         Saved readings with this recipe (see glimpse_recipe.checksum); they are copied. A host
  *                      that measures confirms that they are still valid. Invalid readings are ignored.
  *                      May be null if saved_count is 0.
  * @param saved_count   Number of saved readings.
@@ -1090,8 +1096,8 @@ glimpse_status glimpse_driver_poll(struct glimpse_driver *driver,
  *
  * @param driver    The driver.
  * @param now_ms    The time, as for glimpse_driver_poll().
- * @param delay_ms  Receives the time in ms. UINT32_MAX if only a byte from the line, a sent byte, or a
- *                  call of this driver changes its state.
+ * @param delay_ms  Receives the time in ms. UINT32_MAX if no timeout is set: then only a received byte, a
+ *                  sent byte or another call changes the driver's state.
  */
 glimpse_status glimpse_driver_poll_delay(const struct glimpse_driver *driver,
                                          uint64_t now_ms,
@@ -1109,8 +1115,8 @@ glimpse_status glimpse_driver_receive(struct glimpse_driver *driver,
                                       size_t count);
 
 /**
- * Returns the bytes to send. Call glimpse_driver_sent() afterwards, and no other function that changes
- * this driver in between.
+ * Returns the bytes to send. Send as many as possible, then call glimpse_driver_sent(). Until then the
+ * bytes are valid only if no other function changes this driver.
  *
  * @param driver  The driver.
  * @param bytes   Receives a pointer to the bytes in the driver's memory; do not write to them.
@@ -1124,7 +1130,7 @@ glimpse_status glimpse_driver_outgoing(const struct glimpse_driver *driver,
  * Marks the first outgoing bytes as sent.
  *
  * @param driver  The driver.
- * @param count   Number of bytes; a larger number than that of the outgoing bytes means all.
+ * @param count   Number of bytes. If it exceeds the number of outgoing bytes, all are marked.
  */
 glimpse_status glimpse_driver_sent(struct glimpse_driver *driver, size_t count);
 
@@ -1142,8 +1148,8 @@ glimpse_status glimpse_driver_record(struct glimpse_driver *driver,
                                      const struct glimpse_reading *reading);
 
 /**
- * Skips a sample that cannot be read. A later glimpse_driver_record() of the sample undoes this. A scan
- * that has failed ignores it.
+ * Skips a sample that cannot be read. A later glimpse_driver_record() of the sample undoes this. After the
+ * scan has failed, this function has no effect.
  *
  * @param driver  The driver.
  * @param index   Index of the sample in the pattern.
@@ -1153,8 +1159,8 @@ glimpse_status glimpse_driver_skip(struct glimpse_driver *driver,
                                    uint16_t index);
 
 /**
- * Skips all pending samples, so that the fit uses the readings taken so far. A scan that has failed
- * ignores it.
+ * Skips all pending samples, so that the fit uses the readings taken so far. After the scan has failed,
+ * this function has no effect.
  *
  * @param driver  The driver.
  * @return As glimpse_scan_finish_early(), or GLIMPSE_STATUS_NO_SCAN if the driver has no scan.

@@ -20,25 +20,25 @@ use crate::types::{
 
 /// A driver of scans, in the caller's memory. It takes received bytes, readings and the time, and returns
 /// the next action. Motors, sensor, serial line, flash and clock belong to the firmware. Use it from one
-/// thread at a time, and from no interrupt that may occur during a call.
+/// thread at a time, and not from an interrupt handler that may interrupt a call.
 pub struct glimpse_driver {
     _private: (),
 }
 
-/// Returns the bytes of memory that glimpse_driver_begin() needs with a recipe. Returns 0 if this library
-/// does not accept the recipe: glimpse_recipe_describe() returns the reason. GLIMPSE_DRIVER_BYTES(0) are
-/// enough for a driver without a usable recipe.
+/// Returns the size of the memory that glimpse_driver_begin() needs with a recipe, in bytes. Returns 0 if
+/// this library does not accept the recipe: glimpse_recipe_describe() returns the reason.
+/// GLIMPSE_DRIVER_BYTES(0) bytes are enough for a driver without a usable recipe.
 ///
 /// @param recipe  The recipe, with any alignment.
 /// @param count   Number of bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_bytes(recipe: *const u8, count: usize) -> usize {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     unsafe { bytes_for::<CDriver>(recipe, count) }
 }
 
-/// Returns the default options: no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, timeouts
-/// of 2 s and of 60 s for readings, three attempts, and no storage for recipes.
+/// Returns the default options: no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, a timeout
+/// of 2 s for replies and of 60 s for readings, three attempts, and no storage for recipes.
 ///
 /// @param host  One of glimpse_host.
 #[unsafe(no_mangle)]
@@ -59,7 +59,7 @@ pub extern "C" fn glimpse_config_default(host: i32) -> glimpse_config {
 }
 
 impl glimpse_config {
-    fn check(&self) -> Result<Config, glimpse_status> {
+    fn validated(&self) -> Result<Config, glimpse_status> {
         let mut config = Config::new(match self.host {
             host if host == glimpse_host::Measures as i32 => Host::Measures,
             host if host == glimpse_host::Listens as i32 => Host::Listens,
@@ -84,8 +84,8 @@ impl glimpse_config {
 
 /// Begins a driver. Memory and recipe are as for glimpse_scan_begin().
 ///
-/// An unusable recipe is not an error here: it may be damaged, for another library, or need more memory.
-/// The driver then reports the failure to the host, requests another recipe if it can store one, and
+/// An unusable recipe is not an error here: it may be damaged, have another model, or need more memory. The
+/// driver then reports the failure to the host, requests another recipe if it can store one, and
 /// returns GLIMPSE_ACTION_KIND_FAILED. Without a recipe, pass null and 0.
 ///
 /// @param memory        The caller's memory, aligned to GLIMPSE_ALIGNMENT.
@@ -93,7 +93,7 @@ impl glimpse_config {
 /// @param recipe        The recipe, which must not change while the driver is in use.
 /// @param recipe_bytes  Number of bytes of the recipe.
 /// @param config        The options; they are copied.
-/// @param saved         Saved readings by this recipe (see glimpse_recipe.checksum); they are copied. A host
+/// @param saved         Saved readings with this recipe (see glimpse_recipe.checksum); they are copied. A host
 ///                      that measures confirms that they are still valid. Invalid readings are ignored.
 ///                      May be null if saved_count is 0.
 /// @param saved_count   Number of saved readings.
@@ -111,12 +111,12 @@ pub unsafe extern "C" fn glimpse_driver_begin(
     saved_count: usize,
     driver: *mut *mut glimpse_driver,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     status(unsafe {
         Out::new(driver).and_then(|out| {
             out.put(core::ptr::null_mut());
             let recipe = slice(recipe, recipe_bytes)?;
-            let config = copy_of(config)?.check()?;
+            let config = copy_of(config)?.validated()?;
             let saved = slice(saved, saved_count)?;
             let memory = CallerMemory::<CDriver>::new(memory, memory_bytes)?;
             out.put(begin(memory, recipe, config, saved).cast());
@@ -153,7 +153,7 @@ fn begin(
     }
 }
 
-/// Parses a recipe, and returns the words that it needs; at most `words`.
+/// Parses a recipe. Also returns the words of memory that it needs. Fails if they are more than `words`.
 fn accept(recipe: &[u8], words: usize) -> Result<(Recipe<'_>, usize), Failure> {
     let recipe = Recipe::parse(recipe).map_err(Failure::Recipe)?;
     let needed = CScan::accept(&recipe, words).map_err(Failure::Scan)?;
@@ -172,7 +172,7 @@ pub unsafe extern "C" fn glimpse_driver_poll(
     now_ms: u64,
     action: *mut glimpse_action,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let (driver, out) = unsafe { (exclusive(driver.cast::<CDriver>()), Out::new(action)) };
     status(out.and_then(|out| {
         out.put(driver?.driver.poll(now_ms).into());
@@ -184,15 +184,15 @@ pub unsafe extern "C" fn glimpse_driver_poll(
 ///
 /// @param driver    The driver.
 /// @param now_ms    The time, as for glimpse_driver_poll().
-/// @param delay_ms  Receives the time in ms. UINT32_MAX if only a byte from the line, a sent byte, or a
-///                  call of this driver changes its state.
+/// @param delay_ms  Receives the time in ms. UINT32_MAX if no timeout is set: then only a received byte, a
+///                  sent byte or another call changes the driver's state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_poll_delay(
     driver: *const glimpse_driver,
     now_ms: u64,
     delay_ms: *mut u32,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let (driver, out) = unsafe { (shared(driver.cast::<CDriver>()), Out::new(delay_ms)) };
     status(out.and_then(|out| {
         out.put(driver?.driver.poll_delay(now_ms).unwrap_or(u32::MAX));
@@ -211,7 +211,7 @@ pub unsafe extern "C" fn glimpse_driver_receive(
     bytes: *const u8,
     count: usize,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let (driver, bytes) = unsafe { (exclusive(driver.cast::<CDriver>()), slice(bytes, count)) };
     status(driver.and_then(|driver| {
         for byte in bytes? {
@@ -221,8 +221,8 @@ pub unsafe extern "C" fn glimpse_driver_receive(
     }))
 }
 
-/// Returns the bytes to send. Call glimpse_driver_sent() afterwards, and no other function that changes
-/// this driver in between.
+/// Returns the bytes to send. Send as many as possible, then call glimpse_driver_sent(). Until then the
+/// bytes are valid only if no other function changes this driver.
 ///
 /// @param driver  The driver.
 /// @param bytes   Receives a pointer to the bytes in the driver's memory; do not write to them.
@@ -233,7 +233,7 @@ pub unsafe extern "C" fn glimpse_driver_outgoing(
     bytes: *mut *const u8,
     count: *mut usize,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     status(unsafe {
         shared(driver.cast::<CDriver>()).and_then(|driver| {
             let (bytes, count) = (Out::new(bytes)?, Out::new(count)?);
@@ -248,13 +248,13 @@ pub unsafe extern "C" fn glimpse_driver_outgoing(
 /// Marks the first outgoing bytes as sent.
 ///
 /// @param driver  The driver.
-/// @param count   Number of bytes; a larger number than that of the outgoing bytes means all.
+/// @param count   Number of bytes. If it exceeds the number of outgoing bytes, all are marked.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_sent(
     driver: *mut glimpse_driver,
     count: usize,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let driver = unsafe { exclusive(driver.cast::<CDriver>()) };
     status(driver.map(|driver| driver.driver.sent(count)))
 }
@@ -272,7 +272,7 @@ pub unsafe extern "C" fn glimpse_driver_record(
     index: u16,
     reading: *const glimpse_reading,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let (driver, reading) = unsafe { (with_scan(driver), copy_of(reading)) };
     status(driver.and_then(|driver| {
         driver.record(index, reading?.into());
@@ -280,8 +280,8 @@ pub unsafe extern "C" fn glimpse_driver_record(
     }))
 }
 
-/// Skips a sample that cannot be read. A later glimpse_driver_record() of the sample undoes this. A scan
-/// that has failed ignores it.
+/// Skips a sample that cannot be read. A later glimpse_driver_record() of the sample undoes this. After the
+/// scan has failed, this function has no effect.
 ///
 /// @param driver  The driver.
 /// @param index   Index of the sample in the pattern.
@@ -291,13 +291,13 @@ pub unsafe extern "C" fn glimpse_driver_skip(
     driver: *mut glimpse_driver,
     index: u16,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let driver = unsafe { with_scan(driver) };
     status(driver.and_then(|driver| Ok(driver.skip(index)?)))
 }
 
-/// Skips all pending samples, so that the fit uses the readings taken so far. A scan that has failed
-/// ignores it.
+/// Skips all pending samples, so that the fit uses the readings taken so far. After the scan has failed,
+/// this function has no effect.
 ///
 /// @param driver  The driver.
 /// @return As glimpse_scan_finish_early(), or GLIMPSE_STATUS_NO_SCAN if the driver has no scan.
@@ -305,12 +305,12 @@ pub unsafe extern "C" fn glimpse_driver_skip(
 pub unsafe extern "C" fn glimpse_driver_finish_early(
     driver: *mut glimpse_driver,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let driver = unsafe { with_scan(driver) };
     status(driver.and_then(|driver| Ok(driver.finish_early()?)))
 }
 
-/// Returns a driver that has a scan.
+/// Returns the driver behind a handle if it has a scan, else `NoScan`.
 ///
 /// # Safety
 /// As [`exclusive`].
@@ -328,7 +328,7 @@ unsafe fn with_scan<'a>(
 /// Ends the scan with GLIMPSE_STATUS_MACHINE, because the device's own arms or sensor failed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_fail(driver: *mut glimpse_driver) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let driver = unsafe { exclusive(driver.cast::<CDriver>()) };
     status(driver.map(|driver| driver.driver.fail(Failure::Machine)))
 }
@@ -347,7 +347,7 @@ pub unsafe extern "C" fn glimpse_driver_reject(
     recipe: *const u8,
     count: usize,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let (driver, recipe) = unsafe { (exclusive(driver.cast::<CDriver>()), slice(recipe, count)) };
     status(
         driver.and_then(|driver| match accept(recipe?, driver.words) {
@@ -363,7 +363,7 @@ pub unsafe extern "C" fn glimpse_driver_reject(
 /// Begins a scan of the next material.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_restart(driver: *mut glimpse_driver) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let driver = unsafe { exclusive(driver.cast::<CDriver>()) };
     status(driver.map(|driver| driver.driver.restart()))
 }
@@ -379,7 +379,7 @@ pub unsafe extern "C" fn glimpse_driver_scan(
     driver: *const glimpse_driver,
     scan: *mut *const glimpse_scan,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let (driver, out) = unsafe { (shared(driver.cast::<CDriver>()), Out::new(scan)) };
     status(out.and_then(|out| {
         out.put(core::ptr::null());

@@ -13,15 +13,16 @@ use crate::types::{glimpse_directions, glimpse_progress, glimpse_residual};
 
 /// Begins a fit of all readings. An earlier fit is dropped.
 ///
-/// If the recipe tolerates missing readings, the fit excludes missing and saturated ones, as long as one is
-/// left. A fit may therefore begin after the first reading, and again after each further one.
+/// If the recipe tolerates missing readings, the fit omits missing and saturated readings. If all readings
+/// are saturated, it uses them. A fit may therefore begin after the first reading, and again after each
+/// further one.
 ///
 /// @param scan  The scan.
 /// @return GLIMPSE_STATUS_INCOMPLETE if a required reading or every reading is missing;
 ///         GLIMPSE_STATUS_TOO_LARGE if the readings are too large for a BRDF, such as counts.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fit_begin(scan: *mut glimpse_scan) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let scan = unsafe { exclusive(scan.cast::<CScan>()) };
     status(scan.and_then(|scan| Ok(scan.fit().map(|_| ())?)))
 }
@@ -39,7 +40,7 @@ pub unsafe extern "C" fn glimpse_fit_advance(
     budget: u32,
     progress: *mut glimpse_progress,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     status(unsafe { advance(scan, budget, progress) })
 }
 
@@ -58,8 +59,8 @@ unsafe fn advance(
     Ok(())
 }
 
-/// Finishes a complete fit: checks every value and the fitted material at every reading, and tests both for
-/// plausibility.
+/// Finishes a complete fit. Checks that all values, and the fitted material at every reading, are finite and
+/// plausible.
 ///
 /// After GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to 91) the fit has a result, but it
 /// is unlikely to describe a material: check the sensor. The residual is written, and the
@@ -76,7 +77,7 @@ pub unsafe extern "C" fn glimpse_fit_finish(
     scan: *mut glimpse_scan,
     residual: *mut glimpse_residual,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     status(unsafe { finish(scan, residual) })
 }
 
@@ -99,13 +100,13 @@ unsafe fn finish(
 ///
 /// @param scan      The scan.
 /// @param residual  Receives the residual.
-/// @return GLIMPSE_STATUS_NOT_FITTED if no fit was finished since the last reading.
+/// @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fitted_residual(
     scan: *const glimpse_scan,
     residual: *mut glimpse_residual,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let (scan, out) = unsafe { (shared(scan.cast::<CScan>()), Out::new(residual)) };
     status(scan.and_then(|scan| {
         let fitted = scan.fitted().ok_or(glimpse_status::NotFitted);
@@ -121,13 +122,13 @@ pub unsafe extern "C" fn glimpse_fitted_residual(
 /// @param scan  The scan.
 /// @param loss  Receives the mean of |ln(1 + f cos(theta_i)) - ln(1 + f_fitted cos(theta_i))| over all
 ///              directions; NAN if the recipe predicts none, or if it is too large for a float.
-/// @return GLIMPSE_STATUS_NOT_FITTED if no fit was finished since the last reading.
+/// @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fitted_predicted_loss(
     scan: *const glimpse_scan,
     loss: *mut f32,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let (scan, out) = unsafe { (shared(scan.cast::<CScan>()), Out::new(loss)) };
     status(scan.and_then(|scan| {
         let fitted = scan.fitted().ok_or(glimpse_status::NotFitted);
@@ -142,16 +143,17 @@ pub unsafe extern "C" fn glimpse_fitted_predicted_loss(
 /// @param scan        The scan.
 /// @param directions  Two unit directions above the horizon.
 /// @param brdf        Receives linear red, green and blue, in sr^-1, not times the cosine.
-/// @return GLIMPSE_STATUS_NOT_FITTED; GLIMPSE_STATUS_DIRECTIONS; for Linear without a basis
-///         GLIMPSE_STATUS_NO_BASIS: call glimpse_scan_set_basis(), or compute the BRDF on a host from the
-///         values; with a basis GLIMPSE_STATUS_DIVERGED if the BRDF is too large for a float.
+/// @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading;
+///         GLIMPSE_STATUS_DIRECTIONS if a direction is invalid; GLIMPSE_STATUS_NO_BASIS if the model is
+///         Linear and the scan has no basis: call glimpse_scan_set_basis(), or compute the BRDF on a host
+///         from the values; GLIMPSE_STATUS_DIVERGED if the BRDF is too large for a float.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fitted_brdf(
     scan: *const glimpse_scan,
     directions: *const glimpse_directions,
     brdf: *mut [f32; 3],
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     status(unsafe { self::brdf(scan, directions, brdf) })
 }
 
@@ -182,8 +184,7 @@ unsafe fn brdf(
     Ok(())
 }
 
-/// Returns true if the BRDF is defined at these directions. Directions closer to the horizon than rounding errors
-/// count as below it.
+/// Returns true if both directions are above the horizon by more than rounding errors.
 fn is_above(directions: &Directions<f32>) -> bool {
     const GRAZING: f32 = 1e-5; // cosine
     let Directions {
@@ -200,7 +201,8 @@ fn is_above(directions: &Directions<f32>) -> bool {
 /// @param values    Receives the values; may be null if capacity is 0.
 /// @param capacity  The largest number of values to write.
 /// @param count     Receives the number of values, also with GLIMPSE_STATUS_BUFFER_TOO_SMALL.
-/// @return GLIMPSE_STATUS_NOT_FITTED, GLIMPSE_STATUS_BUFFER_TOO_SMALL.
+/// @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading;
+///         GLIMPSE_STATUS_BUFFER_TOO_SMALL if capacity is too small.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fitted_values(
     scan: *const glimpse_scan,
@@ -208,7 +210,7 @@ pub unsafe extern "C" fn glimpse_fitted_values(
     capacity: usize,
     count: *mut usize,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     status(unsafe { self::values(scan, values, capacity, count) })
 }
 

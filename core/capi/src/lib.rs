@@ -1,4 +1,4 @@
-//! C API of `glimpse-core`: scans by a recipe, fits, and returns the fitted BRDF.
+//! C API of `glimpse-core`: scans with a recipe, fits, and returns the fitted BRDF.
 //!
 //! `include/glimpse.h` declares every function with its contract; README.md is the introduction. The functions check
 //! their arguments, call `glimpse_core`, and convert its errors to a [`glimpse_status`](status::glimpse_status). The

@@ -20,7 +20,7 @@ pub unsafe extern "C" fn glimpse_recipe_describe(
     count: usize,
     recipe: *mut glimpse_recipe,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     status(unsafe { describe(bytes, count, recipe) })
 }
 

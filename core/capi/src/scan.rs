@@ -17,14 +17,14 @@ pub struct glimpse_scan {
     _private: (),
 }
 
-/// Returns the bytes of memory that glimpse_scan_begin() needs with a recipe. Returns 0 if this library does
-/// not accept the recipe: glimpse_recipe_describe() returns the reason.
+/// Returns the size of the memory that glimpse_scan_begin() needs with a recipe, in bytes. Returns 0 if this
+/// library does not accept the recipe: glimpse_recipe_describe() returns the reason.
 ///
 /// @param recipe  The recipe, with any alignment.
 /// @param count   Number of bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_bytes(recipe: *const u8, count: usize) -> usize {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     unsafe { bytes_for::<CScan>(recipe, count) }
 }
 
@@ -47,7 +47,7 @@ pub unsafe extern "C" fn glimpse_scan_begin(
     recipe_bytes: usize,
     scan: *mut *mut glimpse_scan,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     status(unsafe { begin(memory, memory_bytes, recipe, recipe_bytes, scan) })
 }
 
@@ -61,7 +61,7 @@ unsafe fn begin(
     // SAFETY: guaranteed by the caller.
     let out = unsafe { Out::new(scan)? };
     out.put(core::ptr::null_mut());
-    // SAFETY: guaranteed by the caller; recipe and memory stay while the handle is in use.
+    // SAFETY: guaranteed by the caller; recipe and memory stay valid while the handle is in use.
     let (recipe, memory) = unsafe {
         (
             slice(recipe, recipe_bytes)?,
@@ -79,7 +79,7 @@ unsafe fn begin(
 }
 
 /// Sets the basis that glimpse_fitted_brdf() needs for the model Linear. The whole basis is checked, which
-/// takes some milliseconds per 100 kB.
+/// takes some milliseconds per 100 kB on a Cortex-M4F at 168 MHz.
 ///
 /// @param scan   The scan.
 /// @param basis  The output of trainer export --format basis, with any alignment. It is not copied: it
@@ -93,7 +93,7 @@ pub unsafe extern "C" fn glimpse_scan_set_basis(
     basis: *const u8,
     count: usize,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     status(unsafe { set_basis(scan.cast::<CScan>(), basis, count) })
 }
 
@@ -102,21 +102,21 @@ unsafe fn set_basis(
     basis: *const u8,
     count: usize,
 ) -> Result<(), glimpse_status> {
-    // SAFETY: guaranteed by the caller; the basis stays while the handle is in use.
+    // SAFETY: guaranteed by the caller; the basis stays valid while the handle is in use.
     let basis = unsafe {
         exclusive(scan)?;
         Basis::parse(slice(basis, count)?)?
     };
-    // SAFETY: the pointer was checked. The copy is written back before the original is used again, or dropped, which
-    // has no effect.
+    // SAFETY: the pointer was checked. The copy replaces the original before either is used again. After an error the
+    // copy is dropped, which has no effect.
     unsafe { scan.write(scan.read().with_basis(basis)?) };
     Ok(())
 }
 
-/// Deletes all readings and marks of skipped samples, for the next material.
+/// Deletes all readings for the next material. Skipped samples are pending again.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_restart(scan: *mut glimpse_scan) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let scan = unsafe { exclusive(scan.cast::<CScan>()) };
     status(scan.map(Scan::restart))
 }
@@ -126,14 +126,14 @@ pub unsafe extern "C" fn glimpse_scan_restart(scan: *mut glimpse_scan) -> glimps
 /// @param scan    The scan.
 /// @param from    The smallest index to return; 0 for the first pending sample.
 /// @param sample  Receives the sample.
-/// @return GLIMPSE_STATUS_NONE_PENDING if all samples from there on are read or skipped.
+/// @return GLIMPSE_STATUS_NONE_PENDING if all samples from this index on are read or skipped.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_next(
     scan: *const glimpse_scan,
     from: u16,
     sample: *mut glimpse_sample,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     status(unsafe { next(scan, from, sample) })
 }
 
@@ -178,7 +178,7 @@ pub unsafe extern "C" fn glimpse_scan_record(
     reading: *const glimpse_reading,
     recorded: *mut glimpse_recorded,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     status(unsafe { record(scan, index, reading, recorded) })
 }
 
@@ -215,7 +215,7 @@ unsafe fn record(
 ///         GLIMPSE_STATUS_READING_INDEX if the index is too large.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_skip(scan: *mut glimpse_scan, index: u16) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let scan = unsafe { exclusive(scan.cast::<CScan>()) };
     status(scan.and_then(|scan| Ok(scan.skip(index)?)))
 }
@@ -226,7 +226,7 @@ pub unsafe extern "C" fn glimpse_scan_skip(scan: *mut glimpse_scan, index: u16) 
 /// @return GLIMPSE_STATUS_READING_REQUIRED if the recipe does not tolerate missing readings.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_finish_early(scan: *mut glimpse_scan) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let scan = unsafe { exclusive(scan.cast::<CScan>()) };
     status(scan.and_then(|scan| Ok(scan.finish_early()?)))
 }
@@ -243,7 +243,7 @@ pub unsafe extern "C" fn glimpse_scan_reading(
     index: u16,
     reading: *mut glimpse_reading,
 ) -> glimpse_status {
-    // SAFETY: C keeps the contract in the header.
+    // SAFETY: the C caller keeps the contract of the header.
     let (scan, out) = unsafe { (shared(scan.cast::<CScan>()), Out::new(reading)) };
     status(scan.and_then(|scan| {
         let reading = scan.reading(index).ok_or(glimpse_status::NotRead);

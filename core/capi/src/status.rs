@@ -19,7 +19,7 @@ pub enum glimpse_status {
     Ok = 0,
     /// A required pointer is null.
     Null = 1,
-    /// A pointer does not have the alignment of its type, or memory not GLIMPSE_ALIGNMENT.
+    /// A pointer does not have the alignment of its type, or the memory is not aligned to GLIMPSE_ALIGNMENT.
     Misaligned = 2,
     /// The memory is too small for the recipe: see glimpse_scan_bytes() and glimpse_driver_bytes().
     MemoryTooSmall = 3,
@@ -42,7 +42,7 @@ pub enum glimpse_status {
     NoFit = 19,
     /// The fit is not complete: call glimpse_fit_advance() until done equals total.
     Unfinished = 20,
-    /// No fit was finished since the last reading: call glimpse_fit_finish().
+    /// No fit has been finished since the last reading: call glimpse_fit_finish().
     NotFitted = 21,
     /// The driver has no scan, because its recipe is unusable.
     NoScan = 22,
@@ -51,7 +51,7 @@ pub enum glimpse_status {
     RecipeMagic = 32,
     /// The recipe has an unknown format version.
     RecipeVersion = 33,
-    /// The recipe was cut or padded.
+    /// The recipe was truncated or padded.
     RecipeLength = 34,
     /// The recipe's bytes were altered.
     RecipeChecksum = 35,
@@ -78,7 +78,7 @@ pub enum glimpse_status {
     /// The recipe's sections are invalid or out of order.
     RecipeSections = 46,
 
-    /// The recipe is for another model than this library's.
+    /// The recipe's model is not the one that this library was built for.
     Model = 48,
     /// A driver's memory is too small for its recipe.
     Memory = 50,
@@ -88,7 +88,7 @@ pub enum glimpse_status {
     BasisMagic = 52,
     /// The compact basis has an unknown format version.
     BasisVersion = 53,
-    /// The compact basis was cut or padded.
+    /// The compact basis was truncated or padded.
     BasisLength = 54,
     /// The compact basis's bytes were altered.
     BasisChecksum = 55,
@@ -116,11 +116,11 @@ pub enum glimpse_status {
     Dark = 84,
     /// Implausible: all readings are equal.
     Repeated = 85,
-    /// Implausible: the red channel reads nothing while others do.
+    /// Implausible: the red channel's readings are near 0, but another channel's are not.
     DeadRed = 86,
-    /// Implausible: the green channel reads nothing while others do.
+    /// Implausible: the green channel's readings are near 0, but another channel's are not.
     DeadGreen = 87,
-    /// Implausible: the blue channel reads nothing while others do.
+    /// Implausible: the blue channel's readings are near 0, but another channel's are not.
     DeadBlue = 88,
     /// Implausible: the material reflects several times the light it receives.
     Albedo = 89,
@@ -131,7 +131,7 @@ pub enum glimpse_status {
 
     /// The device's own arms or sensor failed.
     Machine = 96,
-    /// The host speaks another version of the protocol.
+    /// The host uses another version of the protocol.
     Protocol = 97,
     /// The host does not reply.
     NoReply = 98,
@@ -139,13 +139,13 @@ pub enum glimpse_status {
     RefusedNoScan = 99,
     /// The host refused: it cannot reach these directions.
     RefusedDirections = 100,
-    /// The host refused: the model has another number of values.
+    /// The host refused: the model has a different number of values.
     RefusedValues = 101,
     /// The host refused: it does not support this model.
     RefusedModel = 102,
     /// The host refused: it has not sent this reading.
     RefusedSaved = 103,
-    /// The host refused: it sends another recipe than it offered.
+    /// The host refused: it no longer sends the recipe that it offered.
     RefusedRecipe = 104,
     /// Samples of the recipe are out of reach of the arms.
     OutOfReach = 105,
@@ -157,7 +157,7 @@ pub enum glimpse_status {
 
 use glimpse_status as Status;
 
-/// The statuses of the C library alone, with their texts.
+/// The statuses that `glimpse-core` has no error code for, with their texts.
 const OWN_TEXTS: &[(Status, &CStr)] = &[
     (Status::Ok, c"success"),
     (
@@ -170,7 +170,7 @@ const OWN_TEXTS: &[(Status, &CStr)] = &[
     ),
     (
         Status::MemoryTooSmall,
-        c"the memory is too small for the recipe: glimpse_scan_bytes and glimpse_driver_bytes return its size",
+        c"the memory is too small for the recipe: glimpse_scan_bytes and glimpse_driver_bytes return the required size",
     ),
     (Status::Length, c"a length exceeds the address space"),
     (Status::Argument, c"an argument is out of range: see the function's documentation in glimpse.h"),
@@ -186,7 +186,7 @@ const OWN_TEXTS: &[(Status, &CStr)] = &[
     ),
     (
         Status::NotFitted,
-        c"no fit was finished since the last reading: call glimpse_fit_finish",
+        c"no fit has been finished since the last reading: call glimpse_fit_finish",
     ),
     (
         Status::NoScan,
@@ -202,7 +202,8 @@ const OWN_TEXTS: &[(Status, &CStr)] = &[
     ),
 ];
 
-/// Defines the status of the same name, number and text for each of these error codes of `glimpse-core`.
+/// Defines the texts of these statuses, and converts the error codes of `glimpse-core` with these names to them. The
+/// numbers of an error code and its status are equal.
 macro_rules! core_codes {
     ($($name:ident)+) => {
         /// The statuses of `glimpse-core`'s error codes, with their texts.
@@ -242,7 +243,7 @@ core_codes! {
     RefusedRequest RefusedOther
 }
 
-/// Returns the bytes of a text of `N - 1` bytes, and a zero.
+/// Returns a zero-terminated copy of a text of `N - 1` bytes.
 const fn terminated<const N: usize>(text: &str) -> [u8; N] {
     let mut bytes = [0; N];
     let mut to = bytes.as_mut_slice();

@@ -74,8 +74,8 @@ pub struct glimpse_recorded {
     pub clamped: u8,
 }
 
-/// Progress of a fit in units of work: gradients of one sample, rows and channels of Linear's solve, or
-/// parts of the completion of readings.
+/// Progress of a fit in units of work. A unit is the gradient at one sample, one row or channel of Linear's
+/// solve, or one part of the completion.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_progress {
@@ -85,8 +85,8 @@ pub struct glimpse_progress {
     pub total: u32,
 }
 
-/// Quality of a fit at its readings. It does not reveal a wrong convention: readings that are times the
-/// cosine have equally small residuals.
+/// Quality of a fit at its readings. It does not reveal readings with a wrong convention: readings that
+/// are wrongly multiplied by the cosine have equally small residuals.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_residual {
@@ -103,8 +103,8 @@ pub struct glimpse_residual {
     pub repeated: u16,
     /// Number of readings that were too far below 0 and were raised.
     pub clamped: u16,
-    /// Reason of an implausible material: GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to
-    /// 91). 0 if it is plausible.
+    /// Reason why the material is implausible: GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER
+    /// (84 to 91). 0 if it is plausible.
     pub implausible: i32,
 }
 
@@ -181,7 +181,8 @@ pub struct glimpse_config {
     /// One of glimpse_host.
     pub host: i32,
     /// Not 0 if `limits` are set. The driver skips samples out of reach if the recipe tolerates missing
-    /// readings; else the scan fails before the first measurement. 0: all samples are within reach.
+    /// readings; else the scan fails before the first measurement. If 0, the driver assumes that all samples
+    /// are within reach.
     pub has_limits: u8,
     /// Number of invalid readings of a sample after which the driver skips it, or fails if the recipe needs
     /// every reading.
@@ -199,7 +200,7 @@ pub struct glimpse_config {
     pub reply_timeout_ms: u32,
     /// Timeout of a reading by the host, in ms; includes the motion of its arms.
     pub measure_timeout_ms: u32,
-    /// Maximum size of a recipe that the device can store, in bytes. 0: it stores none.
+    /// Maximum size of a recipe that the device can store, in bytes. 0 if it stores none.
     pub recipe_bytes: u32,
 }
 
@@ -229,8 +230,8 @@ pub enum glimpse_action_kind {
     /// The scan is finished, with `residual`. glimpse_driver_scan() returns the fitted material until the
     /// next poll.
     Finished = 7,
-    /// The scan has failed because of `failure`. With a host it restarts automatically after a pause, else
-    /// by glimpse_driver_restart().
+    /// The scan has failed because of `failure`. With a host it restarts automatically after a pause.
+    /// Without a host, call glimpse_driver_restart().
     Failed = 8,
 }
 

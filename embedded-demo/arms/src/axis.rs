@@ -116,12 +116,12 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         &self.settings
     }
 
-    /// Returns the error of the step count at the last visit home: the lost steps. None within the tolerance.
+    /// Returns the error of the step count at the last homing: the lost steps. None within the tolerance.
     pub fn slip(&self) -> Option<i32> {
         (self.slip.unsigned_abs() > self.settings.tolerance).then_some(self.slip)
     }
 
-    /// Assumes a step count from before a reset. The next visit home checks it.
+    /// Assumes a step count from before a reset. The next homing checks it.
     pub fn assume(&mut self, position: i32) {
         self.position = position;
         self.homed = true;

@@ -26,7 +26,7 @@ impl fmt::Display for ArmError {
 
 impl core::error::Error for ArmError {}
 
-/// Steps that an arm has lost before a visit home.
+/// Steps that an arm has lost before a homing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LostSteps {
@@ -61,7 +61,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, const ARMS: usize> Goniometer<S, D
         homed.then(|| self.arms.each_ref().map(|arm| arm.position()))
     }
 
-    /// Assumes step counts from before a reset. The next visit home checks them.
+    /// Assumes step counts from before a reset. The next homing checks them.
     pub fn assume(&mut self, positions: [i32; ARMS]) {
         for (arm, position) in self.arms.iter_mut().zip(positions) {
             arm.assume(position);
@@ -113,7 +113,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, const ARMS: usize> Goniometer<S, D
         }
     }
 
-    /// Returns the steps that the arms have lost before the last visit home.
+    /// Returns the steps that the arms have lost before the last homing.
     pub fn lost_steps(&self) -> impl Iterator<Item = LostSteps> + '_ {
         let slips = (0..).zip(self.arms.iter().map(Axis::slip));
         slips.filter_map(|(arm, slip)| slip.map(|steps| LostSteps { arm, steps }))

@@ -1,4 +1,4 @@
-//! Encoding of the arms' step counts for memory that survives a reset. The next visit home checks the counts.
+//! Encoding of the arms' step counts for memory that survives a reset. The next homing checks the counts.
 
 use crate::station::ARMS;
 

@@ -4,9 +4,9 @@
 //! stores readings, and core's [`Driver`] fits and communicates with a host, if there is one. [`Platform`] connects the
 //! rest of the firmware.
 //!
-//! Each reading is saved immediately. The scan uses it once the arms have come home without lost steps. After lost
-//! steps, the samples since the last visit home are read again. An invalid reading is not saved, and its sample is read
-//! again immediately.
+//! Each reading is saved immediately. The scan uses it after the next homing, if the arms have not lost steps. After
+//! lost steps, the samples since the last homing are read again. An invalid reading is not saved, and its sample is
+//! read again immediately.
 
 mod button;
 mod clock;
@@ -41,7 +41,7 @@ use crate::store::recipes::{Recipes, ReplaceError};
 use clock::Clock;
 use state::ScanState;
 
-/// Time for the first reply of a host, us. Afterwards a scan continues without a host.
+/// Timeout of a host's first reply, us. If it expires, a scan continues without a host.
 const HOST_TIMEOUT_US: u32 = 2_000_000;
 
 /// A scanner: the machine and its storage.
@@ -54,12 +54,12 @@ pub struct Scanner<S, D, H, A, L, F> {
     pub readings: Readings,
     /// The recipes in the flash.
     pub recipes: Recipes,
-    /// Seeds of the link's sequence numbers.
+    /// Seeds of the sequence numbers on the link.
     pub seeds: Seeds,
 }
 
-/// Returns host and start mode of the next scan. The arms move without a command only for a scan that was started since
-/// power-up.
+/// Returns the host and the start mode of the next scan. Only a scan that a command has already started continues
+/// without another command.
 fn next_scan(outcome: Outcome) -> (Host, StartMode) {
     match outcome {
         Outcome::NoHost | Outcome::HostLost { started: true } => {
@@ -84,8 +84,8 @@ where
 {
     /// Scans materials, one after the other, forever.
     ///
-    /// The recipe is the active one in the flash, or `bundled` if the flash has none. `buffer` has room for it. A host
-    /// is optional: it receives progress and results, and may send another recipe.
+    /// The recipe is the active one in the flash, or `bundled` if the flash has none or `buffer` is too small for it. A
+    /// host is optional: it receives progress and results, and may send another recipe.
     pub fn serve<K: Fitter>(
         &mut self,
         bundled: &[u8],
@@ -94,18 +94,18 @@ where
         platform: &mut impl Platform,
     ) -> ! {
         let mut next = (Host::Listens, StartMode::OnCommand);
-        let mut has_reported = false;
+        let mut reported_saved = false;
         loop {
             let (host, start) = next;
             let recipe = match self.recipes.load(&mut self.flash, buffer) {
                 Ok(recipe) => recipe.unwrap_or(bundled),
                 Err(_) => bundled,
             };
-            if start == StartMode::OnCommand && !has_reported {
+            if start == StartMode::OnCommand && !reported_saved {
                 self.report_saved(recipe, platform);
             }
             let outcome = self.scan::<K>(recipe, memory, host, start, platform);
-            has_reported = outcome == Outcome::NotStarted;
+            reported_saved = outcome == Outcome::NotStarted;
             if outcome != Outcome::NotStarted {
                 platform.report(Event::Ended(outcome));
             }
@@ -117,8 +117,8 @@ where
         }
     }
 
-    /// Reports the saved readings of an interrupted scan by this recipe. The user then chooses between them and a new
-    /// material.
+    /// Reports the number of saved readings if a scan with this recipe was interrupted. The user then continues that
+    /// scan or begins a new one.
     fn report_saved(&mut self, recipe: &[u8], platform: &mut impl Platform) {
         let Ok(recipe) = Recipe::parse(recipe) else {
             return; // the scan reports the error
@@ -132,7 +132,7 @@ where
         }
     }
 
-    /// Installs the recipe that a host has sent, if a scan can use it. Otherwise it is not fetched again.
+    /// Installs the recipe that a host has sent. Declines it if no scan can use it, so it is not fetched again.
     fn install<K: Fitter>(
         &mut self,
         bytes: u32,
@@ -155,7 +155,7 @@ where
         installed
     }
 
-    /// Scans one material by a recipe. With [`Host::Listens`] a host may send another recipe instead.
+    /// Scans one material with a recipe. With [`Host::Listens`] a host may send another recipe instead.
     pub fn scan<K: Fitter>(
         &mut self,
         recipe: &[u8],
@@ -200,7 +200,7 @@ where
     /// Returns the options of the next driver.
     fn config(&mut self, host: Host) -> Config {
         let mut config = Config::new(host);
-        // Samples out of reach are skipped, or fail the scan, before the first move.
+        // Before the first move, the driver skips samples out of reach, or fails if the recipe needs every reading.
         config.limits = Some(self.station.limits());
         config.recipe_bytes = self.recipes.capacity();
         // The flash counts boots, so seeds differ after a reset and after a power cut.
@@ -224,7 +224,7 @@ where
             waited_us = waited_us.saturating_add(elapsed_us);
             match platform.command() {
                 Some(Command::NewScan) if !state.started => {
-                    self.readings.end(&mut self.flash)?;
+                    self.readings.end_scan(&mut self.flash)?;
                     state.started = true;
                 }
                 Some(Command::Continue) if !state.started => {
@@ -243,7 +243,7 @@ where
             platform.save_positions(self.station.arms().positions());
 
             let action = driver.poll(clock.advance(elapsed_us));
-            // Until the first valid reply the driver only waits. Received bytes alone may be noise.
+            // Only a valid reply ends the driver's first wait. Received bytes alone may be noise.
             has_replied |= !matches!(action, Action::Wait);
             if state.started && !has_replied && waited_us >= HOST_TIMEOUT_US {
                 return Ok(Outcome::NoHost);
@@ -252,7 +252,7 @@ where
                 Action::Measure { .. } if state.started && self.station.is_idle() => {
                     self.begin_next_task(driver, &mut state)?;
                 }
-                // The next driver greets the host again, which may have another recipe by then.
+                // The next driver greets the host again, because the host may have another recipe by then.
                 Action::Measure { .. } if !state.started && waited_us >= HOST_TIMEOUT_US => {
                     return Ok(Outcome::NotStarted);
                 }
@@ -270,33 +270,39 @@ where
                     finished = true;
                 }
                 Action::Forget if finished => {
-                    self.readings.end(&mut self.flash)?;
+                    self.readings.end_scan(&mut self.flash)?;
                     return Ok(Outcome::Finished);
                 }
-                Action::Forget => self.readings.end(&mut self.flash)?,
-                // The arms do not move while the driver waits for a reply.
+                Action::Forget => self.readings.end_scan(&mut self.flash)?,
+                // No stop is needed: the arms do not move while the driver waits for a reply.
                 Action::Failed(Failure::NoReply) => {
                     let started = state.started;
                     return Ok(Outcome::HostLost { started });
                 }
                 Action::Failed(failure) => return Err(state.error(failure)),
-                // Readings are already saved, and the loop must not sleep while arms move.
-                Action::Save { .. } | Action::Measure { .. } => {}
+                // The reading has already been saved.
+                Action::Save { .. } => {}
+                // The arms are moving, or the scan has not been started.
+                Action::Measure { .. } => {}
+                // The loop must not sleep while the arms move.
                 Action::Wait | Action::Continue => {}
                 _ => {} // actions of a newer driver
             }
         }
     }
 
-    /// Deletes the readings that a failure makes invalid. All others stay, so the scan can be continued.
+    /// Deletes the readings that a failure makes invalid. All others stay, so the scan can be continued. Returns the
+    /// error, or that of the flash.
     fn delete_invalid_readings(&mut self, error: ScannerError) -> ScannerError {
         let deleted = match error {
             // The same readings would fail again.
             ScannerError::Scan(Failure::Reading { .. } | Failure::Fit(_) | Failure::Diverged) => {
-                self.readings.end(&mut self.flash)
+                self.readings.end_scan(&mut self.flash)
             }
-            // The arm has stopped, so the positions of its last readings cannot be checked.
-            ScannerError::Station(StationError::Arm(_)) => self.readings.discard(&mut self.flash),
+            // The arm has stopped, so no homing can check the positions of its last readings.
+            ScannerError::Station(StationError::Arm(_)) => {
+                self.readings.discard_unconfirmed(&mut self.flash)
+            }
             _ => Ok(()),
         };
         deleted.map_or_else(ScannerError::Store, |()| error)

@@ -7,10 +7,10 @@ use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::{Calibration, CalibrationError, Footprint, Repeated};
 use glimpse_core::scan::Reading;
 
-/// A sensor of three channels. (embedded-hal 1.0 has no trait for converters.) A sensor with one channel returns the
-/// same count three times.
+/// A sensor of three channels. (embedded-hal 1.0 has no trait for analog-to-digital converters.) A sensor with one
+/// channel returns the same count three times.
 pub trait Sensor {
-    /// The error of the converter.
+    /// The error of the analog-to-digital converter.
     type Error;
 
     /// Returns the present counts of red, green and blue.
@@ -102,17 +102,17 @@ impl<A: Sensor, L: OutputPin> Photometer<A, L> {
     /// # Errors
     /// If the converter fails.
     pub fn read_dark(&mut self) -> Result<(), SensorError> {
-        self.dark = self.counts()?;
+        self.dark = self.average_counts()?;
         Ok(())
     }
 
-    /// Reads the sample with the lamp on, and lamp and sensor at these directions. The result may still be an invalid
-    /// reading, which the scan checks.
+    /// Reads the sample. The lamp must be on, and lamp and sensor at `directions`. The scan checks the validity of the
+    /// reading.
     ///
     /// # Errors
     /// If the converter fails, or the counts cannot be converted to a BRDF.
     pub fn read_lit(&mut self, directions: &Directions<f32>) -> Result<Reading, SensorError> {
-        let counts = self.counts()?;
+        let counts = self.average_counts()?;
         let dark = self.dark.mean().unwrap_or_default();
         self.calibrate(dark, counts, directions)
             .map_err(SensorError::Calibration)
@@ -131,9 +131,9 @@ impl<A: Sensor, L: OutputPin> Photometer<A, L> {
             footprint,
             ..
         } = self.white;
-        let [r, g, b] = dark;
+        let [dark_r, dark_g, dark_b] = dark;
         let [white_r, white_g, white_b] = white;
-        let white = [r + white_r, g + white_g, b + white_b];
+        let white = [dark_r + white_r, dark_g + white_g, dark_b + white_b];
         let calibrated = Calibration::new(dark, white, reflectance)?
             .read_once_at(&reference, footprint)?
             .brdf(counts.mean().unwrap_or_default(), directions)?;
@@ -143,8 +143,8 @@ impl<A: Sensor, L: OutputPin> Photometer<A, L> {
         })
     }
 
-    /// Returns the averaged present counts.
-    fn counts(&mut self) -> Result<Repeated, SensorError> {
+    /// Reads the sensor `repeats` times, and averages the counts.
+    fn average_counts(&mut self) -> Result<Repeated, SensorError> {
         let mut counts = Repeated::new();
         for _ in 0..self.repeats {
             let read = self.sensor.read().map_err(|_| SensorError::Converter)?;

@@ -165,7 +165,7 @@ where
         }
     }
 
-    /// Assumes step counts from before a reset. The next visit home checks them.
+    /// Assumes step counts from before a reset. The next homing checks them.
     pub fn assume(&mut self, positions: [i32; ARMS]) {
         self.arms.assume(positions);
     }

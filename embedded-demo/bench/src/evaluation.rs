@@ -1,4 +1,4 @@
-//! Loss of a fit at directions without readings, in double precision. For a host.
+//! Loss of a fit at directions without readings, computed on the host in double precision.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
@@ -39,8 +39,8 @@ pub fn loss<M: Model>(fitted: &[f32], material: &Material) -> f64 {
     sum / count
 }
 
-/// Returns the nth evenly spread direction: an additive recurrence with the powers of 1 / 1.2207, the root of x^4 = x +
-/// 1.
+/// Returns one of the evenly spread directions. They are an additive recurrence whose steps are powers of 1 / x, where
+/// x = 1.2207 solves x^4 = x + 1.
 fn direction(index: u32) -> Angles<f64> {
     let coordinate = |step: f64| (0.5 + step * f64::from(index)) % 1.0;
     Angles {

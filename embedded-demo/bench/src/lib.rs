@@ -15,7 +15,7 @@ pub mod report;
 use glimpse_core::geometry::Angles;
 use glimpse_core::scan::{Reading, Residual};
 
-/// Recipes of the benchmarks: n = 8, and 20 steps or 5 components.
+/// Recipes of the benchmarks: n = 8. A descent has 20 steps, and Linear has 5 components.
 pub mod recipes {
     /// Phong.
     pub static PHONG: &[u8] = include_bytes!("../../../trainer/recipes/phong-n8.recipe");
@@ -27,7 +27,7 @@ pub mod recipes {
     /// Linear.
     pub static LINEAR: &[u8] = include_bytes!("../../../trainer/recipes/linear-n8.recipe");
 
-    /// Recipes that complete the readings: n = 8, then one step; none for Linear.
+    /// Recipes with a completion: n = 8, then one step of descent, except for Linear.
     pub mod completed {
         /// Phong.
         pub static PHONG: &[u8] =
@@ -51,16 +51,16 @@ pub mod recipes {
         /// Linear, n = 32.
         pub static LINEAR_32: &[u8] =
             include_bytes!("../../../trainer/recipes/completed/linear-n32.recipe");
-        /// Neural, n = 64, trained for benchmarks only (procedural:40, effort quick).
+        /// Neural, n = 64, trained for benchmarks only: 40 procedural materials, `--effort quick`.
         pub static NEURAL_64: &[u8] = include_bytes!("../recipes/neural-n64.recipe");
-        /// Linear, n = 64, trained for benchmarks only.
+        /// Linear, n = 64, trained likewise.
         pub static LINEAR_64: &[u8] = include_bytes!("../recipes/linear-n64.recipe");
     }
 
     /// The compact basis of Linear's completed recipes.
     pub static BASIS: &[u8] = include_bytes!("../../../trainer/recipes/linear.basis24");
 
-    /// Recipes that complete readings and tolerate missing ones: n = 16.
+    /// Recipes with a completion that tolerates missing readings: n = 16.
     pub mod masked {
         /// Neural.
         pub static NEURAL: &[u8] =
@@ -78,7 +78,7 @@ pub struct Material {
     pub diffuse: [f32; 3],
     /// Peak of the highlight, sr^-1.
     pub highlight: f32,
-    /// Sharpness of the highlight: half its peak is at theta_h = 0.64 / sqrt(sharpness).
+    /// Sharpness of the highlight, rad^-2. It falls to half its peak at theta_h = 0.64 / sqrt(sharpness).
     pub sharpness: f32,
 }
 
@@ -90,8 +90,8 @@ impl Material {
         sharpness: 40.0,
     };
 
-    /// Returns the reading of this material. It uses only sums, products and quotients, which every machine rounds
-    /// identically.
+    /// Returns the reading of this material at these angles. The computation uses only sums, products and quotients,
+    /// which every machine rounds identically.
     #[must_use]
     pub fn measure(&self, angles: Angles<f32>) -> Reading {
         let lobe = |sharpness: f32| {
@@ -106,19 +106,19 @@ impl Material {
     }
 }
 
-/// Returns the reading of the benchmark material.
+/// Returns the reading of the benchmark material at these angles.
 #[must_use]
 pub fn measure(angles: Angles<f32>) -> Reading {
     Material::BENCHMARK.measure(angles)
 }
 
-/// Returns true if a reading is missing in the benchmarks with missing readings: every third one.
+/// Returns true for the readings that are missing in `*-lost` benchmarks: every third one.
 #[must_use]
 pub const fn is_missing(index: u16) -> bool {
     index % 3 == 1
 }
 
-/// Error of a benchmark. The recipes here cause none.
+/// Error of a benchmark. It does not occur with the recipes of this crate.
 #[derive(Debug)]
 pub struct BenchError;
 

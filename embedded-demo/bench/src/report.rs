@@ -46,7 +46,7 @@ fn advance<K: Fitter, const WITH_MISSING: bool>(
     while !fit.advance(u32::MAX).is_complete() {}
     let after = counter::now();
     let fitted = fit.finish().map_err(|_| BenchError)?;
-    let stack = stack::bytes();
+    let stack = stack::peak_bytes();
     let before_brdf = counter::now();
     black_box(fitted.brdf(black_box(&OBLIQUE)));
     let after_brdf = counter::now();
@@ -100,14 +100,14 @@ pub fn baseline() {
     stack::paint();
     let before = counter::now();
     let after = counter::now();
-    print_costs(counter::between(before, after), stack::bytes());
+    print_costs(counter::between(before, after), stack::peak_bytes());
     print_numbers("residual", [0; 2].into_iter());
     print_numbers("parameters", black_box(&[0_u32; 4]).iter().copied());
 }
 
 /// Prints the cost of another implementation's fit, between two counts, and its parameters.
 pub fn print_result(before: u32, after: u32, parameters: [u32; 7]) {
-    let stack = stack::bytes();
+    let stack = stack::peak_bytes();
     print_costs(counter::between(before, after), stack);
     print_numbers("parameters", parameters.into_iter());
 }

@@ -1,4 +1,4 @@
-//! Tests of invalid arguments: each is returned as a status, and no invalid pointer is dereferenced.
+//! Tests of invalid arguments: each call returns a status, and no invalid pointer is dereferenced.
 
 use core::ptr::{null, null_mut};
 use std::vec::Vec;
@@ -62,12 +62,12 @@ fn rejects_invalid_recipe_with_status() {
     let mut memory = Bytes::for_scan();
     let cut = NEURAL.get(..NEURAL.len() - 1).unwrap();
     // A recipe may have any alignment.
-    let moved = [b"-", NEURAL].concat();
+    let unaligned = [b"-", NEURAL].concat();
     for (bytes, status) in [
         (b"".as_slice(), Status::RecipeMagic),
         (b"garbage, and more", Status::RecipeMagic),
         (cut, Status::RecipeLength),
-        (moved.get(1..).unwrap(), Status::Ok),
+        (unaligned.get(1..).unwrap(), Status::Ok),
     ] {
         assert_eq!(begin(&mut memory, bytes).0, status);
     }
@@ -89,14 +89,14 @@ fn rejects_invalid_recipe_with_status() {
 fn rejects_null_and_misaligned_pointers() {
     let mut memory = Bytes::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[0]);
-    let (no_scan, off) = (null_mut(), scan.wrapping_byte_add(1));
+    let misaligned = scan.wrapping_byte_add(1);
     let mut reading = glimpse_reading::default();
     let mut sample = glimpse_sample::default();
     let (mut brdf, mut count) = ([0.0; 3], 0);
     let mut residual = core::mem::MaybeUninit::uninit();
-    let odd = (&raw mut sample).wrapping_byte_add(1);
+    let misaligned_out = (&raw mut sample).wrapping_byte_add(1);
     unsafe {
-        for (scan, expected) in [(no_scan, Status::Null), (off, Status::Misaligned)] {
+        for (scan, expected) in [(null_mut(), Status::Null), (misaligned, Status::Misaligned)] {
             let found = [
                 glimpse_scan_restart(scan),
                 glimpse_scan_next(scan, 0, &raw mut sample),
@@ -113,7 +113,10 @@ fn rejects_null_and_misaligned_pointers() {
             ];
             assert_eq!(found, [expected; 12]);
         }
-        for (out, expected) in [(null_mut(), Status::Null), (odd, Status::Misaligned)] {
+        for (out, expected) in [
+            (null_mut(), Status::Null),
+            (misaligned_out, Status::Misaligned),
+        ] {
             let found = [
                 glimpse_scan_next(scan, 0, out),
                 glimpse_scan_record(scan, 0, out.cast(), null_mut()),
@@ -126,7 +129,7 @@ fn rejects_null_and_misaligned_pointers() {
         }
         let described = glimpse_recipe_describe(NEURAL.as_ptr(), NEURAL.len(), null_mut());
         assert_eq!(described, Status::Null);
-        let described = glimpse_recipe_describe(null(), 1, odd.cast());
+        let described = glimpse_recipe_describe(null(), 1, misaligned_out.cast());
         assert_eq!(described, Status::Misaligned);
     }
 }
@@ -135,7 +138,7 @@ fn rejects_null_and_misaligned_pointers() {
 fn driver_rejects_invalid_arguments() {
     let mut memory = Bytes::for_driver();
     let config = glimpse_config_default(glimpse_host::Absent as i32);
-    let wrong = glimpse_config_default(3);
+    let unknown_host = glimpse_config_default(3);
     let mut driver = null_mut();
     let mut bytes = null();
     let mut count = 0;
@@ -160,18 +163,21 @@ fn driver_rejects_invalid_arguments() {
         };
         let out = &raw mut driver;
         assert_eq!(begin(null(), null(), 0, out), Status::Null);
-        assert_eq!(begin(&raw const wrong, null(), 0, out), Status::Argument);
-        for limits in [
+        assert_eq!(
+            begin(&raw const unknown_host, null(), 0, out),
+            Status::Argument
+        );
+        for set_invalid_limit in [
             |config: &mut glimpse_config| config.limits.max_theta_o = 0.0,
             |config: &mut glimpse_config| config.limits.max_theta_i = f32::NAN,
             |config: &mut glimpse_config| config.limits.min_separation = 4.0,
         ] {
-            let mut wrong = config;
-            limits(&mut wrong);
+            let mut invalid = config;
+            set_invalid_limit(&mut invalid);
             // Limits are ignored unless the flag is set.
-            assert_eq!(begin(&raw const wrong, null(), 0, out), Status::Ok);
-            wrong.has_limits = 1;
-            assert_eq!(begin(&raw const wrong, null(), 0, out), Status::Argument);
+            assert_eq!(begin(&raw const invalid, null(), 0, out), Status::Ok);
+            invalid.has_limits = 1;
+            assert_eq!(begin(&raw const invalid, null(), 0, out), Status::Argument);
         }
         assert_eq!(begin(&raw const config, null(), 1, out), Status::Null);
         let status = begin(&raw const config, null(), 0, null_mut());
@@ -182,8 +188,8 @@ fn driver_rejects_invalid_arguments() {
         assert!(driver.is_null());
         assert_eq!(begin(&raw const config, null(), 0, out), Status::Ok);
 
-        let off = driver.wrapping_byte_add(1);
-        for (driver, expected) in [(null_mut(), Status::Null), (off, Status::Misaligned)] {
+        let misaligned = driver.wrapping_byte_add(1);
+        for (driver, expected) in [(null_mut(), Status::Null), (misaligned, Status::Misaligned)] {
             let found = [
                 glimpse_driver_poll(driver, 1, action.as_mut_ptr()),
                 glimpse_driver_receive(driver, null(), 0),
@@ -217,7 +223,7 @@ fn driver_rejects_invalid_arguments() {
     }
 }
 
-/// A valid recipe that needs more memory than the driver has is reported to the host, too.
+/// A driver rejects a valid recipe that needs more memory than the driver has.
 #[test]
 fn driver_rejects_recipe_larger_than_memory() {
     let [small, large] = [RECIPES[0], NEURAL];

@@ -6,7 +6,7 @@ use core::fmt;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AxisError {
-    /// The arm was not homed since power-up or since its last error.
+    /// The arm has not been homed since power-up or since its last error.
     NotHomed,
     /// The arm is moving.
     Moving,
@@ -21,7 +21,7 @@ pub enum AxisError {
     HomeStuck,
     /// The switch opened during a move, far from home.
     SwitchOpened {
-        /// Distance from the switch by step count.
+        /// Distance from the switch according to the step count, in steps.
         steps: i32,
     },
     /// The contact of the switch does not settle.
@@ -44,7 +44,7 @@ impl fmt::Display for AxisError {
             ),
             Self::SwitchOpened { steps } => write!(
                 f,
-                "its home switch opened {steps} steps too early: it lost steps, hit something, or a wire of the switch is broken"
+                "its home switch opened {steps} steps too early: check for lost steps, for a collision, and the switch's wires for a break"
             ),
             Self::SwitchBounces => f.write_str(
                 "its home switch does not settle: check its contact, and shield its wires",

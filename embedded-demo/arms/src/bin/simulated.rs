@@ -198,7 +198,7 @@ impl Uart {
 /// Returns the only reference to a static.
 ///
 /// # Safety
-/// `pointer` leads to a static, any bits of it are valid, and there is never another reference to it.
+/// `pointer` points to a static, any bits are valid for `T`, and no other reference to the static ever exists.
 unsafe fn unique_static<T>(pointer: *mut T) -> &'static mut T {
     // SAFETY: guaranteed by the caller.
     unsafe { &mut *pointer }

@@ -28,7 +28,7 @@ pub enum Event {
         /// Number of readings that this confirms.
         confirmed: u16,
     },
-    /// The arms have lost steps. The samples since the last visit home are read again.
+    /// The arms have lost steps. The samples since the last homing are read again.
     LostSteps(LostSteps),
     /// A sample was read, and the reading is saved.
     Read {

@@ -1,4 +1,4 @@
-//! State of a scan: visits home, lost steps and failed attempts.
+//! State of a scan: homing, lost steps and failed attempts.
 
 use glimpse_core::driver::Driver;
 use glimpse_core::fit::Fitter;
@@ -9,11 +9,11 @@ use super::ScannerError;
 use crate::sensor::SensorError;
 use crate::station::StationError;
 
-/// Number of readings between two visits home, which check for lost steps.
-pub(super) const READINGS_BETWEEN_CHECKS: u16 = 4;
-/// Number of step losses in one scan after which the next one ends it.
+/// Number of readings between two homings, which check for lost steps.
+pub(super) const READINGS_BETWEEN_HOMINGS: u16 = 4;
+/// Maximum number of step losses in one scan. The next one ends the scan.
 pub(super) const MAX_STEP_LOSSES: u8 = 3;
-/// Attempts to read a sample.
+/// Maximum number of attempts to read a sample.
 const MAX_ATTEMPTS: u8 = 3;
 
 /// The error of an attempt to read a sample.
@@ -32,20 +32,20 @@ pub(super) struct ScanState {
     pub(super) started: bool,
     /// The arms are homed in this scan.
     pub(super) homed: bool,
-    /// Number of readings since the last visit home.
-    pub(super) readings: u16,
+    /// Number of readings since the last homing.
+    pub(super) readings_since_homing: u16,
     /// Number of step losses.
     pub(super) step_losses: u8,
-    /// Failed attempts to read the present sample.
-    pub(super) attempts: u8,
-    /// A sample to skip, if the arms come home without lost steps.
+    /// Number of failed attempts to read the present sample.
+    pub(super) failed_attempts: u8,
+    /// A sample to skip if the next homing finds no lost steps.
     pub(super) unreadable: Option<u16>,
     /// The last error of the sensor.
     pub(super) sensor_error: Option<SensorError>,
 }
 
 impl ScanState {
-    /// Creates the state of a scan that is or is not started yet.
+    /// Creates the state of a new scan. `started` is true if it needs no command to start.
     pub(super) fn new(started: bool) -> Self {
         Self {
             started,
@@ -53,7 +53,7 @@ impl ScanState {
         }
     }
 
-    /// Returns the error of a scan that ends by this failure. If no reading could be taken, the error is the sensor's.
+    /// Returns the error of a scan that this failure has ended: the sensor's, if readings are missing because of it.
     pub(super) fn error(&self, failure: Failure) -> ScannerError {
         match (failure, self.sensor_error) {
             (Failure::Fit(FitError::Incomplete { .. }), Some(error)) => {
@@ -67,8 +67,8 @@ impl ScanState {
 /// Counts a failed attempt to read a sample. Nothing was saved, so the sample is read again immediately. After
 /// [`MAX_ATTEMPTS`] the sample is skipped, or the scan ends if the recipe needs every reading.
 ///
-/// The driver cannot count attempts: it receives good readings only once the arms are home, and would count attempts
-/// at several samples as those at one.
+/// The driver cannot count the attempts. It receives valid readings only after the next homing, and would therefore add
+/// up the failed attempts at several samples.
 pub(super) fn handle_failed_attempt<K: Fitter>(
     index: u16,
     error: AttemptError,
@@ -78,11 +78,11 @@ pub(super) fn handle_failed_attempt<K: Fitter>(
     if let AttemptError::Sensor(error) = error {
         state.sensor_error = Some(error);
     }
-    state.attempts = state.attempts.saturating_add(1);
-    if state.attempts < MAX_ATTEMPTS {
+    state.failed_attempts = state.failed_attempts.saturating_add(1);
+    if state.failed_attempts < MAX_ATTEMPTS {
         return Ok(());
     }
-    state.attempts = 0;
+    state.failed_attempts = 0;
     let scan = driver.scan();
     if scan.is_ok_and(|scan| scan.recipe().tolerates_missing()) {
         state.unreadable = Some(index);

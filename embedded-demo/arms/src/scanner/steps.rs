@@ -1,4 +1,4 @@
-//! Tasks of a scan: moves to samples, visits home, and the handling of their results.
+//! Tasks of a scan: moves to samples, homing, and the handling of their results.
 
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_storage::nor_flash::NorFlash;
@@ -7,7 +7,7 @@ use glimpse_core::fit::Fitter;
 use glimpse_core::link::Failure;
 
 use super::state::{
-    AttemptError, MAX_STEP_LOSSES, READINGS_BETWEEN_CHECKS, ScanState, handle_failed_attempt,
+    AttemptError, MAX_STEP_LOSSES, READINGS_BETWEEN_HOMINGS, ScanState, handle_failed_attempt,
 };
 use super::{Event, Platform, Scanner, ScannerError};
 use crate::goniometer::LostSteps;
@@ -33,7 +33,8 @@ where
         if !self.is_under_way(driver) {
             let recipe = scan.recipe();
             let (checksum, samples) = (recipe.checksum(), recipe.samples() as u16);
-            self.readings.begin(&mut self.flash, checksum, samples)?;
+            self.readings
+                .begin_scan(&mut self.flash, checksum, samples)?;
         }
         let (mut unread, mut count) = (None, 0_u16);
         for (index, _) in scan.pending() {
@@ -44,9 +45,10 @@ where
         }
         // After failed attempts the arms go home, because lost steps may be the reason.
         let has_unreadable = state.unreadable.is_some();
-        let is_check_due =
-            state.readings >= READINGS_BETWEEN_CHECKS || unread.is_none() || has_unreadable;
-        if !state.homed || is_check_due {
+        let is_homing_due = state.readings_since_homing >= READINGS_BETWEEN_HOMINGS
+            || unread.is_none()
+            || has_unreadable;
+        if !state.homed || is_homing_due {
             return Ok(self.station.go_home()?);
         }
         let (readings, flash) = (&self.readings, &mut self.flash);
@@ -67,7 +69,7 @@ where
         }
     }
 
-    /// Handles the result of a task: saves a reading, or confirms the readings since the last visit home.
+    /// Handles the result of a task: saves a reading, or confirms the readings since the last homing.
     pub(super) fn handle_result<K: Fitter>(
         &mut self,
         result: TaskResult,
@@ -79,8 +81,8 @@ where
             TaskResult::Read { index, reading } => match reading.check() {
                 Ok(()) => {
                     self.readings.save(&mut self.flash, index, reading)?;
-                    state.readings = state.readings.saturating_add(1);
-                    state.attempts = 0;
+                    state.readings_since_homing = state.readings_since_homing.saturating_add(1);
+                    state.failed_attempts = 0;
                     platform.report(Event::Read { index, reading });
                     Ok(())
                 }
@@ -96,7 +98,7 @@ where
             TaskResult::Homed(Some(lost)) => self.handle_lost_steps(lost, state, platform),
             TaskResult::Homed(None) => {
                 state.homed = true;
-                state.readings = 0;
+                state.readings_since_homing = 0;
                 self.readings.confirm(&mut self.flash)?;
                 let samples = driver.scan().map_or(0, |scan| scan.recipe().samples());
                 let mut confirmed = 0_u16;
@@ -122,7 +124,7 @@ where
         }
     }
 
-    /// Discards the readings since the last visit home, because steps were lost.
+    /// Discards the readings since the last homing, because steps were lost.
     fn handle_lost_steps(
         &mut self,
         lost: LostSteps,
@@ -130,10 +132,10 @@ where
         platform: &mut impl Platform,
     ) -> Result<(), ScannerError> {
         platform.report(Event::LostSteps(lost));
-        self.readings.discard(&mut self.flash)?;
+        self.readings.discard_unconfirmed(&mut self.flash)?;
         state.homed = false;
-        state.readings = 0;
-        state.attempts = 0;
+        state.readings_since_homing = 0;
+        state.failed_attempts = 0;
         state.unreadable = None;
         state.step_losses = state.step_losses.saturating_add(1);
         if state.step_losses > MAX_STEP_LOSSES {

@@ -1,8 +1,8 @@
 //! The readings of the current scan.
 //!
 //! They are stored in a [journal](super::journal): an item for each reading, and one for the scan. Every call writes one
-//! item, which is complete or absent after a power cut. Only [`Readings::discard`] writes several: it first marks the
-//! scan, so [`Readings::mount`] can complete it after a power cut.
+//! item, which is complete or absent after a power cut. Only [`Readings::discard_unconfirmed`] writes several: it first
+//! marks the scan, so [`Readings::mount`] can complete it after a power cut.
 
 use core::ops::Range;
 
@@ -26,7 +26,7 @@ struct ScanRecord {
     recipe: u32,
     /// Number of samples; 0 once the scan has ended.
     samples: u16,
-    /// Counter of the visits home in this scan.
+    /// Counter of the homings in this scan.
     segment: u16,
     /// True while the readings of this segment are being discarded.
     discarding: bool,
@@ -52,7 +52,7 @@ impl Readings {
     /// Opens two areas of the flash, each of whole sectors, and finds the current scan. Unknown content is ignored.
     ///
     /// # Errors
-    /// If the flash cannot be read, or an interrupted [`Readings::discard`] cannot be completed.
+    /// If the flash cannot be read, or an interrupted [`Readings::discard_unconfirmed`] cannot be completed.
     pub fn mount<F: NorFlash>(flash: &mut F, areas: [Range<u32>; 2]) -> Result<Self, StoreError> {
         let journal = Journal::mount(flash, areas)?;
         let scan = journal.get(flash, SCAN)?;
@@ -82,16 +82,16 @@ impl Readings {
         Ok(boots)
     }
 
-    /// Returns true if a scan by this recipe is under way.
+    /// Returns true if a scan with this recipe is under way.
     pub fn is_under_way(&self, recipe: u32, samples: u16) -> bool {
         self.scan.samples != 0 && (self.scan.recipe, self.scan.samples) == (recipe, samples)
     }
 
-    /// Begins a scan by a recipe. Saved readings of another scan are deleted.
+    /// Begins a scan with a recipe. Saved readings of another scan are deleted.
     ///
     /// # Errors
     /// If the flash cannot be written. The other scan is still under way then.
-    pub fn begin<F: NorFlash>(
+    pub fn begin_scan<F: NorFlash>(
         &mut self,
         flash: &mut F,
         recipe: u32,
@@ -113,7 +113,7 @@ impl Readings {
     ///
     /// # Errors
     /// If the flash cannot be written.
-    pub fn end<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), StoreError> {
+    pub fn end_scan<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), StoreError> {
         if self.scan.samples == 0 {
             return Ok(());
         }
@@ -156,7 +156,7 @@ impl Readings {
         Ok(self.saved(flash, index)?.map(|saved| saved.reading))
     }
 
-    /// Confirms all readings since the last visit home, because no steps were lost.
+    /// Confirms all readings since the last homing, because no steps were lost.
     ///
     /// # Errors
     /// If the flash cannot be written.
@@ -166,11 +166,11 @@ impl Readings {
         self.write_scan(flash, ScanRecord { segment, ..scan })
     }
 
-    /// Discards all readings since the last visit home, because steps were lost.
+    /// Discards all readings since the last homing, because steps were lost.
     ///
     /// # Errors
     /// If the flash cannot be written.
-    pub fn discard<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), StoreError> {
+    pub fn discard_unconfirmed<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), StoreError> {
         let discarding = true;
         let scan = self.scan;
         self.write_scan(flash, ScanRecord { discarding, ..scan })?;

@@ -45,9 +45,9 @@ impl fmt::Display for ReplaceError {
         match self {
             Self::Recipe(error) => error.fmt(f),
             Self::Scan(error) => error.fmt(f),
-            Self::Mismatch => {
-                f.write_str("the host sent another recipe than it offered: check the host")
-            }
+            Self::Mismatch => f.write_str(
+                "the sent recipe differs from the one that the host offered: check the host",
+            ),
             Self::Store(error) => error.fmt(f),
         }
     }

@@ -144,7 +144,7 @@ fn scan<'w>(
 }
 
 /// From every start at which the lamp is not outside of the sensor at the same azimuth: homing, eight samples, two
-/// visits home in between, and the last visit home.
+/// homings in between, and the last homing.
 #[test]
 fn no_collision_during_scan() {
     let starts = [

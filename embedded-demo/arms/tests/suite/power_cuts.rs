@@ -62,11 +62,11 @@ impl Call {
     fn run<const WORD: usize>(self, flash: &mut Flash<WORD>) -> Result<(), StoreError> {
         let mut readings = Readings::mount(flash, AREAS)?;
         match self {
-            Self::Begin => readings.begin(flash, RECIPE, SAMPLES),
+            Self::Begin => readings.begin_scan(flash, RECIPE, SAMPLES),
             Self::Save(index, value) => readings.save(flash, index, reading(index, value)),
             Self::Confirm => readings.confirm(flash),
-            Self::Discard => readings.discard(flash),
-            Self::End => readings.end(flash),
+            Self::Discard => readings.discard_unconfirmed(flash),
+            Self::End => readings.end_scan(flash),
         }
     }
 }

@@ -252,7 +252,7 @@ fn finished_scan_is_not_resumed() {
     assert!(!readings.is_under_way(recipe.checksum(), 8));
 }
 
-/// After the sixth reading the azimuth of the sensor loses steps. Samples since the last visit home are read again,
+/// After the sixth reading the azimuth of the sensor loses steps. Samples since the last homing are read again,
 /// earlier ones are not.
 #[test]
 fn lost_steps_repeat_only_affected_samples() {

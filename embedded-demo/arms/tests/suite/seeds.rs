@@ -46,7 +46,7 @@ fn boot_count_survives_journal_compaction() {
         let mut readings = mount_readings(&mut flash);
         assert_eq!(readings.count_boot(&mut flash), Ok(boot));
         if boot == 1 {
-            readings.begin(&mut flash, 7, 8).unwrap();
+            readings.begin_scan(&mut flash, 7, 8).unwrap();
         }
         let index = (boot % 8) as u16;
         let reading = Reading::new([boot as f32; 3]);

@@ -170,7 +170,7 @@ fn unusable_recipe_is_fetched_once_and_not_activated() {
     assert_eq!(active_recipe(&mut flash), None);
 }
 
-/// The bytes are damaged, or belong to another recipe than the offered one.
+/// The bytes are damaged, or belong to a different recipe from the offered one.
 #[test]
 fn damaged_recipe_is_fetched_once() {
     for at in [40, 8] {

@@ -10,7 +10,7 @@ use glimpse_arms::sensor::SensorError;
 use glimpse_arms::station::StationError;
 use glimpse_core::link::Failure;
 
-/// Scans once by a recipe. The sensor counts `lit(n)` at its nth reading. Also returns the number of readings.
+/// Scans once with a recipe. The sensor counts `lit(n)` at its nth reading. Also returns the number of readings.
 fn scan(recipe: &[u8], lit: impl Fn(u32) -> Option<u16>) -> (Vec<Event>, Outcome, u32) {
     scan_watched(recipe, lit, |_, _| {})
 }
@@ -91,7 +91,7 @@ fn sample_read_at_third_attempt_is_not_skipped() {
     assert_eq!((read(&events).len(), reads), (16, 16 + 2));
 }
 
-/// Lost steps may be the reason. The sample is read again, with all samples since the last visit home.
+/// Lost steps may be the reason. The sample is read again, with all samples since the last homing.
 #[test]
 fn sample_is_not_skipped_after_lost_steps() {
     let (events, outcome, _) = scan_watched(

@@ -1,4 +1,4 @@
-//! Linear, 16 readings completed to 24 components, by a recipe that tolerates missing ones.
+//! Linear, 16 readings completed to 24 components, with a recipe that tolerates missing ones.
 
 #![no_std]
 #![no_main]

@@ -1,4 +1,4 @@
-//! Neural, 16 readings completed, then one step, by a recipe that tolerates missing ones.
+//! Neural, 16 readings completed, then one step, with a recipe that tolerates missing ones.
 
 #![no_std]
 #![no_main]

@@ -9,7 +9,7 @@ pub const fn sector(offset: u32) -> core::ops::Range<u32> {
     offset..offset + 128 * 1024
 }
 
-/// The chip's flash, unlocked only while it changes. The core is stalled meanwhile, and no arm moves.
+/// The chip's flash, unlocked only during an erase or a write. Both stall the core, and no arm moves meanwhile.
 pub struct Flash(pub LockedFlash);
 
 impl Flash {
