@@ -10,7 +10,7 @@ use glimpse_core::recipe::{Effort, Parts, Schedule};
 use glimpse_training::meta::checkpoint::{Checkpoint, CheckpointError};
 use glimpse_training::meta::identity::RunIdentity;
 
-use crate::{Folder, check_refusal};
+use crate::{Folder, check_rejection};
 
 /// Length of magic and checksum in bytes.
 const HEADER_LENGTH: usize = 8;
@@ -50,10 +50,10 @@ pub fn check(input: &[u8]) {
                     | CheckpointError::OtherVersion { .. }
             );
             assert!(is_known, "{error}");
-            return check_refusal(&error, NAME);
+            return check_rejection(&error, NAME);
         }
     };
-    assert_eq!(checkpoint.run, RUN);
+    assert_eq!(checkpoint.identity, RUN);
     checkpoint.write(&path).expect("the file is written");
     let written = fs::read(&path).expect("the file exists");
     let reread = Checkpoint::read(&path, &RUN).expect("a written checkpoint is valid");

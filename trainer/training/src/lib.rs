@@ -1,6 +1,6 @@
-//! Meta-learning of BRDF sampling: where to measure, and how to fit.
+//! Meta-learning of BRDF sampling: the directions to measure at, and the method to fit the readings.
 //!
-//! Modules from the bottom up, each importing only those before it:
+//! Modules in order of dependency; each module imports only earlier ones:
 //!
 //! - [`linear`]: principal components of materials, for the model Linear
 //! - [`meta`]: meta-learning with the schedules `paper`, `joint` and `prior`, and checkpoints

@@ -132,12 +132,12 @@ impl Columns {
     }
 }
 
-/// Selects the materials to tabulate, out of a given number, in order.
+/// Returns the sorted indices of the materials to tabulate. `materials` is the number of all materials.
 fn select(materials: usize) -> Vec<usize> {
     if materials <= MAX_TABULATED {
         return (0..materials).collect();
     }
-    // At random: with equal distances, folds or source shares could be skipped.
+    // A regular stride could skip whole folds or sources; a random selection does not.
     let mut random = ChaCha8Rng::seed_from_u64(0);
     let mut selected: Vec<usize> = (0..materials).collect();
     selected.shuffle(&mut random);

@@ -1,4 +1,4 @@
-//! Least-squares fit of values at nodes to known values of their interpolation.
+//! A least-squares fit of the values at nodes to known values of their interpolation.
 
 /// A sparse linear least-squares system. Each row is an interpolation of unknowns with a known value. A smoothness term
 /// penalizes differences between neighbors.
@@ -70,18 +70,18 @@ impl LeastSquares {
             }
             let product = self.multiply(&direction);
             let step = norm / dot(&direction, &product);
-            for (entry, along) in unknowns.iter_mut().zip(&direction) {
-                *entry += step * along;
+            for (entry, change) in unknowns.iter_mut().zip(&direction) {
+                *entry += step * change;
             }
-            for (entry, along) in residual.iter_mut().zip(&product) {
-                *entry -= step * along;
+            for (entry, change) in residual.iter_mut().zip(&product) {
+                *entry -= step * change;
             }
             let preconditioned = self.precondition(&residual);
-            let next = dot(&residual, &preconditioned);
+            let next_norm = dot(&residual, &preconditioned);
             for (entry, preconditioned) in direction.iter_mut().zip(preconditioned) {
-                *entry = preconditioned + next / norm * *entry;
+                *entry = preconditioned + next_norm / norm * *entry;
             }
-            norm = next;
+            norm = next_norm;
         }
         unknowns
     }
@@ -91,7 +91,7 @@ impl LeastSquares {
         pairs.map(|(entry, diagonal)| entry / diagonal).collect()
     }
 
-    /// Returns the product of the normal equations' matrix and a vector.
+    /// Returns the product of the matrix of the normal equations and a vector.
     fn multiply(&self, vector: &[f64]) -> Vec<f64> {
         let mut product = vec![0.0; vector.len()];
         for row in &self.rows {
@@ -102,9 +102,9 @@ impl LeastSquares {
         }
         for (one, other) in &self.neighbors {
             let (one, other) = (*one as usize, *other as usize);
-            let pull = self.smoothness * (vector[one] - vector[other]);
-            product[one] += pull;
-            product[other] -= pull;
+            let difference = self.smoothness * (vector[one] - vector[other]);
+            product[one] += difference;
+            product[other] -= difference;
         }
         product
     }
@@ -147,7 +147,7 @@ mod tests {
 
     #[test]
     fn solve_inverts_interpolation() {
-        // Interpolations between unknowns k and k + 1 at many positions; unknown 4 is also its own neighbor.
+        // Interpolations between unknowns k and k + 1 at many positions. The last ones contain unknown 4 twice.
         let values = [1.0, -2.0, 0.5, 4.0, 3.0_f32];
         let (mut rows, mut interpolated) = (Vec::new(), Vec::new());
         for index in 0..40 {

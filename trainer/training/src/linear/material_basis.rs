@@ -1,5 +1,5 @@
-//! A single material as a compact basis whose components are its color channels. Core can evaluate it like a fit of the
-//! model Linear, without the material itself.
+//! A single material as a compact basis whose components are its color channels. `glimpse_core` evaluates this basis
+//! like a fit of the model Linear, and does not need the material.
 
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2, TAU};
 
@@ -10,7 +10,8 @@ use rayon::prelude::*;
 
 use super::compact::pack;
 
-/// The nodes of a material's basis of 302 kB. Twice as many along any axis improve it little.
+/// The nodes of the basis of a material, which takes 302 kB. Twice the number of nodes along any axis reduces the error
+/// little.
 pub const MATERIAL_NODES: Nodes = Nodes {
     theta_h: 90,
     theta_d: 60,
@@ -34,7 +35,7 @@ pub fn material_basis(material: &dyn Material, nodes: Nodes) -> Vec<u8> {
                 node / columns % rows,
                 node % columns,
             ];
-            mapped(material, angles_at(nodes, indices))
+            mapped_brdf(material, angles_at(nodes, indices))
         })
         .collect();
     // The center of the range of channels, which minimizes the largest component.
@@ -64,8 +65,8 @@ fn angles_at(nodes: Nodes, indices: [usize; 3]) -> Angles<f64> {
     }
 }
 
-/// Returns ln(1 + f w / e) of each channel, averaged over equivalent directions.
-fn mapped(material: &dyn Material, angles: Angles<f64>) -> [f64; 3] {
+/// Returns ln(1 + f w / e) of each channel, averaged over the directions that are equivalent by symmetry.
+fn mapped_brdf(material: &dyn Material, angles: Angles<f64>) -> [f64; 3] {
     let cosines = {
         let across = angles.theta_h.sin() * angles.theta_d.sin() * angles.phi_d.cos();
         let along = angles.theta_h.cos() * angles.theta_d.cos();

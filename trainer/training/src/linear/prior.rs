@@ -1,4 +1,4 @@
-//! The Gaussian prior of the Linear model's coefficients.
+//! The Gaussian prior of the coefficients of the model Linear.
 
 use serde::Serialize;
 

@@ -26,7 +26,7 @@ impl Augmentation {
     /// in \[0, 1).
     ///
     /// Each gain is the product of a shared factor and a factor per channel. The shared factor is between 1 / `gain`
-    /// and `gain`, the other one within the square root of that range.
+    /// and `gain`, the factor per channel between the square roots of these bounds.
     #[must_use]
     pub fn random(gain: f32, partners: usize, random: &mut ChaCha8Rng) -> Self {
         let mut order = [0, 1, 2];

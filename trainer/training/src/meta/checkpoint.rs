@@ -20,7 +20,7 @@ const FILE_EXTENSION: &str = "bin";
 const MAGIC: [u8; 3] = *b"GLC";
 const FORMAT: u8 = b'3';
 const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-/// The maximum size of a file: hundreds of times that of the largest network.
+/// The maximum size of a file in bytes, hundreds of times the size for the largest network.
 const MAX_BYTES: u64 = 1 << 30;
 
 /// A checkpoint cannot be written or read.
@@ -85,7 +85,7 @@ pub enum CheckpointError {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
     /// The identity of the run.
-    pub run: RunIdentity,
+    pub identity: RunIdentity,
     /// The progress of the run.
     pub state: RunState,
     /// Meta-parameters and optimizer.
@@ -170,11 +170,11 @@ impl Checkpoint {
             })
     }
 
-    /// Reads a checkpoint, which must have the identity `run`. Returns None if the file does not exist.
+    /// Reads a checkpoint of the run `identity`. Returns None if the file does not exist.
     ///
     /// # Errors
     /// If the file cannot be read, is damaged, or belongs to another run or program version.
-    pub fn read(path: &Path, run: &RunIdentity) -> Result<Option<Self>, CheckpointError> {
+    pub fn read(path: &Path, identity: &RunIdentity) -> Result<Option<Self>, CheckpointError> {
         let path = path.to_owned();
         let bytes = match read_at_most(&path, MAX_BYTES) {
             Ok(bytes) => bytes,
@@ -182,11 +182,11 @@ impl Checkpoint {
             Err(source) => return Err(CheckpointError::Read { path, source }),
         };
         match Self::parse(&bytes) {
-            Ok(checkpoint) if checkpoint.run == *run => Ok(Some(checkpoint)),
+            Ok(checkpoint) if checkpoint.identity == *identity => Ok(Some(checkpoint)),
             Ok(checkpoint) => Err(CheckpointError::OtherRun {
                 path,
-                expected: Box::new(*run),
-                actual: Box::new(checkpoint.run),
+                expected: Box::new(*identity),
+                actual: Box::new(checkpoint.identity),
             }),
             Err(ParseError::OtherVersion) => Err(CheckpointError::OtherVersion { path }),
             Err(ParseError::Damaged(reason)) => Err(CheckpointError::Damaged { path, reason }),
@@ -195,7 +195,7 @@ impl Checkpoint {
 
     /// Removes all checkpoints in `directory`, and the directory if it is then empty.
     pub fn remove(directory: &Path) {
-        // Failures are harmless: a leftover file is only unused.
+        // Failures are harmless: a remaining file is not used.
         for stage in 0.. {
             if fs::remove_file(Self::path(directory, stage)).is_err() {
                 break;
@@ -251,7 +251,7 @@ mod tests {
         };
         optimizer.step(values, &rates);
         Checkpoint {
-            run: RUN,
+            identity: RUN,
             state: RunState::default(),
             record: optimizer.record(),
         }

@@ -27,7 +27,7 @@ pub struct TaskSet<'a> {
     pub pool: Pool,
 }
 
-/// Lists of fixed random samples per material, averaged by the fitness.
+/// The number of lists of fixed random samples per material. The fitness is the mean over these lists.
 const FIXED_LISTS: usize = 3;
 
 /// The objective of a model fitted by gradient descent.
@@ -38,7 +38,7 @@ pub struct DescentObjective<'a, M: LaneModel> {
     pub validation: &'a TaskSet<'a>,
     /// The phases and initial values.
     pub plan: &'a Plan,
-    /// Inner steps, K.
+    /// The number of inner steps, K.
     pub inner_steps: usize,
     /// The random number streams.
     pub streams: RandomStreams,
@@ -106,28 +106,27 @@ impl<M: LaneModel> MetaObjective for DescentObjective<'_, M> {
         let (inner_loop, _) = self.inner_loop(values);
         let pattern = Pattern::from_logits(&values.pattern);
         let TaskSet { materials, pool } = self.training;
-        let loss_of = |index: usize| {
+        let weighted_loss = |index: usize| {
             let outer = pool.octets_from(index, 0, phase.outer_samples);
-            let after = |inner: &DrawnSamples<'_>| M::fit(&inner_loop, &inner.octets());
             let loss = match phase.inner_samples {
                 InnerSamples::Pattern => {
                     let measured = pattern.measure(&*materials[index]);
                     M::loss(&M::fit(&inner_loop, &measured.octets()), &outer.octets())
                 }
                 InnerSamples::Fresh(count) | InnerSamples::Fixed(count) => {
-                    // These follow the outer samples in the pool, and differ between materials.
+                    // The inner samples follow the outer samples in the pool, and differ between materials.
                     let octets = count.div_ceil(WIDTH);
                     let lists = (0..FIXED_LISTS).map(|list| {
                         let first = outer.len() + (index * FIXED_LISTS + list) * octets;
                         let inner = pool.octets_from(index, first, count);
-                        M::loss(&after(&inner), &outer.octets())
+                        M::loss(&M::fit(&inner_loop, &inner.octets()), &outer.octets())
                     });
                     lists.sum::<f32>() / FIXED_LISTS as f32
                 }
             };
             self.plan.loss_weights.weight(pool.loss_of_black(index)) * loss
         };
-        let losses: f32 = (0..materials.len()).map(loss_of).sum();
+        let losses: f32 = (0..materials.len()).map(weighted_loss).sum();
         let barrier = match phase.inner_samples {
             InnerSamples::Pattern => pattern.barrier(),
             _ => 0.0,
@@ -186,8 +185,8 @@ impl<M: LaneModel> DescentObjective<'_, M> {
             Some(augmentation) => pool.draw_augmented(task, augmentation, count, random),
             None => pool.draw(task, count, random),
         };
-        let outer = draw(phase.outer_samples);
-        let outer = outer.octets();
+        let outer_draw = draw(phase.outer_samples);
+        let outer = outer_draw.octets();
         let mut by_pattern = vec![0.0; 3 * pattern.angles().len()];
         let mut meta_gradient = MetaGradient::<M, f32>::default();
         let loss = match phase.inner_samples {
@@ -202,11 +201,10 @@ impl<M: LaneModel> DescentObjective<'_, M> {
                 };
                 let inner = measured.octets();
                 let mut derivatives = inner.zero_derivatives();
-                let list = [&inner];
                 let loss = M::meta_gradient(
                     &mut meta_gradient,
                     inner_loop,
-                    &list,
+                    &[&inner],
                     &outer,
                     Some(&mut derivatives),
                 );
@@ -214,16 +212,16 @@ impl<M: LaneModel> DescentObjective<'_, M> {
                 loss
             }
             InnerSamples::Fresh(count) | InnerSamples::Fixed(count) => {
-                let lists = match phase.inner_samples {
+                let list_count = match phase.inner_samples {
                     InnerSamples::Fresh(_) => inner_loop.steps,
                     _ => 1,
                 };
-                let draws: Vec<DrawnSamples<'_>> = (0..lists).map(|_| draw(count)).collect();
-                let inner: Vec<_> = draws
+                let draws: Vec<DrawnSamples<'_>> = (0..list_count).map(|_| draw(count)).collect();
+                let lists: Vec<_> = draws
                     .iter()
                     .map(|draw| draw.octets().back_to_back())
                     .collect();
-                let inner: Vec<_> = inner.iter().collect();
+                let inner: Vec<_> = lists.iter().collect();
                 M::meta_gradient(&mut meta_gradient, inner_loop, &inner, &outer, None)
             }
         };

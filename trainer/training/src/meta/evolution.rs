@@ -1,12 +1,13 @@
 //! The evolution strategy CMA-ES (Hansen, "The CMA Evolution Strategy: A Tutorial").
 //!
 //! The gradient of a fit's log loss depends on a measured value only through the sign of model minus measurement, and
-//! jumps where that sign changes. Exact meta-gradients contain the slopes between the jumps, but not the jumps. Models
-//! of a few parameters have many jumps and few slopes on eight samples, so gradients miss most of the change.
+//! jumps where that sign changes. Exact meta-gradients contain the slopes between the jumps, but not the jumps. For
+//! models with few parameters and eight samples, the jumps cause most of the change, so gradients miss most of it.
 //!
-//! Evolution uses the loss only. It draws candidates around a mean, and moves mean, spread and correlations towards the
+//! Evolution uses only the loss. It draws candidates around a mean, and moves the mean and the covariance towards the
 //! better half. It needs many evaluations, each of about 10 µs per material. With more than `MAX_CORRELATED`
-//! meta-parameters it learns spreads only (separable CMA-ES; Ros and Hansen 2008), which needs fewer evaluations.
+//! meta-parameters, it learns variances without correlations (separable CMA-ES; Ros and Hansen 2008), which needs fewer
+//! evaluations.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rand_chacha::ChaCha8Rng;
@@ -15,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use super::initialization::standard_normal;
 use glimpse_optimizer::Groups;
 
-/// The state of an evolution. The entries of each group are in units of its first standard deviation.
+/// The state of an evolution. Mean, covariance and paths are in units of the initial standard deviation of each group.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evolution {
     /// The initial values of all groups; frozen groups keep them.
@@ -60,12 +61,12 @@ impl Constants {
         let mu_eff = 1.0 / weights.iter().map(|weight| weight * weight).sum::<f64>();
         let c_sigma = (mu_eff + 2.0) / (n + mu_eff + 5.0);
         // A diagonal covariance allows higher learning rates.
-        let faster = match dimensions > MAX_CORRELATED {
+        let rate_factor = match dimensions > MAX_CORRELATED {
             true => (n + 2.0) / 3.0,
             false => 1.0,
         };
-        let c_1 = (faster * 2.0 / ((n + 1.3).powi(2) + mu_eff)).min(1.0);
-        let c_mu = faster * 2.0 * (mu_eff - 2.0 + 1.0 / mu_eff) / ((n + 2.0).powi(2) + mu_eff);
+        let c_1 = (rate_factor * 2.0 / ((n + 1.3).powi(2) + mu_eff)).min(1.0);
+        let c_mu = rate_factor * 2.0 * (mu_eff - 2.0 + 1.0 / mu_eff) / ((n + 2.0).powi(2) + mu_eff);
         let overshoot = ((mu_eff - 1.0) / (n + 1.0)).sqrt() - 1.0;
         Self {
             mu_eff,
@@ -81,10 +82,10 @@ impl Constants {
 }
 
 impl Evolution {
-    /// Starts at `origin`, with a standard deviation for each group.
+    /// Creates an evolution with mean `origin`, and with an initial standard deviation for each group.
     #[must_use]
     pub fn new(origin: Groups<Vec<f32>>, spreads: Groups<f64>) -> Self {
-        let free = |(values, spread): (&Vec<f32>, &f64)| match *spread > 0.0 {
+        let free_count = |(values, spread): (&Vec<f32>, &f64)| match *spread > 0.0 {
             true => values.len(),
             false => 0,
         };
@@ -92,7 +93,7 @@ impl Evolution {
             .each()
             .into_iter()
             .zip(spreads.each())
-            .map(free)
+            .map(free_count)
             .sum();
         Self {
             mean: vec![0.0; dimensions],
@@ -114,19 +115,20 @@ impl Evolution {
     /// Returns the meta-parameters at the mean.
     #[must_use]
     pub fn values(&self) -> Groups<Vec<f32>> {
-        self.at(&self.mean)
+        self.values_at(&self.mean)
     }
 
-    fn at(&self, offset: &[f64]) -> Groups<Vec<f32>> {
+    /// Returns the meta-parameters at an offset from the origin.
+    fn values_at(&self, offset: &[f64]) -> Groups<Vec<f32>> {
         let mut values = self.origin.clone();
         let mut rest = offset;
         for (group, spread) in values.each_mut().into_iter().zip(self.spreads.each()) {
             if *spread > 0.0 {
-                let (run, after) = rest.split_at(group.len());
-                for (value, offset) in group.iter_mut().zip(run) {
+                let (group_offset, next) = rest.split_at(group.len());
+                for (value, offset) in group.iter_mut().zip(group_offset) {
                     *value = (f64::from(*value) + spread * offset) as f32;
                 }
-                rest = after;
+                rest = next;
             }
         }
         values
@@ -182,7 +184,7 @@ impl Evolution {
     fn candidate(&self, step: &DVector<f64>) -> Groups<Vec<f32>> {
         let entries = self.mean.iter().zip(step.iter());
         let offset: Vec<f64> = entries.map(|(mean, y)| mean + self.sigma * y).collect();
-        self.at(&offset)
+        self.values_at(&offset)
     }
 
     /// Updates mean, paths, covariance and sigma with the weighted steps of the better half.
@@ -216,17 +218,17 @@ impl Evolution {
             &root.whiten(&step),
             1.0 - c_sigma,
         );
-        let settled = (1.0 - (1.0 - c_sigma).powi(2 * self.generation)).sqrt();
+        let bias_correction = (1.0 - (1.0 - c_sigma).powi(2 * self.generation)).sqrt();
         let length = sigma_path.norm();
-        let stall = length / settled / chi >= 1.4 + 2.0 / (n as f64 + 1.0);
-        let moving = if stall { 0.0 } else { 1.0 };
+        let is_stalled = length / bias_correction / chi >= 1.4 + 2.0 / (n as f64 + 1.0);
+        let h_sigma = if is_stalled { 0.0 } else { 1.0 };
         let mut path = DVector::from_column_slice(&self.path);
         path.axpy(
-            moving * (c_c * (2.0 - c_c) * mu_eff).sqrt(),
+            h_sigma * (c_c * (2.0 - c_c) * mu_eff).sqrt(),
             &step,
             1.0 - c_c,
         );
-        self.update_covariance(constants, moving, &path, selected);
+        self.update_covariance(constants, h_sigma, &path, selected);
         self.sigma *= ((c_sigma / damping) * (length / chi - 1.0)).exp();
         self.path = path.as_slice().to_vec();
         self.sigma_path = sigma_path.as_slice().to_vec();
@@ -236,15 +238,15 @@ impl Evolution {
     fn update_covariance(
         &mut self,
         constants: &Constants,
-        moving: f64,
+        h_sigma: f64,
         path: &DVector<f64>,
         selected: &[(f64, &DVector<f64>)],
     ) {
         let Constants { c_c, c_1, c_mu, .. } = *constants;
         let n = self.mean.len();
-        let decay = 1.0 - c_1 - c_mu + c_1 * (1.0 - moving) * c_c * (2.0 - c_c);
-        let drawn = selected.iter().map(|(weight, y)| (c_mu * weight, *y));
-        let outer_products = [(c_1, path)].into_iter().chain(drawn);
+        let decay = 1.0 - c_1 - c_mu + c_1 * (1.0 - h_sigma) * c_c * (2.0 - c_c);
+        let steps = selected.iter().map(|(weight, y)| (c_mu * weight, *y));
+        let outer_products = [(c_1, path)].into_iter().chain(steps);
         if self.covariance.len() == n {
             for (row, variance) in self.covariance.iter_mut().enumerate() {
                 let added = outer_products
@@ -263,11 +265,12 @@ impl Evolution {
     }
 }
 
-/// The symmetric square root of the covariance matrix. It is computed from saved values only, so that a resumed
-/// evolution draws the same candidates.
+/// The square root of the covariance matrix, by its eigenvalues and eigenvectors. It is computed from saved values
+/// only, so that a resumed evolution draws the same candidates.
 struct CovarianceRoot {
     /// The eigenvectors as columns; None if the matrix is diagonal.
     eigenvectors: Option<DMatrix<f64>>,
+    /// The square roots of the eigenvalues.
     lengths: DVector<f64>,
 }
 
@@ -296,7 +299,7 @@ impl CovarianceRoot {
         }
     }
 
-    /// The inverse of [`CovarianceRoot::color`].
+    /// Returns C^(-1/2) times a step, where C is the covariance.
     fn whiten(&self, step: &DVector<f64>) -> DVector<f64> {
         match &self.eigenvectors {
             Some(eigenvectors) => {
@@ -337,8 +340,8 @@ mod tests {
         Evolution::new(origin, spreads)
     }
 
-    fn generation(evolution: &mut Evolution, step: u64) -> f32 {
-        let mut random = ChaCha8Rng::seed_from_u64(step);
+    fn run_generation(evolution: &mut Evolution, seed: u64) -> f32 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
         evolution.advance(12, &mut random, |all| all.iter().map(valley).collect())
     }
 
@@ -346,7 +349,7 @@ mod tests {
     fn minimizes_narrow_valley_and_keeps_frozen_groups() {
         let mut evolution = evolution();
         for step in 0..300 {
-            generation(&mut evolution, step);
+            run_generation(&mut evolution, step);
         }
         let values = evolution.values();
         assert!(valley(&values) < 1e-6, "{values:?}");
@@ -356,7 +359,7 @@ mod tests {
 
     #[test]
     fn separable_evolution_learns_spread_per_axis() {
-        // An axis-aligned ellipsoid, with axes in a ratio of up to ten.
+        // An axis-aligned ellipsoid. Its longest axis is ten times as long as its shortest one.
         let count = MAX_CORRELATED + 20;
         let ellipsoid = |values: &Groups<Vec<f32>>| -> f32 {
             let entries = values.pattern.iter().enumerate();
@@ -396,7 +399,7 @@ mod tests {
         for step in 0..40 {
             let bytes = postcard::to_stdvec(&other).unwrap();
             other = postcard::from_bytes(&bytes).unwrap();
-            let [a, b] = [&mut one, &mut other].map(|evolution| generation(evolution, step));
+            let [a, b] = [&mut one, &mut other].map(|evolution| run_generation(evolution, step));
             assert_eq!(a.to_bits(), b.to_bits());
         }
         assert_eq!(one, other);

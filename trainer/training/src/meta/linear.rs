@@ -1,12 +1,14 @@
-//! The meta-gradient of the model Linear: by the pattern, and by the precision of each coefficient.
+//! The meta-gradient of the model Linear, with respect to the pattern and the precision of each coefficient.
 //!
-//! Forward: the basis is evaluated at the pattern, and the ridge problem factorized. Each material of a batch is
-//! measured at the pattern, mapped and solved for. Its loss is the mean over random directions. Reverse: the gradient
-//! of the loss by the coefficients propagates through the solve (core's adjoint, two triangular solves) to the basis,
-//! the measurements and the precisions, and then through the interpolation to the angles.
+//! Forward pass: evaluate the basis at the pattern, and factorize the ridge problem. For each material of a batch,
+//! measure it at the pattern, map the readings, and solve for the coefficients. The loss is the mean over random
+//! directions.
 //!
-//! A material contained in its own basis has too small a loss. Materials are therefore split into folds, and each is
-//! trained with the basis of all other folds. The final basis contains all materials.
+//! Reverse pass: the gradient with respect to the coefficients propagates through the solve (two triangular solves in
+//! core) to the basis, the measurements and the precisions, and then through the interpolation to the angles.
+//!
+//! A material has too small a loss if its basis contains it. Materials are therefore split into folds, and each
+//! material is trained with the basis of all other folds. The final basis contains all materials.
 
 mod task;
 
@@ -30,7 +32,7 @@ use crate::linear::{Columns, Prior, ReducedBasis};
 
 /// The number of folds.
 const FOLDS: usize = 5;
-/// The number of pool directions from which the loss is sampled.
+/// The number of pool directions. The loss of a task uses a random selection of them.
 const POOL: usize = 8_192;
 
 /// The initial value of learned precisions.
@@ -43,7 +45,7 @@ pub struct LinearObjective<'a> {
     prior: Prior,
     materials: &'a [Box<dyn Material>],
     folds: Vec<OuterBasis>,
-    /// The materials' BRDF at the pool's directions, sr⁻¹.
+    /// The BRDF of each material at the directions of the pool, sr⁻¹.
     values: Vec<Vec<[f32; 3]>>,
 }
 
@@ -60,13 +62,14 @@ impl<'a> LinearObjective<'a> {
         let angles = uniform_valid(POOL, seed);
         let folds = FOLDS.min(materials.len());
         // A single material is trained with its own basis.
-        let outside = |fold: usize| columns.columns_of(|index| folds == 1 || index % folds != fold);
-        let fewest = (0..folds).map(|fold| outside(fold).len()).min();
-        let components = prior.components.min(fewest.unwrap_or(0).max(2) - 1);
+        let columns_outside =
+            |fold: usize| columns.columns_of(|index| folds == 1 || index % folds != fold);
+        let min_columns = (0..folds).map(|fold| columns_outside(fold).len()).min();
+        let components = prior.components.min(min_columns.unwrap_or(0).max(2) - 1);
         let folds = (0..folds)
             .map(|fold| {
                 OuterBasis::new(
-                    principal_components(columns, &outside(fold), components),
+                    principal_components(columns, &columns_outside(fold), components),
                     &angles,
                 )
             })
@@ -89,7 +92,7 @@ impl<'a> LinearObjective<'a> {
         }
     }
 
-    /// The number of components, m.
+    /// Returns the number of components, m.
     #[must_use]
     pub fn components(&self) -> usize {
         self.folds.first().map_or(0, |fold| fold.basis.components())
@@ -122,13 +125,13 @@ impl<'a> LinearObjective<'a> {
             .zip(&mut buffers)
             .map(|(reduced, buffer)| reduced.factorize(&precision, buffer))
             .collect::<Result<_, _>>()?;
-        let derivatives: Vec<TaskGradient> = tasks
+        let gradients: Vec<TaskGradient> = tasks
             .par_iter()
             .map(|(material, directions)| {
                 let fold = material % self.folds.len();
                 let measured: Vec<[AngleDual; 3]> = pattern
                     .valid_angles()
-                    .map(|angles| measured(&*self.materials[*material], angles))
+                    .map(|angles| measure(&*self.materials[*material], angles))
                     .collect();
                 let outer = OuterSamples {
                     basis: &self.folds[fold],
@@ -144,26 +147,30 @@ impl<'a> LinearObjective<'a> {
             by_angles: vec![[0.0; 3]; sample_angles.len()],
             by_precision: vec![0.0; precision.len()],
         };
-        for derivatives in &derivatives {
-            mean.add(derivatives, 1.0 / tasks.len() as f64);
+        for gradient in &gradients {
+            mean.add(gradient, 1.0 / tasks.len() as f64);
         }
         let mut by_angles = mean.by_angles.into_iter();
         let by_logits = pattern.gradient_by_logits(|_| {
             let derivatives = by_angles.next().unwrap_or_default();
-            derivatives.map(|slope| slope as f32)
+            derivatives.map(|derivative| derivative as f32)
         });
-        let by_logarithms = mean.by_precision.iter().zip(&precision);
+        let by_log_precision = mean
+            .by_precision
+            .iter()
+            .zip(&precision)
+            .map(|(derivative, precision)| (derivative * precision) as f32);
         let gradient = Groups {
             initial: Vec::new(),
-            hyperparameters: by_logarithms.map(|(slope, p)| (slope * p) as f32).collect(),
+            hyperparameters: by_log_precision.collect(),
             pattern: by_logits,
             ..Groups::default()
         };
         Ok((mean.loss as f32, gradient))
     }
 
-    /// Handles a pattern whose samples are all below the horizon, as can happen with one sample. Nothing is measured,
-    /// all coefficients are 0, and only the barrier has a gradient.
+    /// Returns the mean loss and its gradient for a pattern without valid samples, which may occur at n = 1. All
+    /// coefficients are 0, and only the barrier has a gradient.
     fn without_samples(
         &self,
         pattern: &Pattern,
@@ -189,7 +196,8 @@ impl<'a> LinearObjective<'a> {
         (loss as f32, gradient)
     }
 
-    /// Returns the loss of each material over the whole pool, with the basis of the other folds, for a valid pattern.
+    /// Returns the loss of each material over the whole pool, with the basis of the other folds. All samples of the
+    /// pattern must be valid.
     ///
     /// # Errors
     /// See [`LinearObjective::batch_gradient`].
@@ -306,7 +314,7 @@ impl MetaObjective for LinearObjective<'_> {
 }
 
 /// Returns a material's BRDF with its derivatives with respect to the angles.
-fn measured(material: &dyn Material, angles: Angles<f32>) -> [AngleDual; 3] {
+fn measure(material: &dyn Material, angles: Angles<f32>) -> [AngleDual; 3] {
     let (brdf, derivatives) = material.brdf_with_derivative(angles);
     [0, 1, 2].map(|channel| AngleDual {
         value: f64::from(brdf[channel]),

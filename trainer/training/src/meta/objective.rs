@@ -11,7 +11,7 @@ use super::phase::{OuterStep, Phase};
 
 /// A differentiable function of the meta-parameters, evaluated on batches of tasks.
 pub trait MetaObjective: Sync {
-    /// Returns initial meta-parameters; `guess` numbers independent initializations.
+    /// Returns initial meta-parameters. `guess` is the index of an independent initialization.
     fn initial_values(&self, guess: u64) -> Groups<Vec<f32>>;
 
     /// Returns meta-parameters with the samples sorted by importance, for scans that may end early. By default, the
@@ -66,8 +66,8 @@ impl LossEstimate {
     }
 }
 
-/// The random number streams of a run, one for each task of each step. Neither threads nor a resumed run change the
-/// numbers drawn.
+/// The random number streams of a run, one for each task of each step. The numbers depend neither on threads nor on
+/// interruptions of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RandomStreams {
     /// The seed of all streams.
@@ -110,7 +110,7 @@ impl RandomStreams {
         for position in outer_step.step * size..(outer_step.step + 1) * size {
             let epoch = position / tasks;
             let order = match shuffled.take() {
-                Some((of, order)) if of == epoch => order,
+                Some((order_epoch, order)) if order_epoch == epoch => order,
                 _ => {
                     let mut order: Vec<usize> = (0..tasks).collect();
                     let epoch = OuterStep {

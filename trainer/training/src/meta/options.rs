@@ -37,13 +37,13 @@ pub struct Options {
     pub source_shares: Vec<SourceShare>,
     /// The seed of all random numbers.
     pub seed: u64,
-    /// Checkpoints; None saves none.
+    /// The options of checkpoints; None disables them.
     pub checkpoints: Option<CheckpointOptions>,
 }
 
 impl Options {
-    /// Trains all parts for n = `samples`, 1 to 4,096, with a learned prior of Linear,
-    /// [`CompletionOptions::for_samples`], and no checkpoints.
+    /// Creates options that train all parts for n = `samples`, 1 to 4,096. The prior of Linear is learned, the
+    /// completion options are [`CompletionOptions::for_samples`], and checkpoints are disabled.
     #[must_use]
     pub fn new(
         model: ModelKind,
@@ -154,7 +154,7 @@ impl CompletionOptions {
     pub const MAX_COMPLETE_SAMPLES: usize = 32;
 
     /// Returns the defaults for n samples. Above [`CompletionOptions::MAX_COMPLETE_SAMPLES`], half of the tasks have
-    /// missing readings: a network that always sees that many readings overfits the training materials.
+    /// missing readings: a network that is always trained with more than 32 readings overfits the training materials.
     #[must_use]
     pub fn for_samples(samples: usize) -> Self {
         Self {

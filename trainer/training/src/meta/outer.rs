@@ -201,7 +201,7 @@ impl OuterLoop<'_> {
 
     fn checkpoint(&self, state: &State) -> Checkpoint {
         Checkpoint {
-            run: self.identity,
+            identity: self.identity,
             state: state.run.clone(),
             record: state.optimizer.record(),
         }

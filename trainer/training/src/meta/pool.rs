@@ -79,7 +79,7 @@ impl Pool {
         self.directions.len()
     }
 
-    /// Draws `count` samples of a material: whole octets, where unused lanes of the last one have weight 0.
+    /// Draws `count` samples of a material in whole octets. Unused lanes of the last octet have weight 0.
     #[must_use]
     pub fn draw(&self, material: usize, count: usize, random: &mut ChaCha8Rng) -> DrawnSamples<'_> {
         let last = self.directions.len() as u32;
@@ -116,8 +116,8 @@ impl Pool {
         }
     }
 
-    /// Returns `count` samples of a material from octet `first` on. They are always the same, and as random as any
-    /// draw.
+    /// Returns `count` samples of a material, starting at octet `first`. They are the same in each call. The directions
+    /// of the pool are random, so these samples are random, too.
     #[must_use]
     pub fn octets_from(&self, material: usize, first: usize, count: usize) -> DrawnSamples<'_> {
         let octets = first..first + count.div_ceil(WIDTH);
@@ -153,8 +153,8 @@ pub struct DrawnSamples<'p> {
     weights: [Octet; 2],
 }
 
-/// Returns the weights of octets in a mean over `count` samples and three channels: that of all octets except the last
-/// one, and that of the last one, whose unused lanes have weight 0.
+/// Returns two weights of octets in a mean over `count` samples and three channels. The first one is for all octets
+/// except the last one. The second one is for the last octet: its unused lanes have weight 0.
 fn weights(count: usize) -> [Octet; 2] {
     let weight = 1.0 / (3.0 * count as f32);
     let mut last = Octet::default();

@@ -14,7 +14,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::CheckpointError;
 use super::completion::refinement::{Refinement, SgdRefinement};
-use super::completion::train::{REFINEMENT_STEPS, train as complete};
+use super::completion::train::{self, REFINEMENT_STEPS};
 use super::descent::{DescentObjective, TaskSet};
 use super::identity::RunIdentity;
 use super::learned::{LearnedDescent, LearnedFit, LearnedRecipe, ValidatedLoss};
@@ -46,8 +46,8 @@ pub enum TrainError {
     Samples(usize),
     /// Source shares do not match the materials, or are not positive numbers with sum 1.
     #[error(
-        "the source shares cover {source_shares} materials, but {materials} were given; list each source with its number of \
-         materials and a share above 0, with a sum of 1"
+        "the source shares cover {source_shares} materials, but {materials} were given; list each source with its \
+         number of materials and a share above 0, with a sum of 1"
     )]
     SourceShares {
         /// The number of materials of all sources.
@@ -98,7 +98,7 @@ pub fn train(
     }
     options.completion_options.validate()?;
     check_source_shares(&options.source_shares, materials.len())?;
-    // On a thread of the rayon pool, since other threads would hand each parallel loop over to it.
+    // Run on a thread of the rayon pool: other threads would pass each parallel loop to the pool and wait.
     rayon::scope(|_| {
         if options.schedule == Schedule::Prior {
             return train_completion(options, materials, observer);
@@ -112,7 +112,7 @@ pub fn train(
     })
 }
 
-/// Checks that the sources cover all materials, and that each has a positive share.
+/// Checks that the sources cover all materials, and that all shares are positive and have the sum 1.
 fn check_source_shares(source_shares: &[SourceShare], materials: usize) -> Result<(), TrainError> {
     let count: usize = source_shares
         .iter()
@@ -122,8 +122,10 @@ fn check_source_shares(source_shares: &[SourceShare], materials: usize) -> Resul
         .iter()
         .map(|source_share| source_share.share)
         .sum();
-    let each = |source_share: &SourceShare| source_share.materials > 0 && source_share.share > 0.0;
-    let is_valid = count == materials && (sum - 1.0).abs() < 1e-3 && source_shares.iter().all(each);
+    let is_positive =
+        |source_share: &SourceShare| source_share.materials > 0 && source_share.share > 0.0;
+    let is_valid =
+        count == materials && (sum - 1.0).abs() < 1e-3 && source_shares.iter().all(is_positive);
     match is_valid || source_shares.is_empty() {
         true => Ok(()),
         false => Err(TrainError::SourceShares {
@@ -141,7 +143,7 @@ fn train_completion(
 ) -> Result<LearnedRecipe, TrainError> {
     let plan = plan_of(options, materials.len());
     let train = |refinement: Option<&dyn Refinement>| {
-        complete(options, &plan, refinement, materials, observer)
+        train::train(options, &plan, refinement, materials, observer)
     };
     let learned = with_model!(
         options.model,
@@ -283,14 +285,14 @@ impl<'o> Session<'o> {
         let basis = principal_components(&columns, &all, objective.components());
         let bytes = basis.to_bytes();
         let pattern = angles_above_horizon(&values.pattern);
-        let mut reduced = RecipeBasis::new(&basis, &pattern);
+        let mut recipe_basis = RecipeBasis::new(&basis, &pattern);
         // The precision of an unconstrained or unused coefficient may exceed the range of recipes.
         let precision = |log: &f32| log.exp().clamp(MIN_PRECISION, MAX_PRECISION);
-        reduced.precision = values.hyperparameters.iter().map(precision).collect();
-        reduced.basis_checksum = Basis::checksum(&bytes);
+        recipe_basis.precision = values.hyperparameters.iter().map(precision).collect();
+        recipe_basis.basis_checksum = Basis::checksum(&bytes);
         Ok(LearnedRecipe {
             pattern,
-            fit: LearnedFit::Ridge(reduced),
+            fit: LearnedFit::Ridge(recipe_basis),
             loss_predictor: None,
             basis: Some(bytes),
             expected_loss: ValidatedLoss {

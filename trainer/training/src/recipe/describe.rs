@@ -32,7 +32,7 @@ pub fn pack_recipe(
 ) -> Result<RecipeFile, PackError> {
     let schedule = schedule_of(options);
     let ValidatedLoss { estimate, split } = learned.expected_loss;
-    let on = format!("materials of {data} {}", describe_split(split));
+    let validation_materials = format!("materials of {data} {}", describe_split(split));
     let sources = options.sources();
     let materials: Vec<(&str, u32)> = learned
         .materials
@@ -40,7 +40,7 @@ pub fn pack_recipe(
         .map(|material| (&material.name[..], material.digest))
         .collect();
     let completion_options = &options.completion_options;
-    let completes = options.schedule == Schedule::Prior;
+    let is_completed = options.schedule == Schedule::Prior;
     let prediction = learned
         .loss_predictor
         .as_ref()
@@ -49,13 +49,13 @@ pub fn pack_recipe(
     let file = pack_fit(&learned.fit, |fit| {
         RecipeFile::write(&RecipeParts {
             limits: Some(completion_options.limits)
-                .filter(|limits| completes && *limits != Limits::NONE),
-            noise: Some(completion_options.noise()).filter(|noise| completes && !is_none(noise)),
+                .filter(|limits| is_completed && *limits != Limits::NONE),
+            noise: Some(completion_options.noise()).filter(|noise| is_completed && !is_none(noise)),
             expectation: Some(ExpectedLoss {
                 loss: estimate.loss,
                 standard_error: estimate.standard_error,
                 materials: estimate.materials as u32,
-                on: &on,
+                on: &validation_materials,
             }),
             provenance: Some(provenance(options, data, materials.len(), &schedule)),
             materials: &materials,
@@ -112,7 +112,7 @@ fn provenance<'a>(
     }
 }
 
-/// Describes a schedule in words, with the prior of Linear.
+/// Describes a schedule in words, including the prior of the model Linear.
 fn schedule_of(options: &Options) -> String {
     let schedule = format!("{:?} {:?}", options.schedule, options.effort).to_lowercase();
     if options.schedule == Schedule::Prior {
@@ -127,7 +127,7 @@ fn schedule_of(options: &Options) -> String {
     }
 }
 
-/// Describes the training with these options in one line of text.
+/// Describes a training with these options in one line of text.
 #[must_use]
 pub fn describe_options(options: &Options, data: &str) -> String {
     let materials = options
@@ -141,7 +141,7 @@ pub fn describe_options(options: &Options, data: &str) -> String {
     describe_training(model, samples, &provenance, options.digest())
 }
 
-/// Describes a recipe's training in one line of text.
+/// Describes the training of a recipe in one line of text.
 #[must_use]
 pub fn describe_training(
     model: ModelKind,

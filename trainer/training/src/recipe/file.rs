@@ -34,8 +34,8 @@ pub enum RecipeFileError {
     Basis(#[from] BasisError),
 }
 
-/// The largest size of a recipe file: four times the format's largest list, the basis of a ridge problem. The rest
-/// leaves room for names of materials.
+/// The maximum size of a recipe file. The largest list of a recipe, the basis of a ridge problem, takes a quarter of
+/// it. The rest has room for the names of materials.
 const MAX_BYTES: u64 = 4 * (MAX_SAMPLES * MAX_COMPONENTS * size_of::<f32>()) as u64;
 
 /// A recipe and its metadata.
@@ -78,7 +78,7 @@ impl RecipeFile {
     /// Reads a recipe file and, for the model Linear, the basis next to it.
     ///
     /// # Errors
-    /// Fails if one of them cannot be read, or if the basis is not the one of the recipe.
+    /// Fails if one of the files cannot be read, or if the basis belongs to another recipe.
     pub fn read_with_basis(path: &Path) -> Result<(Self, Option<Basis>), RecipeFileError> {
         let file = Self::read(path)?;
         let checksum = file.recipe().method().basis_checksum();
@@ -99,7 +99,7 @@ impl RecipeFile {
         owned.map(Self)
     }
 
-    /// Writes a recipe.
+    /// Encodes a recipe in memory.
     ///
     /// # Errors
     /// Fails if a list has a wrong length, a number is not finite, or another rule of the format is broken.

@@ -4,9 +4,9 @@
 //! narrower highlight](highlight_warp::HighlightWarp), and multiplied by a [smooth field](smooth_field). Its readings
 //! are noisy, and some may be missing.
 //!
-//! The CoefficientNet maps the readings to coefficients of principal components. Its loss is that of the model Linear
-//! with these coefficients. For models fitted by descent, an InitNet maps the coefficients to initial parameters, and
-//! the loss is taken after the [descent](refinement).
+//! The CoefficientNet maps the readings to coefficients of principal components. For the model Linear, the loss is that
+//! of these coefficients. For models fitted by descent, an InitNet maps the coefficients to initial parameters, and the
+//! loss is that of the parameters after the [descent](refinement).
 
 pub mod dataset;
 pub mod highlight_warp;

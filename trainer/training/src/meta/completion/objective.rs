@@ -24,11 +24,11 @@ use crate::meta::pattern::{Pattern, reachable_angles};
 use crate::meta::phase::{OuterStep, Phase, StepSizeEncoding};
 use crate::meta::plan::LossWeights;
 
-/// The number of tasks in a batch of one thread.
-const BATCH: usize = 16;
-/// Keeps step sizes positive.
+/// The number of tasks that a thread processes together.
+const CHUNK: usize = 16;
+/// The encoding of the step sizes, which keeps them positive.
 const ENCODING: StepSizeEncoding = StepSizeEncoding::Logarithm;
-/// The stride of validation octets for sorting samples; a subset suffices.
+/// The stride of the validation octets that are used to sort samples. A subset is accurate enough.
 const ORDER_OCTET_STRIDE: usize = 8;
 
 /// The objective of schedule prior: the CoefficientNet alone for the model Linear, otherwise with the InitNet and its
@@ -48,7 +48,8 @@ pub struct CompletionObjective<'a> {
     pub refinement: Option<&'a dyn Refinement>,
     /// The initial step size.
     pub initial_step_size: f32,
-    /// The weight of the loss of coefficients in the gradient, for models fitted by descent.
+    /// The weight of the loss before the descent in the gradient, for models fitted by descent. The weight of the loss
+    /// after the descent is 1.
     pub auxiliary_weight: f32,
     /// The limits of the goniometer.
     pub limits: Limits,
@@ -269,7 +270,7 @@ impl<'a> CompletionObjective<'a> {
     }
 
     /// Returns the loss of tasks and its gradient. The gradient of the pattern is separate, with respect to the angles.
-    fn batch(
+    fn chunk_gradient(
         &self,
         prepared: &PreparedParameters<'_>,
         tasks: &[Task],
@@ -323,8 +324,8 @@ impl<'a> CompletionObjective<'a> {
         (loss, gradient, by_angles)
     }
 
-    /// Returns the unweighted loss and the weight of each task, after the descent or, without `refinement`, of the
-    /// completed coefficients.
+    /// Returns the unweighted loss and the weight of each task. The loss is that of the parameters after the descent,
+    /// or of the completed coefficients without `refinement`.
     fn losses(
         &self,
         prepared: &PreparedParameters<'_>,
@@ -337,12 +338,12 @@ impl<'a> CompletionObjective<'a> {
             self.losses_from_readings(prepared, tasks, &readings, refinement, directions)
         };
         tasks
-            .par_chunks(BATCH)
+            .par_chunks(CHUNK)
             .flat_map_iter(evaluate_chunk)
             .collect()
     }
 
-    /// Like [`CompletionObjective::losses`], for given readings.
+    /// Returns the same as [`CompletionObjective::losses`], for given readings.
     fn losses_from_readings(
         &self,
         prepared: &PreparedParameters<'_>,
@@ -356,11 +357,11 @@ impl<'a> CompletionObjective<'a> {
         let each = each.map(|(index, (task, readings))| {
             let values = task.values(directions.pool);
             let coefficients = completed.batch.coefficients(index);
-            let count = uniform_weight(values.len());
+            let value_weight = uniform_weight(values.len());
             let [loss, black] =
                 directions
                     .table
-                    .loss(&coefficients, &task.octets, &values, count, None);
+                    .loss(&coefficients, &task.octets, &values, value_weight, None);
             let weight = self.loss_weights.weight(black);
             let Some(refinement) = refinement else {
                 return WeightedLoss { loss, weight };
@@ -407,7 +408,7 @@ impl<'a> CompletionObjective<'a> {
             each.collect()
         };
         tasks
-            .par_chunks(BATCH)
+            .par_chunks(CHUNK)
             .flat_map_iter(evaluate_chunk)
             .collect()
     }
@@ -454,7 +455,7 @@ impl MetaObjective for CompletionObjective<'_> {
         }
     }
 
-    /// Sorts by the loss of the completed coefficients of the validation materials.
+    /// Sorts samples by the loss of the completed coefficients on the validation materials.
     fn reorder_samples(&self, mut values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
         if self.dataset.augmentation_options.missing_share == 0.0 {
             return values;
@@ -475,7 +476,7 @@ impl MetaObjective for CompletionObjective<'_> {
             for task in &mut tasks {
                 task.present.copy_from_slice(present);
             }
-            let chunks = tasks.par_chunks(BATCH).zip(readings.par_chunks(BATCH));
+            let chunks = tasks.par_chunks(CHUNK).zip(readings.par_chunks(CHUNK));
             let losses = chunks.flat_map_iter(|(tasks, readings)| {
                 self.losses_from_readings(
                     &prepared,
@@ -521,20 +522,20 @@ impl MetaObjective for CompletionObjective<'_> {
         let refinement = self
             .refinement
             .filter(|_| outer_step.phase.rates.init_net > 0.0);
-        let batches: Vec<_> = tasks
-            .par_chunks(BATCH)
-            .map(|tasks| self.batch(&prepared, tasks, refinement))
+        let chunks: Vec<_> = tasks
+            .par_chunks(CHUNK)
+            .map(|tasks| self.chunk_gradient(&prepared, tasks, refinement))
             .collect();
         let share = 1.0 / tasks.len() as f32;
         let mut loss = 0.0;
         let mut gradient = values.as_ref().map(|list| vec![0.0; list.len()]);
         let mut by_angles = vec![[0.0; 3]; self.shape.samples];
-        for (batch_loss, batch_gradient, angles) in &batches {
-            loss += share * batch_loss;
-            for (sum, gradient) in gradient.each_mut().into_iter().zip(batch_gradient.each()) {
+        for (chunk_loss, chunk_gradient, chunk_by_angles) in &chunks {
+            loss += share * chunk_loss;
+            for (sum, gradient) in gradient.each_mut().into_iter().zip(chunk_gradient.each()) {
                 add_scaled(sum, share, gradient);
             }
-            for (sum, derivatives) in by_angles.iter_mut().zip(angles) {
+            for (sum, derivatives) in by_angles.iter_mut().zip(chunk_by_angles) {
                 add_scaled(sum, share, derivatives);
             }
         }

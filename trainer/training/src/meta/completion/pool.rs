@@ -34,12 +34,12 @@ pub struct WarpedPool {
 }
 
 impl WarpedPool {
-    /// Creates a pool of directions, truncated to whole octets. The first `warped` materials have every highlight warp,
-    /// the others only the first one.
+    /// Creates a pool of directions, truncated to whole octets. The first `warped_count` materials have every highlight
+    /// warp, the others only the first one.
     #[must_use]
     pub fn new(
         materials: Arc<[Box<dyn Material>]>,
-        warped: usize,
+        warped_count: usize,
         warps: &[HighlightWarp],
         mut angles: Vec<Angles<f32>>,
     ) -> Self {
@@ -52,7 +52,11 @@ impl WarpedPool {
             })
             .collect();
         let values = (0..materials.len()).map(|index| {
-            let count = if index < warped { directions.len() } else { 1 };
+            let count = if index < warped_count {
+                directions.len()
+            } else {
+                1
+            };
             (0..count).map(|_| OnceLock::new()).collect()
         });
         let values = values.collect();

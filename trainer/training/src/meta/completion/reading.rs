@@ -30,7 +30,7 @@ struct SampleStandardization {
     /// cos(theta_i) cos(theta_o).
     cosines: AngleDual,
     cos_theta_i: f32,
-    /// The mean of the basis's columns, as ln((f w + e) / e).
+    /// The mean of ln((f w + e) / e) over the training BRDFs f.
     mean: AngleDual,
 }
 
@@ -79,13 +79,13 @@ impl Reading {
         standardization: &Standardization,
     ) -> Vec<Self> {
         let warps = &augmentation_options.warps;
-        let own = warped(&*materials[task.material], warps[task.warps[0]], angles);
+        let own = evaluate_warped(&*materials[task.material], warps[task.warps[0]], angles);
         let partner = task
             .has_partner()
-            .then(|| warped(&*materials[task.partner], warps[task.warps[1]], angles));
+            .then(|| evaluate_warped(&*materials[task.partner], warps[task.warps[1]], angles));
         let all = own.iter().enumerate().map(|(sample, own)| {
             let partner = partner.as_ref().map(|list| &list[sample]);
-            let factor = factor(task, angles[sample]);
+            let field = field_factor(task, angles[sample]);
             let SampleStandardization {
                 cosines,
                 cos_theta_i,
@@ -93,10 +93,10 @@ impl Reading {
             } = standardization.0[sample];
             let mut brdf = [0.0; 3];
             let standardized = std::array::from_fn(|channel| {
-                let mut y = mixed(task, channel, own, partner) * factor;
-                if let Some([factor, added]) = task.noise.get(sample) {
-                    y = y * Dual::from_value(factor[channel]) + Dual::from_value(added[channel]);
-                    // A fit also raises values that are too far below 0.
+                let mut y = mix_channel(task, channel, own, partner) * field;
+                if let Some([factor, offset]) = task.noise.get(sample) {
+                    y = y * Dual::from_value(factor[channel]) + Dual::from_value(offset[channel]);
+                    // A fit also clamps readings that are too far below 0.
                     let min = -0.5 * EPSILON as f32 / cosines.value.max(1e-6);
                     if y.value < min {
                         y = Dual::from_value(min);
@@ -117,7 +117,7 @@ impl Reading {
 type BrdfWithDerivative = ([f32; 3], [[f32; 3]; 3]);
 
 /// Evaluates a material with a highlight warp.
-fn warped(
+fn evaluate_warped(
     material: &dyn Material,
     highlight_warp: HighlightWarp,
     angles: &[Angles<f32>],
@@ -139,7 +139,7 @@ fn warped(
 }
 
 /// Returns the factor of the smooth field.
-fn factor(task: &Task, angles: Angles<f32>) -> AngleDual {
+fn field_factor(task: &Task, angles: Angles<f32>) -> AngleDual {
     if !task.has_field() {
         return Dual::from_value(1.0);
     }
@@ -153,19 +153,19 @@ fn factor(task: &Task, angles: Angles<f32>) -> AngleDual {
 }
 
 /// Returns a channel of a material, filtered and mixed with a partner.
-fn mixed(
+fn mix_channel(
     task: &Task,
     channel: usize,
     own: &BrdfWithDerivative,
     partner: Option<&BrdfWithDerivative>,
 ) -> AngleDual {
     let (brdf, derivatives) = own;
-    let from = task.channels[channel];
+    let source = task.channels[channel];
     let share = task.shares[channel];
     let gain = (1.0 - share) * task.gains[channel];
     let mut y = Dual {
-        value: gain * brdf[from],
-        tangent: derivatives[from].map(|derivative| gain * derivative),
+        value: gain * brdf[source],
+        tangent: derivatives[source].map(|derivative| gain * derivative),
     };
     if let Some((brdf, derivatives)) = partner {
         y.value += share * brdf[channel];

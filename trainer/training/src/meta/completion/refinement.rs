@@ -8,7 +8,7 @@ use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient};
 use glimpse_kernels::lanes::Octet;
 use glimpse_kernels::samples::SampleOctets;
 
-/// A descent from initial parameters of each task.
+/// A descent that starts from the initial parameters of a task.
 pub trait Refinement: Sync {
     /// Returns the model.
     fn model(&self) -> ModelKind;
@@ -16,7 +16,7 @@ pub trait Refinement: Sync {
     /// Returns the number of steps, K.
     fn steps(&self) -> usize;
 
-    /// Descends on the `inner` samples from `initial`, and returns the parameters.
+    /// Returns the parameters after a descent from `initial` on the `inner` samples.
     fn fit(&self, initial: &[f32], step_sizes: &[f32], inner: &SampleOctets<'_>) -> Vec<f32>;
 
     /// Returns the loss of parameters on the `outer` samples.
@@ -80,6 +80,7 @@ impl<M: LaneModel> Refinement for SgdRefinement<M> {
     }
 
     fn loss(&self, parameters: &[f32], outer: &SampleOctets<'_>) -> f32 {
+        // An inner loop of 0 steps, which has no use for step sizes, converts the parameters to those of the kernels.
         let inner_loop = InnerLoop::<M, f32>::new(parameters, parameters, 0);
         M::loss(&inner_loop.initial, outer)
     }

@@ -1,4 +1,5 @@
-//! Smooth fields: factors over directions that augment a material, such as brighter grazing angles or steeper slopes.
+//! Smooth fields: factors that augment a material and vary slowly with the directions. A field may, for example,
+//! brighten grazing angles or large theta_h.
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::numeric::Scalar;

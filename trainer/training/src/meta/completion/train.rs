@@ -1,4 +1,4 @@
-//! Training with schedule prior: all materials, then folds for the expected loss.
+//! Training with schedule prior: one run on all materials, then one run per fold to estimate the expected loss.
 
 use std::ops::ControlFlow;
 
@@ -36,12 +36,13 @@ const COMPONENTS: usize = 24;
 const HIDDEN_UNITS: usize = 64;
 /// The number of hidden units of the InitNet, g.
 const INIT_NET_UNITS: usize = 32;
-/// The weight of the loss of coefficients in the gradient, for models fitted by descent.
+/// The weight of the loss before the descent in the gradient, for models fitted by descent. The weight of the loss
+/// after the descent is 1.
 const AUXILIARY_WEIGHT: f32 = 0.3;
-/// The maximum number of pool directions. Thousands of materials have fewer; see [`pool_size`].
-const POOL: usize = 8_192;
-/// The maximum memory of the pool in bytes; up to 4,096 materials have all directions.
-const POOL_BYTES: usize = 3 << 30;
+/// The maximum number of pool directions. With thousands of materials the pool is smaller; see [`pool_size`].
+const MAX_POOL_SIZE: usize = 8_192;
+/// The maximum memory of the pool in bytes, enough for 4,096 materials at all directions.
+const MAX_POOL_BYTES: usize = 3 << 30;
 /// The number of folds.
 const FOLDS: usize = 4;
 /// The minimum number of materials to form folds.
@@ -49,9 +50,10 @@ const MIN_MATERIALS_FOR_FOLDS: usize = 10;
 /// The number of augmented tasks per fold for the loss predictor.
 const AUGMENTED_TASKS: usize = 1_024;
 /// The number of outer samples of each augmented task.
-const AUGMENTED_OUTER: usize = 1_024;
+const AUGMENTED_OUTER_SAMPLES: usize = 1_024;
 
-/// Trains on all materials, then on all but each fold, to estimate the expected loss on unseen materials.
+/// Trains a recipe on all materials. Then trains once per fold on the materials outside the fold, to estimate the loss
+/// on unseen materials.
 ///
 /// # Errors
 /// If the run is stopped, or a checkpoint cannot be read or written.
@@ -94,15 +96,15 @@ pub fn train(
         },
     ) = session.run(&all, plan, None, 0)?;
     let shape = objective.shape;
-    let own: Vec<usize> = (0..dataset.training_count).collect();
-    let full_losses = objective.material_losses(&values, &own);
+    let training_materials: Vec<usize> = (0..dataset.training_count).collect();
+    let full_losses = objective.material_losses(&values, &training_materials);
     let mut held_out_losses = Vec::new();
     let mut correction = FoldCorrection::default();
     for (index, fold) in folds.iter().enumerate() {
         let subset = Subset::without(&dataset, COMPONENTS, fold);
         let (fold_objective, outcome) =
             session.run(&subset, &fold_plan, Some(&values.pattern), index + 1)?;
-        let others: Vec<usize> = own
+        let others: Vec<usize> = training_materials
             .iter()
             .copied()
             .filter(|material| !fold.contains(material))
@@ -111,28 +113,28 @@ pub fn train(
             others.iter().map(|index| full_losses[*index]),
             fold_objective.material_losses(&outcome.values, &others),
         );
-        let plain = fold
+        let plain_tasks: Vec<Task> = fold
             .iter()
-            .map(|each| Task::plain(*each, options.samples, 0));
-        let plain: Vec<Task> = plain.collect();
-        let augmented = augmented(&dataset, fold, index, options);
+            .map(|each| Task::plain(*each, options.samples, 0))
+            .collect();
+        let augmented_tasks = augmented_tasks(&dataset, fold, index, options);
         for (tasks, losses, plain) in [
             (
-                &plain,
+                &plain_tasks,
                 fold_objective.material_losses(&outcome.values, fold),
                 true,
             ),
             (
-                &augmented,
-                fold_objective.task_losses(&outcome.values, &augmented),
+                &augmented_tasks,
+                fold_objective.task_losses(&outcome.values, &augmented_tasks),
                 false,
             ),
         ] {
-            let each = objective
+            let results = objective
                 .mean_coefficients(&values, tasks)
                 .into_iter()
                 .zip(losses);
-            held_out_losses.extend(each.map(|(coefficients, loss)| HeldOutLoss {
+            held_out_losses.extend(results.map(|(coefficients, loss)| HeldOutLoss {
                 coefficients,
                 loss,
                 plain,
@@ -179,38 +181,43 @@ pub fn train(
     })
 }
 
-/// The ratio of losses between the full training and the shorter training of folds, on materials that both used.
-/// Held-out losses are multiplied by it.
+/// The ratio of the losses of two recipes: the full run, and the shorter runs of folds. The losses are summed over
+/// materials that both runs train on. Held-out losses are multiplied by this ratio.
 #[derive(Default)]
 struct FoldCorrection {
-    full: f32,
-    folds: f32,
+    full_sum: f32,
+    fold_sum: f32,
 }
 
 impl FoldCorrection {
-    fn add(&mut self, full: impl Iterator<Item = f32>, fold: Vec<f32>) {
-        self.full += full.sum::<f32>();
-        self.folds += fold.iter().sum::<f32>();
+    fn add(&mut self, full_losses: impl Iterator<Item = f32>, fold_losses: Vec<f32>) {
+        self.full_sum += full_losses.sum::<f32>();
+        self.fold_sum += fold_losses.iter().sum::<f32>();
     }
 
     fn ratio(&self) -> f32 {
-        match self.folds > 0.0 {
-            true => self.full / self.folds,
+        match self.fold_sum > 0.0 {
+            true => self.full_sum / self.fold_sum,
             false => 1.0,
         }
     }
 }
 
 /// Draws augmented tasks of a fold's materials.
-fn augmented(dataset: &Dataset, fold: &[usize], index: usize, options: &Options) -> Vec<Task> {
+fn augmented_tasks(
+    dataset: &Dataset,
+    fold: &[usize],
+    index: usize,
+    options: &Options,
+) -> Vec<Task> {
     let group = MaterialGroup {
         materials: fold.to_vec(),
         share: 1.0,
     };
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);
     random.set_stream(u64::MAX - 1 - index as u64);
-    let sizes = [options.samples, AUGMENTED_OUTER];
-    let one = |_| {
+    let sizes = [options.samples, AUGMENTED_OUTER_SAMPLES];
+    let draw = |_| {
         let groups = std::slice::from_ref(&group);
         let (pool, augmentation_options) = (&dataset.pool, &dataset.augmentation_options);
         Task::random(
@@ -222,11 +229,10 @@ fn augmented(dataset: &Dataset, fold: &[usize], index: usize, options: &Options)
             &mut random,
         )
     };
-    (0..AUGMENTED_TASKS).map(one).collect()
+    (0..AUGMENTED_TASKS).map(draw).collect()
 }
 
-/// Returns the mean of held-out losses, each from the run without its fold. Without folds, returns the mean loss on all
-/// training materials.
+/// Returns the mean held-out loss of plain materials, or the loss on all training materials without folds.
 fn validated_loss(training_loss: LossEstimate, held_out_losses: &[HeldOutLoss]) -> ValidatedLoss {
     let plain = held_out_losses.iter().filter(|each| each.plain);
     let losses: Vec<f64> = plain.map(|each| f64::from(each.loss)).collect();
@@ -243,13 +249,13 @@ fn validated_loss(training_loss: LossEstimate, held_out_losses: &[HeldOutLoss]) 
     }
 }
 
-/// Returns the dataset of the given and procedural materials.
+/// Returns the dataset of `materials` and of procedural materials.
 fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset {
     let completion_options = &options.completion_options;
-    let own = materials.len();
+    let training_count = materials.len();
     let sources = match &options.source_shares[..] {
-        [] => vec![(own, 1.0)],
-        some => some
+        [] => vec![(training_count, 1.0)],
+        source_shares => source_shares
             .iter()
             .map(|each| (each.materials, each.share))
             .collect(),
@@ -268,7 +274,7 @@ fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset 
         let set = Procedural::set(count, seed).into_iter();
         materials.extend(set.map(|each| Box::new(each) as Box<dyn Material>));
         groups.push(MaterialGroup {
-            materials: (own..materials.len()).collect(),
+            materials: (training_count..materials.len()).collect(),
             share: completion_options.procedural,
         });
     }
@@ -277,10 +283,10 @@ fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset 
         noise: completion_options.noise(),
         ..AugmentationOptions::default()
     };
-    let size = pool_size(own, augmentation_options.warps.len());
+    let size = pool_size(training_count, augmentation_options.warps.len());
     Dataset::new(
         materials,
-        own,
+        training_count,
         groups,
         augmentation_options,
         size,
@@ -288,18 +294,19 @@ fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset 
     )
 }
 
-/// Returns the number of pool directions, for all warps and the validation pool. It is halved until the values fit into
-/// [`POOL_BYTES`].
+/// Returns the number of directions of the training and the validation pool. It is halved until the values of both
+/// pools, with all warps, fit into [`MAX_POOL_BYTES`].
 fn pool_size(materials: usize, warps: usize) -> usize {
     const MIN_SIZE: usize = 512;
-    let mut size = POOL;
-    while size > MIN_SIZE && materials * (warps + 1) * size * size_of::<[f32; 3]>() > POOL_BYTES {
+    let mut size = MAX_POOL_SIZE;
+    while size > MIN_SIZE && materials * (warps + 1) * size * size_of::<[f32; 3]>() > MAX_POOL_BYTES
+    {
         size /= 2;
     }
     size
 }
 
-/// Returns the materials of each fold; no folds for too few materials.
+/// Returns the materials of each fold. The list is empty for too few materials.
 fn folds(materials: usize, seed: u64) -> Vec<Vec<usize>> {
     if materials < MIN_MATERIALS_FOR_FOLDS {
         return Vec::new();
@@ -312,7 +319,7 @@ fn folds(materials: usize, seed: u64) -> Vec<Vec<usize>> {
     (0..FOLDS).map(fold).collect()
 }
 
-/// Several runs, reported to the observer as one.
+/// Several runs that are reported to the observer as one run.
 struct Session<'s, 'o> {
     options: &'s Options,
     identity: RunIdentity,

@@ -7,7 +7,7 @@ pub(super) struct WeightedLoss {
     pub(super) weight: f32,
 }
 
-/// Returns the mean of losses times their weights.
+/// Returns the mean of the products of losses and weights.
 pub(super) fn weighted_mean(losses: &[WeightedLoss]) -> f32 {
     mean(losses.iter().map(|each| each.weight * each.loss))
 }

@@ -28,7 +28,7 @@ impl OuterBasis {
             .par_chunks(256)
             .map(|angles| ReducedBasis::new(&basis, angles))
             .collect();
-        let all = |list: fn(&ReducedBasis) -> &Vec<AngleDual>| {
+        let values_of = |list: fn(&ReducedBasis) -> &Vec<AngleDual>| {
             let values = blocks.iter().flat_map(list);
             values.map(|dual| dual.value).collect::<Vec<f64>>()
         };
@@ -39,14 +39,14 @@ impl OuterBasis {
                 .map(HalfDifference::from_angles)
                 .collect(),
             components: components.map(|value| *value as f32).collect(),
-            mean: all(|block| &block.mean),
-            median: all(|block| &block.median),
+            mean: values_of(|block| &block.mean),
+            median: values_of(|block| &block.median),
             basis,
         }
     }
 }
 
-/// The outer samples of one material; they define its loss as a function of coefficients.
+/// The outer samples of one material, which define its loss as a function of coefficients.
 pub struct OuterSamples<'a> {
     /// The basis at all directions of the pool.
     pub basis: &'a OuterBasis,
@@ -57,7 +57,7 @@ pub struct OuterSamples<'a> {
 }
 
 impl OuterSamples<'_> {
-    /// Returns the mean loss of given coefficients, and adds its derivatives with respect to them to `lambda`.
+    /// Returns the mean loss of coefficients, and adds its derivatives with respect to the coefficients to `lambda`.
     #[must_use]
     pub fn loss(&self, coefficients: &Coefficients, mut lambda: Option<&mut Coefficients>) -> f64 {
         let outer = self.basis;
@@ -70,7 +70,7 @@ impl OuterSamples<'_> {
             let direction = &outer.directions[index];
             let weight = Dual::from_value(direction.cos_theta_i() * direction.cos_theta_o());
             let median = Dual::from_value(outer.median[index]);
-            // Dual numbers reuse the mapping of core.
+            // Dual numbers, because `unmap` in core has no separate derivative.
             let modeled: [Dual<f64>; 3] = coefficients.each_ref().map(|coefficients| {
                 let products = row.iter().zip(coefficients);
                 let sum: f64 = products.map(|(a, c)| f64::from(*a) * c).sum();
@@ -114,10 +114,10 @@ pub struct TaskGradient {
 }
 
 impl TaskGradient {
-    /// Solves for a material measured at the pattern, and differentiates its loss.
+    /// Fits the coefficients of a material measured at the pattern, and differentiates its loss.
     ///
     /// # Errors
-    /// If lengths differ.
+    /// If the lengths of lists differ.
     pub fn new(
         reduced: &ReducedBasis,
         factors: &Factors<'_, '_, f64, f64>,

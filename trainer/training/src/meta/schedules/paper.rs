@@ -26,25 +26,27 @@ impl Effort {
     }
 }
 
-/// The settings of the paper, with one task per step. Stage 1: initial parameters and step sizes, 10,000 epochs. Stage
-/// 2: the pattern, from the best random pattern at n = 1, doubled until the requested n; 500 epochs for each n.
+/// Returns the plan of the paper, with one task per step.
+///
+/// Stage 1 trains initial parameters and step sizes for 10,000 epochs. Stage 2 trains the pattern. It starts from the
+/// best random pattern of one sample, and doubles it up to the requested n, with 500 epochs for each n.
 pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
-    let share = effort.paper_step_divisor();
+    let divisor = effort.paper_step_divisor();
     let (rate, final_rate_ratio) = match model {
         ModelKind::Linear => (1e-3, 0.5),
         _ => (5e-4, 0.2),
     };
     let mut phases = Vec::new();
-    let first = Phase {
+    let parameters = Phase {
         name: "initial parameters and step sizes",
         initialization: Initialization::Guess(0),
         search: SearchMethod::Gradient,
         selection: Selection::Last,
-        // This stage has no pattern, but the method Meta is evaluated on one.
+        // This stage does not use the pattern, but the method Meta is evaluated at one.
         samples,
         added_samples: AddedSamples::Sobol,
         samples_ordered: false,
-        steps: 10_000 / share * tasks,
+        steps: 10_000 / divisor * tasks,
         batch: 1,
         inner_samples: InnerSamples::Fresh(512),
         outer_samples: 512,
@@ -60,7 +62,7 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
         weight_decay: 1e-6,
         augmentation_gain: None,
     };
-    let guesses = Phase {
+    let random_patterns = Phase {
         name: "random patterns",
         initialization: Initialization::RandomPatterns,
         selection: Selection::BestEpoch,
@@ -70,23 +72,23 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
         outer_samples: 25_000,
         rates: Groups::default(),
         weight_decay: 0.0,
-        ..first.clone()
+        ..parameters.clone()
     };
     let pattern = Phase {
         name: "pattern",
         initialization: Initialization::Best,
-        steps: 500 / share * tasks,
+        steps: 500 / divisor * tasks,
         rates: Groups {
             pattern: rate,
             ..Groups::default()
         },
         final_rate_ratio,
-        ..guesses.clone()
+        ..random_patterns.clone()
     };
     if model != ModelKind::Linear {
-        phases.push(first);
+        phases.push(parameters);
     }
-    phases.push(guesses);
+    phases.push(random_patterns);
     let counts = std::iter::once(1).chain(doubled(1, samples));
     phases.extend(counts.map(|samples| Phase {
         samples,

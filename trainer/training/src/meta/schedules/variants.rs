@@ -27,7 +27,7 @@ impl Plan {
         self
     }
 
-    /// Trains the pattern only. The pretrained initial parameters and step sizes stay constant.
+    /// Trains only the pattern. The pretrained initial parameters and step sizes stay constant.
     #[must_use]
     pub fn pattern_only(mut self, pretrained: PretrainedInit) -> Self {
         let mut removed = None;
@@ -56,10 +56,10 @@ impl Plan {
     pub fn twice(mut self) -> Self {
         let samples = self.phases.last().map_or(0, |phase| phase.samples);
         let trains_parameters = |phase: &&Phase| phase.rates.initial > 0.0;
-        let first = self.phases.iter().rfind(trains_parameters).cloned();
+        let parameters = self.phases.iter().rfind(trains_parameters).cloned();
         let pattern = self.phases.last().cloned();
         self.phases
-            .extend(first.into_iter().chain(pattern).map(|phase| Phase {
+            .extend(parameters.into_iter().chain(pattern).map(|phase| Phase {
                 initialization: Initialization::Best,
                 inner_samples: InnerSamples::Pattern,
                 samples,
