@@ -66,7 +66,7 @@ impl Limits {
     /// Checks the ranges of the limits.
     ///
     /// # Errors
-    /// [`LimitsError`] with the field that is out of range, or [`LimitsError::Nothing`].
+    /// [`LimitsError`] with the field that is out of range, or [`LimitsError::NoDirections`].
     pub fn validate(&self) -> Result<(), LimitsError> {
         // This form of the condition rejects NaN too.
         let polar = |theta: f32| theta > 0.0 && theta <= FRAC_PI_2;
@@ -80,7 +80,7 @@ impl Limits {
             return Err(LimitsError::MinSeparation);
         }
         if self.min_separation > self.max_theta_i + self.max_theta_o {
-            return Err(LimitsError::Nothing);
+            return Err(LimitsError::NoDirections);
         }
         Ok(())
     }
@@ -124,7 +124,7 @@ pub enum LimitsError {
     /// `min_separation` is not in its range.
     MinSeparation,
     /// `min_separation` exceeds the sum of `max_theta_i` and `max_theta_o`, so that nothing is within reach.
-    Nothing,
+    NoDirections,
 }
 
 impl core::fmt::Display for LimitsError {
@@ -133,7 +133,7 @@ impl core::fmt::Display for LimitsError {
             Self::MaxThetaI => "the limit `max_theta_i` is not above 0 and at most pi/2 (radians)",
             Self::MaxThetaO => "the limit `max_theta_o` is not above 0 and at most pi/2 (radians)",
             Self::MinSeparation => "the limit `min_separation` is not from 0 to pi (radians)",
-            Self::Nothing => {
+            Self::NoDirections => {
                 "nothing is within the limits: `min_separation` exceeds the sum of `max_theta_i` and `max_theta_o`"
             }
         })

@@ -16,7 +16,7 @@ use crate::numeric::math;
 /// The largest deviation of a factor from its nominal value, as a logarithm: e^0.05, 5 %.
 pub const FACTOR_TOLERANCE: f32 = 0.05;
 /// The largest spread of the readings about the best quantity, as a standard deviation: 8 %.
-pub const MOST_SPREAD: f32 = 0.08;
+pub const MAX_SPREAD: f32 = 0.08;
 /// The smallest spread of the readings about each other quantity. It also has to be [`MIN_SPREAD_RATIO`] times that
 /// about the best one.
 const MIN_OTHER_SPREAD: f32 = 0.06;
@@ -26,7 +26,7 @@ const MIN_SPREAD_RATIO: f32 = 3.0;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
-pub enum Verdict {
+pub enum TileResult {
     /// The readings are this quantity, within 5 %. A scan needs [`Quantity::Brdf`]; [`Quantity::to_brdf`] converts the
     /// others.
     Is(Quantity),
@@ -39,14 +39,14 @@ pub enum Verdict {
         factor: [f32; 3],
     },
     /// No result.
-    Unclear(Doubt),
+    Inconclusive(InconclusiveReason),
 }
 
 /// The reason why the self-test has no result.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
-pub enum Doubt {
+pub enum InconclusiveReason {
     /// There are fewer than three readings.
     TooFew,
     /// The tile's reflectance in this channel (0 to 2) is not above 0 and at most 2.
@@ -58,10 +58,10 @@ pub enum Doubt {
     /// noise, stray light, or another quantity.
     Spread(f32),
     /// The directions are too similar, or the noise is too large: more than one quantity explains the readings.
-    Alike,
+    Ambiguous,
 }
 
-impl core::fmt::Display for Verdict {
+impl core::fmt::Display for TileResult {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::Is(Quantity::Brdf) => f.write_str("the readings are the BRDF"),
@@ -79,12 +79,12 @@ impl core::fmt::Display for Verdict {
                 Decimal(*g),
                 Decimal(*b)
             ),
-            Self::Unclear(doubt) => doubt.fmt(f),
+            Self::Inconclusive(reason) => reason.fmt(f),
         }
     }
 }
 
-impl core::fmt::Display for Doubt {
+impl core::fmt::Display for InconclusiveReason {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::TooFew => f.write_str("the tile has fewer than three readings: take more"),
@@ -101,7 +101,7 @@ impl core::fmt::Display for Doubt {
                 "the readings scatter by {} % about every known quantity: average more of them, and check for stray light",
                 (100.0 * spread + 0.5) as u32
             ),
-            Self::Alike => f.write_str(
+            Self::Ambiguous => f.write_str(
                 "more than one quantity explains the readings: spread theta_i and theta_o independently over 0 to 60 degrees, or average more readings",
             ),
         }
@@ -122,13 +122,13 @@ const CANDIDATES: [Quantity; 3] = [
 /// more than nine in ten were recognized, and none wrongly.
 ///
 /// Spread theta_i and theta_o **independently** over 0 to 60 degrees. If both are equal, or one is fixed, the two
-/// cosines cannot be distinguished from each other, or one of them from a constant; the result is [`Doubt::Alike`].
+/// cosines cannot be distinguished from each other, or one of them from a constant; the result is [`InconclusiveReason::Ambiguous`].
 /// Avoid mirror directions and grazing angles, where no tile is matt. Leave out black and saturated readings, which
 /// carry no information.
 ///
 /// ```
 /// use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
-/// use glimpse_core::gonio::{Quantity, tile::{Verdict, examine}};
+/// use glimpse_core::gonio::{Quantity, tile::{TileResult, examine}};
 ///
 /// let at = |theta_i, theta_o| ArmAngles {
 ///     incoming: Spherical { theta: theta_i, phi: 0.0 },
@@ -137,21 +137,21 @@ const CANDIDATES: [Quantity; 3] = [
 /// // A gray tile of 50 %, and a conversion without the division by cos(theta_i).
 /// let read = |at: Directions<f32>| (at, [0.5 / 3.14159 * at.incoming[2]; 3]);
 /// let readings = [at(0.1, 0.9), at(0.5, 0.2), at(1.0, 0.5), at(0.8, 1.0)].map(read);
-/// assert_eq!(examine(&readings, [0.5; 3]), Verdict::Is(Quantity::BrdfTimesCosThetaI));
+/// assert_eq!(examine(&readings, [0.5; 3]), TileResult::Is(Quantity::BrdfTimesCosThetaI));
 /// ```
 #[must_use]
-pub fn examine(readings: &[(Directions<f32>, [f32; 3])], reflectance: [f32; 3]) -> Verdict {
-    verdict(readings, reflectance).unwrap_or_else(Verdict::Unclear)
+pub fn examine(readings: &[(Directions<f32>, [f32; 3])], reflectance: [f32; 3]) -> TileResult {
+    identify(readings, reflectance).unwrap_or_else(TileResult::Inconclusive)
 }
 
-fn verdict(
+fn identify(
     readings: &[(Directions<f32>, [f32; 3])],
     reflectance: [f32; 3],
-) -> Result<Verdict, Doubt> {
+) -> Result<TileResult, InconclusiveReason> {
     for (channel, reflectance) in (0..).zip(reflectance) {
         // This form of the condition rejects NaN too.
         if !(reflectance > 0.0 && reflectance <= 2.0) {
-            return Err(Doubt::Reflectance(channel));
+            return Err(InconclusiveReason::Reflectance(channel));
         }
     }
     let tile_brdf = reflectance.map(|reflectance| reflectance / PI);
@@ -167,11 +167,11 @@ fn verdict(
         }
     }
     let (quantity, mean, spread) = best;
-    if spread > MOST_SPREAD {
-        return Err(Doubt::Spread(spread));
+    if spread > MAX_SPREAD {
+        return Err(InconclusiveReason::Spread(spread));
     }
     if second < MIN_OTHER_SPREAD || second < MIN_SPREAD_RATIO * spread {
-        return Err(Doubt::Alike);
+        return Err(InconclusiveReason::Ambiguous);
     }
     // A factor is not 1 if the noise of the mean does not explain it: the limit is five standard errors, because the
     // standard error itself is estimated from few readings.
@@ -185,13 +185,13 @@ fn verdict(
     let nominal_count = if quantity == Quantity::Brdf { 2 } else { 1 };
     for (quantity, expected) in factors.into_iter().take(nominal_count) {
         if all_within(expected, FACTOR_TOLERANCE) {
-            return Ok(Verdict::Is(quantity));
+            return Ok(TileResult::Is(quantity));
         }
         if all_within(expected, FACTOR_TOLERANCE + noise) {
-            return Err(Doubt::Spread(spread));
+            return Err(InconclusiveReason::Spread(spread));
         }
     }
-    Ok(Verdict::Scaled {
+    Ok(TileResult::Scaled {
         quantity,
         factor: mean.map(math::exp),
     })
@@ -203,26 +203,26 @@ fn log_ratios(
     quantity: Quantity,
     readings: &[(Directions<f32>, [f32; 3])],
     tile_brdf: [f32; 3],
-) -> Result<([f32; 3], f32), Doubt> {
+) -> Result<([f32; 3], f32), InconclusiveReason> {
     let mut logarithms = Repeated::new();
     for (index, (at, reading)) in readings.iter().enumerate() {
-        let doubt = Doubt::Reading(u16::try_from(index).unwrap_or(u16::MAX));
+        let invalid = InconclusiveReason::Reading(u16::try_from(index).unwrap_or(u16::MAX));
         let is_positive = reading
             .iter()
             .all(|value| *value > 0.0 && value.is_finite());
         if !is_positive || at.check().is_err() {
-            return Err(doubt);
+            return Err(invalid);
         }
-        let expected = quantity.of_brdf(tile_brdf, at).map_err(|_| doubt)?;
+        let expected = quantity.of_brdf(tile_brdf, at).map_err(|_| invalid)?;
         let mut ratios = *reading;
         for (ratio, expected) in ratios.iter_mut().zip(expected) {
             *ratio = math::ln(*ratio / expected);
         }
-        logarithms.add(ratios, false).map_err(|_| doubt)?;
+        logarithms.add(ratios, false).map_err(|_| invalid)?;
     }
     let few = logarithms.count() < 3;
     match (logarithms.mean(), logarithms.variance()) {
         (Some(mean), Some([r, g, b])) if !few => Ok((mean, math::sqrt((r + g + b) / 3.0))),
-        _ => Err(Doubt::TooFew),
+        _ => Err(InconclusiveReason::TooFew),
     }
 }

@@ -99,7 +99,7 @@ fn names_fields_out_of_range() {
     }
     assert_eq!(
         validation_error(&|l| l.min_separation = 2.4),
-        LimitsError::Nothing
+        LimitsError::NoDirections
     );
     let widest = Limits {
         max_theta_i: FRAC_PI_2,

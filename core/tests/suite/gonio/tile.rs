@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::Quantity;
-use glimpse_core::gonio::tile::{Doubt, Verdict, examine};
+use glimpse_core::gonio::tile::{InconclusiveReason, TileResult, examine};
 
 use super::at;
 
@@ -89,18 +89,18 @@ fn readings(
     directions.iter().map(read).collect()
 }
 
-fn simulate_verdict(case: &Case, count: usize, random: &mut Generator) -> Verdict {
+fn simulate_verdict(case: &Case, count: usize, random: &mut Generator) -> TileResult {
     let directions = directions(count, random);
     let tile = if case.monochrome { [TILE[0]; 3] } else { TILE };
     examine(&readings(case, &directions, random), tile)
 }
 
-/// True for the correct verdict, false for a wrong one, None for an unclear one.
-fn is_correct(case: &Case, verdict: &Verdict) -> Option<bool> {
-    match *verdict {
-        Verdict::Unclear(_) => None,
-        Verdict::Is(quantity) => Some(case.factor == [1.0; 3] && quantity == case.quantity),
-        Verdict::Scaled { quantity, factor } => Some(
+/// True for the correct result, false for a wrong one, None for an unclear one.
+fn is_correct(case: &Case, result: &TileResult) -> Option<bool> {
+    match *result {
+        TileResult::Inconclusive(_) => None,
+        TileResult::Is(quantity) => Some(case.factor == [1.0; 3] && quantity == case.quantity),
+        TileResult::Scaled { quantity, factor } => Some(
             quantity == case.quantity
                 && case.factor != [1.0; 3]
                 && factor
@@ -108,7 +108,7 @@ fn is_correct(case: &Case, verdict: &Verdict) -> Option<bool> {
                     .zip(case.factor)
                     .all(|(a, b)| (a / b - 1.0).abs() < 0.1),
         ),
-        verdict => panic!("{verdict}"),
+        result => panic!("{result}"),
     }
 }
 
@@ -146,7 +146,7 @@ fn recognizes_eight_readings_with_3_percent_noise() {
     }
 }
 
-/// An unclear verdict is better than a wrong one.
+/// An unclear result is better than a wrong one.
 #[test]
 fn more_noise_gives_fewer_but_no_wrong_verdicts() {
     for (noise, min_correct) in [(0.05, 1800), (0.1, 0), (0.3, 0)] {
@@ -172,11 +172,17 @@ fn three_exact_readings_are_enough() {
     for quantity in ALL {
         let case = Case { quantity, ..EXACT };
         let readings = readings(&case, &directions, &mut random);
-        assert_eq!(examine(&readings, TILE), Verdict::Is(quantity));
+        assert_eq!(examine(&readings, TILE), TileResult::Is(quantity));
         let two = readings.get(..2).expect("three of them");
-        assert_eq!(examine(two, TILE), Verdict::Unclear(Doubt::TooFew));
+        assert_eq!(
+            examine(two, TILE),
+            TileResult::Inconclusive(InconclusiveReason::TooFew)
+        );
     }
-    assert_eq!(examine(&[], TILE), Verdict::Unclear(Doubt::TooFew));
+    assert_eq!(
+        examine(&[], TILE),
+        TileResult::Inconclusive(InconclusiveReason::TooFew)
+    );
 }
 
 /// A reflectance factor times cos(theta_i), from a white that was read once and assumed to be 1.
@@ -188,8 +194,9 @@ fn recognizes_constant_times_cosine() {
         noise: 0.01,
         monochrome: false,
     };
-    let Verdict::Scaled { quantity, factor } = simulate_verdict(&case, 8, &mut Generator(5)) else {
-        panic!("the verdict is not a constant factor");
+    let TileResult::Scaled { quantity, factor } = simulate_verdict(&case, 8, &mut Generator(5))
+    else {
+        panic!("the result is not a constant factor");
     };
     assert_eq!(quantity, Quantity::BrdfTimesCosThetaI);
     assert!(factor.iter().all(|factor| (factor / PI - 1.0).abs() < 0.02));
@@ -211,7 +218,10 @@ fn similar_directions_are_unclear() {
     ] {
         let case = Case { quantity, ..EXACT };
         let readings = readings(&case, &directions, &mut Generator(1));
-        assert_eq!(examine(&readings, TILE), Verdict::Unclear(Doubt::Alike));
+        assert_eq!(
+            examine(&readings, TILE),
+            TileResult::Inconclusive(InconclusiveReason::Ambiguous)
+        );
     }
 }
 
@@ -220,7 +230,7 @@ fn unknown_quantity_is_unclear() {
     let mut random = Generator(3);
     let directions = directions(10, &mut random);
     let brdf = |at: &Directions<f32>| TILE.map(|r| r / PI * (0.2 + at.incoming[0].abs()));
-    let verdict = examine(
+    let result = examine(
         &directions
             .iter()
             .map(|at| (*at, brdf(at)))
@@ -228,18 +238,18 @@ fn unknown_quantity_is_unclear() {
         TILE,
     );
     assert!(
-        matches!(verdict, Verdict::Unclear(Doubt::Spread(spread)) if spread > 0.08),
-        "{verdict:?}"
+        matches!(result, TileResult::Inconclusive(InconclusiveReason::Spread(spread)) if spread > 0.08),
+        "{result:?}"
     );
     let both = |at: &Directions<f32>| TILE.map(|r| r / PI * at.incoming[2] * at.outgoing[2]);
-    let verdict = examine(
+    let result = examine(
         &directions
             .iter()
             .map(|at| (*at, both(at)))
             .collect::<Vec<_>>(),
         TILE,
     );
-    assert!(matches!(verdict, Verdict::Unclear(_)));
+    assert!(matches!(result, TileResult::Inconclusive(_)));
 }
 
 #[test]
@@ -249,33 +259,42 @@ fn names_invalid_readings_and_reflectances() {
         .iter()
         .map(|at| (*at, TILE.map(|r| r / PI)))
         .collect();
-    assert_eq!(examine(&valid, TILE), Verdict::Is(Quantity::Brdf));
+    assert_eq!(examine(&valid, TILE), TileResult::Is(Quantity::Brdf));
     for value in [0.0, -0.01, f32::NAN, f32::INFINITY] {
         let mut broken = valid.clone();
         broken[5].1[2] = value;
-        assert_eq!(examine(&broken, TILE), Verdict::Unclear(Doubt::Reading(5)));
+        assert_eq!(
+            examine(&broken, TILE),
+            TileResult::Inconclusive(InconclusiveReason::Reading(5))
+        );
     }
     let mut below = valid.clone();
     below[3].0.outgoing[2] *= -1.0;
-    assert_eq!(examine(&below, TILE), Verdict::Unclear(Doubt::Reading(3)));
+    assert_eq!(
+        examine(&below, TILE),
+        TileResult::Inconclusive(InconclusiveReason::Reading(3))
+    );
     for reflectance in [0.0, -0.5, 99.0, f32::NAN] {
-        let verdict = examine(&valid, [0.5, reflectance, 0.5]);
-        assert_eq!(verdict, Verdict::Unclear(Doubt::Reflectance(1)));
+        let result = examine(&valid, [0.5, reflectance, 0.5]);
+        assert_eq!(
+            result,
+            TileResult::Inconclusive(InconclusiveReason::Reflectance(1))
+        );
     }
 }
 
 #[test]
 fn verdicts_contain_values() {
-    let scaled = Verdict::Scaled {
+    let scaled = TileResult::Scaled {
         quantity: Quantity::Brdf,
         factor: [2.0, 2.1, 1.9],
     };
-    let spread = Verdict::Unclear(Doubt::Spread(0.25));
-    for (verdict, numbers) in [
+    let spread = TileResult::Inconclusive(InconclusiveReason::Spread(0.25));
+    for (result, numbers) in [
         (scaled, &["2.000", "2.100", "1.900"][..]),
         (spread, &["25"]),
     ] {
-        let text = verdict.to_string();
+        let text = result.to_string();
         assert!(numbers.iter().all(|number| text.contains(number)), "{text}");
     }
 }
