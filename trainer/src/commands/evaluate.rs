@@ -71,7 +71,7 @@ pub(crate) enum MethodName {
     group = ArgGroup::new("evaluated").args(["recipe", "model"]).required(true)
 )]
 pub(crate) struct Evaluate {
-    /// Recipe files; with --method meta their initial parameters and step sizes, at random samples
+    /// Recipe files; --method meta uses their initial parameters and step sizes, at random samples
     #[arg(
         long,
         num_args = 1..,
@@ -94,7 +94,7 @@ pub(crate) struct Evaluate {
     samples: Option<usize>,
     /// Training materials for ours and meta without a recipe, and for the components of the model
     /// linear [default: procedural:100]
-    #[arg(long)]
+    #[arg(long, value_name = "SOURCE")]
     train: Option<Source>,
     /// Length of the training of a method without a recipe [default: standard]
     #[arg(long, value_enum)]
@@ -140,12 +140,12 @@ pub(crate) struct Evaluate {
 }
 
 /// Default number of repetitions of random methods.
-const SEEDS: u64 = 5;
+const DEFAULT_SEEDS: u64 = 5;
 
 impl Evaluate {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        let name = self.method.unwrap_or(MethodName::Ours);
-        self.refuse_unused_options(name)?;
+        let method_name = self.method.unwrap_or(MethodName::Ours);
+        self.refuse_unused_options(method_name)?;
         let compact = match &self.basis {
             Some(path) => {
                 Some(Basis::from_compact_bytes(&read_compact(path)?).map_err(Error::msg)?)
@@ -158,22 +158,22 @@ impl Evaluate {
         }
         let materials = load(&self.test)?;
         let environment = environment(self.environment.as_deref())?;
-        if recipes.is_empty() && name.uses_recipe() {
-            recipes.push((None, self.train_recipe(name, seed)?));
+        if recipes.is_empty() && method_name.uses_recipe() {
+            recipes.push((None, self.train_recipe(method_name, seed)?));
         }
         let progress = StepProgress::new("rendering the materials", materials.len());
         let evaluator = Evaluator::with_environment(environment, &materials);
         drop(progress);
         let evaluate = |method: &Method<'_>| -> anyhow::Result<Report> {
             let progress = StepProgress::new("evaluating", materials.len());
-            let seeds = self.seeds.unwrap_or(SEEDS);
-            let (done, cancel) = (|| progress.increment(), AtomicBool::new(false));
-            Ok(evaluator.evaluate_with_progress(method, seed, seeds, &done, &cancel)?)
+            let seeds = self.seeds.unwrap_or(DEFAULT_SEEDS);
+            let (on_done, cancel) = (|| progress.increment(), AtomicBool::new(false));
+            Ok(evaluator.evaluate_with_progress(method, seed, seeds, &on_done, &cancel)?)
         };
         let mut all = Vec::new();
         for (path, (file, basis)) in &recipes {
             let recipe = file.recipe();
-            let method = match name {
+            let method = match method_name {
                 MethodName::Meta => Method::meta(&recipe, basis.as_ref())?,
                 _ => Method::ours(&recipe, basis.as_ref())?,
             };
@@ -197,7 +197,8 @@ impl Evaluate {
             });
         }
         if recipes.is_empty() {
-            let (report, trained_on) = self.evaluate_without_recipe(name, seed, &evaluate)?;
+            let (report, trained_on) =
+                self.evaluate_without_recipe(method_name, seed, &evaluate)?;
             all.push(MethodReport {
                 recipe: None,
                 report,
@@ -215,9 +216,9 @@ impl Evaluate {
     }
 
     /// Refuses options without effect. (clap refuses those that exclude --recipe.)
-    fn refuse_unused_options(&self, name: MethodName) -> anyhow::Result<()> {
-        let method = name.name();
-        if !self.recipe.is_empty() && !name.uses_recipe() {
+    fn refuse_unused_options(&self, method_name: MethodName) -> anyhow::Result<()> {
+        let method = method_name.name();
+        if !self.recipe.is_empty() && !method_name.uses_recipe() {
             bail!(
                 "--recipe has no effect: --method {method} uses no recipe; give --model and \
                  --samples instead"
@@ -227,7 +228,7 @@ impl Evaluate {
             self.recipe.len() <= 1 || self.basis.is_none(),
             "--basis applies to a single --recipe: evaluate the recipes one by one"
         );
-        if name != MethodName::Ours && self.degradation() != Degradation::default() {
+        if method_name != MethodName::Ours && self.degradation() != Degradation::default() {
             bail!(
                 "--first, --lose, --noise, --additive and --levels have no effect with --method {method}: \
                  remove them"
@@ -240,7 +241,7 @@ impl Evaluate {
                 "--lose {lose} of --first {first} leaves no reading to fit: give a smaller --lose"
             );
         }
-        if self.seeds.is_some() && !name.is_random() && !self.degradation().is_random() {
+        if self.seeds.is_some() && !method_name.is_random() && !self.degradation().is_random() {
             bail!("--seeds has no effect: --method {method} is not random; remove it");
         }
         let Some(model) = self.model else {
@@ -256,39 +257,42 @@ impl Evaluate {
         };
         refuse(
             "--effort",
-            self.effort.is_some() && !name.uses_recipe(),
+            self.effort.is_some() && !method_name.uses_recipe(),
             "is not trained",
         )?;
         refuse(
             "--train",
-            self.train.is_some() && !name.uses_recipe() && !is_linear,
+            self.train.is_some() && !method_name.uses_recipe() && !is_linear,
             "of this model is not trained",
         )?;
         refuse(
             "--samples",
-            self.samples.is_some() && name == MethodName::Optimum,
+            self.samples.is_some() && method_name == MethodName::Optimum,
             "uses unlimited samples",
         )
     }
 
-    /// Evaluates a method without a recipe. Returns the materials of its principal components too, for the model
-    /// linear.
+    /// Evaluates a method without a recipe. Also returns the materials that the principal components of the model
+    /// linear are computed from.
     fn evaluate_without_recipe(
         &self,
-        name: MethodName,
+        method_name: MethodName,
         seed: u64,
         evaluate: &dyn Fn(&Method<'_>) -> anyhow::Result<Report>,
     ) -> anyhow::Result<(Report, TrainingMaterials)> {
         if self.model()? == ModelKind::Linear {
             let prior = self.linear_prior.or(Prior::PAPER)?;
             let Some(eta) = prior.eta else {
-                bail!("--method {} learns no precisions: give --eta", name.name());
+                bail!(
+                    "--method {} learns no precisions: give --eta",
+                    method_name.name()
+                );
             };
-            let training = load(&self.train())?;
+            let training = load(&self.training_source())?;
             let columns = Columns::new(&training);
             let all: Vec<usize> = (0..columns.count()).collect();
             let basis = principal_components(&columns, &all, prior.components);
-            let method = match name {
+            let method = match method_name {
                 MethodName::Njr15 => {
                     let pattern = min_condition_pattern(&basis, self.samples()?, seed);
                     Method::linear_njr15(&basis, eta, pattern)
@@ -301,7 +305,7 @@ impl Evaluate {
                 TrainingMaterials::from_materials(&training),
             ));
         }
-        let method = match name {
+        let method = match method_name {
             MethodName::Njr15 => {
                 bail!("--method njr15 applies to --model linear only: give another --method")
             }
@@ -333,7 +337,7 @@ impl Evaluate {
             .context("no number of samples: give --samples, or --recipe FILE")
     }
 
-    fn train(&self) -> Source {
+    fn training_source(&self) -> Source {
         let default = || Source("procedural:100".into());
         self.train.clone().unwrap_or_else(default)
     }
@@ -341,12 +345,12 @@ impl Evaluate {
     /// Trains a recipe for the method, with its basis for the model linear.
     fn train_recipe(
         &self,
-        name: MethodName,
+        method_name: MethodName,
         seed: u64,
     ) -> anyhow::Result<(RecipeFile, Option<Basis>)> {
         let effort = self.effort.unwrap_or(Effort::Standard);
         let mut options = Options {
-            parts: match name {
+            parts: match method_name {
                 MethodName::Meta => TrainedParts::WithoutPattern,
                 _ => TrainedParts::All,
             },
@@ -359,13 +363,13 @@ impl Evaluate {
                 seed,
             )
         };
-        let train = self.train();
-        let materials = load(&train)?;
-        options.source_shares = vec![SourceShare::single(&train, materials.len())];
+        let source = self.training_source();
+        let materials = load(&source)?;
+        options.source_shares = vec![SourceShare::single(&source, materials.len())];
         let learned = train_with_progress(&options, materials)?;
         let basis = learned.basis.as_deref().map(Basis::from_bytes).transpose();
-        let basis = basis.map_err(|what| anyhow!("the trained basis is invalid: {what}"))?;
-        Ok((pack_recipe(&learned, &options, train.label())?, basis))
+        let basis = basis.map_err(|reason| anyhow!("the trained basis is invalid: {reason}"))?;
+        Ok((pack_recipe(&learned, &options, source.label())?, basis))
     }
 }
 

@@ -8,7 +8,7 @@ use glimpse_materials::basis::Basis;
 use glimpse_trainer::export::{to_c, to_csv, to_json, to_rust};
 use glimpse_training::recipe::RecipeFile;
 
-use super::export_basis::compact_basis;
+use super::export_basis::compact_basis_of_recipe;
 use super::numbers;
 use super::output::{refuse_input, write_file_forced};
 
@@ -75,7 +75,7 @@ impl Export {
             Format::Csv => to_csv(&recipe).into_bytes(),
             Format::Postcard => file.bytes().to_vec(),
             Format::Rust => to_rust(&recipe)?.into_bytes(),
-            Format::Basis => compact_basis(&self.recipe, self.components)?,
+            Format::Basis => compact_basis_of_recipe(&self.recipe, self.components)?,
             Format::Json => (serde_json::to_string_pretty(&to_json(&recipe)?)? + "\n").into_bytes(),
         };
         write_file_forced(&self.out, &bytes, self.force)

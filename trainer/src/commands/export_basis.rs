@@ -10,7 +10,10 @@ use glimpse_training::linear::{COMPACT_COMPONENTS, COMPACT_NODES, to_compact_byt
 use super::read_recipe;
 
 /// Compacts the whole basis next to a recipe of the model Linear.
-pub(crate) fn compact_basis(recipe: &Path, components: Option<usize>) -> anyhow::Result<Vec<u8>> {
+pub(crate) fn compact_basis_of_recipe(
+    recipe: &Path,
+    components: Option<usize>,
+) -> anyhow::Result<Vec<u8>> {
     let (_, basis) = read_recipe(recipe)?;
     let Some(basis) = basis else {
         bail!(
@@ -25,15 +28,17 @@ pub(crate) fn compact_basis(recipe: &Path, components: Option<usize>) -> anyhow:
             Basis::path_for(recipe).display()
         );
     }
-    compacted(&basis, components)
+    compact_basis(&basis, components)
 }
 
 /// Compacts a whole basis to a given number of components, or else to [`COMPACT_COMPONENTS`] of them.
-pub(crate) fn compacted(basis: &Basis, components: Option<usize>) -> anyhow::Result<Vec<u8>> {
+pub(crate) fn compact_basis(basis: &Basis, components: Option<usize>) -> anyhow::Result<Vec<u8>> {
     let all = basis.components();
     let components = match components {
         Some(count) if !(1..=all).contains(&count) => {
-            bail!("--components {count} is out of range: this recipe's basis has {all} components")
+            bail!(
+                "--components {count} is out of range: this recipe's basis has {all}; give 1 to {all}"
+            )
         }
         Some(count) => count,
         None => COMPACT_COMPONENTS.min(all),

@@ -1,4 +1,4 @@
-//! Options for the quantity of a file's numbers.
+//! Options for the quantity of readings: the BRDF, a multiple of it, or counts.
 
 use std::path::{Path, PathBuf};
 
@@ -23,7 +23,7 @@ enum QuantityName {
     ReflectanceFactor,
 }
 
-/// The larger spot on the sample, as named on the command line.
+/// The larger spot on the material, as named on the command line.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum FootprintName {
     /// The light's spot: it covers all that the sensor sees.
@@ -32,13 +32,13 @@ enum FootprintName {
     Sensor,
 }
 
-/// Options for the quantity of a file's numbers.
+/// Options for the quantity of readings.
 #[derive(Args)]
 pub(super) struct QuantityArgs {
     /// Quantity of the readings [default: brdf]
     #[arg(long, value_enum, conflicts_with_all = ["white", "values"])]
     quantity: Option<QuantityName>,
-    /// Counts of a white tile, CSV, for readings that are counts too: at the same directions, or a
+    /// CSV file of counts on a white tile, if the readings are counts: at the same directions, or in a
     /// single row with --footprint
     #[arg(long, value_name = "FILE.csv", conflicts_with = "values")]
     white: Option<PathBuf>,
@@ -63,7 +63,7 @@ impl QuantityArgs {
         self.white.as_deref()
     }
 
-    /// Returns the quantity of these options. Reads the file of --white.
+    /// Returns the quantity of these options. Reads the file of --white, with a tolerance in radians.
     pub(super) fn read(
         &self,
         pattern: &[Angles<f32>],

@@ -18,7 +18,7 @@ use glimpse_training::recipe::RecipeFile;
 use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
 use serde_json::json;
 
-use super::super::export_basis::{compacted, read_compact};
+use super::super::export_basis::{compact_basis, read_compact};
 use super::super::numbers::share;
 use super::super::output::{file_as_json, refuse_input, refuse_source};
 use super::super::training_overlap::warn_of_overlap;
@@ -264,7 +264,7 @@ fn basis(
     let basis = basis.context("a recipe that names a basis is read with it")?;
     match basis.is_compact() {
         true => Ok(basis.to_bytes()),
-        false => compacted(&basis, None),
+        false => compact_basis(&basis, None),
     }
 }
 

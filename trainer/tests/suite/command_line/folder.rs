@@ -62,8 +62,8 @@ impl Folder {
     }
 
     /// Returns the sorted names of the entries of a subfolder, or of this folder for "".
-    pub(crate) fn names(&self, of: &str) -> Vec<String> {
-        let entries = fs::read_dir(self.at(of)).expect("a readable folder");
+    pub(crate) fn names(&self, folder: &str) -> Vec<String> {
+        let entries = fs::read_dir(self.at(folder)).expect("a readable folder");
         let names = entries.map(|entry| entry.expect("an entry").file_name());
         let mut names: Vec<String> = names
             .map(|name| name.into_string().expect("UTF-8 text"))

@@ -22,7 +22,8 @@ fn pattern() -> [Angles<f32>; 3] {
     })
 }
 
-fn reduced() -> RecipeBasis {
+/// The basis of a recipe, reduced to the directions of [`pattern`].
+fn reduced_basis() -> RecipeBasis {
     RecipeBasis {
         basis: vec![1.5, -2.0, 0.25, 8.0, 3.0, -0.1],
         mean: vec![-0.5, 0.0, 0.5],
@@ -83,10 +84,11 @@ fn with_metadata(bare: RecipeParts<'_>) -> RecipeParts<'_> {
 
 /// A recipe with all metadata that a recipe can have.
 pub(crate) fn recipe_with_metadata() -> RecipeFile {
-    write(reduced(), with_metadata).expect("a valid recipe")
+    build_recipe(reduced_basis(), with_metadata).expect("a valid recipe")
 }
 
-fn write(
+/// Builds a recipe of the model Linear.
+fn build_recipe(
     reduced: RecipeBasis,
     add_metadata: fn(RecipeParts<'_>) -> RecipeParts<'_>,
 ) -> Result<RecipeFile, RecipeError> {
@@ -101,11 +103,11 @@ fn write(
 #[test]
 fn inspects_and_exports_linear_recipe() {
     let folder = Folder::new();
-    let mut unequal = reduced();
+    let mut unequal = reduced_basis();
     unequal.precision[1] = 4.0;
     unequal.basis_checksum = 0;
-    for (name, reduced) in [("equal", reduced()), ("unequal", unequal)] {
-        let file = write(reduced.clone(), with_metadata).expect("a valid recipe");
+    for (name, reduced) in [("equal", reduced_basis()), ("unequal", unequal)] {
+        let file = build_recipe(reduced.clone(), with_metadata).expect("a valid recipe");
         folder.write(&format!("{name}.recipe"), file.bytes());
         let recipe = file.recipe();
         assert!(recipe.pattern().eq(pattern()));
@@ -121,7 +123,7 @@ fn inspects_and_exports_linear_recipe() {
     }
 
     let json = folder.read_json("equal.json");
-    let expected = reduced();
+    let expected = reduced_basis();
     let bytes = folder.read("equal.recipe");
     let recipe = Recipe::parse(&bytes).expect("a valid recipe");
     for (field, expected) in [
@@ -202,7 +204,7 @@ fn inspects_and_exports_linear_recipe() {
 
 #[test]
 fn inspects_and_exports_recipe_without_metadata() {
-    let file = write(reduced(), |bare| bare).expect("a valid recipe");
+    let file = build_recipe(reduced_basis(), |bare| bare).expect("a valid recipe");
     let folder = Folder::with("bare.recipe", file.bytes());
     folder.succeed("inspect bare.recipe");
     for format in ["json", "rust"] {
@@ -236,12 +238,12 @@ fn rejects_evaluation_without_basis() {
 
 #[test]
 fn rejects_malformed_reduced_basis() {
-    let mut wrong = reduced();
+    let mut wrong = reduced_basis();
     wrong.basis.pop();
-    let error = write(wrong, with_metadata).expect_err("a short basis");
+    let error = build_recipe(wrong, with_metadata).expect_err("a short basis");
     assert_eq!(error, RecipeError::Count(Field::Basis));
-    let mut wrong = reduced();
+    let mut wrong = reduced_basis();
     wrong.weight[2] = 0.0;
-    let error = write(wrong, with_metadata).expect_err("a weight of 0");
+    let error = build_recipe(wrong, with_metadata).expect_err("a weight of 0");
     assert_eq!(error, RecipeError::NotPositive(Field::Weight));
 }

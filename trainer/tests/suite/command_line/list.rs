@@ -73,11 +73,11 @@ fn assert_done(cells: &[Value], done: bool) {
     assert!(cells.iter().all(|cell| cell["done"] == done), "{cells:?}");
 }
 
-/// The contents of all files in a folder and its subfolders whose names end with one of these suffixes.
+/// The contents of all files below a folder that have one of these suffixes.
 fn files(folder: &Path, suffixes: &[&str]) -> BTreeMap<String, Vec<u8>> {
     let files = files_below(folder).into_iter();
-    let words = files.map(|(path, bytes)| (path.to_string_lossy().into_owned(), bytes));
-    words
+    let named = files.map(|(path, bytes)| (path.to_string_lossy().into_owned(), bytes));
+    named
         .filter(|(name, _)| suffixes.iter().any(|suffix| name.ends_with(suffix)))
         .collect()
 }
@@ -139,9 +139,8 @@ fn cells_write_same_files_as_experiment() {
     assert_done(&listed, false);
     assert_inputs_come_first(&listed);
     // The command of an evaluation fails if its recipe is missing.
-    let mut cells_left = listed.iter();
-    let evaluation =
-        cells_left.find(|cell| name(cell) == "sheets/test/linear-n8-m5-eta-40-joint-ours");
+    let is_evaluation = |cell: &&Value| name(cell) == "sheets/test/linear-n8-m5-eta-40-joint-ours";
+    let evaluation = listed.iter().find(is_evaluation);
     let evaluation = evaluation.expect("an evaluation of Ours");
     let inputs = texts(evaluation, "inputs");
     assert_eq!(inputs.len(), 2, "a recipe and its basis: {evaluation}");
@@ -151,8 +150,8 @@ fn cells_write_same_files_as_experiment() {
     for cell in &listed {
         run(&folder, cell, false);
     }
-    let kept = |root: &Path| files(&root.join("paper"), &[".recipe", ".basis", "json"]);
-    let (mut whole, mut paper) = (kept(&whole), kept(folder.path()));
+    let written = |root: &Path| files(&root.join("paper"), &[".recipe", ".basis", "json"]);
+    let (mut whole, mut paper) = (written(&whole), written(folder.path()));
     // The command without --list writes the tables.
     whole.retain(|name, _| name.starts_with("recipes/") || name.starts_with("sheets/"));
     paper.retain(|name, _| name != "settings.json");
@@ -164,7 +163,7 @@ fn cells_write_same_files_as_experiment() {
     // All cells are done; the command prints the tables.
     assert_done(&cells(&folder, BASES), true);
     assert_eq!(folder.succeed(BASES), printed);
-    let now = kept(folder.path());
+    let now = written(folder.path());
     let is_unchanged = |(name, bytes)| now.get(name) == Some(bytes);
     assert!(paper.iter().all(is_unchanged));
 }

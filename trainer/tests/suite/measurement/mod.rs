@@ -11,7 +11,7 @@ use glimpse_core::gonio::Quantity;
 use glimpse_trainer::measurement::{Measurements, ReadingQuantity, TableError};
 use glimpse_training::recipe::RecipeFile;
 
-/// One of the firmware's recipes.
+/// Reads one of the bundled recipes.
 pub(crate) fn recipe(name: &str) -> RecipeFile {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/recipes/");
     RecipeFile::read(&PathBuf::from(folder).join(name)).expect("a valid recipe")
@@ -31,10 +31,11 @@ pub(crate) fn pattern() -> Vec<Angles<f32>> {
     ]
 }
 
+/// 0.5 degrees, in radians.
 pub(crate) const TOLERANCE: f64 = 0.5 * std::f64::consts::PI / 180.0;
 
-/// Reads a file with this text.
-pub(crate) fn measured_as(
+/// Reads readings from a file with this text.
+pub(crate) fn read_readings(
     text: &str,
     quantity: &ReadingQuantity,
 ) -> Result<Measurements, TableError> {
@@ -44,8 +45,9 @@ pub(crate) fn measured_as(
     Measurements::read(&path, &pattern(), TOLERANCE, quantity)
 }
 
-pub(crate) fn measured(text: &str) -> Result<Measurements, TableError> {
-    measured_as(text, &ReadingQuantity::Values(Quantity::Brdf))
+/// Reads readings of the BRDF from a file with this text.
+pub(crate) fn read_brdf(text: &str) -> Result<Measurements, TableError> {
+    read_readings(text, &ReadingQuantity::Values(Quantity::Brdf))
 }
 
 /// Returns the error message about an invalid file, without the path.

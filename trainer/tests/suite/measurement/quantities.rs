@@ -7,7 +7,7 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::gonio::{Footprint, Quantity};
 use glimpse_trainer::measurement::{CountCalibration, ReadingQuantity, TableError, WhiteReference};
 
-use super::{TOLERANCE, error_message, measured_as, pattern};
+use super::{TOLERANCE, error_message, pattern, read_readings};
 use crate::common::assert_names;
 
 const BRDF: f32 = 0.25;
@@ -44,7 +44,7 @@ fn quantities_give_same_brdf() {
         let rows: String = (0..3)
             .map(|i| format!("{i},{}\n", BRDF * factor[i]))
             .collect();
-        let read = measured_as(
+        let read = read_readings(
             &format!("index,value\n{rows}"),
             &ReadingQuantity::Values(quantity),
         );
@@ -80,47 +80,48 @@ fn white(text: &str, footprint: Option<Footprint>) -> Result<ReadingQuantity, Ta
 fn converts_counts_with_white() {
     // At the same directions the cosines cancel: 1000 counts above dark correspond to 0.5 / pi.
     let counts = |white: f32| 100.0 + BRDF * PI / 0.5 * (white - 100.0);
-    let each = white("index,value\n2,2100\n0,1000\n0,1200\n", None).expect("the file is read");
+    let quantity = white("index,value\n2,2100\n0,1000\n0,1200\n", None).expect("the file is read");
     let text = format!(
         "index,value\n0,{}\n2,{}\n",
         counts(1_100.0),
         counts(2_100.0)
     );
-    let read = measured_as(&text, &each).expect("the file is read");
+    let read = read_readings(&text, &quantity).expect("the file is read");
     for sample in [0, 2] {
         assert_is_brdf(read.samples[sample].mean());
     }
-    let message = error_message(measured_as("index,value\n1,500\n", &each));
+    let message = error_message(read_readings("index,value\n1,500\n", &quantity));
     assert_names(&message, &["2", "1"]);
-    let full = measured_as("index,value\n0,4000\n", &each).expect("the file is read");
-    assert!(full.samples[0].saturated());
+    let saturated = read_readings("index,value\n0,4000\n", &quantity).expect("the file is read");
+    assert!(saturated.samples[0].saturated());
 
     // With a single reading at normal incidence, one cosine remains.
-    let once = "theta_i,phi_i,theta_o,phi_o,value\n0,0,0,0,1100\n";
+    let single_row = "theta_i,phi_i,theta_o,phi_o,value\n0,0,0,0,1100\n";
     for (footprint, arm) in [(Footprint::LightLarger, 0), (Footprint::SensorLarger, 1)] {
-        let quantity = white(once, Some(footprint)).expect("the file is read");
+        let quantity = white(single_row, Some(footprint)).expect("the file is read");
         let cosine = cosines(2)[arm];
         let text = format!(
             "index,value\n2,{}\n",
             100.0 + cosine * (counts(1_100.0) - 100.0)
         );
         assert_is_brdf(
-            measured_as(&text, &quantity)
+            read_readings(&text, &quantity)
                 .expect("the file is read")
                 .samples[2]
                 .mean(),
         );
     }
     assert_names(
-        &white_error(once, None),
+        &white_error(single_row, None),
         &["--footprint", "light", "sensor"],
     );
-    let two = "index,value\n0,1100\n1,1100\n";
-    let message = white_error(two, Some(Footprint::LightLarger));
+    let two_rows = "index,value\n0,1100\n1,1100\n";
+    let message = white_error(two_rows, Some(Footprint::LightLarger));
     assert_names(&message, &["2", "--footprint"]);
 }
 
-/// The counts of a white depend on the direction of the light, so an exchanged sample needs an exchanged white.
+/// The counts on a white tile depend on the direction of the light. A sample with light and sensor exchanged needs a
+/// white reading with the same exchange.
 #[test]
 fn white_must_be_exchanged_like_sample() {
     // Sample 2 in degrees, with light and sensor exchanged.
@@ -135,11 +136,11 @@ fn white_must_be_exchanged_like_sample() {
     let head = "index,theta_i,phi_i,theta_o,phi_o,value\n";
     let row = |counts: f32| format!("{head}{exchanged},{counts}\n");
     let counts = 100.0 + BRDF * PI / 0.5 * 1_000.0;
-    let turned = white(&row(1_100.0), None).expect("the file is read");
-    let read = measured_as(&row(counts), &turned).expect("the file is read");
+    let exchanged_white = white(&row(1_100.0), None).expect("the file is read");
+    let read = read_readings(&row(counts), &exchanged_white).expect("the file is read");
     assert_is_brdf(read.samples[2].mean());
-    let straight = white("index,value\n2,1100\n", None).expect("the file is read");
-    let message = error_message(measured_as(&row(counts), &straight));
+    let original_white = white("index,value\n2,1100\n", None).expect("the file is read");
+    let message = error_message(read_readings(&row(counts), &original_white));
     assert_names(&message, &["2"]);
 }
 
@@ -154,7 +155,7 @@ fn rejects_invalid_white() {
     ] {
         assert_names(&white_error(text, footprint), &["2", "saturated"]);
     }
-    let dark = white("index,value\n0,90\n", None).expect("the file is read");
-    let message = error_message(measured_as("index,value\n0,500\n", &dark));
+    let below_dark = white("index,value\n0,90\n", None).expect("the file is read");
+    let message = error_message(read_readings("index,value\n0,500\n", &below_dark));
     assert_names(&message, &["2"]);
 }

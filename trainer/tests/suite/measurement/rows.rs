@@ -2,14 +2,14 @@
 
 use glimpse_trainer::measurement::coefficient_of_variation;
 
-use super::{error_message, measured};
+use super::{error_message, read_brdf};
 use crate::common::assert_names;
 
 #[test]
 fn accepts_any_order_missing_and_repeated_rows() {
     // Two readings of sample 0 at theta_i = theta_o = 30 degrees, rotated about the normal and with small errors.
     // Rows without values do not count.
-    let read = measured(
+    let read = read_brdf(
         "b,note,theta_o,phi_o,theta_i,phi_i,g,r\n\
          0.3,x,30.1,10,30,190.2,0.2,0.1\n\
          ,,30,10,30,190,,\n\
@@ -32,20 +32,20 @@ fn accepts_any_order_missing_and_repeated_rows() {
 
 #[test]
 fn accepts_single_channel_and_index() {
-    let read = measured("index,value,saturated\n2,0.5,1\n0,0.25,0\n").expect("the file is read");
+    let read = read_brdf("index,value,saturated\n2,0.5,1\n0,0.25,0\n").expect("the file is read");
     assert_eq!(read.samples[2].mean(), Some([0.5; 3]));
     assert!(read.samples[2].saturated() && !read.samples[0].saturated());
     assert_eq!((read.missing(), read.max_distance), (vec![1], None));
     // With an index, angles are optional; if present, they are checked.
     let text = "theta_h,index,theta_d,phi_d,value\n,1,,,0.5\n20,1,10,90.2,0.7\n";
-    let read = measured(text).expect("the file is read");
+    let read = read_brdf(text).expect("the file is read");
     assert_eq!(read.samples[1].count(), 2);
 }
 
 /// Spreadsheets may write capitals, and indices with a decimal point.
 #[test]
 fn accepts_capitals_and_decimal_indices() {
-    let read = measured("Index,Value\n2.0,0.5\n").expect("the file is read");
+    let read = read_brdf("Index,Value\n2.0,0.5\n").expect("the file is read");
     assert_eq!(read.samples[2].mean(), Some([0.5; 3]));
 }
 
@@ -78,13 +78,13 @@ fn errors_name_line_and_column() {
             &["2", "theta_d", "x"],
         ),
     ] {
-        assert_names(&error_message(measured(text)), words);
+        assert_names(&error_message(read_brdf(text)), words);
     }
 }
 
 #[test]
 fn error_names_nearest_sample() {
-    let message = error_message(measured(
+    let message = error_message(read_brdf(
         "theta_i,phi_i,theta_o,phi_o,value\n30,0,30,180,1\n30,0,31.2,180,1\n",
     ));
     let near = [
@@ -98,7 +98,7 @@ fn error_names_nearest_sample() {
         "0.5",
     ];
     assert_names(&message, &near);
-    let message = error_message(measured("theta_h,theta_d,phi_d,index,value\n0,30,0,1,1\n"));
+    let message = error_message(read_brdf("theta_h,theta_d,phi_d,index,value\n0,30,0,1,1\n"));
     assert_names(&message, &["2", "1", "0"]);
 }
 
@@ -108,10 +108,10 @@ fn error_suggests_radians() {
                       0,0.5235988,0,1\n\
                       0.3490659,0.1745329,1.5707963,1\n";
     let degrees_in_a_radian = "57.29578";
-    let message = error_message(measured(in_radians));
+    let message = error_message(read_brdf(in_radians));
     assert_names(&message, &[degrees_in_a_radian]);
     // No hint if only some rows match as radians.
-    let message = error_message(measured(&format!("{in_radians}0.7,0.2,0.1,1\n")));
+    let message = error_message(read_brdf(&format!("{in_radians}0.7,0.2,0.1,1\n")));
     assert!(!message.contains(degrees_in_a_radian), "{message}");
 }
 
@@ -124,7 +124,7 @@ fn accepts_or_reports_csv_dialects() {
         format!("\u{feff}{whole}"),
         whole.trim_end().to_owned(),
     ] {
-        let read = measured(&same).expect("the file is read");
+        let read = read_brdf(&same).expect("the file is read");
         assert_eq!(read.rows, 2);
         assert_eq!(read.samples[0].mean(), Some([0.25, 0.5, 0.75]));
     }
@@ -141,7 +141,7 @@ fn accepts_or_reports_csv_dialects() {
         (whole[..28].to_owned(), &[]),
         (String::new(), &[]),
     ] {
-        let message = error_message(measured(&text));
+        let message = error_message(read_brdf(&text));
         assert_names(&message, words);
         assert!(
             !message.contains(char::is_control) && message.len() < 600,
@@ -156,7 +156,7 @@ fn accepts_or_reports_csv_dialects() {
 fn truncated_file_has_fewer_rows_or_fails() {
     let whole = "index,r,g,b\n0,0.25,0.5,0.75\n1,1.5,2.5,3.5\n2,0.1,0.2,0.3\n";
     for length in 0..whole.len() {
-        match measured(&whole[..length]) {
+        match read_brdf(&whole[..length]) {
             Ok(read) => {
                 let ends = whole[..length].matches('\n').count();
                 assert!(read.rows == ends || read.rows + 1 == ends, "{length}");
