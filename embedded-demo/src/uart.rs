@@ -10,19 +10,21 @@ use heapless::spsc::{Consumer, Producer, Queue};
 
 use crate::register::Usart;
 
-/// Status bits: overrun, received, ready to transmit.
+/// Status bit: at least one byte was lost, because the previous one was not read in time.
 const OVERRUN: u32 = 1 << 3;
+/// Status bit: a byte was received.
 const RECEIVED: u32 = 1 << 5;
+/// Status bit: the transmitter is ready.
 const READY: u32 = 1 << 7;
-/// Control bits: enable, interrupt when received, transmitter on, receiver on.
+/// Control bits: USART on, interrupt for each received byte, transmitter on, receiver on.
 const ENABLE: u32 = 1 << 13 | 1 << 5 | 1 << 3 | 1 << 2;
 
 /// Capacity of the queue plus one: the bytes of 22 ms at 115,200 baud.
 const QUEUE_BYTES: usize = 256;
 
-/// The interrupt's end of the queue, once the UART is started.
+/// The interrupt handler's end of the queue. None until the UART is started.
 static PRODUCER: Mutex<Cell<Option<Producer<'static, u8>>>> = Mutex::new(Cell::new(None));
-/// Bytes lost, because the queue was full or the interrupt was late.
+/// Number of bytes lost because the queue was full or the interrupt was late.
 static LOST_BYTES: AtomicU32 = AtomicU32::new(0);
 
 /// The UART of the scanner: 8 bits, no parity, one stop bit. A singleton.
@@ -73,7 +75,7 @@ impl Uart {
     }
 }
 
-/// Returns the nearest divider of a clock for a speed.
+/// Returns the divider of the clock whose result is nearest to a baud rate.
 pub const fn divider(clock_hz: u32, baud: u32) -> u32 {
     (clock_hz + baud / 2) / baud
 }
@@ -102,7 +104,7 @@ pub fn receive(usart: Usart) {
     let overrun = status & OVERRUN != 0;
     let dropped = status & RECEIVED != 0 && !enqueue(byte);
     let lost = u32::from(overrun) + u32::from(dropped);
-    // No other handler writes it, so a separate load and store are enough.
+    // No other code writes this counter, so a separate load and store are enough.
     LOST_BYTES.store(
         LOST_BYTES.load(Ordering::Relaxed).wrapping_add(lost),
         Ordering::Relaxed,

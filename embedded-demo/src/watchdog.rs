@@ -5,8 +5,8 @@
 
 use crate::register::{DBGMCU_APB1_FZ, IWDG_KR, IWDG_PR, IWDG_RLR};
 
-/// Starts the watchdog, which resets the chip unless [`feed`] is called in time: every 4.1 s nominally (32 kHz / 32 /
-/// 4096). Its oscillator has 17 to 47 kHz, so call it at least every 2.7 s.
+/// Starts the watchdog. It resets the chip nominally 4.1 s after the last call of [`feed`]: 4096 counts at 32 kHz / 32.
+/// The frequency of its oscillator is between 17 and 47 kHz, so call [`feed`] at least every 2.7 s.
 pub fn start() {
     DBGMCU_APB1_FZ.modify(0, 1 << 12); // stopped while a debugger halts the core
     IWDG_KR.write(0xCCCC);

@@ -62,11 +62,11 @@ pub struct Axis<S, D, H> {
     switch: Switch<H>,
     settings: Settings,
     task: Task,
-    /// Position by step count; 0 is the angle 0.
+    /// Position in steps, as counted; 0 is the angle 0.
     position: i32,
     homed: bool,
     /// Error of the step count when the switch opened last, steps.
-    slip: i32,
+    count_error: i32,
     /// The step pin is high.
     is_step_high: bool,
     /// State of the direction pin.
@@ -88,7 +88,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
             task: Task::Idle,
             position: 0,
             homed: false,
-            slip: 0,
+            count_error: 0,
             is_step_high: false,
             upwards: None,
             since_step_us: 0,
@@ -96,7 +96,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         }
     }
 
-    /// Returns the position by step count.
+    /// Returns the position according to the step count.
     pub fn position(&self) -> i32 {
         self.position
     }
@@ -106,7 +106,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         self.homed
     }
 
-    /// Returns the angle by step count, radians.
+    /// Returns the angle according to the step count, radians.
     pub fn angle(&self) -> f32 {
         self.settings.angle(self.position)
     }
@@ -116,9 +116,9 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         &self.settings
     }
 
-    /// Returns the error of the step count at the last homing: the lost steps. None within the tolerance.
-    pub fn slip(&self) -> Option<i32> {
-        (self.slip.unsigned_abs() > self.settings.tolerance).then_some(self.slip)
+    /// Returns the lost steps: the error of the step count at the last homing. None within the tolerance.
+    pub fn lost_steps(&self) -> Option<i32> {
+        (self.count_error.unsigned_abs() > self.settings.tolerance).then_some(self.count_error)
     }
 
     /// Assumes a step count from before a reset. The next homing checks it.
@@ -170,15 +170,15 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         })
     }
 
-    /// Sends the arm onto its home switch, slowly; [`Axis::poll`] moves it. Afterwards [`Axis::slip`] returns the lost
-    /// steps.
+    /// Sends the arm onto its home switch, slowly; [`Axis::poll`] moves it. Afterwards [`Axis::lost_steps`] returns the
+    /// lost steps.
     ///
     /// # Errors
     /// If the arm is moving.
     pub fn go_home(&mut self) -> Result<(), AxisError> {
         // If the switch is open, the arm first leaves it.
         self.begin(Task::Releasing { steps: 0 })?;
-        self.slip = 0;
+        self.count_error = 0;
         Ok(())
     }
 
@@ -200,7 +200,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         self.homed = false;
     }
 
-    /// Moves the arm, `elapsed_us` after the last call.
+    /// Moves the arm. `elapsed_us` is the time since the last call.
     ///
     /// # Errors
     /// The error of the arm. It is stopped and must be homed again.
@@ -264,7 +264,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
             }
             Task::Returning { from, to } => {
                 if is_open == Some(true) {
-                    // Earlier than expected. The slow approach measures the slip.
+                    // Earlier than expected. The slow approach measures the error of the count.
                     self.task = Task::Idle;
                     return Ok(None);
                 }
@@ -290,7 +290,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
                 Some(true) => {
                     let home = self.settings.steps(self.settings.home);
                     if self.homed {
-                        self.slip = self.position.saturating_sub(home);
+                        self.count_error = self.position.saturating_sub(home);
                     }
                     self.position = home;
                     self.homed = true;

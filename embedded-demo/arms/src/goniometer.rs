@@ -1,4 +1,4 @@
-//! A goniometer: several arms that move at the same time, and visit their home switches one after the other.
+//! A goniometer: several arms that move at the same time, and are homed one after the other.
 //!
 //! [`crate::route`] ensures that lamp and sensor do not collide.
 
@@ -26,7 +26,7 @@ impl fmt::Display for ArmError {
 
 impl core::error::Error for ArmError {}
 
-/// Steps that an arm has lost before a homing.
+/// Lost steps of an arm, which its homing has found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LostSteps {
@@ -36,7 +36,7 @@ pub struct LostSteps {
     pub steps: i32,
 }
 
-/// `ARMS` arms. Those of a scan are theta_i, phi_i, theta_o, phi_o.
+/// A goniometer of `ARMS` arms. A scan uses four: theta_i, phi_i, theta_o, phi_o.
 #[derive(Debug)]
 pub struct Goniometer<S, D, H, const ARMS: usize> {
     arms: [Axis<S, D, H>; ARMS],
@@ -55,7 +55,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, const ARMS: usize> Goniometer<S, D
         &self.arms
     }
 
-    /// Returns the positions by step count. None while one of them is unknown.
+    /// Returns the positions according to the step counts. None while one of them is unknown.
     pub fn positions(&self) -> Option<[i32; ARMS]> {
         let homed = self.arms.iter().all(Axis::is_homed);
         homed.then(|| self.arms.each_ref().map(|arm| arm.position()))
@@ -113,10 +113,10 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, const ARMS: usize> Goniometer<S, D
         }
     }
 
-    /// Returns the steps that the arms have lost before the last homing.
+    /// Returns the lost steps that the last homing has found.
     pub fn lost_steps(&self) -> impl Iterator<Item = LostSteps> + '_ {
-        let slips = (0..).zip(self.arms.iter().map(Axis::slip));
-        slips.filter_map(|(arm, slip)| slip.map(|steps| LostSteps { arm, steps }))
+        let lost = (0..).zip(self.arms.iter().map(Axis::lost_steps));
+        lost.filter_map(|(arm, steps)| steps.map(|steps| LostSteps { arm, steps }))
     }
 
     /// Stops all arms. They must be homed again.
@@ -127,7 +127,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, const ARMS: usize> Goniometer<S, D
         }
     }
 
-    /// Moves the arms, `elapsed_us` after the last call.
+    /// Moves the arms. `elapsed_us` is the time since the last call.
     ///
     /// # Errors
     /// The error of one arm. All arms are stopped and must be homed again.

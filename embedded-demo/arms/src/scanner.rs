@@ -265,7 +265,7 @@ where
                 }
                 Action::Finished(residual) => {
                     if let Some(fitted) = driver.scan().ok().and_then(Scan::fitted) {
-                        platform.finished(residual, &mut fitted.values());
+                        platform.report_fit(residual, &mut fitted.values());
                     }
                     finished = true;
                 }

@@ -228,7 +228,7 @@ where
         let _ = self.photometer.set_lamp(false);
     }
 
-    /// Returns the angles of the arms by step count, radians.
+    /// Returns the angles of the arms according to the step counts, radians.
     fn angles(&self) -> AxisAngles {
         self.arms.arms().each_ref().map(Axis::angle)
     }
@@ -288,7 +288,7 @@ where
         ]
     }
 
-    /// Advances the task, `elapsed_us` after the last call. Returns its result if it is complete.
+    /// Advances the task. `elapsed_us` is the time since the last call. Returns the task's result if it is complete.
     ///
     /// # Errors
     /// The error of the station. It is stopped and must be homed again.

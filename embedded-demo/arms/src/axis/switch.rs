@@ -39,7 +39,8 @@ impl<H: InputPin> Switch<H> {
         self.bouncing = 0;
     }
 
-    /// Reads the contact, `elapsed_us` after the last call. Returns true if it is open, and None while it bounces.
+    /// Reads the contact. `elapsed_us` is the time since the last call. Returns true if the contact is open, and None
+    /// while it bounces.
     pub(super) fn poll(&mut self, elapsed_us: u32) -> Result<Option<bool>, AxisError> {
         let elapsed_us = elapsed_us.min(MAX_ELAPSED_US);
         let is_open = self.pin.is_high().map_err(|_| AxisError::Pin)?;

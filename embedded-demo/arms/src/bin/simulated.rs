@@ -155,7 +155,7 @@ impl Platform for Simulation<'_> {
         }
     }
 
-    fn finished(&mut self, residual: Residual, values: &mut dyn Iterator<Item = f32>) {
+    fn report_fit(&mut self, residual: Residual, values: &mut dyn Iterator<Item = f32>) {
         log_values(values);
         defmt::info!("residual {=u32:08x}", residual.mean.to_bits());
     }

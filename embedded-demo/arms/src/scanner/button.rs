@@ -35,7 +35,8 @@ pub struct Button {
 }
 
 impl Button {
-    /// Takes the state of the contact, `elapsed_us` after the last call. Returns a command once per press.
+    /// Handles the state of the contact. `elapsed_us` is the time since the last call. Returns a command once per
+    /// press.
     pub fn poll(&mut self, contact: bool, elapsed_us: u32) -> Option<Command> {
         let elapsed_us = elapsed_us.min(MAX_ELAPSED_US);
         if contact == self.level {

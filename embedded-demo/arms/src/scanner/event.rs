@@ -23,7 +23,7 @@ pub enum Event {
     Resumed,
     /// The command to continue is ignored, because no readings are saved.
     NothingSaved,
-    /// The arms are home and have lost no step.
+    /// The arms are home and have not lost any steps.
     Home {
         /// Number of readings that this confirms.
         confirmed: u16,
@@ -37,14 +37,14 @@ pub enum Event {
         /// The reading.
         reading: Reading,
     },
-    /// A reading is invalid. The sample is read again, up to three times.
+    /// A reading is invalid. The scan makes up to three attempts to read a sample.
     InvalidReading {
         /// Index of the sample in the recipe's pattern.
         index: u16,
         /// The error of the reading.
         error: ReadingError,
     },
-    /// The sensor could not be read. The sample is read again, up to three times.
+    /// The sensor could not be read. The scan makes up to three attempts to read a sample.
     ReadFailed {
         /// Index of the sample in the recipe's pattern.
         index: u16,
@@ -81,11 +81,11 @@ impl Event {
                 defmt::error!("the new recipe was rejected: {}", error);
             }
             Self::Saved { readings } => defmt::info!(
-                "saved readings: {=u16}; press shortly for a new material, or for two seconds to continue",
+                "saved readings: {=u16}; press briefly for a new material, or for two seconds to continue",
                 readings
             ),
             Self::NothingSaved => {
-                defmt::warn!("no saved readings to continue: press shortly for a new scan");
+                defmt::warn!("no saved readings to continue: press briefly for a new scan");
             }
             Self::Resumed => defmt::info!("scan resumed"),
             Self::Home { confirmed } => defmt::info!("home: {=u16} readings confirmed", confirmed),
@@ -116,7 +116,7 @@ impl Event {
     }
 }
 
-/// Logs fitted values, eight per line, as the little-endian bytes of each.
+/// Logs fitted values as little-endian bytes, eight values per line.
 #[cfg(feature = "defmt")]
 pub fn log_values(values: &mut dyn Iterator<Item = f32>) {
     let mut line = [0; 32];

@@ -21,12 +21,12 @@ pub trait Platform {
     /// iteration.
     fn command(&mut self) -> Option<Command>;
 
-    /// Saves the arms' step counts in memory that survives a reset. None if they are unknown.
+    /// Saves the arms' step counts in memory that survives a reset. `positions` is None if they are unknown.
     fn save_positions(&mut self, positions: Option<[i32; ARMS]>);
 
     /// Reports an event.
     fn report(&mut self, event: Event);
 
-    /// Takes the residual and the values of a fitted material.
-    fn finished(&mut self, residual: Residual, values: &mut dyn Iterator<Item = f32>);
+    /// Reports the residual and the values of a fitted material.
+    fn report_fit(&mut self, residual: Residual, values: &mut dyn Iterator<Item = f32>);
 }

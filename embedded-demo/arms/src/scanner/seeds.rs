@@ -16,7 +16,7 @@ pub struct Seeds {
 }
 
 impl Seeds {
-    /// Creates the seeds of a boot.
+    /// Creates the seeds of a boot. `boots` is the number of boots including this one.
     pub fn new(boots: u32) -> Self {
         Self {
             next: boots.wrapping_shl(DRIVER_BITS),

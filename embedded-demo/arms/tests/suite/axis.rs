@@ -156,7 +156,7 @@ fn switch_opening_during_move_stops_arm() {
     let mut arms = homed(&world);
     world.stall(0, 1000);
     arms.go_to([1.0, 0.0, 1.0, 0.0]).unwrap();
-    // It is at its switch, but far from it by step count.
+    // The arm is at its switch, but far from it according to the step count.
     let error = settle(&mut arms, 10).unwrap_err();
     assert_eq!(error.arm, 0);
     assert!(matches!(error.error, AxisError::SwitchOpened { steps } if steps > 10));

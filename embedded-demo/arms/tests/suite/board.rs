@@ -193,7 +193,7 @@ impl Platform for TestBoard<'_> {
         }
     }
 
-    fn finished(&mut self, _: Residual, _: &mut dyn Iterator<Item = f32>) {}
+    fn report_fit(&mut self, _: Residual, _: &mut dyn Iterator<Item = f32>) {}
 }
 
 /// Counts of [`ScriptedSensor`] in the dark, and those of the white tile above them.

@@ -91,7 +91,7 @@ impl Platform for Observer<'_> {
         }
     }
 
-    fn finished(&mut self, _: Residual, _: &mut dyn Iterator<Item = f32>) {}
+    fn report_fit(&mut self, _: Residual, _: &mut dyn Iterator<Item = f32>) {}
 }
 
 /// Scans once, and asserts in each iteration that lamp and sensor are apart. Returns None after a power cut by `watch`.

@@ -72,7 +72,7 @@ impl Platform for TestPlatform<'_> {
         }
     }
 
-    fn finished(&mut self, residual: Residual, values: &mut dyn Iterator<Item = f32>) {
+    fn report_fit(&mut self, residual: Residual, values: &mut dyn Iterator<Item = f32>) {
         self.log.values = values.collect();
         self.log.residual = Some(residual);
     }

@@ -234,7 +234,7 @@ impl Platform for Board {
         event.log();
     }
 
-    fn finished(&mut self, residual: Residual, values: &mut dyn Iterator<Item = f32>) {
+    fn report_fit(&mut self, residual: Residual, values: &mut dyn Iterator<Item = f32>) {
         log_values(values);
         defmt::info!("{}", residual);
         if let Some(reason) = residual.implausible {
