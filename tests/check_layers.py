@@ -4,8 +4,8 @@
     python3 tests/check_layers.py CRATE/src...
     python3 tests/check_layers.py --self-test      # checks the script itself on synthetic crates
 
-A file depends on every file whose items it names: in `use`, `pub use`, `super::` or a path in the code. Re-exported
-items count for the file that defines them. Two kinds of imports are ignored: those of unit tests, and a `pub use` in a
+A file depends on every file whose items it names: in `use`, `pub use`, `super::` or a path in the code. A re-exported
+item belongs to the file that defines it. Two kinds of imports are ignored: those of unit tests, and a `pub use` in a
 folder's `mod.rs` that re-exports items of the folder.
 
 A layer is a folder or a file next to `lib.rs`. If the comment of `lib.rs` lists the layers from the bottom up, in lines
@@ -14,9 +14,9 @@ import re, sys, tempfile
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
-NOISE = re.compile(r'//[^\n]*|/\*.*?\*/|r#*"[^"]*"#*|"(?:\\.|[^"\\])*"|' r"'(?:\\.|[^'\\])'", re.S)
+COMMENT_OR_LITERAL = re.compile(r'//[^\n]*|/\*.*?\*/|r#*"[^"]*"#*|"(?:\\.|[^"\\])*"|' r"'(?:\\.|[^'\\])'", re.S)
 ITEM = r"\b(?:struct|enum|fn|trait|type|const|static|mod) "
-TOPS = ("lib", "main")
+ROOTS = ("lib", "main")
 
 def change_blocks(text, opening, change):
     """Changes each block of the text that starts with `opening` and ends at the matching brace."""
@@ -42,14 +42,18 @@ def imports(tree):
 class Crate:
     """The files of a crate and their dependencies."""
     def __init__(self, root):
-        self.root, self.file, self.text, self.uses, self.paths = root, {}, {}, {}, {}
-        for top in TOPS:
-            if (root / f"{top}.rs").exists():
-                self.read((top,), root / f"{top}.rs", root)
-        pairs = {(module, self.find(module, path)) for module in self.file for path in self.paths[module]}
-        self.dependencies = {(self.file[a], self.file[b]) for a, b in pairs if b and a != b}
+        self.root = root
+        # By module, a tuple of names: its file, its text without imports, its imports, and all paths in it.
+        self.files, self.texts, self.uses, self.paths = {}, {}, {}, {}
+        for name in ROOTS:
+            if (root / f"{name}.rs").exists():
+                self.read((name,), root / f"{name}.rs", root)
+        pairs = {(module, self.find(module, path)) for module in self.files for path in self.paths[module]}
+        self.dependencies = {(self.files[a], self.files[b]) for a, b in pairs if b and a != b}
     def read(self, module, file, folder):
-        text = NOISE.sub(lambda noise: "" if noise[0][0] == "/" else '""', file.read_text())
+        """Reads a module and its submodules, which are in `folder`."""
+        text = COMMENT_OR_LITERAL.sub(lambda match: "" if match[0][0] == "/" else '""', file.read_text())
+        # The macro `internal!` of core makes modules and imports public with the feature `training`.
         text = re.sub(r"\binternal! \{ (mod \w+) \}", r"pub \1;", text)
         text = re.sub(r"\binternal! \{ ([^$]*?\}?) \}\n", r"pub use \1;\n", text)
         text = change_blocks(text, r"#\[cfg\(test\)\]\s*mod \w+ \{", lambda block: "")
@@ -59,9 +63,9 @@ class Crate:
         children = re.findall(r"\bmod (\w+);", text)
         uses = [(pub, pair) for pub, tree in re.findall(r"\b(pub\b[^;{]*?)?\buse ([^;]+);", text)
                 for pair in imports(" ".join(tree.split()))]
-        self.file[module], self.text[module] = file, re.sub(r"\buse [^;]+;", "", text)
+        self.files[module], self.texts[module] = file, re.sub(r"\buse [^;]+;", "", text)
         self.uses[module] = [pair for _, pair in uses]
-        inline = re.findall(r"(?<![\w:$])\w+(?:::\w+)+", self.text[module])
+        inline = re.findall(r"(?<![\w:$])\w+(?:::\w+)+", self.texts[module])
         self.paths[module] = [path.split("::") for path in inline] + [
             path for pub, (path, _) in uses if not (pub and {*path[:2]} & {*children})]
         for name in children:
@@ -73,12 +77,12 @@ class Crate:
         here, rest = module, list(path)
         if rest and rest[0] == "crate":
             here, rest = module[:1], rest[1:]
-        elif rest and rest[0] not in ("self", "super") and (*here, rest[0]) not in self.file:
+        elif rest and rest[0] not in ("self", "super") and (*here, rest[0]) not in self.files:
             return self.find_import(here, rest, seen)
         while rest and rest[0] in ("self", "super"):
             here, rest = (here[:-1] if rest[0] == "super" else here), rest[1:]
         for index, name in enumerate(rest):
-            if (*here, name) not in self.file:
+            if (*here, name) not in self.files:
                 return self.find_import(here, rest[index:], seen) or here
             here = (*here, name)
         return here
@@ -89,19 +93,21 @@ class Crate:
             if name == path[0] and step not in seen:
                 return self.find(module, [*target, *path[1:]], (*seen, step))
             origin = name == "*" and step not in seen and self.find(module, target[:-1], (*seen, step))
-            if origin and re.search(rf"{ITEM}{path[0]}\b", self.text[origin]):
+            if origin and re.search(rf"{ITEM}{path[0]}\b", self.texts[origin]):
                 return origin
     def errors(self):
+        """Returns a message for each cycle, each unlisted layer, and each import of a higher layer."""
         layer = lambda file: file.relative_to(self.root).parts[0].removesuffix(".rs")
         layers = {(layer(a), layer(b)) for a, b in self.dependencies}
-        layers = {(a, b) for a, b in layers if a != b and a not in TOPS and b not in TOPS}
-        errors = [f"import cycle: {cycle}" for cycle in find_cycle(self.dependencies) + find_cycle(layers)]
+        layers = {(a, b) for a, b in layers if a != b and a not in ROOTS and b not in ROOTS}
+        cycles = find_cycle(self.dependencies) + find_cycle(layers)
+        errors = [f"import cycle: {cycle}: remove one of these imports" for cycle in cycles]
         lib = self.root / "lib.rs"
         order = re.findall(r"^//! - \[?`(\w+)`", lib.read_text(), re.M) if lib.exists() else []
-        unlisted = {layer(file) for file in self.file.values()} - {*order, *TOPS}
+        unlisted = {layer(file) for file in self.files.values()} - {*order, *ROOTS}
         errors += [f"{lib} does not list the layer {name}: add it" for name in sorted(unlisted) if order]
-        return errors + [f"{lib}: {a} imports {b}, which is a higher layer" for a, b in sorted(layers)
-                         if {a, b} <= {*order} and order.index(a) < order.index(b)]
+        return errors + [f"{lib}: {a} imports {b}, which is a higher layer: remove the import"
+                         for a, b in sorted(layers) if {a, b} <= {*order} and order.index(a) < order.index(b)]
 
 def find_cycle(dependencies):
     """Returns a list with one cycle, or an empty list."""

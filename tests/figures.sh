@@ -9,17 +9,17 @@ figures() {
     PATH="${CARGO_TARGET_DIR:-$PWD/target}/release:$PATH"
     mapfile -t documents < <(grep -rl --include='*.md' '^<!-- printed by: ' README.md {core,trainer}/docs)
     for document in "${documents[@]}"; do
-        figures_of "$document" "$word"
+        update_document "$document" "$word"
     done
     if [[ quickstart == *"$word"* ]]; then
-        picture_of_quickstart
+        update_readme_picture
     fi
 }
 
 # Updates one document. It is written at the end, so a failing command leaves it unchanged.
-figures_of() {
+update_document() {
     local document="$1" word="$2" begin='<!-- printed by: ' end='<!-- end of what is printed -->'
-    local line command printed new='' keep=true
+    local line command output new='' keep=true
     while IFS= read -r line <&3; do
         if [[ "$line" == "$end" ]]; then
             keep=true
@@ -37,13 +37,13 @@ figures_of() {
             continue
         fi
         say "$document: $command"
-        printed="$(bash -euo pipefail -c "$command")"
+        output="$(bash -euo pipefail -c "$command")"
         keep=false
-        # A table is Markdown. Other output is shown as in a terminal.
-        if [[ "$printed" != '|'* ]]; then
-            printed='```text'$'\n'"$printed"$'\n''```'
+        # Tables are Markdown. Other output becomes a code block.
+        if [[ "$output" != '|'* ]]; then
+            output='```text'$'\n'"$output"$'\n''```'
         fi
-        new+="$printed"$'\n'
+        new+="$output"$'\n'
     done 3< "$document"
     printf '%s' "$new" > "$document"
 }
@@ -60,12 +60,12 @@ lacks_materials() {
 }
 
 # Updates the picture of the README: the first two materials in quickstart's comparison with the paper's methods.
-picture_of_quickstart() {
-    local folder=target/quickstart keep
-    keep='main>*{display:none}main>section:nth-of-type(2){display:block}'
-    keep+='section .caption,section h3:nth-of-type(n+3),section .row:nth-of-type(n+3){display:none}'
+update_readme_picture() {
+    local folder=target/quickstart style
+    style='main>*{display:none}main>section:nth-of-type(2){display:block}'
+    style+='section .caption,section h3:nth-of-type(n+3),section .row:nth-of-type(n+3){display:none}'
     run trainer quickstart --out "$folder"
-    sed "s|</style>|$keep</style>|" "$folder/index.html" > "$folder/picture.html"
+    sed "s|</style>|$style</style>|" "$folder/index.html" > "$folder/picture.html"
     run chromium --headless --no-sandbox --disable-gpu --hide-scrollbars --window-size=944,590 \
         --user-data-dir="$(mktemp -d)" --screenshot=trainer/pictures/quickstart.png \
         "file://$PWD/$folder/picture.html"

@@ -20,7 +20,7 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::Phong;
 use glimpse_core::recipe::{FitMethod, Recipe};
 use glimpse_tests::cycles::fit_cost;
-use glimpse_tests::figures::BRDF_READINGS;
+use glimpse_tests::figures::CALLS_AFTER_FIT;
 use glimpse_tests::microcontroller::{Binary, MathLibrary, TARGETS};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -35,8 +35,14 @@ fn phong() {
         let binary = Binary::new(TARGETS[0], MathLibrary::Libm, name);
         let output = binary.run();
         let loss = loss::<Phong>(&output.numbers("parameters"), &Material::BENCHMARK);
-        let later = output.get("brdf_instructions").map_or(0, |_| BRDF_READINGS);
-        (fit_cost(&binary, later), output.count("stack_bytes"), loss)
+        let calls_after_fit = output
+            .get("brdf_instructions")
+            .map_or(0, |_| CALLS_AFTER_FIT);
+        (
+            fit_cost(&binary, calls_after_fit),
+            output.count("stack_bytes"),
+            loss,
+        )
     });
     for (name, (count, stack, loss)) in [("glimpse", ours), ("multicalc", rival)] {
         println!(
@@ -56,7 +62,7 @@ fn neural() -> Result<(), Box<dyn Error>> {
     fs::write(directory.path().join("numbers.h"), header()?)?;
     let expected = ours.run().numbers("parameters");
 
-    let count = fit_cost(&ours, BRDF_READINGS);
+    let count = fit_cost(&ours, CALLS_AFTER_FIT);
     println!(
         "Neural with glimpse: {} instructions, {} cycles",
         count.instructions, count.cycles

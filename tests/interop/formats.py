@@ -8,7 +8,7 @@ Mitsuba 3, NumPy, scikit-image and Radiance's programs are installed from PyPI i
 - Mitsuba and the trainer agree on values, at grazing angles too, and on pictures of spheres under the same light.
 - Mitsuba's importance sampling agrees with a sum over all directions.
 - scikit-image computes the same picture errors.
-- Radiance converts pab-opto's text to a BSDF with the same reflectance.
+- Radiance converts PAB-Opto's text to a BSDF with the same reflectance.
 """
 import csv, json, math, os, re, subprocess, sys, tempfile, venv
 from pathlib import Path

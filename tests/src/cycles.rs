@@ -1,9 +1,9 @@
-//! Cycles of a fit on a Cortex-M4F, from Arm's table: QEMU counts instructions only.
+//! Cycles of a fit on a Cortex-M4F, computed from Arm's tables because QEMU counts only instructions.
 //!
 //! Every instruction that QEMU executes is traced. Its cycles are those of the tables "Instruction set summary" and
-//! "FPU instruction set" in the Cortex-M4 Technical Reference Manual. Ranges count with their upper end, except the
-//! pipeline refill, which counts 2 cycles of its 1 to 3. Loads that a real core overlaps and stores that it buffers
-//! count in full. Memory has no wait states.
+//! "FPU instruction set" in the Cortex-M4 Technical Reference Manual. Where a table states a range, its upper end
+//! counts; only a pipeline refill, 1 to 3 cycles, counts as 2. Loads that a real core overlaps and stores that it
+//! buffers count in full. Memory has no wait states.
 
 use std::collections::HashMap;
 use std::fs;
@@ -20,30 +20,33 @@ const REFILL: u64 = 2;
 /// The cost of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FitCost {
-    /// Instructions.
+    /// The number of executed instructions.
     pub instructions: u64,
-    /// Cycles.
+    /// The number of clock cycles, computed from Arm's tables.
     pub cycles: u64,
 }
 
-/// Returns the cost of a binary's fit: the instructions between two readings of its counter. `later` is the number of
-/// readings of the counter after the fit.
+/// Returns the cost of a binary's fit: the instructions between two calls of the function that reads its counter. The
+/// program calls that function `calls_after_fit` times after the fit.
 ///
 /// # Panics
-/// If the binary does not exist, is not for a Cortex-M4F, or reads the counter too rarely, or if QEMU or
+/// If the binary does not exist, is not for a Cortex-M4F, or calls that function too few times, or if QEMU or
 /// `arm-none-eabi-objdump` is not installed.
 #[must_use]
-pub fn fit_cost(binary: &Binary, later: usize) -> FitCost {
+pub fn fit_cost(binary: &Binary, calls_after_fit: usize) -> FitCost {
     let program = Program::load(binary);
     let trace = trace(binary);
-    let readings: Vec<usize> = trace
+    let calls: Vec<usize> = trace
         .iter()
         .enumerate()
         .filter_map(|(index, address)| (*address == program.counter).then_some(index))
         .collect();
-    let readings = &readings[..readings.len().saturating_sub(later)];
-    let [.., first, last] = readings[..] else {
-        panic!("{} reads its counter too rarely", binary.path().display());
+    let calls = &calls[..calls.len().saturating_sub(calls_after_fit)];
+    let [.., first, last] = calls[..] else {
+        panic!(
+            "{} does not read its counter before and after the fit",
+            binary.path().display()
+        );
     };
     let fit = &trace[first..last];
     let next = &trace[first + 1..=last];
@@ -69,15 +72,15 @@ fn trace(binary: &Binary) -> Vec<u32> {
         .stdout(Stdio::null())
         .stderr(Stdio::piped());
     let mut process = spawn(&mut command);
-    let log = BufReader::new(process.stderr.take().expect("its log"));
-    // Trace 0: 0x7f... [00800400/080055e6/00000110/...]
+    let log = BufReader::new(process.stderr.take().expect("stderr is piped"));
+    // A line of the log is: Trace 0: 0x7f... [00800400/080055e6/00000110/...]
     let addresses = log.lines().filter_map(|line| {
-        let line = line.expect("text");
+        let line = line.expect("the log is UTF-8");
         let address = line.split_once('[')?.1.split('/').nth(1)?;
         u32::from_str_radix(address, 16).ok()
     });
     let addresses = addresses.collect();
-    let status = process.wait().expect("a process");
+    let status = process.wait().expect("QEMU exits");
     assert!(status.success(), "{}: {status}", binary.path().display());
     addresses
 }
@@ -113,7 +116,7 @@ impl Program {
             .args(["--disassemble", "--no-show-raw-insn"])
             .arg(path);
         let process = spawn(command.stdout(Stdio::piped()));
-        let output = process.wait_with_output().expect("its output");
+        let output = process.wait_with_output().expect("objdump exits");
         assert!(
             output.status.success(),
             "{}: {}",
@@ -121,7 +124,7 @@ impl Program {
             output.status
         );
         let text = String::from_utf8_lossy(&output.stdout);
-        //  8001136:\tvldr\ts13, [r0, #-88]\t@ 0xffffffa8
+        // A line of the listing is:  8001136:\tvldr\ts13, [r0, #-88]\t@ 0xffffffa8
         let instructions = text.lines().filter_map(|line| {
             let (address, rest) = line.split_once(":\t")?;
             let address = u32::from_str_radix(address.trim(), 16).ok()?;
@@ -165,7 +168,7 @@ impl Instruction {
         } else if begins(&["vdiv", "vsqrt"]) {
             14
         } else if begins(&["vldm", "vstm", "vpush", "vpop", "ldm", "stm", "push", "pop"]) {
-            1 + self.listed_registers()
+            1 + self.listed_words()
         } else if begins(&["vldr", "vstr"]) && self.operands.starts_with('d')
             || begins(&["ldrd", "strd"])
         {
@@ -181,7 +184,7 @@ impl Instruction {
     }
 
     /// Returns the number of words in a register list such as {r4, r5, pc}, {s0-s3} or {d8-d15}.
-    fn listed_registers(&self) -> u64 {
+    fn listed_words(&self) -> u64 {
         let list = self.operands.split_once('{').map_or("", |(_, list)| list);
         let number = |register: &str| -> u64 {
             let digits = register.trim_matches(|c: char| !c.is_ascii_digit());

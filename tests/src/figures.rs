@@ -77,8 +77,8 @@ pub const FIT_BINARIES: [FitBinary; 16] = [
     FitBinary::new("any", recipes::NEURAL, Builds::Board),
 ];
 
-/// Readings of the counter after a fit: before and after evaluating a BRDF.
-pub const BRDF_READINGS: usize = 2;
+/// Calls of the counter's function after a fit: before and after the evaluation of a BRDF.
+pub const CALLS_AFTER_FIT: usize = 2;
 
 /// Measures all fits. The figures of a fit are:
 ///
@@ -122,7 +122,7 @@ pub fn figures() -> Vec<(String, u64)> {
                 if target.has_cycle_table() {
                     add(
                         "fit_cycles",
-                        cycles::fit_cost(&binary, BRDF_READINGS).cycles,
+                        cycles::fit_cost(&binary, CALLS_AFTER_FIT).cycles,
                     );
                 }
                 let basis = output.get("basis_parse_instructions");

@@ -16,15 +16,15 @@ pub fn unseen_material(index: usize) -> Procedural {
     Procedural::new(index, 0xFEED)
 }
 
-/// Returns a scanner without noise.
+/// Returns a virtual scanner without noise.
 #[must_use]
-pub fn scanner(material: &dyn Material) -> VirtualScanner<'_> {
+pub fn noiseless_scanner(material: &dyn Material) -> VirtualScanner<'_> {
     VirtualScanner::new(material, ScannerNoise::default())
 }
 
-/// Returns the reply with an unsaturated reading.
+/// Returns a reply with a reading that is not saturated.
 #[must_use]
-pub fn measured(index: u16, brdf: [f32; 3]) -> Reply {
+pub fn measured_reply(index: u16, brdf: [f32; 3]) -> Reply {
     let reading = Reading::new(brdf);
     Reply::Measured { index, reading }
 }
@@ -46,7 +46,7 @@ pub enum Response {
 /// or [`Response::Last`].
 ///
 /// # Panics
-/// If the stream fails, or no request arrives before its timeout.
+/// If the stream fails, or if no request arrives before the stream's read timeout.
 pub fn serve_requests(
     stream: &mut (impl Read + Write),
     mut respond: impl FnMut(Request) -> Response,

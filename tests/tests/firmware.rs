@@ -1,4 +1,4 @@
-//! The firmware in QEMU, with a good scanner. Faults are tested in `faults`.
+//! The firmware in QEMU, with a scanner without faults. `faults` tests the faults.
 
 use glimpse_bench::recipes;
 use glimpse_core::recipe::Recipe;
@@ -7,31 +7,31 @@ use glimpse_tests::RECIPE;
 use glimpse_tests::device::{assert_matches_host, fit};
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::{scanner, unseen_material};
+use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_trainer::bundled;
 use glimpse_trainer::evaluation::{Evaluator, Method};
 use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 
 #[test]
-fn scan_has_loss_of_evaluate() {
+fn scan_loss_matches_evaluate() {
     let mut emulator = Emulator::boot_default();
     let recipe = Recipe::parse(RECIPE).unwrap();
     for index in 0..3 {
         let material = unseen_material(index);
-        let scan_report = scanner(&material).serve(&mut emulator.serial).unwrap();
+        let scan_report = noiseless_scanner(&material)
+            .serve(&mut emulator.serial)
+            .unwrap();
         let materials: [Box<dyn Material>; 1] = [Box::new(material.clone())];
         let report = Evaluator::new(&materials)
             .evaluate(&Method::ours(&recipe, None).unwrap(), 0, 1)
             .unwrap();
-        let (scan, evaluate) = (
-            scan_report.loss(None, &material).unwrap(),
-            report.metrics.loss,
-        );
+        let scan_loss = scan_report.loss(None, &material).unwrap();
+        let evaluated_loss = report.metrics.loss;
         // One sample of this recipe is at the pole, where the conversion to directions loses phi_d. The readings of the
         // scanner and of `evaluate` differ slightly there.
         assert!(
-            (scan / evaluate - 1.0).abs() < 1e-2,
-            "loss {scan}, but {evaluate} by evaluate"
+            (scan_loss / evaluated_loss - 1.0).abs() < 1e-2,
+            "loss {scan_loss} of the scan, {evaluated_loss} of evaluate"
         );
     }
 }
@@ -66,15 +66,15 @@ fn firmware_cannot_panic() {
         "the symbols are stripped"
     );
     // defmt has its own panic function. Some linkers keep it although it is never called.
-    let defmt = symbols.iter().any(|name| name == "__defmt_default_panic");
+    let has_defmt_panic = symbols.iter().any(|name| name == "__defmt_default_panic");
     symbols.retain(|name| name.contains("panicking") || name.contains("_failed"));
-    if defmt {
+    if has_defmt_panic {
         symbols.retain(|name| !name.contains("9panic_fmt") && !name.contains("panicking5panic"));
     }
     assert!(symbols.is_empty(), "{symbols:#?}");
 }
 
-/// Log lines for a first bring-up. QEMU does not record the cause of a reset, and has no clocks.
+/// Tests log lines that help to bring up a new board. QEMU does not record the cause of a reset or emulate the clocks.
 #[test]
 fn boot_logs_reset_cause_and_clock() {
     let emulator = Emulator::boot_default();
@@ -82,14 +82,14 @@ fn boot_logs_reset_cause_and_clock() {
     assert_ne!(emulator.wait_for("clock: "), "");
 }
 
-/// Scans materials with a recipe in a model's image, and checks that the results have the bits of the host's fits.
+/// Scans materials with a recipe in a model's image, and checks that the results equal the host's fits bit for bit.
 fn assert_scans_match_host(name: &str, recipe: &[u8], materials: usize) {
     let model = Recipe::parse(recipe).unwrap().model();
     let firmware = Firmware::for_model(model);
     let image = firmware.with_recipe(recipe);
     let mut emulator = Emulator::boot(&firmware, image.path());
     for index in 0..materials {
-        let report = scanner(&unseen_material(index))
+        let report = noiseless_scanner(&unseen_material(index))
             .serve(&mut emulator.serial)
             .unwrap();
         assert_eq!(report.model, model);
@@ -102,7 +102,7 @@ fn assert_scans_match_host(name: &str, recipe: &[u8], materials: usize) {
 
 /// Source and driver are the same for every model; only the recipe differs.
 #[test]
-fn every_model_has_bits_of_host_fit() {
+fn every_model_matches_host_fit_bit_for_bit() {
     for (name, recipe) in [
         ("phong", recipes::PHONG),
         ("cook-torrance", recipes::COOK_TORRANCE),
@@ -113,9 +113,9 @@ fn every_model_has_bits_of_host_fit() {
     }
 }
 
-/// Every bundled recipe is tested as users flash it.
+/// Tests every bundled recipe as users flash it.
 #[test]
-fn every_bundled_recipe_has_bits_of_host_fit() {
+fn every_bundled_recipe_matches_host_fit_bit_for_bit() {
     for bundled in bundled::ALL {
         assert_scans_match_host(bundled.name, bundled.bytes, 1);
     }

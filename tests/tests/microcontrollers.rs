@@ -47,7 +47,7 @@ fn initial_residual_of<K: Fitter>(recipe: &Recipe<'_>) -> f32 {
 /// Floating point in hardware and in software, on Arm and RISC-V, rounds the same way. All targets and the host compute
 /// the same bits.
 #[test]
-fn all_targets_have_bits_of_host_fit() {
+fn all_targets_match_host_fit_bit_for_bit() {
     for fit in FIT_BINARIES {
         let expected = fit_on_host(&Recipe::parse(fit.recipe).unwrap());
         for target in TARGETS {
@@ -71,7 +71,7 @@ fn all_targets_have_bits_of_host_fit() {
 /// A recipe that tolerates missing readings fits the rest when every third reading is missing. The result differs from
 /// that of all readings.
 #[test]
-fn board_has_bits_of_host_fit_with_missing_readings() {
+fn board_matches_host_fit_with_missing_readings() {
     for (name, recipe) in [
         ("linear-lost", masked::LINEAR),
         ("neural-lost", masked::NEURAL),

@@ -12,7 +12,7 @@ use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, Procedural};
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::{Device, fit};
-use glimpse_tests::host::{scanner, unseen_material};
+use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_tests::noisy_line::{Fault, NoisyLine};
 use glimpse_trainer::scanner::{ScanReport, ScannerError, ScannerNoise, VirtualScanner, angles_of};
 
@@ -64,7 +64,7 @@ fn device_receives_brdf_and_host_receives_fit() {
     let (device, mut host) = line();
     let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
     let material = material();
-    let report = scanner(&material).serve(&mut host).unwrap();
+    let report = noiseless_scanner(&material).serve(&mut host).unwrap();
     device.join().unwrap().unwrap();
 
     assert_eq!(report.recipe, Recipe::parse(RECIPE).unwrap().checksum());
@@ -78,7 +78,7 @@ fn noisy_line_does_not_change_result() {
     let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
     let material = material();
     let mut host = NoisyLine::new(host, 0.003, 1);
-    let report = scanner(&material).serve(&mut host).unwrap();
+    let report = noiseless_scanner(&material).serve(&mut host).unwrap();
     assert!(host.corrupted > 0);
     assert_correct(&report);
     // If the last reply of the host was corrupted, the device receives no further reply.
@@ -92,7 +92,7 @@ fn scan_over(fault: Fault, rate: f64) -> (Result<ScanReport, ScannerError>, usiz
     let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
     let material = material();
     let mut host = NoisyLine::with(host, &[fault], rate, 1);
-    let result = scanner(&material).serve(&mut host);
+    let result = noiseless_scanner(&material).serve(&mut host);
     let corrupted = host.corrupted;
     drop(host);
     let _ = device.join().unwrap(); // as above
@@ -177,7 +177,7 @@ fn refuses_invalid_requests() {
     let (device, mut host) = line();
     let host = thread::spawn(move || {
         let material = material();
-        scanner(&material).serve(&mut host)
+        noiseless_scanner(&material).serve(&mut host)
     });
     let mut device = Device::new(device, REPLY_TIMEOUT).unwrap();
     let measure = |incoming| Request::Measure {
@@ -213,7 +213,7 @@ fn refuses_invalid_requests() {
 #[test]
 fn saved_readings_are_accepted_only_if_unchanged() {
     let material = material();
-    let mut scanner = scanner(&material);
+    let mut scanner = noiseless_scanner(&material);
     let (device, mut host) = line();
     let device = thread::spawn(move || {
         let mut device = Device::new(device, REPLY_TIMEOUT).unwrap();
@@ -265,7 +265,7 @@ fn reports_other_protocol() {
     let (device, mut host) = line();
     let host = thread::spawn(move || {
         let material = material();
-        scanner(&material).serve(&mut host)
+        noiseless_scanner(&material).serve(&mut host)
     });
     let mut device = Device::new(device, REPLY_TIMEOUT).unwrap();
     let welcome = Reply::Welcome { protocol: PROTOCOL };

@@ -56,10 +56,10 @@ impl Core {
     }
 
     fn put(&mut self, slot: u32, bytes: &[u8]) {
-        let at: u32 = self.call("room", (slot, bytes.len() as u32));
-        assert_ne!(at, 0, "out of memory");
+        let address: u32 = self.call("allocate", (slot, bytes.len() as u32));
+        assert_ne!(address, 0, "out of memory");
         self.memory()
-            .write(&mut self.store, at as usize, bytes)
+            .write(&mut self.store, address as usize, bytes)
             .expect("the slot is in memory");
     }
 
@@ -69,16 +69,16 @@ impl Core {
     }
 
     fn numbers(&mut self, count: usize) -> Vec<f32> {
-        let at: u32 = self.call("room", (NUMBERS, 4 * count as u32));
-        let bytes = &self.memory().data(&self.store)[at as usize..][..4 * count];
+        let address: u32 = self.call("allocate", (NUMBERS, 4 * count as u32));
+        let bytes = &self.memory().data(&self.store)[address as usize..][..4 * count];
         let (numbers, _) = bytes.as_chunks();
         numbers.iter().map(|x| f32::from_le_bytes(*x)).collect()
     }
 
     fn message(&mut self) -> String {
-        let [at, count] =
-            ["message_at", "message_bytes"].map(|name| self.call::<(), u32>(name, ()));
-        let bytes = &self.memory().data(&self.store)[at as usize..][..count as usize];
+        let [address, count] =
+            ["message_address", "message_bytes"].map(|name| self.call::<(), u32>(name, ()));
+        let bytes = &self.memory().data(&self.store)[address as usize..][..count as usize];
         String::from_utf8(bytes.to_vec()).expect("the message is UTF-8")
     }
 }
@@ -157,7 +157,12 @@ fn fits_and_pictures_match_core_on_host() {
 
         let mut core = Core::new(wasm);
         core.put(RECIPE, &bytes);
-        assert_eq!(core.call::<(), u32>("begin", ()), 0, "{}", core.message());
+        assert_eq!(
+            core.call::<(), u32>("load_recipe", ()),
+            0,
+            "{}",
+            core.message()
+        );
         assert_eq!(core.call::<(), u32>("samples", ()), readings.len() as u32);
         let numbers = readings.iter().flat_map(|reading| match reading {
             Some([red, green, blue]) => [*red, *green, *blue, 1.0],
@@ -184,7 +189,7 @@ fn fits_and_pictures_match_core_on_host() {
         let expected = brdfs.collect::<Vec<_>>().concat();
         core.numbers(expected.len());
         assert_eq!(
-            core.call::<(), u32>("at_samples", ()),
+            core.call::<(), u32>("brdf_at_samples", ()),
             readings.len() as u32
         );
         assert_close(&core.numbers(expected.len()), &expected, &name);
@@ -238,7 +243,7 @@ fn table_is_evaluated_and_rendered() {
         );
         core.put(TABLE, &table);
         assert_eq!(
-            core.call::<(), u32>("look_at_table", ()),
+            core.call::<(), u32>("load_table", ()),
             0,
             "{}",
             core.message()
@@ -272,14 +277,19 @@ fn each_failure_has_its_own_message() {
         assert_eq!(core.call::<(), u32>("fit", ()), 1);
         let no_scan = core.message();
         core.put(RECIPE, b"GLMP");
-        assert_eq!(core.call::<(), u32>("begin", ()), 1);
+        assert_eq!(core.call::<(), u32>("load_recipe", ()), 1);
         let no_recipe = core.message();
-        assert_eq!(core.call::<_, u32>("room", (5_u32, 8_u32)), 0);
-        assert_eq!(core.call::<_, u32>("room", (NUMBERS, u32::MAX)), 0);
+        assert_eq!(core.call::<_, u32>("allocate", (5_u32, 8_u32)), 0);
+        assert_eq!(core.call::<_, u32>("allocate", (NUMBERS, u32::MAX)), 0);
 
         let bytes = fs::read(&recipes()[0]).expect("the recipe's file");
         core.put(RECIPE, &bytes);
-        assert_eq!(core.call::<(), u32>("begin", ()), 0, "{}", core.message());
+        assert_eq!(
+            core.call::<(), u32>("load_recipe", ()),
+            0,
+            "{}",
+            core.message()
+        );
         let samples: u32 = core.call("samples", ());
         core.put_numbers(NUMBERS, &vec![0.0; 4 * samples as usize]);
         assert_eq!(core.call::<(), u32>("fit", ()), 1);

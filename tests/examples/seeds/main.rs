@@ -12,7 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use glimpse_materials::Procedural;
-use materials::{fitted, format, nbrdf, pab, texts};
+use materials::{fitted, format, nbrdf, pab, pab_texts};
 use others::{checkpoint, device, environment, readings};
 use tensors::{rgl, tensors};
 
@@ -26,7 +26,7 @@ fn main() -> SeedResult {
     nbrdf(&Folder::new(&seeds, "nbrdf")?)?;
     let tensors = tensors(&material);
     rgl(&Folder::new(&seeds, "rgl")?, &tensors)?;
-    let texts = texts(&material)?;
+    let texts = pab_texts(&material)?;
     pab(&Folder::new(&seeds, "pab")?, &texts)?;
     format(&Folder::new(&seeds, "format")?, &tensors.bytes(), &texts[0])?;
     readings(&Folder::new(&seeds, "readings")?, &material)?;

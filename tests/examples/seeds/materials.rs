@@ -1,4 +1,4 @@
-//! Seeds of material formats other than tensor files.
+//! Seeds for the fuzz targets that read material formats, except tensor files.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -8,6 +8,7 @@ use glimpse_materials::{FittedBrdf, FittedMaterial, Material, to_nbrdf, to_pab};
 
 use crate::{Folder, SeedResult};
 
+/// Writes seeds of the target `nbrdf`: a byte with the index of a file of the set, then that file.
 pub(crate) fn nbrdf(folder: &Folder) -> SeedResult {
     let mut network = NeuralParameters::filled(0.0);
     let mut rest = &mut network[..];
@@ -19,18 +20,19 @@ pub(crate) fn nbrdf(folder: &Folder) -> SeedResult {
         rest = after;
     }
     let files = to_nbrdf(&network);
-    for (file, (ending, bytes)) in files.iter().enumerate() {
+    for (file, (suffix, bytes)) in files.iter().enumerate() {
         let input = [&[file as u8][..], bytes].concat();
-        folder.write_lengths(ending.trim_start_matches('_'), &input)?;
+        folder.write_lengths(suffix.trim_start_matches('_'), &input)?;
     }
-    let replaced = |file: u8, from: &str, to: &str| {
-        let (head, values) = files[usize::from(file)].1.split_at(128);
-        let head = String::from_utf8_lossy(&head[10..]).replace(from, to);
+    // A file of NumPy has 10 bytes of magic number, version and length, then a header of text up to byte 128.
+    let with_replaced_header = |file: u8, from: &str, to: &str| {
+        let (header, values) = files[usize::from(file)].1.split_at(128);
+        let header = String::from_utf8_lossy(&header[10..]).replace(from, to);
         [
             &[file][..],
             b"\x93NUMPY\x01\0",
-            &(head.len() as u16).to_le_bytes(),
-            head.as_bytes(),
+            &(header.len() as u16).to_le_bytes(),
+            header.as_bytes(),
             values,
         ]
         .concat()
@@ -41,11 +43,11 @@ pub(crate) fn nbrdf(folder: &Folder) -> SeedResult {
         ("integers", 1, "<f4", "<i4"),
         ("fortran", 0, "False", "True"),
         ("transposed", 0, "6,21", "21,6"),
-        ("beyond", 1, "(21,)", "(4611686018427387904,)"),
+        ("shape-overflow", 1, "(21,)", "(4611686018427387904,)"),
         ("no-shape", 1, "'shape'", "'form'"),
         ("record", 1, "'<f4'", "[('a', '<f4')]"),
     ] {
-        folder.write(name, replaced(file, from, to))?;
+        folder.write(name, with_replaced_header(file, from, to))?;
     }
     for (name, value) in [
         ("nan", f32::NAN),
@@ -63,8 +65,8 @@ pub(crate) fn nbrdf(folder: &Folder) -> SeedResult {
     )
 }
 
-/// Returns every 200th line of a set's first three files.
-pub(crate) fn texts(material: &dyn Material) -> Result<Vec<String>, Box<dyn Error>> {
+/// Returns the first three PAB-Opto files of a material, each with every 200th line of values.
+pub(crate) fn pab_texts(material: &dyn Material) -> Result<Vec<String>, Box<dyn Error>> {
     let texts = to_pab("seed", material)?;
     let shortened = texts.iter().take(3).map(|text| {
         let (header, values): (Vec<_>, Vec<_>) =
@@ -85,15 +87,19 @@ pub(crate) fn texts(material: &dyn Material) -> Result<Vec<String>, Box<dyn Erro
     Ok(shortened.collect())
 }
 
+/// Writes seeds of the target `pab`: the files of a set, separated by zero bytes.
 pub(crate) fn pab(folder: &Folder, texts: &[String]) -> SeedResult {
     folder.write_lengths("valid", texts.join("\0").as_bytes())?;
-    folder.write("lacks-one", texts[..2].join("\0"))?;
-    folder.write("twice", [&texts[0][..], &texts[0], &texts[1]].join("\0"))?;
+    folder.write("missing-file", texts[..2].join("\0"))?;
+    folder.write(
+        "repeated-file",
+        [&texts[0][..], &texts[0], &texts[1]].join("\0"),
+    )?;
     let single = texts[0]
         .replace("#set_intheta 0 10 20\n", "")
         .replace("#values", "#lines");
     for (name, from, to) in [
-        ("alone", "", ""),
+        ("single-file", "", ""),
         ("dos", "\n", "\r\n"),
         ("gray", "CIE-XYZ", "CIE-Y"),
         ("times-cosine", "BRDF", "DSF"),
@@ -113,6 +119,7 @@ pub(crate) fn pab(folder: &Folder, texts: &[String]) -> SeedResult {
     Ok(())
 }
 
+/// Writes seeds of the target `format`: a byte that chooses the reader, then the first bytes of a file.
 pub(crate) fn format(folder: &Folder, tensors: &[u8], text: &str) -> SeedResult {
     let merl: Vec<u8> = [90_i32, 90, 180]
         .iter()
@@ -128,7 +135,7 @@ pub(crate) fn format(folder: &Folder, tensors: &[u8], text: &str) -> SeedResult 
         ("hdf", b"\x89HDF\r\n\x1a\n"),
         ("numpy", b"\x93NUMPY\x01\0"),
         ("notes", b"notes"),
-        ("nothing", b""),
+        ("empty", b""),
     ] {
         for reader in 0..6_u8 {
             folder.write(&format!("{name}-{reader}"), [&[reader][..], bytes].concat())?;
@@ -137,6 +144,7 @@ pub(crate) fn format(folder: &Folder, tensors: &[u8], text: &str) -> SeedResult 
     Ok(())
 }
 
+/// Writes seeds of the target `material`: fitted materials as JSON.
 pub(crate) fn fitted(folder: &Folder) -> SeedResult {
     for model in [ModelKind::Phong, ModelKind::CookTorrance, ModelKind::Neural] {
         let values = (0..model.parameters().unwrap_or_default())
@@ -144,7 +152,7 @@ pub(crate) fn fitted(folder: &Folder) -> SeedResult {
         let fitted = FittedBrdf::new(model, values.collect(), None);
         let Some(material) = fitted.and_then(|fitted| FittedMaterial::new("seed".into(), fitted))
         else {
-            return Err("the number of values is not that of the model".into());
+            return Err("the number of values does not match the model".into());
         };
         let metadata = BTreeMap::from([("residual", 0.5)]);
         let text = material.to_json(None, metadata)?;
@@ -178,8 +186,8 @@ pub(crate) fn fitted(folder: &Folder) -> SeedResult {
         let linear = text.replace("phong", "linear");
         for (name, file) in [
             ("linear-zero", "/dev/zero"),
-            ("linear-none", "none.basis"),
-            ("linear-itself", "."),
+            ("linear-missing-file", "none.basis"),
+            ("linear-folder", "."),
         ] {
             let basis = format!("\"basis\": {{\"file\": \"{file}\", \"checksum\": \"00000001\"}}");
             folder.write(name, linear.replace("\"basis\": null", &basis))?;

@@ -109,9 +109,9 @@ pub(crate) fn checkpoint(folder: &Folder) -> SeedResult {
     let directory = tempfile::tempdir()?;
     let path = directory.path().join("checkpoint");
     let other = RunIdentity { seed: 8, ..RUN };
-    for (name, run) in [("valid", RUN), ("other-run", other)] {
+    for (name, identity) in [("valid", RUN), ("other-run", other)] {
         let checkpoint = Checkpoint {
-            run,
+            identity,
             state: RunState::default(),
             record: optimizer.record(),
         };

@@ -40,7 +40,7 @@ fn fit(readings: &[LoggedReading]) -> Vec<u32> {
     fitted.values().map(f32::to_bits).collect()
 }
 
-/// Checks that each sample was read once, that no step was lost, and that the values have the bits of the host's fit.
+/// Checks that each sample was read once, that no step was lost, and that the values equal the host's fit bit for bit.
 fn assert_complete_scan(log: &[String]) {
     let readings = readings(log);
     let mut samples = indices(&readings);
@@ -51,7 +51,7 @@ fn assert_complete_scan(log: &[String]) {
 }
 
 #[test]
-fn scan_has_bits_of_host_fit() {
+fn scan_matches_host_fit_bit_for_bit() {
     let emulator = boot();
     let _ = emulator.wait_for(FINISHED);
     assert_complete_scan(&emulator.log());

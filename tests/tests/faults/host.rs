@@ -5,7 +5,9 @@ use std::time::Instant;
 use glimpse_core::error_code::ErrorCode;
 use glimpse_core::link::{Failure, PROTOCOL, Refusal, Reply, Request};
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::{Response, WELCOME, measured, scanner, serve_requests, unseen_material};
+use glimpse_tests::host::{
+    Response, WELCOME, measured_reply, noiseless_scanner, serve_requests, unseen_material,
+};
 use glimpse_trainer::scanner::ScannerError;
 
 use super::assert_scans;
@@ -17,11 +19,11 @@ fn restarted_host_receives_complete_scan() {
     serve_requests(&mut emulator.serial, |request| match request {
         Request::Hello { .. } => Response::Reply(WELCOME),
         Request::Measure { index: 3, .. } => Response::Stop,
-        Request::Measure { index, .. } => Response::Reply(measured(index, [0.7; 3])),
+        Request::Measure { index, .. } => Response::Reply(measured_reply(index, [0.7; 3])),
         other => panic!("{other:?}"),
     });
     let material = unseen_material(2);
-    let mut scanner = scanner(&material);
+    let mut scanner = noiseless_scanner(&material);
     match scanner.serve(&mut emulator.serial) {
         Err(ScannerError::Device(report)) if report.error() == Some(ErrorCode::RefusedNoScan) => {}
         other => panic!("{other:?}"),
@@ -68,7 +70,7 @@ fn host_silent_during_fit_is_abandoned_and_greeted_again() {
     serve_requests(&mut emulator.serial, |request| match request {
         Request::Hello { .. } if silent => Response::Stop,
         Request::Hello { .. } => Response::Reply(WELCOME),
-        Request::Measure { index, .. } => Response::Reply(measured(index, [0.2; 3])),
+        Request::Measure { index, .. } => Response::Reply(measured_reply(index, [0.2; 3])),
         // A request during the fit.
         _ => {
             silent = true;
@@ -93,7 +95,7 @@ fn reports_measurement_without_reply() {
             first_request = Some(Instant::now());
             Response::Silence
         }
-        Request::Measure { index, .. } => Response::Reply(measured(index, [0.2; 3])),
+        Request::Measure { index, .. } => Response::Reply(measured_reply(index, [0.2; 3])),
         other => panic!("{other:?}"),
     });
     let seconds = first_request.unwrap().elapsed().as_secs_f64();
@@ -111,7 +113,9 @@ fn readings_are_kept_when_host_stops_responding() {
     let mut saved = Vec::new();
     serve_requests(&mut emulator.serial, |request| match request {
         Request::Hello { .. } => Response::Reply(WELCOME),
-        Request::Measure { index, .. } if !silent => Response::Reply(measured(index, value(index))),
+        Request::Measure { index, .. } if !silent => {
+            Response::Reply(measured_reply(index, value(index)))
+        }
         // The first steps of the fit.
         Request::Progress(_) if saved.is_empty() => {
             silent = true;

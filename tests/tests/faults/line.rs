@@ -7,7 +7,7 @@ use glimpse_core::error_code::ErrorCode::{NoReply, RefusedNoScan};
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::{scanner, unseen_material};
+use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_tests::noisy_line::NoisyLine;
 use glimpse_trainer::scanner::ScannerError;
 
@@ -19,7 +19,7 @@ fn noisy_line_does_not_change_result() {
     let mut emulator = Emulator::boot_default();
     let material = unseen_material(0);
     let mut line = NoisyLine::new(&emulator.serial, 0.01, 1);
-    let mut scanner = scanner(&material);
+    let mut scanner = noiseless_scanner(&material);
     let report = scanner.serve(&mut line).unwrap();
     assert!(line.corrupted > 0);
     assert_matches_host(&report, RECIPE);
@@ -39,7 +39,7 @@ fn very_noisy_line_gives_no_wrong_result() {
         stream: line,
         end: Instant::now() + Duration::from_secs(15),
     };
-    match scanner(&material).serve(&mut line) {
+    match noiseless_scanner(&material).serve(&mut line) {
         Ok(report) => assert_matches_host(&report, RECIPE),
         Err(ScannerError::Device(report))
             if matches!(report.error(), Some(NoReply)) || report.code >= RefusedNoScan.code() => {}
@@ -47,7 +47,7 @@ fn very_noisy_line_gives_no_wrong_result() {
         Err(other) => panic!("{other}"),
     }
     assert!(line.stream.corrupted > 0);
-    let mut scanner = scanner(&material);
+    let mut scanner = noiseless_scanner(&material);
     // A request that was in progress when the line improved may be refused once.
     let report = scanner
         .serve(&mut emulator.serial)
@@ -117,7 +117,9 @@ fn truncated_frames_are_requested_again() {
             bytes[..length].to_vec()
         },
     };
-    let report = scanner(&unseen_material(3)).serve(&mut line).unwrap();
+    let report = noiseless_scanner(&unseen_material(3))
+        .serve(&mut line)
+        .unwrap();
     assert!(writes > 100, "{writes}");
     assert_matches_host(&report, RECIPE);
 }
@@ -135,7 +137,9 @@ fn late_duplicate_and_reordered_replies_are_ignored() {
             replies
         },
     };
-    let report = scanner(&unseen_material(4)).serve(&mut line).unwrap();
+    let report = noiseless_scanner(&unseen_material(4))
+        .serve(&mut line)
+        .unwrap();
     assert_matches_host(&report, RECIPE);
     assert_scans(&mut emulator);
 }

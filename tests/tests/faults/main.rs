@@ -11,11 +11,13 @@ mod time;
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::{scanner, unseen_material};
+use glimpse_tests::host::{noiseless_scanner, unseen_material};
 
 /// Checks that a good scanner then receives a complete and correct scan.
 fn assert_scans(emulator: &mut Emulator) {
     let material = unseen_material(1);
-    let report = scanner(&material).serve(&mut emulator.serial).unwrap();
+    let report = noiseless_scanner(&material)
+        .serve(&mut emulator.serial)
+        .unwrap();
     assert_matches_host(&report, RECIPE);
 }

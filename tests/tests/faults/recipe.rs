@@ -10,7 +10,7 @@ use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::elf::{Firmware, pad_recipe};
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::{scanner, unseen_material};
+use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_trainer::scanner::ScannerError;
 
 /// Returns the device's report for an altered recipe.
@@ -19,7 +19,9 @@ fn failure(alter: impl FnOnce(&mut [u8])) -> FailureReport {
     let image = firmware.with_altered_recipe(alter);
     let mut emulator = Emulator::boot(&firmware, image.path());
     let material = unseen_material(0);
-    let error = scanner(&material).serve(&mut emulator.serial).unwrap_err();
+    let error = noiseless_scanner(&material)
+        .serve(&mut emulator.serial)
+        .unwrap_err();
     let ScannerError::Device(report) = error else {
         panic!("{error}");
     };
@@ -132,6 +134,8 @@ fn scans_with_fewer_samples() {
     let image = firmware.with_recipe(&bytes);
     let mut emulator = Emulator::boot(&firmware, image.path());
     let material = unseen_material(0);
-    let report = scanner(&material).serve(&mut emulator.serial).unwrap();
+    let report = noiseless_scanner(&material)
+        .serve(&mut emulator.serial)
+        .unwrap();
     assert_matches_host(&report, &bytes);
 }

@@ -1,4 +1,4 @@
-//! The device is reset at any point of a scan, as by its watchdog, its button or a voltage drop.
+//! Resets of the device at any point of a scan. A watchdog, the reset button or a voltage drop has the same effect.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -8,16 +8,16 @@ use glimpse_materials::Material;
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::emulator::Emulator;
-use glimpse_tests::host::{scanner, unseen_material};
+use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_trainer::scanner::{ScanReport, ScannerError, VirtualScanner};
 
-/// A monitor of the device's serial line. It fails at the first request for which `last` is true, so the host does not
+/// A monitor of the device's serial line. It fails at the first request for which `stops` is true, so the host does not
 /// receive that request.
 struct MonitoredLine<'a> {
     stream: &'a TcpStream,
     reader: FrameReader,
     requests: Vec<Request>,
-    last: &'a dyn Fn(&Request) -> bool,
+    stops: &'a dyn Fn(&Request) -> bool,
 }
 
 impl Read for MonitoredLine<'_> {
@@ -25,7 +25,7 @@ impl Read for MonitoredLine<'_> {
         let count = self.stream.read(buffer)?;
         for byte in &buffer[..count] {
             if let Some(Ok((_, request))) = self.reader.push::<Request>(*byte) {
-                if (self.last)(&request) {
+                if (self.stops)(&request) {
                     return Err(ErrorKind::ConnectionAborted.into());
                 }
                 self.requests.push(request);
@@ -44,51 +44,55 @@ impl Write for MonitoredLine<'_> {
     }
 }
 
-/// Serves the device until the request `last`, or until the scan is complete. Returns the requests and the report.
+/// Serves the device until a request for which `stops` is true, or until the scan is complete. Returns the requests
+/// before that, and the report of a complete scan.
 fn serve(
     emulator: &Emulator,
     scanner: &mut VirtualScanner<'_>,
-    last: impl Fn(&Request) -> bool,
+    stops: impl Fn(&Request) -> bool,
 ) -> (Vec<Request>, Option<ScanReport>) {
     let mut line = MonitoredLine {
         stream: &emulator.serial,
         reader: FrameReader::new(),
         requests: Vec::new(),
-        last: &last,
+        stops: &stops,
     };
     let report = match scanner.serve(&mut line) {
         Ok(report) => Some(report),
         Err(ScannerError::Link(error)) if error.kind() == ErrorKind::ConnectionAborted => None,
         Err(error) => panic!("{error}"),
     };
-    // Skips requests from before the reset.
-    let hello = |request: &Request| matches!(request, Request::Hello { .. });
-    let start = line.requests.iter().position(hello).unwrap_or_default();
+    // Skips requests that were sent before the reset.
+    let start = line.requests.iter().position(is_hello).unwrap_or_default();
     (line.requests.split_off(start), report)
 }
 
-/// Returns the samples of the readings that the device has saved, and of those that it requests.
+fn is_hello(request: &Request) -> bool {
+    matches!(request, Request::Hello { .. })
+}
+
+/// Returns the samples whose readings the device has saved, and the samples that it requests to measure.
 fn indices(requests: &[Request]) -> (Vec<u16>, Vec<u16>) {
-    let (mut saved, mut measured) = (Vec::new(), Vec::new());
+    let (mut saved, mut requested) = (Vec::new(), Vec::new());
     for request in requests {
         match request {
             Request::Saved { index, .. } => saved.push(*index),
-            Request::Measure { index, .. } => measured.push(*index),
+            Request::Measure { index, .. } => requested.push(*index),
             _ => {}
         }
     }
-    // The line is good, but the device may repeat a request while the host is slow.
+    // The line has no noise, but the device repeats a request if the host is slow.
     saved.dedup();
-    measured.dedup();
-    (saved, measured)
+    requested.dedup();
+    (saved, requested)
 }
 
-/// Resets one scan ten times: before each reading, in the fit, and while the result is sent.
+/// Resets the device ten times in one scan: before each reading, in the fit, and while it sends the result.
 #[test]
 fn scan_continues_after_resets_without_repeating_readings() {
     let mut emulator = Emulator::boot_default();
     let material = unseen_material(0);
-    let mut scanner = scanner(&material);
+    let mut scanner = noiseless_scanner(&material);
     for next in 0..8_u16 {
         let (requests, report) = serve(
             &emulator,
@@ -96,19 +100,23 @@ fn scan_continues_after_resets_without_repeating_readings() {
             |request| matches!(request, Request::Measure { index, .. } if *index == next),
         );
         assert!(report.is_none());
-        let before = next.saturating_sub(1);
-        let expected = ((0..before).collect(), (before..next).collect());
+        let saved = next.saturating_sub(1);
+        let expected = ((0..saved).collect(), (saved..next).collect());
         assert_eq!(indices(&requests), expected);
         emulator.reset();
     }
-    let half_fitted = |request: &Request| matches!(request, Request::Progress(progress) if 2 * progress.done > progress.total);
-    let (requests, report) = serve(&emulator, &mut scanner, half_fitted);
+    let is_half_fitted = |request: &Request| match request {
+        Request::Progress(progress) => 2 * progress.done > progress.total,
+        _ => false,
+    };
+    let (requests, report) = serve(&emulator, &mut scanner, is_half_fitted);
     assert!(report.is_none());
     assert_eq!(indices(&requests), ((0..7).collect(), vec![7]));
     emulator.reset();
 
-    let some_values = |request: &Request| matches!(request, Request::Values { offset: 64, .. });
-    let (requests, report) = serve(&emulator, &mut scanner, some_values);
+    let has_sent_64_values =
+        |request: &Request| matches!(request, Request::Values { offset: 64, .. });
+    let (requests, report) = serve(&emulator, &mut scanner, has_sent_64_values);
     assert!(report.is_none());
     assert_eq!(indices(&requests), ((0..8).collect(), vec![]));
     let progress = requests.iter().find_map(|request| match request {
@@ -127,18 +135,18 @@ fn scan_continues_after_resets_without_repeating_readings() {
     }
 }
 
-/// The material may have been replaced: the host after the reset refuses the saved readings.
+/// After the reset, a new host refuses the saved readings, because the material may be another one.
 #[test]
-fn changed_material_is_read_completely() {
+fn changed_material_is_measured_completely() {
     let mut emulator = Emulator::boot_default();
     let material = unseen_material(0);
-    let fifth = |request: &Request| matches!(request, Request::Measure { index: 5, .. });
-    serve(&emulator, &mut scanner(&material), fifth);
+    let measures_5 = |request: &Request| matches!(request, Request::Measure { index: 5, .. });
+    serve(&emulator, &mut noiseless_scanner(&material), measures_5);
     emulator.reset();
 
     let changed = unseen_material(1);
-    let mut scanner = scanner(&changed);
-    // The host may refuse a request from before the reset, which no longer concerns the device.
+    let mut scanner = noiseless_scanner(&changed);
+    // The host may also refuse a request that was sent before the reset. The device ignores that reply.
     let (requests, report) = serve(&emulator, &mut scanner, |_| false);
     assert_eq!(indices(&requests), (vec![0], (0..8).collect()));
     emulator.wait_until(|log| log.iter().any(|line| line.contains("readings are deleted")));
@@ -153,12 +161,11 @@ fn changed_material_is_read_completely() {
 fn finished_scan_saves_no_readings() {
     let mut emulator = Emulator::boot_default();
     let material = unseen_material(0);
-    let mut scanner = scanner(&material);
+    let mut scanner = noiseless_scanner(&material);
     let (_, report) = serve(&emulator, &mut scanner, |_| false);
     assert!(report.is_some());
     // The device has received the last reply when it sends hello again.
-    let hello = |request: &Request| matches!(request, Request::Hello { .. });
-    serve(&emulator, &mut scanner, hello);
+    serve(&emulator, &mut scanner, is_hello);
     emulator.reset();
     let (requests, report) = serve(&emulator, &mut scanner, |_| false);
     assert_eq!(indices(&requests), (vec![], (0..8).collect()));

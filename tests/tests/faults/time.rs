@@ -16,7 +16,7 @@ use tempfile::NamedTempFile;
 use super::assert_scans;
 
 /// Expected interval of requests, in seconds.
-const INTERVAL: f64 = 0.1;
+const INTERVAL_SECONDS: f64 = 0.1;
 /// Largest allowed relative error of the interval.
 const TOLERANCE: f64 = 0.05;
 
@@ -55,38 +55,38 @@ fn requests_repeat_every_100_ms_by_wall_clock() {
     intervals.sort_by(f64::total_cmp);
     let median = intervals[intervals.len() / 2];
     assert!(
-        (median / INTERVAL - 1.0).abs() < TOLERANCE,
+        (median / INTERVAL_SECONDS - 1.0).abs() < TOLERANCE,
         "{median} s: {intervals:?}"
     );
     assert_scans(&mut emulator);
 }
 
-/// QEMU's test protocol, qtest. It sets and reads a timer that the firmware does not use.
-struct Registers {
+/// TIM3, a timer that the firmware does not use, accessed by QEMU's test protocol, qtest.
+struct SpareTimer {
     stream: BufReader<TcpStream>,
 }
 
-impl Registers {
-    /// TIM3's prescaler and counter.
+impl SpareTimer {
+    /// Addresses of TIM3's prescaler and counter.
     const PRESCALER: u32 = 0x4000_0428;
     const COUNTER: u32 = 0x4000_0424;
 
+    /// Executes a command of qtest and returns the response without "OK".
     fn execute(&mut self, command: &str) -> String {
-        let sent = self.stream.get_mut().write_all(command.as_bytes());
-        sent.expect("QEMU's test protocol");
-        let mut answer = String::new();
-        self.stream.read_line(&mut answer).unwrap();
-        let answer = answer.strip_prefix("OK").expect("QEMU's test protocol");
-        answer.trim().to_owned()
+        self.stream.get_mut().write_all(command.as_bytes()).unwrap();
+        let mut response = String::new();
+        self.stream.read_line(&mut response).unwrap();
+        let result = response.strip_prefix("OK").expect("qtest responds OK");
+        result.trim().to_owned()
     }
 
     /// Starts TIM3 as a counter of microseconds.
     fn start(stream: TcpStream) -> Self {
         let stream = BufReader::new(stream);
-        let mut registers = Self { stream };
+        let mut timer = Self { stream };
         // QEMU's timers have a clock of 1 GHz.
-        registers.execute(&format!("writel {:#x} {}\n", Self::PRESCALER, 1000 - 1));
-        registers
+        timer.execute(&format!("writel {:#x} {}\n", Self::PRESCALER, 1000 - 1));
+        timer
     }
 
     fn microseconds(&mut self) -> u32 {
@@ -96,17 +96,17 @@ impl Registers {
     }
 }
 
-/// QEMU skips the time in which the core sleeps, so minutes pass in a moment. The machine is stopped to count its
-/// requests, and its time is read from a timer that the firmware does not use.
+/// QEMU skips the time in which the core sleeps, so a minute of its time passes within seconds. The test stops QEMU to
+/// count the requests, and reads QEMU's time from a timer that the firmware does not use.
 #[test]
-fn requests_repeat_every_100_ms_by_other_timer() {
+fn requests_repeat_every_100_ms_by_spare_timer() {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = format!("tcp:{}", listener.local_addr().unwrap());
     let firmware = Firmware::load();
     let options = ["-icount", "shift=0,sleep=off", "-qtest", &address];
     let options = [&options[..], &["-qtest-log", "none"]].concat();
     let mut emulator = Emulator::boot_with(&firmware, firmware.path(), &options);
-    let mut timer = Registers::start(listener.accept().unwrap().0);
+    let mut timer = SpareTimer::start(listener.accept().unwrap().0);
     let timeout = Duration::from_millis(200);
     emulator.serial.set_read_timeout(Some(timeout)).unwrap();
 
@@ -125,12 +125,13 @@ fn requests_repeat_every_100_ms_by_other_timer() {
     }
     let interval = seconds / count as f64;
     assert!(
-        (interval / INTERVAL - 1.0).abs() < TOLERANCE,
+        (interval / INTERVAL_SECONDS - 1.0).abs() < TOLERANCE,
         "{interval} s: {count} requests in {seconds} s"
     );
 }
 
-/// Returns the number of times the watchdog was fed. QEMU has no watchdog and logs writes to its registers.
+/// Returns the number of times the watchdog was fed. QEMU does not emulate the watchdog, but logs writes to its
+/// registers.
 fn watchdog_feeds(log: &Path) -> usize {
     let log = fs::read_to_string(log).unwrap();
     log.matches("value 0x0000aaaa").count()
@@ -146,9 +147,9 @@ fn watchdog_is_fed_during_motion_and_after_failure() {
     let mut emulator = Emulator::boot_with(&firmware, firmware.path(), &options);
 
     let mut feeds = Vec::new();
-    let mut failed = None;
+    let mut feeds_at_failure = None;
     serve_requests(&mut emulator.serial, |request| match request {
-        Request::Hello { .. } if failed.is_some() => Response::Stop,
+        Request::Hello { .. } if feeds_at_failure.is_some() => Response::Stop,
         Request::Hello { .. } => Response::Reply(WELCOME),
         Request::Measure { .. } => {
             for _ in 0..12 {
@@ -159,14 +160,14 @@ fn watchdog_is_fed_during_motion_and_after_failure() {
         }
         Request::Failed(failure) => {
             assert_eq!(failure, Failure::Refused(Refusal::Directions).into());
-            failed = Some(watchdog_feeds(log.path()));
+            feeds_at_failure = Some(watchdog_feeds(log.path()));
             Response::Reply(Reply::Accepted)
         }
         other => panic!("{other:?}"),
     });
     assert!(feeds.windows(2).all(|pair| pair[0] < pair[1]), "{feeds:?}");
     // The device then pauses for 0.5 s.
-    let feeds_in_pause = watchdog_feeds(log.path()) - failed.unwrap();
+    let feeds_in_pause = watchdog_feeds(log.path()) - feeds_at_failure.unwrap();
     assert!(feeds_in_pause >= 5, "{feeds_in_pause}");
     assert_scans(&mut emulator);
 }

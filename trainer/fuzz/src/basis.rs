@@ -2,7 +2,7 @@
 
 use glimpse_materials::basis::{BASIS_MAGIC, Basis, Grid};
 
-use crate::{ANGLES, Damage, Folder, check_refusal};
+use crate::{ANGLES, Damage, Folder, check_rejection};
 
 /// Values of a node: mean, ln(median w + e), and a component.
 const NODE: [f32; 3] = [0.5, -3.0, 0.01];
@@ -28,7 +28,7 @@ pub fn check(input: &[u8]) {
     // With the right checksum, because the reader rejects a wrong one before it parses the file.
     let basis = match Basis::read(&path, Basis::checksum(&bytes)) {
         Ok(basis) => basis,
-        Err(error) => return check_refusal(&error, "felt.basis"),
+        Err(error) => return check_rejection(&error, "felt.basis"),
     };
     assert_eq!(basis.to_bytes(), bytes);
     let reconstruction = basis

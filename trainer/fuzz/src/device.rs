@@ -2,7 +2,7 @@
 //!
 //! The word `CHECKSUM` in an input is replaced by the recipe's checksum, which a fuzzer cannot guess.
 
-use crate::{Folder, check_refusal};
+use crate::{Folder, check_rejection};
 use glimpse_core::recipe::Recipe;
 use glimpse_trainer::measurement::DeviceReport;
 
@@ -18,7 +18,7 @@ pub fn check(bytes: &[u8]) {
     let path = folder.write(NAME, text.as_bytes());
     let report = match DeviceReport::read(&path, &recipe) {
         Ok(report) => report,
-        Err(error) => return check_refusal(&error, NAME),
+        Err(error) => return check_rejection(&error, NAME),
     };
     assert_eq!(report.model, recipe.model().name());
     assert!(report.values.iter().all(|value| value.is_finite()));
@@ -27,6 +27,6 @@ pub fn check(bytes: &[u8]) {
             assert_eq!(measured.samples.len(), recipe.samples());
             assert_eq!(fit.statuses.len(), recipe.samples());
         }
-        Err(error) => check_refusal(&error, NAME),
+        Err(error) => check_rejection(&error, NAME),
     }
 }

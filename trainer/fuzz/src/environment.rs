@@ -1,11 +1,11 @@
-//! Check of panoramas as Radiance or OpenEXR: the reader rejects a file, or returns the right number of pixels.
+//! Check of panoramas in Radiance or OpenEXR format: the reader rejects a file, or returns width times height pixels.
 //!
-//! The conversion to an environment is not checked: it takes a thousand times as long and does not parse bytes.
+//! The conversion to an environment is not checked. It takes a thousand times as long and does not parse bytes.
 
-use crate::{Folder, check_refusal};
+use crate::{Folder, check_rejection};
 use glimpse_trainer::render::Image;
 
-/// The reader's limit.
+/// Maximum number of pixels that the reader accepts.
 const MAX_PIXELS: usize = 1 << 25;
 
 /// Checks one input.
@@ -21,6 +21,6 @@ pub fn check(bytes: &[u8]) {
             assert_eq!(image.pixels.len(), image.width * image.height);
             assert!(image.pixels.len() <= MAX_PIXELS);
         }
-        Err(error) => check_refusal(&error, name),
+        Err(error) => check_rejection(&error, name),
     }
 }

@@ -2,7 +2,7 @@
 
 use glimpse_materials::{Format, Source};
 
-use crate::{Folder, check_refusal};
+use crate::{Folder, check_rejection};
 
 const NAMES: [&str; 6] = [
     "felt.binary",
@@ -26,9 +26,9 @@ pub fn check(input: &[u8]) {
         // The listed files include the path. A set of texts can still be rejected.
         Ok(_) => match source.files() {
             Ok(files) => assert!(files.contains(&path)),
-            Err(error) => check_refusal(&error, name),
+            Err(error) => check_rejection(&error, name),
         },
-        Err(error) => check_refusal(&error, name),
+        Err(error) => check_rejection(&error, name),
     }
     let _ = Source(folder.path().display().to_string()).skipped_entries();
 }

@@ -62,7 +62,7 @@ impl Default for Folder {
 }
 
 /// Checks that an error message contains the file's name and is one line of limited length.
-pub fn check_refusal(error: &impl Display, name: &str) {
+pub fn check_rejection(error: &impl Display, name: &str) {
     let message = error.to_string();
     assert!(message.contains(name), "no name: {message}");
     assert!(message.len() < MAX_MESSAGE_LENGTH, "long: {message}");

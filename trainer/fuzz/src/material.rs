@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glimpse_materials::{FittedMaterial, Material, Source};
 
-use crate::{ANGLES, Folder, check_refusal};
+use crate::{ANGLES, Folder, check_rejection};
 
 const NAME: &str = "material.json";
 
@@ -14,7 +14,7 @@ pub fn check(bytes: &[u8]) {
     let path = folder.write(NAME, bytes);
     let material = match FittedMaterial::read(&path) {
         Ok(material) => material,
-        Err(error) => return check_refusal(&error, NAME),
+        Err(error) => return check_rejection(&error, NAME),
     };
     assert!(
         material

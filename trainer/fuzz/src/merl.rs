@@ -9,7 +9,7 @@ use std::sync::LazyLock;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_materials::{Brdf, MerlTable, to_merl};
 
-use crate::{Damage, check_material, check_refusal};
+use crate::{Damage, check_material, check_rejection};
 
 /// A reddish Lambertian BRDF.
 struct Diffuse;
@@ -39,6 +39,6 @@ pub fn check(input: &[u8]) {
             assert_eq!(bytes.len(), VALID.len());
             check_material(&table);
         }
-        Err(error) => check_refusal(&error, &path),
+        Err(error) => check_rejection(&error, &path),
     }
 }

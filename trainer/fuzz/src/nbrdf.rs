@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use glimpse_core::model::{NeuralParameters, ParameterSet};
 use glimpse_materials::{Material, NeuralBrdf, Source, to_nbrdf};
 
-use crate::{ANGLES, Folder, check_refusal};
+use crate::{ANGLES, Folder, check_rejection};
 
 static VALID: LazyLock<[(String, Vec<u8>); 6]> =
     LazyLock::new(|| to_nbrdf(&NeuralParameters::filled(0.1)));
@@ -26,7 +26,7 @@ pub fn check(input: &[u8]) {
     let path = folder.path().join("felt_b2.npy");
     let network = match NeuralBrdf::read(&path) {
         Ok(network) => network,
-        Err(error) => return check_refusal(&error, "felt_"),
+        Err(error) => return check_rejection(&error, "felt_"),
     };
     assert!(network.parameters().iter().all(|weight| weight.is_finite()));
     for at in ANGLES {

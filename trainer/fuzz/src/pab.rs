@@ -5,7 +5,7 @@
 use glimpse_core::geometry::HalfDifference;
 use glimpse_materials::{Brdf, PabSet};
 
-use crate::{ANGLES, Folder, check_refusal};
+use crate::{ANGLES, Folder, check_rejection};
 
 /// Checks one input.
 pub fn check(bytes: &[u8]) {
@@ -21,6 +21,6 @@ pub fn check(bytes: &[u8]) {
             let is_brdf = |value: &f32| value.is_finite() && *value >= 0.0;
             assert!(brdf.as_flattened().iter().all(is_brdf), "{brdf:?}");
         }
-        Err(error) => check_refusal(&error, "felt_in"),
+        Err(error) => check_rejection(&error, "felt_in"),
     }
 }

@@ -1,6 +1,6 @@
 //! Check of CSV files of readings, white references and angles: the readers reject a file, or return valid numbers.
 
-use crate::{ANGLES, Folder, check_refusal};
+use crate::{ANGLES, Folder, check_rejection};
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::{Footprint, Quantity, Repeated};
 use glimpse_trainer::measurement::{
@@ -29,7 +29,7 @@ pub fn check(bytes: &[u8]) {
                 assert!((0.0..6.3).contains(&phi_d));
             }
         }
-        Err(error) => check_refusal(&error, NAME),
+        Err(error) => check_rejection(&error, NAME),
     }
 
     let values = [Quantity::Brdf, Quantity::BrdfTimesCosThetaO].map(ReadingQuantity::Values);
@@ -43,7 +43,7 @@ pub fn check(bytes: &[u8]) {
         let white = match WhiteReference::read(&path, pattern, TOLERANCE, footprint) {
             Ok(white) => white,
             Err(error) => {
-                check_refusal(&error, NAME);
+                check_rejection(&error, NAME);
                 continue;
             }
         };
@@ -64,7 +64,7 @@ pub fn check(bytes: &[u8]) {
 fn check_measured(read: Result<Measurements, TableError>, pattern: &[Angles<f32>]) {
     let measured = match read {
         Ok(measured) => measured,
-        Err(error) => return check_refusal(&error, NAME),
+        Err(error) => return check_rejection(&error, NAME),
     };
     assert_eq!(measured.samples.len(), pattern.len());
     let counts = measured.samples.iter().map(Repeated::count);

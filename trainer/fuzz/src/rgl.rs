@@ -2,7 +2,7 @@
 
 use glimpse_materials::RglMeasurement;
 
-use crate::{Folder, check_material, check_refusal};
+use crate::{Folder, check_material, check_rejection};
 
 /// Checks one input.
 pub fn check(bytes: &[u8]) {
@@ -10,6 +10,6 @@ pub fn check(bytes: &[u8]) {
     let path = folder.write("felt_rgb.bsdf", bytes);
     match RglMeasurement::read(&path) {
         Ok(material) => check_material(&material),
-        Err(error) => check_refusal(&error, "felt_rgb.bsdf"),
+        Err(error) => check_rejection(&error, "felt_rgb.bsdf"),
     }
 }

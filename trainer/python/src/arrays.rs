@@ -6,11 +6,12 @@ use pyo3::prelude::*;
 
 use crate::error::{GlimpseError, reject};
 
-/// Converts an array of any real type and layout to f64. `what` names the argument in errors.
-pub(crate) fn numbers(argument: &Bound<'_, PyAny>, what: &str) -> PyResult<ArrayD<f64>> {
+/// Converts an array of any real type and layout to f64. `name` is the argument's name for error messages.
+pub(crate) fn numbers(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<ArrayD<f64>> {
     let py = argument.py();
-    let invalid =
-        |why: String| GlimpseError::new_err(format!("{what} must be an array of numbers: {why}"));
+    let invalid = |reason: String| {
+        GlimpseError::new_err(format!("{name} must be an array of numbers: {reason}"))
+    };
     let numpy = py.import("numpy")?;
     let array = numpy
         .call_method1("asarray", (argument,))
@@ -30,12 +31,12 @@ pub(crate) fn numbers(argument: &Bound<'_, PyAny>, what: &str) -> PyResult<Array
 }
 
 /// Converts an array of shape (n, 3) to rows.
-pub(crate) fn rows(argument: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<[f64; 3]>> {
-    let array = numbers(argument, what)?;
+pub(crate) fn rows(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<[f64; 3]>> {
+    let array = numbers(argument, name)?;
     match array.shape() {
         [_, 3] => Ok(triples(&array)),
         shape => reject(format!(
-            "{what} must have the shape (n, 3), not {}",
+            "{name} must have the shape (n, 3), not {}",
             shape_text(shape)
         )),
     }
@@ -75,12 +76,12 @@ impl Pairs {
                 shape: shape.to_vec(),
             });
         };
-        let arrays = [(incoming, "incoming"), (outgoing, "outgoing")].map(|(argument, what)| {
-            let array = numbers(argument, what)?;
+        let arrays = [(incoming, "incoming"), (outgoing, "outgoing")].map(|(argument, name)| {
+            let array = numbers(argument, name)?;
             match array.shape() {
                 [.., 3] => Ok(array),
                 shape => reject(format!(
-                    "{what} must have the shape (..., 3), not {}",
+                    "{name} must have the shape (..., 3), not {}",
                     shape_text(shape)
                 )),
             }
@@ -94,9 +95,9 @@ impl Pairs {
                 shape_text(outgoing.shape())
             ));
         };
-        let expand = |array: ArrayD<f64>, what| {
+        let expand = |array: ArrayD<f64>, name| {
             let array = array.broadcast(IxDyn(&shape)).map(|array| array.to_owned());
-            normalize(array.as_ref().map(triples).unwrap_or_default(), what)
+            normalize(array.as_ref().map(triples).unwrap_or_default(), name)
         };
         let (incoming, outgoing) = (expand(incoming, "incoming")?, expand(outgoing, "outgoing")?);
         let pairs = incoming.into_iter().zip(outgoing);
@@ -127,14 +128,14 @@ fn broadcast(first: &[usize], second: &[usize]) -> Option<Vec<usize>> {
 }
 
 /// Scales vectors to length 1.
-fn normalize(vectors: Vec<[f64; 3]>, what: &str) -> PyResult<Vec<[f64; 3]>> {
+fn normalize(vectors: Vec<[f64; 3]>, name: &str) -> PyResult<Vec<[f64; 3]>> {
     let normalized = vectors.into_iter().enumerate().map(|(index, vector)| {
         let [x, y, z] = vector;
         let length = x.hypot(y).hypot(z);
         match length.is_finite() && length > 0.0 {
             true => Ok(vector.map(|entry| entry / length)),
             false => reject(format!(
-                "{what}: vector {index} is ({x}, {y}, {z}), which has no direction; pass finite, nonzero vectors"
+                "{name}: vector {index} is ({x}, {y}, {z}), which has no direction; pass finite, nonzero vectors"
             )),
         }
     });

@@ -47,14 +47,14 @@ pub(crate) const FOOTPRINTS: [(&str, Footprint); 2] = [
     ("sensor", Footprint::SensorLarger),
 ];
 
-/// Returns the choice with a name. For an unknown name, the error names the argument `what` and all choices.
-pub(crate) fn choose<T: Copy>(what: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
+/// Returns the choice with a name. For an unknown name, the error names `argument` and all choices.
+pub(crate) fn choose<T: Copy>(argument: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
     if let Some((_, choice)) = choices.iter().find(|(each, _)| *each == name) {
         return Ok(*choice);
     }
     let names: Vec<&str> = choices.iter().map(|(each, _)| *each).collect();
     reject(format!(
-        "{what} is `{name}`, and must be one of {}",
+        "{argument} is `{name}`, and must be one of {}",
         names.join(", ")
     ))
 }

@@ -24,7 +24,7 @@ pub(crate) use crate::readings::ReadingArgs;
 
 /// A reading that is improbable given the other readings.
 ///
-/// `sample` is its row in the recipe's directions. `z` is its distance from the prediction by the other readings, in
+/// `sample` is its row in the recipe's directions. `z` is its distance from the prediction from the other readings, in
 /// standard deviations (positive: too large). `measured` and `predicted` are BRDFs, linear RGB, sr^-1. `excluded` is
 /// True if the fit did not use it.
 #[pyclass(frozen, get_all, name = "Outlier", module = "glimpse_brdf")]
@@ -55,7 +55,7 @@ impl PyOutlier {
 pub(crate) struct PyFittedMaterial {
     material: Arc<FittedMaterial>,
     fit: Fit,
-    /// Reading of each sample, a BRDF in sr^-1.
+    /// Reading of each sample, a BRDF in sr^-1; None if it is missing.
     readings: Vec<Option<[f32; 3]>>,
     /// True for each sample with a saturated reading.
     saturated: Vec<bool>,
@@ -80,21 +80,21 @@ impl PyFittedMaterial {
         }
         let recipe = file.recipe();
         let pattern: Vec<_> = recipe.pattern().collect();
-        let measured = args.measured(&pattern)?;
-        Self::from_measurements(py, file, basis, &measured, name, keep_all)
+        let measurements = args.measurements(&pattern)?;
+        Self::from_measurements(py, file, basis, &measurements, name, keep_all)
     }
 
     fn from_measurements<'py>(
         py: Python<'py>,
         file: &Arc<RecipeFile>,
         basis: Option<&Arc<Basis>>,
-        measured: &Measurements,
+        measurements: &Measurements,
         name: &str,
         keep_all: bool,
     ) -> PyResult<Bound<'py, Self>> {
         let recipe = file.recipe();
         let (fit, material) = run_detached(py, || {
-            let fit = fit(&recipe, measured, keep_all)?;
+            let fit = fit(&recipe, measurements, keep_all)?;
             let values = fit.values.clone();
             let fitted = FittedBrdf::new(recipe.model(), values, basis.map(|basis| &**basis));
             let material = fitted.and_then(|fitted| FittedMaterial::new(name.to_owned(), fitted));
@@ -103,8 +103,9 @@ impl PyFittedMaterial {
         .map_err(|error: glimpse_trainer::measurement::FitFailure| to_exception(error))?;
         let Some(material) = material.map(Arc::new) else {
             return reject(format!(
-                "the fit has {} values, which is not the number of the recipe's model: use another recipe",
-                fit.values.len()
+                "the fit has {} values, which does not match the recipe's model {}: use another recipe",
+                fit.values.len(),
+                recipe.model().name()
             ));
         };
         let base = PyMaterial {
@@ -115,12 +116,12 @@ impl PyFittedMaterial {
         let fitted = Self {
             material,
             fit,
-            readings: measured
+            readings: measurements
                 .samples
                 .iter()
                 .map(|sample| sample.mean())
                 .collect(),
-            saturated: measured
+            saturated: measurements
                 .samples
                 .iter()
                 .map(|sample| sample.saturated())
@@ -141,15 +142,15 @@ impl PyFittedMaterial {
         self.material.fitted().model().name()
     }
 
-    /// The parameters of the model in its order, float32 of shape (p,). Of the model linear: m coefficients for red, m
-    /// for green, m for blue.
+    /// The parameters of the model in its order, float32 of shape (p,). The model linear has m coefficients for red,
+    /// then m for green, then m for blue.
     #[getter]
     fn parameters<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
         let values = self.material.fitted().values().to_vec();
         array(py, &[values.len()], values)
     }
 
-    /// The loss of the fit, predicted from its readings, or None if the recipe predicts none.
+    /// The loss of the fit, predicted from its readings, or None if the recipe cannot predict it.
     #[getter]
     fn predicted_loss(&self) -> Option<f32> {
         self.fit.predicted_loss
@@ -167,7 +168,7 @@ impl PyFittedMaterial {
         names.collect()
     }
 
-    /// The loss of the fit at the readings used: a dict of mean, worst and worst_sample; or None.
+    /// The loss of the fit at the used readings: a dict of mean, worst and worst_sample, or None if it is unknown.
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(residual) = self.fit.residual else {
@@ -195,8 +196,9 @@ impl PyFittedMaterial {
         outliers.collect()
     }
 
-    /// Writes the material in a format of `Material.save`. If `path` ends in .json, writes the trainer's format, which
-    /// `load_material` and every command of the trainer read. With the model linear, NAME.basis is written next to it.
+    /// Writes the material in a format of `Material.save`. If `path` ends in .json and `format` is None, writes the
+    /// trainer's format, which `load_material` and every command of the trainer read. For the model linear, it also
+    /// writes NAME.basis next to that file.
     #[pyo3(signature = (path, format = None, *, seed = 0, overwrite = false))]
     fn save(
         slf: &Bound<'_, Self>,
@@ -206,7 +208,7 @@ impl PyFittedMaterial {
         seed: u64,
         overwrite: bool,
     ) -> PyResult<()> {
-        if path.extension().is_none_or(|ending| ending != "json") || format.is_some() {
+        if path.extension().is_none_or(|extension| extension != "json") || format.is_some() {
             let base = slf.as_super().get();
             return base.save(py, path, format, seed, overwrite);
         }
@@ -230,7 +232,7 @@ impl PyFittedMaterial {
         write(&files, overwrite)
     }
 
-    /// Supports pickle: the recipe and the readings are stored, and fitted again when unpickled.
+    /// Supports pickle, which stores the recipe and the readings. Unpickling repeats the fit.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let class = py.get_type::<Self>();
         let basis = self.basis.as_ref().map(|basis| basis.to_bytes());
@@ -247,7 +249,7 @@ impl PyFittedMaterial {
 
     /// Restores a pickled fit.
     #[classmethod]
-    #[expect(clippy::too_many_arguments, reason = "called by pickle alone")]
+    #[expect(clippy::too_many_arguments, reason = "only pickle calls it")]
     fn _from_readings<'py>(
         _class: &Bound<'py, PyType>,
         py: Python<'py>,
@@ -265,20 +267,20 @@ impl PyFittedMaterial {
         let basis = basis.transpose();
         let basis = basis
             .map_err(|error| GlimpseError::new_err(format!("basis of the pickled fit: {error}")))?;
-        let mut measured = Measurements {
+        let mut measurements = Measurements {
             samples: vec![Repeated::new(); readings.len()],
             rows: 0,
             max_distance: None,
         };
-        let samples = measured.samples.iter_mut().zip(readings).zip(saturated);
+        let samples = measurements.samples.iter_mut().zip(readings).zip(saturated);
         for ((sample, reading), saturated) in samples {
             if let Some(brdf) = reading {
                 sample.add(brdf, saturated).map_err(to_exception)?;
-                measured.rows += 1;
+                measurements.rows += 1;
             }
         }
         let basis = basis.map(Arc::new);
-        Self::from_measurements(py, &file, basis.as_ref(), &measured, name, keep_all)
+        Self::from_measurements(py, &file, basis.as_ref(), &measurements, name, keep_all)
     }
 
     fn __repr__(&self) -> String {

@@ -32,9 +32,9 @@ pub(crate) fn directions(py: Python<'_>) -> PyResult<Bound<'_, PyArrayDyn<f64>>>
     array(py, &[angles.len(), 2, 3], flat.collect())
 }
 
-/// Returns the loss between a measured and a fitted BRDF: the mean over `directions()` and channels of
-/// abs(ln(1 + y cos) - ln(1 + f cos)), where y and f are the BRDFs in linear RGB, sr^-1, and cos is the cosine of the
-/// incoming direction's polar angle. `evaluate` reports the same loss.
+/// Returns the loss between a reference and a fitted BRDF: the mean over `directions()` and channels of
+/// abs(ln(1 + y cos) - ln(1 + f cos)). y is the reference and f the fitted BRDF in linear RGB, sr^-1. cos is the cosine
+/// of the incoming direction's polar angle. `evaluate` reports the same loss.
 ///
 /// Each argument is a Material, or an array (40503, 3) of a BRDF at `directions()`, finite and nonnegative.
 #[pyfunction]
@@ -43,12 +43,15 @@ pub(crate) fn loss(
     reference: &Bound<'_, PyAny>,
     fitted: &Bound<'_, PyAny>,
 ) -> PyResult<f64> {
-    let at = loss_directions();
-    let reference = Brdf::parse(reference, "reference", at.len())?;
-    let fitted = Brdf::parse(fitted, "fitted", at.len())?;
+    let directions = loss_directions();
+    let reference = Brdf::parse(reference, "reference", directions.len())?;
+    let fitted = Brdf::parse(fitted, "fitted", directions.len())?;
     run_detached(py, || {
-        let (reference, fitted) = (reference.evaluate(&at), fitted.evaluate(&at));
-        mean_log_error_of_values(&fitted, &at, &reference)
+        let (reference, fitted) = (
+            reference.evaluate(&directions),
+            fitted.evaluate(&directions),
+        );
+        mean_log_error_of_values(&fitted, &directions, &reference)
     })
 }
 
@@ -60,14 +63,14 @@ enum Brdf {
 }
 
 impl Brdf {
-    fn parse(argument: &Bound<'_, PyAny>, what: &str, count: usize) -> PyResult<Self> {
+    fn parse(argument: &Bound<'_, PyAny>, name: &str, count: usize) -> PyResult<Self> {
         if let Ok(material) = argument.cast::<PyMaterial>() {
             return Ok(Self::Material(material.get().material.clone()));
         }
-        let values = rows(argument, what)?;
+        let values = rows(argument, name)?;
         if values.len() != count {
             return reject(format!(
-                "{what} must have the shape ({count}, 3), the BRDF at directions(), not ({}, 3)",
+                "{name} must be the BRDF at directions(), an array of shape ({count}, 3), not ({}, 3)",
                 values.len()
             ));
         }
@@ -77,7 +80,7 @@ impl Brdf {
                 .find(|value| !(value.is_finite() && **value >= 0.0))
             {
                 return reject(format!(
-                    "{what}: row {row} holds {value}; a BRDF must be finite and nonnegative: correct the value"
+                    "{name}: row {row} holds {value}; a BRDF must be finite and nonnegative: correct the value"
                 ));
             }
         }
@@ -85,14 +88,16 @@ impl Brdf {
         Ok(Self::Array(values.collect()))
     }
 
-    fn evaluate(self, at: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
+    fn evaluate(self, directions: &[HalfDifference<f32>]) -> Vec<[f32; 3]> {
         let material = match self {
             Self::Array(values) => return values,
             Self::Material(material) => material,
         };
-        let mut values = vec![[0.0; 3]; at.len()];
-        let batches = at.par_chunks(BATCH).zip(values.par_chunks_mut(BATCH));
-        batches.for_each(|(at, values)| material.brdf_batch(at, values));
+        let mut values = vec![[0.0; 3]; directions.len()];
+        let batches = directions
+            .par_chunks(BATCH)
+            .zip(values.par_chunks_mut(BATCH));
+        batches.for_each(|(directions, values)| material.brdf_batch(directions, values));
         values
     }
 }

@@ -291,7 +291,7 @@ impl PyMaterial {
     }
 }
 
-/// Reads the only material of a source: a file of MERL (*.binary), RGL (*_rgb.bsdf), NBRDF (NAME_fc1.npy) or pab-opto,
+/// Reads the only material of a source: a file of MERL (*.binary), RGL (*_rgb.bsdf), NBRDF (NAME_fc1.npy) or PAB-Opto,
 /// a material.json, or "procedural:1:SEED" for a procedural material.
 #[pyfunction]
 pub(crate) fn load_material(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResult<PyMaterial> {

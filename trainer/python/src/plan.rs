@@ -15,9 +15,9 @@ use crate::interruptible::run_detached;
 pub(crate) struct MachineArgs<'a, 'py> {
     /// Degrees per second: one number, or one for each axis.
     pub(crate) speeds: Option<&'a Bound<'py, PyAny>>,
-    /// Seconds.
+    /// Time at each sample to settle and to read, seconds.
     pub(crate) settle: f64,
-    /// Degrees.
+    /// Initial positions of the axes theta_i, phi_i, theta_o and phi_o, degrees.
     pub(crate) start: [f64; 4],
     pub(crate) isotropic: bool,
     pub(crate) full_turns: bool,
@@ -81,11 +81,14 @@ impl PyPlan {
         let order = choose("order", order, &ORDERS)?;
         let trained_limits = recipe.metadata().map_err(to_exception)?.limits;
         let machine = machine.machine(trained_limits.unwrap_or(Limits::NONE))?;
-        let stops = stops(recipe, &machine.limits, swap).map_err(|missed| {
-            let lines: Vec<String> = missed.iter().map(|each| format!("\n  {each}")).collect();
+        let stops = stops(recipe, &machine.limits, swap).map_err(|unreachable| {
+            let lines: Vec<String> = unreachable
+                .iter()
+                .map(|sample| format!("\n  {sample}"))
+                .collect();
             GlimpseError::new_err(format!(
                 "the machine does not reach {} of {} samples:{}\ntrain a recipe for these limits{}",
-                missed.len(),
+                unreachable.len(),
                 recipe.samples(),
                 lines.concat(),
                 if swap { "" } else { ", or try swap=True" }
@@ -115,8 +118,8 @@ impl PyPlan {
         self.route.order.name()
     }
 
-    /// True if the plan is proven to take the least time of all orders (with "progressive": of all choices of
-    /// azimuths).
+    /// True if no other plan takes less time (with "progressive": no other plan in that order). False if the plan is
+    /// the result of a heuristic search.
     #[getter]
     fn is_best(&self) -> bool {
         self.route.is_best
@@ -170,24 +173,25 @@ impl PyPlan {
         self.route.total()
     }
 
-    /// The part of the time during which arms move, seconds.
+    /// The total time during which arms move, seconds.
     #[getter]
     fn moving_seconds(&self) -> f64 {
         self.route.travel
     }
 
-    /// The time of a scan in the recipe's order that does not choose azimuths or exchange light and sensor, seconds.
+    /// The time of a scan in the recipe's order, without a choice of azimuths and without exchanging light and sensor,
+    /// seconds.
     #[getter]
     fn naive_seconds(&self) -> f64 {
         self.route.naive_total()
     }
 
-    /// Returns the plan as CSV, as written by `trainer plan --out`.
+    /// Returns the plan in the CSV format of `trainer plan --out`.
     fn to_csv(&self) -> String {
         self.route.to_csv()
     }
 
-    /// Returns a table of measurements to fill in as CSV, as written by `trainer plan --blank`.
+    /// Returns a blank table of measurements, in the CSV format of `trainer plan --blank`.
     fn to_blank_csv(&self) -> String {
         blank_sheet(&self.route.visits)
     }

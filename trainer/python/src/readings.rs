@@ -32,7 +32,7 @@ pub(crate) struct ReadingArgs<'a, 'py> {
 
 impl ReadingArgs<'_, '_> {
     /// Assigns the readings to the samples of a pattern.
-    pub(crate) fn measured(&self, pattern: &[Angles<f32>]) -> PyResult<Measurements> {
+    pub(crate) fn measurements(&self, pattern: &[Angles<f32>]) -> PyResult<Measurements> {
         let values = values(self.readings, "readings")?;
         let count = values.len();
         let pairs = match self.directions {
@@ -119,9 +119,9 @@ impl ReadingArgs<'_, '_> {
         if self.saturation.is_some_and(|level| !level.is_finite()) {
             return reject("saturation must be a finite number of counts");
         }
-        let channels = |argument: Option<&Bound<'_, PyAny>>, what, default: f32| match argument {
+        let channels = |argument: Option<&Bound<'_, PyAny>>, name, default: f32| match argument {
             None => Ok([default; 3]),
-            Some(argument) => channels(argument, what),
+            Some(argument) => channels(argument, name),
         };
         Ok(ReadingQuantity::Counts(CountCalibration {
             dark: channels(self.dark, "dark", 0.0)?,
@@ -170,13 +170,13 @@ impl ReadingArgs<'_, '_> {
 }
 
 /// Returns rows of three channels, with None for missing readings.
-fn values(argument: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<Option<[f32; 3]>>> {
-    let values = rows(argument, what)?.into_iter().enumerate().map(|(row, rgb)| {
+fn values(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Option<[f32; 3]>>> {
+    let values = rows(argument, name)?.into_iter().enumerate().map(|(row, rgb)| {
         match rgb.map(f64::is_nan) {
             [false, false, false] => Ok(Some(rgb.map(|value| value as f32))),
             [true, true, true] => Ok(None),
             _ => reject(format!(
-                "{what}: row {row} is NaN in some channels only: pass all three values, or NaN for all if the \
+                "{name}: row {row} is NaN in some channels only: pass all three values, or NaN for all if the \
                  reading is missing"
             )),
         }
@@ -185,13 +185,13 @@ fn values(argument: &Bound<'_, PyAny>, what: &str) -> PyResult<Vec<Option<[f32; 
 }
 
 /// Reads one number for all channels, or one for each.
-fn channels(argument: &Bound<'_, PyAny>, what: &str) -> PyResult<[f32; 3]> {
-    let values: Vec<f64> = numbers(argument, what)?.iter().copied().collect();
+fn channels(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<[f32; 3]> {
+    let values: Vec<f64> = numbers(argument, name)?.iter().copied().collect();
     match values[..] {
         [value] => Ok([value as f32; 3]),
         [r, g, b] => Ok([r, g, b].map(|value| value as f32)),
         _ => reject(format!(
-            "{what} must be one number, or three, not {}",
+            "{name} must be one number, or three, not {}",
             values.len()
         )),
     }

@@ -25,8 +25,8 @@ use crate::recipe::PyRecipe;
 use crate::sources::MaterialArgs;
 
 /// Progress of a training run. `phase` names the part being trained, and `samples` is the size of its pattern. `done`
-/// of `total` outer steps are complete. `loss` is smoothed over about 50 steps. `best` is the lowest loss of a result
-/// that may be kept, or None.
+/// of `total` outer steps are complete. `loss` is smoothed over about 50 steps. `best` is the smallest loss yet,
+/// on validation materials or over an epoch, or None.
 #[pyclass(frozen, get_all, name = "Progress", module = "glimpse_brdf")]
 pub(crate) struct PyProgress {
     phase: &'static str,
@@ -68,11 +68,11 @@ impl From<outer::Progress> for PyProgress {
     }
 }
 
-/// An error of training.
+/// An error of a training run, from reading the materials to packing the recipe.
 enum Failure {
     Source(SourceError),
     Train(TrainError),
-    PackError(PackError),
+    Pack(PackError),
 }
 
 impl From<Failure> for PyErr {
@@ -80,34 +80,37 @@ impl From<Failure> for PyErr {
         match failure {
             Failure::Source(error) => to_exception(error),
             Failure::Train(error) => to_exception(error),
-            Failure::PackError(error) => to_exception(error),
+            Failure::Pack(error) => to_exception(error),
         }
     }
 }
 
 /// Trains a recipe as `trainer train` does; the same options give the same bytes.
 ///
-/// `model` is "phong", "cook-torrance", "linear" or "neural". `samples` is the number of readings n (8). `materials`
-/// are the training materials: a source of `load_materials`, a Material, or a list of both ("procedural:100"). `share`
-/// gives the proportions of training tasks from several sources; all Material objects together count as one source.
+/// `model` is "phong", "cook-torrance", "linear" or "neural". `samples` is the number of readings n (default 8).
+/// `materials` are the training materials: a source as for `load_materials`, a Material, or a list of both (default
+/// "procedural:100"). `seed` determines all random choices (default 0).
 ///
-/// `effort` is "brief" (seconds), "quick" (a minute), "standard" or "long". `schedule` is "prior" (readings are
-/// completed by a learned prior), "joint" or "paper". `seed` determines all random choices (0).
+/// `effort` is "brief" (seconds), "quick" (a minute), "standard" (several minutes, the default) or "long" (an hour).
+/// `schedule` is "prior" (a learned prior completes the readings, the default), "joint" (initial parameters, step sizes
+/// and pattern are trained together) or "paper" (the two stages of the paper).
 ///
-/// With schedule="prior" only: `missing` is the share of training tasks with missing readings; a recipe tolerates
-/// missing readings if it is above 0. `noise` is the relative standard deviation of readings. `additive` is the
-/// standard deviation as a share of a white surface, whose BRDF is 1/pi. `levels` is the number of levels of the
-/// sensor. `procedural` is the share of procedural materials (0.4). `max_theta_i_degrees` (90), `max_theta_o_degrees`
-/// (90) and `min_separation_degrees` (0) are the limits of the machine.
+/// Some options require schedule="prior". `share` gives the proportions of training tasks from several sources; all
+/// Material objects together count as one source. `missing` is the share of training tasks with missing readings; a
+/// recipe tolerates missing readings if `missing` is above 0. `noise` is the relative standard deviation of readings.
+/// `additive` is the standard deviation of additive noise, as a share of the BRDF of a white surface, 1/pi. `levels` is
+/// the number of quantization levels of the sensor, 0 for none. `procedural` is the share of training tasks that are
+/// procedural materials (default 0.4). The limits of the machine are `max_theta_i_degrees` (default 90),
+/// `max_theta_o_degrees` (default 90) and `min_separation_degrees` (default 0).
 ///
-/// With the model linear and schedule="joint" or "paper" only: `bases` is the number of principal components, and `eta`
-/// the precision of their coefficients.
+/// Two options require the model linear and schedule="joint" or "paper". `bases` is the number of principal components.
+/// `eta` is the precision of their coefficients.
 ///
 /// `progress` is called with a Progress at most 50 times per second and at the end. If it raises an exception, training
-/// stops and the exception is passed on. `checkpoint` is a folder in which the run is saved every
-/// `checkpoint_every_seconds` (10), and after Ctrl-C or an exception of `progress`. The same call with `resume`
-/// continues the run and gives the same bytes. A finished run deletes its checkpoints, and the folder if it is then
-/// empty.
+/// stops and `train` raises that exception. `checkpoint` is a folder in which the run is saved every
+/// `checkpoint_every_seconds` (default 10), and after Ctrl-C or an exception of `progress`. The same call with
+/// `resume=True` continues the run and gives the same bytes. A finished run deletes its checkpoints, and the folder if
+/// it is then empty.
 #[pyfunction]
 #[pyo3(signature = (
     model, materials = None, *, samples = 8, schedule = "prior", effort = "standard", seed = 0, share = None,
@@ -237,7 +240,7 @@ pub(crate) fn train(
             }
         };
         let learned = meta_train(&options, materials, observe).map_err(Failure::Train)?;
-        let file = pack_recipe(&learned, &options, &sources.label()).map_err(Failure::PackError)?;
+        let file = pack_recipe(&learned, &options, &sources.label()).map_err(Failure::Pack)?;
         Ok::<(RecipeFile, Option<Vec<u8>>), Failure>((file, learned.basis))
     })?;
     let (file, basis) = result?;
@@ -247,10 +250,10 @@ pub(crate) fn train(
     PyRecipe::new_with_basis(file, basis.as_deref())
 }
 
-/// Rejects the first option that is set, if `unused` is true. `why` is the reason.
-fn reject_unused(unused: bool, why: &str, options: &[(&str, bool)]) -> PyResult<()> {
+/// Rejects the first option that is set, if `unused` is true. `reason` is part of the message.
+fn reject_unused(unused: bool, reason: &str, options: &[(&str, bool)]) -> PyResult<()> {
     match options.iter().find(|(_, is_set)| unused && *is_set) {
-        Some((name, _)) => reject(format!("{name} has no effect: {why}")),
+        Some((name, _)) => reject(format!("{name} has no effect: {reason}")),
         None => Ok(()),
     }
 }
@@ -279,7 +282,7 @@ fn prior(schedule: Schedule, bases: Option<usize>, eta: Option<f64>) -> PyResult
     })
 }
 
-/// Returns the options of checkpoints. An unfinished run in the folder is an error without `resume`.
+/// Returns the checkpoint options. Without `resume`, an unfinished run in the folder is an error.
 fn checkpoints(
     directory: Option<PathBuf>,
     seconds: f64,
@@ -288,8 +291,11 @@ fn checkpoints(
     let Some(directory) = directory else {
         return Ok(None);
     };
-    let interval = Duration::try_from_secs_f64(seconds)
-        .map_err(|error| GlimpseError::new_err(format!("checkpoint_every_seconds: {error}")))?;
+    let interval = Duration::try_from_secs_f64(seconds).map_err(|_| {
+        GlimpseError::new_err(format!(
+            "checkpoint_every_seconds is {seconds}: pass a finite, nonnegative number of seconds"
+        ))
+    })?;
     if !resume && Checkpoint::exists_in(&directory) {
         return reject(format!(
             "{} holds an unfinished run: pass resume=True to continue it, or remove the folder to discard it",

@@ -28,7 +28,7 @@ from conftest import assert_names
         ),
     ],
 )
-def test_recipe_has_bytes_of_train_command(trainer, tmp_path, model, options, arguments):
+def test_recipe_matches_train_command(trainer, tmp_path, model, options, arguments):
     common = ["--model", model, "--samples", "4", "--data", "procedural:11:6", "--effort", "brief", "--seed", "7"]
     trainer("train", *common, *arguments, "--out", "command.recipe")
     recipe = glimpse.train(model, "procedural:11:6", samples=4, effort="brief", seed=7, **options)
@@ -83,7 +83,7 @@ def test_resumed_run_gives_same_bytes(tmp_path):
     assert resumed == uninterrupted and reports[0].done > 1 and not folder.exists()
 
 
-INTERRUPTED = """
+TRAINING_SCRIPT = """
     import sys, time
     import glimpse_brdf as glimpse
 
@@ -101,7 +101,7 @@ INTERRUPTED = """
 
 
 def test_ctrl_c_stops_training_and_saves_checkpoint(tmp_path):
-    command = [sys.executable, "-c", textwrap.dedent(INTERRUPTED), str(tmp_path / "run")]
+    command = [sys.executable, "-c", textwrap.dedent(TRAINING_SCRIPT), str(tmp_path / "run")]
     with subprocess.Popen(command, text=True, stdout=subprocess.PIPE) as process:
         assert process.stdout.readline() == "ready\n"
         start = time.monotonic()
@@ -146,12 +146,12 @@ def test_other_threads_run_during_training():
     end = time.monotonic()
     finished.set()
     thread.join()
-    during_training = [at for at in ticks if start < at < end]
+    during_training = [tick_time for tick_time in ticks if start < tick_time < end]
     longest_gap = np.diff([start, *during_training, end]).max()
     assert len(during_training) > 10 and longest_gap < 1
 
 
-def test_trains_on_arrays(tmp_path):
+def test_trains_on_material_objects(tmp_path):
     tables = [
         glimpse.Material.from_function(lambda i, o, k=k: np.full((len(i), 3), 0.02 * (k + 1)), f"gray-{k}")
         for k in range(3)
@@ -215,8 +215,8 @@ def test_rejects_invalid_training():
     train_error("phong", [])
     assert_names(train_error("phong", effort="hasty"), "brief", "quick")
     assert "max_theta_i" in train_error("phong", max_theta_i_degrees=95)
-    far = train_error("phong", max_theta_i_degrees=30, min_separation_degrees=80)
-    assert_names(far, "min_separation_degrees", "max_theta_i_degrees", "60.0")
+    message = train_error("phong", max_theta_i_degrees=30, min_separation_degrees=80)
+    assert_names(message, "min_separation_degrees", "max_theta_i_degrees", "60.0")
     with pytest.raises(FileNotFoundError):
         glimpse.train("phong", "nowhere/")
     with pytest.raises(TypeError):

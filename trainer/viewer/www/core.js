@@ -3,36 +3,39 @@
 const BUFFER = { recipe: 0, basis: 1, table: 2, referenceValues: 3, numbers: 4 };
 const bytesOf = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
 
+const MAX_VALUES = 1 << 13; // maximum number of fitted values
+
 class Core {
   constructor(module) {
-    this.core = new WebAssembly.Instance(module).exports;
+    this.exports = new WebAssembly.Instance(module).exports;
   }
-  // Allocates a buffer; the next call of core may move it.
+  // Allocates a buffer and returns the memory and the address. The next call of core may move it.
   allocate(slot, bytes) {
-    const address = this.core.room(slot, bytes);
+    const address = this.exports.allocate(slot, bytes);
     if (address === 0) throw new Error("the browser is out of memory: close other pages and reload");
-    return [this.core.memory.buffer, address];
+    return [this.exports.memory.buffer, address];
   }
   put(slot, bytes) {
     new Uint8Array(...this.allocate(slot, bytes.length), bytes.length).set(bytes);
   }
+  // Returns a view of the buffer of numbers, resized to `count`.
   numbers(count) {
     return new Float32Array(...this.allocate(BUFFER.numbers, 4 * count), count);
   }
   // Throws core's error message if a call failed.
   check(status) {
     if (status === 0) return;
-    const { memory, message_at, message_bytes } = this.core;
-    throw new Error(new TextDecoder().decode(new Uint8Array(memory.buffer, message_at(), message_bytes())));
+    const { memory, message_address, message_bytes } = this.exports;
+    throw new Error(new TextDecoder().decode(new Uint8Array(memory.buffer, message_address(), message_bytes())));
   }
   loadRecipe(recipe, basis) {
     this.put(BUFFER.recipe, recipe);
     if (basis) this.put(BUFFER.basis, basis);
-    this.check(this.core.begin());
+    this.check(this.exports.load_recipe());
   }
   loadTable(table) {
     this.put(BUFFER.table, table);
-    this.check(this.core.look_at_table());
+    this.check(this.exports.load_table());
   }
   loadReferenceValues(values) {
     this.put(BUFFER.referenceValues, values);
@@ -41,7 +44,7 @@ class Core {
   fit(readings) {
     const numbers = this.numbers(4 * readings.length);
     readings.forEach((brdf, index) => numbers.set(brdf ? [...brdf, 1] : [0, 0, 0, 0], 4 * index));
-    this.check(this.core.fit());
+    this.check(this.exports.fit());
   }
   // Returns the result of a call: up to `max` entries of `width` numbers each.
   read(max, width, call) {
@@ -49,16 +52,16 @@ class Core {
     const count = call();
     return this.numbers(max * width).slice(0, count * width);
   }
-  values() { return this.read(1 << 13, 1, () => this.core.values()); }
-  atSamples(samples) { return this.read(samples, 3, () => this.core.at_samples()); }
-  lobe(theta, steps) { return this.read(steps, 3, () => this.core.lobe(theta, steps)); }
-  loss() { return this.core.loss(); }
-  predictedLoss() { return this.core.predicted_loss(); }
-  residual() { return this.core.residual(); }
+  values() { return this.read(MAX_VALUES, 1, () => this.exports.values()); }
+  brdfAtSamples(samples) { return this.read(samples, 3, () => this.exports.brdf_at_samples()); }
+  lobe(theta, steps) { return this.read(steps, 3, () => this.exports.lobe(theta, steps)); }
+  loss() { return this.exports.loss(); }
+  predictedLoss() { return this.exports.predicted_loss(); }
+  residual() { return this.exports.residual(); }
   // Returns rows of a sphere's picture, as a view that is valid until the next call.
   shade(size, first, end, light) {
     this.numbers(3 * size * (end - first));
-    this.core.shade(size, first, end, ...light);
+    this.exports.shade(size, first, end, ...light);
     return this.numbers(3 * size * (end - first));
   }
 }

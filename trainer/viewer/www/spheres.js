@@ -1,6 +1,6 @@
 // Spheres of all materials, and the motion of light and camera.
-const MAX_SIZE = 384; // maximum pixels along a side, without motion
-const MIN_SIZE = 64; // minimum pixels along a side, during motion
+const MAX_SIZE = 384; // maximum side of a picture in pixels
+const MIN_SIZE = 64; // minimum side of a picture in pixels
 const FRAME_BUDGET = 30; // milliseconds of shading per frame during motion
 const DEFAULT_VIEW = { light: [-0.42, 0.5, 0.757], camera: [[1, 0, 0], [0, 1, 0], [0, 0, 1]] };
 
@@ -10,12 +10,12 @@ const unit = (a) => scaled(a, 1 / Math.hypot(...a));
 const rotated = (a, axis, angle) => {
   const [c, s, d] = [Math.cos(angle), Math.sin(angle), dot(a, axis) * (1 - Math.cos(angle))];
   const [x, y, z] = axis;
-  const across = [y * a[2] - z * a[1], z * a[0] - x * a[2], x * a[1] - y * a[0]];
-  return a.map((value, i) => value * c + across[i] * s + axis[i] * d);
+  const cross = [y * a[2] - z * a[1], z * a[0] - x * a[2], x * a[1] - y * a[0]];
+  return a.map((value, i) => value * c + cross[i] * s + axis[i] * d);
 };
 
-// The directions to the light, and the camera's axes right, up and towards, in the material's frame. The marked point's
-// normal is z.
+// The direction to the light, the camera's axes, and the exposure in stops. The axes point right, up, and from the
+// sphere to the camera. The frame's z axis is the normal at the sphere's marked point.
 const scene = { light: unit(DEFAULT_VIEW.light), camera: DEFAULT_VIEW.camera, stops: 0 };
 const toCamera = (a) => scene.camera.map((axis) => dot(axis, a));
 const fromCamera = (a) => [0, 1, 2].map((i) => scene.camera[0][i] * a[0] + scene.camera[1][i] * a[1] + scene.camera[2][i] * a[2]);
@@ -27,8 +27,8 @@ const moveCamera = (right, up) => {
   scene.camera = scene.camera.map((axis) => unit(rotated(rotated(axis, y, -right), x, up)));
 };
 
-// The tone mapping table, indexed by the upper 16 bits of a float: exposed, compressed like film and encoded as sRGB,
-// as in the trainer's pictures.
+// The tone mapping table, indexed by the upper 16 bits of a nonnegative float. A value x is exposed, compressed by
+// 1 - exp(-1.7 x) and encoded as sRGB, as in the trainer's pictures.
 const TONE_MAP = new Uint8ClampedArray(1 << 15);
 const expose = (stops) => {
   const bits = new Uint32Array(1), value = new Float32Array(bits.buffer);
@@ -49,8 +49,8 @@ class Sphere {
     const side = Math.round(this.canvas.clientWidth * Math.min(devicePixelRatio, 2));
     return Math.max(MIN_SIZE, Math.min(MAX_SIZE, side));
   }
-  // Shades rows into an image.
-  rows(image, first, end) {
+  // Shades rows `first` to `end` (exclusive) into an image.
+  shadeRows(image, first, end) {
     const size = image.width, start = performance.now();
     const radiance = this.core.shade(size, first, end, unit(toCamera(scene.light)));
     const bits = new Uint32Array(radiance.buffer, radiance.byteOffset, radiance.length);
@@ -69,12 +69,13 @@ class Sphere {
   // Draws the whole picture at once, `size` pixels along a side.
   draw(size) {
     const image = new ImageData(size, size);
-    this.rows(image, 0, size);
+    this.shadeRows(image, 0, size);
     this.show(image);
     this.refined = size >= this.maxSize();
     this.image = null;
   }
-  // Shades more rows of the picture in full size until a time. Returns true once it is complete.
+  // Shades more rows of the picture in full size until `deadline`, a time of performance.now(). Returns true once the
+  // picture is complete.
   refine(deadline) {
     if (this.refined) return true;
     const size = this.maxSize();
@@ -82,7 +83,7 @@ class Sphere {
     while (this.row < size) {
       if (performance.now() > deadline) return false;
       const end = Math.min(size, this.row + 16);
-      this.rows(this.image, this.row, end);
+      this.shadeRows(this.image, this.row, end);
       this.row = end;
     }
     this.show(this.image);
@@ -92,7 +93,7 @@ class Sphere {
   }
 }
 
-// Returns the pixels along a side for all spheres to fit in the frame budget.
+// Returns the side in pixels at which shading all spheres takes the frame budget.
 const movingSize = (spheres) => {
   const cost = spheres.reduce((sum, sphere) => sum + sphere.cost, 0);
   const size = 16 * Math.floor(Math.sqrt(FRAME_BUDGET / cost) / 16);
@@ -106,38 +107,41 @@ const automaticStops = (core) => {
   return Math.max(-4, Math.min(6, Math.round(10 * Math.log2(0.9 / bright)) / 10));
 };
 
-// Handles touch, mouse and keys on a sphere.
-const listen = (ball, mode, changed) => {
+// Handles touch, mouse and keys on a sphere's element. `mode` returns "camera" if dragging moves the camera. A change
+// calls `onChange`.
+const addControls = (element, mode, onChange) => {
   const pointers = new Map();
   const moveHighlight = (event) => {
-    const box = ball.getBoundingClientRect();
+    const box = element.getBoundingClientRect();
     let [x, y] = [(2 * (event.clientX - box.left)) / box.width - 1, 1 - (2 * (event.clientY - box.top)) / box.height];
     const distance = Math.hypot(x, y);
     if (distance > 0.97) [x, y] = [(0.97 * x) / distance, (0.97 * y) / distance];
-    // The light is reflected to the camera at this point.
+    // A mirror would reflect the light to the camera at this point.
     const z = Math.sqrt(1 - x * x - y * y);
     scene.light = unit(fromCamera([2 * z * x, 2 * z * y, 2 * z * z - 1]));
   };
-  const dragCamera = (dx, dy) => moveCamera((2.4 * dx) / ball.clientWidth, (2.4 * dy) / ball.clientWidth);
+  const dragCamera = (dx, dy) => moveCamera((2.4 * dx) / element.clientWidth, (2.4 * dy) / element.clientWidth);
   const movesCamera = (event) => mode() === "camera" || event.buttons === 2 || pointers.size > 1;
-  ball.addEventListener("contextmenu", (event) => event.preventDefault());
-  ball.addEventListener("pointerdown", (event) => {
-    ball.setPointerCapture(event.pointerId);
+  element.addEventListener("contextmenu", (event) => event.preventDefault());
+  element.addEventListener("pointerdown", (event) => {
+    element.setPointerCapture(event.pointerId);
     pointers.set(event.pointerId, [event.clientX, event.clientY]);
     if (!movesCamera(event)) moveHighlight(event);
-    changed();
+    onChange();
   });
-  ball.addEventListener("pointermove", (event) => {
+  element.addEventListener("pointermove", (event) => {
     const before = pointers.get(event.pointerId);
     if (!before) return;
     if (movesCamera(event)) dragCamera((event.clientX - before[0]) / pointers.size, (event.clientY - before[1]) / pointers.size);
     else moveHighlight(event);
     pointers.set(event.pointerId, [event.clientX, event.clientY]);
-    changed();
+    onChange();
   });
-  for (const end of ["pointerup", "pointercancel"]) ball.addEventListener(end, (event) => pointers.delete(event.pointerId));
+  for (const end of ["pointerup", "pointercancel"]) {
+    element.addEventListener(end, (event) => pointers.delete(event.pointerId));
+  }
   const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
-  ball.addEventListener("keydown", (event) => {
+  element.addEventListener("keydown", (event) => {
     if (event.key === "Home") resetView();
     else if (!KEYS[event.key] || event.ctrlKey || event.altKey || event.metaKey) return;
     else {
@@ -146,7 +150,7 @@ const listen = (ball, mode, changed) => {
       else moveLight(right, up);
     }
     event.preventDefault();
-    changed();
+    onChange();
   });
 };
 

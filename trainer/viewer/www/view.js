@@ -35,7 +35,7 @@ const start = async () => {
       if (!readings.fitted) throw new Error(`${scan.name}: ${error.message}`);
       return;
     }
-    const flat = core.atSamples(scan.samples.length);
+    const flat = core.brdfAtSamples(scan.samples.length);
     // The first fit provides the base values of missing readings.
     readings.fitted ||= scan.samples.map((_, i) => Array.from(flat.slice(3 * i, 3 * i + 3)));
     method.loss = referenceValues ? core.loss() : NaN;
@@ -139,7 +139,7 @@ const start = async () => {
       updateFacts(material);
     }
     byId("spheres").append(figure);
-    listen(ball, () => document.querySelector('[name="drag"]:checked').value, changed);
+    addControls(ball, () => document.querySelector('[name="drag"]:checked').value, changed);
   }
   select(selected);
   if (data.reference) {

@@ -22,9 +22,9 @@ impl fmt::Display for SceneError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoBuffer => {
-                f.write_str("the buffer is not allocated or too small: call room first")
+                f.write_str("the buffer is not allocated or too small: call allocate first")
             }
-            Self::NoScan => f.write_str("the instance has no scan: call begin first"),
+            Self::NoScan => f.write_str("the instance has no scan: call load_recipe first"),
             Self::Recipe(error) => error.fmt(f),
             Self::Basis(error) => error.fmt(f),
             Self::Scan(error) => error.fmt(f),

@@ -1,9 +1,9 @@
 //! `glimpse-core` as WebAssembly for the page of `trainer render view`.
 //!
 //! An instance of the module represents one material: a scan with a recipe, whose readings the page can change and
-//! fit again, or a table for display. The page allocates a buffer with [`room`], writes bytes or `f32` to it, calls a
-//! function, and reads the result from a buffer. A fallible function returns 0 on success; after a failure,
-//! [`message_at`] is the address of an error message.
+//! fit again, or a table for display. The page allocates a buffer with [`allocate`], writes bytes or `f32` to it, calls
+//! a function, and reads the result from a buffer. A fallible function returns 0 on success. After a failure,
+//! [`message_address`] returns the address of an error message.
 //!
 //! This crate only computes the shading of a sphere; core computes fits, BRDFs and losses.
 
@@ -28,10 +28,10 @@ static SCENE: SingleThreaded<Scene> = SingleThreaded::new(Scene::new());
 /// (for each direction theta_h, theta_d and phi_d in radians, and the BRDF there, red, green, blue), and 4 the numbers
 /// that functions read and write.
 ///
-/// [`begin`] and [`look_at_table`] take ownership of buffers 0 to 2; the page must not write to them afterwards. The
+/// [`load_recipe`] and [`load_table`] take ownership of buffers 0 to 2; the page must not write to them afterwards. The
 /// others keep their content until they are allocated again.
 #[unsafe(no_mangle)]
-pub extern "C" fn room(slot: u32, bytes: usize) -> *mut u8 {
+pub extern "C" fn allocate(slot: u32, bytes: usize) -> *mut u8 {
     SCENE.with(|scene| match scene.allocate(slot, bytes) {
         Some(buffer) => buffer.as_mut_ptr(),
         None => core::ptr::null_mut(),
@@ -40,7 +40,7 @@ pub extern "C" fn room(slot: u32, bytes: usize) -> *mut u8 {
 
 /// Returns the address of the last error message, in UTF-8.
 #[unsafe(no_mangle)]
-pub extern "C" fn message_at() -> *const u8 {
+pub extern "C" fn message_address() -> *const u8 {
     SCENE.with(|scene| scene.message().as_ptr())
 }
 
@@ -52,18 +52,18 @@ pub extern "C" fn message_bytes() -> usize {
 
 /// Begins a scan with the recipe in buffer 0, and for Linear the basis in buffer 1.
 #[unsafe(no_mangle)]
-pub extern "C" fn begin() -> u32 {
+pub extern "C" fn load_recipe() -> u32 {
     SCENE.with(|scene| {
-        let outcome = scene.begin();
+        let outcome = scene.load_recipe();
         scene.report(outcome)
     })
 }
 
 /// Displays the table in buffer 2, a compact basis with the material's three channels as components.
 #[unsafe(no_mangle)]
-pub extern "C" fn look_at_table() -> u32 {
+pub extern "C" fn load_table() -> u32 {
     SCENE.with(|scene| {
-        let outcome = scene.look_at_table();
+        let outcome = scene.load_table();
         scene.report(outcome)
     })
 }
@@ -112,8 +112,8 @@ pub extern "C" fn loss() -> f64 {
 /// Writes the BRDF at the recipe's samples to buffer 4, three numbers each, and returns the number of samples; 0
 /// without a fit, or if the buffer is too small.
 #[unsafe(no_mangle)]
-pub extern "C" fn at_samples() -> usize {
-    SCENE.with(|scene| scene.at_samples())
+pub extern "C" fn brdf_at_samples() -> usize {
+    SCENE.with(|scene| scene.brdf_at_samples())
 }
 
 /// Writes the BRDF in the plane of incidence to buffer 4, three numbers for each of `steps` outgoing angles.

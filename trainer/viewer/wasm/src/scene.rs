@@ -92,7 +92,7 @@ impl Scene {
         &self.message
     }
 
-    pub(crate) fn begin(&mut self) -> Result<(), SceneError> {
+    pub(crate) fn load_recipe(&mut self) -> Result<(), SceneError> {
         let recipe = self.buffers[RECIPE].take().ok_or(SceneError::NoBuffer)?;
         let recipe = Recipe::parse(recipe.into_bytes())?;
         let basis = self.buffers[BASIS].take().map(Buffer::into_bytes);
@@ -109,7 +109,7 @@ impl Scene {
         Ok(())
     }
 
-    pub(crate) fn look_at_table(&mut self) -> Result<(), SceneError> {
+    pub(crate) fn load_table(&mut self) -> Result<(), SceneError> {
         let table = self.buffers[TABLE].take().ok_or(SceneError::NoBuffer)?;
         let table = Basis::parse(table.into_bytes())?;
         self.table = Some(table);
@@ -195,7 +195,7 @@ impl Scene {
         }
     }
 
-    pub(crate) fn at_samples(&mut self) -> usize {
+    pub(crate) fn brdf_at_samples(&mut self) -> usize {
         let samples = self.samples();
         let Some(recipe) = self.scan.as_ref().map(|scan| *scan.recipe()) else {
             return 0;

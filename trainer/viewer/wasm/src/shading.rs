@@ -7,8 +7,8 @@ use glimpse_core::geometry::{Directions, Spherical};
 
 use crate::scene::Scene;
 
-/// Distance from the sphere's center, in radii, that pixels are clamped to. At the rim itself, the viewing direction is
-/// at the horizon, where a BRDF is undefined.
+/// Maximum distance of shaded points from the sphere's center in the picture, in radii. Pixels beyond it repeat the
+/// shading at it. At distance 1, the viewing direction is at the horizon, where a BRDF is undefined.
 const RIM: f32 = 0.9995;
 
 /// Shades rows of a sphere and returns the number of pixels.
@@ -22,13 +22,13 @@ pub(crate) fn sphere(scene: &mut Scene, size: u32, rows: Range<u32>, light: [f32
             let normal = normal(coordinate(column), -coordinate(row));
             let [x, y, z] = normal;
             // The sensor is in direction z.
-            let [incoming, outgoing] = [light, [0.0, 0.0, 1.0]].map(|to| {
+            let [incoming, outgoing] = [light, [0.0, 0.0, 1.0]].map(|direction| {
                 // Orthonormal basis of Duff et al. 2017, for z >= 0.
                 let a = -1.0 / (1.0 + z);
                 let b = x * y * a;
                 let tangent = [1.0 + x * x * a, b, -x];
-                let other = [b, 1.0 + y * y * a, -y];
-                [dot(to, tangent), dot(to, other), dot(to, normal)]
+                let bitangent = [b, 1.0 + y * y * a, -y];
+                [tangent, bitangent, normal].map(|axis| dot(direction, axis))
             });
             let cosine = incoming[2];
             *pixel = if cosine > 0.0 {
@@ -42,7 +42,7 @@ pub(crate) fn sphere(scene: &mut Scene, size: u32, rows: Range<u32>, light: [f32
     if is_done { count } else { 0 }
 }
 
-/// Returns the normal of the unit sphere, seen along -z.
+/// Returns the normal of the unit sphere at position x, y in the picture, which shows the sphere along -z.
 fn normal(x: f32, y: f32) -> [f32; 3] {
     let distance = libm::sqrtf(x * x + y * y);
     let scale = if distance > RIM { RIM / distance } else { 1.0 };
@@ -56,12 +56,12 @@ fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
 
 /// Evaluates the BRDF in the plane of incidence and returns the number of angles.
 pub(crate) fn lobe(scene: &mut Scene, theta_i: f32, steps: u32) -> u32 {
-    let towards = |theta: f32| Spherical { theta, phi: 0.0 }.direction();
-    let incoming = towards(-theta_i);
+    let direction = |theta: f32| Spherical { theta, phi: 0.0 }.direction();
+    let incoming = direction(-theta_i);
     let is_done = scene.with_surface(3 * steps as usize, |surface, values| {
         for (step, value) in values.iter_mut().enumerate() {
             let theta_o = (2 * step + 1) as f32 / steps as f32 * FRAC_PI_2 - FRAC_PI_2;
-            let outgoing = towards(theta_o);
+            let outgoing = direction(theta_o);
             *value = surface.brdf(&Directions { incoming, outgoing });
         }
     });
