@@ -13,7 +13,7 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
         glimpse_scan_begin(memory, sizeof memory, recipe, recipe_bytes, &scan);
     if (status != GLIMPSE_STATUS_OK) return status;
 
-    /* Samples may be read in any order; this is the recipe's. */
+    /* Samples may be read in any order. This example follows the recipe's order. */
     glimpse_sample sample;
     while (glimpse_scan_next(scan, 0, &sample) == GLIMPSE_STATUS_OK) {
         glimpse_reading reading = read_sensor(&sample);
@@ -27,7 +27,7 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
         status = glimpse_fit_advance(scan, 8, &progress); /* service motors and watchdog here */
     if (status != GLIMPSE_STATUS_OK) return status;
 
-    /* An implausible material (84 to 91) also has a residual and values; this example treats it as a failure. */
+    /* An implausible material (status 84 to 91) also has a residual and values. This example treats it as a failure. */
     glimpse_residual residual;
     status = glimpse_fit_finish(scan, &residual);
     if (status != GLIMPSE_STATUS_OK) return status;

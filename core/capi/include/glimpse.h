@@ -819,7 +819,7 @@ struct glimpse_directions glimpse_directions_of(struct glimpse_arms arms);
  * @param bytes   The recipe, as written by trainer, with any alignment, in flash or in RAM.
  * @param count   Number of bytes.
  * @param recipe  Receives the description.
- * @return GLIMPSE_STATUS_RECIPE_... if the bytes are not a whole recipe; GLIMPSE_STATUS_MODEL if the
+ * @return GLIMPSE_STATUS_RECIPE_... if the bytes are not a valid recipe; GLIMPSE_STATUS_MODEL if the
  *         library was built for another model.
  */
 glimpse_status glimpse_recipe_describe(const uint8_t *bytes,
@@ -863,7 +863,7 @@ glimpse_status glimpse_scan_begin(void *memory,
  * @param basis  The output of trainer export --format basis, with any alignment. It is not copied: it
  *               must not change while the scan is in use.
  * @param count  Number of bytes.
- * @return GLIMPSE_STATUS_BASIS_... if the bytes are not a whole basis; GLIMPSE_STATUS_BASIS if the
+ * @return GLIMPSE_STATUS_BASIS_... if the bytes are not a valid basis; GLIMPSE_STATUS_BASIS if the
  *         recipe names another basis.
  */
 glimpse_status glimpse_scan_set_basis(struct glimpse_scan *scan,

@@ -34,8 +34,8 @@ pub(crate) type Fitter = glimpse_core::fit::AnyModel;
 /// The scan behind a handle. It borrows the caller's memory and recipe, whose lifetimes the caller guarantees.
 pub(crate) type CScan = Scan<'static, Fitter>;
 
-/// The driver behind a handle, and the length of its memory. The driver is the first field, so a pointer to this struct is
-/// also a pointer to the driver.
+/// The driver behind a handle, and the length of its memory. The driver is the first field, so a pointer to this struct
+/// is also a pointer to the driver.
 #[repr(C)]
 pub(crate) struct CDriver {
     pub(crate) driver: Driver<'static, Fitter>,
@@ -48,9 +48,9 @@ pub(crate) const ALIGNMENT: usize = 8;
 
 /// `GLIMPSE_SCAN_BYTES(words)`; None if it overflows.
 pub(crate) const fn scan_bytes(words: usize) -> Option<usize> {
-    const HANDLE: usize = 48 * size_of::<usize>() + 64;
+    const HANDLE_BYTES: usize = 48 * size_of::<usize>() + 64;
     match words.checked_mul(size_of::<f32>()) {
-        Some(bytes) => bytes.checked_add(HANDLE),
+        Some(bytes) => bytes.checked_add(HANDLE_BYTES),
         None => None,
     }
 }

@@ -1,14 +1,14 @@
 //! Checks of the pointers from C.
 //!
-//! Null and misaligned pointers are returned as a status. The caller guarantees that other pointers lead to values of their
-//! type, and that no other code uses these values during a call.
+//! For a null or misaligned pointer a function returns a status. The caller guarantees that any other pointer points to
+//! values of its type, and that no other code uses these values during a call.
 
 use glimpse_core::recipe::Recipe;
 
 use crate::configuration::CScan;
 use crate::status::glimpse_status;
 
-/// Bytes of a word of a scan's memory.
+/// Size of a word of a scan's memory, in bytes.
 const WORD_BYTES: usize = 4;
 const _: () = assert!(size_of::<f32>() == WORD_BYTES);
 
@@ -22,20 +22,20 @@ impl<T> CallerMemory<T> {
     /// Checks the memory.
     ///
     /// # Safety
-    /// If it is neither null nor misaligned, `memory` leads to `bytes` writable bytes, which no other code uses while the
-    /// handle is in use.
+    /// `memory` is null, misaligned, or points to `bytes` writable bytes that no other code uses while the handle is in
+    /// use.
     pub(crate) unsafe fn new(
         memory: *mut core::ffi::c_void,
         bytes: usize,
     ) -> Result<Self, glimpse_status> {
         let handle = memory.cast::<T>();
         check(handle)?;
-        let behind = bytes
+        let scan_bytes = bytes
             .checked_sub(size_of::<T>())
             .ok_or(glimpse_status::MemoryTooSmall)?;
         Ok(Self {
             handle,
-            words: behind / WORD_BYTES,
+            words: scan_bytes / WORD_BYTES,
         })
     }
 
@@ -44,7 +44,7 @@ impl<T> CallerMemory<T> {
         self.words
     }
 
-    /// Writes the handle and returns it. `make` receives the first `words` numbers behind it, set to 0.
+    /// Writes the handle and returns it. `make` receives the first `words` words behind the handle, set to 0.
     pub(crate) fn put<E>(
         self,
         words: usize,
@@ -52,20 +52,20 @@ impl<T> CallerMemory<T> {
     ) -> Result<*mut T, E> {
         const { assert!(align_of::<T>() >= align_of::<f32>()) };
         let words = words.min(self.words);
-        // SAFETY: `CallerMemory::new` has checked the alignment, and that handle and `words` numbers fit. They do not
+        // SAFETY: `CallerMemory::new` has checked the alignment, and that the handle and `words` words fit. They do not
         // overlap, and the caller guarantees that no other code uses the memory.
         unsafe {
             let first = self.handle.add(1).cast::<f32>();
             first.write_bytes(0, words);
-            let numbers = core::slice::from_raw_parts_mut(first, words);
-            self.handle.write(make(numbers)?);
+            let scan_memory = core::slice::from_raw_parts_mut(first, words);
+            self.handle.write(make(scan_memory)?);
         }
         Ok(self.handle)
     }
 }
 
-/// Returns the bytes of memory for a handle `T` and a scan with this recipe. Returns 0 if this library does not accept the
-/// recipe.
+/// Returns the size of the memory for a handle `T` and a scan with this recipe, in bytes. Returns 0 if this library
+/// does not accept the recipe.
 ///
 /// # Safety
 /// As [`slice`].
@@ -95,7 +95,7 @@ fn check<T>(pointer: *const T) -> Result<(), glimpse_status> {
 /// Returns a shared reference.
 ///
 /// # Safety
-/// If it is neither null nor misaligned, `pointer` leads to a `T`, which no code changes for `'a`.
+/// `pointer` is null, misaligned, or points to a `T` that no code changes for `'a`.
 pub(crate) unsafe fn shared<'a, T>(pointer: *const T) -> Result<&'a T, glimpse_status> {
     check(pointer)?;
     // SAFETY: the pointer was checked; the caller guarantees the rest.
@@ -105,7 +105,7 @@ pub(crate) unsafe fn shared<'a, T>(pointer: *const T) -> Result<&'a T, glimpse_s
 /// Returns an exclusive reference.
 ///
 /// # Safety
-/// If it is neither null nor misaligned, `pointer` leads to a `T`, which no other code uses for `'a`.
+/// `pointer` is null, misaligned, or points to a `T` that no other code uses for `'a`.
 pub(crate) unsafe fn exclusive<'a, T>(pointer: *mut T) -> Result<&'a mut T, glimpse_status> {
     check(pointer)?;
     // SAFETY: the pointer was checked; the caller guarantees the rest.
@@ -115,7 +115,7 @@ pub(crate) unsafe fn exclusive<'a, T>(pointer: *mut T) -> Result<&'a mut T, glim
 /// Returns a slice. The pointer may be null if `count` is 0.
 ///
 /// # Safety
-/// If it is neither null nor misaligned, `pointer` leads to `count` values of `T`, which no code changes for `'a`.
+/// `pointer` is null, misaligned, or points to `count` values of `T` that no code changes for `'a`.
 pub(crate) unsafe fn slice<'a, T>(
     pointer: *const T,
     count: usize,
@@ -134,7 +134,7 @@ pub(crate) unsafe fn slice<'a, T>(
 /// Returns a copy of an argument.
 ///
 /// # Safety
-/// If it is neither null nor misaligned, `pointer` leads to a `T`.
+/// `pointer` is null, misaligned, or points to a `T`.
 pub(crate) unsafe fn copy_of<T: Copy>(pointer: *const T) -> Result<T, glimpse_status> {
     check(pointer)?;
     // SAFETY: the pointer was checked; the caller guarantees the rest.
@@ -148,7 +148,7 @@ impl<T> Out<T> {
     /// Checks the pointer.
     ///
     /// # Safety
-    /// If it is neither null nor misaligned, `pointer` leads to room for a `T` until [`Out::put`].
+    /// `pointer` is null, misaligned, or points to writable memory for a `T` until [`Out::put`].
     pub(crate) unsafe fn new(pointer: *mut T) -> Result<Self, glimpse_status> {
         check(pointer)?;
         Ok(Self(pointer))
@@ -174,7 +174,7 @@ impl<T> Out<T> {
     /// Writes to an array of results.
     ///
     /// # Safety
-    /// There is room for more than `index` values.
+    /// The pointer points to writable memory for more than `index` values.
     pub(crate) unsafe fn put_at(&self, index: usize, value: T) {
         // SAFETY: guaranteed by the caller.
         unsafe { self.0.add(index).write(value) }

@@ -12,7 +12,7 @@ use crate::types::{glimpse_model, glimpse_recipe};
 /// @param bytes   The recipe, as written by trainer, with any alignment, in flash or in RAM.
 /// @param count   Number of bytes.
 /// @param recipe  Receives the description.
-/// @return GLIMPSE_STATUS_RECIPE_... if the bytes are not a whole recipe; GLIMPSE_STATUS_MODEL if the
+/// @return GLIMPSE_STATUS_RECIPE_... if the bytes are not a valid recipe; GLIMPSE_STATUS_MODEL if the
 ///         library was built for another model.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_recipe_describe(

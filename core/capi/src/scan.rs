@@ -85,7 +85,7 @@ unsafe fn begin(
 /// @param basis  The output of trainer export --format basis, with any alignment. It is not copied: it
 ///               must not change while the scan is in use.
 /// @param count  Number of bytes.
-/// @return GLIMPSE_STATUS_BASIS_... if the bytes are not a whole basis; GLIMPSE_STATUS_BASIS if the
+/// @return GLIMPSE_STATUS_BASIS_... if the bytes are not a valid basis; GLIMPSE_STATUS_BASIS if the
 ///         recipe names another basis.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_set_basis(

@@ -22,7 +22,7 @@ use crate::scan::{glimpse_scan, glimpse_scan_begin, glimpse_scan_next, glimpse_s
 use crate::status::glimpse_status;
 use crate::types::{glimpse_directions, glimpse_reading, glimpse_sample};
 
-/// Recipes: of each model one with a descent or a solve, then of each model one that completes the readings.
+/// Recipes: first one with a descent or a solve for each model, then one with a completion for each model.
 pub(crate) const RECIPES: [&[u8]; 8] = [
     include_bytes!("../../../trainer/recipes/phong-n8.recipe"),
     include_bytes!("../../../trainer/recipes/cook-torrance-n8.recipe"),
@@ -36,29 +36,29 @@ pub(crate) const RECIPES: [&[u8]; 8] = [
 pub(crate) const NEURAL: &[u8] = RECIPES[2];
 /// A recipe of 16 samples that tolerates missing readings.
 pub(crate) const MASKED: &[u8] = include_bytes!("../../../trainer/recipes/masked/phong-n16.recipe");
-/// Words of the largest of these recipes.
+/// Memory of the largest of these recipes, in words.
 pub(crate) const WORDS: usize = memory_words(&RECIPES);
 const _: () = assert!(memory_words(&[MASKED]) <= WORDS);
 
-/// The caller's memory: aligned and uninitialized.
-pub(crate) struct Bytes {
+/// The caller's memory: aligned, and filled with a pattern.
+pub(crate) struct AlignedMemory {
     words: Box<[u64]>,
     pub(crate) bytes: usize,
 }
 
-impl Bytes {
-    pub(crate) fn of(bytes: usize) -> Self {
+impl AlignedMemory {
+    pub(crate) fn new(bytes: usize) -> Self {
         let words = vec![0xA5A5_5A5A_C3C3_3C3C; bytes.div_ceil(8)];
         let words = words.into_boxed_slice();
         Self { words, bytes }
     }
 
     pub(crate) fn for_scan() -> Self {
-        Self::of(scan_bytes(WORDS).unwrap())
+        Self::new(scan_bytes(WORDS).unwrap())
     }
 
     pub(crate) fn for_driver() -> Self {
-        Self::of(driver_bytes(WORDS).unwrap())
+        Self::new(driver_bytes(WORDS).unwrap())
     }
 
     pub(crate) fn pointer(&mut self) -> *mut c_void {
@@ -67,7 +67,10 @@ impl Bytes {
 }
 
 /// Begins a scan. Returns the status and the scan.
-pub(crate) fn begin(memory: &mut Bytes, recipe: &[u8]) -> (glimpse_status, *mut glimpse_scan) {
+pub(crate) fn begin(
+    memory: &mut AlignedMemory,
+    recipe: &[u8],
+) -> (glimpse_status, *mut glimpse_scan) {
     let mut scan = null_mut();
     let bytes = memory.bytes;
     let status = unsafe {
@@ -106,8 +109,8 @@ pub(crate) fn record_all(scan: *mut glimpse_scan) -> usize {
     count
 }
 
-/// Fits the same readings by core. Returns the bits of the values, and the predicted loss.
-pub(crate) fn fitted_by_core(recipe: &[u8]) -> (Vec<u32>, Option<f32>) {
+/// Fits the same readings with core. Returns the bits of the values, and the predicted loss.
+pub(crate) fn fit_with_core(recipe: &[u8]) -> (Vec<u32>, Option<f32>) {
     use glimpse_core::recipe::Recipe;
     use glimpse_core::scan::Scan;
 
@@ -124,9 +127,9 @@ pub(crate) fn fitted_by_core(recipe: &[u8]) -> (Vec<u32>, Option<f32>) {
     (values, fitted.predicted_loss())
 }
 
-/// Fits the same readings by core. Returns the bits of the values.
-pub(crate) fn values_by_core(recipe: &[u8]) -> Vec<u32> {
-    fitted_by_core(recipe).0
+/// Fits the same readings with core. Returns the bits of the values.
+pub(crate) fn values_with_core(recipe: &[u8]) -> Vec<u32> {
+    fit_with_core(recipe).0
 }
 
 pub(crate) static MIRROR: glimpse_directions = glimpse_directions {

@@ -6,7 +6,7 @@ use std::vec::Vec;
 use glimpse_core::model::linear::format::{MAGIC, VERSION, checksum_of};
 use glimpse_core::recipe::Recipe;
 
-use super::{Bytes, MIRROR, RECIPES, begin, record_all};
+use super::{AlignedMemory, MIRROR, RECIPES, begin, record_all};
 use crate::fit::{glimpse_fit_advance, glimpse_fit_begin, glimpse_fit_finish, glimpse_fitted_brdf};
 use crate::scan::{glimpse_scan_reading, glimpse_scan_set_basis};
 use crate::status::glimpse_status as Status;
@@ -41,7 +41,7 @@ fn linear_brdf_requires_matching_basis() {
     let right = basis(of, components);
     let other = basis(of ^ 1, components);
 
-    let mut memory = Bytes::for_scan();
+    let mut memory = AlignedMemory::for_scan();
     let (_, scan) = begin(&mut memory, LINEAR);
     assert_eq!(record_all(scan), 8);
     let set = |basis: &[u8]| unsafe { glimpse_scan_set_basis(scan, basis.as_ptr(), basis.len()) };
@@ -81,7 +81,7 @@ fn linear_brdf_requires_matching_basis() {
 
 #[test]
 fn other_models_reject_basis() {
-    let mut memory = Bytes::for_scan();
+    let mut memory = AlignedMemory::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[0]);
     let basis = basis(0, 5);
     let status = unsafe { glimpse_scan_set_basis(scan, basis.as_ptr(), basis.len()) };

@@ -8,7 +8,7 @@ use std::vec::Vec;
 
 use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Refusal, Reply, Request, Server};
 
-use super::{Bytes, RECIPES, reading, values_by_core};
+use super::{AlignedMemory, RECIPES, reading, values_with_core};
 use crate::driver::{
     glimpse_config_default, glimpse_driver, glimpse_driver_begin, glimpse_driver_fail,
     glimpse_driver_outgoing, glimpse_driver_poll, glimpse_driver_poll_delay,
@@ -22,7 +22,7 @@ use crate::types::{
 };
 
 pub(super) fn begin(
-    memory: &mut Bytes,
+    memory: &mut AlignedMemory,
     recipe: &[u8],
     host: glimpse_host,
     saved: &[glimpse_saved],
@@ -31,7 +31,7 @@ pub(super) fn begin(
 }
 
 fn begin_with(
-    memory: &mut Bytes,
+    memory: &mut AlignedMemory,
     recipe: &[u8],
     config: &glimpse_config,
     saved: &[glimpse_saved],
@@ -82,10 +82,10 @@ fn values(driver: *const glimpse_driver) -> Vec<u32> {
     values.iter().map(|value| value.to_bits()).collect()
 }
 
-/// Without a host. Some readings have survived a reset; one of them has an invalid index.
+/// A driver begins with saved readings, one of which has an invalid index.
 #[test]
 fn driver_without_host_matches_rust() {
-    let mut memory = Bytes::for_driver();
+    let mut memory = AlignedMemory::for_driver();
     for recipe in RECIPES {
         let saved = [2, 5, 9999].map(|index| glimpse_saved {
             index,
@@ -115,31 +115,32 @@ fn driver_without_host_matches_rust() {
             }
         }
         assert_eq!(save_count, 6);
-        assert_eq!(values(driver), values_by_core(recipe));
+        assert_eq!(values(driver), values_with_core(recipe));
         assert!(kinds & 1 << Kind::Continue as i32 != 0);
     }
 }
 
 /// A host that replies to every request.
-struct Scanner {
+struct TestHost {
     server: Server,
     values: Vec<f32>,
-    refuses: Option<Refusal>,
+    /// Reply to `Request::Measure` instead of a reading.
+    refusal: Option<Refusal>,
     failures: usize,
 }
 
-impl Scanner {
+impl TestHost {
     fn new() -> Self {
         Self {
             server: Server::new(),
             values: Vec::new(),
-            refuses: None,
+            refusal: None,
             failures: 0,
         }
     }
 
     /// Passes the driver's bytes to the host, and the replies to the driver.
-    fn turn(&mut self, driver: *mut glimpse_driver) {
+    fn exchange(&mut self, driver: *mut glimpse_driver) {
         let (mut bytes, mut count) = (null(), 0);
         let received: Vec<u8> = unsafe {
             let status = glimpse_driver_outgoing(driver, &raw mut bytes, &raw mut count);
@@ -150,14 +151,14 @@ impl Scanner {
         };
         let mut frame = [0; FRAME_BYTES];
         for byte in received {
-            let answer = match self.server.receive(byte) {
+            let encoded = match self.server.receive(byte) {
                 Some(Ok(Received::New(request))) => {
                     let reply = self.reply(request);
                     self.server.reply(reply, &mut frame).unwrap()
                 }
                 _ => continue,
             };
-            let status = unsafe { glimpse_driver_receive(driver, answer.as_ptr(), answer.len()) };
+            let status = unsafe { glimpse_driver_receive(driver, encoded.as_ptr(), encoded.len()) };
             assert_eq!(status, Status::Ok);
         }
     }
@@ -165,8 +166,8 @@ impl Scanner {
     fn reply(&mut self, request: Request) -> Reply {
         match request {
             Request::Hello { .. } => Reply::Welcome { protocol: PROTOCOL },
-            Request::Measure { .. } if self.refuses.is_some() => {
-                Reply::Refused(self.refuses.unwrap())
+            Request::Measure { .. } if self.refusal.is_some() => {
+                Reply::Refused(self.refusal.unwrap())
             }
             Request::Measure { index, .. } => Reply::Measured {
                 index,
@@ -187,51 +188,51 @@ impl Scanner {
 
 #[test]
 fn driver_with_host_matches_rust() {
-    let mut memory = Bytes::for_driver();
+    let mut memory = AlignedMemory::for_driver();
     for recipe in RECIPES {
         let driver = begin(&mut memory, recipe, glimpse_host::Measures, &[]);
-        let mut scanner = Scanner::new();
+        let mut host = TestHost::new();
         loop {
             let action = poll(driver);
             match action.kind {
                 Kind::Finished => break,
                 Kind::Failed => panic!("{:?}", action.failure),
-                _ => scanner.turn(driver),
+                _ => host.exchange(driver),
             }
         }
-        let received: Vec<u32> = scanner.values.iter().map(|value| value.to_bits()).collect();
-        assert_eq!(received, values_by_core(recipe));
+        let received: Vec<u32> = host.values.iter().map(|value| value.to_bits()).collect();
+        assert_eq!(received, values_with_core(recipe));
         assert_eq!(values(driver), received);
     }
 }
 
 #[test]
 fn failures_are_reported_to_host_and_firmware() {
-    let mut memory = Bytes::for_driver();
+    let mut memory = AlignedMemory::for_driver();
     // The host cannot reach a direction.
     let driver = begin(&mut memory, RECIPES[0], glimpse_host::Measures, &[]);
-    let mut scanner = Scanner::new();
-    scanner.refuses = Some(Refusal::Directions);
-    let failure = until_failed(driver, &mut scanner);
+    let mut host = TestHost::new();
+    host.refusal = Some(Refusal::Directions);
+    let failure = poll_until_failed(driver, &mut host);
     assert_eq!(failure, Status::RefusedDirections);
     // The device's arms fail.
     let driver = begin(&mut memory, RECIPES[0], glimpse_host::Listens, &[]);
-    let mut scanner = Scanner::new();
+    let mut host = TestHost::new();
     assert_eq!(unsafe { glimpse_driver_fail(driver) }, Status::Ok);
-    assert_eq!(until_failed(driver, &mut scanner), Status::Machine);
-    while scanner.failures == 0 {
+    assert_eq!(poll_until_failed(driver, &mut host), Status::Machine);
+    while host.failures == 0 {
         poll(driver);
-        scanner.turn(driver);
+        host.exchange(driver);
     }
 }
 
-/// A damaged recipe is reported to the host, or without a host to the firmware.
+/// A driver reports a damaged recipe to the host. Without a host, it reports the recipe to the firmware.
 #[test]
 fn driver_reports_unusable_recipe() {
-    let mut memory = Bytes::for_driver();
+    let mut memory = AlignedMemory::for_driver();
     let driver = begin(&mut memory, b"", glimpse_host::Absent, &[]);
-    let mut scanner = Scanner::new();
-    assert_eq!(until_failed(driver, &mut scanner), Status::RecipeMagic);
+    let mut host = TestHost::new();
+    assert_eq!(poll_until_failed(driver, &mut host), Status::RecipeMagic);
     let mut scan = core::ptr::dangling();
     let reading = reading(0);
     unsafe {
@@ -243,18 +244,18 @@ fn driver_reports_unusable_recipe() {
     let driver = begin(&mut memory, b"damaged", glimpse_host::Measures, &[]);
     for _ in 0..100 {
         poll(driver);
-        scanner.turn(driver);
+        host.exchange(driver);
     }
-    assert!(scanner.failures > 0);
+    assert!(host.failures > 0);
 }
 
-fn until_failed(driver: *mut glimpse_driver, scanner: &mut Scanner) -> Status {
+fn poll_until_failed(driver: *mut glimpse_driver, host: &mut TestHost) -> Status {
     for _ in 0..10_000 {
         let action = poll(driver);
         if action.kind == Kind::Failed {
             return action.failure;
         }
-        scanner.turn(driver);
+        host.exchange(driver);
     }
     panic!("the driver does not fail");
 }
@@ -270,14 +271,14 @@ fn delay(driver: *const glimpse_driver, now_ms: u64) -> u32 {
 #[test]
 fn poll_delay_matches_timeouts() {
     let start_ms = u64::from(u32::MAX) - 3;
-    let mut memory = Bytes::for_driver();
+    let mut memory = AlignedMemory::for_driver();
     let mut config = glimpse_config_default(glimpse_host::Listens as i32);
     config.retransmit_interval_ms = 250;
     let driver = begin_with(&mut memory, RECIPES[0], &config, &[]);
     assert_eq!(delay(driver, start_ms), 0);
     assert_eq!(poll_at(driver, start_ms).kind, Kind::Wait);
     poll_at(driver, start_ms);
-    // The greeting has no timeout, and is retransmitted once it was sent.
+    // The greeting has no timeout. Its retransmission interval begins when it has been sent.
     assert_eq!(delay(driver, start_ms), u32::MAX);
     assert_eq!(unsafe { glimpse_driver_sent(driver, 999) }, Status::Ok);
     assert_eq!(delay(driver, start_ms), 250);
@@ -294,21 +295,21 @@ fn poll_delay_matches_timeouts() {
 
 #[test]
 fn samples_out_of_reach_fail_before_first_move() {
-    let mut memory = Bytes::for_driver();
+    let mut memory = AlignedMemory::for_driver();
     let mut config = glimpse_config_default(glimpse_host::Absent as i32);
     config.has_limits = 1;
     config.limits.max_theta_i = 0.01;
     let driver = begin_with(&mut memory, RECIPES[0], &config, &[]);
-    let mut scanner = Scanner::new();
-    assert_eq!(until_failed(driver, &mut scanner), Status::OutOfReach);
+    let mut host = TestHost::new();
+    assert_eq!(poll_until_failed(driver, &mut host), Status::OutOfReach);
 }
 
 /// A driver with too little memory for its recipe has no scan.
 #[test]
 fn driver_reports_insufficient_memory() {
-    let mut memory = Bytes::for_driver();
+    let mut memory = AlignedMemory::for_driver();
     memory.bytes = crate::configuration::driver_bytes(0).unwrap();
     let driver = begin(&mut memory, RECIPES[2], glimpse_host::Absent, &[]);
-    let mut scanner = Scanner::new();
-    assert_eq!(until_failed(driver, &mut scanner), Status::Memory);
+    let mut host = TestHost::new();
+    assert_eq!(poll_until_failed(driver, &mut host), Status::Memory);
 }

@@ -4,7 +4,7 @@ use core::ptr::null_mut;
 use std::vec;
 
 use super::driver::{begin as begin_driver, poll};
-use super::{Bytes, MIRROR, RECIPES, begin};
+use super::{AlignedMemory, MIRROR, RECIPES, begin};
 use crate::driver::glimpse_driver_record;
 use crate::fit::{
     glimpse_fit_advance, glimpse_fit_begin, glimpse_fit_finish, glimpse_fitted_brdf,
@@ -49,7 +49,7 @@ fn level(index: u16) -> f32 {
 
 #[test]
 fn implausible_material_has_status_and_result() {
-    let mut memory = Bytes::for_scan();
+    let mut memory = AlignedMemory::for_scan();
     for (broken, expected) in BROKEN {
         let (_, scan) = begin(&mut memory, RECIPES[0]);
         for index in 0..8 {
@@ -84,7 +84,7 @@ fn implausible_material_has_status_and_result() {
 
 #[test]
 fn driver_reports_implausible_material() {
-    let mut memory = Bytes::for_driver();
+    let mut memory = AlignedMemory::for_driver();
     let driver = begin_driver(&mut memory, RECIPES[0], glimpse_host::Absent, &[]);
     let reading = glimpse_reading {
         brdf: [0.2; 3],

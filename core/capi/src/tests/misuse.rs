@@ -3,7 +3,7 @@
 use core::ptr::{null, null_mut};
 use std::vec::Vec;
 
-use super::{Bytes, MIRROR, NEURAL, RECIPES, begin};
+use super::{AlignedMemory, MIRROR, NEURAL, RECIPES, begin};
 use crate::driver::{
     glimpse_config_default, glimpse_driver, glimpse_driver_begin, glimpse_driver_bytes,
     glimpse_driver_fail, glimpse_driver_finish_early, glimpse_driver_outgoing, glimpse_driver_poll,
@@ -28,7 +28,7 @@ use crate::types::{
 
 #[test]
 fn rejects_unsuitable_memory() {
-    let mut memory = Bytes::for_scan();
+    let mut memory = AlignedMemory::for_scan();
     let (recipe, bytes) = (NEURAL.as_ptr(), NEURAL.len());
     let mut scan: *mut glimpse_scan = null_mut();
     let min_bytes = unsafe { glimpse_scan_bytes(recipe, bytes) };
@@ -59,7 +59,7 @@ fn rejects_unsuitable_memory() {
 
 #[test]
 fn rejects_invalid_recipe_with_status() {
-    let mut memory = Bytes::for_scan();
+    let mut memory = AlignedMemory::for_scan();
     let cut = NEURAL.get(..NEURAL.len() - 1).unwrap();
     // A recipe may have any alignment.
     let unaligned = [b"-", NEURAL].concat();
@@ -87,7 +87,7 @@ fn rejects_invalid_recipe_with_status() {
 /// Each pointer in turn is null, or misaligned where alignment is required.
 #[test]
 fn rejects_null_and_misaligned_pointers() {
-    let mut memory = Bytes::for_scan();
+    let mut memory = AlignedMemory::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[0]);
     let misaligned = scan.wrapping_byte_add(1);
     let mut reading = glimpse_reading::default();
@@ -136,7 +136,7 @@ fn rejects_null_and_misaligned_pointers() {
 
 #[test]
 fn driver_rejects_invalid_arguments() {
-    let mut memory = Bytes::for_driver();
+    let mut memory = AlignedMemory::for_driver();
     let config = glimpse_config_default(glimpse_host::Absent as i32);
     let unknown_host = glimpse_config_default(3);
     let mut driver = null_mut();
@@ -227,7 +227,7 @@ fn driver_rejects_invalid_arguments() {
 #[test]
 fn driver_rejects_recipe_larger_than_memory() {
     let [small, large] = [RECIPES[0], NEURAL];
-    let mut memory = Bytes::for_driver();
+    let mut memory = AlignedMemory::for_driver();
     let config = glimpse_config_default(glimpse_host::Absent as i32);
     let mut driver = null_mut();
     unsafe {

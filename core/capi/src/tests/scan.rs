@@ -4,7 +4,7 @@ use core::ptr::{null, null_mut};
 use std::vec;
 
 use super::fit::finish;
-use super::{Bytes, MIRROR, RECIPES, begin, fitted_by_core, reading, record_all};
+use super::{AlignedMemory, MIRROR, RECIPES, begin, fit_with_core, reading, record_all};
 use crate::fit::{
     glimpse_fit_advance, glimpse_fit_begin, glimpse_fit_finish, glimpse_fitted_brdf,
     glimpse_fitted_predicted_loss, glimpse_fitted_residual, glimpse_fitted_values,
@@ -41,7 +41,7 @@ pub(super) fn describe(recipe: &[u8]) -> glimpse_recipe {
 /// All models and kinds of recipes, one after the other in the same memory, have the same bits as core.
 #[test]
 fn every_recipe_matches_rust() {
-    let mut memory = Bytes::for_scan();
+    let mut memory = AlignedMemory::for_scan();
     let mut predicted_count = 0;
     for recipe in RECIPES {
         let (status, scan) = begin(&mut memory, recipe);
@@ -50,7 +50,7 @@ fn every_recipe_matches_rust() {
         assert_eq!(record_all(scan), usize::from(described.samples));
         let residual = fit(scan);
         assert!(residual.mean > 0.0 && residual.worst >= residual.mean);
-        let (expected, predicted) = fitted_by_core(recipe);
+        let (expected, predicted) = fit_with_core(recipe);
         assert_eq!(expected.len(), usize::from(described.values));
         let (mut again, mut loss) = (glimpse_residual::default(), 0.0);
         let mut values = vec![f32::NAN; expected.len() + 1];
@@ -87,7 +87,7 @@ fn every_recipe_matches_rust() {
 
 #[test]
 fn readings_in_any_order_replace_earlier_ones() {
-    let mut memory = Bytes::for_scan();
+    let mut memory = AlignedMemory::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[0]);
     let mut recorded = glimpse_recorded::default();
     let mut found = glimpse_reading::default();
@@ -122,7 +122,7 @@ fn readings_in_any_order_replace_earlier_ones() {
 
 #[test]
 fn arm_angles_match_directions() {
-    let mut memory = Bytes::for_scan();
+    let mut memory = AlignedMemory::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[2]);
     let mut sample = glimpse_sample::default();
     for index in 0..8 {
@@ -144,7 +144,7 @@ fn arm_angles_match_directions() {
 /// A call in a wrong state has its own status, and changes nothing.
 #[test]
 fn rejects_wrong_order_of_calls() {
-    let mut memory = Bytes::for_scan();
+    let mut memory = AlignedMemory::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[1]);
     let mut residual = glimpse_residual::default();
     let mut brdf = [0.0; 3];
@@ -194,7 +194,7 @@ fn rejects_wrong_order_of_calls() {
 
 #[test]
 fn rejects_invalid_readings() {
-    let mut memory = Bytes::for_scan();
+    let mut memory = AlignedMemory::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[0]);
     let record = |index, brdf| {
         let reading = glimpse_reading { brdf, saturated: 0 };

@@ -4,7 +4,7 @@ use core::ptr::null_mut;
 
 use super::driver::{begin as begin_driver, poll};
 use super::fit::finish;
-use super::{Bytes, MASKED, RECIPES, begin, reading};
+use super::{AlignedMemory, MASKED, RECIPES, begin, reading};
 use crate::driver::{glimpse_driver_finish_early, glimpse_driver_record, glimpse_driver_skip};
 use crate::fit::glimpse_fit_begin;
 use crate::scan::{
@@ -33,7 +33,7 @@ fn record(scan: *mut glimpse_scan, index: u16) {
 
 #[test]
 fn tolerant_recipe_can_finish_early() {
-    let mut memory = Bytes::for_scan();
+    let mut memory = AlignedMemory::for_scan();
     let (_, scan) = begin(&mut memory, MASKED);
     let mut found = glimpse_reading::default();
     unsafe {
@@ -60,14 +60,14 @@ fn tolerant_recipe_can_finish_early() {
 
 #[test]
 fn other_recipes_need_every_reading() {
-    let mut memory = Bytes::for_scan();
+    let mut memory = AlignedMemory::for_scan();
     let (_, scan) = begin(&mut memory, RECIPES[0]);
     unsafe {
         assert_eq!(glimpse_scan_skip(scan, 0), Status::ReadingRequired);
         assert_eq!(glimpse_scan_finish_early(scan), Status::ReadingRequired);
     }
     assert_eq!(next(scan), Some(0));
-    let mut memory = Bytes::for_driver();
+    let mut memory = AlignedMemory::for_driver();
     let driver = begin_driver(&mut memory, RECIPES[0], glimpse_host::Absent, &[]);
     unsafe {
         assert_eq!(glimpse_driver_skip(driver, 0), Status::ReadingRequired);
@@ -83,7 +83,7 @@ fn other_recipes_need_every_reading() {
 
 #[test]
 fn driver_skips_and_finishes_early() {
-    let mut memory = Bytes::for_driver();
+    let mut memory = AlignedMemory::for_driver();
     let driver = begin_driver(&mut memory, MASKED, glimpse_host::Absent, &[]);
     let mut measured = std::vec::Vec::new();
     loop {

@@ -46,7 +46,7 @@ fn line(name: &str, what: &str, values: impl Iterator<Item = f32>) -> String {
     format!("{name}.{what}={}\n", bits.concat())
 }
 
-/// Returns the expected output of `scan.c` and `driver.c`: the bits of the same scans by core.
+/// Returns the expected output of `scan.c` and `driver.c`: the bits of the same scans with core.
 pub fn expected() -> [String; 2] {
     let mut printed = [String::new(), String::new()];
     for (name, file) in RECIPES {
