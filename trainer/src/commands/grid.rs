@@ -25,7 +25,7 @@ use super::{ModelName, load_all, print};
 /// One recipe of the grid.
 struct GridCell {
     model: ModelName,
-    name: &'static str,
+    model_name: &'static str,
     samples: usize,
     /// The loss that the recipe states; None if its training failed.
     expected_loss: Option<f32>,
@@ -49,7 +49,7 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
         let seconds = earlier_seconds.get(&(name.to_owned(), samples));
         cells.push(GridCell {
             model,
-            name,
+            model_name: name,
             samples,
             expected_loss: None,
             seconds: seconds.copied(),
@@ -59,7 +59,7 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
     for index in 0..total {
         let GridCell {
             model,
-            name,
+            model_name: name,
             samples,
             ..
         } = cells[index];
@@ -85,7 +85,7 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
                 cell.seconds = None;
             }
         }
-        // After each cell, since a resumed grid reads the seconds from this file.
+        // The table is written after each cell, since a resumed grid reads the seconds from it.
         write_atomic(&csv, table(&cells).to_csv().as_bytes())
             .with_context(|| format!("cannot write {}", csv.display()))?;
     }
@@ -152,7 +152,7 @@ pub(crate) fn list(train: &Train, seed: u64, line: &CommandLine) -> anyhow::Resu
             checkpoint: Some(path_text(&run.checkpoint)?),
             done: matches!(existing, ExistingOutput::Trained(_)),
             conflict: match existing {
-                ExistingOutput::Conflict(what) if !train.force => Some(what),
+                ExistingOutput::Conflict(description) if !train.force => Some(description),
                 _ => None,
             },
         });
@@ -178,8 +178,8 @@ fn train_if_missing(
             eprintln!("{} is already trained", run.out.display());
             Ok((expected_loss, false))
         }
-        ExistingOutput::Conflict(what) if !train.force => {
-            bail!("{what}: remove it, give --force to replace it, or give another --out")
+        ExistingOutput::Conflict(description) if !train.force => {
+            bail!("{description}: remove it, give --force to replace it, or give another --out")
         }
         existing => {
             run.refuse_overwrite(&existing, true, train.force)?;
@@ -194,7 +194,7 @@ fn train_if_missing(
 }
 
 fn table(cells: &[GridCell]) -> Table {
-    let number = |number: Option<f64>| number.map_or(Cell::Missing, Cell::Number);
+    let number = |value: Option<f64>| value.map_or(Cell::Missing, Cell::Number);
     Table {
         caption: "Expected loss of each recipe".into(),
         columns: vec![
@@ -207,7 +207,7 @@ fn table(cells: &[GridCell]) -> Table {
             .iter()
             .map(|cell| {
                 vec![
-                    Cell::Text(cell.name.into()),
+                    Cell::Text(cell.model_name.into()),
                     Cell::Number(cell.samples as f64),
                     number(cell.expected_loss.map(f64::from)),
                     number(cell.seconds),

@@ -36,11 +36,11 @@ impl Lock {
     }
 
     fn acquire(path: PathBuf, output: &Path) -> anyhow::Result<Self> {
-        let cannot = || format!("cannot write {}", path.display());
-        require_parent_dir(&path).with_context(cannot)?;
+        let context = || format!("cannot write {}", path.display());
+        require_parent_dir(&path).with_context(context)?;
         loop {
             let file = File::options().create(true).append(true).open(&path);
-            let file = file.with_context(cannot)?;
+            let file = file.with_context(context)?;
             match file.try_lock() {
                 Ok(()) => {}
                 Err(TryLockError::WouldBlock) => bail!(
@@ -58,7 +58,7 @@ impl Lock {
                     );
                     return Ok(Self { path, _file: None });
                 }
-                Err(TryLockError::Error(error)) => return Err(error).with_context(cannot),
+                Err(TryLockError::Error(error)) => return Err(error).with_context(context),
             }
             // The previous holder may have removed the file between open and lock. Then the lock is
             // worthless, since other runs create a new file.

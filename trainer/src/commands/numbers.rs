@@ -165,7 +165,7 @@ where
 }
 
 fn in_range<T>(
-    what: &'static str,
+    kind: &'static str,
     range: RangeInclusive<T>,
 ) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
 where
@@ -173,7 +173,7 @@ where
 {
     move |text| {
         let value = text.parse().ok().filter(|value| range.contains(value));
-        value.ok_or_else(|| format!("give {what} from {} to {}", range.start(), range.end()))
+        value.ok_or_else(|| format!("give {kind} from {} to {}", range.start(), range.end()))
     }
 }
 

@@ -29,8 +29,8 @@ pub(super) fn refuse_unwritable(path: &Path) -> anyhow::Result<()> {
 
 fn refuse_overwrite(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     match valuable_content(path, bytes) {
-        Some(what) => bail!(
-            "{} is {what} that would be overwritten: give another --out, or remove the file",
+        Some(content) => bail!(
+            "{} holds {content}, which would be overwritten: give another --out, or remove the file",
             path.display()
         ),
         None => Ok(()),
@@ -45,9 +45,9 @@ pub(super) fn write_file_forced(path: &Path, bytes: &[u8], force: bool) -> anyho
 /// Writes a group of files, as [`write_file_forced`] does; writes none if one must not be replaced.
 pub(super) fn write_files_forced(files: &[(PathBuf, Vec<u8>)], force: bool) -> anyhow::Result<()> {
     for (path, bytes) in files {
-        if !force && let Some(what) = valuable_content(path, bytes) {
+        if !force && let Some(content) = valuable_content(path, bytes) {
             bail!(
-                "{} is {what} that would be overwritten: give --force to replace it, or another output",
+                "{} holds {content}, which would be overwritten: give --force to replace it, or another output",
                 path.display()
             );
         }
@@ -71,16 +71,17 @@ fn valuable_content(path: &Path, bytes: &[u8]) -> Option<&'static str> {
     }
     let mut head = [0; 4];
     File::open(path).ok()?.read_exact(&mut head).ok()?;
-    let what = match &head {
+    let content = match &head {
         head if *head == MAGIC => "a recipe",
         head if [BASIS_MAGIC, COMPACT_MAGIC].contains(head) => "the basis of a recipe",
         // RGL's tensor file, MERL's table whose first dimension is 90, NumPy's array.
         b"tens" | b"\x5a\0\0\0" | b"\x93NUM" => "another material",
         [b'{', ..] if FittedMaterial::is_fitted_file(path) => "a fitted material",
+        // A header that begins with the column `index`.
         b"inde" if has_readings(path) => "a sheet of readings",
         _ => return None,
     };
-    (!has_content(path, bytes)).then_some(what)
+    (!has_content(path, bytes)).then_some(content)
 }
 
 /// Returns true if a table contains a reading in its column `r` or `value`: a filled-in sheet of `trainer plan
@@ -107,7 +108,7 @@ pub(super) fn file_as_json(path: &Path) -> Value {
     json!({ "path": path.display().to_string(), "bytes": metadata.map(|file| file.len()) })
 }
 
-/// Creates a command's output folder. The folder above it must exist.
+/// Creates a command's output folder. Its parent folder must exist.
 pub(super) fn create_out_folder(folder: &Path) -> anyhow::Result<()> {
     ensure_dir(folder).with_context(|| format!("cannot write to {}", folder.display()))
 }

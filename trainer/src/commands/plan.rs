@@ -251,7 +251,7 @@ fn start(text: &str) -> Result<Axes, String> {
 }
 
 fn to_text(route: &Route, machine: &Machine) -> String {
-    let what = match (route.order, route.is_best) {
+    let description = match (route.order, route.is_best) {
         (Order::Progressive, _) => "the recipe's own order",
         (Order::Travel, true) => "no other order takes less time",
         (Order::Travel, false) => "the best order found",
@@ -259,7 +259,7 @@ fn to_text(route: &Route, machine: &Machine) -> String {
     let seconds =
         |travel: f64, total: f64| format!("{total:.1} seconds, {travel:.1} of which arms move");
     let mut text = format!(
-        "order          {} ({what})\n\
+        "order          {} ({description})\n\
          planned        {}\n\
          naive order    {}\n\
          limits         {}\n\

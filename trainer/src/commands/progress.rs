@@ -16,8 +16,8 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// Installs a handler of Ctrl-C: the first one stops training at the next step, the second one ends the program
 /// with exit code 130.
 pub(super) fn catch_interrupts() -> anyhow::Result<()> {
-    static CAUGHT: AtomicBool = AtomicBool::new(false);
-    if !CAUGHT.swap(true, Ordering::Relaxed) {
+    static INSTALLED: AtomicBool = AtomicBool::new(false);
+    if !INSTALLED.swap(true, Ordering::Relaxed) {
         ctrlc::set_handler(|| {
             if INTERRUPTED.swap(true, Ordering::Relaxed) {
                 std::process::exit(130);
@@ -43,7 +43,7 @@ pub(crate) fn train_with_progress(
     bar.set_style(ProgressStyle::with_template(
         "{msg} {wide_bar:.cyan/dim} {pos}/{len} {per_sec} {eta} left",
     )?);
-    let mut tenth = 0;
+    let mut reported_tenth = 0;
     let outcome = train(options, materials, &mut |progress| {
         let mut message = format!(
             "{}, n = {}: loss {:.4}",
@@ -53,10 +53,10 @@ pub(crate) fn train_with_progress(
             message += &format!(", best {best:.4}");
         }
         if bar.is_hidden() {
-            let now = 10 * progress.done / progress.total.max(1);
-            if now > tenth {
-                tenth = now;
-                eprintln!("{:3} % {message}", 10 * now);
+            let current_tenth = 10 * progress.done / progress.total.max(1);
+            if current_tenth > reported_tenth {
+                reported_tenth = current_tenth;
+                eprintln!("{:3} % {message}", 10 * reported_tenth);
             }
         } else {
             bar.set_length(progress.total as u64);

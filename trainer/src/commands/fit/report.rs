@@ -57,12 +57,14 @@ struct InputSummary {
 struct ReadingSummary {
     /// Number of readings that the fit used.
     used: usize,
-    /// The samples whose readings the fit did not use.
+    /// The samples whose readings the fit did not use, for any reason.
     excluded: Vec<ExcludedSample>,
     missing: Vec<usize>,
     /// Samples with a saturated reading, used or not.
     saturated: Vec<usize>,
-    left_out: Vec<usize>,
+    /// Samples whose reading the fit excluded as an outlier.
+    #[serde(rename = "left_out")]
+    excluded_outliers: Vec<usize>,
     /// Samples whose reading is 0 or below in all channels.
     no_light: Vec<usize>,
     /// Number of samples with several readings.
@@ -183,7 +185,7 @@ impl FitReport {
                 excluded: excluded(fit),
                 missing: samples_with(fit, ReadingStatus::Missing),
                 saturated: saturated(measured),
-                left_out: samples_with(fit, ReadingStatus::Excluded),
+                excluded_outliers: samples_with(fit, ReadingStatus::Excluded),
                 no_light: no_light(measured),
                 repeated: measured.samples.iter().filter(|s| s.count() > 1).count(),
                 largest_spread: most_spread.map(|(_, spread)| spread),
@@ -251,7 +253,7 @@ impl FitReport {
                     measured.quantity_text,
                 ),
             ),
-            ("missing", samples(&readings.missing)),
+            ("missing", describe_samples(&readings.missing)),
             ("saturated", self.saturated()),
             ("no light", self.no_light()),
         ];
@@ -269,10 +271,13 @@ impl FitReport {
             lines.push(("repeated", text));
         }
         for outlier in &readings.outliers {
-            let status = match (readings.left_out.contains(&outlier.sample), keep_all) {
+            let status = match (
+                readings.excluded_outliers.contains(&outlier.sample),
+                keep_all,
+            ) {
                 (true, _) => "left out",
                 (false, true) => "kept by --keep-all",
-                (false, false) if recipe.takes_missing => "not left out",
+                (false, false) if recipe.takes_missing => "used in the device's fit",
                 (false, false) => "used, since the recipe needs all readings: measure it again",
             };
             lines.push(("outlier", format!("{}; {status}", outlier.to_text())));
@@ -324,7 +329,7 @@ impl FitReport {
                 ", too small, but the recipe needs all readings: measure again with less light"
             }
         };
-        samples(list) + note
+        describe_samples(list) + note
     }
 
     /// Describes the readings without light. Empty if there are none.
@@ -335,7 +340,7 @@ impl FitReport {
             true => ", 0 or below in all channels: check the lamp, --dark and --white",
             false => ", 0 or below in all channels",
         };
-        samples(list) + note
+        describe_samples(list) + note
     }
 
     /// Returns true if most readings have no light.
@@ -396,12 +401,12 @@ fn excluded(fit: &Fit) -> Vec<ExcludedSample> {
 
 fn samples_with(fit: &Fit, status: ReadingStatus) -> Vec<usize> {
     let all = fit.statuses.iter().enumerate();
-    let matching = all.filter(|(_, each)| **each == status);
+    let matching = all.filter(|(_, actual)| **actual == status);
     matching.map(|(index, _)| index).collect()
 }
 
 /// Lists the numbers of samples; empty if there are none.
-fn samples(list: &[usize]) -> String {
+fn describe_samples(list: &[usize]) -> String {
     let names: Vec<String> = list.iter().map(usize::to_string).collect();
     match list.len() {
         0 => String::new(),

@@ -37,14 +37,16 @@ fn evaluate(folder: &Folder, options: &str) -> Value {
 /// The loss on each material of a report.
 fn losses(report: &Value) -> Vec<f64> {
     let materials = report["materials"].as_array().expect("a list").iter();
-    materials.map(|each| number(&each["loss"])).collect()
+    materials
+        .map(|material| number(&material["loss"]))
+        .collect()
 }
 
 /// The mean of a list, and its standard error.
 fn mean_and_error(list: &[f64]) -> [f64; 2] {
     let count = list.len() as f64;
     let mean = list.iter().sum::<f64>() / count;
-    let squares: f64 = list.iter().map(|each| (each - mean).powi(2)).sum();
+    let squares: f64 = list.iter().map(|value| (value - mean).powi(2)).sum();
     [mean, (squares / (count - 1.0) / count).sqrt()]
 }
 

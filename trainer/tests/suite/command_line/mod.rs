@@ -75,7 +75,9 @@ fn trains_inspects_exports_and_evaluates() {
         (1, None)
     );
     let materials = Procedural::set(12, 0);
-    let identities = materials.iter().map(|each| (each.name(), digest(each)));
+    let identities = materials
+        .iter()
+        .map(|material| (material.name(), digest(material)));
     assert!(statements.materials.eq(identities));
 
     // The same seed gives the same bytes, also on one thread.
@@ -130,8 +132,11 @@ fn trains_inspects_exports_and_evaluates() {
     assert_eq!(report["materials"].as_array().expect("a list").len(), 2);
     for metric in ["loss", "dssim", "l2", "psnr", "delta_e"] {
         let mean = number(&report[metric]);
-        let each = [0, 1].map(|i| number(&report["materials"][i][metric]));
-        assert!((mean - (each[0] + each[1]) / 2.0).abs() < 1e-9, "{metric}");
+        let values = [0, 1].map(|i| number(&report["materials"][i][metric]));
+        assert!(
+            (mean - (values[0] + values[1]) / 2.0).abs() < 1e-9,
+            "{metric}"
+        );
     }
 }
 

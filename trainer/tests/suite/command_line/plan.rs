@@ -66,8 +66,8 @@ fn plan_beats_naive_order() {
     let material = &Source("procedural:1:4".into())
         .load()
         .expect("the material loads")[0];
-    let seen = folder.succeed("query procedural:1:4 --angles plan.csv");
-    for (row, index) in seen.lines().skip(1).zip(indices) {
+    let printed = folder.succeed("query procedural:1:4 --angles plan.csv");
+    for (row, index) in printed.lines().skip(1).zip(indices) {
         let values = row.split(',').skip(5);
         for (value, expected) in values.zip(material.brdf(pattern[index])) {
             let value: f32 = value.parse().expect("a number");
@@ -107,19 +107,19 @@ fn plan_depends_on_machine() {
 #[test]
 fn reports_samples_out_of_reach() {
     let folder = folder();
-    let within = "plan n8.recipe --max-theta-o 80 --out plan.csv";
-    let message = folder.fail(within);
+    let plan = "plan n8.recipe --max-theta-o 80 --out plan.csv";
+    let message = folder.fail(plan);
     let missed = [
         "2", "8", "6", "56.90", "1.86", "86.76", "-1.56", "7", "79.04", "6.756",
     ];
     assert_names(&message, &missed);
     assert_names(&message, &["max_theta_o", "--max-theta-i", "--swap"]);
     assert!(!folder.exists("plan.csv"));
-    folder.succeed(&format!("{within} --swap"));
+    folder.succeed(&format!("{plan} --swap"));
     let csv = folder.read_text("plan.csv");
     let swapped = |index: &str| {
-        let own = csv.lines().find(|line| line.starts_with(index));
-        own.is_some_and(|line| line.contains(",true,"))
+        let row = csv.lines().find(|line| line.starts_with(index));
+        row.is_some_and(|line| line.contains(",true,"))
     };
     assert!(swapped("6,") && swapped("7,"), "{csv}");
 

@@ -21,22 +21,23 @@ fn experiment_is_saved_and_reused() {
     let csv = folder.read_text("paper/bases/bases.csv");
     // Random, NJR15 and Ours with two priors, for 5 components and for all 11.
     assert_eq!(csv.lines().count(), 1 + 8, "{csv}");
-    let mut of_eleven = csv.lines().skip(5);
-    assert!(of_eleven.all(|line| line.starts_with("11,")), "{csv}");
+    let mut rows_of_all = csv.lines().skip(5);
+    assert!(rows_of_all.all(|line| line.starts_with("11,")), "{csv}");
     let json = folder.read_json("paper/bases/findings.json");
     let row = &json["tables"]["bases"]["rows"][2];
     assert_eq!(row["Method"], "Ours (joint)");
     let loss = row["Loss"].as_f64();
     assert!(loss.is_some_and(|loss| loss > 0.0 && loss < 1.0), "{row}");
     let settings = &json["tables"]["bases"]["settings"];
-    let set = |source: &str, materials: usize| json!({"source": source, "materials": materials});
+    let material_set =
+        |source: &str, materials: usize| json!({"source": source, "materials": materials});
     for (name, expected) in [
         (
             "trainings",
             json!([{"schedule": "joint", "effort": "brief"}]),
         ),
-        ("training_set", set("procedural:4", 4)),
-        ("test_set", set("procedural:1:1", 1)),
+        ("training_set", material_set("procedural:4", 4)),
+        ("test_set", material_set("procedural:1:1", 1)),
         ("seed", json!(0)),
         ("seeds_of_random_methods", json!(2)),
     ] {
@@ -45,18 +46,18 @@ fn experiment_is_saved_and_reused() {
     let html = folder.read_text("paper/index.html");
     assert_eq!(html.matches("<h2>").count(), 1, "{html}");
 
-    // The same command again trains and evaluates nothing, except for a missing evaluation, and for one of an
-    // older version that lacks a metric. Both results are the same as before.
+    // The repeated command trains nothing. It evaluates only what is missing: one whole evaluation, and a metric of
+    // another, which an older version wrote. Both results are the same as before.
     let recipe = folder.at("paper/recipes/linear-n8-m5-eta-40-joint.recipe");
     let sheets = ["joint-ours", "njr15"]
         .map(|method| format!("paper/sheets/test/linear-n8-m5-eta-40-{method}.json"));
     let before = modified(&recipe);
-    let read = || sheets.each_ref().map(|sheet| folder.read(sheet));
-    let evaluations = read();
+    let read_sheets = || sheets.each_ref().map(|sheet| folder.read(sheet));
+    let evaluations = read_sheets();
     fs::remove_file(folder.at(&sheets[0])).expect("the file is removed");
     let mut older: Value = serde_json::from_slice(&evaluations[1]).expect("valid JSON");
-    let lacking = older.as_object_mut().expect("an object").remove("delta_e");
-    assert!(lacking.is_some_and(|value| value.as_f64() > Some(0.0)));
+    let removed = older.as_object_mut().expect("an object").remove("delta_e");
+    assert!(removed.is_some_and(|value| value.as_f64() > Some(0.0)));
     folder.write(&sheets[1], older.to_string());
     let modified_sheets = || -> BTreeSet<_> {
         let names = folder.names("paper/sheets/test").into_iter();
@@ -71,7 +72,7 @@ fn experiment_is_saved_and_reused() {
     assert_eq!(modified(&recipe), before);
     assert!(modified_sheets().is_superset(&others));
     assert_eq!(modified_sheets().len(), others.len() + sheets.len());
-    assert_eq!(read(), evaluations);
+    assert_eq!(read_sheets(), evaluations);
 }
 
 #[test]

@@ -53,10 +53,13 @@ fn page_contains_recipes_and_readings() {
     assert_eq!(data["title"], "procedural-77-000-metal");
     assert!(number(&data["reference"]["table_loss"]) < 2e-3);
     let scans = data["shown"].as_array().expect("a list");
-    let of = |name: &str| -> Vec<&Value> { scans.iter().map(|scan| &scan[name]).collect() };
-    assert_eq!(of("model"), ["phong", "cook-torrance", "neural", "neural"]);
-    assert_eq!(of("name"), names);
-    assert_eq!(of("takes_missing"), [false, false, false, true]);
+    let values = |name: &str| -> Vec<&Value> { scans.iter().map(|scan| &scan[name]).collect() };
+    assert_eq!(
+        values("model"),
+        ["phong", "cook-torrance", "neural", "neural"]
+    );
+    assert_eq!(values("name"), names);
+    assert_eq!(values("takes_missing"), [false, false, false, true]);
     let material = &Procedural::set(1, 77)[0];
     for (recipe, scan) in recipes.iter().zip(scans) {
         let bytes = folder.read(recipe);

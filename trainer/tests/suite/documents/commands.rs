@@ -57,18 +57,19 @@ fn cargo(arguments: &[&str]) -> Option<String> {
         own.get(place + 1).copied()
     };
     let manifest = after("--manifest-path").unwrap_or("Cargo.toml");
-    let package = after("-p");
+    let package_name = after("-p");
     let Some(example) = after("--example") else {
         return Some("no example".into());
     };
-    let exists = packages(&root().join(manifest)).into_iter().any(|each| {
-        let has_name = package.is_none_or(|name| each["name"] == name);
-        let has_example = each["targets"]
+    let exists = packages(&root().join(manifest)).into_iter().any(|package| {
+        let has_name = package_name.is_none_or(|name| package["name"] == name);
+        let has_example = package["targets"]
             .as_array()
             .into_iter()
             .flatten()
             .any(|target| target["name"] == example && target["kind"][0] == "example");
-        let has_feature = after("--features").is_none_or(|name| each["features"][name].is_array());
+        let has_feature =
+            after("--features").is_none_or(|name| package["features"][name].is_array());
         has_name && has_example && has_feature
     });
     (!exists).then(|| format!("cargo has no such example: {example}"))

@@ -50,14 +50,14 @@ fn parts(text: &str) -> Result<(Vec<Printed<'_>>, Vec<&str>), String> {
 pub(super) fn printed(document: &Document) -> Vec<Printed<'_>> {
     match parts(&document.text) {
         Ok((printed, _)) => printed,
-        Err(what) => panic!("{}: {what}", document.path.display()),
+        Err(reason) => panic!("{}: {reason}", document.path.display()),
     }
 }
 
 /// Returns true for a row of a table with at least three numbers.
 fn is_row_of_figures(line: &str) -> bool {
     let digits = |cell: &str| cell.chars().filter(char::is_ascii_digit).count();
-    let letters = |cell: &str| cell.chars().filter(|each| each.is_alphabetic()).count();
+    let letters = |cell: &str| cell.chars().filter(|c| c.is_alphabetic()).count();
     let cells = line
         .split('|')
         .filter(|cell| digits(cell) > 0 && letters(cell) == 0);

@@ -26,17 +26,17 @@ fn root() -> &'static Path {
 fn documents() -> Vec<Document> {
     let mut documents = Vec::new();
     let folders = ["core", "trainer", "embedded-demo", "tests"];
-    let mut left: Vec<PathBuf> = folders.map(PathBuf::from).into();
+    let mut pending: Vec<PathBuf> = folders.map(PathBuf::from).into();
     documents.push(document("README.md".into()));
-    while let Some(folder) = left.pop() {
+    while let Some(folder) = pending.pop() {
         for entry in fs::read_dir(root().join(&folder)).expect("a folder") {
             let entry = entry.expect("an entry");
             let path = folder.join(entry.file_name());
-            let is_built = ["target", "corpus"]
+            let is_generated = ["target", "corpus"]
                 .map(Into::into)
                 .contains(&entry.file_name());
-            if entry.path().is_dir() && !is_built {
-                left.push(path);
+            if entry.path().is_dir() && !is_generated {
+                pending.push(path);
             } else if path.extension().is_some_and(|extension| extension == "md") {
                 documents.push(document(path));
             }

@@ -51,7 +51,13 @@ fn rates(name: &str, corruption: Corruption) -> [f64; 2] {
             predictions,
             ..
         } = distribution.find_outliers(&readings);
-        assert_eq!(predictions.iter().filter(|each| each.is_none()).count(), 1);
+        assert_eq!(
+            predictions
+                .iter()
+                .filter(|prediction| prediction.is_none())
+                .count(),
+            1
+        );
         let is_bad = |sample: usize| sample == bad && !matches!(corruption, Corruption::None);
         detected += usize::from(outliers.iter().any(|outlier| is_bad(outlier.sample)));
         false_positives += usize::from(outliers.iter().any(|outlier| !is_bad(outlier.sample)));
