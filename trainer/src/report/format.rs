@@ -9,12 +9,12 @@ impl Table {
     /// Formats the table for a terminal: aligned columns, the best numbers marked with `*`.
     #[must_use]
     pub fn to_text(&self) -> String {
-        let heads = self
+        let titles = self
             .columns
             .iter()
             .map(|column| column.title.clone())
             .collect();
-        let mut lines: Vec<Vec<String>> = vec![heads];
+        let mut lines: Vec<Vec<String>> = vec![titles];
         lines.extend((0..self.rows.len()).map(|row| {
             let entries = self.row(row).enumerate().map(|(index, (column, cell))| {
                 // Every number reserves a character for the mark, so that decimal points stay aligned.
@@ -27,15 +27,12 @@ impl Table {
             });
             entries.collect()
         }));
-        let width = |index: usize| lines.iter().filter_map(move |line| line.get(index));
-        let widths: Vec<usize> = (0..self.columns.len())
-            .map(|index| {
-                width(index)
-                    .map(|entry| entry.chars().count())
-                    .max()
-                    .unwrap_or(0)
-            })
-            .collect();
+        let width = |index: usize| {
+            let entries = lines.iter().filter_map(|line| line.get(index));
+            let lengths = entries.map(|entry| entry.chars().count());
+            lengths.max().unwrap_or(0)
+        };
+        let widths: Vec<usize> = (0..self.columns.len()).map(width).collect();
         let mut text = String::new();
         for line in &lines {
             let entries = line
@@ -61,12 +58,12 @@ impl Table {
     pub fn to_markdown(&self) -> String {
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
         let escape = |text: &str| text.replace('|', "\\|");
-        let heads = self.columns.iter().map(|column| escape(&column.title));
+        let titles = self.columns.iter().map(|column| escape(&column.title));
         let alignment = (0..self.columns.len()).map(|index| match self.is_numeric(index) {
             true => "---:".to_owned(),
             false => "---".to_owned(),
         });
-        let mut markdown = line(heads.collect()) + &line(alignment.collect());
+        let mut markdown = line(titles.collect()) + &line(alignment.collect());
         for row in 0..self.rows.len() {
             let cells = self.row(row).enumerate().map(|(index, (column, cell))| {
                 let entry = escape(&column.format(cell));
@@ -80,7 +77,7 @@ impl Table {
         markdown
     }
 
-    /// Formats the table as HTML: a caption, and a table in a box that scrolls if the page is too narrow.
+    /// Formats the table as HTML with its caption. On a narrow page the table scrolls within its box.
     #[must_use]
     pub fn to_html(&self) -> String {
         let table = html! {
@@ -157,7 +154,7 @@ mod tests {
     use super::*;
     use crate::report::{Column, Compare};
 
-    fn methods() -> Table {
+    fn method_table() -> Table {
         let row = |name: &str, loss, psnr| vec![Cell::Text(name.into()), loss, psnr];
         Table {
             caption: "Means over \"all\" <materials>".into(),
@@ -183,14 +180,14 @@ Random     0.065       NaN
 Meta & co  0.035*
 Ours       0.035*     24.4*
 ";
-        let text = methods().to_text();
+        let text = method_table().to_text();
         let trimmed: Vec<&str> = text.lines().map(str::trim_end).collect();
         assert_eq!(trimmed.join("\n") + "\n", expected);
     }
 
     #[test]
     fn html_is_escaped_and_marks_best_numbers() {
-        let html = methods().to_html();
+        let html = method_table().to_html();
         assert!(html.contains("Means over &quot;all&quot; &lt;materials&gt;"));
         assert!(html.contains("<th scope=\"row\">Meta &amp; co</th>"));
         assert!(html.contains("<td class=\"number best\">24.4</td>"));
@@ -206,13 +203,13 @@ Ours       0.035*     24.4*
 | Meta & co | **0.035** |  |
 | Ours | **0.035** | **24.4** |
 ";
-        assert_eq!(methods().to_markdown(), expected);
+        assert_eq!(method_table().to_markdown(), expected);
     }
 
     #[test]
     fn csv_keeps_all_digits() {
         let expected = "Method,Loss,\"PSNR, dB\"\r\nRandom,0.0651,NaN\r\nMeta & co,0.0354,\r\n\
                         Ours,0.0351,24.35\r\n";
-        assert_eq!(methods().to_csv(), expected);
+        assert_eq!(method_table().to_csv(), expected);
     }
 }

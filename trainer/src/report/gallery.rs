@@ -31,7 +31,7 @@ pub struct Tile {
     pub label: String,
     /// Lines of details, such as errors.
     pub details: Vec<String>,
-    /// True if it is the best of its row.
+    /// True if the picture is marked as the best of its row.
     pub best: bool,
     /// The picture.
     pub picture: Picture,
@@ -42,8 +42,8 @@ pub struct Tile {
 pub(super) struct FileNames(BTreeSet<String>);
 
 impl FileNames {
-    /// Returns `row-label.png`, made of letters, digits and hyphens, with a number if that name is taken.
-    fn unique(&mut self, row: &str, label: &str) -> String {
+    /// Returns `row-label.png` of letters, digits and hyphens, with a number appended if that name is in use.
+    fn unique_name(&mut self, row: &str, label: &str) -> String {
         let stem = slug(&format!("{row} {label}"));
         let numbered = (2..).map(|number| format!("{stem}-{number}.png"));
         let mut names = std::iter::once(format!("{stem}.png")).chain(numbered);
@@ -54,7 +54,7 @@ impl FileNames {
 }
 
 impl Gallery {
-    /// Formats the gallery as HTML that refers to pictures in `directory`. Adds the file names and pictures to
+    /// Formats the gallery as HTML that refers to pictures in `directory`, and adds their file names and contents to
     /// `files`.
     pub(super) fn to_html(
         &self,
@@ -69,7 +69,7 @@ impl Gallery {
                     @if !row.title.is_empty() { h3 { (row.title) } "\n" }
                     div.row style={ "--columns: " (row.tiles.len()) } {
                         @for tile in &row.tiles {
-                            @let file = names.unique(&row.title, &tile.label);
+                            @let file = names.unique_name(&row.title, &tile.label);
                             (tile.to_html(&row.title, &format!("{directory}/{file}"))) "\n"
                             @let () = files.push((file, tile.picture.clone()));
                         }

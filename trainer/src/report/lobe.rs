@@ -10,7 +10,8 @@ use super::svg::{COLORS, StyleRule, TEXT, drawing, one_decimal, power_of_ten};
 pub const MAX_LOBES: usize = COLORS.len();
 /// Number of outgoing angles: every quarter of a degree, the first one half a step above the horizon.
 const STEPS: u16 = 720;
-/// The maximum number of decades of the radial axis.
+/// The numbers of decades of the radial axis.
+const MIN_DECADES: i32 = 2;
 const MAX_DECADES: i32 = 6;
 /// The plot's center and radius, in SVG units.
 const CENTER: [f32; 2] = [350.0, 350.0];
@@ -39,7 +40,7 @@ pub struct Lobe {
     pub name: String,
     /// Polar angle of the light, radians.
     pub theta_i: f32,
-    /// Pairs of outgoing angle and luminance of the BRDF, as returned by [`lobe`]; drawn as a solid line.
+    /// Pairs of outgoing angle and luminance of the BRDF from [`lobe`], drawn as a solid line.
     pub curve: Vec<[f32; 2]>,
     /// Name and curve of the reference, drawn dashed.
     pub dashed: Option<(String, Vec<[f32; 2]>)>,
@@ -48,7 +49,7 @@ pub struct Lobe {
 /// Returns the luminance (Rec. 709) of a BRDF in the plane of incidence.
 ///
 /// The pairs are the outgoing polar angle in radians, in (-pi/2, pi/2), and the luminance of the BRDF in sr^-1 (not
-/// times the cosine). Positive angles are across the normal from the light, so a mirror peaks at `theta_i`.
+/// times the cosine). Angles are positive on the side opposite the light, so a mirror peaks at `theta_i`.
 pub fn lobe(brdf: &(impl Brdf + ?Sized), theta_i: f32) -> Vec<[f32; 2]> {
     let angle =
         |step: u16| ((f32::from(step) + 0.5) * 180.0 / f32::from(STEPS) - 90.0).to_radians();
@@ -60,9 +61,9 @@ pub fn lobe(brdf: &(impl Brdf + ?Sized), theta_i: f32) -> Vec<[f32; 2]> {
         };
         Some((theta_o, HalfDifference::from_directions(&directions)?))
     });
-    let (angles, at): (Vec<f32>, Vec<_>) = samples.unzip();
-    let mut values = vec![[0.0; 3]; at.len()];
-    brdf.evaluate(&at, &mut values);
+    let (angles, half_differences): (Vec<f32>, Vec<_>) = samples.unzip();
+    let mut values = vec![[0.0; 3]; half_differences.len()];
+    brdf.evaluate(&half_differences, &mut values);
     let luminance = |[r, g, b]: [f32; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
     let values = values.into_iter().map(luminance);
     angles
@@ -74,26 +75,26 @@ pub fn lobe(brdf: &(impl Brdf + ?Sized), theta_i: f32) -> Vec<[f32; 2]> {
 
 /// Draws lobes as an SVG, for a file or for embedding in a page.
 ///
-/// The angle from the vertical is the outgoing polar angle; the radius is the logarithm of the
-/// luminance of the BRDF in sr^-1, over two to six decades. Lower values lie at the center.
-/// Triangles on the rim mark the light. Colors repeat after [`MAX_LOBES`].
+/// The angle from the vertical is the outgoing polar angle. The radius is the logarithm of the luminance of the BRDF
+/// in sr^-1, over two to six decades; lower values lie at the center. Triangles on the rim mark the light. Colors
+/// repeat after [`MAX_LOBES`].
 #[must_use]
 pub fn lobe_svg(lobes: &[Lobe]) -> String {
     let decades = decades(lobes);
-    let lines = lobes
+    let line_count = lobes
         .iter()
         .map(|lobe| 1 + usize::from(lobe.dashed.is_some()))
         .sum::<usize>()
         + 1;
-    let height = LEGEND_TOP + LINE_HEIGHT * lines as f32;
-    let mut line = (0..).map(|index: u16| LEGEND_TOP + LINE_HEIGHT * f32::from(index));
-    let mut next_line = || line.next().unwrap_or(height);
+    let height = LEGEND_TOP + LINE_HEIGHT * line_count as f32;
+    let mut baselines = (0..).map(|index: u16| LEGEND_TOP + LINE_HEIGHT * f32::from(index));
+    let mut next_baseline = || baselines.next().unwrap_or(height);
     let marks = html! {
         (grid(decades))
         @for (index, lobe) in lobes.iter().enumerate() {
             @let dashed = lobe.dashed.iter().map(|(name, curve)| (name, curve, true));
             @for (name, curve, dash) in [(&lobe.name, &lobe.curve, false)].into_iter().chain(dashed) {
-                @let y = next_line();
+                @let y = next_baseline();
                 g class={ "c" (index % COLORS.len()) } {
                     path.curve.dash[dash] d=(curve_path(curve, decades)) {}
                     path.curve.dash[dash] d=(format!("M70 {middle}H106", middle = y - 4.0)) {}
@@ -102,7 +103,7 @@ pub fn lobe_svg(lobes: &[Lobe]) -> String {
             }
             path.light d=(light_arrow(lobe.theta_i)) {}
         }
-        @let y = next_line();
+        @let y = next_baseline();
         path.light d=(legend_arrow(y - 4.0)) {}
         text x="116" y=(y) { "direction to the light" }
     };
@@ -126,7 +127,7 @@ fn curve_path(curve: &[[f32; 2]], decades: [i32; 2]) -> String {
 /// Returns the SVG path of a triangle on the rim that points to the light.
 fn light_arrow(theta_i: f32) -> String {
     let corners = [(RADIUS - 14.0, 0.0), (RADIUS, 0.017), (RADIUS, -0.017)];
-    triangle(corners.map(|(radius, aside)| point(aside - theta_i, radius)))
+    triangle(corners.map(|(radius, offset)| point(offset - theta_i, radius)))
 }
 
 /// Returns the SVG path of the light's triangle in the legend.
@@ -145,7 +146,6 @@ fn decades(lobes: &[Lobe]) -> [i32; 2] {
     let values: Vec<f32> = values
         .filter(|value| value.is_normal() && *value > 0.0)
         .collect();
-    // `as` saturates.
     let high = values
         .iter()
         .copied()
@@ -156,7 +156,7 @@ fn decades(lobes: &[Lobe]) -> [i32; 2] {
         .copied()
         .reduce(f32::min)
         .map_or(-2, |min| min.log10().floor() as i32);
-    [low.clamp(high - MAX_DECADES, high - 2), high]
+    [low.clamp(high - MAX_DECADES, high - MIN_DECADES), high]
 }
 
 /// Returns the logarithmic position of a value between the decades, 0 to 1.
@@ -177,7 +177,7 @@ fn triangle([[ax, ay], [bx, by], [cx, cy]]: [[f32; 2]; 3]) -> String {
 /// Draws half circles for powers of ten, rays for angles, and their labels.
 fn grid([low, high]: [i32; 2]) -> Markup {
     let [x, y] = CENTER;
-    let radius_of = |exponent: i32| RADIUS * (exponent - low) as f32 / (high - low) as f32;
+    let radius = |exponent: i32| RADIUS * (exponent - low) as f32 / (high - low) as f32;
     let arc = |radius: f32| {
         let (left, right) = (x - radius, x + radius);
         format!("M{left:.1} {y}A{radius:.1} {radius:.1} 0 0 1 {right:.1} {y}")
@@ -185,8 +185,8 @@ fn grid([low, high]: [i32; 2]) -> Markup {
     let ray = |[rim_x, rim_y]: [f32; 2]| format!("M{x} {y}L{rim_x:.1} {rim_y:.1}");
     html! {
         @for exponent in low..=high {
-            path.grid d=(arc(radius_of(exponent))) {}
-            text.dim.mid x=(one_decimal(x + radius_of(exponent))) y=(y + 17.0) { (power_of_ten(exponent)) }
+            path.grid d=(arc(radius(exponent))) {}
+            text.dim.mid x=(one_decimal(x + radius(exponent))) y=(y + 17.0) { (power_of_ten(exponent)) }
         }
         @for degrees in (-90..=90_i16).step_by(30) {
             @let angle = f32::from(degrees).to_radians();
@@ -209,7 +209,7 @@ fn grid([low, high]: [i32; 2]) -> Markup {
 mod tests {
     use super::*;
 
-    fn named(name: &str, curve: Vec<[f32; 2]>) -> Lobe {
+    fn solid_lobe(name: &str, curve: Vec<[f32; 2]>) -> Lobe {
         Lobe {
             name: name.into(),
             theta_i: 0.5,
@@ -232,18 +232,18 @@ mod tests {
     #[test]
     fn radius_is_logarithmic_over_whole_decades() {
         let curve = vec![[0.0, 0.02], [0.3, 3.0]];
-        assert_eq!(decades(&[named("a", curve.clone())]), [-2, 1]);
+        assert_eq!(decades(&[solid_lobe("a", curve.clone())]), [-2, 1]);
         assert!((fraction(1.0, [-2, 1]) - 2.0 / 3.0).abs() < 1e-6);
         assert_eq!(
             [0.0, -1.0, f32::NAN, 1e9].map(|value| fraction(value, [-2, 1])),
             [0.0, 0.0, 0.0, 1.0]
         );
         assert_eq!(
-            decades(&[named("a", vec![[0.0, 1e-20], [0.1, 50.0]])]),
+            decades(&[solid_lobe("a", vec![[0.0, 1e-20], [0.1, 50.0]])]),
             [-4, 2]
         );
         assert_eq!(decades(&[]), [-2, 0]);
-        let svg = lobe_svg(&[named("<a>", curve)]);
+        let svg = lobe_svg(&[solid_lobe("<a>", curve)]);
         assert!(svg.contains("&lt;a&gt;") && svg.contains("10⁻²"), "{svg}");
         // Straight up, 0.02 is log10(2) of three decades above the center.
         let up = 350.0 - 285.0 * std::f64::consts::LOG10_2 / 3.0;

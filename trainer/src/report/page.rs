@@ -1,4 +1,4 @@
-//! A self-contained web page: one file, and its pictures in a folder next to it.
+//! A web page without remote resources: one file, and its pictures in a folder next to it.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use super::gallery::FileNames;
 use super::{Gallery, Table};
 use crate::render::{Picture, PictureError};
 
-/// The file name of a page's section, in the section's folder.
+/// The file name of a section within its folder.
 const SECTION_FILE: &str = "part.html";
 /// The style sheet: for phones, for dark mode, and with colors for color-blind readers.
 const STYLE: &str = include_str!("page.css");
@@ -85,7 +85,7 @@ impl Page {
         }
     }
 
-    /// Creates an empty page with its pictures in this folder instead of `pictures`, for pages that share a directory.
+    /// Creates an empty page with its pictures in `folder` instead of `pictures`, for pages that share a directory.
     #[must_use]
     pub fn with_pictures_in(title: impl Into<String>, folder: impl Into<String>) -> Self {
         Self {
@@ -147,8 +147,8 @@ impl Page {
         })
     }
 
-    /// Writes `index.html`, and PNG files in `pictures/`, into a directory, which is created if it does not exist. The
-    /// page is written last and atomically, so all of its pictures exist.
+    /// Writes `index.html` and the folder of PNG files into a directory, and creates the directory if it does not
+    /// exist. The page is written last and atomically, so that all of its pictures exist.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -172,8 +172,8 @@ impl Page {
         })
     }
 
-    /// Writes the page as a section of a page in `directory`: its text into `folder` there, its pictures where that
-    /// page refers to them.
+    /// Writes the page as a section for a page in `directory`: the text into `directory/folder`, and the pictures
+    /// below `directory`, where the text refers to them.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -295,7 +295,11 @@ mod tests {
     #[test]
     fn page_is_not_written_if_pictures_fail() {
         let scratch = tempfile::tempdir().unwrap();
-        std::fs::write(scratch.path().join("pictures"), b"in the way").unwrap();
+        std::fs::write(
+            scratch.path().join("pictures"),
+            b"a file instead of a folder",
+        )
+        .unwrap();
         assert!(page().write(scratch.path()).is_err());
         assert!(!scratch.path().join("index.html").exists());
     }

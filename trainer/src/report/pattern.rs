@@ -1,11 +1,11 @@
-//! Drawings of sample patterns: over theta_h and theta_d, and as directions to light and sensor seen from above.
+//! Drawings of sample patterns: over theta_h and theta_d, and as directions to light and sensor, seen from above.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use maud::{Markup, html};
 
 use super::svg::{COLORS, LabelPlacer, StyleRule, TEXT, ThemedColor, drawing, one_decimal};
 
-/// The maximum number of samples that are numbered.
+/// The maximum number of samples with printed numbers.
 const MAX_NUMBERED: usize = 16;
 /// Pixels per degree and origin of the upper drawing.
 const SCALE: f32 = 3.0;
@@ -13,7 +13,7 @@ const ORIGIN: [f32; 2] = [66.0, 294.0];
 /// Radius of the hemispheres, and their centers for light and sensor.
 const HORIZON: f32 = 145.0;
 const CENTERS: [[f32; 2]; 2] = [[185.0, 540.0], [515.0, 540.0]];
-/// Length of the hand that points to phi_d.
+/// Length of a sample's hand: the short line that shows phi_d.
 const HAND: f32 = 11.0;
 /// Left edge and first baseline of the legend, and the height of a line.
 const LEGEND: [f32; 2] = [400.0, 50.0];
@@ -32,9 +32,9 @@ const SHAPES: &str = ".plot .hand{stroke-width:1.5}.plot .out{opacity:0.35}";
 
 /// Draws a sample pattern as an SVG, for a file or for embedding in a page.
 ///
-/// The upper drawing shows each sample as a dot over theta_h and theta_d in degrees, with a hand that points to
-/// phi_d (to the right for 0, up for 90 degrees). Pairs in the dark triangle are above the horizon for every phi_d,
-/// all others only for phi_d near 90 degrees.
+/// The upper drawing shows each sample as a dot over theta_h and theta_d in degrees. A short line, the hand, shows
+/// phi_d: it points to the right for 0 and up for 90 degrees. In the dark triangle, both directions are above the
+/// horizon for every phi_d; elsewhere only for phi_d near 90 degrees.
 ///
 /// The lower drawings show the directions to light (discs) and sensor (squares) of each sample with phi_h = 0,
 /// projected straight down on the surface. Their distance from the center is the sine of the polar angle.
@@ -76,7 +76,7 @@ fn point(theta_h: f32, theta_d: f32) -> [f32; 2] {
     [left + SCALE * theta_h, bottom - SCALE * theta_d]
 }
 
-/// Draws plane, valid region, ticks and labels of the upper drawing.
+/// Draws the valid region, axes, ticks and labels of the upper drawing.
 fn axes() -> Markup {
     let [left, bottom] = ORIGIN;
     let [right, top] = point(90.0, 90.0);
@@ -119,7 +119,7 @@ fn hemisphere([x, y]: [f32; 2], title: &str) -> Markup {
 fn legend(samples: usize, numbered: bool) -> Markup {
     let [left, top] = LEGEND;
     let middle = left + 6.0;
-    let line = |index: u8| top + LINE_HEIGHT * f32::from(index);
+    let baseline = |index: u8| top + LINE_HEIGHT * f32::from(index);
     let square = |class: &str, y: f32, side: f32| {
         let (x, y) = (middle - side / 2.0, y - 4.0 - side / 2.0);
         html! { rect class=(class) x=(x) y=(y) width=(side) height=(side) {} }
@@ -131,31 +131,34 @@ fn legend(samples: usize, numbered: bool) -> Markup {
         let (y, end) = (y - 4.0, middle + HAND);
         html! { path.hand d=(format!("M{middle} {y}H{end}")) {} }
     };
-    let lines = [
-        (disc("dot", line(1), 3.5), "half and difference vector"),
+    let entries = [
+        (disc("dot", baseline(1), 3.5), "half and difference vector"),
         (
-            hand(line(2)),
+            hand(baseline(2)),
             "points to \u{3c6}d: right 0\u{b0}, up 90\u{b0}",
         ),
-        (disc("light", line(3), 4.5), "direction to the light"),
-        (square("sensor", line(4), 8.0), "direction to the sensor"),
+        (disc("light", baseline(3), 4.5), "direction to the light"),
         (
-            square("always", line(5), 14.0),
+            square("sensor", baseline(4), 8.0),
+            "direction to the sensor",
+        ),
+        (
+            square("always", baseline(5), 14.0),
             "above the horizon for every \u{3c6}d",
         ),
         (
-            square("some", line(6), 14.0),
+            square("some", baseline(6), 14.0),
             "only for \u{3c6}d near 90\u{b0}",
         ),
     ];
     html! {
-        text x=(left) y=(line(0)) {
+        text x=(left) y=(baseline(0)) {
             (samples) " samples"
             @if numbered { ", numbered as in the recipe" }
         }
-        @for (index, (mark, meaning)) in (1_u8..).zip(lines) {
+        @for (index, (mark, meaning)) in (1_u8..).zip(entries) {
             (mark)
-            text x=(left + 26.0) y=(line(index)) { (meaning) }
+            text x=(left + 26.0) y=(baseline(index)) { (meaning) }
         }
     }
 }
@@ -170,14 +173,14 @@ struct DrawnSample {
 
 impl DrawnSample {
     fn new(index: usize, angles: &Angles<f32>) -> Self {
-        let at = HalfDifference::from_angles(*angles);
-        let directions = at.directions();
+        let half_difference = HalfDifference::from_angles(*angles);
+        let directions = half_difference.directions();
         let project =
             |[x, y]: [f32; 2], [right, up, _]: [f32; 3]| [x + HORIZON * right, y - HORIZON * up];
         let [light, sensor] = CENTERS;
         Self {
             index,
-            valid: at.is_valid(),
+            valid: half_difference.is_valid(),
             phi_d: angles.phi_d,
             points: [
                 point(angles.theta_h.to_degrees(), angles.theta_d.to_degrees()),
@@ -265,20 +268,20 @@ mod tests {
     #[test]
     fn invalid_samples_are_faint_or_left_out() {
         let count = |pattern: &[Angles<f32>], text| pattern_svg(pattern).matches(text).count();
-        let legend = 1;
+        let in_legend = 1;
         let pattern = [
             angles(10.0, 10.0, 10.0),
             angles(80.0, 80.0, 0.0),
             angles(f32::NAN, 0.0, 0.0),
         ];
-        assert_eq!(count(&pattern, "class=\"dot\""), 2 + legend);
+        assert_eq!(count(&pattern, "class=\"dot\""), 2 + in_legend);
         assert_eq!(count(&pattern, "<g class=\"out\">"), 1);
-        assert_eq!(count(&[], "class=\"dot\""), legend);
+        assert_eq!(count(&[], "class=\"dot\""), in_legend);
         // Numbers next to the marks, up to MAX_NUMBERED samples.
         let number = "<text class=\"dim mid\"";
         let sample = angles(10.0, 10.0, 10.0);
-        let more =
+        let numbers =
             count(&[sample; MAX_NUMBERED], number) - count(&[sample; MAX_NUMBERED + 1], number);
-        assert_eq!(more, 3 * MAX_NUMBERED);
+        assert_eq!(numbers, 3 * MAX_NUMBERED);
     }
 }

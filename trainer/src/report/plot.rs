@@ -99,16 +99,16 @@ pub struct PlotError {
 
 /// Width and height in pixels, without the legend and category names.
 const SIZE: (u32, u32) = (700, 400);
-/// Pixels of a line of the legend, and its entries per line. A phone shows only the left of a wide drawing; three
-/// entries fit there.
+/// Height of a legend line in pixels, and the number of entries per line. A phone shows only the left part of a wide
+/// drawing, where three entries fit.
 const LEGEND_LINE_HEIGHT: u32 = 24;
 const LEGEND_COLUMNS: usize = 3;
-/// Pixels of an entry, for names as long as "Ours, diffuse".
+/// Width of a legend entry in pixels. It fits a name such as "Ours, diffuse".
 const LEGEND_ENTRY_WIDTH: i32 = 150;
-/// Pixels per letter of a category name, and the number of letters that a name is cut to.
+/// Width in pixels of a letter of a category name, and the maximum number of letters. Longer names are cut.
 const LETTER_WIDTH: u32 = 6;
 const MAX_NAME_LETTERS: usize = 28;
-/// Maximum number of category names; more would overlap.
+/// Maximum number of category labels on the axis. More would overlap.
 const MAX_NAMES: usize = 45;
 const FONT: &str = "sans-serif";
 
@@ -127,7 +127,8 @@ impl SeriesColor {
 }
 
 impl Scale {
-    /// Returns the coordinate of a value along the axis; None if it has none.
+    /// Returns the coordinate of a value along the axis; None if it is not finite, or not positive on a logarithmic
+    /// scale.
     fn coordinate(&self, value: f64) -> Option<f64> {
         let coordinate = match self {
             Self::Linear | Self::Categories(_) => value,
@@ -146,7 +147,7 @@ impl Scale {
         let high = coordinates.reduce(f64::max).unwrap_or(1.0);
         match self {
             Self::Linear | Self::Categories(_) => [low.min(0.0), high.max(1e-9) * 1.05],
-            // Margins for the markers; the range is never empty.
+            // The margins make room for markers and keep the range from being empty.
             Self::Log2 => [low - 0.25, high + 0.25],
             Self::Log10 => [low - 0.05, high.max(low + 0.1) + 0.05],
         }
@@ -177,7 +178,9 @@ impl Scale {
             }
             Self::Log2 => (-4..40).map(f64::from).filter(within).collect(),
             Self::Log10 => (-12..12)
-                .flat_map(|power| [1.0, 2.0, 5.0].map(|m: f64| m.log10() + f64::from(power)))
+                .flat_map(|power| {
+                    [1.0, 2.0, 5.0].map(|factor: f64| factor.log10() + f64::from(power))
+                })
                 .filter(within)
                 .collect(),
         }
@@ -195,7 +198,7 @@ impl Scale {
             Self::Log2 => tick.exp2(),
             Self::Log10 => 10f64.powf(tick),
         };
-        // Without trailing zeros.
+        // Remove trailing zeros.
         let text = format!("{value:.6}");
         match text.contains('.') {
             true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
@@ -251,41 +254,48 @@ impl Plot {
     }
 
     fn draw(&self, svg: &mut String) -> Result<(), Box<dyn Error + '_>> {
-        let names = match &self.x.scale {
+        let max_letters = match &self.x.scale {
             Scale::Categories(names) => names.iter().map(|name| name.chars().count()).max(),
             _ => None,
         };
-        let names = names.map_or(0, |letters| {
+        let names_height = max_letters.map_or(0, |letters| {
             letters.min(MAX_NAME_LETTERS) as u32 * LETTER_WIDTH
         });
-        let legend = LEGEND_LINE_HEIGHT * (self.series.len().div_ceil(LEGEND_COLUMNS) as u32) + 8;
-        let size = (SIZE.0, SIZE.1 + names + legend);
+        let legend_height =
+            LEGEND_LINE_HEIGHT * (self.series.len().div_ceil(LEGEND_COLUMNS) as u32) + 8;
+        let size = (SIZE.0, SIZE.1 + names_height + legend_height);
         let root = SVGBackend::with_string(svg, size).into_drawing_area();
         root.fill(&WHITE)?;
-        let (above, below) = root.split_vertically(SIZE.1 + names);
+        let (chart_area, legend_area) = root.split_vertically(SIZE.1 + names_height);
         let points: Vec<_> = self
             .series
             .iter()
             .map(|series| self.points(series))
             .collect();
-        let all = || points.iter().flatten().copied();
-        let axis = |scale: &Scale, ends: [f64; 2]| TickedRange {
+        let all_points = || points.iter().flatten().copied();
+        let ticked_range = |scale: &Scale, ends: [f64; 2]| TickedRange {
             ends,
             ticks: scale.ticks(ends),
         };
-        let across = axis(&self.x.scale, self.x.scale.ends(all().map(|(x, _)| x)));
-        let up = axis(&self.y.scale, self.y.scale.ends(all().map(|(_, y)| y)));
+        let x_range = ticked_range(
+            &self.x.scale,
+            self.x.scale.ends(all_points().map(|(x, _)| x)),
+        );
+        let y_range = ticked_range(
+            &self.y.scale,
+            self.y.scale.ends(all_points().map(|(_, y)| y)),
+        );
         let mut labels = TextStyle::from((FONT, 13).into_font());
-        if names > 0 {
-            // Names are long and many.
+        if names_height > 0 {
+            // Long names do not fit side by side.
             labels = labels.transform(FontTransform::Rotate90);
         }
-        let mut chart = ChartBuilder::on(&above)
+        let mut chart = ChartBuilder::on(&chart_area)
             .caption(&self.title, (FONT, 18))
             .margin(10)
-            .x_label_area_size(44 + names)
+            .x_label_area_size(44 + names_height)
             .y_label_area_size(66)
-            .build_cartesian_2d(across, up)?;
+            .build_cartesian_2d(x_range, y_range)?;
         chart
             .configure_mesh()
             .light_line_style(WHITE)
@@ -299,14 +309,14 @@ impl Plot {
             .x_label_formatter(&|tick| self.x.scale.label(*tick))
             .y_label_formatter(&|tick| self.y.scale.label(*tick))
             .draw()?;
-        // The legend is below the axes, so that it covers no curve.
+        // The legend is below the axes, where it does not cover any curve.
         for ((series, points), entry) in self.series.iter().zip(points).zip(0..) {
             let color = series.color.rgb();
             let line = color.stroke_width(2);
             match series.marker {
                 Marker::LargeDisc => {}
-                // Categories have no values in between.
-                _ if names > 0 => {}
+                // Categories are discrete, so their points are not joined.
+                _ if names_height > 0 => {}
                 Marker::Ring => {
                     chart.draw_series(DashedLineSeries::new(points.clone(), 6, 4, line))?;
                 }
@@ -314,14 +324,14 @@ impl Plot {
                     chart.draw_series(LineSeries::new(points.clone(), line))?;
                 }
             }
-            for at in points {
-                draw_marker(chart.plotting_area(), series.marker, at, color)?;
+            for point in points {
+                draw_marker(chart.plotting_area(), series.marker, point, color)?;
             }
             let [row, column] = [entry / LEGEND_COLUMNS, entry % LEGEND_COLUMNS];
             let x = 20 + LEGEND_ENTRY_WIDTH * column as i32;
             let y = LEGEND_LINE_HEIGHT as i32 * row as i32 + 10;
-            draw_marker(&below, series.marker, (x, y), color)?;
-            below.draw(&Text::new(series.name.clone(), (x + 14, y - 7), (FONT, 15)))?;
+            draw_marker(&legend_area, series.marker, (x, y), color)?;
+            legend_area.draw(&Text::new(series.name.clone(), (x + 14, y - 7), (FONT, 15)))?;
         }
         root.present()?;
         Ok(())
@@ -332,16 +342,16 @@ impl Plot {
 fn draw_marker<DB: DrawingBackend, C: CoordTranslate>(
     area: &DrawingArea<DB, C>,
     marker: Marker,
-    at: C::From,
+    center: C::From,
     color: RGBColor,
 ) -> Result<(), DrawingAreaErrorKind<DB::ErrorType>> {
     let (filled, line) = (color.filled(), color.stroke_width(2));
     match marker {
-        Marker::Disc => area.draw(&Circle::new(at, 4, filled)),
-        Marker::LargeDisc => area.draw(&Circle::new(at, 7, filled)),
-        Marker::Ring => area.draw(&Circle::new(at, 4, line)),
-        Marker::Triangle => area.draw(&TriangleMarker::new(at, 5, filled)),
-        Marker::Cross => area.draw(&Cross::new(at, 4, line)),
+        Marker::Disc => area.draw(&Circle::new(center, 4, filled)),
+        Marker::LargeDisc => area.draw(&Circle::new(center, 7, filled)),
+        Marker::Ring => area.draw(&Circle::new(center, 4, line)),
+        Marker::Triangle => area.draw(&TriangleMarker::new(center, 5, filled)),
+        Marker::Cross => area.draw(&Cross::new(center, 4, line)),
     }
 }
 
@@ -386,7 +396,7 @@ mod tests {
         assert_eq!(
             svg.matches("<circle").count(),
             3 + 1,
-            "three points and the legend's"
+            "three points and one legend entry"
         );
     }
 

@@ -51,20 +51,24 @@ const COMMON_STYLE: &str = "\
 
 /// Returns the style sheet of a drawing: the common rules and style, followed by its own.
 ///
-/// Colors are written out instead of using variables. A renderer that lacks `prefers-color-scheme` ignores the
-/// second set and uses the light one.
+/// Light and dark colors are separate rules instead of CSS variables, because some renderers lack
+/// `prefers-color-scheme`. These ignore the dark rules and use the light ones.
 fn style(rules: &[StyleRule], shapes: &str) -> String {
-    let rules = || COMMON_RULES.iter().chain(rules);
-    let css = |(selector, property, _): &StyleRule, color: &str| {
+    let all_rules = || COMMON_RULES.iter().chain(rules);
+    let css_rule = |(selector, property, _): &StyleRule, color: &str| {
         format!(".plot {selector}{{{property}:{color}}}")
     };
-    let light: String = rules().map(|rule| css(rule, rule.2.light)).collect();
-    let dark: String = rules().map(|rule| css(rule, rule.2.dark)).collect();
+    let light: String = all_rules()
+        .map(|rule| css_rule(rule, rule.2.light))
+        .collect();
+    let dark: String = all_rules()
+        .map(|rule| css_rule(rule, rule.2.dark))
+        .collect();
     format!("{COMMON_STYLE}{shapes}{light}@media(prefers-color-scheme:dark){{{dark}}}")
 }
 
-/// Returns an SVG of class `plot`, for a file or for embedding in a page. Its own background keeps it legible on
-/// any page. `label` is the text for screen readers.
+/// Returns an SVG of class `plot`, for a file or for embedding in a page. It has a background and is legible on any
+/// page. `label` is the text for screen readers.
 pub(super) fn drawing(
     [width, height]: [f32; 2],
     label: &str,
@@ -102,7 +106,7 @@ pub(super) fn power_of_ten(exponent: i32) -> String {
     format!("10{exponent}")
 }
 
-/// Placement of labels: occupied boxes as \[left, top, right, bottom\].
+/// A placer of labels without overlap. It holds the occupied boxes as \[left, top, right, bottom\].
 #[derive(Debug, Default)]
 pub(super) struct LabelPlacer(Vec<[f32; 4]>);
 
@@ -134,7 +138,7 @@ impl LabelPlacer {
         self.reserve_box(center, [9.0, 9.0]);
     }
 
-    /// Reserves a box, given by its center and size.
+    /// Reserves a box with this center and size.
     pub(super) fn reserve_box(&mut self, [x, y]: [f32; 2], [width, height]: [f32; 2]) {
         let (x_half, y_half) = (width / 2.0, height / 2.0);
         self.0
@@ -154,12 +158,12 @@ impl LabelPlacer {
                 y + height / 2.0,
             ]
         });
-        let covered = |label: &[f32; 4]| -> f32 {
+        let overlap_area = |label: &[f32; 4]| -> f32 {
             self.0.iter().map(|occupied| overlap(label, occupied)).sum()
         };
         let best = boxes
             .iter()
-            .min_by(|a, b| covered(a).total_cmp(&covered(b)));
+            .min_by(|a, b| overlap_area(a).total_cmp(&overlap_area(b)));
         let [left, _, right, bottom] = best.copied().unwrap_or_default();
         self.0.extend(best);
         [(left + right) / 2.0, bottom - 1.0]

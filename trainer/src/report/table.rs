@@ -1,6 +1,6 @@
 //! A table of text and numbers, with the best numbers highlighted.
 
-/// The number of a column that is highlighted as the best.
+/// The number of a column to highlight as the best.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Highlight {
     /// The lowest number, for an error.
@@ -18,7 +18,7 @@ pub struct Column {
     pub title: String,
     /// Digits after the decimal point.
     pub decimals: usize,
-    /// The number that is highlighted as the best.
+    /// The number to highlight as the best.
     pub highlight: Highlight,
 }
 
@@ -33,7 +33,7 @@ pub enum Cell {
     Missing,
 }
 
-/// The set of numbers that the best one is chosen from.
+/// The numbers that are compared to select the best one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compare {
     /// The numbers of one column.
@@ -51,7 +51,7 @@ pub struct Table {
     pub columns: Vec<Column>,
     /// The rows.
     pub rows: Vec<Vec<Cell>>,
-    /// The numbers to compare. Numbers that print like the best one are highlighted too.
+    /// The numbers to compare. All numbers with the same printed digits as the best one are highlighted.
     pub compare: Compare,
 }
 
@@ -62,7 +62,7 @@ impl Column {
         Self::number(title, 0, Highlight::None)
     }
 
-    /// Creates a column of numbers.
+    /// Creates a column of numbers with a fixed number of decimals.
     #[must_use]
     pub fn number(title: impl Into<String>, decimals: usize, highlight: Highlight) -> Self {
         Self {
@@ -103,7 +103,7 @@ impl Table {
         let Some((column, Cell::Number(number))) = self.row(row).nth(index) else {
             return false;
         };
-        let better = match column.highlight {
+        let select_better = match column.highlight {
             Highlight::Lowest => f64::min,
             Highlight::Highest => f64::max,
             Highlight::None => return false,
@@ -123,7 +123,7 @@ impl Table {
                 Cell::Number(other) if other.is_finite() => Some(*other),
                 _ => None,
             })
-            .reduce(better);
+            .reduce(select_better);
         let printed = |number| column.format(&Cell::Number(number));
         number.is_finite() && best.is_some_and(|best| printed(best) == printed(*number))
     }
