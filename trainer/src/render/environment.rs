@@ -16,17 +16,17 @@ const ASPECT_RATIOS: std::ops::RangeInclusive<f32> = 1.9..=2.1;
 /// An environment map: radiance in linear RGB as a function of direction, from infinitely far away.
 ///
 /// Directions are unit vectors in the picture's frame: x to the right, y up, z towards the viewer.
-/// Radiance is relative. The scale is that of the built-in [`studio`](Environment::studio), which
-/// [`Image::tone_map`](super::Image::tone_map) is made for.
+/// Radiance is relative, on the scale of the built-in [`studio`](Environment::studio).
+/// [`Image::tone_map`](super::Image::tone_map) expects this scale.
 ///
-/// The sphere of directions is unfolded into a square (its octahedral map) and interpolated
-/// bilinearly between 257 x 257 nodes.
+/// The octahedral map unfolds the sphere of directions into a square. Radiance is tabulated at 257 x 257 nodes of
+/// the square and interpolated bilinearly.
 ///
 /// An environment from a file also has blurred copies, as in filtered importance sampling (Krivanek and Colbert
-/// 2008). If integration nodes are far apart, each node uses the mean radiance around it. A sun of half a degree
+/// 2008). Where integration nodes are far apart, each node uses the mean radiance around it. A sun of half a degree
 /// is then neither missed between nodes nor counted for the whole solid angle of one node. For white paint under such
-/// a sun alone, radiance has an error of 4 % (standard deviation over the sphere; 14 % at worst), and the edge of the
-/// lit half is softened by some degrees.
+/// a sun alone, the radiance has an error of 4 % (standard deviation over the sphere; 14 % at worst), and the edge of
+/// the lit half is softened by a few degrees.
 #[derive(Clone, Debug)]
 pub struct Environment {
     sharp: RadianceTable,
@@ -52,10 +52,9 @@ impl Environment {
         Self::from_fn(|_| radiance)
     }
 
-    /// Converts a panorama in latitude and longitude with the layout of [`Environment::read`].
+    /// Converts a panorama in latitude and longitude with the layout of [`Environment::read`], and sets the exposure.
     ///
-    /// Negative values count as black. [`Environment::expose`] sets the exposure. An error states the problem and
-    /// the remedy.
+    /// Negative values count as black. An error states the problem and the remedy.
     pub(super) fn from_panorama(panorama: &Image) -> Result<Self, String> {
         let mut grids = vec![to_light_grid(panorama)?];
         while let (Some(last), true) = (grids.last(), grids.len() < LEVELS) {
@@ -67,7 +66,7 @@ impl Environment {
             blurred: tables.collect(),
             exposure: 1.0,
         };
-        environment.expose()?;
+        environment.set_exposure()?;
         Ok(environment)
     }
 
@@ -78,7 +77,7 @@ impl Environment {
         [r, g, b]
     }
 
-    /// Returns the factor that the radiance of the file was multiplied by; 1 without a file.
+    /// Returns the factor by which the file's radiance was multiplied; 1 for an environment without a file.
     #[must_use]
     pub fn exposure(&self) -> f32 {
         self.exposure
@@ -89,45 +88,45 @@ impl Environment {
         !self.blurred.is_empty()
     }
 
-    /// Returns the blur for integration nodes that are `spacing` radians apart: 0 is sharp, and each step of 1
-    /// doubles the blur.
+    /// Returns the blur level for integration nodes that are `spacing` radians apart: 0 is sharp, and each step of 1
+    /// doubles the width of the blur.
     ///
-    /// The blur reaches to the next node. A smaller one would lose light between nodes; a larger one would soften the
-    /// edge of a sphere's lit half needlessly.
-    pub(super) fn blur(&self, spacing: f32) -> f32 {
+    /// The blur reaches to the next node. A narrower one would lose light between nodes; a wider one would soften the
+    /// edge of a sphere's lit half unnecessarily.
+    pub(super) fn blur_level(&self, spacing: f32) -> f32 {
         let cell = (4.0 * PI).sqrt() as f32 / CELLS as f32;
         (spacing / cell)
             .log2()
             .clamp(0.0, self.blurred.len() as f32)
     }
 
-    /// Returns the radiance from a unit direction, padded by a 0, with a blur from [`Environment::blur`].
+    /// Returns the radiance from a unit direction, padded by a 0, at a level from [`Environment::blur_level`].
     #[inline(always)]
-    pub(super) fn blurred(&self, direction: [f32; 3], blur: f32) -> [f32; 4] {
+    pub(super) fn blurred_radiance(&self, direction: [f32; 3], level: f32) -> [f32; 4] {
         if self.blurred.is_empty() {
             return self.sharp.radiance_padded(direction);
         }
-        let sharper = self.table(blur as usize).radiance_padded(direction);
-        let softer = self.table(blur as usize + 1).radiance_padded(direction);
-        lerp(sharper, softer, blur.fract())
+        let sharper = self.table(level as usize).radiance_padded(direction);
+        let softer = self.table(level as usize + 1).radiance_padded(direction);
+        lerp(sharper, softer, level.fract())
     }
 
-    /// Returns the table of a blur, or the most blurred one if `blur` exceeds it.
+    /// Returns the table of a blur level, or the most blurred one if there is none of that level.
     #[inline(always)]
-    fn table(&self, blur: usize) -> &RadianceTable {
-        match blur {
+    fn table(&self, level: usize) -> &RadianceTable {
+        match level {
             0 => &self.sharp,
-            blur => self
+            level => self
                 .blurred
-                .get(blur - 1)
+                .get(level - 1)
                 .or(self.blurred.last())
                 .unwrap_or(&self.sharp),
         }
     }
 
-    /// Scales the radiance so that a white diffuse sphere has the same mean luminance (Rec. 709) over its visible
-    /// disc as in the studio.
-    fn expose(&mut self) -> Result<(), String> {
+    /// Scales the radiance: the mean luminance (Rec. 709) of a white diffuse sphere, over its visible disc, becomes
+    /// that in the studio.
+    fn set_exposure(&mut self) -> Result<(), String> {
         let luminance = self.sphere_luminance();
         let factor = (Self::studio().sphere_luminance() / luminance) as f32;
         if !(luminance > 0.0 && factor.is_normal()) {
@@ -161,7 +160,7 @@ fn luminance([r, g, b]: [f64; 3]) -> f64 {
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }
 
-/// Distributes the light of a panorama over the finest grid.
+/// Distributes the light of a panorama over a grid of [`CELLS`] cells along a side.
 fn to_light_grid(panorama: &Image) -> Result<LightGrid, String> {
     let Image {
         width,
@@ -185,24 +184,22 @@ fn to_light_grid(panorama: &Image) -> Result<LightGrid, String> {
         ));
     }
     // Samples per pixel, vertically and horizontally.
-    let (per_row, per_column) = (
-        MIN_SAMPLE_ROWS.div_ceil(height),
-        (2 * MIN_SAMPLE_ROWS).div_ceil(width),
-    );
-    let turn = 2.0 * PI / (width * per_column) as f64;
-    let azimuths: Vec<[f32; 2]> = (0..width * per_column)
-        .map(|column| ((column as f64 + 0.5) * turn).sin_cos())
+    let samples_down = MIN_SAMPLE_ROWS.div_ceil(height);
+    let samples_across = (2 * MIN_SAMPLE_ROWS).div_ceil(width);
+    let azimuth_step = 2.0 * PI / (width * samples_across) as f64;
+    let azimuths: Vec<[f32; 2]> = (0..width * samples_across)
+        .map(|column| ((column as f64 + 0.5) * azimuth_step).sin_cos())
         .map(|(sin, cos)| [-sin as f32, cos as f32])
         .collect();
     let mut grid = LightGrid::new(CELLS);
-    let step = PI / (height * per_row) as f64;
-    for row in 0..height * per_row {
-        let edges = [row, row + 1].map(|row| (row as f64 * step).cos());
-        let solid_angle = (edges[0] - edges[1]) * turn;
-        let (sin, cos) = ((row as f64 + 0.5) * step).sin_cos();
+    let polar_step = PI / (height * samples_down) as f64;
+    for row in 0..height * samples_down {
+        let edges = [row, row + 1].map(|row| (row as f64 * polar_step).cos());
+        let solid_angle = (edges[0] - edges[1]) * azimuth_step;
+        let (sin, cos) = ((row as f64 + 0.5) * polar_step).sin_cos();
         let (sin, cos) = (sin as f32, cos as f32);
-        let line = pixels.iter().skip(row / per_row * width).take(width);
-        for (pixel, azimuths) in line.zip(azimuths.chunks_exact(per_column)) {
+        let pixel_row = pixels.iter().skip(row / samples_down * width).take(width);
+        for (pixel, azimuths) in pixel_row.zip(azimuths.chunks_exact(samples_across)) {
             let [r, g, b] = pixel.map(|channel| f64::from(channel.max(0.0)) * solid_angle);
             for [x, z] in azimuths {
                 grid.add([sin * x, cos, sin * z], [r, g, b, solid_angle]);
@@ -232,14 +229,14 @@ mod tests {
         let smooth = |[x, y, z]: [f32; 3]| [1.0 + x, 2.0 + y * z, (3.0 * z).exp()];
         let environment = Environment::from_fn(smooth);
         for direction in directions() {
-            for (looked_up, exact) in environment
+            for (tabulated, exact) in environment
                 .radiance(direction)
                 .iter()
                 .zip(smooth(direction))
             {
                 assert!(
-                    (looked_up - exact).abs() < 2e-3 * exact.max(1.0),
-                    "{direction:?}: {looked_up} instead of {exact}"
+                    (tabulated - exact).abs() < 2e-3 * exact.max(1.0),
+                    "{direction:?}: {tabulated} instead of {exact}"
                 );
             }
         }
@@ -266,7 +263,7 @@ mod tests {
     }
 
     /// Integrates a panorama's green channel over the sphere, pixel by pixel.
-    fn light(panorama: &Image) -> f64 {
+    fn green_light(panorama: &Image) -> f64 {
         let step = PI / panorama.height as f64;
         let rows = panorama.pixels.chunks_exact(panorama.width).enumerate();
         rows.map(|(row, pixels)| {
@@ -295,7 +292,7 @@ mod tests {
                 [0.0, if (x, y) == (column, row) { 1e6 } else { 1e-3 }, 0.0]
             });
             let grid = to_light_grid(&sun).unwrap();
-            let expected = light(&sun);
+            let expected = green_light(&sun);
             for (level, grid) in std::iter::successors(Some(grid), |grid| Some(grid.coarser()))
                 .take(LEVELS)
                 .enumerate()
@@ -323,7 +320,7 @@ mod tests {
 
     #[test]
     fn panorama_is_oriented_correctly() {
-        // Red brightens to the right of the center, green upwards, blue towards the center.
+        // Red increases to the right, green upwards, and blue towards the center of the panorama.
         let (height, width) = (64, 128.0);
         let image = panorama(height, |column, row| {
             let azimuth = ((column as f32 + 0.5) / width - 0.5) * std::f32::consts::TAU;
@@ -336,9 +333,9 @@ mod tests {
         });
         let environment = Environment::from_panorama(&image).unwrap();
         // Exposure multiplies all channels by one factor.
-        let [_, middle, _] = environment.radiance([1.0, 0.0, 0.0]);
+        let [_, green, _] = environment.radiance([1.0, 0.0, 0.0]);
         for [x, y, z] in directions() {
-            let expected = [2.0 + x, 2.0 + y, 2.0 - z].map(|channel| 0.5 * middle * channel);
+            let expected = [2.0 + x, 2.0 + y, 2.0 - z].map(|channel| 0.5 * green * channel);
             for (actual, expected) in environment.radiance([x, y, z]).into_iter().zip(expected) {
                 assert!(
                     (actual / expected - 1.0).abs() < 0.05,
@@ -360,23 +357,23 @@ mod tests {
 
     #[test]
     fn rejects_invalid_panoramas() {
-        let error_of = |image: &Image| Environment::from_panorama(image).map(|_| ()).unwrap_err();
+        let rejection = |image: &Image| Environment::from_panorama(image).map(|_| ()).unwrap_err();
         let gray = panorama(4, |_, _| [0.5; 3]);
         let tall = Image {
             width: 4,
             height: 8,
             ..gray.clone()
         };
-        let aspect_error = error_of(&tall);
+        let aspect_error = rejection(&tall);
         assert!(aspect_error.contains("2:1"), "{aspect_error}");
-        assert!(error_of(&Image::filled(0, 0, [0.0; 3])).contains("2:1"));
-        let black = error_of(&Image::filled(8, 4, [0.0; 3]));
+        assert!(rejection(&Image::filled(0, 0, [0.0; 3])).contains("2:1"));
+        let black = rejection(&Image::filled(8, 4, [0.0; 3]));
         assert!(!black.contains("2:1"), "{black}");
-        assert_eq!(error_of(&Image::filled(8, 4, [-1.0; 3])), black);
-        for broken in [f32::NAN, f32::INFINITY] {
+        assert_eq!(rejection(&Image::filled(8, 4, [-1.0; 3])), black);
+        for invalid in [f32::NAN, f32::INFINITY] {
             let mut image = gray.clone();
-            image.pixels[8 + 3] = [0.0, broken, 0.0];
-            let error = error_of(&image);
+            image.pixels[8 + 3] = [0.0, invalid, 0.0];
+            let error = rejection(&image);
             assert!(error.contains('3') && error.contains('1'), "{error}");
             assert_ne!(error, black);
         }

@@ -8,7 +8,7 @@ use glimpse_materials::files::write_atomic;
 
 use super::{Picture, PictureError};
 
-/// The factor of radiance before tone mapping.
+/// The factor by which tone mapping multiplies the radiance first.
 const EXPOSURE: f32 = 1.7;
 
 /// An image of linear radiance, row by row from the top left.
@@ -23,7 +23,7 @@ pub struct Image {
 }
 
 impl Image {
-    /// Creates an image of one radiance.
+    /// Creates an image with the same radiance in all pixels.
     #[must_use]
     pub fn filled(width: usize, height: usize, radiance: [f32; 3]) -> Self {
         Self {
@@ -33,8 +33,8 @@ impl Image {
         }
     }
 
-    /// Arranges rows of images in a grid, each image in the top left of its cell. Columns and rows are as wide and
-    /// high as their largest image, with `gap` pixels of `radiance` between them.
+    /// Arranges rows of images in a grid, each image in the top left of its cell. A column is as wide as its widest
+    /// image, and a row as high as its highest one. Gaps of `gap` pixels and empty space have the radiance `radiance`.
     #[must_use]
     pub fn grid<Row: AsRef<[Self]>>(rows: &[Row], gap: usize, radiance: [f32; 3]) -> Self {
         let rows: Vec<&[Self]> = rows.iter().map(AsRef::as_ref).collect();
@@ -48,16 +48,16 @@ impl Image {
         let highest = |row: &&[Self]| row.iter().map(|image| image.height).max().unwrap_or(0);
         let (lefts, width) = offsets((0..columns).map(|column| widest(column).unwrap_or(0)), gap);
         let (tops, height) = offsets(rows.iter().map(highest), gap);
-        let mut sheet = Self::filled(width, height, radiance);
+        let mut grid = Self::filled(width, height, radiance);
         for (row, top) in rows.iter().zip(tops) {
             for (image, &left) in row.iter().zip(&lefts) {
-                sheet.paste(image, left, top);
+                grid.paste(image, left, top);
             }
         }
-        sheet
+        grid
     }
 
-    /// Copies an image into this one and clips it at the edges.
+    /// Copies an image into this one, with its top left pixel at (left, top). Pixels beyond the edges are dropped.
     fn paste(&mut self, image: &Self, left: usize, top: usize) {
         let rows = self.pixels.chunks_exact_mut(self.width.max(1)).skip(top);
         for (to, from) in rows.zip(image.pixels.chunks_exact(image.width.max(1))) {
@@ -109,8 +109,8 @@ impl Image {
         })
     }
 
-    /// Converts radiance to 8-bit sRGB. Each channel x is exposed and compressed like film, to 1 - exp(-1.7 x),
-    /// encoded by sRGB's transfer function and rounded. Negative values and NaN are black.
+    /// Converts radiance to 8-bit sRGB. Each channel x is compressed to 1 - exp(-1.7 x), like the response of film,
+    /// then encoded with sRGB's transfer function and rounded. Negative values and NaN become black.
     #[must_use]
     pub fn tone_map(&self) -> Picture {
         Picture {
@@ -193,8 +193,8 @@ mod tests {
         let read = exr::prelude::read_first_rgba_layer_from_file(
             &path,
             |size, _| vec![[0.0_f32; 3]; size.area()],
-            |pixels, at, (r, g, b, _): (f32, f32, f32, f32)| {
-                pixels[at.y() * 5 + at.x()] = [r, g, b]
+            |pixels, position, (r, g, b, _): (f32, f32, f32, f32)| {
+                pixels[position.y() * 5 + position.x()] = [r, g, b]
             },
         );
         let layer = read.unwrap().layer_data;

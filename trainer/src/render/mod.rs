@@ -1,8 +1,7 @@
 //! Renderings of spheres under an environment.
 //!
-//! [`render_sphere`] integrates a BRDF against an [`Environment`] into an [`Image`] of linear
-//! radiance. [`Image::tone_map`] converts that to an 8-bit [`Picture`], which is displayed, written as PNG and used by
-//! the image metrics.
+//! [`render_sphere`] integrates a BRDF over an [`Environment`] and returns an [`Image`] of linear radiance.
+//! [`Image::tone_map`] converts it to an 8-bit [`Picture`] for display, PNG files and image metrics.
 
 mod environment;
 mod image;

@@ -2,7 +2,7 @@
 
 use std::array;
 
-/// Cells along a side of a table; cells measure 0.4 to 1.2 degrees.
+/// Cells along a side of a table. A cell is 0.4 to 1.2 degrees wide.
 pub(super) const CELLS: usize = LAST_CELL as usize + 1;
 /// Index of the last cell.
 const LAST_CELL: u8 = 255;
@@ -65,10 +65,12 @@ impl RadianceTable {
         for (row, nodes) in self.nodes.iter().enumerate() {
             for (column, radiance) in nodes.iter().enumerate() {
                 let direction = direction(column, row);
-                // On the octahedron |x| + |y| + |z| = 1, so 1 / |p| is the sum for p / |p|.
-                let inverse: f32 = direction.iter().map(|c| c.abs()).sum();
-                let solid_angle =
-                    f64::from(inverse).powi(3) * area * edge_weight(row) * edge_weight(column);
+                // On the octahedron |x| + |y| + |z| = 1, so 1 / |p| is |x| + |y| + |z| of the unit vector p / |p|.
+                let inverse_length: f32 = direction.iter().map(|c| c.abs()).sum();
+                let solid_angle = f64::from(inverse_length).powi(3)
+                    * area
+                    * edge_weight(row)
+                    * edge_weight(column);
                 let weight = weight(direction) * solid_angle;
                 for (sum, channel) in sum.iter_mut().zip(radiance) {
                     *sum += weight * f64::from(*channel);
@@ -84,8 +86,8 @@ fn direction(column: usize, row: usize) -> [f32; 3] {
     from_square([column, row].map(|index| 2.0 * index as f32 / CELLS as f32 - 1.0))
 }
 
-/// A grid over the square that accumulates light. Light is distributed over the four nearest nodes with the weights
-/// of bilinear interpolation, so the total is conserved for sources of any size.
+/// A grid over the square that accumulates light. Each contribution is distributed over the four nearest nodes with
+/// the weights of bilinear interpolation, so that the total is conserved for sources of any size.
 #[derive(Clone, Debug)]
 pub(super) struct LightGrid {
     cells: usize,
@@ -108,7 +110,7 @@ impl LightGrid {
         self.splat([u, v], light);
     }
 
-    /// Adds light at a position in cells.
+    /// Adds light at a position on the square, in units of cells.
     fn splat(&mut self, position: [f64; 2], light: [f64; 4]) {
         let first = position.map(|c| (c as usize).min(self.cells - 1));
         let [right, down] = [0, 1].map(|axis| position[axis] - first[axis] as f64);
@@ -122,7 +124,7 @@ impl LightGrid {
         }
     }
 
-    /// Returns a grid of half as many cells along a side with the same light.
+    /// Returns a grid with the same light and half the number of cells along a side.
     pub(super) fn coarser(&self) -> Self {
         let mut coarser = Self::new(self.cells / 2);
         for (row, nodes) in self.sums.chunks_exact(self.cells + 1).enumerate() {
@@ -136,30 +138,28 @@ impl LightGrid {
     /// Returns a table of the mean radiance around each node.
     pub(super) fn to_table(&self) -> RadianceTable {
         let side = self.cells + 1;
-        // A node on the border has the same direction as its mirror image about the middle of its edge. All four
-        // corners have one direction.
+        // A node on an edge has the same direction as its mirror image about the middle of that edge. All four corners
+        // have the same direction.
         let mean_at = |column: usize, row: usize| {
-            let (far_column, far_row) = (self.cells - column, self.cells - row);
-            let at = |column, row| self.sums[row * side + column];
-            let (vertical, horizontal) = (
-                [0, self.cells].contains(&column),
-                [0, self.cells].contains(&row),
-            );
+            let (mirrored_column, mirrored_row) = (self.cells - column, self.cells - row);
+            let node = |column, row| self.sums[row * side + column];
+            let on_vertical_edge = [0, self.cells].contains(&column);
+            let on_horizontal_edge = [0, self.cells].contains(&row);
             let mean = |nodes: &[[f64; 4]]| {
                 let channel = |index: usize| nodes.iter().map(|node| node[index]).sum::<f64>();
                 let solid_angle = channel(3);
                 [0, 1, 2].map(|index| (channel(index) / solid_angle) as f32)
             };
-            match (vertical, horizontal) {
+            match (on_vertical_edge, on_horizontal_edge) {
                 (true, true) => mean(&[
-                    at(0, 0),
-                    at(0, side - 1),
-                    at(side - 1, 0),
-                    at(side - 1, side - 1),
+                    node(0, 0),
+                    node(0, side - 1),
+                    node(side - 1, 0),
+                    node(side - 1, side - 1),
                 ]),
-                (true, false) => mean(&[at(column, row), at(column, far_row)]),
-                (false, true) => mean(&[at(column, row), at(far_column, row)]),
-                (false, false) => mean(&[at(column, row)]),
+                (true, false) => mean(&[node(column, row), node(column, mirrored_row)]),
+                (false, true) => mean(&[node(column, row), node(mirrored_column, row)]),
+                (false, false) => mean(&[node(column, row)]),
             }
         };
         let means: Vec<[f32; 3]> = (0..side * side)
@@ -169,19 +169,27 @@ impl LightGrid {
         RadianceTable::at_nodes(|column, row| {
             let [u, v] = [column, row].map(|index| index as f32 * scale);
             let [left, top] = [u, v].map(|c| (c as usize).min(self.cells - 1));
-            let at = |column: usize, row: usize| {
+            let padded_mean = |column: usize, row: usize| {
                 let [r, g, b] = means[row * side + column];
                 [r, g, b, 0.0]
             };
-            let upper = lerp(at(left, top), at(left + 1, top), u - left as f32);
-            let lower = lerp(at(left, top + 1), at(left + 1, top + 1), u - left as f32);
+            let upper = lerp(
+                padded_mean(left, top),
+                padded_mean(left + 1, top),
+                u - left as f32,
+            );
+            let lower = lerp(
+                padded_mean(left, top + 1),
+                padded_mean(left + 1, top + 1),
+                u - left as f32,
+            );
             let [r, g, b, _] = lerp(upper, lower, v - top as f32);
             [r, g, b]
         })
     }
 }
 
-/// Returns the cell of a coordinate. `as` saturates and converts NaN to 0; the conversion to i32 takes one
+/// Returns the cell of a coordinate. `as` saturates and converts NaN to 0. Conversion to i32 takes one
 /// instruction.
 #[inline(always)]
 fn cell(coordinate: f32) -> u8 {

@@ -14,8 +14,8 @@ use glimpse_materials::untrusted::{escaped, open_at_most};
 const MAX_PIXELS: u64 = 1 << 25;
 /// Maximum file size in bytes: 32 bytes per pixel of the largest panorama, uncompressed.
 const MAX_BYTES: u64 = 32 * MAX_PIXELS;
-/// Maximum number of pixels per byte of a file. No compression of either format exceeds it, so a header that claims
-/// more is rejected.
+/// Maximum number of pixels per byte of a file. Neither format compresses better, so a header that claims more is
+/// rejected.
 const MAX_PIXELS_PER_BYTE: u64 = 10_000;
 
 /// An error in reading an environment.
@@ -47,7 +47,7 @@ pub enum EnvironmentError {
 
 impl Environment {
     /// Reads a panorama in latitude and longitude: Radiance (`*.hdr`, RGBE) or OpenEXR (`*.exr`,
-    /// channels R, G and B of its first layer that has them), linear RGB.
+    /// channels R, G and B of the first layer that has them), linear RGB.
     ///
     /// The panorama is the view from the sphere's position. Its center is straight ahead of the viewer, behind the
     /// sphere. Right of the center is the viewer's right; the left and right edges meet behind the viewer. The top row
@@ -117,8 +117,8 @@ fn decode_radiance<R: BufRead + Seek>(mut file: R, bytes: u64) -> Result<Image, 
         format!("not a complete Radiance file (*.hdr): {error}; fetch it or save it again, as RGBE")
     };
     let mut magic = [0; 2];
-    let begin = file.read_exact(&mut magic).and_then(|()| file.rewind());
-    begin.map_err(|error| damaged(&error))?;
+    let magic_read = file.read_exact(&mut magic).and_then(|()| file.rewind());
+    magic_read.map_err(|error| damaged(&error))?;
     if &magic != b"#?" {
         return Err(damaged(&"it does not begin with #?"));
     }
@@ -164,8 +164,9 @@ fn decode_open_exr<R: BufRead + Seek>(file: R, bytes: u64) -> Result<Image, Stri
             );
         }
     }
-    let black = |size: Vec2<usize>, _: &_| Image::filled(size.width(), size.height(), [0.0; 3]);
-    let set = |image: &mut Image, position: Vec2<usize>, (r, g, b): (f32, f32, f32)| {
+    let black_image =
+        |size: Vec2<usize>, _: &_| Image::filled(size.width(), size.height(), [0.0; 3]);
+    let set_pixel = |image: &mut Image, position: Vec2<usize>, (r, g, b): (f32, f32, f32)| {
         let index = position.y() * image.width + position.x();
         if let Some(pixel) = image.pixels.get_mut(index) {
             *pixel = [r, g, b];
@@ -174,7 +175,7 @@ fn decode_open_exr<R: BufRead + Seek>(file: R, bytes: u64) -> Result<Image, Stri
     let file = exr::prelude::read()
         .no_deep_data()
         .largest_resolution_level()
-        .rgb_channels(black, set)
+        .rgb_channels(black_image, set_pixel)
         .first_valid_layer()
         .all_attributes()
         .non_parallel()
@@ -192,7 +193,7 @@ mod tests {
     const WIDTH: usize = 16;
     const HEIGHT: usize = 8;
 
-    /// Returns an uncompressed Radiance file of one color, brighter in one pixel.
+    /// Returns an uncompressed Radiance file in which all pixels but one are equal; that one is brighter.
     fn radiance_file(size: &str) -> Vec<u8> {
         let mut file = format!("#?RGBE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n").into_bytes();
         for index in 0..WIDTH * HEIGHT {
@@ -258,13 +259,13 @@ mod tests {
             assert!(matches!(error, EnvironmentError::UnknownFormat(path) if path.ends_with(name)));
         }
         let mut xyz = valid_file();
-        let at = xyz.windows(4).position(|word| word == b"rgbe").unwrap();
-        xyz[at..at + 4].copy_from_slice(b"xyze");
+        let start = xyz.windows(4).position(|word| word == b"rgbe").unwrap();
+        xyz[start..start + 4].copy_from_slice(b"xyze");
         let problem = problem_of("a.hdr", &xyz);
         assert!(problem.contains("xyze"), "{problem}");
-        let nowhere = Path::new("nowhere/a.hdr");
-        let missing = Environment::read(nowhere).unwrap_err();
-        assert!(matches!(missing, EnvironmentError::Read { path, .. } if path == nowhere));
+        let missing = Path::new("missing/a.hdr");
+        let error = Environment::read(missing).unwrap_err();
+        assert!(matches!(error, EnvironmentError::Read { path, .. } if path == missing));
     }
 
     #[test]
@@ -276,8 +277,8 @@ mod tests {
             (decode_open_exr, panorama.to_exr().unwrap()),
         ] {
             let decode = |bytes: Vec<u8>| {
-                let count = bytes.len() as u64;
-                decode(Cursor::new(bytes), count)
+                let length = bytes.len() as u64;
+                decode(Cursor::new(bytes), length)
             };
             assert_eq!(decode(valid.clone()).unwrap().pixels.len(), WIDTH * HEIGHT);
             for length in 0..valid.len() {

@@ -18,7 +18,7 @@ pub enum PictureError {
     },
     /// A side is 0, or the number of pixels is not width x height.
     #[error(
-        "a picture of {width} x {height} pixels that holds {pixels} cannot be written as PNG: {source}"
+        "a picture of {width} x {height} pixels with {pixels} pixels in memory cannot be written as PNG: {source}"
     )]
     EncodePng {
         /// Width in pixels.
@@ -37,7 +37,7 @@ pub enum PictureError {
         width: usize,
         /// Height in pixels.
         height: usize,
-        /// Reason.
+        /// Error of the encoder, or the number of pixels in memory.
         reason: String,
     },
 }

@@ -1,9 +1,9 @@
 //! Quadrature over incoming directions at a point of the sphere.
 //!
-//! A BRDF is narrow in its half vector and the environment is smooth, so the nodes are laid out
-//! over half vectors: on rings of theta_h = 90 deg t^3, with t at the midpoints of equal steps.
-//! With 56 rings, 12 of them lie within one degree of a mirror's peak. At 45 degrees, rings are 3 degrees apart, as
-//! are the nodes along each ring. The incoming direction is the reflection of the outgoing one about the half vector,
+//! A BRDF may vary quickly with the half vector, while the environment is smooth. Therefore the nodes are distributed
+//! over half vectors: on rings of theta_h = 90 deg t^3, with t at the midpoints of equal steps. With 56 rings, 12 of
+//! them lie within one degree of a mirror's peak. At 45 degrees, rings are 3 degrees apart, as are the nodes along each
+//! ring. The incoming direction is the reflection of the outgoing one about the half vector, so
 //! d omega_i = 4 (w_o . h) d omega_h.
 
 use std::f32::consts::{FRAC_PI_2, TAU};
@@ -13,7 +13,7 @@ use glimpse_core::geometry::HalfDifference;
 /// Number of rings for renderings; see the convergence tests in `tests`.
 pub(super) const RINGS: usize = 56;
 /// Distance between nodes along a ring, in degrees, times the number of rings.
-const SPACING: f32 = 170.0;
+const SPACING_TIMES_RINGS: f32 = 170.0;
 /// Number of rings divided by the number of nodes on the innermost ring.
 const RINGS_PER_INNER_NODE: f32 = 5.0;
 
@@ -26,7 +26,7 @@ struct HalfVector {
     cos_phi: f32,
     /// Solid angle in sr.
     solid_angle: f32,
-    /// Angle to the neighbors along the ring or on the next ring, whichever is larger, in radians.
+    /// Larger one of the angles to the neighbor along the ring and to the next ring, in radians.
     spacing: f32,
 }
 
@@ -44,31 +44,31 @@ pub(super) struct Nodes {
     pub(super) incoming: Vec<[f32; 3]>,
     /// cos(theta_i) times solid angle in sr.
     pub(super) weight: Vec<f32>,
-    /// Approximate angle between incoming directions of neighbors, in radians.
+    /// Approximate angle between the incoming directions of neighboring nodes, in radians.
     pub(super) spacing: Vec<f32>,
 }
 
 impl HalfVectors {
-    /// Creates a rule of `rings` rings. If `even`, for environments with small bright sources, the distance between
-    /// nodes along a ring is at most the distance to the next ring.
-    pub(super) fn new(rings: usize, even: bool) -> Self {
+    /// Creates a rule of `rings` rings. With `limit_spacing`, for environments with small bright sources, the distance
+    /// between nodes along a ring is at most the distance to the next ring.
+    pub(super) fn new(rings: usize, limit_spacing: bool) -> Self {
         let step = 1.0 / rings as f32;
-        let spacing = SPACING.to_radians() * step;
+        let spacing = SPACING_TIMES_RINGS.to_radians() * step;
         let min_nodes = rings as f32 / RINGS_PER_INNER_NODE;
         let half_vectors = (0..rings).flat_map(move |ring| {
             let t = (ring as f32 + 0.5) * step;
             let (sin_theta, cos_theta) = (FRAC_PI_2 * t * t * t).sin_cos();
             // The midpoint rule in t; it converges faster than the exact area between two rings.
             let thickness = 3.0 * FRAC_PI_2 * t * t * step;
-            let node_spacing = if even {
+            let node_spacing = if limit_spacing {
                 spacing.min(thickness)
             } else {
                 spacing
             };
             let node_count = (TAU * sin_theta / node_spacing).max(min_nodes).ceil();
             let solid_angle = sin_theta * thickness * TAU / node_count;
-            let neighbor = TAU * sin_theta / node_count;
-            // Every other ring is rotated by half a step, so that nodes do not line up.
+            let actual_spacing = TAU * sin_theta / node_count;
+            // Every other ring is rotated by half a step, so that nodes of neighboring rings do not line up.
             let offset = if ring % 2 == 0 { 0.25 } else { 0.75 };
             (0..node_count as usize).map(move |node| {
                 let phi = TAU * (node as f32 + offset) / node_count;
@@ -79,14 +79,14 @@ impl HalfVectors {
                     sin_phi,
                     cos_phi,
                     solid_angle,
-                    spacing: neighbor.max(thickness),
+                    spacing: actual_spacing.max(thickness),
                 }
             })
         });
         Self(half_vectors.collect())
     }
 
-    /// Replaces `nodes` by those for the outgoing direction (sin, 0, cos) of theta_o.
+    /// Replaces `nodes` by those of the outgoing direction (sin theta_o, 0, cos theta_o).
     pub(super) fn nodes(&self, sin_theta_o: f32, cos_theta_o: f32, nodes: &mut Nodes) {
         nodes.at.clear();
         nodes.incoming.clear();
@@ -166,8 +166,10 @@ mod tests {
     #[test]
     fn projected_solid_angle_of_the_hemisphere_is_pi() {
         let mut nodes = Nodes::default();
-        for (degrees, even) in (0..90_u8).flat_map(|degrees| [(degrees, false), (degrees, true)]) {
-            let half_vectors = HalfVectors::new(RINGS, even);
+        for (degrees, limit_spacing) in
+            (0..90_u8).flat_map(|degrees| [(degrees, false), (degrees, true)])
+        {
+            let half_vectors = HalfVectors::new(RINGS, limit_spacing);
             let (sin, cos) = f32::from(degrees).to_radians().sin_cos();
             half_vectors.nodes(sin, cos, &mut nodes);
             let sum: f64 = nodes.weight.iter().map(|w| f64::from(*w)).sum();

@@ -17,15 +17,15 @@ pub(super) const DIAMETER: f32 = 0.96;
 /// Renders a sphere of a material under an environment, with size x size pixels and an orthographic camera.
 ///
 /// The incoming direction points to the light, and the BRDF is isotropic. Every pixel is the integral of
-/// f(w_i, w_o) L(w_i) cos(theta_i) over the hemisphere by a fixed rule, so equal BRDFs give equal bits. Pixels at the
-/// same distance from the center have the same outgoing angle and share one batched call of `brdf`. Shadows and
-/// interreflections are not rendered. Pixels off the sphere have the radiance [`BACKGROUND`].
+/// f(w_i, w_o) L(w_i) cos(theta_i) over the hemisphere, by a fixed quadrature rule, so that equal BRDFs give equal bits.
+/// Pixels at the same distance from the center have the same outgoing angle and share one batched call of `brdf`.
+/// Shadows and interreflections are not rendered. Pixels off the sphere have the radiance [`BACKGROUND`].
 pub fn render_sphere(brdf: &(impl Brdf + ?Sized), environment: &Environment, size: usize) -> Image {
     render_with_rings(brdf, environment, size, RINGS)
 }
 
-/// Lists the pixels whose centers lie on the sphere that [`render_sphere`] draws: their indices, row by row
-/// from the top left. In a picture that is not square, the sphere fits into the shorter side.
+/// Iterates over the indices of the pixels whose centers lie on the sphere of [`render_sphere`], row by row from the
+/// top left. In a picture that is not square, the sphere fits into the shorter side.
 pub fn sphere_disc(width: usize, height: usize) -> impl Iterator<Item = usize> {
     let radius = 0.5 * DIAMETER * width.min(height) as f32;
     (0..width * height).filter(move |index| {
@@ -67,7 +67,7 @@ pub(super) struct Circle {
     pub(super) cos_theta_o: f32,
     /// Fraction of each pixel that the sphere covers, in \[0, 1\].
     pub(super) coverage: f32,
-    /// Pixels as index in the image, and cosine and sine of the azimuth about the center.
+    /// Index of each pixel in the image, with the cosine and sine of its azimuth about the center.
     pub(super) pixels: Vec<(usize, [f32; 2])>,
 }
 
@@ -76,27 +76,27 @@ pub(super) fn circles(size: usize) -> Vec<Circle> {
     let radius = 0.5 * DIAMETER * size as f32;
     // Twice the distance from the center is a whole number along both axes.
     let doubled = |index: usize| 2 * index as i64 + 1 - size as i64;
-    let mut by_square: BTreeMap<i64, Vec<(usize, [f32; 2])>> = BTreeMap::new();
+    let mut pixels_by_distance: BTreeMap<i64, Vec<(usize, [f32; 2])>> = BTreeMap::new();
     for row in 0..size {
         for column in 0..size {
             let (x, y) = (doubled(column), -doubled(row));
-            let square = x * x + y * y;
-            let distance = (square as f32).sqrt();
-            let azimuth = if square > 0 {
+            let squared_distance = x * x + y * y;
+            let distance = (squared_distance as f32).sqrt();
+            let azimuth = if squared_distance > 0 {
                 [x as f32 / distance, y as f32 / distance]
             } else {
                 [1.0, 0.0]
             };
-            by_square
-                .entry(square)
+            pixels_by_distance
+                .entry(squared_distance)
                 .or_default()
                 .push((row * size + column, azimuth));
         }
     }
-    let circle = |(square, pixels)| {
-        let distance = 0.5 * (square as f32).sqrt();
-        // Pixels on the rim are shaded as half a pixel inside, where the normal still faces the viewer, and blended
-        // with the background.
+    let circle = |(squared_distance, pixels)| {
+        let distance = 0.5 * (squared_distance as f32).sqrt();
+        // Pixels on the rim are shaded at half a pixel inside the rim, where the normal faces the viewer, and blended with
+        // the background.
         let sin_theta_o = distance.min(radius - 0.5) / radius;
         Circle {
             sin_theta_o,
@@ -105,20 +105,21 @@ pub(super) fn circles(size: usize) -> Vec<Circle> {
             pixels,
         }
     };
-    by_square
+    pixels_by_distance
         .into_iter()
         .map(circle)
         .filter(|circle| circle.coverage > 0.0)
         .collect()
 }
 
-/// Scratch space of one thread.
+/// Buffers of one thread.
 #[derive(Default)]
 struct Shader {
     nodes: Nodes,
-    brdf: Vec<[f32; 3]>,
-    /// Blur of the environment at each node.
-    blurs: Vec<f32>,
+    /// BRDF times weight at each node.
+    weighted_brdf: Vec<[f32; 3]>,
+    /// Blur level of the environment at each node.
+    blur_levels: Vec<f32>,
 }
 
 impl Shader {
@@ -131,21 +132,22 @@ impl Shader {
         circle: &Circle,
     ) -> Vec<(usize, [f32; 3])> {
         half_vectors.nodes(circle.sin_theta_o, circle.cos_theta_o, &mut self.nodes);
-        self.brdf.clear();
-        self.brdf.resize(self.nodes.at.len(), [0.0; 3]);
-        brdf.evaluate(&self.nodes.at, &mut self.brdf);
-        for (value, weight) in self.brdf.iter_mut().zip(&self.nodes.weight) {
+        self.weighted_brdf.clear();
+        self.weighted_brdf.resize(self.nodes.at.len(), [0.0; 3]);
+        brdf.evaluate(&self.nodes.at, &mut self.weighted_brdf);
+        for (value, weight) in self.weighted_brdf.iter_mut().zip(&self.nodes.weight) {
             *value = value.map(|channel| channel * weight);
         }
-        self.blurs.clear();
+        self.blur_levels.clear();
         let spacing = self.nodes.spacing.iter();
-        self.blurs
-            .extend(spacing.map(|spacing| environment.blur(*spacing)));
+        self.blur_levels
+            .extend(spacing.map(|spacing| environment.blur_level(*spacing)));
         let shade_pixel = |&(index, azimuth): &(usize, [f32; 2])| {
             let mut sum = [0.0; 4];
-            let nodes = self.nodes.incoming.iter().zip(&self.blurs);
-            for ((incoming, blur), [r, g, b]) in nodes.zip(&self.brdf) {
-                let light = environment.blurred(circle.to_world(azimuth, *incoming), *blur);
+            let nodes = self.nodes.incoming.iter().zip(&self.blur_levels);
+            for ((incoming, level), [r, g, b]) in nodes.zip(&self.weighted_brdf) {
+                let direction = circle.to_picture_frame(azimuth, *incoming);
+                let light = environment.blurred_radiance(direction, *level);
                 let value = [*r, *g, *b, 0.0];
                 sum = array::from_fn(|channel| sum[channel] + light[channel] * value[channel]);
             }
@@ -161,10 +163,14 @@ impl Shader {
 }
 
 impl Circle {
-    /// Transforms a direction from the surface's frame, whose x axis lies in the plane of normal and viewer, to the
-    /// picture's frame.
+    /// Transforms a direction from the surface's frame to the picture's frame. The x axis of the surface's frame lies in
+    /// the plane of normal and viewer.
     #[inline(always)]
-    pub(super) fn to_world(&self, [cos_phi, sin_phi]: [f32; 2], [x, y, z]: [f32; 3]) -> [f32; 3] {
+    pub(super) fn to_picture_frame(
+        &self,
+        [cos_phi, sin_phi]: [f32; 2],
+        [x, y, z]: [f32; 3],
+    ) -> [f32; 3] {
         // The normal has azimuth phi; x points from the normal towards the viewer.
         let outwards = z * self.sin_theta_o - x * self.cos_theta_o;
         [

@@ -1,8 +1,8 @@
 //! The built-in environment: an open-air studio.
 //!
-//! Every edge is a Gaussian or a logistic curve several degrees wide, so a few thousand directions integrate it for
-//! any BRDF without banding. Every light is wide enough that its reflection on a glossy sphere shows how gloss softens
-//! edges.
+//! Every edge is a Gaussian or a logistic curve several degrees wide, so that a few thousand directions suffice to
+//! integrate it for any BRDF without banding. Every light is wide enough that its reflection on a glossy sphere shows
+//! the softening of edges by gloss.
 
 use super::Environment;
 
@@ -13,44 +13,46 @@ const HORIZON: [f32; 3] = [0.48, 0.52, 0.58];
 const GROUND: [f32; 3] = [0.26, 0.22, 0.18];
 const NADIR: [f32; 3] = [0.10, 0.085, 0.07];
 
-/// A Gaussian light.
+/// A light with a Gaussian profile.
 struct GaussianLight {
+    /// Direction towards its center, of any length.
     towards: [f32; 3],
     /// Standard deviation in degrees.
-    width: f32,
+    deviation: f32,
     /// Radiance at the center.
     radiance: [f32; 3],
 }
 
 /// An upright rectangular light with soft edges.
 struct Panel {
+    /// Direction towards its center, of any length.
     towards: [f32; 3],
     /// Half the width and half the height, in degrees.
-    half: [f32; 2],
+    half_size: [f32; 2],
     radiance: [f32; 3],
 }
 
-/// The sun: 8 degrees wide at half its peak; irradiance 2.8 (green) of a surface that faces it.
+/// The sun: 8 degrees wide at half its peak. A surface that faces it receives an irradiance of 2.8 (green).
 const SUN: GaussianLight = GaussianLight {
     towards: [-0.55, 0.62, 0.56],
-    width: 3.5,
+    deviation: 3.5,
     radiance: [130.0, 118.0, 100.0],
 };
-/// A window at the right, a strip for the rim behind at the left, and a low reflector in front.
+/// A window at the right, a strip behind at the left that lights the rim, and a low reflector in front.
 const PANELS: [Panel; 3] = [
     Panel {
         towards: [0.80, 0.25, 0.55],
-        half: [11.0, 26.0],
+        half_size: [11.0, 26.0],
         radiance: [2.6, 2.8, 3.2],
     },
     Panel {
         towards: [-0.80, 0.15, -0.58],
-        half: [7.0, 40.0],
+        half_size: [7.0, 40.0],
         radiance: [4.5, 4.0, 3.4],
     },
     Panel {
         towards: [0.10, -0.75, 0.65],
-        half: [30.0, 10.0],
+        half_size: [30.0, 10.0],
         radiance: [0.55, 0.5, 0.45],
     },
 ];
@@ -85,7 +87,7 @@ fn studio(direction: [f32; 3]) -> [f32; 3] {
 impl GaussianLight {
     /// Returns the Gaussian weight of a direction, 1 at the center.
     fn weight(&self, direction: [f32; 3]) -> f32 {
-        let deviation = self.width.to_radians();
+        let deviation = self.deviation.to_radians();
         ((dot(direction, normalized(self.towards)) - 1.0) / (deviation * deviation)).exp()
     }
 }
@@ -94,15 +96,16 @@ impl Panel {
     /// Returns the weight of a direction: 1 inside, 0 outside.
     fn weight(&self, direction: [f32; 3]) -> f32 {
         let [x, y, z] = normalized(self.towards);
-        let level = x.hypot(z);
+        let horizontal = x.hypot(z);
         let (right, up) = (
-            [z / level, 0.0, -x / level],
-            [-y * x / level, level, -y * z / level],
+            [z / horizontal, 0.0, -x / horizontal],
+            [-y * x / horizontal, horizontal, -y * z / horizontal],
         );
-        let (along, across) = (dot(direction, [x, y, z]), dot(direction, right));
-        let azimuth = across.atan2(along).to_degrees();
+        let azimuth = dot(direction, right)
+            .atan2(dot(direction, [x, y, z]))
+            .to_degrees();
         let elevation = dot(direction, up).clamp(-1.0, 1.0).asin().to_degrees();
-        let [half_width, half_height] = self.half;
+        let [half_width, half_height] = self.half_size;
         logistic((half_width - azimuth.abs()) / EDGE)
             * logistic((half_height - elevation.abs()) / EDGE)
     }

@@ -19,12 +19,13 @@ fn lambertian(_: &HalfDifference<f32>) -> [f32; 3] {
 /// A microfacet BRDF (GGX with shadowing) over a dark base; nearly a mirror for small alpha.
 fn glossy(alpha: f32) -> impl Fn(&HalfDifference<f32>) -> [f32; 3] + Sync {
     move |at| {
-        let square = alpha * alpha;
-        let slope = at.hz * at.hz * (square - 1.0) + 1.0;
-        let facets = square / (PI * slope * slope);
-        let shadowed = |cos: f32| cos + math::sqrt(square + (1.0 - square) * cos * cos);
+        let alpha_squared = alpha * alpha;
+        let slope = at.hz * at.hz * (alpha_squared - 1.0) + 1.0;
+        let distribution = alpha_squared / (PI * slope * slope);
+        let shadowing =
+            |cos: f32| cos + math::sqrt(alpha_squared + (1.0 - alpha_squared) * cos * cos);
         let (incoming, outgoing) = (at.cos_theta_i(), at.cos_theta_o());
-        let lobe = facets / (shadowed(incoming) * shadowed(outgoing));
+        let lobe = distribution / (shadowing(incoming) * shadowing(outgoing));
         [0.9 * lobe + 0.02, 0.8 * lobe + 0.01, 0.5 * lobe]
     }
 }
@@ -48,14 +49,14 @@ fn surface_frame_is_rotation_of_picture_frame() {
     for circle in circles(9) {
         let (sin, cos) = (circle.sin_theta_o, circle.cos_theta_o);
         for (_, azimuth) in &circle.pixels {
-            let world = |direction| circle.to_world(*azimuth, direction);
+            let to_picture = |direction| circle.to_picture_frame(*azimuth, direction);
             let near =
                 |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6);
-            let [[a, b, c], [d, e, f]] = [world([1.0, 0.0, 0.0]), world([0.0, 1.0, 0.0])];
-            let normal = world([0.0, 0.0, 1.0]);
+            let [[a, b, c], [d, e, f]] = [to_picture([1.0, 0.0, 0.0]), to_picture([0.0, 1.0, 0.0])];
+            let normal = to_picture([0.0, 0.0, 1.0]);
             assert!(near(normal, [sin * azimuth[0], sin * azimuth[1], cos]));
             assert!(near(normal, [b * f - c * e, c * d - a * f, a * e - b * d]));
-            assert!(near(world([sin, 0.0, cos]), [0.0, 0.0, 1.0]));
+            assert!(near(to_picture([sin, 0.0, cos]), [0.0, 0.0, 1.0]));
         }
     }
 }
@@ -103,7 +104,7 @@ fn symmetric_environment_gives_symmetric_sphere() {
     let [top, bottom] = [10, 29].map(|row| image.pixels[row * size + size / 2][0]);
     assert!(
         top > 1.2 * bottom,
-        "light from above: {top} above, {bottom} below"
+        "{top} at the top, {bottom} at the bottom"
     );
 }
 
@@ -150,33 +151,32 @@ const SUN: f32 = 3e4;
 
 #[test]
 fn small_sun_keeps_its_light() {
-    // Lambert's phase law gives the mean radiance of a white sphere. The mean must not depend on whether a node hits
-    // the sun.
+    // The mean luminance equals that in the studio, because Lambert's phase law set the exposure. It must not depend on
+    // whether a node hits the sun.
     let size = 96;
     let image = render_sphere(&lambertian, &small_sun(), size);
     let disc = circles(size);
-    let mut sums = [0.0, 0.0];
+    let (mut light, mut area) = (0.0, 0.0);
     for circle in &disc {
         for (index, _) in &circle.pixels {
             let coverage = f64::from(circle.coverage);
             let background = f64::from(BACKGROUND[1]) * (1.0 - coverage);
-            sums[0] += f64::from(image.pixels[*index][1]) - background;
-            sums[1] += coverage;
+            light += f64::from(image.pixels[*index][1]) - background;
+            area += coverage;
         }
     }
-    let mean = sums[0] / sums[1];
     let studio = render_sphere(&lambertian, &Environment::studio(), size);
-    let total = |image: &Image| -> f64 {
+    let total_luminance = |image: &Image| -> f64 {
         let luminance = |[r, g, b]: [f32; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
         let pixels = image
             .pixels
             .iter()
             .map(|pixel| f64::from(luminance(*pixel)));
-        pixels.sum::<f64>() - f64::from(BACKGROUND[0]) * ((size * size) as f64 - sums[1])
+        pixels.sum::<f64>() - f64::from(BACKGROUND[0]) * ((size * size) as f64 - area)
     };
     assert!(
-        (mean * sums[1] / total(&studio) - 1.0).abs() < 0.02,
-        "{mean}"
+        (light / total_luminance(&studio) - 1.0).abs() < 0.02,
+        "{light}"
     );
 }
 
@@ -184,7 +184,7 @@ fn small_sun_keeps_its_light() {
 fn small_sun_shades_by_cosine() {
     let environment = small_sun();
     let exposure = environment.radiance([0.0, -1.0, 0.0])[0] / SKY;
-    // The sun's direction by the panorama's layout.
+    // The sun's direction, from its pixel in the panorama.
     let step = PI / 256.0;
     let (polar, azimuth) = (80.5 * step, 60.5 * step);
     let (sin, cos) = polar.sin_cos();
@@ -195,7 +195,7 @@ fn small_sun_shades_by_cosine() {
     let mut errors = Vec::new();
     for circle in circles(size).iter().filter(|circle| circle.coverage == 1.0) {
         for (index, azimuth) in &circle.pixels {
-            let normal = circle.to_world(*azimuth, [0.0, 0.0, 1.0]);
+            let normal = circle.to_picture_frame(*azimuth, [0.0, 0.0, 1.0]);
             let cos: f32 = normal.iter().zip(sun).map(|(a, b)| a * b).sum();
             // The blur softens the edge of the lit half.
             if cos.abs() > 0.35 {
@@ -236,14 +236,14 @@ fn small_sun_rendering_converges_in_rings() {
 #[test]
 fn rendering_handles_invalid_brdfs_and_is_deterministic() {
     let environment = Environment::studio();
-    let broken = |_: &HalfDifference<f32>| [f32::NAN, f32::INFINITY, -1.0];
+    let invalid = |_: &HalfDifference<f32>| [f32::NAN, f32::INFINITY, -1.0];
     for size in [0, 1, 2, 5] {
-        let image = render_sphere(&broken, &environment, size);
+        let image = render_sphere(&invalid, &environment, size);
         assert_eq!(image.pixels.len(), size * size);
         let _ = image.tone_map();
     }
-    let [one, two] = [0; 2].map(|_| render_sphere(&glossy(0.1), &environment, 16));
-    assert_eq!(one, two);
+    let [first, second] = [0; 2].map(|_| render_sphere(&glossy(0.1), &environment, 16));
+    assert_eq!(first, second);
 }
 
 #[test]
