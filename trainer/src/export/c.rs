@@ -32,8 +32,8 @@ pub fn to_c(bytes: &[u8]) -> Result<String, RecipeError> {
         source,
         "static const uint8_t glimpse_recipe_bytes[{count}] = {{"
     );
-    for line in bytes.chunks(BYTES_PER_LINE) {
-        let line: Vec<String> = line.iter().map(|byte| format!("0x{byte:02x}")).collect();
+    for chunk in bytes.chunks(BYTES_PER_LINE) {
+        let line: Vec<String> = chunk.iter().map(|byte| format!("0x{byte:02x}")).collect();
         let _ = writeln!(source, "    {},", line.join(", "));
     }
     source += "};\n";

@@ -2,12 +2,18 @@
 
 use glimpse_core::recipe::ExpectedLoss;
 
-/// Returns a text that is safe inside a comment. Each control character, such as a line break, becomes a space, and
-/// `*/` becomes `* /`.
+/// Makes a text safe inside a comment: each control character, such as a line break, becomes a space, and `*/` becomes
+/// `* /`.
 pub(super) fn comment_text(text: &str) -> String {
     let line: String = text
         .chars()
-        .map(|letter| if letter.is_control() { ' ' } else { letter })
+        .map(|character| {
+            if character.is_control() {
+                ' '
+            } else {
+                character
+            }
+        })
         .collect();
     line.replace("*/", "* /")
 }

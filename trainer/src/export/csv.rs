@@ -3,8 +3,8 @@
 use glimpse_core::recipe::Recipe;
 
 /// Returns CSV with the header `index,theta_h,theta_d,phi_d` and one row per sample: the index from 0, and the
-/// Rusinkiewicz angles in degrees. The digits suffice to restore the exact 32-bit floats in radians. `trainer query` and
-/// `trainer fit` read these columns.
+/// Rusinkiewicz angles in degrees. The angles have enough digits to restore the exact 32-bit floats in radians.
+/// `trainer query` and `trainer fit` read these columns.
 #[must_use]
 pub fn to_csv(recipe: &Recipe<'_>) -> String {
     let rows = recipe.pattern().enumerate().map(|(index, angles)| {

@@ -32,7 +32,7 @@ use serde_json::{Value, json};
 /// `completion` has these keys; h is the number of hidden units:
 /// - `components`: m.
 /// - `takes_missing`: true if readings may be missing.
-/// - `gain`: true if the remaining readings are then multiplied by a factor.
+/// - `gain`: true if the remaining readings are multiplied by a factor when others are missing.
 /// - `centre` (n) and `scale`: the center and the factor of the inputs.
 /// - `readings`: for each sample, the weights `own`, `mean` and `missing` (m + h each).
 /// - `bias` (m + h).
@@ -96,7 +96,7 @@ fn noise(noise: Noise) -> Value {
     })
 }
 
-/// Converts the expected loss; unknown values are null.
+/// Converts the expected loss. Unknown values become null.
 fn expectation(expectation: ExpectedLoss<'_>) -> Value {
     let is_known = expectation.materials > 0;
     json!({
@@ -155,26 +155,26 @@ fn add_completed(value: &mut Value, completed: &Completed<'_>) {
     value["prediction"] = json!(prediction.map(list));
     let completion = completed.coefficient_net();
     let (rows, components) = (completion.rows(), completion.components);
-    // Each weight is multiplied by the scale of its row, as in the fit.
-    let weights = |bytes: &[u8], scale: &dyn Fn(usize) -> f32| -> Vec<f32> {
+    // Each weight is multiplied by its scale, as in the fit.
+    let scaled_weights = |bytes: &[u8], scale: &dyn Fn(usize) -> f32| -> Vec<f32> {
         let bytes = bytes.iter().enumerate();
         bytes
             .map(|(index, byte)| f32::from(byte.cast_signed()) * scale(index))
             .collect()
     };
-    let numbers = |words: &[[u8; 4]]| -> Vec<f32> {
+    let floats = |words: &[[u8; 4]]| -> Vec<f32> {
         words.iter().map(|word| f32::from_le_bytes(*word)).collect()
     };
-    let scales = numbers(completion.scales);
-    let readings = weights(completion.readings, &|index| scales[index % rows]);
+    let scales = floats(completion.scales);
+    let readings = scaled_weights(completion.readings, &|index| scales[index % rows]);
     let columns: Vec<&[f32]> = readings.chunks(rows).collect();
     let samples: Vec<Value> = columns
         .chunks(3)
         .map(|columns| json!({ "own": columns[0], "mean": columns[1], "missing": columns[2] }))
         .collect();
     let hidden = completion.hidden().max(1);
-    let scales = numbers(completion.output_scales);
-    let output = weights(completion.output, &|index| scales[index / hidden]);
+    let scales = floats(completion.output_scales);
+    let output = scaled_weights(completion.output, &|index| scales[index / hidden]);
     value["completion"] = json!({
         "components": components,
         "takes_missing": completed.tolerates_missing(),
@@ -182,26 +182,26 @@ fn add_completed(value: &mut Value, completed: &Completed<'_>) {
         "centre": list(completed.center()),
         "scale": completed.scale(),
         "readings": samples,
-        "bias": numbers(completion.bias),
+        "bias": floats(completion.bias),
         "output": output.chunks(hidden).collect::<Vec<_>>(),
     });
     match completed.target() {
         Target::Linear(linear) => {
             let scales: Vec<f32> = linear.scales().iter().collect();
-            let basis = weights(linear.rows(), &|index| scales[index % components]);
+            let basis = scaled_weights(linear.rows(), &|index| scales[index % components]);
             value["basis"] = json!(basis.chunks(components).collect::<Vec<_>>());
             value["basis_checksum"] = checksum(linear.basis_checksum());
         }
         Target::Descent(descent, start) => {
             add_descent(value, descent);
             let (inputs, units) = (3 * components, start.units());
-            let scales = numbers(start.hidden_scales);
-            let hidden = weights(start.hidden, &|index| scales[index / inputs]);
-            let scales = numbers(start.output_scales);
-            let output = weights(start.output, &|index| scales[index / units]);
+            let scales = floats(start.hidden_scales);
+            let hidden = scaled_weights(start.hidden, &|index| scales[index / inputs]);
+            let scales = floats(start.output_scales);
+            let output = scaled_weights(start.output, &|index| scales[index / units]);
             value["start"] = json!({
                 "hidden": hidden.chunks(inputs).collect::<Vec<_>>(),
-                "bias": numbers(start.bias),
+                "bias": floats(start.bias),
                 "output": output.chunks(units).collect::<Vec<_>>(),
             });
         }
@@ -230,10 +230,10 @@ fn list(floats: Floats<'_>) -> Value {
     json!(floats.iter().collect::<Vec<f32>>())
 }
 
-/// Returns the paper's eta: the precision, if it is the same for all coefficients.
+/// Returns the paper's eta: the precision that all coefficients share; None if their precisions differ.
 #[must_use]
 pub fn eta(ridge: &Ridge<'_>) -> Option<f32> {
     let mut precision = ridge.precision().iter();
     let first = precision.next()?;
-    precision.all(|other| other == first).then_some(first)
+    precision.all(|next| next == first).then_some(first)
 }

@@ -8,7 +8,7 @@ use glimpse_core::recipe::{Completed, Descent, FitMethod, Floats, Recipe, Recipe
 
 use super::comment::{comment_text, expected_loss_text};
 
-/// Returns a Rust module of constants. Floats have enough digits to restore the exact bits.
+/// Returns the source of a Rust module of constants. Floats have enough digits to restore their exact bits.
 ///
 /// # Errors
 /// If the recipe's metadata are invalid.
@@ -45,13 +45,13 @@ pub fn to_rust(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
     };
     if let Some(descent) = descent {
         let steps = descent.inner_steps().to_string();
-        constant(&mut source, "Steps of SGD.", "INNER_STEPS: u16", &steps);
+        add_constant(&mut source, "Steps of SGD.", "INNER_STEPS: u16", &steps);
     }
     let rows: Vec<f32> = recipe
         .pattern()
         .flat_map(|a| [a.theta_h, a.theta_d, a.phi_d])
         .collect();
-    table(
+    add_table(
         &mut source,
         "The sample directions: theta_h, theta_d and phi_d in radians.",
         "PATTERN",
@@ -69,13 +69,13 @@ pub fn to_rust(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
 }
 
 fn add_descent(source: &mut String, descent: &Descent<'_>) {
-    list(
+    add_list(
         source,
         "Initial parameters, in the model's order.",
         "INITIAL",
         descent.initial(),
     );
-    list(
+    add_list(
         source,
         "A step size for each parameter.",
         "STEP_SIZES",
@@ -88,45 +88,45 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
     let (samples, rows) = (completed.center().len(), completion.rows());
     let size = format!("{samples} x 3 x {rows}");
     let readings = format!("The weights own, mean and missing of each sample's reading: {size}.");
-    bytes(source, &readings, "READINGS", completion.readings);
-    words(
+    add_bytes(source, &readings, "READINGS", completion.readings);
+    add_words(
         source,
         "The scale of each row.",
         "READING_SCALES",
         completion.scales,
     );
-    words(source, "The bias of each row.", "BIAS", completion.bias);
+    add_words(source, "The bias of each row.", "BIAS", completion.bias);
     let size = format!("{} rows of {}", completion.components, completion.hidden());
     let output = format!("The weights from hidden units to coefficients: {size}.");
-    bytes(source, &output, "OUTPUT", completion.output);
-    words(
+    add_bytes(source, &output, "OUTPUT", completion.output);
+    add_words(
         source,
         "The scale of each of those rows.",
         "OUTPUT_SCALES",
         completion.output_scales,
     );
-    list(
+    add_list(
         source,
         "The center that is subtracted from each sample's logarithm.",
         "CENTER",
         completed.center(),
     );
     let scale = format!("{:?}", completed.scale());
-    constant(
+    add_constant(
         source,
         "The scale of the centered logarithms.",
         "SCALE: f32",
         &scale,
     );
     let missing = completed.tolerates_missing().to_string();
-    constant(
+    add_constant(
         source,
         "True if readings may be missing.",
         "TAKES_MISSING: bool",
         &missing,
     );
     let gain = (completed.missing() == MissingPolicy::Scaled).to_string();
-    constant(
+    add_constant(
         source,
         "True if readings are multiplied by sqrt(n / k) when k of n are present.",
         "GAIN: bool",
@@ -135,32 +135,32 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
     if !completed.prediction().is_empty() {
         let predicted = "Weights of the expected loss: exp(first number + sum over coefficients of weight times the \
              mean over channels).";
-        list(source, predicted, "PREDICTION", completed.prediction());
+        add_list(source, predicted, "PREDICTION", completed.prediction());
     }
     match completed.target() {
         Target::Linear(components) => {
             let basis = "The components at the directions of `PATTERN`.";
-            bytes(source, basis, "BASIS", components.rows());
+            add_bytes(source, basis, "BASIS", components.rows());
             let scales = "The scale of each component at these directions.";
-            list(source, scales, "BASIS_SCALES", components.scales());
-            basis_checksum(source, components.basis_checksum());
+            add_list(source, scales, "BASIS_SCALES", components.scales());
+            add_basis_checksum(source, components.basis_checksum());
         }
         Target::Descent(descent, start) => {
             add_descent(source, descent);
             let hidden = "The weights from coefficients to units, one row per unit.";
-            bytes(source, hidden, "START_HIDDEN", start.hidden);
+            add_bytes(source, hidden, "START_HIDDEN", start.hidden);
             let scales = "The scale of each of those rows.";
-            words(source, scales, "START_HIDDEN_SCALES", start.hidden_scales);
-            words(source, "The bias of each unit.", "START_BIAS", start.bias);
+            add_words(source, scales, "START_HIDDEN_SCALES", start.hidden_scales);
+            add_words(source, "The bias of each unit.", "START_BIAS", start.bias);
             let output = "The weights from units to initial parameters, one row per parameter.";
-            bytes(source, output, "START_OUTPUT", start.output);
-            words(source, scales, "START_OUTPUT_SCALES", start.output_scales);
+            add_bytes(source, output, "START_OUTPUT", start.output);
+            add_words(source, scales, "START_OUTPUT_SCALES", start.output_scales);
         }
     }
 }
 
-/// Writes a list of signed bytes.
-fn bytes(source: &mut String, documentation: &str, name: &str, values: &[u8]) {
+/// Adds an array of signed bytes.
+fn add_bytes(source: &mut String, documentation: &str, name: &str, values: &[u8]) {
     let rows: Vec<String> = values
         .chunks(16)
         .map(|row| {
@@ -172,7 +172,7 @@ fn bytes(source: &mut String, documentation: &str, name: &str, values: &[u8]) {
         })
         .collect();
     let declaration = format!("{name}: [i8; {}]", values.len());
-    constant(
+    add_constant(
         source,
         documentation,
         &declaration,
@@ -180,15 +180,15 @@ fn bytes(source: &mut String, documentation: &str, name: &str, values: &[u8]) {
     );
 }
 
-fn words(source: &mut String, documentation: &str, name: &str, values: &[[u8; 4]]) {
-    // Never None: the length is a whole number of words.
+fn add_words(source: &mut String, documentation: &str, name: &str, values: &[[u8; 4]]) {
+    // Never None: the length is a multiple of 4 bytes.
     if let Some(floats) = Floats::new(values.as_flattened()) {
-        list(source, documentation, name, floats);
+        add_list(source, documentation, name, floats);
     }
 }
 
-fn basis_checksum(source: &mut String, checksum: Option<u32>) {
-    constant(
+fn add_basis_checksum(source: &mut String, checksum: Option<u32>) {
+    add_constant(
         source,
         "The CRC-32 of the whole basis's file; 0 if there is none.",
         "BASIS_CHECKSUM: u32",
@@ -198,7 +198,7 @@ fn basis_checksum(source: &mut String, checksum: Option<u32>) {
 
 fn add_ridge(source: &mut String, ridge: &Ridge<'_>) {
     let basis: Vec<f32> = ridge.basis().iter().collect();
-    table(
+    add_table(
         source,
         "The components at the directions of `PATTERN`, one row per direction.",
         "BASIS",
@@ -227,12 +227,12 @@ fn add_ridge(source: &mut String, ridge: &Ridge<'_>) {
             ridge.precision(),
         ),
     ] {
-        list(source, documentation, name, floats);
+        add_list(source, documentation, name, floats);
     }
-    basis_checksum(source, ridge.basis_checksum());
+    add_basis_checksum(source, ridge.basis_checksum());
 }
 
-fn constant(source: &mut String, documentation: &str, declaration: &str, body: &str) {
+fn add_constant(source: &mut String, documentation: &str, declaration: &str, body: &str) {
     // Writing to a String cannot fail.
     let _ = writeln!(
         source,
@@ -240,13 +240,13 @@ fn constant(source: &mut String, documentation: &str, declaration: &str, body: &
     );
 }
 
-/// Writes a table with `columns` numbers per row.
-fn table(source: &mut String, documentation: &str, name: &str, values: &[f32], columns: usize) {
+/// Adds a table with `columns` numbers per row.
+fn add_table(source: &mut String, documentation: &str, name: &str, values: &[f32], columns: usize) {
     let rows: Vec<String> = values
         .chunks(columns)
-        .map(|row| format!("    [{}],\n", joined(row)))
+        .map(|row| format!("    [{}],\n", join_floats(row)))
         .collect();
-    constant(
+    add_constant(
         source,
         documentation,
         &format!("{name}: [[f32; {columns}]; {}]", rows.len()),
@@ -254,13 +254,13 @@ fn table(source: &mut String, documentation: &str, name: &str, values: &[f32], c
     );
 }
 
-fn list(source: &mut String, documentation: &str, name: &str, floats: Floats<'_>) {
+fn add_list(source: &mut String, documentation: &str, name: &str, floats: Floats<'_>) {
     let list: Vec<f32> = floats.iter().collect();
     let rows: Vec<String> = list
         .chunks(8)
-        .map(|row| format!("    {},\n", joined(row)))
+        .map(|row| format!("    {},\n", join_floats(row)))
         .collect();
-    constant(
+    add_constant(
         source,
         documentation,
         &format!("{name}: [f32; {}]", list.len()),
@@ -268,7 +268,7 @@ fn list(source: &mut String, documentation: &str, name: &str, floats: Floats<'_>
     );
 }
 
-fn joined(row: &[f32]) -> String {
+fn join_floats(row: &[f32]) -> String {
     let row: Vec<String> = row.iter().map(|value| format!("{value:?}")).collect();
     row.join(", ")
 }
