@@ -1,20 +1,20 @@
-//! The fastest path of all, by dynamic programming over subsets (Bellman 1962, Held and Karp 1962).
+//! The fastest path over all orders, by dynamic programming over subsets (Bellman 1962, Held and Karp 1962).
 
 use super::points::Points;
 
-/// The largest number of stops. A table of 2^16 subsets times all last points takes about 17 MB.
+/// The largest number of stops. The table of 2^16 subsets times 32 last points (two poses per stop) takes about 17 MB.
 pub(super) const MAX_STOPS: usize = 16;
 
 /// Returns the fastest path over all orders of the stops and all poses of each stop.
 pub(super) fn fastest_path(points: &Points) -> Vec<usize> {
-    let (stops, count) = (points.stops(), points.len());
+    let (stops, count) = (points.stop_count(), points.len());
     let mut times = Vec::with_capacity(count * count);
     for from in 0..count {
         times.extend((0..count).map(|to| points.seconds_between(Some(from), Some(to))));
     }
     let bit = |point: usize| 1_usize << points.stop(point);
     let all = (1_usize << stops) - 1;
-    // The shortest time, in seconds, to visit a subset of the stops and end at a given point.
+    // The shortest time, in seconds, to visit a subset of the stops and end at a point.
     let mut shortest = vec![f64::INFINITY; (all + 1) * count];
     for point in 0..count {
         shortest[bit(point) * count + point] = points.seconds_between(None, Some(point));
@@ -27,29 +27,29 @@ pub(super) fn fastest_path(points: &Points) -> Vec<usize> {
             }
             for next in 0..count {
                 if visited & bit(next) == 0 {
-                    let slot = &mut shortest[(visited | bit(next)) * count + next];
-                    *slot = slot.min(arrival + times[last * count + next]);
+                    let time = &mut shortest[(visited | bit(next)) * count + next];
+                    *time = time.min(arrival + times[last * count + next]);
                 }
             }
         }
     }
-    // Backwards from the end: the point before `after` is the one with the shortest time.
+    // Backwards from the end: the point before `next` is the one with the shortest time.
     let mut path = Vec::with_capacity(stops);
-    let (mut left, mut after) = (all, None);
-    while left != 0 {
+    let (mut remaining, mut next) = (all, None);
+    while remaining != 0 {
         let time_through = |point: usize| {
-            let rest = after.map_or(0.0, |after| times[point * count + after]);
-            shortest[left * count + point] + rest
+            let move_time = next.map_or(0.0, |next| times[point * count + next]);
+            shortest[remaining * count + point] + move_time
         };
-        let candidates = (0..count).filter(|point| left & bit(*point) != 0);
+        let candidates = (0..count).filter(|point| remaining & bit(*point) != 0);
         let Some(point) =
             candidates.min_by(|one, other| time_through(*one).total_cmp(&time_through(*other)))
         else {
             break;
         };
         path.push(point);
-        left &= !bit(point);
-        after = Some(point);
+        remaining &= !bit(point);
+        next = Some(point);
     }
     path.reverse();
     path

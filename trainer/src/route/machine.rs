@@ -8,7 +8,8 @@ use super::axes::{Axes, wrapped};
 
 /// A machine with two arms.
 ///
-/// All axes move at the same time. Acceleration is neglected, so a move takes as long as its slowest axis at full speed.
+/// All axes move at the same time. Acceleration is neglected: the time of a move is that of its slowest axis at full
+/// speed.
 /// Collisions during a move are not checked.
 ///
 /// # Azimuths
@@ -16,15 +17,16 @@ use super::axes::{Axes, wrapped};
 /// The BRDF of an isotropic sample depends only on the *difference* of the azimuths. The two azimuth axes turn in
 /// opposite directions, in proportion to their speeds, and arrive at the same time. No other choice of azimuths takes
 /// less time, because the difference cannot change faster than both axes together, and the times do not depend on
-/// earlier moves. The difference changes by the shorter way around.
-/// (An arm along the normal could have any azimuth. It has the pattern's, so that the time of a move never depends on
-/// earlier moves.)
+/// earlier moves. The difference changes in the shorter direction.
+///
+/// An arm along the normal could have any azimuth. It keeps the pattern's azimuth, so that the time of a move never
+/// depends on earlier moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Machine {
-    /// The axis speeds in degrees per second, 0.001 to 1,000,000. If the sample is isotropic, the speed of one azimuth
-    /// may be 0: the machine does not have that axis.
+    /// The axis speeds in degrees per second, 0.001 to 1,000,000. If the sample is isotropic, one azimuth may have the
+    /// speed 0, which means that the machine lacks that axis.
     pub speeds: Axes,
-    /// The time at each sample to settle and to read, in seconds, 0 to 86,400.
+    /// The time to settle and to read at each sample, in seconds, 0 to 86,400.
     pub settle: f64,
     /// The start position in degrees; polar angles are -180 to 180.
     pub start: Axes,
@@ -52,7 +54,7 @@ impl Default for Machine {
     }
 }
 
-/// The range of speeds, in degrees per second. Other values are typing errors.
+/// The range of speeds, in degrees per second. Other values are probably typing errors.
 const SPEEDS: RangeInclusive<f64> = 1e-3..=1e6;
 /// The longest time at a sample, in seconds: one day.
 const MAX_SETTLE: f64 = 86_400.0;
@@ -68,12 +70,12 @@ pub enum MachineError {
         /// The invalid value.
         value: f64,
     },
-    /// No axis changes the difference of the azimuths.
+    /// The speeds of both azimuths are 0.
     #[error(
         "the speeds of phi_i and phi_o are both 0; give at least one of them, 0.001 to 1,000,000 degrees per second"
     )]
     NoAzimuth,
-    /// The sample is anisotropic, and an azimuth does not turn.
+    /// The sample is anisotropic, and the speed of an azimuth is 0.
     #[error(
         "the speed of {axis} is 0, but an anisotropic sample needs both azimuths; give 0.001 to 1,000,000 degrees per \
          second"
@@ -128,7 +130,7 @@ impl Machine {
         if !(0.0..=MAX_SETTLE).contains(&self.settle) {
             return Err(MachineError::Settle(self.settle));
         }
-        // More turns are a typing error and would cost precision.
+        // More turns are probably a typing error, and reduce precision.
         const MAX_AZIMUTH: f64 = 3_600.0;
         for (axis, value) in Axes::NAMES.into_iter().zip(self.start.to_array()) {
             let (max, range) = match axis.starts_with("phi") {
@@ -147,8 +149,8 @@ impl Machine {
         Ok(())
     }
 
-    /// Returns the same machine with the pattern's own azimuths instead of chosen ones. A machine that lacks an azimuth
-    /// axis still uses the difference.
+    /// Returns the same machine with the pattern's own azimuths instead of optimized ones. A machine that lacks an azimuth
+    /// axis still uses only the difference.
     #[must_use]
     pub fn naive(&self) -> Self {
         let lacks_axis = self.speeds.phi_i == 0.0 || self.speeds.phi_o == 0.0;
@@ -158,11 +160,12 @@ impl Machine {
         }
     }
 
-    /// Converts a position to the seconds that each axis takes from 0. For an isotropic sample one entry is that of the
-    /// difference of azimuths and the other is 0. Azimuths are wrapped to -180 to 180 degrees.
+    /// Converts a position to the seconds that each axis takes from 0: theta_i, theta_o, phi_i and phi_o. For an isotropic
+    /// sample, the third entry is that of the difference of the azimuths, and the fourth is 0. Azimuths are wrapped to
+    /// -180 to 180 degrees.
     ///
-    /// The time of a move is the largest difference of the entries, each modulo [`turn`](Self::turn).
-    pub(super) fn seconds(&self, arms: &Axes) -> [f64; 4] {
+    /// The time of a move is the largest difference of the entries, each modulo [`turn_seconds`](Self::turn_seconds).
+    pub(super) fn axis_seconds(&self, arms: &Axes) -> [f64; 4] {
         let speeds = &self.speeds;
         let [phi_i, phi_o] = match self.isotropic {
             true => [
@@ -182,42 +185,47 @@ impl Machine {
         ]
     }
 
-    /// Returns the seconds of a full turn for each entry of [`seconds`](Self::seconds); infinite for an axis without full
-    /// turns.
-    pub(super) fn turn(&self) -> [f64; 4] {
-        const NEVER: f64 = f64::INFINITY;
+    /// Returns the seconds of a full turn for each entry of [`axis_seconds`](Self::axis_seconds); infinite for an axis
+    /// without full turns.
+    pub(super) fn turn_seconds(&self) -> [f64; 4] {
+        const NO_TURN: f64 = f64::INFINITY;
         let speeds = &self.speeds;
         match (self.full_turns, self.isotropic) {
-            (false, _) => [NEVER; 4],
-            (true, true) => [NEVER, NEVER, 360.0 / (speeds.phi_i + speeds.phi_o), NEVER],
-            (true, false) => [NEVER, NEVER, 360.0 / speeds.phi_i, 360.0 / speeds.phi_o],
+            (false, _) => [NO_TURN; 4],
+            (true, true) => [
+                NO_TURN,
+                NO_TURN,
+                360.0 / (speeds.phi_i + speeds.phi_o),
+                NO_TURN,
+            ],
+            (true, false) => [NO_TURN, NO_TURN, 360.0 / speeds.phi_i, 360.0 / speeds.phi_o],
         }
     }
 
-    /// Returns the axis positions after a move, in degrees. `from` and `to` are poses with azimuths modulo a full turn;
-    /// `at` holds the axis positions at `from` with all turns.
+    /// Returns the axis positions after a move, in degrees. `from` and `to` are poses with azimuths modulo a full turn.
+    /// `position` holds the axis positions at `from` with all turns.
     #[must_use]
-    pub fn arrival(&self, at: &Axes, from: &Axes, to: &Axes) -> Axes {
-        let shortest = |change: f64| match self.full_turns {
+    pub fn arrival(&self, position: &Axes, from: &Axes, to: &Axes) -> Axes {
+        let shorter_way = |change: f64| match self.full_turns {
             true => wrapped(change),
             false => change,
         };
         let [change_i, change_o] = match self.isotropic {
             true => {
                 let difference = |arms: &Axes| wrapped(arms.phi_o - arms.phi_i);
-                let change = shortest(difference(to) - difference(from));
+                let change = shorter_way(difference(to) - difference(from));
                 let change_i =
                     -change * self.speeds.phi_i / (self.speeds.phi_i + self.speeds.phi_o);
                 [change_i, change + change_i]
             }
             false => [(from.phi_i, to.phi_i), (from.phi_o, to.phi_o)]
-                .map(|(from, to)| shortest(wrapped(to) - wrapped(from))),
+                .map(|(from, to)| shorter_way(wrapped(to) - wrapped(from))),
         };
         Axes {
             theta_i: to.theta_i,
-            phi_i: at.phi_i + change_i,
+            phi_i: position.phi_i + change_i,
             theta_o: to.theta_o,
-            phi_o: at.phi_o + change_o,
+            phi_o: position.phi_o + change_o,
         }
     }
 }

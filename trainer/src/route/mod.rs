@@ -1,12 +1,12 @@
-//! Planning of the order and the poses in which a machine's arms measure a recipe's samples.
+//! Planning of a route: the order and the poses in which the arms of a machine measure a recipe's samples.
 //!
-//! - [`Machine`]: the speeds of its axes and its freedom of azimuths;
+//! - [`Machine`]: the speeds and limits of the axes, and the treatment of azimuths;
 //! - [`stops`]: the samples with their poses, or the unreachable samples;
 //! - [`Route`]: the visits, with the times of this route and of the naive one;
 //! - [`Route::to_csv`], [`Route::to_json`] and [`blank_sheet`]: export.
 //!
-//! On a device [`glimpse_core::gonio::Machine`] always moves to the nearest sample, with the same travel times and
-//! azimuths. The fastest order requires planning ahead.
+//! A device's [`glimpse_core::gonio::Machine`] has the same travel times and azimuths, but always moves to the nearest
+//! sample. The fastest order has to be planned before the scan.
 
 mod axes;
 mod exact;

@@ -3,14 +3,15 @@
 use super::machine::Machine;
 use super::stop::Stop;
 
-/// The poses of all stops as consecutively numbered points. The points of a stop are adjacent.
+/// The poses of all stops as consecutively numbered points. The numbers of a stop's points are consecutive too.
 ///
 /// The travel time between points is a symmetric metric.
 pub(super) struct Points {
+    /// [`Machine::axis_seconds`] of the start position.
     start: [f64; 4],
-    /// [`Machine::seconds`] of each point.
+    /// [`Machine::axis_seconds`] of each point.
     seconds: Vec<[f64; 4]>,
-    /// [`Machine::turn`].
+    /// [`Machine::turn_seconds`].
     turn: [f64; 4],
     /// The index of each point's stop.
     stop: Vec<usize>,
@@ -23,14 +24,14 @@ impl Points {
         let mut first = vec![0];
         let (mut seconds, mut stop) = (Vec::new(), Vec::new());
         for (index, Stop { poses, .. }) in stops.iter().enumerate() {
-            seconds.extend(poses.iter().map(|pose| machine.seconds(&pose.arms)));
+            seconds.extend(poses.iter().map(|pose| machine.axis_seconds(&pose.arms)));
             stop.resize(seconds.len(), index);
             first.push(seconds.len());
         }
         Self {
-            start: machine.seconds(&machine.start),
+            start: machine.axis_seconds(&machine.start),
             seconds,
-            turn: machine.turn(),
+            turn: machine.turn_seconds(),
             stop,
             first,
         }
@@ -42,7 +43,7 @@ impl Points {
     }
 
     /// Returns the number of stops.
-    pub(super) fn stops(&self) -> usize {
+    pub(super) fn stop_count(&self) -> usize {
         self.first.len() - 1
     }
 
@@ -52,12 +53,12 @@ impl Points {
     }
 
     /// Returns the points of a stop.
-    pub(super) fn of_stop(&self, stop: usize) -> std::ops::Range<usize> {
+    pub(super) fn stop_points(&self, stop: usize) -> std::ops::Range<usize> {
         self.first[stop]..self.first[stop + 1]
     }
 
-    /// Returns the travel time from one point to another, in seconds. None as `from` is the start position; None as `to`
-    /// is the end of the path and takes 0 s.
+    /// Returns the travel time from one point to another, in seconds. As `from`, None means the start position. As `to`,
+    /// None means the end of the path, which takes 0 s.
     pub(super) fn seconds_between(&self, from: Option<usize>, to: Option<usize>) -> f64 {
         let Some(to) = to else {
             return 0.0;

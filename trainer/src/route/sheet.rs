@@ -13,13 +13,14 @@ fn round(angle: f64) -> f64 {
     (1e4 * angle).round() / 1e4 + 0.0
 }
 
-fn angles(arms: &Axes) -> String {
+fn csv_angles(arms: &Axes) -> String {
     arms.to_array()
         .map(|angle| format!("{:.4}", round(angle)))
         .join(",")
 }
 
-fn rows(header: &str, visits: &[Visit], rest: impl Fn(&Visit) -> String) -> String {
+/// Returns CSV with one row per visit. `header` names the columns after the angles, and `last_cells` returns their cells.
+fn csv_rows(header: &str, visits: &[Visit], last_cells: impl Fn(&Visit) -> String) -> String {
     let mut csv = format!("index,{},{header}\n", Axes::NAMES.join(","));
     for visit in visits {
         // Writing to a string cannot fail.
@@ -27,8 +28,8 @@ fn rows(header: &str, visits: &[Visit], rest: impl Fn(&Visit) -> String) -> Stri
             csv,
             "{},{},{}",
             visit.index,
-            angles(&visit.arms),
-            rest(visit)
+            csv_angles(&visit.arms),
+            last_cells(visit)
         );
     }
     csv
@@ -38,7 +39,7 @@ fn rows(header: &str, visits: &[Visit], rest: impl Fn(&Visit) -> String) -> Stri
 /// index from 0, the axis positions in degrees, and three empty cells.
 #[must_use]
 pub fn blank_sheet(visits: &[Visit]) -> String {
-    rows("r,g,b", visits, |_| ",,".to_owned())
+    csv_rows("r,g,b", visits, |_| ",,".to_owned())
 }
 
 impl Route {
@@ -47,7 +48,7 @@ impl Route {
     /// after the start.
     #[must_use]
     pub fn to_csv(&self) -> String {
-        rows("swapped,seconds", &self.visits, |visit| {
+        csv_rows("swapped,seconds", &self.visits, |visit| {
             format!("{},{:.3}", visit.swapped, visit.seconds)
         })
     }
@@ -63,7 +64,7 @@ impl Route {
                 .collect()
         };
         let limits = &machine.limits;
-        let limit = |radians: f32| round(f64::from(radians).to_degrees());
+        let degrees = |radians: f32| round(f64::from(radians).to_degrees());
         let visits: Vec<Value> = self
             .visits
             .iter()
@@ -90,9 +91,9 @@ impl Route {
                 "start": axes(&machine.start),
                 "isotropic": machine.isotropic,
                 "full_turns": machine.full_turns,
-                "max_theta_i": limit(limits.max_theta_i),
-                "max_theta_o": limit(limits.max_theta_o),
-                "min_separation": limit(limits.min_separation),
+                "max_theta_i": degrees(limits.max_theta_i),
+                "max_theta_o": degrees(limits.max_theta_o),
+                "min_separation": degrees(limits.min_separation),
                 "in_plane": limits.in_plane,
             },
             "visits": visits,

@@ -11,7 +11,7 @@ use super::axes::Axes;
 pub struct Stop {
     /// The sample's index in the recipe's pattern, from 0.
     pub index: usize,
-    /// At least one pose. The pattern's own comes first, if it is reachable.
+    /// The poses, at least one. The pattern's own pose is first if it is reachable.
     pub poses: Vec<Pose>,
 }
 
@@ -39,8 +39,8 @@ pub struct OutOfReach {
     pub reason: Unreachable,
 }
 
-/// Returns the directions of the arms at a sample of a pattern, in degrees: those of [`Recipe::directions`] in double
-/// precision.
+/// Returns the directions of the arms at a sample of a pattern, in degrees. They are those of [`Recipe::directions`], in
+/// double precision.
 #[must_use]
 pub fn axes_from_angles(angles: Angles<f32>) -> Axes {
     let directions = HalfDifference::from_angles(Angles {
@@ -60,8 +60,8 @@ pub fn axes_from_angles(angles: Angles<f32>) -> Axes {
     }
 }
 
-/// Returns the recipe's samples, in the recipe's order, with the poses that are within the limits. With `swap` they
-/// include poses with light and sensor exchanged.
+/// Returns the recipe's samples, in the recipe's order, with the poses within the limits. If `swap` is true, these include
+/// poses with light and sensor exchanged.
 ///
 /// # Errors
 /// All unreachable samples.
@@ -79,9 +79,9 @@ pub fn stops(
             incoming: directions.outgoing,
             outgoing: directions.incoming,
         };
-        let own = limits.check(&directions);
+        let own_check = limits.check(&directions);
         let mut poses = Vec::new();
-        if own.is_ok() {
+        if own_check.is_ok() {
             poses.push(Pose {
                 arms,
                 swapped: false,
@@ -93,7 +93,7 @@ pub fn stops(
                 swapped: true,
             });
         }
-        match own {
+        match own_check {
             Err(reason) if poses.is_empty() => {
                 unreachable.push(OutOfReach {
                     index,
@@ -123,7 +123,8 @@ mod tests {
             max_theta_o: 80_f32.to_radians(),
             ..Limits::NONE
         };
-        let unreachable = stops(&recipe, &limits, false).expect_err("some are too low");
+        let unreachable =
+            stops(&recipe, &limits, false).expect_err("some samples are out of reach");
         let indices: Vec<usize> = unreachable.iter().map(|sample| sample.index).collect();
         assert_eq!(indices, [6, 7]);
         let first = recipe

@@ -32,7 +32,8 @@ fn random_stops(count: usize, swap: bool, random: &mut ChaCha8Rng) -> Vec<Stop> 
 /// The speed of the light's azimuth in [`machines`], in degrees per second.
 const AZIMUTH_SPEED: f64 = 19.0;
 
-/// Returns machines of all kinds, with a different speed for each axis.
+/// Returns machines for isotropic and anisotropic samples, with and without full turns, and one without the light's
+/// azimuth axis. Each axis has a different speed.
 fn machines() -> Vec<Machine> {
     let machine = |isotropic, full_turns, phi_i| Machine {
         speeds: Axes::from_array([7.0, phi_i, 11.0, 25.0]),
@@ -52,14 +53,20 @@ fn machines() -> Vec<Machine> {
 
 /// Returns the shortest time over all orders and poses, by exhaustive search.
 fn exhaustive_shortest(points: &Points) -> f64 {
-    fn visit(points: &Points, from: Option<usize>, seen: usize, elapsed: f64, shortest: &mut f64) {
-        if seen + 1 == 1 << points.stops() {
+    fn visit(
+        points: &Points,
+        from: Option<usize>,
+        visited: usize,
+        elapsed: f64,
+        shortest: &mut f64,
+    ) {
+        if visited + 1 == 1 << points.stop_count() {
             *shortest = shortest.min(elapsed);
         }
-        for stop in (0..points.stops()).filter(|stop| seen >> stop & 1 == 0) {
-            for point in points.of_stop(stop) {
+        for stop in (0..points.stop_count()).filter(|stop| visited >> stop & 1 == 0) {
+            for point in points.stop_points(stop) {
                 let arrival = elapsed + points.seconds_between(from, Some(point));
-                visit(points, Some(point), seen | 1 << stop, arrival, shortest);
+                visit(points, Some(point), visited | 1 << stop, arrival, shortest);
             }
         }
     }
@@ -107,7 +114,7 @@ fn progressive_route_chooses_fastest_poses() {
         let shortest = (0..1_usize << stops.len())
             .map(|choice| {
                 let path: Vec<usize> = (0..stops.len())
-                    .map(|stop| points.of_stop(stop).start + (choice >> stop & 1))
+                    .map(|stop| points.stop_points(stop).start + (choice >> stop & 1))
                     .collect();
                 points.path_seconds(&path)
             })
@@ -123,8 +130,8 @@ fn azimuth_distance(one: f64, other: f64) -> f64 {
     difference.min(360.0 - difference)
 }
 
-/// Compares the azimuths that [`Machine`] chooses for isotropic samples with a search. At each stop, the search tries
-/// a grid of rotations of both arms.
+/// Compares the azimuths that [`Machine`] chooses for isotropic samples with those of a search. At each stop, the search
+/// tries a grid of common rotations of both arms.
 #[test]
 fn no_azimuths_are_faster_than_the_chosen_ones() {
     const STEPS: usize = 90;
@@ -149,7 +156,7 @@ fn no_azimuths_are_faster_than_the_chosen_ones() {
                 .zip(speeds)
                 .fold(0.0, |max: f64, (change, speed)| max.max(change / speed))
         };
-        // The positions at the latest stop, each with its earliest arrival time in seconds.
+        // Positions at the current stop, each with its earliest arrival time in seconds.
         let mut arrivals = vec![(machine.start, 0.0)];
         for stop in &stops {
             let rotated = |step: usize| {
@@ -212,24 +219,24 @@ fn agrees_with_device_implementation() {
         };
         let stops = random_stops(40, false, &mut random);
         let route = Route::new(&machine, &stops, Order::Progressive, 0);
-        let (mut before, mut seconds_before) = (machine.start, 0.0);
+        let (mut position, mut previous_seconds) = (machine.start, 0.0);
         for (visit, stop) in route.visits.iter().zip(&stops) {
             let to = arm_angles(&stop.poses[0].arms).directions();
             let nearest = device
-                .nearest(std::iter::once((0, to)), &arm_angles(&before))
+                .nearest(std::iter::once((0, to)), &arm_angles(&position))
                 .expect("the sample is within reach");
-            let seconds = visit.seconds - seconds_before - machine.settle;
+            let seconds = visit.seconds - previous_seconds - machine.settle;
             assert!(
                 (f64::from(nearest.seconds) - seconds).abs() < 1e-3,
                 "{nearest:?} {visit:?}"
             );
-            for (device, own) in [
+            for (device, planned) in [
                 (nearest.arms.incoming.phi, visit.arms.phi_i),
                 (nearest.arms.outgoing.phi, visit.arms.phi_o),
             ] {
-                assert!((f64::from(device).to_degrees() - own).abs() < 1e-2);
+                assert!((f64::from(device).to_degrees() - planned).abs() < 1e-2);
             }
-            (before, seconds_before) = (visit.arms, visit.seconds);
+            (position, previous_seconds) = (visit.arms, visit.seconds);
         }
     }
 }

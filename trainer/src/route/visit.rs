@@ -9,9 +9,9 @@ use super::{exact, poses, search};
 /// The order in which samples are visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
-    /// The order of the shortest time.
+    /// The order with the shortest total time.
     Travel,
-    /// The recipe's own order. If its most informative samples come first, an interrupted scan is still useful.
+    /// The recipe's own order. If its most informative samples are first, an interrupted scan is still useful.
     Progressive,
 }
 
@@ -31,8 +31,8 @@ impl Order {
 pub struct Visit {
     /// The sample's index in the recipe's pattern, from 0.
     pub index: usize,
-    /// The axis positions in degrees. Azimuths are continuous from the start, and exceed -180 to 180 if the machine
-    /// makes full turns.
+    /// The axis positions in degrees. Azimuths continue from the start position, and may leave the range -180 to 180 if
+    /// the machine makes full turns.
     pub arms: Axes,
     /// True if light and sensor are exchanged.
     pub swapped: bool,
@@ -45,8 +45,8 @@ pub struct Visit {
 pub struct Route {
     /// The requested order.
     pub order: Order,
-    /// True if no other order, poses, or azimuths take less time; for [`Order::Progressive`], no other poses or azimuths
-    /// in that order. False if the route is the result of a heuristic search.
+    /// True if no other order, poses or azimuths take less time. For [`Order::Progressive`], the order is fixed, and only
+    /// other poses and azimuths are considered. False if the route is the result of a heuristic search.
     pub is_best: bool,
     /// The visits.
     pub visits: Vec<Visit>,
@@ -60,8 +60,8 @@ pub struct Route {
 }
 
 impl Route {
-    /// Plans a route through all stops, which are given in the recipe's own order. The seed determines the route. Up to
-    /// 16 stops the route does not depend on the seed.
+    /// Plans a route through all stops. `stops` is in the recipe's own order. The seed determines the route of a heuristic
+    /// search, which is used for more than 16 stops.
     ///
     /// The machine must be [valid](Machine::validate).
     #[must_use]
@@ -74,15 +74,15 @@ impl Route {
             Order::Travel => search::search(&points, seed, search::EFFORT),
         };
         let naive = Points::new(&machine.naive(), stops);
-        let first: Vec<usize> = (0..stops.len())
-            .map(|stop| naive.of_stop(stop).start)
+        let first_poses: Vec<usize> = (0..stops.len())
+            .map(|stop| naive.stop_points(stop).start)
             .collect();
         Self {
             order,
             is_best,
             visits: visits(machine, stops, &points, &path),
             travel: points.path_seconds(&path),
-            naive_travel: naive.path_seconds(&first),
+            naive_travel: naive.path_seconds(&first_poses),
             settling: machine.settle * stops.len() as f64,
         }
     }
@@ -102,20 +102,20 @@ impl Route {
 
 /// Converts a path to visits, with axis positions and times.
 fn visits(machine: &Machine, stops: &[Stop], points: &Points, path: &[usize]) -> Vec<Visit> {
-    let (mut at, mut previous) = (machine.start, machine.start);
-    let (mut before, mut seconds) = (None, 0.0);
+    let (mut position, mut previous_pose) = (machine.start, machine.start);
+    let (mut previous_point, mut seconds) = (None, 0.0);
     let mut visits = Vec::with_capacity(path.len());
     for &point in path {
-        let number = points.stop(point);
-        let stop = &stops[number];
-        let pose = stop.poses[point - points.of_stop(number).start];
-        at = machine.arrival(&at, &previous, &pose.arms);
-        previous = pose.arms;
-        seconds += points.seconds_between(before, Some(point)) + machine.settle;
-        before = Some(point);
+        let stop_index = points.stop(point);
+        let stop = &stops[stop_index];
+        let pose = stop.poses[point - points.stop_points(stop_index).start];
+        position = machine.arrival(&position, &previous_pose, &pose.arms);
+        previous_pose = pose.arms;
+        seconds += points.seconds_between(previous_point, Some(point)) + machine.settle;
+        previous_point = Some(point);
         visits.push(Visit {
             index: stop.index,
-            arms: at,
+            arms: position,
             swapped: pose.swapped,
             seconds,
         });
