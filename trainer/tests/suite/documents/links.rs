@@ -82,15 +82,12 @@ fn detects_broken_links() {
 }
 
 #[test]
-fn rows_of_paper_table_link_to_files() {
+fn entries_of_paper_list_link_to_files() {
     let text = document("trainer/docs/paper.md".into()).text;
-    let rows: Vec<&str> = text
-        .lines()
-        .filter(|line| line.starts_with("| "))
-        .skip(1)
-        .collect();
-    assert!(rows.len() > 20, "the table has {} rows", rows.len());
-    for row in rows {
-        assert!(!targets(row).is_empty(), "no link in {row}");
+    let entries = text.lines().filter(|line| line.starts_with("- "));
+    let entries: Vec<&str> = entries.collect();
+    assert!(entries.len() > 20, "the list has {} entries", entries.len());
+    for entry in entries {
+        assert!(!targets(entry).is_empty(), "no link in {entry}");
     }
 }
