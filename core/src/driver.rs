@@ -55,7 +55,7 @@ use phase::Phase;
 /// The pause between a failure and the next attempt, in ms.
 const PAUSE_MS: u64 = 500;
 
-/// Controls a scan from the greeting to the result, and then the next scan.
+/// Controls a scan from `Hello` to the result, and then the next scan.
 pub struct Driver<'a, K: Fitter> {
     /// The scan, or the failure that prevents it.
     scan: Result<Scan<'a, K>, Failure>,
@@ -98,7 +98,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
             scan,
             config,
             pending: PendingRequest::new(config.sequence_seed),
-            phase: Phase::Greet,
+            phase: Phase::Hello,
             values_sent: 0,
             invalid_readings: 0,
             forgets: false,
@@ -245,7 +245,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
             if let Ok(scan) = &mut self.scan {
                 scan.forget_clamped();
             }
-            self.phase = Phase::Greet;
+            self.phase = Phase::Hello;
             return;
         }
         if let Phase::Store { checksum, .. } | Phase::Stored { checksum, .. } = self.phase {
@@ -265,7 +265,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
         self.forget();
         self.invalid_readings = 0;
         self.next = None;
-        self.phase = Phase::Greet;
+        self.phase = Phase::Hello;
     }
 
     fn forget(&mut self) {
@@ -292,7 +292,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
         }
         let due = match self.phase {
             Phase::Pause { until } => until,
-            _ => self.pending.due()?,
+            _ => self.pending.next_deadline()?,
         };
         let delay = due.saturating_sub(now_ms);
         Some(u32::try_from(delay).unwrap_or(u32::MAX))
@@ -306,7 +306,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
             return Action::Forget;
         }
         match self.pending.poll(now, &self.config) {
-            PollResult::Free => return self.step(now),
+            PollResult::Idle => return self.step(now),
             PollResult::Waiting => return Action::Wait,
             PollResult::Reply(request, reply) => self.handle_reply(&request, reply, now),
             PollResult::TimedOut(Request::Failed(_)) => self.pause(now),

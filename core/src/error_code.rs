@@ -6,7 +6,7 @@ macro_rules! error_codes {
         /// A stable number for each kind of error.
         ///
         /// The link transmits these numbers, and the C library returns them. The meaning of a number never changes.
-        /// Only the C library uses 82, 83 and the other numbers up to 31; 49 is no longer used.
+        /// Of the numbers that are not listed here, the C library uses 82, 83 and some up to 31. 49 is no longer used.
         ///
         /// ```
         /// use glimpse_core::error_code::ErrorCode;
@@ -78,7 +78,7 @@ error_codes! {
     RecipeUnknown = 45, "the recipe has a required section that the firmware does not know: update the firmware";
     RecipeSections = 46, "the recipe's sections are invalid or out of order";
 
-    Model = 48, "the recipe is for another model than the firmware's";
+    Model = 48, "the recipe's model is not the firmware's";
     Memory = 50, "the recipe needs more memory than the firmware has";
     Basis = 51, "the basis is not the one that the recipe names";
     BasisMagic = 52, "the bytes are not a compact basis";
@@ -88,7 +88,7 @@ error_codes! {
     BasisMalformed = 56, "the compact basis has an impossible count or scale";
 
     ReadingNonFinite = 64, "a channel of the reading is not a finite number";
-    ReadingNegative = 65, "a channel of the reading is further below 0 than noise can be: check the dark reading";
+    ReadingNegative = 65, "a channel of the reading is too far below 0 to be noise: check the dark reading";
     ReadingIndex = 66, "the recipe's pattern has no sample with this index";
     ReadingRequired = 67, "a sample was skipped, but the recipe needs every reading";
 
@@ -96,10 +96,10 @@ error_codes! {
     Diverged = 81, "the fit diverged: the recipe describes no material with such readings";
     Dark = 84, "the readings are not above 0: check the dark reading";
     Repeated = 85, "all readings are equal: check that the sensor is not stuck";
-    DeadRed = 86, "the red channel reads nothing while others do: check its filter and amplifier";
-    DeadGreen = 87, "the green channel reads nothing while others do: check its filter and amplifier";
-    DeadBlue = 88, "the blue channel reads nothing while others do: check its filter and amplifier";
-    Albedo = 89, "the material reflects several times the light it receives: divide readings by those of the white";
+    DeadRed = 86, "the red channel reads 0 while others do not: check its filter and amplifier";
+    DeadGreen = 87, "the green channel reads 0 while others do not: check its filter and amplifier";
+    DeadBlue = 88, "the blue channel reads 0 while others do not: check its filter and amplifier";
+    Albedo = 89, "the material reflects several times the light it receives: divide readings by the white reading";
     Residual = 90, "the fit explains its readings far worse than expected: check alignment, units and the sensor";
     ImplausibleOther = 91, "the fit is implausible for a reason that this version does not know";
 
@@ -111,7 +111,7 @@ error_codes! {
     RefusedValues = 101, "the host refused: the model has another number of values";
     RefusedModel = 102, "the host refused: it does not support this model";
     RefusedSaved = 103, "the host refused: it has not sent this reading";
-    RefusedRecipe = 104, "the host refused: it sends another recipe than it offered";
+    RefusedRecipe = 104, "the host refused: this is not the recipe that it offered";
     OutOfReach = 105, "samples of the recipe are out of reach: train within the machine's limits";
     RefusedRequest = 106, "the host refused: it does not support this request";
     RefusedOther = 107, "the host refused for a reason that the device does not know";

@@ -1,8 +1,8 @@
 //! The link between a device and its host, without I/O and without a clock.
 //!
 //! The protocol is stop-and-wait, and the device controls it. The device sends a [`Request`], and retransmits it until
-//! the [`Reply`] with the same sequence number arrives. Only then it sends the next request. A host answers a repeated
-//! request with the same reply as before. So lost, damaged, cut, repeated and spurious bytes only cost time.
+//! the [`Reply`] with the same sequence number arrives. Then it sends the next request. A host answers a repeated request
+//! with the same reply as before. Lost, damaged, cut, repeated and spurious bytes therefore only cost time.
 //!
 //! The protocol is documented in `core/docs/link.md`: frames, messages, timeouts, a scan from hello to end, error
 //! codes, and examples in bytes.
@@ -11,7 +11,7 @@
 //! |---|---|
 //! | [`Request::Hello`] begins a scan | [`Reply::Welcome`] |
 //! | [`Request::Update`], from a device that can store a recipe | [`Reply::Recipe`] or [`Reply::Accepted`] |
-//! | [`Request::RecipePart`], until the device has all of it | [`Reply::RecipePart`] |
+//! | [`Request::RecipePart`], until the device has the whole recipe | [`Reply::RecipePart`] |
 //! | [`Request::Saved`], for each reading that survived a reset of the device | [`Reply::Accepted`] |
 //! | [`Request::Measure`], for each sample of the recipe's pattern | [`Reply::Measured`], [`Reply::Skip`] or [`Reply::FinishEarly`] |
 //! | [`Request::Progress`], after each slice of the fit | [`Reply::Accepted`] |
@@ -22,7 +22,7 @@
 //! A host may refuse any request with [`Reply::Refused`].
 //!
 //! [`Client`] is the device's side and [`Server`] the host's; both receive bytes one by one. A
-//! [`Driver`](crate::driver::Driver) is a complete device; `examples/host.rs` has both ends.
+//! [`Driver`](crate::driver::Driver) is a complete device. `examples/host.rs` implements both ends.
 //!
 //! ```
 //! use glimpse_core::link::{Client, FRAME_BYTES, Received, Reply, Request, Server};

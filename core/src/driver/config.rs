@@ -42,7 +42,7 @@ pub struct Config {
     pub steps_per_poll: u32,
     /// Interval of retransmissions of a request without a reply, in ms.
     pub retransmit_interval_ms: u32,
-    /// Timeout of a reply, in ms. The greeting has no timeout.
+    /// Timeout of a reply, in ms. `Hello` has no timeout.
     pub reply_timeout_ms: u32,
     /// Timeout of a reading by the host, in ms. It includes the motion of the arms.
     pub measure_timeout_ms: u32,

@@ -6,7 +6,7 @@ use crate::link::{Client, FRAME_BYTES, Reply, Request};
 /// State of the request after [`PendingRequest::poll`].
 pub(super) enum PollResult {
     /// No request is pending.
-    Free,
+    Idle,
     /// No reply yet.
     Waiting,
     /// The request and its reply.
@@ -15,23 +15,23 @@ pub(super) enum PollResult {
     TimedOut(Request),
 }
 
-/// A request and the progress of its exchange.
+/// The state of the current exchange: no request, a request without a reply, or both.
 #[derive(Default)]
 enum Exchange {
     #[default]
-    Free,
+    Idle,
     Waiting(Request),
     Answered(Request, Reply),
 }
 
-/// The only request that can be pending at a time.
+/// The pending request. There is at most one.
 pub(super) struct PendingRequest {
     client: Client,
     exchange: Exchange,
     frame: [u8; FRAME_BYTES],
-    /// Length of the frame.
-    end: usize,
-    /// Number of its bytes that are sent.
+    /// Length of the frame in bytes.
+    frame_length: usize,
+    /// Number of the frame's bytes that have been sent.
     sent: usize,
     /// Time of the next retransmission, in ms.
     retransmit_at: u64,
@@ -43,9 +43,9 @@ impl PendingRequest {
     pub(super) const fn new(seed: u32) -> Self {
         Self {
             client: Client::new(seed),
-            exchange: Exchange::Free,
+            exchange: Exchange::Idle,
             frame: [0; FRAME_BYTES],
-            end: 0,
+            frame_length: 0,
             sent: 0,
             retransmit_at: 0,
             timeout_at: u64::MAX,
@@ -56,7 +56,7 @@ impl PendingRequest {
     pub(super) fn begin(&mut self, request: Request, now: u64, config: &Config) {
         // The buffer has room for every request.
         let frame = self.client.request(&request, &mut self.frame);
-        self.end = frame.map_or(0, <[u8]>::len);
+        self.frame_length = frame.map_or(0, <[u8]>::len);
         self.sent = 0;
         self.retransmit_at = now.saturating_add(config.retransmit_interval_ms.into());
         self.timeout_at = match &request {
@@ -69,13 +69,13 @@ impl PendingRequest {
 
     /// Drops the request. A partly sent frame is still sent to its end: otherwise the host would wait for the rest.
     pub(super) fn cancel(&mut self) {
-        self.exchange = Exchange::Free;
+        self.exchange = Exchange::Idle;
         if self.sent == 0 {
-            self.end = 0;
+            self.frame_length = 0;
         }
     }
 
-    /// The request that waits for its reply.
+    /// Returns the request if it has no reply yet.
     pub(super) fn request(&self) -> Option<&Request> {
         match &self.exchange {
             Exchange::Waiting(request) => Some(request),
@@ -95,17 +95,19 @@ impl PendingRequest {
     }
 
     pub(super) fn outgoing(&self) -> &[u8] {
-        self.frame.get(self.sent..self.end).unwrap_or_default()
+        self.frame
+            .get(self.sent..self.frame_length)
+            .unwrap_or_default()
     }
 
     pub(super) fn sent(&mut self, count: usize) {
-        self.sent = self.sent.saturating_add(count).min(self.end);
+        self.sent = self.sent.saturating_add(count).min(self.frame_length);
     }
 
     /// Retransmits the frame when it is due, and returns the state of the request.
     pub(super) fn poll(&mut self, now: u64, config: &Config) -> PollResult {
         match core::mem::take(&mut self.exchange) {
-            Exchange::Free => PollResult::Free,
+            Exchange::Idle => PollResult::Idle,
             Exchange::Answered(request, reply) => PollResult::Reply(request, reply),
             Exchange::Waiting(request) if now >= self.timeout_at => PollResult::TimedOut(request),
             waiting @ Exchange::Waiting(_) => {
@@ -131,14 +133,14 @@ impl PendingRequest {
         }
     }
 
-    /// Time of the next retransmission or of the timeout, in ms. An unsent frame has no retransmission. None if no time
-    /// is due.
-    pub(super) fn due(&self) -> Option<u64> {
+    /// Returns the time of the next retransmission or of the timeout in ms, whichever is earlier. A retransmission is
+    /// scheduled only after the whole frame is sent. None if there is neither.
+    pub(super) fn next_deadline(&self) -> Option<u64> {
         self.request()?;
-        let due = match self.outgoing() {
+        let deadline = match self.outgoing() {
             [] => self.retransmit_at.min(self.timeout_at),
             _ => self.timeout_at,
         };
-        (due != u64::MAX).then_some(due)
+        (deadline != u64::MAX).then_some(deadline)
     }
 }

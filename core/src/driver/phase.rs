@@ -6,8 +6,8 @@ use crate::link::Failure;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) enum Phase {
-    /// Greets the host.
-    Greet,
+    /// Sends `Hello` to the host.
+    Hello,
     /// Requests another recipe from the host.
     Update,
     /// Fetches and stores that recipe.

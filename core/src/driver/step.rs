@@ -11,7 +11,7 @@ impl<K: Fitter> Driver<'_, K> {
     /// Does the next step of the phase.
     pub(super) fn step(&mut self, now: u64) -> Action {
         match self.phase {
-            Phase::Greet => self.greet(now),
+            Phase::Hello => self.hello(now),
             Phase::Update => self.request(Request::Update, now),
             Phase::Store { offset, .. } => self.request(Request::RecipePart { offset }, now),
             Phase::Stored { bytes, checksum } => {
@@ -30,22 +30,22 @@ impl<K: Fitter> Driver<'_, K> {
             Phase::End => {
                 self.forget();
                 self.phase = match self.config.host {
-                    Host::Measures => Phase::Greet,
+                    Host::Measures => Phase::Hello,
                     Host::Listens | Host::Absent => Phase::Rest,
                 };
                 Action::Continue
             }
             Phase::ReportFailure(failure) => self.request(Request::Failed(failure.into()), now),
             Phase::Pause { until } if now >= until => {
-                self.phase = Phase::Greet;
+                self.phase = Phase::Hello;
                 Action::Continue
             }
             Phase::Pause { .. } | Phase::Rest => Action::Wait,
         }
     }
 
-    /// Greets the host, if there is one.
-    fn greet(&mut self, now: u64) -> Action {
+    /// Sends `Hello` to the host, if there is one.
+    fn hello(&mut self, now: u64) -> Action {
         if self.config.host == Host::Absent {
             self.begin();
             return Action::Continue;
@@ -69,7 +69,7 @@ impl<K: Fitter> Driver<'_, K> {
         )
     }
 
-    /// Begins after the greeting. A host that only listens cannot validate saved readings: the firmware does so when it
+    /// Begins after `Hello`. A host that only listens cannot validate saved readings, so the firmware does this when it
     /// records them.
     pub(super) fn begin(&mut self) {
         match self.config.host {

@@ -7,7 +7,7 @@ use super::any::AnyModel;
 use super::linear::Linear;
 use crate::model::{CookTorrance, Neural, Phong};
 
-/// A model that a scan accepts as its type parameter: one of the four, or [`AnyModel`] for the recipe's model.
+/// A type that a scan accepts as its type parameter: one of the four models, or [`AnyModel`] for that of the recipe.
 pub trait Fitter: Algorithm {}
 
 impl Fitter for Phong {}
@@ -18,7 +18,8 @@ impl Fitter for AnyModel {}
 
 /// The progress of a fit, in units of work.
 ///
-/// A unit is the gradient of one sample, a row or a channel of a ridge solve, or a part of the completion of readings.
+/// Units differ in cost. A descent computes the gradient of one sample in a unit. A ridge solve computes a row of its
+/// system, or the coefficients of a channel. A completion adds a reading to the net, or computes some of its results.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Progress {

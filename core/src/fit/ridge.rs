@@ -13,16 +13,16 @@
 //!
 //! # The solve
 //!
-//! With u = t - A c, the same c is the solution of (A P^-1 A' + I) u = t, c = P^-1 A'u. A [`Problem`] uses the system
-//! of the smaller order, r = min(n, m), and factorizes it ([`Factors`]) as L D L' in the caller's buffer. The factors
-//! depend on neither channel nor material, so one factorization serves all right sides. Each right side takes two
-//! triangular solves. The factorization cannot fail, because its pivots are clamped to their exact lower bounds.
+//! Equivalently, the residual u = t - A c solves (A P^-1 A' + I) u = t, and c = P^-1 A'u. A [`Problem`] uses the smaller
+//! of the two systems, of order r = min(n, m), and factorizes it ([`Factors`]) as L D L' in the caller's buffer. The
+//! factors depend on neither channel nor material, so one factorization serves all right-hand sides. Each right-hand
+//! side takes two triangular solves. The factorization cannot fail, because its pivots are clamped to their exact lower bounds.
 //!
-//! In f32 the result may have an error of a hundredth if A'A + P is ill-conditioned. So iterative refinement follows
-//! each solve: one step if the system is small, at most [`Real::REFINEMENTS`]. It computes the residual in twice the
-//! working precision (error-free products from plain f32 operations; no f64). The largest error
-//! |c - c of f64| / |c of f64| in `tests/suite/linear`, over n from 1 to 512, m from 1 to 240 and precisions from 1 to
-//! 1e4:
+//! In f32, the relative error of the result may reach 0.01 if A'A + P is ill-conditioned. Therefore each solve ends with
+//! iterative refinement: one step for a small system, otherwise up to [`Real::REFINEMENTS`] steps. A step computes the
+//! residual in twice the working precision (error-free products from plain f32 operations; no f64). `tests/suite/linear`
+//! measures the largest relative errors |c - c of f64| / |c of f64|, for n from 1 to 512, m from 1 to 240 and precisions
+//! from 1 to 1e4:
 //!
 //! | refinements | n = 8, m = 5 | n = 64, m = 60 | n = 512, m = 240 |
 //! |---|---|---|---|
@@ -40,7 +40,7 @@
 //!
 //! # Stability
 //!
-//! Firmware calls [`Linear`](super::Linear) and a [`Scan`](crate::scan::Scan). The solve and its adjoint are public for
+//! Firmware uses [`Linear`](super::Linear) with a [`Scan`](crate::scan::Scan). The solve and its adjoint are public for
 //! the trainer, which differentiates through the solve. They may change in any version.
 
 mod error;
@@ -57,8 +57,8 @@ use crate::numeric::Scalar;
 
 /// The type of a real number in ridge problems: f32 or f64.
 pub trait Real: Scalar<Parameter = Self, Sum = Self> + PartialOrd {
-    /// 2^s + 1, where s is half the number of the significand's binary digits, rounded up. It splits a number in two
-    /// halves whose products are exact.
+    /// 2^s + 1, where s is half the number of the significand's binary digits, rounded up. Veltkamp's splitting uses it
+    /// to split a number into two halves whose products are exact.
     const SPLITTER: f64;
     /// The largest number of refinement steps after each solve.
     const REFINEMENTS: usize;
@@ -96,7 +96,7 @@ impl Stored<f32> for [u8; 4] {
     }
 }
 
-/// Returns the dot product of a row of A and a vector of m.
+/// Returns the dot product of a row of A and a vector of length m.
 pub(super) fn dot<S: Real, T: Stored<S>>(row: &[T], vector: &[S]) -> S {
     let products = row.iter().zip(vector);
     products.fold(S::constant(0.0), |sum, (a, x)| {

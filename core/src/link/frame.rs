@@ -8,17 +8,17 @@ use serde::de::DeserializeOwned;
 use super::VALUES_PER_FRAME;
 use crate::checksum::crc_32;
 
-/// The largest length of a sequence number and a message, in bytes. The longest message is `Values`, with its sequence
-/// number (5 bytes), variant (1), offset and total (3 each) and length (1). (`RecipePart` has 72.)
+/// The largest length of a sequence number and a message, in bytes. `Values` is the longest: sequence number (5 bytes),
+/// variant (1), offset and total (3 each), number of values (1), and the values (4 each). `RecipePart` takes 72 bytes.
 const MESSAGE_BYTES: usize = 5 + 1 + 3 + 3 + 1 + 4 * VALUES_PER_FRAME;
-/// Bytes of the CRC.
+/// The length of the CRC in bytes.
 const CHECKSUM_BYTES: usize = 4;
-/// Bytes that COBS encodes.
+/// The largest length of a frame's content before its COBS encoding, in bytes.
 const CONTENT_BYTES: usize = MESSAGE_BYTES + CHECKSUM_BYTES;
 /// The length of the longest frame in bytes, with the zeros at both ends.
 pub const FRAME_BYTES: usize = 1 + max_encoding_length(CONTENT_BYTES) + 1;
 
-/// An error of a frame.
+/// An error in encoding or decoding a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -68,7 +68,7 @@ pub fn encode<'b, T: Serialize>(
     buffer.get(..=end).ok_or(FrameError::TooLong)
 }
 
-/// The CRC in the frame of a message.
+/// Returns the CRC in the frame of a message.
 pub(super) fn checksum_of<T: Serialize>(sequence: u32, message: &T) -> u32 {
     let mut content = [0; MESSAGE_BYTES];
     let content = postcard::to_slice(&(sequence, message), &mut content);
@@ -93,7 +93,7 @@ impl Default for FrameReader {
 }
 
 impl FrameReader {
-    /// Creates a reader between two frames.
+    /// Creates a reader that expects the start of a frame.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -106,7 +106,7 @@ impl FrameReader {
     /// Receives a byte. At the end of a frame it returns the sequence number and the message, or the error of the
     /// frame. An error does not affect the next frame.
     pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<(u32, T), FrameError>> {
-        let whole = match self.cobs.feed(byte) {
+        let is_valid_cobs = match self.cobs.feed(byte) {
             Ok(DecodeResult::NoData) => return None,
             Ok(DecodeResult::DataContinue(byte)) => {
                 self.overflowed |= self.content.push(byte).is_err();
@@ -115,10 +115,10 @@ impl FrameReader {
             Ok(DecodeResult::DataComplete) => true,
             Err(_) => false,
         };
-        let result = match (self.overflowed, whole) {
+        let result = match (self.overflowed, is_valid_cobs) {
             (true, _) => Err(FrameError::TooLong),
             (false, false) => Err(FrameError::Damaged),
-            (false, true) => read(&self.content),
+            (false, true) => decode(&self.content),
         };
         self.content.clear();
         self.overflowed = false;
@@ -126,8 +126,8 @@ impl FrameReader {
     }
 }
 
-/// Sequence number and message of a frame's content.
-fn read<T: DeserializeOwned>(content: &[u8]) -> Result<(u32, T), FrameError> {
+/// Decodes sequence number and message from a frame's content.
+fn decode<T: DeserializeOwned>(content: &[u8]) -> Result<(u32, T), FrameError> {
     let (message, checksum) = content
         .split_last_chunk::<CHECKSUM_BYTES>()
         .ok_or(FrameError::Damaged)?;

@@ -1,15 +1,4 @@
-//! The Cook-Torrance model (Cook and Torrance 1982) with Beckmann's distribution, 8 parameters.
-//!
-//! f = k_d / pi + k_s D G F / (pi cos_i cos_o). k_d, k_s (per channel), the roughness alpha and the reflectance at
-//! normal incidence F0 are the sigmoids of the parameters, and
-//!
-//! - D = exp(-tan^2 theta_h / alpha^2) / (alpha^2 cos^4 theta_h),
-//! - G = min(1, 2 cos theta_h min(cos_i, cos_o) / cos theta_d),
-//! - F = F0 + (1 - F0) (1 - cos theta_d)^5.
-//!
-//! (Paper, "Models: Cook-Torrance".) The four denominators have an offset of 1e-6; that of the exponent is as in sin^2
-//! theta_h / (alpha^2 cos^2 theta_h + 1e-6). Cosines below the horizon count as 0. D and 1 / (pi cos_i cos_o) therefore
-//! stay below 1e6 for all parameters and directions.
+//! The Cook-Torrance model.
 
 use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, sigmoids};
 use crate::geometry::HalfDifference;
@@ -20,7 +9,20 @@ use core::f64::consts::PI;
 /// The offset of denominators.
 const EPSILON: f64 = 1e-6;
 
-/// The Cook-Torrance model. The formula is at the top of its source file.
+/// The Cook-Torrance model (Cook and Torrance 1982) with Beckmann's distribution, 8 parameters.
+///
+/// f = k_d / pi + k_s D G F / (pi cos_i cos_o), where
+///
+/// - D = exp(-tan^2 theta_h / alpha^2) / (alpha^2 cos^4 theta_h),
+/// - G = min(1, 2 cos theta_h min(cos_i, cos_o) / cos theta_d),
+/// - F = F0 + (1 - F0) (1 - cos theta_d)^5.
+///
+/// (Paper, "Models: Cook-Torrance".) k_d and k_s (per channel), the roughness alpha and the reflectance at normal
+/// incidence F0 are the sigmoids of the parameters.
+///
+/// Each denominator is offset by 1e-6. The exponent of D is computed as -sin^2 theta_h / (alpha^2 cos^2 theta_h + 1e-6).
+/// Cosines below the horizon count as 0. D and 1 / (pi cos_i cos_o) therefore stay below 1e6 for all parameters and
+/// directions.
 #[derive(Clone, Copy, Debug)]
 pub struct CookTorrance;
 
@@ -28,38 +30,53 @@ pub struct CookTorrance;
 /// logits of the roughness alpha and of the reflectance at normal incidence F0.
 pub type CookTorranceParameters<T> = [T; 8];
 
-/// Terms that evaluation and gradient share.
+/// Terms that evaluation and gradient share. Denominators are offset by [`EPSILON`].
 struct Terms<S> {
-    /// k_d and k_s of each channel, alpha, F0.
+    /// k_d of each channel.
     diffuse: [S; 3],
+    /// k_s of each channel.
     specular: [S; 3],
+    /// alpha.
     roughness: S,
+    /// F0.
     reflectance: S,
-    /// cos_i and cos_o, clamped to 0, and the lower of the two.
+    /// max(cos_i, 0).
     incoming: S,
+    /// max(cos_o, 0).
     outgoing: S,
-    lower: S,
-    /// alpha^2, cos^2 theta_h, and their product.
+    /// The smaller of `incoming` and `outgoing`.
+    smaller_cosine: S,
+    /// alpha^2.
     squared_roughness: S,
+    /// cos^2 theta_h.
     squared_cosine: S,
+    /// alpha^2 cos^2 theta_h.
     product: S,
-    /// 1 / (alpha^2 cos^2 theta_h), tan^2 theta_h / alpha^2, 1 / (alpha^2 cos^4 theta_h).
+    /// 1 / (alpha^2 cos^2 theta_h).
     inverse_product: S,
+    /// tan^2 theta_h / alpha^2.
     exponent: S,
+    /// 1 / (alpha^2 cos^4 theta_h).
     normalization: S,
-    /// 1 / cos theta_d, 2 cos theta_h / cos theta_d, and G before the minimum with 1.
+    /// 1 / cos theta_d.
     inverse_dz: S,
-    per_lower: S,
+    /// 2 cos theta_h / cos theta_d.
+    g_by_smaller_cosine: S,
+    /// G before the minimum with 1.
     unclamped_g: S,
-    /// Powers of 1 - cos theta_d.
+    /// (1 - cos theta_d)^4.
     fourth_power: S,
+    /// (1 - cos theta_d)^5.
     fifth_power: S,
     /// 1 / (pi cos_i cos_o).
     inverse_cosines: S,
-    /// D / (pi cos_i cos_o), G, F, and the product of the three.
-    d: S,
+    /// D / (pi cos_i cos_o).
+    scaled_d: S,
+    /// G.
     g: S,
-    f: S,
+    /// F.
+    fresnel: S,
+    /// D G F / (pi cos_i cos_o).
     lobe: S,
 }
 
@@ -73,7 +90,7 @@ impl<S: Scalar> Terms<S> {
         let reflectance = S::broadcast_sigmoid(reflectance);
         let incoming = at.cos_theta_i().relu();
         let outgoing = at.cos_theta_o().relu();
-        let lower = (outgoing - incoming).if_positive(incoming, outgoing);
+        let smaller_cosine = (outgoing - incoming).if_positive(incoming, outgoing);
 
         let squared_roughness = roughness * roughness;
         let squared_cosine = at.hz * at.hz;
@@ -83,18 +100,18 @@ impl<S: Scalar> Terms<S> {
         let normalization = one / epsilon.plus_product(product, squared_cosine);
 
         let inverse_dz = one / (at.dz + epsilon);
-        let per_lower = (at.hz + at.hz) * inverse_dz;
-        let unclamped_g = per_lower * lower;
+        let g_by_smaller_cosine = (at.hz + at.hz) * inverse_dz;
+        let unclamped_g = g_by_smaller_cosine * smaller_cosine;
         let g = (one - unclamped_g).if_positive(unclamped_g, one);
 
-        let opposite = one - at.dz;
-        let squared_opposite = opposite * opposite;
-        let fourth_power = squared_opposite * squared_opposite;
-        let fifth_power = fourth_power * opposite;
-        let f = fifth_power.plus_product(reflectance, one - fifth_power);
+        let one_minus_dz = one - at.dz;
+        let square = one_minus_dz * one_minus_dz;
+        let fourth_power = square * square;
+        let fifth_power = fourth_power * one_minus_dz;
+        let fresnel = fifth_power.plus_product(reflectance, one - fifth_power);
 
         let inverse_cosines = one / epsilon.plus_product(S::constant(PI) * incoming, outgoing);
-        let d = (-exponent).exp() * normalization * inverse_cosines;
+        let scaled_d = (-exponent).exp() * normalization * inverse_cosines;
         Self {
             diffuse: sigmoids(&[kd_r, kd_g, kd_b]),
             specular: sigmoids(&[ks_r, ks_g, ks_b]),
@@ -102,7 +119,7 @@ impl<S: Scalar> Terms<S> {
             reflectance,
             incoming,
             outgoing,
-            lower,
+            smaller_cosine,
             squared_roughness,
             squared_cosine,
             product,
@@ -110,15 +127,15 @@ impl<S: Scalar> Terms<S> {
             exponent,
             normalization,
             inverse_dz,
-            per_lower,
+            g_by_smaller_cosine,
             unclamped_g,
             fourth_power,
             fifth_power,
             inverse_cosines,
-            d,
+            scaled_d,
             g,
-            f,
-            lobe: d * g * f,
+            fresnel,
+            lobe: scaled_d * g * fresnel,
         }
     }
 
@@ -132,8 +149,10 @@ impl<S: Scalar> Terms<S> {
         brdf
     }
 
-    /// The derivatives with respect to the sample's coordinates: those of the lobe, times `by_lobe`, plus those of the
-    /// loss through its own cosine, times `by_cosine`.
+    /// Returns the derivatives of the loss with respect to the sample's coordinates.
+    ///
+    /// `by_lobe` is the derivative of the loss with respect to the lobe, and `by_cosine` that with respect to the cosine
+    /// by which the loss multiplies BRDFs.
     #[inline(always)]
     fn by_coordinates(
         &self,
@@ -146,42 +165,44 @@ impl<S: Scalar> Terms<S> {
         let by_log_lobe = by_lobe * self.lobe;
         let twice = by_log_lobe + by_log_lobe;
 
-        // D: the logarithm's derivatives, as in `accumulate_gradient`.
+        // D, through ln D = -sin^2 theta_h / p - ln(p cos^2 theta_h) with p = alpha^2 cos^2 theta_h.
         let by_hx = -(twice * at.hx * self.inverse_product);
-        let narrowing = self.exponent * self.inverse_product
+        let log_d_by_product = self.exponent * self.inverse_product
             - (self.squared_cosine + self.squared_cosine) * self.normalization;
-        let by_hz = twice * (self.squared_roughness * at.hz) * narrowing;
+        let by_hz = twice * (self.squared_roughness * at.hz) * log_d_by_product;
 
-        // G = 2 hz lower / dz, if that is below 1.
-        let by_g = by_lobe * self.d * self.f;
+        // G = 2 hz min(cos_i, cos_o) / dz, if that is below 1.
+        let by_g = by_lobe * self.scaled_d * self.fresnel;
         let by_unclamped_g = (one - self.unclamped_g).if_positive(by_g, zero);
-        let by_lower = by_unclamped_g * self.per_lower;
-        let lower_per_dz = self.lower * self.inverse_dz;
-        let by_hz = by_hz.plus_product(by_unclamped_g, lower_per_dz + lower_per_dz);
+        let by_smaller_cosine = by_unclamped_g * self.g_by_smaller_cosine;
+        let half_g_by_hz = self.smaller_cosine * self.inverse_dz;
+        let by_hz = by_hz.plus_product(by_unclamped_g, half_g_by_hz + half_g_by_hz);
         let by_dz = -(by_unclamped_g * self.unclamped_g * self.inverse_dz);
 
         // F = F0 + (1 - F0) (1 - dz)^5.
-        let by_f = by_lobe * self.d * self.g;
-        let slope = (one - self.reflectance) * self.fourth_power * S::constant(-5.0);
-        let by_dz = by_dz.plus_product(by_f, slope);
+        let by_fresnel = by_lobe * self.scaled_d * self.g;
+        let fresnel_by_dz = (one - self.reflectance) * self.fourth_power * S::constant(-5.0);
+        let by_dz = by_dz.plus_product(by_fresnel, fresnel_by_dz);
 
-        // 1 / (pi cos_i cos_o), and the lower cosine within G.
-        let steepness = -(by_log_lobe * S::constant(PI) * self.inverse_cosines);
-        let incoming_is_lower = self.outgoing - self.incoming;
-        let by_incoming = steepness * self.outgoing + incoming_is_lower.if_positive(by_lower, zero);
-        let by_outgoing = steepness * self.incoming + incoming_is_lower.if_positive(zero, by_lower);
+        // 1 / (pi cos_i cos_o), and the smaller cosine in G.
+        let by_cosine_product = -(by_log_lobe * S::constant(PI) * self.inverse_cosines);
+        let incoming_is_smaller = self.outgoing - self.incoming;
+        let by_incoming = by_cosine_product * self.outgoing
+            + incoming_is_smaller.if_positive(by_smaller_cosine, zero);
+        let by_outgoing = by_cosine_product * self.incoming
+            + incoming_is_smaller.if_positive(zero, by_smaller_cosine);
         let by_incoming = self.incoming.if_positive(by_incoming, zero) + by_cosine;
         let by_outgoing = self.outgoing.if_positive(by_outgoing, zero);
 
         // cos_i = hz dz - hx dx, cos_o = hz dz + hx dx.
-        let both = by_outgoing + by_incoming;
-        let apart = by_outgoing - by_incoming;
+        let sum = by_outgoing + by_incoming;
+        let difference = by_outgoing - by_incoming;
         HalfDifference {
-            hx: by_hx.plus_product(apart, at.dx),
-            hz: by_hz.plus_product(both, at.dz),
-            dx: apart * at.hx,
+            hx: by_hx.plus_product(difference, at.dx),
+            hz: by_hz.plus_product(sum, at.dz),
+            dx: difference * at.hx,
             dy: zero,
-            dz: by_dz.plus_product(both, at.hz),
+            dz: by_dz.plus_product(sum, at.hz),
         }
     }
 }
@@ -225,21 +246,21 @@ impl Model for CookTorrance {
             S::add_product(specular_entry, by_specular * terms.lobe, one - specular);
             by_lobe = by_lobe + by_specular;
         }
-        // With e = tan^2 / alpha^2 and the derivative 2 alpha^2 (1 - alpha) of alpha^2 with respect to the logit, d(ln
-        // D) = 2 (1 - alpha) (e - 1). The offsets scale each term by a factor below 1, so that nothing diverges as
-        // alpha or cos theta_h vanishes.
-        let narrowing = terms.exponent * (terms.product * terms.inverse_product)
+        // The derivative of ln D with respect to the logit of alpha is 2 (1 - alpha) (e - 1), e = tan^2 theta_h / alpha^2.
+        // The offsets of the denominators multiply both e and 1 by factors below 1, so that the derivative stays finite
+        // as alpha or cos theta_h approaches 0.
+        let exponent_minus_one = terms.exponent * (terms.product * terms.inverse_product)
             - terms.product * terms.squared_cosine * terms.normalization;
-        let smoothness = one - terms.roughness;
+        let one_minus_roughness = one - terms.roughness;
         S::add_product(
             roughness,
             by_lobe * terms.lobe,
-            (smoothness + smoothness) * narrowing,
+            (one_minus_roughness + one_minus_roughness) * exponent_minus_one,
         );
         // F = F0 + (1 - F0) (1 - cos theta_d)^5.
         S::add_product(
             reflectance,
-            by_lobe * terms.d * terms.g,
+            by_lobe * terms.scaled_d * terms.g,
             (one - terms.fifth_power) * terms.reflectance * (one - terms.reflectance),
         );
 

@@ -90,15 +90,15 @@ impl<S: Scalar> Channel<S> {
         let shifted_y = one + y * cosine;
         let shifted_f = one + f * cosine;
         let signed = (shifted_f - shifted_y).sign() * weight;
-        let slope_y = signed / shifted_y;
-        let slope_f = signed / shifted_f;
+        let signed_inverse_y = signed / shifted_y;
+        let signed_inverse_f = signed / shifted_f;
         Self {
             shifted_y,
             shifted_f,
             signed,
-            by_modeled: slope_f * cosine,
-            by_measured: -(slope_y * cosine),
-            by_cosine: slope_f * f - slope_y * y,
+            by_modeled: signed_inverse_f * cosine,
+            by_measured: -(signed_inverse_y * cosine),
+            by_cosine: signed_inverse_f * f - signed_inverse_y * y,
         }
     }
 }

@@ -1,14 +1,4 @@
-//! The neural model of Sztrajman et al. (2021): 6-21-21-3, ReLU, 675 parameters.
-//!
-//! f = max(exp(z) - 1, 0). z is the output of a multi-layer perceptron, whose input is the unit half and difference
-//! vectors (hx, hy, hz, dx, dy, dz). (Paper, "Models: Neural networks".)
-//!
-//! The model is isotropic because of its input. It is not reciprocal by construction: exchanging light and sensor adds
-//! pi to phi_d, and turns the difference vector into (-dx, -dy, dz). f(i, o) and f(o, i) agree only as far as the
-//! training materials taught the network. Their mean is reciprocal.
-//!
-//! Nor is the model independent of phi_d at theta_h = 0. There, [`HalfDifference::from_directions`] sets phi_d = 0 for
-//! both orders of the directions.
+//! The neural model.
 
 use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, Samples};
 use crate::geometry::HalfDifference;
@@ -20,7 +10,16 @@ const HIDDEN: usize = 21;
 /// Number of units that are computed together. If a scalar fills a register, this many stay in registers.
 const TILE: usize = 3;
 
-/// The neural model. The formula is at the top of its source file.
+/// The neural model of Sztrajman et al. (2021): 6-21-21-3, ReLU, 675 parameters.
+///
+/// f = max(exp(z) - 1, 0), where z is the output of a multi-layer perceptron. Its input is the unit half vector and
+/// the unit difference vector, (hx, hy, hz, dx, dy, dz). (Paper, "Models: Neural networks".)
+///
+/// The model is isotropic because of its input. It is not reciprocal: exchanging light and sensor adds pi to phi_d and
+/// turns the difference vector into (-dx, -dy, dz), which the network learns only from training materials. The mean of
+/// f(i, o) and f(o, i) is reciprocal.
+///
+/// At theta_h = 0 the network would depend on phi_d, so phi_d is set to 0 there for both orders of the directions.
 #[derive(Clone, Copy, Debug)]
 pub struct Neural;
 

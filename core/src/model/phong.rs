@@ -1,7 +1,4 @@
-//! The energy-conserving Phong model (Lafortune and Willems 1994), 7 parameters.
-//!
-//! f = k_d / pi + k_s (q + 2) / (2 pi) (max(<w_o, r>, 0) + 1e-5)^q. r is the mirror direction of w_i, and k_d = s t,
-//! k_s = s (1 - t), s = sigmoid(sum), t = sigmoid(ratio) per channel, q = exp(exponent). (Paper, "Models: Phong".)
+//! The Phong model.
 
 use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, sigmoids};
 use crate::geometry::HalfDifference;
@@ -9,7 +6,13 @@ use crate::model::loss::cosine_weighted_log_error;
 use crate::numeric::{Scalar, Value};
 use core::f64::consts::PI;
 
-/// The Phong model. The formula is at the top of its source file.
+/// The energy-conserving Phong model (Lafortune and Willems 1994), 7 parameters.
+///
+/// f = k_d / pi + k_s (q + 2) / (2 pi) (max(w_o . r, 0) + 1e-5)^q, where r is the mirror direction of w_i. (Paper,
+/// "Models: Phong".)
+///
+/// The parameters of each channel are the logits of s = k_d + k_s and t = k_d / s, so that k_d = s t and
+/// k_s = s (1 - t). The last parameter is the logarithm of q.
 #[derive(Clone, Copy, Debug)]
 pub struct Phong;
 
@@ -19,16 +22,21 @@ pub type PhongParameters<T> = [T; 7];
 
 /// Terms that evaluation and gradient share.
 struct Terms<S> {
-    /// s and t of each channel.
+    /// s of each channel.
     sum: [S; 3],
+    /// t of each channel.
     ratio: [S; 3],
-    /// <w_o, r>, and the same clamped and offset.
+    /// w_o . r.
     dot: S,
+    /// max(w_o . r, 0) + 1e-5.
     base: S,
+    /// q.
     exponent: S,
+    /// ln(base).
     log_base: S,
-    /// base^q, and the same times (q + 2) / (2 pi).
+    /// base^q.
     power: S,
+    /// (q + 2) / (2 pi) base^q.
     lobe: S,
 }
 
@@ -36,7 +44,7 @@ impl<S: Scalar> Terms<S> {
     #[inline(always)]
     fn new(parameters: &PhongParameters<S::Parameter>, at: &HalfDifference<S>) -> Self {
         let [sum_r, sum_g, sum_b, ratio_r, ratio_g, ratio_b, exponent] = *parameters;
-        // <w_o, r> = -o_x i_x - o_y i_y + o_z i_z, written in half and difference vectors.
+        // w_o . r = -o_x i_x - o_y i_y + o_z i_z, written in half and difference vectors.
         let dot = (at.dz * at.dz + at.dx * at.dx) * (at.hz * at.hz - at.hx * at.hx) + at.dy * at.dy;
         let base = dot.relu() + S::constant(1e-5);
         let exponent = S::broadcast(exponent).exp();
@@ -118,17 +126,17 @@ impl Model for Phong {
 
         let mut by_sample = SampleGradient::zero();
         if SAMPLE {
-            let slope = by_lobe * terms.exponent * terms.lobe / terms.base;
-            let twice_by_dot = terms.dot.if_positive(slope + slope, zero);
+            let by_base = by_lobe * terms.exponent * terms.lobe / terms.base;
+            let twice_by_dot = terms.dot.if_positive(by_base + by_base, zero);
             let horizontal = at.hz * at.hz - at.hx * at.hx;
             let vertical = at.dz * at.dz + at.dx * at.dx;
-            let c = loss.by_cosine;
+            let by_cosine = loss.by_cosine;
             by_sample.at = HalfDifference {
-                hx: -(twice_by_dot * vertical * at.hx) - c * at.dx,
-                hz: twice_by_dot * vertical * at.hz + c * at.dz,
-                dx: twice_by_dot * horizontal * at.dx - c * at.hx,
+                hx: -(twice_by_dot * vertical * at.hx) - by_cosine * at.dx,
+                hz: twice_by_dot * vertical * at.hz + by_cosine * at.dz,
+                dx: twice_by_dot * horizontal * at.dx - by_cosine * at.hx,
                 dy: twice_by_dot * at.dy,
-                dz: twice_by_dot * horizontal * at.dz + c * at.hz,
+                dz: twice_by_dot * horizontal * at.dz + by_cosine * at.hz,
             };
             by_sample.measured = loss.by_measured;
         }

@@ -7,7 +7,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::math;
 
-/// A value of a set of parameters: plain data that threads can share.
+/// An entry of a model's parameter set: plain data that threads can share.
 pub trait Value: Copy + Send + Sync + 'static {}
 impl<T: Copy + Send + Sync + 'static> Value for T {}
 
@@ -50,8 +50,8 @@ pub trait Scalar:
     fn add_product(sum: &mut Self::Sum, a: Self, b: Self);
     /// `sum += a`.
     fn add_to(sum: &mut Self::Sum, a: Self);
-    /// `sums[i][j] += a[i] * b[j]`: an outer product. It takes several rows at a time, so that each `b[j]` is loaded
-    /// once for all of them, or skipped if it is 0.
+    /// `sums[i][j] += a[i] * b[j]`: an outer product. One call updates several rows, so that each `b[j]` is loaded once
+    /// for all of them, or skipped if it is 0.
     #[inline(always)]
     fn add_outer_product<const I: usize, const J: usize>(
         sums: [&mut [Self::Sum; J]; I],
@@ -80,13 +80,13 @@ pub trait Scalar:
     /// `self + a * b`, fused if that is faster on the target.
     #[must_use]
     fn plus_product(self, a: Self, b: Self) -> Self;
-    /// `if self > 0 { then } else { otherwise }`, sample by sample; both are computed.
+    /// `if self > 0 { then } else { otherwise }`, sample by sample. Callers compute both arguments.
     #[must_use]
     fn if_positive(self, then: Self, otherwise: Self) -> Self;
     /// e to the power of `self`.
     #[must_use]
     fn exp(self) -> Self;
-    /// Natural logarithm; `self` > 0.
+    /// The natural logarithm of `self` > 0.
     #[must_use]
     fn ln(self) -> Self;
 
@@ -97,7 +97,7 @@ pub trait Scalar:
         self.if_positive(self, Self::constant(0.0))
     }
 
-    /// -1, 0 or 1.
+    /// The sign: -1, 0 or 1.
     #[inline(always)]
     #[must_use]
     fn sign(self) -> Self {

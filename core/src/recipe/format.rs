@@ -12,22 +12,22 @@ pub const MAX_SAMPLES: usize = 4096;
 pub const MAX_INNER_STEPS: u16 = 10_000;
 /// The largest number of components of a ridge solve.
 pub const MAX_COMPONENTS: usize = 1024;
-/// The largest absolute angle of a pattern, in radians. Sines and cosines of far larger angles would not form a unit
-/// vector.
+/// The largest absolute angle of a pattern, in radians. For far larger angles, rounding errors of sine and cosine would
+/// exceed the tolerance of unit vectors.
 pub(super) const MAX_ANGLE: f32 = 1e3;
 
-// Bounds of the numbers of a ridge problem, a hundred times as wide as the numbers of trained recipes. Then the largest
-// entry of both forms of its system is 1e17 (1024 components of 1e4, squared, over 1e-6). Its square still fits f32.
+// Bounds of the numbers of a ridge problem, about a hundred times as wide as those of trained recipes. Entries of its
+// system, in either form, are at most 1024 components * (1e4)^2 / 1e-6 = 1e17. The square of 1e17 still fits f32.
 
 /// The largest absolute entry of a basis.
 pub const MAX_BASIS: f32 = 1e4;
-/// The largest absolute mapped mean: e to the power of 100 exceeds f32.
+/// The largest absolute mean, a mapped value. Unmapping takes its exponential, and that of 100 already overflows f32.
 pub const MAX_MEAN: f32 = 100.0;
-/// The largest absolute weight of a prediction.
+/// The largest absolute weight in the prediction of the loss.
 pub const MAX_PREDICTION: f32 = 1e4;
-/// The largest median BRDF, sr^-1, not times the cosine.
+/// The largest median of the BRDF in sr^-1, not times the cosine.
 pub const MAX_MEDIAN: f32 = 1e6;
-/// The largest product of two cosines, with a margin for rounding.
+/// The largest weight of a sample, cos(theta_i) cos(theta_o), with a margin for rounding.
 pub const MAX_WEIGHT: f32 = 1.001;
 /// The smallest precision of a coefficient.
 pub const MIN_PRECISION: f32 = 1e-6;

@@ -4,8 +4,8 @@ use serde::{Deserialize, Serialize};
 
 /// The kind of a section of a recipe.
 ///
-/// Kinds below 128 are required: a reader refuses a recipe with an unknown one. Kinds from 128 on are optional: a
-/// reader skips a section of an unknown one. A number is never reused, and the content of a kind never changes.
+/// Kinds below 128 are required: a reader refuses a recipe with an unknown required kind. Kinds from 128 on are
+/// optional: a reader skips sections of unknown optional kinds. A number is never reused, and the content of a kind never changes.
 /// `core/docs/recipe.md` describes how to add a kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -16,16 +16,16 @@ impl Kind {
     pub const PATTERN: Self = Self(0);
     /// A few steps of SGD, alone or with [`Kind::COMPLETION`] and [`Kind::START`].
     pub const DESCENT: Self = Self(1);
-    /// A ridge solve, the model Linear. It excludes [`Kind::DESCENT`] and [`Kind::COMPLETION`].
+    /// A ridge solve, which fits the model Linear. It excludes [`Kind::DESCENT`] and [`Kind::COMPLETION`].
     pub const RIDGE: Self = Self(2);
-    /// A learned map from readings to coefficients. Alone it is the model Linear. With [`Kind::START`] it determines
-    /// the start of the recipe's [`Kind::DESCENT`].
+    /// A learned map from readings to coefficients. Alone, it fits the model Linear. With [`Kind::START`], it
+    /// determines the start of the recipe's [`Kind::DESCENT`].
     pub const COMPLETION: Self = Self(3);
     /// A learned map from a completion's coefficients to initial parameters of a descent.
     pub const START: Self = Self(4);
     /// The limits of the machine that the pattern was trained for.
     pub const LIMITS: Self = Self(128);
-    /// The noise of readings in training.
+    /// The noise of the readings in training.
     pub const NOISE: Self = Self(129);
     /// The expected loss.
     pub const EXPECTATION: Self = Self(130);
@@ -33,9 +33,9 @@ impl Kind {
     pub const PROVENANCE: Self = Self(131);
     /// Names and digests of the training materials.
     pub const MATERIALS: Self = Self(132);
-    /// The weights from a completion's coefficients to the predicted loss.
+    /// The weights that map a completion's coefficients to the predicted loss.
     pub const PREDICTION: Self = Self(133);
-    /// The training as typed values.
+    /// The settings of the training, for programs.
     pub const TRAINING: Self = Self(134);
 
     const FIRST_OPTIONAL: Self = Self(128);
@@ -46,7 +46,7 @@ impl Kind {
         Self(number)
     }
 
-    /// The number in the recipe's bytes.
+    /// Returns the number in the recipe's bytes.
     #[must_use]
     pub const fn number(self) -> u16 {
         self.0
@@ -58,7 +58,7 @@ impl Kind {
         self < Self::FIRST_OPTIONAL
     }
 
-    /// The name, or None for an unknown kind.
+    /// Returns the name, or None for an unknown kind.
     #[must_use]
     pub const fn name(self) -> Option<&'static str> {
         Some(match self {

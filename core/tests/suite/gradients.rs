@@ -39,14 +39,19 @@ fn compare<M: Model>(
     let sample = sample(variables, weight);
     let actual = M::accumulate_gradient::<f64, true>(&theta, &sample, &mut gradient).gradient;
 
-    let slopes: Vec<f64> = gradient.iter().copied().collect();
-    let scale = gradient_scale(&slopes);
-    for (index, slope) in slopes.iter().enumerate() {
-        by_parameters.compare(&format!("parameter {index}"), *slope, scale, |offset| {
-            let mut list = list.to_vec();
-            list[index] += offset;
-            loss::<M>(&list, variables, weight)
-        })?;
+    let derivatives: Vec<f64> = gradient.iter().copied().collect();
+    let scale = gradient_scale(&derivatives);
+    for (index, derivative) in derivatives.iter().enumerate() {
+        by_parameters.compare(
+            &format!("parameter {index}"),
+            *derivative,
+            scale,
+            |offset| {
+                let mut list = list.to_vec();
+                list[index] += offset;
+                loss::<M>(&list, variables, weight)
+            },
+        )?;
     }
 
     if is_too_steep(M::KIND, variables) {
@@ -55,10 +60,10 @@ fn compare<M: Model>(
     }
     let at = actual.at;
     let [red, green, blue] = actual.measured;
-    let slopes = [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue];
-    let scale = gradient_scale(&slopes);
-    for (index, (slope, name)) in slopes.iter().zip(VARIABLE_NAMES).enumerate() {
-        by_sample.compare(name, *slope, scale, |offset| {
+    let derivatives = [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue];
+    let scale = gradient_scale(&derivatives);
+    for (index, (derivative, name)) in derivatives.iter().zip(VARIABLE_NAMES).enumerate() {
+        by_sample.compare(name, *derivative, scale, |offset| {
             let mut variables = variables;
             variables[index] += offset;
             loss::<M>(list, variables, weight)
@@ -246,10 +251,10 @@ proptest! {
         let sample = sample::<f32>(variables, 1.0);
         let actual = CookTorrance::accumulate_gradient::<f32, true>(&theta, &sample, &mut gradient);
         prop_assert!(actual.loss().is_finite());
-        prop_assert!(gradient.iter().all(|slope| slope.is_finite()), "{:?}", gradient);
+        prop_assert!(gradient.iter().all(|derivative| derivative.is_finite()), "{:?}", gradient);
         let SampleGradient { at, measured } = actual.gradient;
-        let slopes = [at.hx, at.hz, at.dx, at.dy, at.dz];
-        prop_assert!(slopes.iter().chain(&measured).all(|slope| slope.is_finite()), "{:?}", slopes);
+        let derivatives = [at.hx, at.hz, at.dx, at.dy, at.dz];
+        prop_assert!(derivatives.iter().chain(&measured).all(|derivative| derivative.is_finite()), "{:?}", derivatives);
     }
 
     #[test]
@@ -282,7 +287,7 @@ proptest! {
         let mut gradient = NeuralParameters::filled(0.0);
         let actual = Neural::accumulate_gradient::<f64, true>(&theta, &sample, &mut gradient);
         prop_assert_eq!(actual.loss(), 0.0);
-        prop_assert!(gradient.iter().all(|slope| *slope == 0.0));
+        prop_assert!(gradient.iter().all(|derivative| *derivative == 0.0));
         let SampleGradient { at, measured } = actual.gradient;
         prop_assert_eq!([at.hx, at.hz, at.dx, at.dy, at.dz], [0.0; 5]);
         prop_assert_eq!(measured, [0.0; 3]);

@@ -1,4 +1,4 @@
-//! Mapping and unmapping are inverse, and so are their derivatives.
+//! Mapping and unmapping are inverse functions, so their derivatives are reciprocal.
 
 use glimpse_core::model::linear::{EPSILON, map, unmap};
 use proptest::prelude::*;
@@ -10,12 +10,12 @@ proptest! {
         median in prop_oneof![Just(0.0), 0.0..2.0],
         weight in 1e-3..1.0,
     ) {
-        // Relative to the argument of the logarithm.
+        // The error is relative to the argument of the mapping's logarithm, divided by its weight.
         let scale: f64 = brdf + EPSILON / weight;
-        let narrow = map(brdf as f32, median as f32, weight as f32);
-        let back = f64::from(unmap(narrow, median as f32, weight as f32));
+        let mapped = map(brdf as f32, median as f32, weight as f32);
+        let back = f64::from(unmap(mapped, median as f32, weight as f32));
         let tolerance = if cfg!(feature = "micromath") { 2e-2 } else { 2e-6 };
-        prop_assert!((back - brdf).abs() < tolerance * scale, "{brdf} came back as {back}");
+        prop_assert!((back - brdf).abs() < tolerance * scale, "{brdf} became {back}");
     }
 
     #[test]
@@ -36,7 +36,7 @@ proptest! {
     ) {
         let back = unmap(map(brdf, median, weight), median, weight);
         let scale = brdf + EPSILON / weight;
-        prop_assert!((back - brdf).abs() < 1e-12 * scale, "{brdf} came back as {back}");
+        prop_assert!((back - brdf).abs() < 1e-12 * scale, "{brdf} became {back}");
     }
 
     #[test]

@@ -23,7 +23,7 @@ const fn order(samples: usize, components: usize) -> usize {
     }
 }
 
-/// A ridge problem without a right side: basis A and precisions p, read in place.
+/// A ridge problem without a right-hand side: basis A and precisions p, read in place.
 #[derive(Clone, Copy, Debug)]
 pub struct Problem<'a, T> {
     pub(super) basis: &'a [T],

@@ -9,7 +9,7 @@ use super::{Part, Problem, Real, RidgeError, Stored, dot, is_positive};
 /// smaller by at least the same factor.
 const TOLERANCE: f64 = 1e-5;
 
-/// A factorized problem, for any number of right sides, also from several threads at the same time.
+/// A factorized problem, for any number of right-hand sides, also from several threads at the same time.
 #[derive(Clone, Copy, Debug)]
 pub struct Factors<'a, 'b, T, S> {
     pub(super) problem: Problem<'a, T>,

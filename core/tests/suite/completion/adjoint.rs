@@ -15,18 +15,18 @@ fn numbers(random: &mut Random, count: usize, size: f32) -> Vec<f64> {
     numbers.map(f64::from).collect()
 }
 
-/// A list of numbers in a case.
+/// Accesses a list of numbers in a case.
 type List<C> = fn(&mut C) -> &mut Vec<f64>;
 
 /// Compares the derivatives with respect to each list of a case with differences of its loss.
 fn assert_gradient<C: Clone>(
     case: &C,
     loss: impl Fn(&C) -> f64,
-    slopes: &[(&str, &[f64], List<C>)],
+    derivatives: &[(&str, &[f64], List<C>)],
 ) {
-    for (what, slopes, list) in slopes {
+    for (name, derivatives, list) in derivatives {
         let at = list(&mut case.clone()).clone();
-        assert_derivatives(what, slopes, &at, BOUND, |moved| {
+        assert_derivatives(name, derivatives, &at, BOUND, |moved| {
             let mut other = case.clone();
             *list(&mut other) = moved;
             loss(&other)
@@ -35,8 +35,8 @@ fn assert_gradient<C: Clone>(
 }
 
 fn halve(lists: &mut [&mut Vec<f64>]) {
-    let slopes = lists.iter_mut().flat_map(|list| list.iter_mut());
-    slopes.for_each(|slope| *slope /= 2.0);
+    let numbers = lists.iter_mut().flat_map(|list| list.iter_mut());
+    numbers.for_each(|number| *number /= 2.0);
 }
 
 /// The weights of a coefficient net, and its inputs.
@@ -49,7 +49,7 @@ struct Case {
     /// Three channels of each sample.
     inputs: Vec<f64>,
     missing: Vec<bool>,
-    /// The weights of the coefficients in the loss, which is their weighted sum.
+    /// The loss is the sum of the coefficients, weighted with `lambda`.
     lambda: Vec<f64>,
 }
 
@@ -109,15 +109,15 @@ impl Case {
     }
 }
 
-fn check(missing: &[bool], components: usize, hidden: usize) {
+fn check_coefficient_net(missing: &[bool], components: usize, hidden: usize) {
     let case = Case::new(missing, components, hidden);
     let net = case.coefficient_net();
     let rows = components + hidden;
     let state = case.state();
     let (mut readings, mut bias) = (vec![0.0; case.readings.len()], vec![0.0; rows]);
     let mut output = vec![0.0; case.output.len()];
-    // Derivatives with respect to inputs are overwritten, those with respect to weights are accumulated. Two equal
-    // calls double the latter.
+    // `adjoint` overwrites derivatives with respect to inputs, and adds those with respect to weights. Two equal calls
+    // double the latter.
     let mut by_inputs = vec![[f64::NAN; 3]; missing.len()];
     for _ in 0..2 {
         let mut by_state = vec![f64::NAN; net.words()];
@@ -161,22 +161,22 @@ fn check(missing: &[bool], components: usize, hidden: usize) {
             });
         }
     }
-    // The weights of a reading have no derivative if it is missing, and the weights for its absence have none if it is
-    // present.
+    // The derivatives of a sample's weights are 0 where they have no effect: the weights of its reading if it is missing,
+    // and the weight of its absence if it is present.
     for (lists, missing) in readings.chunks(3 * rows).zip(missing) {
-        let (of_readings, of_absence) = lists.split_at(2 * rows);
-        let idle = if *missing { of_readings } else { of_absence };
-        assert!(idle.iter().all(|slope| *slope == 0.0));
+        let (by_reading, by_absence) = lists.split_at(2 * rows);
+        let unused = if *missing { by_reading } else { by_absence };
+        assert!(unused.iter().all(|derivative| *derivative == 0.0));
     }
 }
 
 #[test]
 fn coefficient_net_adjoint_matches_differences() {
     for (components, hidden) in [(1, 0), (1, 1), (3, 0), (3, 4), (5, 2)] {
-        check(&[false], components, hidden);
-        check(&[false; 5], components, hidden);
-        check(&[true, false, false, true, false], components, hidden);
-        check(&[false, true], components, hidden);
+        check_coefficient_net(&[false], components, hidden);
+        check_coefficient_net(&[false; 5], components, hidden);
+        check_coefficient_net(&[true, false, false, true, false], components, hidden);
+        check_coefficient_net(&[false, true], components, hidden);
     }
 }
 
@@ -188,7 +188,7 @@ struct InitNetCase {
     output: Vec<f64>,
     /// m coefficients for each channel.
     coefficients: Vec<f64>,
-    /// The weights of the offsets in the loss, which is their weighted sum.
+    /// The loss is the sum of the offsets, weighted with `lambda`.
     lambda: Vec<f64>,
     /// The capacity of the memory in units. Units beyond it have no effect.
     capacity: usize,
@@ -239,7 +239,7 @@ impl InitNetCase {
 
 #[test]
 fn init_net_adjoint_matches_differences() {
-    // A capacity equal to the number of units, larger (memory that is shared with other uses), and smaller.
+    // The capacity equals the number of units, is larger (memory shared with other uses), or is smaller.
     for (components, units, parameters, capacity) in [
         (1, 1, 1, 1),
         (3, 2, 7, 2),
@@ -253,7 +253,7 @@ fn init_net_adjoint_matches_differences() {
         let case = InitNetCase::new(components, units, parameters, capacity);
         let mut hidden = vec![0.0; case.hidden.len()];
         let (mut bias, mut output) = (vec![0.0; units], vec![0.0; case.output.len()]);
-        // All derivatives are accumulated. Two equal calls double them.
+        // `adjoint` adds all derivatives. Two equal calls double them.
         let mut by_coefficients = vec![0.0; 3 * components];
         for _ in 0..2 {
             let mut by_units = vec![f64::NAN; capacity];
@@ -278,10 +278,12 @@ fn init_net_adjoint_matches_differences() {
             &case,
             InitNetCase::loss,
             &[
-                ("P", &hidden, |case| &mut case.hidden),
-                ("p", &bias, |case| &mut case.bias),
-                ("U", &output, |case| &mut case.output),
-                ("a", &by_coefficients, |case| &mut case.coefficients),
+                ("hidden", &hidden, |case| &mut case.hidden),
+                ("bias", &bias, |case| &mut case.bias),
+                ("output", &output, |case| &mut case.output),
+                ("coefficients", &by_coefficients, |case| {
+                    &mut case.coefficients
+                }),
             ],
         );
     }

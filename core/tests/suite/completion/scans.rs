@@ -105,8 +105,10 @@ fn check_descent<M: Model + Fitter>() {
             let mut gradient = M::Parameters::filled(0.0);
             M::accumulate_gradients(&parameters, samples, &mut gradient);
             let steps = gradient.as_slice().iter().zip(&descent.step_sizes);
-            for (parameter, (slope, size)) in parameters.as_mut_slice().iter_mut().zip(steps) {
-                *parameter -= size * slope;
+            for (parameter, (derivative, step_size)) in
+                parameters.as_mut_slice().iter_mut().zip(steps)
+            {
+                *parameter -= step_size * derivative;
             }
         }
         let values = full_scan::<M>(&contents, &readings).values();
@@ -142,7 +144,7 @@ fn check_slices<K: Fitter>(kind: ModelKind) {
         for budgets in [&[1][..], &[2, 3], &[7], &[1, 100], &[u32::MAX]] {
             assert_eq!(fit(&mut scan, budgets), expected);
         }
-        // The result is the same if each slice resumes the fit.
+        // The result is the same if the fit is resumed from the scan for each slice.
         assert_eq!(scan.fit().unwrap().progress().done, 0);
         while !scan.fit_under_way().unwrap().advance(3).is_complete() {}
         let _ = scan.fit_under_way().unwrap().finish(); // may be implausible

@@ -19,7 +19,7 @@ use crate::scanning::{
 const HOSTS: [Host; 2] = [Host::Measures, Host::Listens];
 
 /// Checks the steps after a failure: saved readings are deleted, the failure is reported, and after a pause of 500 ms
-/// the device greets the host again with all samples pending. A device without a host waits for a restart.
+/// the device sends `Hello` again with all samples pending. A device without a host waits for a restart.
 pub(crate) fn check_after_failure(
     host: Host,
     bench: &mut Bench<'_>,
@@ -118,7 +118,7 @@ fn other_protocol_fails() {
     }
 }
 
-/// The report of a failure may be lost or refused too. The device greets the host after a pause.
+/// The report of a failure may be lost or refused too. The device sends `Hello` after a pause.
 #[test]
 fn failure_report_times_out() {
     for refuses in [false, true] {

@@ -75,9 +75,9 @@ fn missed_retransmissions_are_skipped() {
     assert_eq!(frames, 4);
 }
 
-/// The greeting has no timeout. The driver still states a time to sleep after months.
+/// `Hello` has no timeout: after months of retransmissions, the driver still requests a poll within 100 ms.
 #[test]
-fn device_sleeps_after_months_of_greeting() {
+fn hello_repeats_after_months() {
     let mut driver = phong_driver(Config::new(Host::Measures));
     for now in [0, 1 << 32, 1 << 33, (1 << 33) + 100, 1 << 63] {
         driver.poll(now);
@@ -131,9 +131,9 @@ fn check_timeout(is_last: fn(&Request) -> bool, timeout_ms: u64) {
     assert_eq!(failed, (timeout_ms, Action::Failed(Failure::NoReply)));
     let repeats = (timeout_ms / 100) as usize;
     check_retransmissions(&bench.frames[bench.frames.len() - repeats..]);
-    let read = SAMPLES - driver.scan().unwrap().pending().count();
+    let received = SAMPLES - driver.scan().unwrap().pending().count();
 
-    // The readings are kept, and the device greets the host.
+    // The readings are kept, and the device sends `Hello` again.
     bench.requests.clear();
     bench.take_actions();
     silent.set(false);
@@ -147,7 +147,7 @@ fn check_timeout(is_last: fn(&Request) -> bool, timeout_ms: u64) {
     let expected = full_scan::<Any>(*driver.scan().unwrap().recipe(), synthetic_reading);
     assert_eq!(bench.results(), (expected.bits().to_vec(), 1));
     let counts = (bench.count(is_saved), bench.count(is_measure));
-    assert_eq!(counts, (read, SAMPLES - read));
+    assert_eq!(counts, (received, SAMPLES - received));
     assert!(!bench.take_actions().contains(&Action::Forget));
 }
 
@@ -181,8 +181,8 @@ fn timeout_restarts_with_each_request() {
     assert!(bench.now > 8 * 59_000);
 }
 
-/// Readings from before a timeout or a reset are offered. Accepted readings are not taken again, for any model, and the
-/// result is the same.
+/// The device offers the host the readings that it took before a timeout or a reset. It does not take accepted readings
+/// again, and the result is the same for each model.
 #[test]
 fn accepted_readings_are_not_repeated() {
     for model in MODELS {
@@ -212,8 +212,8 @@ fn accepted_readings_are_not_repeated() {
     }
 }
 
-/// A fit raises a reading that is too far below 0. The host has sent another one, so the raised reading is not offered:
-/// a host that compares readings would request all of them again.
+/// A fit clamps a reading that is too far below 0. The device does not offer the clamped reading, but measures it again:
+/// the host has sent another value, and a host that compares values would reject all saved readings.
 #[test]
 fn only_clamped_readings_are_repeated() {
     for model in MODELS {

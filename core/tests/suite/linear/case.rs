@@ -88,7 +88,7 @@ impl Case {
         solution
     }
 
-    /// The right side A't.
+    /// The right-hand side A't.
     pub(crate) fn right_side(&self) -> Vec<f64> {
         let rows = || self.basis.chunks(self.m).zip(&self.mapped);
         (0..self.m)

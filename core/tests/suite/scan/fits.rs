@@ -1,4 +1,4 @@
-//! A fit begins with all readings, and its result does not depend on its slices.
+//! A fit requires all readings, and its result does not depend on the budgets of its slices.
 
 use glimpse_core::fit::{Fitter, Progress};
 use glimpse_core::recipe::Recipe;
@@ -10,8 +10,7 @@ use crate::scanning::{
     synthetic_reading,
 };
 
-/// Version 0.1 counted steps without readings, so that early calls consumed the fit. With 1 to 7 of 8 readings, it
-/// never ended.
+/// In version 0.1, calls without readings counted as steps of the fit. With 1 to 7 of 8 readings, the fit never ended.
 #[test]
 fn fit_needs_all_readings() {
     for mut scan in empty_scans() {
@@ -26,7 +25,7 @@ fn fit_needs_all_readings() {
             }
             scan.record(first, synthetic_reading(first)).unwrap();
         }
-        // No unit of work is done.
+        // Linear has 5 rows and 3 channels; a descent has 20 steps over 8 samples. None is done yet.
         let total = recipe.descent().map_or(5 + 3, |_| 20 * 8);
         let progress = scan.fit().unwrap().progress();
         assert_eq!(progress, Progress { done: 0, total });
@@ -68,9 +67,9 @@ fn no_residual_before_fit() {
         assert_eq!(fit.advance(u32::MAX).done, total);
         // The fit is complete, but not finished.
         assert!(scan.fitted().is_none());
-        let fitted = scan.fit_under_way().unwrap().finish().unwrap().residual();
-        assert!(fitted.mean > 0.0 && fitted.worst >= fitted.mean);
-        assert_eq!(scan.fitted().unwrap().residual(), fitted);
+        let residual = scan.fit_under_way().unwrap().finish().unwrap().residual();
+        assert!(residual.mean > 0.0 && residual.worst >= residual.mean);
+        assert_eq!(scan.fitted().unwrap().residual(), residual);
         assert_eq!(scan.fitted().unwrap().expected_loss(), Some(0.03));
         scan.restart();
         assert!(scan.fitted().is_none());
@@ -100,13 +99,13 @@ fn reading_during_fit_discards_it() {
         assert!(scan.fitted().is_some());
         scan.record(5, gray(5)).unwrap();
         assert!(scan.fitted().is_none());
-        let before = full_scan::<Any>(recipe, gray);
-        assert_ne!(before, expected);
-        assert_eq!(fit(&mut scan, &[3]), before);
+        let expected_gray = full_scan::<Any>(recipe, gray);
+        assert_ne!(expected_gray, expected);
+        assert_eq!(fit(&mut scan, &[3]), expected_gray);
         // A second fit starts from the beginning.
         scan.fit().unwrap().advance(4);
         assert!(scan.fitted().is_none());
-        assert_eq!(fit(&mut scan, &[5]), before);
+        assert_eq!(fit(&mut scan, &[5]), expected_gray);
     }
 }
 
@@ -116,7 +115,7 @@ fn check_slices<K: Fitter + 'static>(recipe: Recipe<'static>, brdfs: &[[f32; 3]]
     record(&mut scan, 0..8, reading);
     let sliced = fit(&mut scan, budgets);
     assert_eq!(sliced, full_scan::<K>(recipe, reading));
-    // The result is the same if each slice resumes the fit.
+    // The result is the same if the fit is resumed from the scan for each slice.
     assert_eq!(scan.fit().unwrap().progress().done, 0);
     let mut budgets = budgets.iter().cycle();
     let mut is_complete = false;
