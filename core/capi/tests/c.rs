@@ -1,4 +1,4 @@
-//! Tests of the C examples on a host: no warnings, no undefined behavior found by sanitizers, the same bits as Rust.
+//! Tests of the C examples on a host: no warnings, no undefined behavior found by sanitizers, the same bits as core.
 
 mod common;
 
@@ -15,7 +15,7 @@ fn library() -> String {
     for _ in 0..3 {
         target.pop(); // from target/debug/deps/c-...
     }
-    let (profile, folder_of_profile) = match cfg!(debug_assertions) {
+    let (profile, profile_folder) = match cfg!(debug_assertions) {
         true => ("dev", "debug"),
         false => ("release", "release"),
     };
@@ -27,7 +27,7 @@ fn library() -> String {
         .arg("--target-dir")
         .arg(&target);
     run(&mut cargo);
-    let library = target.join(folder_of_profile).join("libglimpse.a");
+    let library = target.join(profile_folder).join("libglimpse.a");
     assert!(library.exists(), "{}", library.display());
     library.display().to_string()
 }
@@ -49,15 +49,15 @@ fn has_sanitizers() -> bool {
 }
 
 #[test]
-fn examples_match_rust() {
+fn examples_match_core() {
     let library = library();
     let directory = tempfile::tempdir().unwrap();
-    let all: [&[&str]; 3] = [
+    let option_sets: [&[&str]; 3] = [
         &["-O0"],
         &["-O2"],
         &["-O1", "-g", SANITIZERS, "-fno-sanitize-recover=all"],
     ];
-    for options in all {
+    for options in option_sets {
         if options.contains(&SANITIZERS) && !has_sanitizers() {
             println!("cc has no sanitizers");
             continue;
@@ -130,9 +130,9 @@ fn header_sizes_fit_library() {
     }
 }
 
-/// Evaluates the header's formulas for pointers of `pointer` bytes.
-fn sizes(words: usize, pointer: usize) -> [usize; 2] {
-    let scan = 48 * pointer + 64 + 4 * words;
+/// Evaluates the header's formulas for pointers of `pointer_bytes` bytes.
+fn sizes(words: usize, pointer_bytes: usize) -> [usize; 2] {
+    let scan = 48 * pointer_bytes + 64 + 4 * words;
     [scan, scan + 640]
 }
 
@@ -161,7 +161,7 @@ fn example_memory_fits_largest_recipe() {
 fn thousands(number: usize) -> String {
     match number / 1000 {
         0 => number.to_string(),
-        many => format!("{many},{:03}", number % 1000),
+        thousands => format!("{thousands},{:03}", number % 1000),
     }
 }
 

@@ -34,7 +34,7 @@ const BOARDS: [Board; 2] = [
 ];
 
 #[test]
-fn examples_match_rust_in_qemu() {
+fn examples_match_core_in_qemu() {
     let directory = tempfile::tempdir().unwrap();
     let script = folder().join("examples/board.ld");
     let script = format!("-T{}", script.display());

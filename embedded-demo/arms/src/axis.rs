@@ -144,7 +144,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
     ///
     /// # Errors
     /// If the arm is not homed, or cannot reach the angle.
-    #[inline(never)] // smaller: loops over the arms are unrolled
+    #[inline(never)] // saves flash: one copy, instead of one for each arm in unrolled loops
     pub fn check_move(&self, angle: f32) -> Result<(), AxisError> {
         let to = self.settings.steps(angle);
         if to != self.position && to != self.settings.near_home_steps() {
@@ -182,7 +182,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         Ok(())
     }
 
-    #[inline(never)] // smaller: loops over the arms are unrolled
+    #[inline(never)] // saves flash: one copy, instead of one for each arm in unrolled loops
     fn begin(&mut self, task: Task) -> Result<(), AxisError> {
         if !matches!(self.task, Task::Idle) {
             return Err(AxisError::Moving);
@@ -194,7 +194,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
     }
 
     /// Stops the arm at once. Its position is unknown afterwards.
-    #[inline(never)] // smaller: loops over the arms are unrolled
+    #[inline(never)] // saves flash: one copy, instead of one for each arm in unrolled loops
     pub fn stop(&mut self) {
         self.task = Task::Idle;
         self.homed = false;
@@ -212,7 +212,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         motion
     }
 
-    #[inline(never)] // smaller: loops over the arms are unrolled
+    #[inline(never)] // saves flash: one copy, instead of one for each arm in unrolled loops
     fn advance(&mut self, elapsed_us: u32) -> Result<Motion, AxisError> {
         self.since_step_us = self.since_step_us.saturating_add(elapsed_us);
         let is_open = match self.task {
@@ -277,7 +277,9 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
                     self.task = Task::Approaching { steps_left };
                     Ok(None)
                 }
-                Some(true) if steps >= self.settings.max_release() => Err(AxisError::HomeStuck),
+                Some(true) if steps >= self.settings.max_release_steps() => {
+                    Err(AxisError::HomeStuck)
+                }
                 Some(true) => {
                     let steps = steps.saturating_add(1);
                     self.task = Task::Releasing { steps };
@@ -312,7 +314,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Axis<S, D, H> {
         let distance = self.settings.distance(self.position).max(0).unsigned_abs();
         let clearance = self.settings.clearance().unsigned_abs();
         match (released, self.homed) {
-            (0, true) => distance.saturating_add(self.settings.max_slip()),
+            (0, true) => distance.saturating_add(self.settings.max_lost_steps()),
             (0, false) => self.settings.travel().saturating_add(clearance),
             _ => released.saturating_add(clearance),
         }

@@ -6,8 +6,8 @@
 //!
 //! 1. all axes at once;
 //! 2. some axes first, then the others;
-//! 3. via home: azimuths to opposite sides, one arm to the horizon, the other one to the normal, azimuths, and the same
-//!    in reverse. If the azimuths turn freely, this connects all safe configurations.
+//! 3. via home: turn the azimuths apart, move one arm to the horizon and then the other one to the normal, turn the
+//!    azimuths, and move the arms in reverse order. If the azimuths turn freely, this connects all safe configurations.
 //!
 //! At home one arm is near the normal and the other one near the horizon, so they are apart at any azimuths.
 
@@ -77,7 +77,7 @@ pub struct Space {
     pub near_home: AxisAngles,
     /// Limits of the machine; `in_plane` applies to samples only.
     pub limits: Limits,
-    /// Tolerance of separations for the rounding to steps, radians.
+    /// Tolerance of separations, radians. It allows for the rounding of angles to steps.
     pub tolerance: f32,
 }
 
@@ -120,8 +120,8 @@ impl Space {
     }
 
     /// Returns the homing order of arms at unknown positions: first the arm whose home is nearer to the horizon, then
-    /// the other one, then the azimuths. Once the first arm is home, a motion of the second one brings them no closer
-    /// than they are, or than they are at home.
+    /// the other one, then the azimuths. While the second arm moves, the separation never falls below the smaller of
+    /// two values: the separation before the move, and that at home.
     #[must_use]
     pub fn homing_order(&self) -> [usize; 4] {
         if self.is_sensor_outer() {
@@ -135,7 +135,7 @@ impl Space {
     ///
     /// # Errors
     /// [`RouteError::NoSafeRoute`].
-    #[inline(never)] // smaller: there are several calls of it
+    #[inline(never)] // saves flash: one copy for several calls
     pub fn route(&self, from: AxisAngles, to: AxisAngles) -> Result<Route, RouteError> {
         for candidate in 0..AXIS_GROUPS + AZIMUTH_DIFFERENCES.len() * AZIMUTH_DIFFERENCES.len() {
             if let Some(waypoints) = self.candidate(from, to, candidate)
@@ -167,8 +167,8 @@ impl Space {
         self.via_home(from, to, before, after)
     }
 
-    /// Returns the waypoints via home. The azimuths differ by `before` and `after` while one of the arms moves; None
-    /// keeps them.
+    /// Returns the waypoints via home. While a polar axis moves, the azimuths differ by `before` on the way to home,
+    /// and by `after` on the way back. None keeps the azimuths.
     fn via_home(
         &self,
         from: AxisAngles,
@@ -215,8 +215,8 @@ impl Space {
             .min(max_o.min(max_i + difference));
         let phi_i = phi_o - difference;
         let is_within = |angle, min, max| min <= angle && angle <= max;
-        let is_reached = is_within(phi_i, min_i, max_i) && is_within(phi_o, min_o, max_o);
-        is_reached.then_some([theta_i, phi_i, theta_o, phi_o])
+        let is_reachable = is_within(phi_i, min_i, max_i) && is_within(phi_o, min_o, max_o);
+        is_reachable.then_some([theta_i, phi_i, theta_o, phi_o])
     }
 
     /// Returns true if lamp and sensor stay apart along these waypoints.
@@ -231,6 +231,7 @@ impl Space {
         separation >= self.limits.min_separation - self.tolerance
     }
 
+    /// Returns true if the sensor is the outer arm: the one whose home is nearer to the horizon.
     fn is_sensor_outer(&self) -> bool {
         let [home_i, _, home_o, _] = self.home;
         home_o.abs() >= home_i.abs()

@@ -1,7 +1,8 @@
 //! A simulated scanner. Its arms respond to edges on their pins only. Its sensor reads the sample from the true
 //! positions of the arms, not from their step counts.
 //!
-//! The state consists of plain numbers in cells, so it can lie in memory that survives a reset, like a real machine.
+//! The state consists of plain numbers in cells. It can therefore lie in memory that survives a reset, as a real
+//! machine's state does.
 
 mod pins;
 
@@ -26,24 +27,25 @@ use crate::station::{self, ARMS, Station};
 pub struct Arm {
     /// Distance from its switch, steps. The switch is open at 0 and below.
     position: Cell<i32>,
-    /// Levels of its pins, 0 or 1.
+    /// Level of the step pin, 0 or 1.
     step: Cell<u32>,
+    /// Level of the direction pin, 0 or 1.
     direction: Cell<u32>,
-    /// Number of next steps that the motor misses.
+    /// Number of steps that the motor will miss.
     stalled: Cell<u32>,
     /// State of the switch's wires; see [`Wiring`].
     wiring: Cell<u32>,
     /// 1 if the switch was open at the last read.
     open: Cell<u32>,
-    /// Number of next reads for which the contact bounces.
+    /// Number of reads during which the contact will bounce.
     bounces: Cell<u32>,
 }
 
 /// Wires of a simulated switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wiring {
-    /// Intact.
-    Whole = 0,
+    /// The wires are intact.
+    Intact = 0,
     /// A wire is broken: the switch reads as open.
     Broken = 1,
     /// The wires are short-circuited: the switch reads as closed.
@@ -53,7 +55,7 @@ pub enum Wiring {
 /// A simulated scanner.
 #[derive(Debug, Default)]
 #[repr(C)]
-pub struct World {
+pub struct SimulatedScanner {
     arms: [Arm; ARMS],
     lamp: Cell<u32>,
     /// State of the noise generator.
@@ -98,20 +100,22 @@ const WHITE: f32 = 1200.0;
 const FULL_SCALE: u16 = 4095;
 /// Steps per radian: 1.8 degrees per step, 16 microsteps, a gear of 1:4.
 const STEPS_PER_RADIAN: f32 = 200.0 * 16.0 * 4.0 / TAU;
-/// Distance of a switch from the smallest angle of its axis, radians; not for the sensor's polar axis.
-const HOME_BELOW: f32 = 0.05;
+/// Angle by which a home switch is below the smallest angle of its axis, radians. The sensor's polar axis has its
+/// switch at the largest angle.
+const HOME_MARGIN: f32 = 0.05;
 /// Minimum angle between lamp and sensor, radians: a little less than in the bundled recipes.
 const MIN_SEPARATION: f32 = 0.08;
 
-impl World {
+impl SimulatedScanner {
     /// Creates a scanner whose arms are at these distances from their switches, in steps.
     pub fn new(positions: [i32; ARMS]) -> Self {
-        let world = Self::default();
-        world.reset(positions);
-        world
+        let simulated = Self::default();
+        simulated.reset(positions);
+        simulated
     }
 
-    /// Moves the arms to these positions, repairs all faults, and turns lamp and button off.
+    /// Moves the arms to these positions, repairs all faults, turns the lamp off, and
+    /// releases the button.
     pub fn reset(&self, positions: [i32; ARMS]) {
         for (arm, position) in self.arms.iter().zip(positions) {
             arm.position.set(position);
@@ -119,14 +123,14 @@ impl World {
             arm.step.set(0);
             arm.direction.set(0);
             arm.bounces.set(0);
-            arm.wiring.set(Wiring::Whole as u32);
+            arm.wiring.set(Wiring::Intact as u32);
         }
         self.lamp.set(0);
         self.noise.set(1);
         self.button.set(0);
     }
 
-    /// Lets an arm miss its next steps.
+    /// Makes an arm miss its next `steps` steps.
     pub fn stall(&self, arm: usize, steps: u32) {
         if let Some(arm) = self.arms.get(arm) {
             arm.stalled.set(steps);
@@ -140,14 +144,14 @@ impl World {
         }
     }
 
-    /// Lets the contact of a switch bounce for the next reads.
+    /// Makes the contact of a switch bounce for the next `reads` reads.
     pub fn bounce(&self, arm: usize, reads: u32) {
         if let Some(arm) = self.arms.get(arm) {
             arm.bounces.set(reads);
         }
     }
 
-    /// Gives a command. [`World::take_command`] returns it once.
+    /// Gives a command. [`SimulatedScanner::take_command`] returns it once.
     pub fn command(&self, command: Command) {
         self.button.set(match command {
             Command::NewScan => 1,
@@ -174,14 +178,14 @@ impl World {
         core::array::from_fn(|arm| {
             let settings = settings(arm);
             let steps = self.arms.get(arm).map_or(0, |arm| arm.position.get());
-            let away = if settings.home < settings.min_angle {
+            let sign = if settings.home < settings.min_angle {
                 1
             } else {
                 -1
             };
             settings.angle(
                 steps
-                    .saturating_mul(away)
+                    .saturating_mul(sign)
                     .saturating_add(settings.steps(settings.home)),
             )
         })
@@ -254,7 +258,7 @@ impl World {
         Station::new(self.goniometer(), photometer, settings)
     }
 
-    /// Returns a random number from -1 to 1, nearly normally distributed: the mean of four uniform ones.
+    /// Returns a random number from -1 to 1, nearly normally distributed: the mean of four uniform random numbers.
     fn noise(&self) -> f32 {
         let mut sum = 0.0;
         for _ in 0..4 {
@@ -266,13 +270,13 @@ impl World {
     }
 }
 
-/// Returns the settings of an arm; 0 and 2 are polar angles, 1 and 3 azimuths. The home of the lamp is near the normal,
-/// that of the sensor near the horizon, where its motor is reversed.
+/// Returns the settings of an arm. Arms 0 and 2 are the polar axes, and arms 1 and 3 the azimuths. The lamp's home is
+/// near the normal. The sensor's home is near the horizon, and its motor is reversed.
 pub fn settings(arm: usize) -> axis::Settings {
     let (home, min_angle, max_angle) = match arm {
-        0 => (-HOME_BELOW, 0.0, FRAC_PI_2),
+        0 => (-HOME_MARGIN, 0.0, FRAC_PI_2),
         2 => (FRAC_PI_2 - 0.01, 0.0, FRAC_PI_2 - 0.03),
-        _ => (-PI - HOME_BELOW, -PI, PI),
+        _ => (-PI - HOME_MARGIN, -PI, PI),
     };
     axis::Settings {
         steps_per_radian: STEPS_PER_RADIAN,

@@ -243,7 +243,7 @@ where
     }
 
     /// Returns the configuration space of the arms.
-    #[inline(never)] // smaller: there are several calls of it
+    #[inline(never)] // saves flash: one copy for several calls
     fn space(&self) -> Space {
         let settings = self.arms.arms().each_ref().map(Axis::settings);
         let half_step = |settings: &axis::Settings| 0.5 / settings.steps_per_radian;

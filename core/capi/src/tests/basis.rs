@@ -14,9 +14,9 @@ use crate::types::glimpse_reading;
 
 const LINEAR: &[u8] = RECIPES[3];
 
-/// Returns a basis of eight nodes with a table of zeros. Its BRDF is that of the mean, (e^0 - 1) e / w = 0.
-fn basis(of: u32, components: u16) -> Vec<u8> {
-    let mut body = of.to_le_bytes().to_vec();
+/// Returns a basis of eight nodes. Their means and components are 0, so the BRDF is 0 in all directions.
+fn basis(basis_checksum: u32, components: u16) -> Vec<u8> {
+    let mut body = basis_checksum.to_le_bytes().to_vec();
     for count in [components, 2, 2, 2] {
         body.extend(count.to_le_bytes());
     }
@@ -36,10 +36,10 @@ fn basis(of: u32, components: u16) -> Vec<u8> {
 
 #[test]
 fn linear_brdf_requires_matching_basis() {
-    let of = Recipe::parse(LINEAR).unwrap().basis_checksum().unwrap();
+    let basis_checksum = Recipe::parse(LINEAR).unwrap().basis_checksum().unwrap();
     let components = super::scan::describe(LINEAR).values / 3;
-    let right = basis(of, components);
-    let other = basis(of ^ 1, components);
+    let matching = basis(basis_checksum, components);
+    let mismatched = basis(basis_checksum ^ 1, components);
 
     let mut memory = AlignedMemory::for_scan();
     let (_, scan) = begin(&mut memory, LINEAR);
@@ -59,19 +59,19 @@ fn linear_brdf_requires_matching_basis() {
     assert_eq!(evaluate(&mut brdf), Status::NoBasis);
     for (bytes, status) in [
         (b"no basis".as_slice(), Status::BasisMagic),
-        (right.get(..40).unwrap(), Status::BasisLength),
-        (&other, Status::Basis),
+        (matching.get(..40).unwrap(), Status::BasisLength),
+        (&mismatched, Status::Basis),
     ] {
         assert_eq!(set(bytes), status);
         assert_eq!(evaluate(&mut brdf), Status::NoBasis);
     }
-    let nothing = unsafe { glimpse_scan_set_basis(scan, null(), 9) };
-    assert_eq!(nothing, Status::Null);
-    let nowhere = unsafe { glimpse_scan_set_basis(core::ptr::null_mut(), right.as_ptr(), 9) };
-    assert_eq!(nowhere, Status::Null);
+    let status = unsafe { glimpse_scan_set_basis(scan, null(), 9) };
+    assert_eq!(status, Status::Null);
+    let status = unsafe { glimpse_scan_set_basis(core::ptr::null_mut(), matching.as_ptr(), 9) };
+    assert_eq!(status, Status::Null);
 
     // Readings and fit are unchanged.
-    assert_eq!(set(&right), Status::Ok);
+    assert_eq!(set(&matching), Status::Ok);
     assert_eq!(evaluate(&mut brdf), Status::Ok);
     assert_eq!(brdf, [0.0; 3]);
     let mut reading = glimpse_reading::default();

@@ -84,7 +84,7 @@ fn values(driver: *const glimpse_driver) -> Vec<u32> {
 
 /// A driver begins with saved readings, one of which has an invalid index.
 #[test]
-fn driver_without_host_matches_rust() {
+fn driver_without_host_matches_core() {
     let mut memory = AlignedMemory::for_driver();
     for recipe in RECIPES {
         let saved = [2, 5, 9999].map(|index| glimpse_saved {
@@ -187,7 +187,7 @@ impl TestHost {
 }
 
 #[test]
-fn driver_with_host_matches_rust() {
+fn driver_with_host_matches_core() {
     let mut memory = AlignedMemory::for_driver();
     for recipe in RECIPES {
         let driver = begin(&mut memory, recipe, glimpse_host::Measures, &[]);

@@ -43,6 +43,7 @@ const BROKEN: [(Sensor, Status); 5] = [
     (|index| [9.0 * level(index) / 0.3; 3], Status::Albedo),
 ];
 
+/// Returns a plausible BRDF value that differs between samples, sr^-1.
 fn level(index: u16) -> f32 {
     0.25 + 0.005 * f32::from(index)
 }

@@ -38,9 +38,9 @@ pub(super) fn describe(recipe: &[u8]) -> glimpse_recipe {
     }
 }
 
-/// All models and kinds of recipes, one after the other in the same memory, have the same bits as core.
+/// Fits with all models and kinds of recipes, one after the other in the same memory, have the same bits as core's.
 #[test]
-fn every_recipe_matches_rust() {
+fn every_recipe_matches_core() {
     let mut memory = AlignedMemory::for_scan();
     let mut predicted_count = 0;
     for recipe in RECIPES {

@@ -39,11 +39,11 @@ fn recipes() -> PathBuf {
     folder().join("../../trainer/recipes")
 }
 
-fn line(name: &str, what: &str, values: impl Iterator<Item = f32>) -> String {
+fn line(name: &str, quantity: &str, values: impl Iterator<Item = f32>) -> String {
     let bits: Vec<String> = values
         .map(|value| format!("{:08x} ", value.to_bits()))
         .collect();
-    format!("{name}.{what}={}\n", bits.concat())
+    format!("{name}.{quantity}={}\n", bits.concat())
 }
 
 /// Returns the expected output of `scan.c` and `driver.c`: the bits of the same scans with core.

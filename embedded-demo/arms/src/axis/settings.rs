@@ -28,7 +28,7 @@ pub struct Settings {
 impl Settings {
     /// Returns the step nearest to an angle in radians.
     #[must_use]
-    #[inline(never)] // smaller: loops over the arms are unrolled
+    #[inline(never)] // saves flash: one copy, instead of one for each arm in unrolled loops
     pub fn steps(&self, angle: f32) -> i32 {
         libm::roundf(angle * self.steps_per_radian) as i32
     }
@@ -41,7 +41,7 @@ impl Settings {
 
     /// Returns the angle near the switch at which the slow approach begins, radians.
     #[must_use]
-    #[inline(never)] // smaller: loops over the arms are unrolled
+    #[inline(never)] // saves flash: one copy, instead of one for each arm in unrolled loops
     pub fn near_home(&self) -> f32 {
         self.angle(self.near_home_steps())
     }
@@ -82,21 +82,23 @@ impl Settings {
         }
     }
 
-    /// Returns the distance from the switch at which the slow approach begins: a hundredth of the travel, and more than
-    /// the tolerance.
+    /// Returns the distance from the switch at which the slow approach begins, steps: a hundredth of the travel, but at
+    /// least 2 steps, plus the tolerance.
     pub(super) fn clearance(&self) -> i32 {
         let hundredth = self.travel() / 100;
         let clearance = hundredth.max(2).saturating_add(self.tolerance);
         i32::try_from(clearance).unwrap_or(i32::MAX)
     }
 
-    /// Returns the steps within which a switch must close when the arm leaves it: a twentieth of the travel.
-    pub(super) fn max_release(&self) -> u32 {
+    /// Returns the number of steps within which a switch must close when the arm leaves it: a twentieth of the travel,
+    /// plus the tolerance.
+    pub(super) fn max_release_steps(&self) -> u32 {
         (self.travel() / 20).saturating_add(self.tolerance)
     }
 
-    /// Returns the maximum number of lost steps with which an arm still finds its switch: a tenth of the travel.
-    pub(super) fn max_slip(&self) -> u32 {
+    /// Returns the maximum number of lost steps with which an arm still finds its switch: a tenth of the travel, plus
+    /// the tolerance.
+    pub(super) fn max_lost_steps(&self) -> u32 {
         (self.travel() / 10).saturating_add(self.tolerance)
     }
 }

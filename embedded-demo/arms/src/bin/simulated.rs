@@ -16,7 +16,7 @@ use cortex_m_rt::{entry, exception};
 use defmt_semihosting as _;
 use glimpse_arms::flash_ram::{FlashRam, SECTOR_BYTES};
 use glimpse_arms::scanner::{Command, Event, Outcome, Platform, Scanner, Seeds, log_values};
-use glimpse_arms::simulated::World;
+use glimpse_arms::simulated::SimulatedScanner;
 use glimpse_arms::station::ARMS;
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
@@ -39,7 +39,7 @@ const MAGIC: u32 = 0x6C1A_4D05;
 #[repr(C)]
 struct Retained {
     magic: u32,
-    world: World,
+    simulated: SimulatedScanner,
     positions: [u32; retained::WORDS],
     flash: [u8; FLASH_BYTES],
 }
@@ -60,19 +60,19 @@ fn main() -> ! {
     let state = unsafe { unique_static(&raw mut RETAINED) };
     if state.magic != MAGIC {
         // After a power cut the arms' positions are unknown, and the flash is new.
-        state.world.reset([300, 500, 40, 700]);
-        state.world.command(Command::NewScan); // simulates a short press of the button
+        state.simulated.reset([300, 500, 40, 700]);
+        state.simulated.command(Command::NewScan); // simulates a short press of the button
         state.positions = retained::encode(None);
         state.flash.fill(0xFF);
         state.magic = MAGIC;
     }
     let mut flash = FlashRam(&mut state.flash);
-    let mut station = state.world.station();
+    let mut station = state.simulated.station();
     if let Some(positions) = retained::decode(state.positions) {
         station.assume(positions);
     }
     let mut platform = Simulation {
-        world: &state.world,
+        simulated: &state.simulated,
         positions: &mut state.positions,
         uart: Uart::start(),
         has_no_host: false,
@@ -104,7 +104,7 @@ fn main() -> ! {
 
 /// The platform in QEMU.
 struct Simulation<'w> {
-    world: &'w World,
+    simulated: &'w SimulatedScanner,
     positions: &'w mut [u32; retained::WORDS],
     uart: Uart,
     /// No host replies, so bytes on the UART control the simulation.
@@ -123,10 +123,10 @@ impl Platform for Simulation<'_> {
         let byte = self.uart.read()?;
         let awaits_command = core::mem::take(&mut self.awaits_command);
         match byte {
-            b'p' if awaits_command => self.world.command(Command::NewScan),
-            b'h' if awaits_command => self.world.command(Command::Continue),
+            b'p' if awaits_command => self.simulated.command(Command::NewScan),
+            b'h' if awaits_command => self.simulated.command(Command::Continue),
             b'a'..=b'd' if self.has_no_host => {
-                self.world.stall(usize::from(byte - b'a'), LOST_STEPS)
+                self.simulated.stall(usize::from(byte - b'a'), LOST_STEPS)
             }
             _ if self.has_no_host => {}
             _ => return Some(byte),
@@ -139,7 +139,7 @@ impl Platform for Simulation<'_> {
     }
 
     fn command(&mut self) -> Option<Command> {
-        self.world.take_command()
+        self.simulated.take_command()
     }
 
     fn save_positions(&mut self, positions: Option<[i32; ARMS]>) {

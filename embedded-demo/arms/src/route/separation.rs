@@ -34,7 +34,7 @@ fn contains(low: f32, high: f32, angle: f32) -> bool {
 /// linear in c. For |c| < 1 its only maximum inside the box of polar angles is at the normal; for |c| = 1 the maximum
 /// extends to the edges of the box. Along an edge it is a sine.
 #[must_use]
-#[inline(never)] // smaller: there are several calls of it
+#[inline(never)] // saves flash: one copy for several calls
 pub fn separation_between(from: AxisAngles, to: AxisAngles) -> f32 {
     let mut pairs = from.into_iter().zip(to);
     let [theta_i, phi_i, theta_o, phi_o] = [(); 4].map(|()| {

@@ -5,7 +5,7 @@ use core::f32::consts::PI;
 
 use embedded_hal::digital::{ErrorType, InputPin, OutputPin};
 
-use super::{Arm, DARK, FULL_SCALE, WHITE, Wiring, World, brdf, half_angles};
+use super::{Arm, DARK, FULL_SCALE, SimulatedScanner, WHITE, Wiring, brdf, half_angles};
 use crate::sensor::Sensor;
 
 /// Number of reads for which a contact bounces after each change.
@@ -25,11 +25,11 @@ pub struct Switch<'w>(pub(super) &'w Arm);
 
 /// The sensor.
 #[derive(Debug)]
-pub struct Photodiode<'w>(pub(super) &'w World);
+pub struct Photodiode<'w>(pub(super) &'w SimulatedScanner);
 
 /// The lamp.
 #[derive(Debug)]
-pub struct Lamp<'w>(pub(super) &'w World);
+pub struct Lamp<'w>(pub(super) &'w SimulatedScanner);
 
 impl ErrorType for StepPin<'_> {
     type Error = Infallible;
@@ -129,15 +129,15 @@ impl Sensor for Photodiode<'_> {
     type Error = Infallible;
 
     fn read(&mut self) -> Result<[u16; 3], Infallible> {
-        let Self(world) = self;
-        let directions = world.directions();
+        let Self(simulated) = self;
+        let directions = simulated.directions();
         let [_, _, cosine] = directions.incoming;
         let lit = half_angles(&directions)
-            .filter(|_| world.lamp.get() == 1)
+            .filter(|_| simulated.lamp.get() == 1)
             .map(|[theta_h, theta_d]| brdf(theta_h, theta_d));
         // The lamp illuminates a larger spot than the sensor sees, so counts are proportional to cos(theta_i).
         let counts = lit.unwrap_or_default().map(|f| {
-            let count = DARK + WHITE * PI * f * cosine + world.noise();
+            let count = DARK + WHITE * PI * f * cosine + simulated.noise();
             count.clamp(0.0, f32::from(FULL_SCALE))
         });
         Ok(counts.map(|count| libm::roundf(count) as u16))

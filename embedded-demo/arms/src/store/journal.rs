@@ -74,7 +74,7 @@ impl Journal {
     }
 
     /// Returns the content of the last item of this number.
-    #[inline(never)] // smaller: there are several calls
+    #[inline(never)] // saves flash: one copy for several calls
     pub(super) fn get<F: NorFlash>(
         &self,
         flash: &mut F,

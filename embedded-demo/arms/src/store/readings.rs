@@ -1,8 +1,8 @@
 //! The readings of the current scan.
 //!
-//! They are stored in a [journal](super::journal): an item for each reading, and one for the scan. Every call writes one
-//! item, which is complete or absent after a power cut. Only [`Readings::discard_unconfirmed`] writes several: it first
-//! marks the scan, so [`Readings::mount`] can complete it after a power cut.
+//! They are stored in a [journal](super::journal): an item for each reading, and one for the scan. Every call writes
+//! one item, which is complete or absent after a power cut. Only [`Readings::discard_unconfirmed`] writes several: it
+//! first marks the scan, so [`Readings::mount`] can complete it after a power cut.
 
 use core::ops::Range;
 
@@ -195,7 +195,7 @@ impl Readings {
         self.write_scan(flash, scan)
     }
 
-    #[inline(never)] // smaller: there are several calls
+    #[inline(never)] // saves flash: one copy for several calls
     fn saved<F: NorFlash>(
         &self,
         flash: &mut F,
@@ -209,7 +209,7 @@ impl Readings {
         Ok(saved.filter(|saved| saved.scan_id == self.scan.id && !saved.discarded))
     }
 
-    #[inline(never)] // smaller: there are several calls
+    #[inline(never)] // saves flash: one copy for several calls
     fn write_scan<F: NorFlash>(
         &mut self,
         flash: &mut F,

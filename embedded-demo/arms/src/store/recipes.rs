@@ -263,7 +263,7 @@ impl Recipes {
         Ok(header.filter(|header| header.length <= self.capacity()))
     }
 
-    #[inline(never)] // smaller: there are several calls
+    #[inline(never)] // saves flash: one copy for several calls
     fn read<'b, F: NorFlash>(
         &self,
         flash: &mut F,

@@ -8,7 +8,7 @@ use crate::support::{BUFFER_BYTES, Flash, SECTOR_BYTES, mount_readings, mount_re
 use embedded_hal::digital::{ErrorType, OutputPin};
 use glimpse_arms::scanner::{Command, Event, Outcome, Platform, Scanner, Seeds, StartMode};
 use glimpse_arms::sensor::{Photometer, Sensor, WhiteTile};
-use glimpse_arms::simulated::{DirectionPin, StepPin, Switch, World};
+use glimpse_arms::simulated::{DirectionPin, SimulatedScanner, StepPin, Switch};
 use glimpse_arms::station::{self, Station};
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
@@ -134,9 +134,9 @@ impl<'b> TestBoard<'b> {
     }
 
     /// Runs the firmware with the simulated scanner.
-    pub(crate) fn serve(&mut self, world: &World, flash: &mut Flash) {
+    pub(crate) fn serve(&mut self, simulated: &SimulatedScanner, flash: &mut Flash) {
         let mut memory = [0.0; MEMORY_WORDS];
-        serve::<_, _, Model>(world.station(), flash, &mut memory, self);
+        serve::<_, _, Model>(simulated.station(), flash, &mut memory, self);
     }
 
     pub(crate) fn outcomes(&self) -> Vec<Outcome> {
@@ -246,7 +246,7 @@ impl OutputPin for TestLamp<'_> {
 
 /// Returns a station of the simulated arms and a [`ScriptedSensor`], which is read once for each reading.
 pub(crate) fn scripted_station<'c>(
-    world: &'c World,
+    simulated: &'c SimulatedScanner,
     is_lit: &'c Cell<bool>,
     lit: &'c mut dyn FnMut() -> Option<u16>,
 ) -> Station<StepPin<'c>, DirectionPin<'c>, Switch<'c>, ScriptedSensor<'c>, TestLamp<'c>> {
@@ -277,7 +277,7 @@ pub(crate) fn scripted_station<'c>(
         lamp_settling_us: 5_000,
     };
     let photometer = Photometer::new(ScriptedSensor { is_lit, lit }, TestLamp(is_lit), white, 1);
-    Station::new(world.goniometer(), photometer, settings)
+    Station::new(simulated.goniometer(), photometer, settings)
 }
 
 /// Boots the firmware with the recipe [`PHONG`], and runs it until the test run ends.
@@ -344,6 +344,6 @@ pub(crate) fn is_finished(event: &Event) -> bool {
 /// Initial positions of the arms.
 pub(crate) const POSITIONS: [i32; 4] = [300, 500, 40, 700];
 
-pub(crate) fn world() -> World {
-    World::new(POSITIONS)
+pub(crate) fn simulated() -> SimulatedScanner {
+    SimulatedScanner::new(POSITIONS)
 }

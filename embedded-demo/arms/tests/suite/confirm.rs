@@ -1,9 +1,9 @@
 //! The arms move, and saved readings are continued, only after a command.
 
-use crate::board::{POSITIONS, SECOND, TestBoard, is_finished, world};
+use crate::board::{POSITIONS, SECOND, TestBoard, is_finished, simulated};
 use crate::support::Flash;
 use glimpse_arms::scanner::{Button, Command, Event, Outcome, ScannerError};
-use glimpse_arms::simulated::World;
+use glimpse_arms::simulated::SimulatedScanner;
 
 /// Returns the numbers of saved readings that the firmware has reported.
 fn saved_counts(board: &TestBoard) -> Vec<u16> {
@@ -15,35 +15,35 @@ fn saved_counts(board: &TestBoard) -> Vec<u16> {
 }
 
 /// Scans until a power cut after five readings. Returns the arms and the flash.
-fn interrupted_scan() -> (World, Flash) {
-    let (world, mut flash) = (world(), Flash::new(6));
+fn interrupted_scan() -> (SimulatedScanner, Flash) {
+    let (simulated, mut flash) = (simulated(), Flash::new(6));
     let mut count = 0;
     let mut board = TestBoard::new(600 * SECOND, move |event| {
         count += u32::from(matches!(event, Event::Read { .. }));
         count == 5
     });
     board.commands.push_back((0, Command::NewScan));
-    board.serve(&world, &mut flash);
+    board.serve(&simulated, &mut flash);
     assert_eq!(board.reads(), 5);
-    (world, flash)
+    (simulated, flash)
 }
 
 #[test]
 fn arms_wait_for_command_after_power_up() {
-    let world = world();
+    let simulated = simulated();
     let mut board = TestBoard::new(60 * SECOND, |_| false);
-    board.serve(&world, &mut Flash::new(6));
-    assert_eq!(world.positions(), POSITIONS);
+    board.serve(&simulated, &mut Flash::new(6));
+    assert_eq!(simulated.positions(), POSITIONS);
     assert_eq!(board.events, []);
 }
 
 #[test]
 fn reports_saved_readings_once_after_power_cut() {
-    let (world, mut flash) = interrupted_scan();
-    let positions = world.positions();
+    let (simulated, mut flash) = interrupted_scan();
+    let positions = simulated.positions();
     let mut board = TestBoard::new(120 * SECOND, |_| false);
-    board.serve(&world, &mut flash);
-    assert_eq!(world.positions(), positions);
+    board.serve(&simulated, &mut flash);
+    assert_eq!(simulated.positions(), positions);
     assert_eq!(
         board.events,
         [Event::Saved { readings: 5 }],
@@ -53,10 +53,10 @@ fn reports_saved_readings_once_after_power_cut() {
 
 #[test]
 fn continue_resumes_saved_readings() {
-    let (world, mut flash) = interrupted_scan();
+    let (simulated, mut flash) = interrupted_scan();
     let mut board = TestBoard::new(600 * SECOND, is_finished);
     board.commands.push_back((10 * SECOND, Command::Continue));
-    board.serve(&world, &mut flash);
+    board.serve(&simulated, &mut flash);
     assert_eq!(saved_counts(&board), [5]);
     assert_eq!(board.outcomes(), [Outcome::NoHost, Outcome::Finished]);
     assert_eq!(board.reads(), 3);
@@ -65,33 +65,33 @@ fn continue_resumes_saved_readings() {
 /// Otherwise five readings of one material and three of the next one would be fitted.
 #[test]
 fn new_scan_deletes_saved_readings() {
-    let (world, mut flash) = interrupted_scan();
+    let (simulated, mut flash) = interrupted_scan();
     let mut board = TestBoard::new(600 * SECOND, is_finished);
     board.commands.push_back((10 * SECOND, Command::NewScan));
-    board.serve(&world, &mut flash);
+    board.serve(&simulated, &mut flash);
     assert_eq!(board.outcomes(), [Outcome::NoHost, Outcome::Finished]);
     assert_eq!(board.reads(), 8);
 }
 
 #[test]
 fn continue_without_saved_readings_is_ignored() {
-    let world = world();
+    let simulated = simulated();
     let mut board = TestBoard::new(60 * SECOND, |_| false);
     board.commands.push_back((SECOND, Command::Continue));
-    board.serve(&world, &mut Flash::new(6));
-    assert_eq!(world.positions(), POSITIONS);
+    board.serve(&simulated, &mut Flash::new(6));
+    assert_eq!(simulated.positions(), POSITIONS);
     assert_eq!(board.events, [Event::NothingSaved]);
 }
 
 /// Returns a board on which an arm gets stuck at the sixth reading of the first scan. After the scan's failure it is
 /// free. `ends` ends the test run.
-fn board_with_stuck_arm(world: &World, ends: fn(&Event) -> bool) -> TestBoard<'_> {
+fn board_with_stuck_arm(simulated: &SimulatedScanner, ends: fn(&Event) -> bool) -> TestBoard<'_> {
     let mut count = 0;
     let mut board = TestBoard::new(600 * SECOND, move |event| {
         count += u32::from(matches!(event, Event::Read { .. }));
         match event {
-            Event::Read { .. } if count == 6 => world.stall(2, u32::MAX),
-            Event::Ended(Outcome::Failed(_)) => world.reset(POSITIONS),
+            Event::Read { .. } if count == 6 => simulated.stall(2, u32::MAX),
+            Event::Ended(Outcome::Failed(_)) => simulated.reset(POSITIONS),
             _ => {}
         }
         ends(event)
@@ -103,11 +103,11 @@ fn board_with_stuck_arm(world: &World, ends: fn(&Event) -> bool) -> TestBoard<'_
 /// The confirmed readings of a failed scan can be continued after a reset.
 #[test]
 fn scan_continues_after_machine_failure_and_reset() {
-    let (world, mut flash) = (world(), Flash::new(6));
-    let mut board = board_with_stuck_arm(&world, |event| {
+    let (simulated, mut flash) = (simulated(), Flash::new(6));
+    let mut board = board_with_stuck_arm(&simulated, |event| {
         matches!(event, Event::Ended(Outcome::Failed(_)))
     });
-    board.serve(&world, &mut flash);
+    board.serve(&simulated, &mut flash);
     let failed = board.outcomes().pop();
     let Some(Outcome::Failed(ScannerError::Station(_) | ScannerError::LostSteps(_))) = failed
     else {
@@ -115,7 +115,7 @@ fn scan_continues_after_machine_failure_and_reset() {
     };
     let mut board = TestBoard::new(600 * SECOND, is_finished);
     board.commands.push_back((SECOND, Command::Continue));
-    board.serve(&world, &mut flash);
+    board.serve(&simulated, &mut flash);
     assert_eq!(board.outcomes().last(), Some(&Outcome::Finished));
     assert_eq!(
         board.reads(),
@@ -127,10 +127,10 @@ fn scan_continues_after_machine_failure_and_reset() {
 /// A new scan starts over, because it may be another material.
 #[test]
 fn new_scan_after_failure_starts_over() {
-    let world = world();
-    let mut board = board_with_stuck_arm(&world, is_finished);
+    let simulated = simulated();
+    let mut board = board_with_stuck_arm(&simulated, is_finished);
     board.commands.push_back((300 * SECOND, Command::NewScan));
-    board.serve(&world, &mut Flash::new(6));
+    board.serve(&simulated, &mut Flash::new(6));
     assert_eq!(board.outcomes().last(), Some(&Outcome::Finished));
     let is_failed = |event: &Event| matches!(event, Event::Ended(Outcome::Failed(_)));
     let mut scans = board.events.split(is_failed);

@@ -6,7 +6,7 @@ use crate::support::{Flash, mount_readings, mount_recipes};
 use glimpse_arms::axis::Settings;
 use glimpse_arms::route::{AxisAngles, RouteError, Space, separation_between};
 use glimpse_arms::scanner::{Command, Event, Outcome, Platform, Scanner, Seeds, StartMode};
-use glimpse_arms::simulated::{World, settings};
+use glimpse_arms::simulated::{SimulatedScanner, settings};
 use glimpse_arms::station::StationError;
 use glimpse_arms::{MEMORY_WORDS, Model, retained};
 use glimpse_core::driver::Host;
@@ -39,7 +39,7 @@ type Watch<'w> = Box<dyn FnMut(&Event) -> bool + 'w>;
 
 /// A platform that observes the arms in each iteration.
 struct Observer<'w> {
-    world: &'w World,
+    simulated: &'w SimulatedScanner,
     limits: Limits,
     /// The minimum separation, and the angles there.
     closest: (f32, AxisAngles),
@@ -52,7 +52,7 @@ struct PowerOff;
 
 impl Platform for Observer<'_> {
     fn elapsed_us(&mut self) -> u32 {
-        let angles = self.world.angles();
+        let angles = self.simulated.angles();
         let [theta_i, _, theta_o, _] = angles;
         assert!(
             theta_i.abs() <= self.limits.max_theta_i + ROUNDING,
@@ -62,7 +62,7 @@ impl Platform for Observer<'_> {
             theta_o.abs() <= self.limits.max_theta_o + ROUNDING,
             "{theta_o}"
         );
-        let separation = self.world.directions().separation();
+        let separation = self.simulated.directions().separation();
         if separation < self.closest.0 {
             self.closest = (separation, angles);
         }
@@ -96,13 +96,13 @@ impl Platform for Observer<'_> {
 
 /// Scans once, and asserts in each iteration that lamp and sensor are apart. Returns None after a power cut by `watch`.
 fn scan<'w>(
-    world: &'w World,
+    simulated: &'w SimulatedScanner,
     recipe: &[u8],
     counts: Option<[i32; 4]>,
     watch: impl FnMut(&Event) -> bool + 'w,
 ) -> (Option<Outcome>, Observer<'w>) {
     let mut flash = Flash::new(6);
-    let mut station = world.station_with_limits(LIMITS);
+    let mut station = simulated.station_with_limits(LIMITS);
     if let Some(counts) = counts {
         station.assume(counts);
     }
@@ -114,7 +114,7 @@ fn scan<'w>(
         seeds: Seeds::new(0),
     };
     let mut observer = Observer {
-        world,
+        simulated,
         limits: LIMITS,
         closest: (PI, [0.0; 4]),
         retained: [0; retained::WORDS],
@@ -157,10 +157,10 @@ fn no_collision_during_scan() {
     ];
     for start in starts {
         for recipe in [NEURAL, COOK_TORRANCE] {
-            let world = World::new(start);
-            let (outcome, _) = scan(&world, recipe, None, |_| false);
+            let simulated = SimulatedScanner::new(start);
+            let (outcome, _) = scan(&simulated, recipe, None, |_| false);
             assert_eq!(outcome, Some(Outcome::Finished));
-            assert_eq!(world.positions(), [0; 4], "it ends at home");
+            assert_eq!(simulated.positions(), [0; 4], "it ends at home");
         }
     }
 }
@@ -168,8 +168,8 @@ fn no_collision_during_scan() {
 #[test]
 fn no_collision_at_home_at_any_azimuth() {
     for azimuth in (0..12_800).step_by(100) {
-        let world = World::new([0, 0, 0, azimuth]);
-        assert!(separation(world.angles()) > 1.4);
+        let simulated = SimulatedScanner::new([0, 0, 0, azimuth]);
+        assert!(separation(simulated.angles()) > 1.4);
     }
 }
 
@@ -177,16 +177,16 @@ fn no_collision_at_home_at_any_azimuth() {
 #[test]
 fn no_collision_when_homing_after_reset() {
     for reads in 1..=8 {
-        let world = World::new([300, 500, 40, 700]);
+        let simulated = SimulatedScanner::new([300, 500, 40, 700]);
         let mut count = 0;
-        let (outcome, observer) = scan(&world, NEURAL, None, move |event| {
+        let (outcome, observer) = scan(&simulated, NEURAL, None, move |event| {
             count += u32::from(matches!(event, Event::Read { .. }));
             count == reads
         });
         assert_eq!(outcome, None);
         let counts = retained::decode(observer.retained);
         assert!(counts.is_some());
-        let (outcome, _) = scan(&world, NEURAL, counts, |_| false);
+        let (outcome, _) = scan(&simulated, NEURAL, counts, |_| false);
         assert_eq!(outcome, Some(Outcome::Finished));
     }
 }
@@ -323,15 +323,15 @@ fn rejects_colliding_home_without_moving() {
         ..LIMITS
     };
     let start = [300, 500, 40, 700];
-    let world = World::new(start);
-    let mut station = world.station_with_limits(limits);
+    let simulated = SimulatedScanner::new(start);
+    let mut station = simulated.station_with_limits(limits);
     let result = station.go_home();
     assert!(matches!(
         result,
         Err(StationError::Route(RouteError::HomeTooClose { .. }))
     ));
     assert_eq!(station.poll(10), Ok(None));
-    assert_eq!(world.positions(), start);
+    assert_eq!(simulated.positions(), start);
 }
 
 #[test]
@@ -340,8 +340,8 @@ fn rejects_home_beyond_limits() {
         max_theta_o: 1.2,
         ..LIMITS
     };
-    let world = World::new([1; 4]);
-    let result = world.station_with_limits(limits).go_home();
+    let simulated = SimulatedScanner::new([1; 4]);
+    let result = simulated.station_with_limits(limits).go_home();
     let error = StationError::Route(RouteError::HomeBeyondLimits);
     assert_eq!(result, Err(error));
     // The home is within the limits of an unrestricted machine.

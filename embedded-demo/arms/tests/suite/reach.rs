@@ -1,7 +1,7 @@
 //! Samples out of reach are detected before the arms move.
 
 use crate::board::{
-    Host, MASKED, PHONG, POSITIONS, SECOND, TestBoard, answer, scan_once, serve, world,
+    Host, MASKED, PHONG, POSITIONS, SECOND, TestBoard, answer, scan_once, serve, simulated,
 };
 use crate::support::Flash;
 use glimpse_arms::scanner::{Command, Event, Outcome, ScannerError};
@@ -22,30 +22,30 @@ const FAILURE: Failure = Failure::OutOfReach { index: 2, count: 2 };
 /// For a recipe that needs every reading.
 #[test]
 fn reach_is_checked_before_first_move() {
-    let world = world();
+    let simulated = simulated();
     let mut board = TestBoard::new(600 * SECOND, |_| false);
-    let outcome = scan_once(world.station_with_limits(LIMITS), PHONG, &mut board);
+    let outcome = scan_once(simulated.station_with_limits(LIMITS), PHONG, &mut board);
     assert_eq!(outcome, Outcome::Failed(ScannerError::Scan(FAILURE)));
     assert_eq!(board.events, []);
-    assert_eq!(world.positions(), POSITIONS);
+    assert_eq!(simulated.positions(), POSITIONS);
 }
 
 /// The same after a command, with and without a host. A host receives the number of samples.
 #[test]
 fn host_receives_samples_out_of_reach() {
     for has_host in [false, true] {
-        let world = world();
+        let simulated = simulated();
         let mut board = TestBoard::new(60 * SECOND, |event| {
             matches!(event, Event::Ended(Outcome::Failed(_)))
         });
         board.host = has_host.then(|| Host::new(|request| Some(answer(request, None))));
         board.commands.push_back((0, Command::NewScan));
-        let station = world.station_with_limits(LIMITS);
+        let station = simulated.station_with_limits(LIMITS);
         let mut memory = [0.0; MEMORY_WORDS];
         serve::<_, _, Model>(station, &mut Flash::new(6), &mut memory, &mut board);
         let error = ScannerError::Scan(FAILURE);
         assert_eq!(board.outcomes().last(), Some(&Outcome::Failed(error)));
-        assert_eq!(world.positions(), POSITIONS);
+        assert_eq!(simulated.positions(), POSITIONS);
         let reports = board.host.map(|host| {
             let is_report = |request: &&Request| {
                 matches!(request, Request::Failed(report)
@@ -71,8 +71,8 @@ fn tolerant_recipe_skips_samples_out_of_reach() {
             .filter(|(_, directions)| limits.check(directions).is_ok());
         reached.map(|(index, _)| index).collect::<Vec<u16>>()
     };
-    let world = world();
-    let station = world.station_with_limits(limits);
+    let simulated = simulated();
+    let station = simulated.station_with_limits(limits);
     let expected = within(&station.limits());
     assert!((8..16).contains(&expected.len()), "{expected:?}");
     let mut board = TestBoard::new(1200 * SECOND, |_| false);
@@ -90,7 +90,7 @@ fn tolerant_recipe_skips_samples_out_of_reach() {
 /// The sensor's axis ends 0.03 rad above the horizon; the limits of the machine do not include that.
 #[test]
 fn limits_include_ends_of_polar_axes() {
-    let station_limits = world().station_with_limits(Limits::NONE).limits();
+    let station_limits = simulated().station_with_limits(Limits::NONE).limits();
     let largest = [0, 2].map(|arm| glimpse_arms::simulated::settings(arm).max_angle);
     let [max_theta_i, max_theta_o] = largest;
     let expected = Limits {
@@ -104,8 +104,8 @@ fn limits_include_ends_of_polar_axes() {
 /// Rounding may place a sample slightly beyond the end of the axis. It is read at the end.
 #[test]
 fn sample_at_end_of_axis_is_read() {
-    let world = world();
-    let mut station = world.station();
+    let simulated = simulated();
+    let mut station = simulated.station();
     station.go_home().unwrap();
     while station.poll(40).unwrap().is_none() {}
     let at = |theta| Spherical { theta, phi: 0.0 };

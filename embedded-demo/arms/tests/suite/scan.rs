@@ -7,7 +7,9 @@ use glimpse_arms::axis::AxisError;
 use glimpse_arms::scanner::{
     Command, Event, Outcome, Platform, Scanner, ScannerError, Seeds, StartMode,
 };
-use glimpse_arms::simulated::{DirectionPin, Lamp, Photodiode, StepPin, Switch, Wiring, World};
+use glimpse_arms::simulated::{
+    DirectionPin, Lamp, Photodiode, SimulatedScanner, StepPin, Switch, Wiring,
+};
 use glimpse_arms::station::StationError;
 use glimpse_arms::store::StoreError;
 use glimpse_arms::{MEMORY_WORDS, Model, retained};
@@ -19,7 +21,7 @@ static RECIPE: &[u8] = include_bytes!("../../../../trainer/recipes/phong-n8.reci
 
 /// State that survives a reset: the machine, the flash, and the retained words.
 struct Rig {
-    world: World,
+    simulated: SimulatedScanner,
     flash: Flash,
     retained: [u32; retained::WORDS],
 }
@@ -84,7 +86,7 @@ type Simulated<'w> =
 impl Rig {
     fn new() -> Self {
         Self {
-            world: World::new([300, 500, 40, 700]),
+            simulated: SimulatedScanner::new([300, 500, 40, 700]),
             flash: Flash::new(6),
             retained: [0; retained::WORDS],
         }
@@ -95,15 +97,15 @@ impl Rig {
     fn scan(
         &mut self,
         command: Command,
-        mut watch: impl FnMut(&World, &Event, usize) -> bool,
+        mut watch: impl FnMut(&SimulatedScanner, &Event, usize) -> bool,
     ) -> (Log, Option<Outcome>) {
         let Self {
-            world,
+            simulated,
             flash,
             retained,
         } = self;
         let mut log = Log::default();
-        let mut station = world.station();
+        let mut station = simulated.station();
         if let Some(positions) = retained::decode(*retained) {
             station.assume(positions);
         }
@@ -122,7 +124,7 @@ impl Rig {
             log: &mut log,
             watch: &mut |event| {
                 reads += usize::from(matches!(event, Event::Read { .. }));
-                watch(world, event, reads)
+                watch(simulated, event, reads)
             },
         };
         let run = std::panic::AssertUnwindSafe(|| {
@@ -257,9 +259,9 @@ fn finished_scan_is_not_resumed() {
 #[test]
 fn lost_steps_repeat_only_affected_samples() {
     let mut rig = Rig::new();
-    let (log, outcome) = rig.scan(Command::NewScan, |world, event, reads| {
+    let (log, outcome) = rig.scan(Command::NewScan, |simulated, event, reads| {
         if reads == 6 && matches!(event, Event::Read { .. }) {
-            world.stall(3, 40);
+            simulated.stall(3, 40);
         }
         false
     });
@@ -284,9 +286,9 @@ fn lost_steps_repeat_only_affected_samples() {
 #[test]
 fn steps_lost_before_reset_are_detected() {
     let mut rig = Rig::new();
-    let (before, outcome) = rig.scan(Command::NewScan, |world, _, reads| {
+    let (before, outcome) = rig.scan(Command::NewScan, |simulated, _, reads| {
         if reads == 1 {
-            world.stall(1, 40);
+            simulated.stall(1, 40);
         }
         reads == 3
     });
@@ -343,7 +345,7 @@ fn scan_resumes_with_unknown_positions_after_power_cut() {
     let mut rig = Rig::new();
     let (before, _) = rig.scan(Command::NewScan, |_, _, reads| reads == 6);
     rig.retained = [0x5A5A_5A5A; retained::WORDS];
-    rig.world.reset([20, 900, 333, 1]);
+    rig.simulated.reset([20, 900, 333, 1]);
     let (after, outcome) = rig.scan(Command::Continue, |_, _, _| false);
     assert_eq!(outcome, Some(Outcome::Finished));
     let all = [readings(&before), readings(&after)].concat();
@@ -354,9 +356,9 @@ fn scan_resumes_with_unknown_positions_after_power_cut() {
 #[test]
 fn repeated_step_loss_ends_scan() {
     let mut rig = Rig::new();
-    let (_, outcome) = rig.scan(Command::NewScan, |world, event, _| {
+    let (_, outcome) = rig.scan(Command::NewScan, |simulated, event, _| {
         if matches!(event, Event::Read { .. }) {
-            world.stall(0, 60);
+            simulated.stall(0, 60);
         }
         false
     });
@@ -369,7 +371,7 @@ fn repeated_step_loss_ends_scan() {
 #[test]
 fn disconnected_motor_ends_scan() {
     let mut rig = Rig::new();
-    rig.world.stall(2, u32::MAX);
+    rig.simulated.stall(2, u32::MAX);
     let (_, outcome) = rig.scan(Command::NewScan, |_, _, _| false);
     let Some(Outcome::Failed(ScannerError::Station(StationError::Arm(error)))) = outcome else {
         panic!("{outcome:?}");
@@ -381,9 +383,9 @@ fn disconnected_motor_ends_scan() {
 #[test]
 fn switch_opening_during_move_ends_scan() {
     let mut rig = Rig::new();
-    let (log, outcome) = rig.scan(Command::NewScan, |world, event, reads| {
+    let (log, outcome) = rig.scan(Command::NewScan, |simulated, event, reads| {
         if reads == 2 && matches!(event, Event::Read { .. }) {
-            world.set_wiring(3, Wiring::Broken);
+            simulated.set_wiring(3, Wiring::Broken);
         }
         false
     });

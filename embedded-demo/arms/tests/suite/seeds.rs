@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::board::{Host, SECOND, TestBoard, answer, world};
+use crate::board::{Host, SECOND, TestBoard, answer, simulated};
 use crate::support::{CUT_EFFECTS, Flash, mount_readings};
 use glimpse_core::scan::Reading;
 
@@ -14,7 +14,7 @@ fn reset_changes_sequence_numbers() {
     for _ in 0..20 {
         let mut board = TestBoard::new(SECOND / 10, |_| false);
         board.host = Some(Host::new(|request| Some(answer(request, None))));
-        board.serve(&world(), &mut flash);
+        board.serve(&simulated(), &mut flash);
         let mut frames_sent = board.sent.split(|byte| *byte == 0);
         let first = frames_sent.find(|frame| !frame.is_empty());
         let frame = first.unwrap().to_vec();
@@ -27,7 +27,7 @@ fn reset_changes_sequence_numbers() {
 fn each_greeting_has_new_sequence_numbers() {
     let mut board = TestBoard::new(20 * SECOND, |_| false);
     board.host = Some(Host::new(|request| Some(answer(request, None))));
-    board.serve(&world(), &mut Flash::new(6));
+    board.serve(&simulated(), &mut Flash::new(6));
     let greetings: Vec<_> = board
         .sent
         .split(|byte| *byte == 0)

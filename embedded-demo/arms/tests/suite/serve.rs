@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use crate::board::{
     COOK_TORRANCE, DARK, GRAY, Host, NEGATIVE, PHONG, POSITIONS, SECOND, TestBoard, WHITE, answer,
-    checksum_of, is_finished, scripted_station, serve, world,
+    checksum_of, is_finished, scripted_station, serve, simulated,
 };
 use crate::support::{BUFFER_BYTES, Flash, mount_recipes};
 use glimpse_arms::scanner::{Command, Event, Outcome, ScannerError};
@@ -18,7 +18,7 @@ use glimpse_core::scan::ReadingError;
 /// The host is disconnected during a recipe transfer, before any command.
 #[test]
 fn lost_host_moves_no_arm() {
-    let world = world();
+    let simulated = simulated();
     let mut parts = 0;
     let mut board = TestBoard::new(10 * SECOND, |_| false);
     board.host = Some(Host::new(|request| {
@@ -26,8 +26,8 @@ fn lost_host_moves_no_arm() {
         let offered = (COOK_TORRANCE, checksum_of(COOK_TORRANCE));
         (parts <= 2).then(|| answer(request, Some(offered)))
     }));
-    board.serve(&world, &mut Flash::new(6));
-    assert_eq!(world.positions(), POSITIONS, "{:?}", board.events);
+    board.serve(&simulated, &mut Flash::new(6));
+    assert_eq!(simulated.positions(), POSITIONS, "{:?}", board.events);
     assert_eq!(board.outcomes().len(), 1, "it reports the lost host");
 }
 
@@ -40,7 +40,7 @@ fn started_scan_continues_without_lost_host() {
         request => Some(answer(request, None)),
     }));
     board.commands.push_back((SECOND, Command::NewScan));
-    board.serve(&world(), &mut Flash::new(6));
+    board.serve(&simulated(), &mut Flash::new(6));
     assert_eq!(board.outcomes().last(), Some(&Outcome::Finished));
     assert_eq!(board.reads(), 8, "nothing is read twice");
 }
@@ -51,7 +51,7 @@ fn noise_on_line_does_not_block_button() {
     let mut board = TestBoard::new(600 * SECOND, is_finished);
     board.noise.push_back((SECOND, 0x55));
     board.commands.push_back((10 * SECOND, Command::NewScan));
-    board.serve(&world(), &mut Flash::new(6));
+    board.serve(&simulated(), &mut Flash::new(6));
     assert_eq!(board.outcomes(), [Outcome::NoHost, Outcome::Finished]);
 }
 
@@ -69,13 +69,13 @@ fn scan_with_counts(scans: u64, lit: impl Fn(u32) -> u16) -> (TestBoard<'static>
     board.commands = (0..scans)
         .map(|scan| (300 * scan * SECOND, Command::NewScan))
         .collect();
-    let (world, is_lit) = (world(), Cell::new(false));
+    let (simulated, is_lit) = (simulated(), Cell::new(false));
     let mut reads = 0;
     let mut count = || {
         reads += 1;
         Some(lit(reads))
     };
-    let station = scripted_station(&world, &is_lit, &mut count);
+    let station = scripted_station(&simulated, &is_lit, &mut count);
     let mut memory = [0.0; MEMORY_WORDS];
     serve::<_, _, Model>(station, &mut Flash::new(6), &mut memory, &mut board);
     (board, reads)
@@ -137,7 +137,7 @@ fn offer<K: Fitter>(
     board.host = Some(Host::new(|request| {
         Some(answer(request, Some((recipe, checksum))))
     }));
-    serve::<_, _, K>(world().station(), flash, memory, &mut board);
+    serve::<_, _, K>(simulated().station(), flash, memory, &mut board);
     let host = board.host.unwrap();
     let greetings = host.count(|request| matches!(request, Request::Hello { .. }));
     assert!(greetings > 3, "it repeats its greeting");

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use crate::board::{
-    GRAY, MASKED, NEGATIVE, PHONG, SECOND, TestBoard, scan_once, scripted_station, world,
+    GRAY, MASKED, NEGATIVE, PHONG, SECOND, TestBoard, scan_once, scripted_station, simulated,
 };
 use glimpse_arms::scanner::{Event, Outcome, ScannerError};
 use glimpse_arms::sensor::SensorError;
@@ -19,17 +19,17 @@ fn scan(recipe: &[u8], lit: impl Fn(u32) -> Option<u16>) -> (Vec<Event>, Outcome
 fn scan_watched(
     recipe: &[u8],
     lit: impl Fn(u32) -> Option<u16>,
-    watch: impl Fn(&glimpse_arms::simulated::World, &Event),
+    watch: impl Fn(&glimpse_arms::simulated::SimulatedScanner, &Event),
 ) -> (Vec<Event>, Outcome, u32) {
-    let (world, is_lit) = (world(), Cell::new(false));
+    let (simulated, is_lit) = (simulated(), Cell::new(false));
     let mut reads = 0;
     let mut count = || {
         reads += 1;
         lit(reads)
     };
-    let station = scripted_station(&world, &is_lit, &mut count);
+    let station = scripted_station(&simulated, &is_lit, &mut count);
     let mut board = TestBoard::new(1200 * SECOND, |event| {
-        watch(&world, event);
+        watch(&simulated, event);
         false
     });
     let outcome = scan_once(station, recipe, &mut board);
@@ -97,9 +97,9 @@ fn sample_is_not_skipped_after_lost_steps() {
     let (events, outcome, _) = scan_watched(
         MASKED,
         |reads| (!(3..=5).contains(&reads)).then_some(GRAY),
-        |world, event| {
+        |simulated, event| {
             if matches!(event, Event::ReadFailed { .. }) {
-                world.stall(3, 40);
+                simulated.stall(3, 40);
             }
         },
     );

@@ -7,7 +7,7 @@ use embedded_storage::nor_flash::{
 };
 use glimpse_arms::axis::Motion;
 use glimpse_arms::goniometer::{ArmError, Goniometer};
-use glimpse_arms::simulated::{DirectionPin, StepPin, Switch, World};
+use glimpse_arms::simulated::{DirectionPin, SimulatedScanner, StepPin, Switch};
 use glimpse_arms::store::readings::Readings;
 use glimpse_arms::store::recipes::Recipes;
 
@@ -194,8 +194,8 @@ pub(crate) fn go_home(arms: &mut Arms) {
 }
 
 /// Returns the homed arms of a simulated scanner.
-pub(crate) fn homed(world: &World) -> Arms<'_> {
-    let mut arms = world.goniometer();
+pub(crate) fn homed(simulated: &SimulatedScanner) -> Arms<'_> {
+    let mut arms = simulated.goniometer();
     go_home(&mut arms);
     arms
 }

@@ -2,7 +2,7 @@
 
 use glimpse_arms::axis::{AxisError, Motion};
 use glimpse_arms::goniometer::ArmError;
-use glimpse_arms::simulated::{Wiring, World, settings};
+use glimpse_arms::simulated::{SimulatedScanner, Wiring, settings};
 
 use crate::support::{HOMING_ORDER, go_home, go_to, homed, settle};
 
@@ -16,9 +16,9 @@ fn degrees(arm: usize, steps: i32) -> f32 {
 fn broken_wire_stops_homing_within_5_percent_of_travel() {
     for arm in 0..4 {
         let start = 1000;
-        let world = World::new([start; 4]);
-        world.set_wiring(arm, Wiring::Broken);
-        let mut arms = world.goniometer();
+        let simulated = SimulatedScanner::new([start; 4]);
+        simulated.set_wiring(arm, Wiring::Broken);
+        let mut arms = simulated.goniometer();
         arms.go_home(HOMING_ORDER).unwrap();
         let error = AxisError::HomeStuck;
         let arm_error = ArmError {
@@ -26,7 +26,7 @@ fn broken_wire_stops_homing_within_5_percent_of_travel() {
             error,
         };
         assert_eq!(settle(&mut arms, 10), Err(arm_error));
-        let moved = world.positions()[arm] - start;
+        let moved = simulated.positions()[arm] - start;
         let allowed = settings(arm).travel() as i32 / 20 + 1;
         assert!(
             (0..=allowed).contains(&moved),
@@ -39,39 +39,39 @@ fn broken_wire_stops_homing_within_5_percent_of_travel() {
 #[test]
 fn wire_breaking_during_move_stops_all_arms() {
     for arm in 0..4 {
-        let world = World::new([1; 4]);
-        let mut arms = homed(&world);
+        let simulated = SimulatedScanner::new([1; 4]);
+        let mut arms = homed(&simulated);
         arms.go_to([1.0, 0.0, 0.5, 0.0]).unwrap();
         for _ in 0..20_000 {
             assert_eq!(arms.poll(10), Ok(Motion::Moving));
         }
-        world.set_wiring(arm, Wiring::Broken);
-        let broke_at = world.positions();
+        simulated.set_wiring(arm, Wiring::Broken);
+        let broke_at = simulated.positions();
         let error = settle(&mut arms, 10).unwrap_err();
         assert_eq!(usize::from(error.arm), arm);
         assert!(matches!(error.error, AxisError::SwitchOpened { steps } if steps > 100));
-        for (arm, (at, broke_at)) in world.positions().into_iter().zip(broke_at).enumerate() {
+        for (arm, (at, broke_at)) in simulated.positions().into_iter().zip(broke_at).enumerate() {
             assert!(degrees(arm, at - broke_at).abs() < 1.0, "arm {arm} went on");
         }
-        let stopped_at = world.positions();
+        let stopped_at = simulated.positions();
         settle(&mut arms, 10).unwrap();
-        assert_eq!(world.positions(), stopped_at);
+        assert_eq!(simulated.positions(), stopped_at);
     }
 }
 
 /// The switch is read before each move, so a wire that broke at standstill is detected first.
 #[test]
 fn wire_broken_at_standstill_is_detected_before_move() {
-    let world = World::new([1; 4]);
-    let mut arms = homed(&world);
+    let simulated = SimulatedScanner::new([1; 4]);
+    let mut arms = homed(&simulated);
     go_to(&mut arms, [1.0, 0.0, 0.5, 0.0]);
-    let stood_at = world.positions();
-    world.set_wiring(3, Wiring::Broken);
+    let stood_at = simulated.positions();
+    simulated.set_wiring(3, Wiring::Broken);
     arms.go_to([0.5, 1.0, 0.5, 1.0]).unwrap();
     let error = settle(&mut arms, 10).unwrap_err();
     assert_eq!(error.arm, 3);
     assert!(matches!(error.error, AxisError::SwitchOpened { .. }));
-    for (arm, (at, stood_at)) in world.positions().into_iter().zip(stood_at).enumerate() {
+    for (arm, (at, stood_at)) in simulated.positions().into_iter().zip(stood_at).enumerate() {
         assert!(degrees(arm, at - stood_at).abs() < 0.1, "arm {arm} moved");
     }
 }
@@ -80,10 +80,10 @@ fn wire_broken_at_standstill_is_detected_before_move() {
 #[test]
 fn closed_switch_stops_arm_with_known_position_near_end() {
     for arm in 0..4 {
-        let world = World::new([1; 4]);
-        let mut arms = homed(&world);
+        let simulated = SimulatedScanner::new([1; 4]);
+        let mut arms = homed(&simulated);
         go_to(&mut arms, [1.0, 0.0, 0.5, 0.0]);
-        world.set_wiring(arm, Wiring::Shorted);
+        simulated.set_wiring(arm, Wiring::Shorted);
         arms.go_home(HOMING_ORDER).unwrap();
         let error = AxisError::HomeNotFound;
         let arm_error = ArmError {
@@ -91,7 +91,7 @@ fn closed_switch_stops_arm_with_known_position_near_end() {
             error,
         };
         assert_eq!(settle(&mut arms, 10), Err(arm_error));
-        let past = -world.positions()[arm];
+        let past = -simulated.positions()[arm];
         let allowed = settings(arm).travel() as i32 / 10 + 1;
         assert!(
             (0..=allowed).contains(&past),
@@ -103,16 +103,16 @@ fn closed_switch_stops_arm_with_known_position_near_end() {
 /// The switch worked when the arm left it.
 #[test]
 fn switch_failing_after_release_stops_arm_within_5_percent_of_travel() {
-    let world = World::new([-40, 1, 1, 1]);
-    let mut arms = world.goniometer();
+    let simulated = SimulatedScanner::new([-40, 1, 1, 1]);
+    let mut arms = simulated.goniometer();
     arms.go_home(HOMING_ORDER).unwrap();
-    while world.positions()[0] <= 0 {
+    while simulated.positions()[0] <= 0 {
         assert_eq!(arms.poll(10), Ok(Motion::Moving));
     }
-    world.set_wiring(0, Wiring::Shorted);
+    simulated.set_wiring(0, Wiring::Shorted);
     let error = AxisError::HomeNotFound;
     assert_eq!(settle(&mut arms, 10), Err(ArmError { arm: 0, error }));
-    let past = -world.positions()[0];
+    let past = -simulated.positions()[0];
     assert!(past <= settings(0).travel() as i32 / 20, "{past} steps");
 }
 
@@ -121,11 +121,12 @@ fn switch_failing_after_release_stops_arm_within_5_percent_of_travel() {
 fn closed_switch_stops_arm_with_unknown_position_after_travel() {
     for arm in 0..4 {
         let start = settings(arm).travel() as i32;
-        let world = World::new(std::array::from_fn(
-            |other| if other == arm { start } else { 1 },
-        ));
-        world.set_wiring(arm, Wiring::Shorted);
-        let mut arms = world.goniometer();
+        let simulated =
+            SimulatedScanner::new(std::array::from_fn(
+                |other| if other == arm { start } else { 1 },
+            ));
+        simulated.set_wiring(arm, Wiring::Shorted);
+        let mut arms = simulated.goniometer();
         arms.go_home(HOMING_ORDER).unwrap();
         let error = AxisError::HomeNotFound;
         let arm_error = ArmError {
@@ -133,7 +134,7 @@ fn closed_switch_stops_arm_with_unknown_position_after_travel() {
             error,
         };
         assert_eq!(settle(&mut arms, 10), Err(arm_error));
-        let past = -world.positions()[arm];
+        let past = -simulated.positions()[arm];
         assert!(
             past <= start / 100 + 3,
             "arm {arm} went {past} steps past its end"
@@ -145,33 +146,33 @@ fn closed_switch_stops_arm_with_unknown_position_after_travel() {
 #[test]
 fn bouncing_contact_is_tolerated() {
     for bounces in [1, 7, 100, 400] {
-        let world = World::new([50, 60, 70, 80]);
-        let mut arms = world.goniometer();
+        let simulated = SimulatedScanner::new([50, 60, 70, 80]);
+        let mut arms = simulated.goniometer();
         arms.go_home(HOMING_ORDER).unwrap();
         for arm in 0..4 {
-            world.bounce(arm, bounces);
+            simulated.bounce(arm, bounces);
         }
         settle(&mut arms, 10).unwrap();
-        assert_eq!(world.positions(), [0; 4]);
+        assert_eq!(simulated.positions(), [0; 4]);
         arms.go_to([1.0, 0.0, 0.5, 0.0]).unwrap();
         for round in 0..200_000 {
             if round % 1000 == 0 {
-                world.bounce(round / 1000 % 4, bounces);
+                simulated.bounce(round / 1000 % 4, bounces);
             }
             arms.poll(10).unwrap();
         }
         go_home(&mut arms);
         assert_eq!(arms.lost_steps().next(), None);
-        assert_eq!(world.positions(), [0; 4]);
+        assert_eq!(simulated.positions(), [0; 4]);
     }
 }
 
 #[test]
 fn unsettled_contact_is_an_error() {
-    let world = World::new([1; 4]);
-    let mut arms = homed(&world);
+    let simulated = SimulatedScanner::new([1; 4]);
+    let mut arms = homed(&simulated);
     arms.go_to([1.0, 0.0, 0.5, 0.0]).unwrap();
-    world.bounce(1, u32::MAX);
+    simulated.bounce(1, u32::MAX);
     let error = AxisError::SwitchBounces;
     assert_eq!(settle(&mut arms, 10), Err(ArmError { arm: 1, error }));
 }
