@@ -11,10 +11,10 @@ use super::table::{Row, Table, TableError};
 const HALF_DIFFERENCE: [&str; 3] = ["theta_h", "theta_d", "phi_d"];
 /// The columns of polar angles (from the normal) and azimuths of both directions.
 const DIRECTIONS: [&str; 4] = ["theta_i", "phi_i", "theta_o", "phi_o"];
-/// The smallest cosine of a direction above the horizon. Closer to it, within 6e-8 degrees, rounding decides the side.
+/// The smallest cosine of a direction above the horizon. Within 6e-8 degrees of the horizon, rounding decides the side.
 const MIN_COSINE: f64 = 1e-9;
 
-/// The column of sample indices, as `trainer plan` writes it.
+/// The column of sample indices in a measurement plan of `trainer plan`.
 pub(super) const INDEX: &str = "index";
 
 /// A file of pairs of directions.
@@ -44,7 +44,7 @@ impl AngleTable {
     pub fn read(path: &Path) -> Result<Self, TableError> {
         let table = Table::read(path)?;
         let Some(columns) = AngleColumns::find(&table)? else {
-            return Err(table.damaged(format!(
+            return Err(table.file_error(format!(
                 "line 1 names the columns {2}, which are not a complete set of angles; name {0}, or {1} (angles in \
                  degrees)",
                 HALF_DIFFERENCE.join(", "),
@@ -53,12 +53,12 @@ impl AngleTable {
             )));
         };
         let index = table.column(INDEX)?;
-        let kept: Vec<usize> = columns.indices().iter().copied().chain(index).collect();
+        let kept_columns: Vec<usize> = columns.indices().iter().copied().chain(index).collect();
         let row = |row: &Row| {
             let angles = columns
                 .parse(row)
                 .map_err(|message| table.line_error(row.line, &message))?;
-            let cells = kept.iter();
+            let cells = kept_columns.iter();
             Ok(AngleRow {
                 cells: cells.map(|column| row.cell(*column).to_owned()).collect(),
                 angles: above_horizon(angles.to_rusinkiewicz()),
@@ -92,12 +92,12 @@ pub(super) enum RowAngles {
 }
 
 impl AngleColumns {
-    /// Finds the angle columns of a table; None if it has none.
+    /// Finds the angle columns of a table; None if it has no complete set of them.
     pub(super) fn find(table: &Table) -> Result<Option<Self>, TableError> {
         match (table.columns(HALF_DIFFERENCE)?, table.columns(DIRECTIONS)?) {
             (Some(columns), None) => Ok(Some(Self::HalfDifference(columns))),
             (None, Some(columns)) => Ok(Some(Self::Directions(columns))),
-            (Some(_), Some(_)) => Err(table.damaged(format!(
+            (Some(_), Some(_)) => Err(table.file_error(format!(
                 "it has both the columns {} and {}; remove or rename one set",
                 HALF_DIFFERENCE.join(", "),
                 DIRECTIONS.join(", ")
@@ -113,7 +113,7 @@ impl AngleColumns {
         }
     }
 
-    /// The column indices, in the order of [`names`](Self::names).
+    /// Returns the column indices, in the order of [`names`](Self::names).
     fn indices(&self) -> &[usize] {
         match self {
             Self::HalfDifference(indices) => indices,
@@ -173,7 +173,7 @@ impl RowAngles {
     }
 }
 
-/// Parses cells in degrees and converts them to radians. The range of every theta is 0 to `max_theta` degrees.
+/// Parses cells in degrees and converts them to radians. Polar angles must be 0 to `max_theta` degrees.
 fn parse_cells<const N: usize>(
     row: &Row,
     names: [&str; N],
@@ -220,14 +220,14 @@ pub fn angles_from_vectors(incoming: [f64; 3], outgoing: [f64; 3]) -> Option<Ang
     above_horizon(rusinkiewicz(incoming, outgoing))
 }
 
-/// Returns the Rusinkiewicz angles of two directions.
+/// Returns the Rusinkiewicz angles, in radians, of two directions of length 1.
 fn rusinkiewicz(incoming: [f64; 3], outgoing: [f64; 3]) -> Angles<f64> {
     let sum: [f64; 3] = std::array::from_fn(|i| incoming[i] + outgoing[i]);
     let difference: [f64; 3] = std::array::from_fn(|i| incoming[i] - outgoing[i]);
     let length = |[x, y, z]: [f64; 3]| x.hypot(y).hypot(z);
     let theta_h = sum[0].hypot(sum[1]).atan2(sum[2]);
     let phi_h = sum[1].atan2(sum[0]);
-    // The incoming direction, rotated so that the half vector is the z axis.
+    // Rotate the incoming direction so that the half vector is the z axis.
     let [x, y, z] = incoming;
     let (sin, cos) = phi_h.sin_cos();
     let (along, across) = (x * cos + y * sin, y * cos - x * sin);
@@ -241,8 +241,8 @@ fn rusinkiewicz(incoming: [f64; 3], outgoing: [f64; 3]) -> Angles<f64> {
 /// Converts to single precision with phi_d in \[0, 2 pi); None if one direction is not above the horizon.
 fn above_horizon(angles: Angles<f64>) -> Option<Angles<f32>> {
     let at = HalfDifference::from_angles(angles);
-    let above = at.cos_theta_i() > MIN_COSINE && at.cos_theta_o() > MIN_COSINE;
-    above.then_some(Angles {
+    let is_above = at.cos_theta_i() > MIN_COSINE && at.cos_theta_o() > MIN_COSINE;
+    is_above.then_some(Angles {
         theta_h: angles.theta_h as f32,
         theta_d: angles.theta_d as f32,
         phi_d: angles.phi_d.rem_euclid(std::f64::consts::TAU) as f32,

@@ -39,7 +39,7 @@ impl Columns {
         let index = table.column(INDEX)?;
         let angles = AngleColumns::find(table)?;
         if index.is_none() && angles.is_none() {
-            return Err(table.damaged(format!(
+            return Err(table.file_error(format!(
                 "line 1 names the columns {}, which do not identify the sample of a reading; add theta_h, theta_d, \
                  phi_d, or theta_i, phi_i, theta_o, phi_o (degrees), or index (the sample's number, from 0)",
                 table.names()
@@ -49,13 +49,13 @@ impl Columns {
             (Some(columns), None) => (columns, CHANNELS),
             (None, Some(column)) => ([column; 3], [MONOCHROME; 3]),
             (Some(_), Some(_)) => {
-                return Err(table.damaged(
+                return Err(table.file_error(
                     "it has both the columns r, g, b and value; remove or rename one set"
                         .to_owned(),
                 ));
             }
             (None, None) => {
-                return Err(table.damaged(format!(
+                return Err(table.file_error(format!(
                     "line 1 names the columns {}, none of which holds readings; add r, g, b, or value for a sensor with \
                      one channel",
                     table.names()
@@ -148,8 +148,8 @@ impl Columns {
     fn quantity(&self, row: &Row) -> String {
         let cell = self.quantity.map_or("", |column| row.cell(column));
         match cell.to_lowercase() {
-            // An alias: ASTM's quantity, which options accept by this name.
-            short if short == "brdf-cos" => "brdf-cos-o".to_owned(),
+            // An alias of ASTM's quantity, which the options accept as well.
+            alias if alias == "brdf-cos" => "brdf-cos-o".to_owned(),
             name => name,
         }
     }

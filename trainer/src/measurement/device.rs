@@ -1,4 +1,4 @@
-//! A fit that a device computed and sent.
+//! Fits that a device computed and sent.
 
 use std::path::{Path, PathBuf};
 
@@ -14,9 +14,9 @@ use super::fit::{Fit, ReadingStatus, find_outliers};
 use super::matching::IsotropicAngles;
 use super::measurements::Measurements;
 
-/// The maximum distance of a reading's directions from the recipe's, in radians. The device's directions are rounded.
+/// The maximum distance of a reading's directions from the recipe's, in radians. It allows for rounding by the device.
 const ROUNDING_TOLERANCE: f64 = 1e-3;
-/// The maximum size of a report, in bytes: many times that of the longest scan.
+/// The maximum size of a report in bytes, many times larger than the report of the longest scan.
 const MAX_BYTES: u64 = 1 << 26;
 
 /// A device's fit, as `trainer virtual-scanner --out` writes it.
@@ -59,7 +59,7 @@ pub enum DeviceError {
         /// The error of the operating system.
         source: std::io::Error,
     },
-    /// The content is not a report that `trainer virtual-scanner --out` writes.
+    /// The content does not have the format that `trainer virtual-scanner --out` writes.
     #[error(
         "{}: the file is not a device's report ({}); give JSON with model, recipe (a checksum), values, and optionally \
          readings and residual, as `trainer virtual-scanner --out` writes it", path.display(), escaped_json_error(source)
@@ -83,7 +83,7 @@ pub enum DeviceError {
         /// The recipe and the model in the report.
         actual: String,
     },
-    /// A number does not fit into a 32-bit float.
+    /// A number is beyond the range of a 32-bit float.
     #[error(
         "{}: {field}[{index}] is beyond the range of a 32-bit float; scan again",
         path.display()
@@ -106,7 +106,7 @@ pub enum DeviceError {
         path: PathBuf,
         /// The index of the reading, from 0.
         reading: usize,
-        /// The mismatch, or the error of the value.
+        /// The mismatch, or the error of the reading's value.
         reason: String,
     },
 }
@@ -159,7 +159,7 @@ impl DeviceReport {
     /// Converts the report to measurements and a fit, both in the order of the recipe's samples.
     ///
     /// # Errors
-    /// [`DeviceError::Reading`]
+    /// [`DeviceError::Reading`] if a reading does not match the pattern or is not finite.
     pub fn fit(self, path: &Path, recipe: &Recipe<'_>) -> Result<(Measurements, Fit), DeviceError> {
         let pattern: Vec<IsotropicAngles> = recipe
             .pattern()

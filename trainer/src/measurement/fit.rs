@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::measurements::Measurements;
 use super::outliers::{Distribution, OutlierReport};
 
-/// The status of a sample's reading in a fit. Files hold it as `used`, `missing`, `saturated` or `outlier`.
+/// The status of a sample's reading in a fit: `used`, `missing`, `saturated` or `outlier` in files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReadingStatus {
@@ -27,7 +27,7 @@ pub enum ReadingStatus {
 }
 
 impl ReadingStatus {
-    /// Returns the status as text.
+    /// Returns the status as text for reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -45,9 +45,9 @@ pub struct Fit {
     /// The model's parameters in its order. For Linear, they are the coefficients: m for red, then m for green, then m
     /// for blue, with m components.
     pub values: Vec<f32>,
-    /// The residual at the used readings, if it is known.
+    /// The residual at the used readings; None if a device did not report it.
     pub residual: Option<Residual>,
-    /// The loss that the recipe predicts from the readings, if it can.
+    /// The loss that the recipe predicts from the readings; None if it has no loss predictor.
     pub predicted_loss: Option<f32>,
     /// The status of each sample's reading.
     pub statuses: Vec<ReadingStatus>,
@@ -123,18 +123,19 @@ pub fn fit(
         });
     }
     let outlier_report = find_outliers(recipe, measurements);
-    // If all readings are saturated, they are used, as on a device.
+    // If all readings are saturated, the fit uses them, as on a device.
     let is_unsaturated = |sample: &Repeated| sample.count() > 0 && !sample.saturated();
     let any_unsaturated = measurements.samples.iter().any(is_unsaturated);
-    let status = |(index, sample): (usize, &Repeated)| match () {
-        () if sample.count() == 0 => ReadingStatus::Missing,
-        () if tolerates_missing && any_unsaturated && sample.saturated() => {
+    let status = |(index, sample): (usize, &Repeated)| {
+        if sample.count() == 0 {
+            ReadingStatus::Missing
+        } else if tolerates_missing && any_unsaturated && sample.saturated() {
             ReadingStatus::Saturated
-        }
-        () if tolerates_missing && !keep_all && outlier_report.is_outlier(index) => {
+        } else if tolerates_missing && !keep_all && outlier_report.is_outlier(index) {
             ReadingStatus::Excluded
+        } else {
+            ReadingStatus::Used
         }
-        () => ReadingStatus::Used,
     };
     let statuses: Vec<ReadingStatus> = measurements
         .samples

@@ -16,7 +16,7 @@ pub struct IsotropicAngles {
     pub phi: f64,
 }
 
-/// The distance of two pairs of directions.
+/// The distance between two pairs of directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AngularDistance {
     /// The largest difference of the three angles, in radians.
@@ -50,26 +50,27 @@ impl IsotropicAngles {
         }
     }
 
-    /// Returns the distance to another pair: the largest difference of theta_i, of theta_o, and of phi times the
-    /// smallest sine of the polar angles. The sine accounts for azimuths near the normal, where they matter little.
+    /// Returns the distance to another pair: the largest of three differences. These are the differences of theta_i, of
+    /// theta_o, and of phi times the smallest sine of the polar angles. The sine is small near the normal, where azimuths
+    /// matter little.
     #[must_use]
     pub fn distance(&self, other: &Self) -> AngularDistance {
-        let difference = (self.phi - other.phi + PI).rem_euclid(TAU) - PI;
+        let azimuth_difference = (self.phi - other.phi + PI).rem_euclid(TAU) - PI;
         let sines = [self, other].map(|angles| angles.theta_i.sin().min(angles.theta_o.sin()));
-        let parts = [
+        let differences = [
             ("theta_i", (self.theta_i - other.theta_i).abs()),
             ("theta_o", (self.theta_o - other.theta_o).abs()),
             (
-                "the difference of azimuths, phi_o - phi_i, times the smaller sine",
-                difference.abs() * sines[0].min(sines[1]),
+                "phi_o - phi_i, scaled by the smallest sine of a polar angle",
+                azimuth_difference.abs() * sines[0].min(sines[1]),
             ),
         ];
         let mut distance = AngularDistance {
             radians: 0.0,
-            angle: parts[0].0,
+            angle: differences[0].0,
         };
-        for (angle, radians) in parts {
-            // NaN counts as far away.
+        for (angle, radians) in differences {
+            // NaN counts as the largest distance.
             if radians > distance.radians || radians.is_nan() {
                 distance = AngularDistance { radians, angle };
             }
@@ -77,7 +78,7 @@ impl IsotropicAngles {
         distance
     }
 
-    /// Returns the directions with light and sensor exchanged. The BRDF of a reciprocal material is the same.
+    /// Exchanges light and sensor. The BRDF of a reciprocal material stays the same.
     #[must_use]
     pub fn exchanged(&self) -> Self {
         Self {
@@ -87,8 +88,8 @@ impl IsotropicAngles {
         }
     }
 
-    /// Reverses the sense of the azimuths. In the plane of incidence, where phi is 0 or 180 degrees, nothing changes.
-    /// Otherwise the pair of directions is a different one, but a mirror-symmetric material has the same BRDF there.
+    /// Reverses the sense of the azimuths. In the plane of incidence, where phi is 0 or 180 degrees, the directions stay
+    /// the same. Elsewhere they change, but a mirror-symmetric material has the same BRDF.
     #[must_use]
     pub fn mirrored(&self) -> Self {
         Self {
@@ -122,19 +123,31 @@ mod tests {
     #[test]
     fn distance_weights_azimuth_by_smallest_sine() {
         let from = degrees(30.0, 60.0, 179.0);
-        let far = |to: IsotropicAngles| {
+        let distance_in_degrees = |to: IsotropicAngles| {
             let AngularDistance { radians, angle } = from.distance(&to);
             (
                 (radians.to_degrees() * 1e6).round() / 1e6,
                 angle.split(',').next(),
             )
         };
-        assert_eq!(far(degrees(30.2, 60.1, 179.0)), (0.2, Some("theta_i")));
-        assert_eq!(far(degrees(30.1, 59.6, 179.0)), (0.4, Some("theta_o")));
-        // Across 180 degrees, and times sin(30 degrees).
-        let azimuths = Some("the difference of azimuths");
-        assert_eq!(far(degrees(30.0, 60.0, -179.0)), (1.0, azimuths));
-        assert_eq!(far(degrees(30.0, 60.0, 179.0 + 720.0)).0, 0.0);
+        assert_eq!(
+            distance_in_degrees(degrees(30.2, 60.1, 179.0)),
+            (0.2, Some("theta_i"))
+        );
+        assert_eq!(
+            distance_in_degrees(degrees(30.1, 59.6, 179.0)),
+            (0.4, Some("theta_o"))
+        );
+        // The azimuths differ by 2 degrees, across 180; times sin(30 degrees).
+        let azimuths = Some("phi_o - phi_i");
+        assert_eq!(
+            distance_in_degrees(degrees(30.0, 60.0, -179.0)),
+            (1.0, azimuths)
+        );
+        assert_eq!(
+            distance_in_degrees(degrees(30.0, 60.0, 179.0 + 720.0)).0,
+            0.0
+        );
         let exchanged = degrees(60.0, 30.0, -179.0).exchanged();
         assert_eq!(from.distance(&exchanged).radians, 0.0);
         // Mirroring changes the angles, except in the plane of incidence.

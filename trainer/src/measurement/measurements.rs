@@ -14,7 +14,7 @@ use super::table::TableError;
 /// The readings of each sample of a pattern.
 #[derive(Clone, Debug)]
 pub struct Measurements {
-    /// The repeated readings of each sample as BRDFs in linear RGB, sr^-1; empty if the sample is missing.
+    /// The repeated readings of each sample, as BRDFs in linear RGB, sr^-1; empty if the sample is missing.
     pub samples: Vec<Repeated>,
     /// The number of rows with a reading.
     pub rows: usize,
@@ -23,9 +23,9 @@ pub struct Measurements {
 }
 
 impl Measurements {
-    /// Reads a file of readings of a pattern. Rows come in any order; samples may be missing or repeated. A row
-    /// belongs to the sample of its index, or else to the nearest sample. Angles of the pattern and `tolerance`, the
-    /// largest accepted distance, are in radians.
+    /// Reads a file of readings of a pattern. Rows may be in any order, and samples may be missing or repeated. A row with
+    /// an index belongs to the sample of that index, and any other row to the nearest sample. Angles of the pattern and
+    /// `tolerance`, the largest accepted distance, are in radians.
     ///
     /// # Errors
     /// If the file cannot be read, a row matches no sample, or its numbers are not a valid reading.
@@ -38,7 +38,7 @@ impl Measurements {
         Self::from_rows(&Rows::read(path)?, pattern, tolerance, quantity)
     }
 
-    /// Matches readings in memory, by the rules of [`read`](Self::read). Errors state the index of a reading, from 0.
+    /// Matches readings in memory as [`read`](Self::read) does. Errors state the index of a reading, from 0.
     ///
     /// # Errors
     /// If a reading matches no sample, its numbers are not valid, or all readings are empty.
@@ -63,7 +63,7 @@ impl Measurements {
             rows: 0,
             max_distance: None,
         };
-        for row in rows.matched(pattern, tolerance)? {
+        for row in rows.match_to_pattern(pattern, tolerance)? {
             let Some(values) = row.values else {
                 continue;
             };
@@ -90,7 +90,7 @@ impl Measurements {
         }
         if measurements.rows == 0 {
             return Err(
-                rows.damaged("all of its rows are empty; give a file with readings".to_owned())
+                rows.file_error("all of its rows are empty; give a file with readings".to_owned())
             );
         }
         Ok(measurements)
@@ -99,8 +99,8 @@ impl Measurements {
     /// Returns the indices of the samples without a reading.
     #[must_use]
     pub fn missing(&self) -> Vec<usize> {
-        let all = self.samples.iter().enumerate();
-        let missing = all.filter(|(_, sample)| sample.count() == 0);
+        let samples = self.samples.iter().enumerate();
+        let missing = samples.filter(|(_, sample)| sample.count() == 0);
         missing.map(|(index, _)| index).collect()
     }
 }

@@ -1,4 +1,4 @@
-//! Lab readings: matched to a recipe's pattern, converted to BRDFs, checked for outliers, and fitted.
+//! Lab readings. They are matched to a recipe's pattern, converted to BRDFs, checked for outliers, and fitted.
 
 mod angles;
 mod columns;

@@ -1,21 +1,21 @@
-//! Outlier detection: readings that are improbable given the other readings.
+//! Detection of outliers: readings that are improbable, conditioned on the other readings.
 //!
 //! The detector works on the logarithm u = ln((f w + e) / e) of a reading f, as the model Linear does. The weight is
 //! w = cos(theta_i) cos(theta_o), and e = 0.001. The distribution of u over many materials, at all samples of the
-//! pattern, is known. Given the other readings, it predicts a mean and a standard deviation of u at one sample. The
-//! z-score of the reading is its distance from that mean in standard deviations.
+//! pattern, is known. Conditioned on the other readings, it predicts the mean and the standard deviation of u at one
+//! sample. The z-score of the reading is its distance from that mean in standard deviations.
 //!
 //! The distribution is a mixture of two groups of equal weight, so that a material only has to resemble one of them:
 //! - The built-in procedural materials, for every recipe: a kernel density estimate with one normal distribution per
-//!   material. One normal distribution for all does not suffice, because highlights are not normally distributed. The
+//!   material. A single normal distribution would not suffice, because highlights are not normally distributed. The
 //!   centers are shrunk towards their mean so that the mixture keeps the covariance of the materials. If the recipe
 //!   states the mean of its training materials, all centers are shifted to that mean.
 //! - The recipe's training materials, if the recipe has their principal components: a normal distribution about
 //!   their mean, with coefficients of variance 1.
 //!
-//! Each covariance has a floor on its diagonal: the smallest variance with which a material can be predicted. A wrong
-//! reading also distorts the predictions of the others, but has the largest z-score itself. Therefore the worst
-//! reading is removed and the others are predicted again.
+//! A constant variance is added to the diagonal of each covariance, because no material can be predicted more exactly.
+//! A wrong reading also distorts the predictions of the others, but has the largest z-score itself. Therefore the
+//! reading with the largest z-score is removed and the others are predicted again.
 
 use glimpse_core::fit::Target;
 use glimpse_core::fit::coefficient_net::standardized;
@@ -29,26 +29,26 @@ use rayon::prelude::*;
 
 /// The largest number of samples to check; the work grows with its cube.
 pub const MAX_SAMPLES: usize = 512;
-/// The minimum number of readings per outlier. Detection stops at this ratio: with more outliers, predictions from the
-/// remaining readings would be unreliable.
+/// The minimum number of readings per outlier. Detection stops at this ratio, because predictions from too few remaining
+/// readings are unreliable.
 const READINGS_PER_OUTLIER: usize = 4;
 /// The number of procedural materials in the mixture.
-const MATERIALS: usize = 500;
+const PROCEDURAL_MATERIALS: usize = 500;
 /// The seed of these materials.
-const SEED: u64 = 11;
+const PROCEDURAL_SEED: u64 = 11;
 /// The bandwidth: the standard deviation about each material relative to that of all materials.
 const BANDWIDTH: f64 = 0.7;
-/// The smallest standard deviation of u given procedural materials. It is larger than [`TRAINED_FLOOR`] because
+/// The smallest standard deviation of u that procedural materials predict. It is larger than [`TRAINED_FLOOR`] because
 /// measured materials only resemble them.
 const PROCEDURAL_FLOOR: f64 = 0.3;
-/// The smallest standard deviation of u given a recipe's training materials.
+/// The smallest standard deviation of u that a recipe's training materials predict.
 const TRAINED_FLOOR: f64 = 0.2;
 
 /// Returns the z-score above which one of k readings is an outlier: sqrt(1 + 2 ln k). The largest of k standard normal
-/// numbers is about sqrt(2 ln k), so the rate of false positives does not grow with the number of readings.
+/// numbers is about sqrt(2 ln k), so the rate of false positives does not increase with k.
 ///
-/// The 1 was chosen on networks of MERL materials. A smaller constant reports more correct readings; a larger one
-/// misses more readings that are ten times too large.
+/// The constant 1 was chosen on networks of MERL materials. A smaller constant reports more correct readings as outliers;
+/// a larger one misses more readings that are ten times too large.
 #[must_use]
 pub fn outlier_threshold(readings: usize) -> f64 {
     (1.0 + 2.0 * (readings.max(1) as f64).ln()).sqrt()
@@ -57,14 +57,14 @@ pub fn outlier_threshold(readings: usize) -> f64 {
 /// The prediction of one reading from the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prediction {
-    /// The z-score of the reading, positive if it is larger than expected. It is the z-score with the largest magnitude
-    /// among those of the three channels and of their mean.
+    /// The z-score of the reading, positive if the reading is larger than expected: the one of largest magnitude among
+    /// the z-scores of the three channels and of their mean.
     pub z: f64,
     /// The expected BRDF in linear RGB, sr^-1, not times the cosine.
     pub expected: [f32; 3],
 }
 
-/// A reading that is improbable given the others.
+/// A reading that is improbable, conditioned on the others.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outlier {
     /// The index of the sample.
@@ -76,8 +76,8 @@ pub struct Outlier {
 /// The result of outlier detection.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OutlierReport {
-    /// The prediction of each sample; None if its reading is missing. An outlier has the prediction that it was removed
-    /// with, any other reading the prediction after all outliers are removed.
+    /// The prediction of each sample; None if its reading is missing. For an outlier, it is the prediction just before
+    /// its removal. For any other reading, it is the prediction after the removal of all outliers.
     pub predictions: Vec<Option<Prediction>>,
     /// The outliers, worst first.
     pub outliers: Vec<Outlier>,
@@ -86,7 +86,7 @@ pub struct OutlierReport {
 }
 
 impl OutlierReport {
-    /// Returns the report for readings that are not checked.
+    /// Returns a report without predictions, for readings that are not checked.
     pub(super) fn empty(samples: usize) -> Self {
         Self {
             predictions: vec![None; samples],
@@ -117,7 +117,7 @@ struct NormalGroup {
 /// The marginal distribution of a group at the samples that have a reading.
 struct Marginal<'a> {
     group: &'a NormalGroup,
-    /// The inverse of the covariance of these samples.
+    /// The inverse of the covariance between these samples.
     precision: DMatrix<f64>,
     /// The logarithm of the determinant of that covariance.
     log_determinant: f64,
@@ -139,7 +139,11 @@ impl Distribution {
             })
             .collect();
         let groups = [
-            Some(NormalGroup::procedural(&pattern, &weights, center(recipe))),
+            Some(NormalGroup::procedural(
+                &pattern,
+                &weights,
+                training_mean(recipe),
+            )),
             NormalGroup::trained(recipe),
         ];
         Some(Self {
@@ -148,8 +152,8 @@ impl Distribution {
         })
     }
 
-    /// Finds outliers among readings: BRDFs in linear RGB, sr^-1, one for each sample of the pattern. None is a missing
-    /// or skipped reading.
+    /// Finds outliers among readings. `readings` has the BRDF of each sample in linear RGB, sr^-1, or None for a missing or
+    /// skipped reading.
     #[must_use]
     pub fn find_outliers(&self, readings: &[Option<[f32; 3]>]) -> OutlierReport {
         let mut present: Vec<usize> = (0..self.weights.len())
@@ -180,15 +184,15 @@ impl Distribution {
                     present.remove(position);
                 }
                 _ => {
-                    let mut all = vec![None; self.weights.len()];
+                    let mut all_predictions = vec![None; self.weights.len()];
                     for (sample, prediction) in present.into_iter().zip(predictions) {
-                        all[sample] = Some(prediction);
+                        all_predictions[sample] = Some(prediction);
                     }
                     for outlier in &outliers {
-                        all[outlier.sample] = Some(outlier.prediction);
+                        all_predictions[outlier.sample] = Some(outlier.prediction);
                     }
                     return OutlierReport {
-                        predictions: all,
+                        predictions: all_predictions,
                         outliers,
                         threshold,
                     };
@@ -199,23 +203,23 @@ impl Distribution {
 
     /// Predicts each of the present samples from the others.
     fn predict(&self, present: &[usize], logarithms: &[[f64; 3]]) -> Vec<Prediction> {
-        // A covariance with a floor always has an inverse.
+        // With its floor, each covariance has an inverse.
         let marginals: Vec<Marginal<'_>> = self
             .groups
             .iter()
             .map(|group| group.marginal(present))
             .collect::<Option<_>>()
             .unwrap_or_default();
-        let observed_of = |value: fn(&[f64; 3]) -> f64| {
+        let observed_values = |value: fn(&[f64; 3]) -> f64| {
             let values = present.iter().map(|sample| value(&logarithms[*sample]));
             DVector::from_iterator(present.len(), values)
         };
         // The logarithms of the three channels, and their mean.
         let observed = [
-            observed_of(|[red, ..]| *red),
-            observed_of(|[_, green, _]| *green),
-            observed_of(|[.., blue]| *blue),
-            observed_of(|channels| channels.iter().sum::<f64>() / 3.0),
+            observed_values(|[red, ..]| *red),
+            observed_values(|[_, green, _]| *green),
+            observed_values(|[.., blue]| *blue),
+            observed_values(|channels| channels.iter().sum::<f64>() / 3.0),
         ];
         let moments = observed
             .each_ref()
@@ -300,10 +304,10 @@ fn conditional_moments(
 }
 
 impl NormalGroup {
-    /// Creates the group of the procedural materials from the mean of u over the channels of each material. If `center`
-    /// is given, it replaces the mean of the materials.
+    /// Creates the group of the procedural materials from the mean of u over the channels of each material. `center`
+    /// replaces the mean of the materials unless it is None.
     fn procedural(pattern: &[Angles<f32>], weights: &[f64], center: Option<DVector<f64>>) -> Self {
-        let set = Procedural::set(MATERIALS, SEED);
+        let set = Procedural::set(PROCEDURAL_MATERIALS, PROCEDURAL_SEED);
         let points: Vec<DVector<f64>> = set
             .par_iter()
             .map(|material| {
@@ -340,18 +344,18 @@ impl NormalGroup {
             return None;
         };
         let scales: Vec<f64> = components.scales().iter().map(f64::from).collect();
-        let entry = |sample: usize, component: usize| {
+        let loading = |sample: usize, component: usize| {
             let byte = components.rows().get(sample * scales.len() + component);
             f64::from(byte.copied().unwrap_or_default().cast_signed()) * scales[component]
         };
-        let rows = DMatrix::from_fn(recipe.samples(), scales.len(), entry);
+        let rows = DMatrix::from_fn(recipe.samples(), scales.len(), loading);
         Some(Self {
-            means: vec![center(recipe)?],
+            means: vec![training_mean(recipe)?],
             covariance: with_floor(&rows * rows.transpose(), TRAINED_FLOOR),
         })
     }
 
-    /// Returns the marginal distribution at some of the samples; None if its covariance has no inverse.
+    /// Returns the marginal distribution at the present samples; None if its covariance has no inverse.
     fn marginal(&self, present: &[usize]) -> Option<Marginal<'_>> {
         let covariance = self.covariance.select_rows(present).select_columns(present);
         let factors = Cholesky::new(covariance)?;
@@ -363,8 +367,8 @@ impl NormalGroup {
     }
 }
 
-/// Returns the mean logarithms of a recipe's training materials, if the recipe holds them.
-fn center(recipe: &Recipe<'_>) -> Option<DVector<f64>> {
+/// Returns the mean logarithms of a recipe's training materials; None if the recipe does not hold them.
+fn training_mean(recipe: &Recipe<'_>) -> Option<DVector<f64>> {
     let FitMethod::Completed(completed) = recipe.method() else {
         return None;
     };
@@ -372,6 +376,7 @@ fn center(recipe: &Recipe<'_>) -> Option<DVector<f64>> {
     Some(DVector::from_iterator(recipe.samples(), center))
 }
 
+/// Adds the square of a standard deviation to the diagonal of a covariance.
 fn with_floor(mut covariance: DMatrix<f64>, floor: f64) -> DMatrix<f64> {
     for index in 0..covariance.nrows() {
         covariance[(index, index)] += floor * floor;
@@ -379,7 +384,7 @@ fn with_floor(mut covariance: DMatrix<f64>, floor: f64) -> DMatrix<f64> {
     covariance
 }
 
-/// Returns u = ln((f w + e) / e) of a BRDF f. A value of f below 0, due to noise, counts as 0.
+/// Returns u = ln((f w + e) / e) of a BRDF f. A value of f below 0, from noise, counts as 0.
 fn logarithm(brdf: f32, weight: f64) -> f64 {
     standardized(f64::from(brdf).max(0.0), weight.max(0.0), 0.0, 1.0)
 }

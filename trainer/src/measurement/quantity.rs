@@ -8,7 +8,7 @@ use glimpse_core::gonio::{Calibrated, Calibration, Footprint, Quantity, Repeated
 use super::rows::{MatchedRow, Rows, SATURATED_WHITE};
 use super::table::TableError;
 
-/// The name of counts in the column `quantity`.
+/// The name of sensor counts in the column `quantity`.
 const COUNTS: &str = "counts";
 
 /// The physical quantity of a file's numbers.
@@ -16,7 +16,7 @@ const COUNTS: &str = "counts";
 pub enum ReadingQuantity {
     /// A function of the BRDF.
     Values(Quantity),
-    /// Counts of a sensor, relative to those of a white.
+    /// Counts of a sensor, relative to the counts of a white tile.
     Counts(CountCalibration),
 }
 
@@ -27,7 +27,7 @@ pub struct CountCalibration {
     pub dark: [f32; 3],
     /// The white's reflectance, above 0 and at most 2.
     pub reflectance: [f32; 3],
-    /// The lowest saturated count, if it is known.
+    /// The lowest count of a saturated sensor, if it is known.
     pub saturation: Option<f32>,
     /// Counts of the white.
     pub white: WhiteReference,
@@ -36,19 +36,19 @@ pub struct CountCalibration {
 /// Counts of a white tile.
 #[derive(Clone, Debug)]
 pub enum WhiteReference {
-    /// Counts at the directions of each sample, and with light and sensor exchanged, which changes the counts; None if
-    /// the white was not read there.
+    /// Counts at the directions of each sample: first as in the pattern, then with light and sensor exchanged, which
+    /// changes the counts. None if the white was not read there.
     PerSample(Vec<[Option<[f32; 3]>; 2]>),
-    /// Counts at one pair of directions. One of the two spots on the sample is larger than the other.
+    /// Counts at one pair of directions, and the larger of the two spots on the sample.
     Single([f32; 3], Directions<f32>, Footprint),
 }
 
 impl WhiteReference {
-    /// Reads a file of white readings: a single reading if a footprint is given, or else readings at a recipe's
-    /// directions, which are matched like those of a material. The tolerance is in radians.
+    /// Reads a file of white readings. With a footprint, the file has a single reading. Without one, it has readings at a
+    /// recipe's directions, which are matched like those of a material. The tolerance is in radians.
     ///
     /// # Errors
-    /// If the file cannot be read, or a row matches no sample.
+    /// If the file cannot be read, a row matches no sample, or a reading is saturated.
     pub fn read(
         path: &Path,
         pattern: &[Angles<f32>],
@@ -58,11 +58,11 @@ impl WhiteReference {
         let rows = Rows::read(path)?;
         rows.check_quantity(COUNTS)?;
         if let Some(footprint) = footprint {
-            let (directions, counts) = rows.single(pattern)?;
+            let (directions, counts) = rows.single_reading(pattern)?;
             return Ok(Self::Single(counts, directions, footprint));
         }
         let matched = rows
-            .matched(pattern, tolerance)
+            .match_to_pattern(pattern, tolerance)
             .map_err(|error| match error {
                 TableError::Damaged { path, message } => TableError::Damaged {
                     path,
@@ -100,7 +100,7 @@ impl ReadingQuantity {
             Self::Values(Quantity::BrdfTimesCosThetaI) => "brdf-cos-i",
             Self::Values(Quantity::BrdfTimesCosThetaO) => "brdf-cos-o",
             Self::Values(Quantity::ReflectanceFactor) => "reflectance-factor",
-            Self::Values(_) => "unknown", // of a newer core
+            Self::Values(_) => "unknown", // added by a newer core
             Self::Counts(_) => COUNTS,
         }
     }

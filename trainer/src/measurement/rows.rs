@@ -12,7 +12,7 @@ use super::columns::{Columns, ReadingRow};
 use super::matching::{AngularDistance, IsotropicAngles};
 use super::table::{Table, TableError};
 
-/// The error message of a saturated white reading.
+/// The error message for a saturated white reading.
 pub(super) const SATURATED_WHITE: &str =
     "column saturated: the white reading is saturated; read the white with less light";
 
@@ -21,7 +21,7 @@ pub(super) const SATURATED_WHITE: &str =
 pub struct LabReading {
     /// The index of the sample, from 0, if it is known.
     pub sample: Option<usize>,
-    /// The incoming and the outgoing direction, of length 1 with z along the normal, if they are known.
+    /// The incoming and the outgoing direction, if they are known: vectors of length 1 with z along the normal.
     pub directions: Option<[[f64; 3]; 2]>,
     /// The reading's numbers, of red, green and blue; None if nothing was read.
     pub values: Option<[f32; 3]>,
@@ -33,8 +33,8 @@ pub struct LabReading {
 pub(super) struct Rows {
     /// The file, or a placeholder for error messages.
     path: PathBuf,
-    /// The name of a row in error messages.
-    unit: &'static str,
+    /// The name of a row in error messages: "line" or "row".
+    row_label: &'static str,
     rows: Vec<ReadingRow>,
 }
 
@@ -79,12 +79,14 @@ impl Rows {
             })
             .collect::<Result<_, _>>()?;
         if rows.is_empty() {
-            return Err(table.damaged("it has no rows below line 1; add the readings".to_owned()));
+            return Err(
+                table.file_error("it has no rows below line 1; add the readings".to_owned())
+            );
         }
         check_single_material(&table)?;
         Ok(Self {
             path: table.path().to_owned(),
-            unit: "line",
+            row_label: "line",
             rows,
         })
     }
@@ -101,7 +103,7 @@ impl Rows {
         });
         Self {
             path: "readings".into(),
-            unit: "row",
+            row_label: "row",
             rows: rows.collect(),
         }
     }
@@ -111,8 +113,8 @@ impl Rows {
     /// # Errors
     /// The first row with another quantity.
     pub(super) fn check_quantity(&self, name: &str) -> Result<(), TableError> {
-        let other = |row: &&ReadingRow| !row.quantity.is_empty() && row.quantity != name;
-        match self.rows.iter().find(other) {
+        let is_other = |row: &&ReadingRow| !row.quantity.is_empty() && row.quantity != name;
+        match self.rows.iter().find(is_other) {
             None => Ok(()),
             Some(row) => Err(self.line_error(
                 row.line,
@@ -127,22 +129,22 @@ impl Rows {
 
     /// Returns an error that concerns one row.
     pub(super) fn line_error(&self, line: u64, message: &str) -> TableError {
-        self.damaged(format!("{} {line}, {message}", self.unit))
+        self.file_error(format!("{} {line}, {message}", self.row_label))
     }
 
     /// Returns an error that concerns all rows.
-    pub(super) fn damaged(&self, message: String) -> TableError {
+    pub(super) fn file_error(&self, message: String) -> TableError {
         TableError::Damaged {
             path: self.path.clone(),
             message,
         }
     }
 
-    /// Finds the sample of each row, within a tolerance in radians.
+    /// Matches each row to a sample within a tolerance in radians.
     ///
     /// # Errors
     /// The first row that matches no sample, with its distance and the likely cause.
-    pub(super) fn matched(
+    pub(super) fn match_to_pattern(
         &self,
         pattern: &[Angles<f32>],
         tolerance: f64,
@@ -154,7 +156,7 @@ impl Rows {
             .map(IsotropicAngles::from_angles)
             .collect();
         let matched = self.rows.iter().map(|row| {
-            let (sample, distance, exchanged) = self.sample(row, &samples, tolerance)?;
+            let (sample, distance, exchanged) = self.find_sample(row, &samples, tolerance)?;
             let angles = row
                 .angles
                 .map_or(pattern[sample], RowAngles::to_rusinkiewicz);
@@ -171,26 +173,26 @@ impl Rows {
         matched.collect()
     }
 
-    /// Returns the directions and the numbers of the only row. The directions are the row's own, or else those of
-    /// its sample.
+    /// Returns the directions and the numbers of the only row. If the row has only an index, the directions are those of
+    /// the sample.
     ///
     /// # Errors
     /// If there is more than one row, or its directions or numbers are missing.
-    pub(super) fn single(
+    pub(super) fn single_reading(
         &self,
         pattern: &[Angles<f32>],
     ) -> Result<(Directions<f32>, [f32; 3]), TableError> {
         let [row] = &self.rows[..] else {
-            return Err(self.damaged(format!(
+            return Err(self.file_error(format!(
                 "it has {} rows, but with --footprint the white is read once; give one row",
                 self.rows.len()
             )));
         };
-        let of_sample = row
+        let sample_angles = row
             .index
             .and_then(|index| pattern.get(index))
             .map(angles_to_f64);
-        let angles = row.angles.map(RowAngles::to_rusinkiewicz).or(of_sample);
+        let angles = row.angles.map(RowAngles::to_rusinkiewicz).or(sample_angles);
         let (Some(angles), Some(values)) = (angles, row.values) else {
             return Err(self.line_error(
                 row.line,
@@ -203,9 +205,9 @@ impl Rows {
         Ok((to_directions(angles), values))
     }
 
-    /// Returns the sample of a row, the distance to it if the row has directions, and true if light and sensor are
+    /// Finds the sample of a row. Returns it with its distance, if the row has directions, and true if light and sensor are
     /// exchanged.
-    fn sample(
+    fn find_sample(
         &self,
         row: &ReadingRow,
         samples: &[IsotropicAngles],
@@ -232,18 +234,20 @@ impl Rows {
         };
         let angles = IsotropicAngles::from_angles(angles.to_rusinkiewicz());
         let Some((nearest, nearest_distance)) = angles.nearest(samples) else {
-            return Err(self.damaged("the recipe has no samples; give another recipe".to_owned()));
+            return Err(
+                self.file_error("the recipe has no samples; give another recipe".to_owned())
+            );
         };
         let (sample, distance, exchanged) = match row.index {
             // A plan with --swap may exchange light and sensor; its rows have an index.
             Some(index) => {
-                let own = angles.distance(&samples[index]);
+                let direct = angles.distance(&samples[index]);
                 let exchanged = angles.exchanged().distance(&samples[index]);
                 let is_exchanged =
-                    exchanged.radians < own.radians && exchanged.radians <= tolerance;
+                    exchanged.radians < direct.radians && exchanged.radians <= tolerance;
                 (
                     index,
-                    if is_exchanged { exchanged } else { own },
+                    if is_exchanged { exchanged } else { direct },
                     is_exchanged,
                 )
             }
@@ -267,8 +271,8 @@ impl Rows {
             None => format!("sample {sample}, the nearest"),
         };
         let mut message = format!(
-            "its directions are {distance} from {target} (theta_i {theta_i}, theta_o {theta_o}, phi_o - phi_i {phi} \
-             degrees), but --tolerance is {} degrees",
+            "its directions are not those of {target} (theta_i {theta_i}, theta_o {theta_o}, phi_o - phi_i {phi} \
+             degrees): they are {distance}, but --tolerance is {} degrees",
             round(tolerance.to_degrees())
         );
         message += &match self.cause(row, angles, samples, tolerance) {
@@ -307,21 +311,21 @@ impl Rows {
         if all_match(&|angles| vec![isotropic(angles.scaled(1.0_f64.to_degrees()))]) {
             return Some(Cause::Radians);
         }
-        let either_way = |angles: IsotropicAngles| vec![angles, angles.exchanged()];
+        let with_exchanged = |angles: IsotropicAngles| vec![angles, angles.exchanged()];
         let are_mirrored = all_match(&|angles| {
             let mirrored = isotropic(angles).mirrored();
             match row.index {
-                // A plan with --swap.
-                Some(_) => either_way(mirrored),
+                // A plan with --swap may exchange light and sensor.
+                Some(_) => with_exchanged(mirrored),
                 None => vec![mirrored],
             }
         });
         let exchanged = angles.exchanged().nearest(samples);
         match exchanged.filter(|(_, distance)| row.index.is_none() && distance.radians <= tolerance)
         {
-            // If theta_i equals theta_o, a single row does not distinguish the two causes.
+            // If theta_i equals theta_o, a single row cannot distinguish the two causes.
             Some((other, _))
-                if !are_mirrored || all_match(&|angles| either_way(isotropic(angles))) =>
+                if !are_mirrored || all_match(&|angles| with_exchanged(isotropic(angles))) =>
             {
                 Some(Cause::Exchanged(other))
             }
@@ -329,8 +333,8 @@ impl Rows {
         }
     }
 
-    /// Returns true if every row with angles matches a sample at one of the alternatives to its angles. A row with an
-    /// index has to match that sample.
+    /// Returns true if every row with angles matches a sample at one of the alternatives for its angles. A row with an
+    /// index must match the sample of that index.
     fn all_match(
         &self,
         samples: &[IsotropicAngles],
@@ -400,7 +404,8 @@ mod tests {
         [30.0, 0.0, 60.0, 180.0],
     ];
 
-    /// Returns the cause for the first row that matches no sample; None if all rows match.
+    /// Returns the likely cause of the first row that matches no sample: None if all rows match, and Some(None) if the
+    /// cause is unknown.
     fn cause(rows: &[[f64; 4]], indexed: bool) -> Option<Option<Cause>> {
         let radians = |row: &[f64; 4]| RowAngles::Directions(row.map(f64::to_radians));
         let isotropic = |angles: RowAngles| IsotropicAngles::from_angles(angles.to_rusinkiewicz());
@@ -415,13 +420,13 @@ mod tests {
         });
         let rows = Rows {
             path: "rows".into(),
-            unit: "row",
+            row_label: "row",
             rows: rows.collect(),
         };
         let unmatched = rows
             .rows
             .iter()
-            .find(|row| rows.sample(row, &samples, TOLERANCE).is_err())?;
+            .find(|row| rows.find_sample(row, &samples, TOLERANCE).is_err())?;
         let angles = unmatched.angles.map(isotropic)?;
         Some(rows.cause(unmatched, angles, &samples, TOLERANCE))
     }
@@ -432,20 +437,23 @@ mod tests {
             PATTERN.map(|[theta_i, phi_i, theta_o, phi_o]| [theta_i, -phi_i, theta_o, -phi_o]);
         let exchanged =
             PATTERN.map(|[theta_i, phi_i, theta_o, phi_o]| [theta_o, phi_o, theta_i, phi_i]);
-        let both =
+        let exchanged_and_mirrored =
             exchanged.map(|[theta_i, phi_i, theta_o, phi_o]| [theta_i, -phi_i, theta_o, -phi_o]);
         for indexed in [false, true] {
             assert_eq!(cause(&PATTERN, indexed), None);
             assert_eq!(cause(&mirrored, indexed), Some(Some(Cause::Mirrored)));
-            // In the plane of incidence mirrored rows match.
+            // In the plane of incidence, mirrored rows match.
             assert_eq!(cause(&mirrored[2..], false), None);
-            let other = [mirrored[0], [1.0, 0.0, 2.0, 0.0]];
-            assert_eq!(cause(&other, indexed), Some(None));
+            let unrelated = [mirrored[0], [1.0, 0.0, 2.0, 0.0]];
+            assert_eq!(cause(&unrelated, indexed), Some(None));
         }
         assert_eq!(cause(&exchanged, false), Some(Some(Cause::Exchanged(0))));
         assert_eq!(cause(&exchanged, true), None);
-        assert_eq!(cause(&both, true), Some(Some(Cause::Mirrored)));
-        // If theta_i equals theta_o, mirroring and exchanging are the same.
+        assert_eq!(
+            cause(&exchanged_and_mirrored, true),
+            Some(Some(Cause::Mirrored))
+        );
+        // If theta_i equals theta_o, mirroring and exchanging give the same angles.
         assert_eq!(
             cause(&mirrored[1..2], false),
             Some(Some(Cause::Exchanged(1)))

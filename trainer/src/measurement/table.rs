@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use csv::{Position, ReaderBuilder, StringRecord, Trim};
 use glimpse_materials::untrusted::{escaped, read_at_most};
 
-/// The largest accepted file: more than a million rows.
+/// The maximum size of a file in bytes, which holds more than a million rows.
 const MAX_BYTES: u64 = 1 << 28;
 
-/// An error of a file of measurements.
+/// An error in reading a file of measurements.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
     /// The operating system cannot read the file.
@@ -60,19 +60,19 @@ impl Table {
             path: path.into(),
             message,
         };
-        let unreadable = |error: csv::Error| {
+        let syntax_error = |error: csv::Error| {
             damaged(csv_error_message(
                 &error,
                 line_number(&bytes, error.position()),
             ))
         };
         let mut reader = ReaderBuilder::new().trim(Trim::All).from_reader(&bytes[..]);
-        let header = reader.headers().map_err(unreadable)?.clone();
+        let header = reader.headers().map_err(syntax_error)?.clone();
         if let Some(message) = separator_error(&header) {
             return Err(damaged(message));
         }
         let rows = reader.records().map(|cells| {
-            let cells = cells.map_err(unreadable)?;
+            let cells = cells.map_err(syntax_error)?;
             let line = line_number(&bytes, cells.position());
             Ok(Row { line, cells })
         });
@@ -98,15 +98,15 @@ impl Table {
         &self.rows
     }
 
-    /// Returns the index of the column with a name; None if there is none.
+    /// Returns the index of the column with this name; None if there is no such column.
     pub(super) fn column(&self, name: &str) -> Result<Option<usize>, TableError> {
         let mut columns = self.header.iter().enumerate();
-        let mut next = || columns.find(|(_, column)| column.eq_ignore_ascii_case(name));
-        let first = next().map(|(index, _)| index);
-        match next() {
+        let mut next_match = || columns.find(|(_, column)| column.eq_ignore_ascii_case(name));
+        let first = next_match().map(|(index, _)| index);
+        match next_match() {
             None => Ok(first),
             Some(_) => {
-                Err(self.damaged(format!("it has two columns {name}; remove or rename one")))
+                Err(self.file_error(format!("it has two columns {name}; remove or rename one")))
             }
         }
     }
@@ -127,7 +127,7 @@ impl Table {
     }
 
     /// Returns an error that concerns the whole file.
-    pub(super) fn damaged(&self, message: String) -> TableError {
+    pub(super) fn file_error(&self, message: String) -> TableError {
         TableError::Damaged {
             path: self.path.clone(),
             message,
@@ -136,34 +136,34 @@ impl Table {
 
     /// Returns an error that concerns one line; `message` may begin with the column.
     pub(super) fn line_error(&self, line: u64, message: &str) -> TableError {
-        self.damaged(format!("line {line}, {message}"))
+        self.file_error(format!("line {line}, {message}"))
     }
 }
 
-/// Returns the line of a row. The reader's `position` may be on empty lines before the row.
+/// Returns the line of a row. The reader's `position` may be at empty lines before the row, which are skipped.
 fn line_number(bytes: &[u8], position: Option<&Position>) -> u64 {
     let Some(position) = position else {
         return 1;
     };
-    let begin = usize::try_from(position.byte()).unwrap_or(usize::MAX);
-    let rest = bytes.get(begin..).unwrap_or_default();
-    let ends = rest.iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
-    position.line() + ends.filter(|byte| **byte == b'\n').count() as u64
+    let offset = usize::try_from(position.byte()).unwrap_or(usize::MAX);
+    let rest = bytes.get(offset..).unwrap_or_default();
+    let line_ends = rest.iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
+    position.line() + line_ends.filter(|byte| **byte == b'\n').count() as u64
 }
 
 /// Returns an error message if the first line does not name columns separated by commas.
 fn separator_error(header: &StringRecord) -> Option<String> {
-    let only = match header.len() {
+    let only_name = match header.len() {
         0 => "",
         1 => header.get(0).unwrap_or_default(),
         _ => return None,
     };
-    let separator = match only {
+    let separator = match only_name {
         "" => {
             return Some("line 1 is empty; name the columns, separated by commas".to_owned());
         }
-        only if only.contains(';') => "semicolons",
-        only if only.contains('\t') => "tabs",
+        _ if only_name.contains(';') => "semicolons",
+        _ if only_name.contains('\t') => "tabs",
         _ => return None,
     };
     Some(format!(
