@@ -49,7 +49,7 @@ pub(super) fn existing_output(out: &Path, options: &Options, data: &str) -> Exis
         false => {
             let (model, samples) = (recipe.model(), recipe.samples());
             ExistingOutput::Conflict(format!(
-                "{} was trained with other options ({}, not {})",
+                "{} was trained with other options (in the file: {}; in this command: {})",
                 out.display(),
                 describe_training(model, samples, &provenance, training.digest),
                 describe_options(options, data)

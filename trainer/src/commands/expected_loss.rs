@@ -4,7 +4,6 @@ use glimpse_core::recipe::{
     ExpectedLoss, Metadata, Origin, Recipe, RecipeError, Training, ValidationSplit,
 };
 use glimpse_trainer::bundled;
-use glimpse_training::recipe::describe_split;
 
 /// Describes the expected loss that a recipe states; None if it states none. The text starts with the number.
 pub(super) fn expected_loss(recipe: &Recipe<'_>) -> Result<Option<String>, RecipeError> {
@@ -27,10 +26,10 @@ pub(super) fn caution(recipe: &Recipe<'_>) -> Result<Option<String>, RecipeError
             "its mean loss is {:.4} on 80 materials of MERL and {:.4} on 17 of RGL",
             losses.merl, losses.rgl
         ),
-        None => "its loss on measured materials may be several times larger".to_owned(),
+        None => "the loss on measured materials may be several times larger".to_owned(),
     };
     Ok(Some(format!(
-        "but the recipe was trained on built-in materials only: {measured}"
+        "the recipe was trained on built-in materials only, and {measured}"
     )))
 }
 
@@ -58,21 +57,38 @@ fn describe(
     let split = metadata.training.map(|training| training.split);
     let test_set = match (materials, split, metadata.provenance) {
         (0, ..) => return format!("{loss:.4}{error}, on unstated materials"),
-        (1, Some(split), Some(provenance)) => format!(
-            "1 material of {} {}",
-            provenance.data,
-            describe_split(split)
-        ),
-        _ => format!("{materials} {on}"),
+        (_, Some(split), Some(provenance)) => describe_test_set(split, materials, provenance.data),
+        _ => format!("measured on {materials} {on}"),
     };
     let caution = match (split, caution) {
         (Some(ValidationSplit::Training), _) => {
             "; the loss on unseen materials is unknown".to_owned()
         }
-        (_, Some(caution)) => format!(", {caution}"),
+        (_, Some(caution)) => format!("; {caution}"),
         (_, None) => "; other kinds of materials may have a larger loss".to_owned(),
     };
-    format!("{loss:.4}{error}, measured on {test_set}{caution}")
+    format!("{loss:.4}{error}, {test_set}{caution}")
+}
+
+/// Describes the materials of an expected loss and their role in training; `data` names the training materials.
+fn describe_test_set(split: ValidationSplit, materials: u32, data: &str) -> String {
+    let noun = if materials == 1 {
+        "material"
+    } else {
+        "materials"
+    };
+    let trained = format!("{materials} training {noun} of {data}");
+    match split {
+        ValidationSplit::HeldOut => {
+            format!("measured on {materials} {noun} of {data} held out of training")
+        }
+        ValidationSplit::Training => format!("measured on {trained}"),
+        ValidationSplit::LeftOut => {
+            format!("measured on {trained}, each with a basis of the others")
+        }
+        ValidationSplit::Folds => format!("cross-validated on {trained}"),
+        other => format!("measured on {materials} {noun} of {data}, {}", other.name()),
+    }
 }
 
 #[cfg(test)]

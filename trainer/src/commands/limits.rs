@@ -53,7 +53,7 @@ pub(super) fn describe(limits: Limits) -> String {
         false => "",
     };
     format!(
-        "theta_i to {:.1}, theta_o to {:.1}, {:.1} apart (degrees){plane}",
+        "theta_i up to {:.1}, theta_o up to {:.1}, separation at least {:.1} (degrees){plane}",
         limits.max_theta_i.to_degrees(),
         limits.max_theta_o.to_degrees(),
         limits.min_separation.to_degrees(),

@@ -257,7 +257,7 @@ fn to_text(route: &Route, machine: &Machine) -> String {
         (Order::Travel, false) => "the best order found",
     };
     let seconds =
-        |travel: f64, total: f64| format!("{total:.1} seconds, {travel:.1} of which arms move");
+        |travel: f64, total: f64| format!("{total:.1} seconds, including {travel:.1} of motion");
     let mut text = format!(
         "order          {} ({description})\n\
          planned        {}\n\

@@ -123,13 +123,13 @@ impl Quickstart {
 
         let caption = |methods: &[ComparedMethod<'_>]| {
             format!(
-                "Training: {}. Test set: {source} ({MATERIAL_COUNT} materials)",
+                "{}. Test set: {source} ({MATERIAL_COUNT} materials)",
                 describe_trainings(methods)
             )
         };
         let samples_table = table(
             format!(
-                "Bundled recipes of the model neural. {}",
+                "Bundled recipes of the model neural: {}",
                 caption(&by_samples)
             ),
             &by_samples,
@@ -137,7 +137,7 @@ impl Quickstart {
         );
         let methods_table = table(
             format!(
-                "Neural, n = {}, training schedules in parentheses. {}",
+                "Methods for the model neural at n = {}, with the training schedule in parentheses: {}",
                 recipe.samples(),
                 caption(&methods)
             ),
@@ -178,7 +178,7 @@ impl Quickstart {
             .code(TRAIN_COMMAND)
             .write(&self.out)?;
         print(&format!(
-            "{}\n{}\n{}\n{}\n{NEXT_STEP}\n  {TRAIN_COMMAND}\n",
+            "{}\n{}\n{}\n{}\n{BEST_MARK}\n\n{NEXT_STEP}\n  {TRAIN_COMMAND}\n",
             samples_table.caption,
             samples_table.to_text(),
             methods_table.caption,
@@ -197,6 +197,7 @@ const INTRODUCTION: &str = "A recipe holds learned directions of measurement, an
     parameters of a small network that is fitted to the readings. This page shows scans of eight unseen \
     materials with bundled recipes for 1, 2, 4, 8 and 16 pairs of directions. Each material is measured \
     without noise and fitted as on a scanner's microcontroller.";
+const BEST_MARK: &str = "An asterisk marks the best value of a column.";
 const NEXT_STEP: &str =
     "Train a recipe for your own materials at standard effort, in about two minutes on two cores:";
 const TRAIN_COMMAND: &str =
@@ -209,7 +210,7 @@ fn explain_columns() -> String {
          uniform in (theta_h, theta_d, phi_d). DSSIM and PSNR compare the pictures below, of {SPHERE_SIZE} x \
          {SPHERE_SIZE} pixels. The duration of a scan covers motion and settling in the fastest order, at {} degrees per second \
          and with {} s at each sample. All axes start at 0 degrees. The cycles are those of one fit on a Cortex-M4F, \
-         for recipes that the firmware's tests measure.",
+         for recipes that the firmware's tests measure. {BEST_MARK}",
         machine.speeds.theta_i, machine.settle
     )
 }
@@ -263,7 +264,7 @@ fn describe_training(recipe: &Recipe<'_>) -> anyhow::Result<String> {
         .sources
         .map(|source| format!("{} ({} materials)", source.label, source.materials));
     Ok(format!(
-        "schedule {} at effort {}, {}",
+        "trained with schedule {} at effort {} on {}",
         training.schedule.name(),
         training.effort.name(),
         sources.collect::<Vec<_>>().join(" and ")
@@ -284,7 +285,7 @@ fn describe_trainings(methods: &[ComparedMethod<'_>]) -> String {
     }
     let parts = parts
         .into_iter()
-        .map(|(training, labels)| format!("{}: {training}", labels.join(", ")));
+        .map(|(training, labels)| format!("{} {training}", labels.join(", ")));
     parts.collect::<Vec<_>>().join("; ")
 }
 

@@ -438,7 +438,7 @@ fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<FitLos
         return Ok(None);
     }
     if let Some(loss) = fit.predicted_loss {
-        let caution = caution(recipe)?.map_or_else(String::new, |caution| format!(", {caution}"));
+        let caution = caution(recipe)?.map_or_else(String::new, |caution| format!("; {caution}"));
         return Ok(Some(FitLoss {
             loss,
             source: LossSource::Readings,
