@@ -1,10 +1,12 @@
 //! Benchmarks of the work that dominates meta-learning. `trainer bench` prints the times; `cargo bench` detects
 //! regressions.
 //!
-//! An item is one outer step of one task, that is the unrolled inner loop with its exact adjoint as in training; or a
-//! part of it; or a whole outer step over a batch of tasks.
+//! An item is one of these:
+//! - the meta-gradient of one task: the unrolled inner loop with its exact adjoint, as in training;
+//! - a kernel within it;
+//! - a whole training step over a batch of tasks.
 //!
-//! Throughput is compared with the machine's peak, which the same run measures; see [`peak()`].
+//! Throughput is compared with the machine's peak, which the same run measures with [`peak()`].
 
 mod neural;
 mod peak;
@@ -36,10 +38,10 @@ pub use timing::{Timing, measure};
 /// The number of procedural materials.
 const MATERIALS: usize = 32;
 /// The number of directions at which each material is evaluated.
-const POOL: usize = 32_768;
+const POOL_SIZE: usize = 32_768;
 /// The number of samples of the pattern.
-const PATTERN: usize = 8;
-/// The seed of all random numbers, which makes runs comparable.
+const PATTERN_SIZE: usize = 8;
+/// The seed of all random numbers. It is fixed, so that runs are comparable.
 const SEED: u64 = 1;
 
 /// The number of threads of an item.
@@ -73,8 +75,8 @@ pub struct Item<'a> {
     pub threads: Threads,
     /// The number of tasks in one run.
     pub tasks: usize,
-    /// The multiply-accumulates of all matrix products in one run; None for the small models, which mostly compute
-    /// exponentials and divisions.
+    /// The number of multiply-accumulates of all matrix products in one run; None for the small models, which mostly
+    /// compute exponentials and divisions.
     pub multiply_accumulates: Option<u64>,
     run: Box<dyn FnMut() + 'a>,
 }
@@ -116,66 +118,75 @@ impl<'m> Workload<'m> {
         Self {
             tasks: TaskSet {
                 materials,
-                pool: Pool::new(materials, POOL, SEED),
+                pool: Pool::new(materials, POOL_SIZE, SEED),
             },
-            pattern: Pattern::new(sobol_valid(PATTERN, SEED as u32)),
+            pattern: Pattern::new(sobol_valid(PATTERN_SIZE, SEED as u32)),
             plans: models.map(|model| {
                 let effort = Effort::Standard;
-                Plan::new(Schedule::Joint, effort, model, PATTERN, materials.len())
+                Plan::new(
+                    Schedule::Joint,
+                    effort,
+                    model,
+                    PATTERN_SIZE,
+                    materials.len(),
+                )
             }),
         }
     }
 
-    /// Returns all items, or those of one model.
+    /// Returns the items of one model, or all items if `model` is None.
     ///
-    /// Run them on a thread of the pool, inside [`rayon::scope`]. From another thread each transfer to the pool costs
-    /// about 10 us.
+    /// Run them on a thread of the thread pool, inside [`rayon::scope`]. From any other thread, each transfer to the
+    /// pool takes about 10 us.
     #[must_use]
     pub fn items(&self, model: Option<ModelKind>) -> Vec<Item<'_>> {
         let mut items = Vec::new();
         let [neural, phong, cook_torrance] = &self.plans;
-        self.items_of::<Neural>(neural, &mut items);
-        self.neural_kernels(&mut items);
-        self.items_of::<Phong>(phong, &mut items);
-        self.items_of::<CookTorrance>(cook_torrance, &mut items);
+        self.add_model_items::<Neural>(neural, &mut items);
+        self.add_neural_kernels(&mut items);
+        self.add_model_items::<Phong>(phong, &mut items);
+        self.add_model_items::<CookTorrance>(cook_torrance, &mut items);
         items.retain(|item| model.is_none_or(|model| item.model == model));
         items
     }
 
-    fn items_of<'a, M: LaneModel + 'a>(&'a self, plan: &'a Plan, items: &mut Vec<Item<'a>>) {
+    /// Adds the items of one model.
+    fn add_model_items<'a, M: LaneModel + 'a>(&'a self, plan: &'a Plan, items: &mut Vec<Item<'a>>) {
         let is_neural = M::KIND == ModelKind::Neural;
-        let counted = |count: u64| is_neural.then_some(count);
+        let if_neural = |count: u64| is_neural.then_some(count);
         items.push(Item {
             model: M::KIND,
             work: "20 steps of 512 fresh samples, outer 512",
             threads: Threads::All,
             tasks: 1,
-            multiply_accumulates: counted(neural::outer_step(512, 512, false)),
-            run: self.on_fresh_samples::<M>(512, 512),
+            multiply_accumulates: if_neural(neural::outer_step(512, 512, false)),
+            run: self.fresh_samples_run::<M>(512, 512),
         });
         items.push(Item {
             model: M::KIND,
             work: "20 steps of a pattern of 8, outer 512",
             threads: Threads::One,
             tasks: 1,
-            multiply_accumulates: counted(neural::outer_step(PATTERN, 512, true)),
-            run: self.on_pattern::<M>(512),
+            multiply_accumulates: if_neural(neural::outer_step(PATTERN_SIZE, 512, true)),
+            run: self.pattern_run::<M>(512),
         });
         items.push(Item {
             model: M::KIND,
             work: "20 steps of a pattern of 8, outer 25,000",
             threads: Threads::All,
             tasks: 1,
-            multiply_accumulates: counted(neural::outer_step(PATTERN, 25_000, true)),
-            run: self.on_pattern::<M>(25_000),
+            multiply_accumulates: if_neural(neural::outer_step(PATTERN_SIZE, 25_000, true)),
+            run: self.pattern_run::<M>(25_000),
         });
-        let on_pattern = |phase: &Phase| {
+        let is_pattern_descent = |phase: &Phase| {
             phase.inner_samples == InnerSamples::Pattern && phase.search == SearchMethod::Gradient
         };
         let phases = plan.phases.iter().enumerate();
-        if let Some((phase_index, phase)) = phases.rev().find(|(_, phase)| on_pattern(phase)) {
-            let task_work = neural::outer_step(PATTERN, phase.outer_samples, true);
-            let first = OuterStep {
+        if let Some((phase_index, phase)) =
+            phases.rev().find(|(_, phase)| is_pattern_descent(phase))
+        {
+            let task_work = neural::outer_step(PATTERN_SIZE, phase.outer_samples, true);
+            let first_step = OuterStep {
                 phase,
                 phase_index,
                 step: 0,
@@ -185,27 +196,28 @@ impl<'m> Workload<'m> {
                 work: "a training step, pattern of 8, outer 256, per task",
                 threads: Threads::All,
                 tasks: phase.batch,
-                multiply_accumulates: counted(phase.batch as u64 * task_work),
-                run: self.training_step::<M>(plan, first),
+                multiply_accumulates: if_neural(phase.batch as u64 * task_work),
+                run: self.training_step_run::<M>(plan, first_step),
             });
         }
     }
 
-    fn first_inner_loop<M: LaneModel>(&self) -> InnerLoop<M, f32> {
-        let initial = initial_guess(M::KIND, &mut random());
+    /// Returns an inner loop with untrained initial parameters and step sizes.
+    fn untrained_inner_loop<M: LaneModel>(&self) -> InnerLoop<M, f32> {
+        let initial = initial_guess(M::KIND, &mut generator());
         let step_sizes = vec![1e-3; initial.len()];
         InnerLoop::new(&initial, &step_sizes, INNER_STEPS)
     }
 
-    /// Returns the work of the paper's first stage: fresh samples at every step.
-    fn on_fresh_samples<'a, M: LaneModel + 'a>(
+    /// Returns one run of the paper's first stage: fresh samples at every step.
+    fn fresh_samples_run<'a, M: LaneModel + 'a>(
         &'a self,
         inner: usize,
         outer: usize,
     ) -> Box<dyn FnMut() + 'a> {
-        let inner_loop = self.first_inner_loop::<M>();
-        let mut random = random();
-        let mut draw = |count| self.tasks.pool.draw(0, count, &mut random);
+        let inner_loop = self.untrained_inner_loop::<M>();
+        let mut generator = generator();
+        let mut draw = |count| self.tasks.pool.draw(0, count, &mut generator);
         let draws: Vec<_> = (0..inner_loop.steps).map(|_| draw(inner)).collect();
         let outer = draw(outer);
         let mut gradient = MetaGradient::<M, f32>::default();
@@ -219,11 +231,11 @@ impl<'m> Workload<'m> {
         })
     }
 
-    /// Returns the work of the paper's second stage and of the joint schedule: the pattern's samples at every step, and
+    /// Returns one run of the paper's second stage and of the joint schedule: the pattern's samples at every step, and
     /// the gradient with respect to the pattern.
-    fn on_pattern<'a, M: LaneModel + 'a>(&'a self, outer: usize) -> Box<dyn FnMut() + 'a> {
-        let inner_loop = self.first_inner_loop::<M>();
-        let outer = self.tasks.pool.draw(0, outer, &mut random());
+    fn pattern_run<'a, M: LaneModel + 'a>(&'a self, outer: usize) -> Box<dyn FnMut() + 'a> {
+        let inner_loop = self.untrained_inner_loop::<M>();
+        let outer = self.tasks.pool.draw(0, outer, &mut generator());
         let material = &*self.tasks.materials[0];
         let measured = self.pattern.measure(material);
         let mut gradient = MetaGradient::<M, f32>::default();
@@ -242,13 +254,13 @@ impl<'m> Workload<'m> {
         })
     }
 
-    /// Returns the work of a complete training step: draws, measurements, a batch of meta-gradients, and Adam.
-    fn training_step<'a, M: LaneModel + 'a>(
+    /// Returns one run of a complete training step: draws, measurements, a batch of meta-gradients, and Adam.
+    fn training_step_run<'a, M: LaneModel + 'a>(
         &'a self,
         plan: &'a Plan,
-        first: OuterStep<'a>,
+        first_step: OuterStep<'a>,
     ) -> Box<dyn FnMut() + 'a> {
-        let initial = initial_guess(M::KIND, &mut random());
+        let initial = initial_guess(M::KIND, &mut generator());
         let step_size = plan.step_size_encoding.encode(plan.initial_step_size);
         let angles = self.pattern.angles().iter().copied();
         let objective = DescentObjective::<M> {
@@ -268,16 +280,17 @@ impl<'m> Workload<'m> {
         let mut step = 0;
         Box::new(move || {
             let values = optimizer.values();
-            let (_, gradient) = objective.gradient(&values, OuterStep { step, ..first });
-            optimizer.step(gradient, &first.phase.rates_at(step));
-            step = (step + 1) % first.phase.steps;
+            let (_, gradient) = objective.gradient(&values, OuterStep { step, ..first_step });
+            optimizer.step(gradient, &first_step.phase.rates_at(step));
+            step = (step + 1) % first_step.phase.steps;
         })
     }
 
-    /// Adds the two sums over samples that dominate the time, on one thread.
-    fn neural_kernels<'a>(&'a self, items: &mut Vec<Item<'a>>) {
-        let theta = self.first_inner_loop::<Neural>().initial;
-        let draw = self.tasks.pool.draw(0, 512, &mut random());
+    /// Adds the kernels that take most of the time, on one thread: the gradient and the Hessian times a vector, each
+    /// summed over samples.
+    fn add_neural_kernels<'a>(&'a self, items: &mut Vec<Item<'a>>) {
+        let theta = self.untrained_inner_loop::<Neural>().initial;
+        let draw = self.tasks.pool.draw(0, 512, &mut generator());
         let mut gradient = theta;
         items.push(Item {
             model: ModelKind::Neural,
@@ -290,7 +303,7 @@ impl<'m> Workload<'m> {
                 Neural::partial_gradient(&theta, &samples, 0..samples.octets(), &mut gradient);
             }),
         });
-        let draw = self.tasks.pool.draw(0, 512, &mut random());
+        let draw = self.tasks.pool.draw(0, 512, &mut generator());
         let mut product = theta;
         let mut dual = Dual::constants::<Neural>(&theta);
         for entry in dual.iter_mut() {
@@ -310,6 +323,7 @@ impl<'m> Workload<'m> {
     }
 }
 
-fn random() -> ChaCha8Rng {
+/// Returns a generator of random numbers in its initial state.
+fn generator() -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(SEED)
 }

@@ -1,40 +1,40 @@
-//! Multiply-accumulate counts of the neural model. Only matrix products count, not biases, activations, losses or sums
-//! over lanes.
+//! Numbers of multiply-accumulates of the neural model. Only matrix products count; biases, activations, losses and
+//! sums over lanes do not.
 //!
 //! The layers have the weights W1 = 5 x 21 (hy is always 0, so its row is not computed), W2 = 21 x 21 and
 //! W3 = 21 x 3:
 //!
 //! - forward: W1 + W2 + W3;
-//! - backward to the hidden layers: W3 + W2, and to the sample's coordinates another W1;
+//! - backward to the hidden layers: W3 + W2; to the sample's coordinates, W1 in addition;
 //! - accumulation of the gradient with respect to the weights: W1 + W2 + W3.
 //!
-//! With dual numbers a product forward or backward counts three times (value times value, tangent times value, value
-//! times tangent). The accumulation only needs the tangent and counts twice.
+//! With dual numbers, a product forward or backward counts three times: value times value, tangent times value, and
+//! value times tangent. The accumulation only needs the tangent and counts twice.
 
 use glimpse_training::meta::run::INNER_STEPS;
 
 const WEIGHTS: [u64; 3] = [5 * 21, 21 * 21, 21 * 3];
-const ALL: u64 = WEIGHTS[0] + WEIGHTS[1] + WEIGHTS[2];
-const WITHOUT_FIRST: u64 = WEIGHTS[1] + WEIGHTS[2];
+const ALL_LAYERS: u64 = WEIGHTS[0] + WEIGHTS[1] + WEIGHTS[2];
+const WITHOUT_FIRST_LAYER: u64 = WEIGHTS[1] + WEIGHTS[2];
 
-/// Counts the gradient with respect to the parameters, at one sample.
+/// Returns the count of the gradient with respect to the parameters, at one sample.
 pub(super) const fn gradient() -> u64 {
-    ALL + WITHOUT_FIRST + ALL
+    ALL_LAYERS + WITHOUT_FIRST_LAYER + ALL_LAYERS
 }
 
-/// Counts the product of Hessian and vector at one sample. With `sample_derivatives` it includes derivatives with
-/// respect to the sample's coordinates.
+/// Returns the count of the product of Hessian and vector at one sample. `sample_derivatives` includes the derivatives
+/// with respect to the sample's coordinates.
 pub(super) const fn product(sample_derivatives: bool) -> u64 {
     let backward = if sample_derivatives {
-        ALL
+        ALL_LAYERS
     } else {
-        WITHOUT_FIRST
+        WITHOUT_FIRST_LAYER
     };
-    3 * ALL + 3 * backward + 2 * ALL
+    3 * ALL_LAYERS + 3 * backward + 2 * ALL_LAYERS
 }
 
-/// Counts an outer step of one task: a forward gradient and a reverse product for every inner step, and one gradient
-/// over the outer samples.
+/// Returns the count of an outer step of one task: a gradient in the forward pass and a product in the reverse pass of
+/// every inner step, and one gradient over the outer samples.
 pub(super) const fn outer_step(inner: usize, outer: usize, sample_derivatives: bool) -> u64 {
     let inner_step = gradient() + product(sample_derivatives);
     (INNER_STEPS * inner) as u64 * inner_step + outer as u64 * gradient()

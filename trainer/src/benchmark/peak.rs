@@ -6,11 +6,11 @@ use std::time::Instant;
 use super::Threads;
 use glimpse_kernels::lanes::{InstructionSet, Kernel, Lanes, WIDTH};
 
-/// The number of independent sums. Two units with a latency of four cycles need at least eight.
-const CHAINS: usize = 12;
+/// The number of independent sums. Two arithmetic units with a latency of four cycles need at least eight sums.
+const SUMS: usize = 12;
 /// The number of additions to each sum in one burst, which takes about 100 us.
 const ROUNDS: usize = 30_000;
-/// The number of consecutive bursts per thread if there are several threads, which makes their wake-up time negligible.
+/// The number of consecutive bursts per thread for all threads. It makes the time to wake up the threads negligible.
 const BURSTS_PER_THREAD: usize = 20;
 
 /// The peak throughput of an instruction set.
@@ -24,14 +24,14 @@ pub struct Peak {
     pub gflops: f64,
 }
 
-/// Returns the highest throughput of any burst within a time in seconds, on the lanes of the kernels.
+/// Measures for `seconds` and returns the highest throughput of any burst, on the SIMD lanes of the kernels.
 #[must_use]
 pub fn peak(instruction_set: InstructionSet, threads: Threads, seconds: f64) -> Peak {
     let begin = Instant::now();
     let mut gflops = 0.0_f64;
     while begin.elapsed().as_secs_f64() < seconds {
-        let start = Instant::now();
-        let done: usize = match threads {
+        let burst_begin = Instant::now();
+        let count: usize = match threads {
             Threads::One => instruction_set.run(Burst),
             Threads::All => rayon::broadcast(|_| {
                 let bursts = 0..BURSTS_PER_THREAD;
@@ -40,7 +40,7 @@ pub fn peak(instruction_set: InstructionSet, threads: Threads, seconds: f64) -> 
             .into_iter()
             .sum(),
         };
-        gflops = gflops.max(2e-9 * done as f64 / start.elapsed().as_secs_f64());
+        gflops = gflops.max(2e-9 * count as f64 / burst_begin.elapsed().as_secs_f64());
     }
     Peak {
         instruction_set,
@@ -49,7 +49,7 @@ pub fn peak(instruction_set: InstructionSet, threads: Threads, seconds: f64) -> 
     }
 }
 
-/// A burst of multiply-accumulates. Its output is their number.
+/// A burst of multiply-accumulates. Its output is the number of these.
 struct Burst;
 
 impl Kernel for Burst {
@@ -57,7 +57,7 @@ impl Kernel for Burst {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> usize {
-        // Narrow lanes: each sum takes one register.
+        // On narrow lanes, each sum takes one register.
         self.compute::<L::Narrow>()
     }
 }
@@ -65,10 +65,10 @@ impl Kernel for Burst {
 impl Burst {
     #[inline(always)]
     fn compute<L: Lanes>(self) -> usize {
-        // Hidden from the compiler, which could otherwise compute the result at compile time.
+        // `black_box` keeps the compiler from computing the result at compile time.
         let factor = L::broadcast(black_box(0.5));
         let term = L::broadcast(black_box(1.0));
-        let mut sums = [term; CHAINS];
+        let mut sums = [term; SUMS];
         for (index, sum) in sums.iter_mut().enumerate() {
             *sum = L::broadcast(black_box(index as f32));
         }
@@ -80,6 +80,6 @@ impl Burst {
         for sum in sums {
             black_box(sum.total());
         }
-        ROUNDS * CHAINS * L::OCTETS * WIDTH
+        ROUNDS * SUMS * L::OCTETS * WIDTH
     }
 }

@@ -19,16 +19,16 @@ pub struct Timing {
     pub gflops: Option<f64>,
 }
 
-/// The smallest number of runs.
+/// The minimum number of runs.
 const MIN_RUNS: usize = 5;
 
-/// Times an item for a number of seconds, after a warm-up of a tenth of that time.
+/// Times an item for `seconds` seconds, after a warm-up of a tenth of that time.
 pub fn measure(item: &mut Item<'_>, seconds: f64) -> Timing {
-    repeat(item, 0.1 * seconds);
-    let mut times = repeat(item, seconds);
+    run_times(item, 0.1 * seconds);
+    let mut times = run_times(item, seconds);
     times.sort_by(f64::total_cmp);
-    let quantile = |share: f64| {
-        let index = (share * (times.len() - 1) as f64).round() as usize;
+    let quantile = |fraction: f64| {
+        let index = (fraction * (times.len() - 1) as f64).round() as usize;
         1e3 * times[index] / item.tasks as f64
     };
     let median = quantile(0.5);
@@ -44,8 +44,8 @@ pub fn measure(item: &mut Item<'_>, seconds: f64) -> Timing {
     }
 }
 
-/// Runs an item repeatedly and returns the time of each run, in seconds.
-fn repeat(item: &mut Item<'_>, seconds: f64) -> Vec<f64> {
+/// Runs an item for `seconds` seconds and at least [`MIN_RUNS`] times. Returns the time of each run, in seconds.
+fn run_times(item: &mut Item<'_>, seconds: f64) -> Vec<f64> {
     let mut times = Vec::new();
     let begin = Instant::now();
     while times.len() < MIN_RUNS || begin.elapsed().as_secs_f64() < seconds {
