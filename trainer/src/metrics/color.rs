@@ -1,14 +1,13 @@
-//! The color difference of two pictures, CIEDE2000.
+//! The color difference CIEDE2000 of two pictures.
 //!
-//! CIEDE2000 is the color difference of the CIE in the form of Sharma, Wu and Dalal, "The CIEDE2000
-//! color-difference formula: implementation notes, supplementary test data, and mathematical
-//! observations", Color Research and Application 30 (2005), with kL = kC = kH = 1. It has no unit
-//! and no upper bound: 0 for equal colors, about 1 for a just noticeable difference, 100 for black
-//! against white.
+//! The formula is that of Sharma, Wu and Dalal, "The CIEDE2000 color-difference formula: implementation notes,
+//! supplementary test data, and mathematical observations", Color Research and Application 30 (2005), with
+//! kL = kC = kH = 1. The difference has no unit and no upper bound: it is 0 for equal colors, about 1 for a just
+//! noticeable difference, and 100 for black and white.
 //!
-//! Pixels are the 8-bit sRGB pixels of the written file. The conversion to CIELAB (illuminant D65, observer of 2 degrees)
-//! uses the constants of scikit-image's `rgb2lab`, so that `deltaE_ciede2000(rgb2lab(a), rgb2lab(b))` gives the same
-//! values for the PNG files.
+//! Pixels are the 8-bit sRGB pixels of the written file. The conversion to CIELAB (illuminant D65, observer of 2
+//! degrees) uses the constants of scikit-image's `rgb2lab`, so that `deltaE_ciede2000(rgb2lab(a), rgb2lab(b))` gives
+//! the same values for the PNG files.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
@@ -82,12 +81,12 @@ fn lightness_response(t: f64) -> f64 {
 /// The symbols are those of Sharma, Wu and Dalal.
 #[must_use]
 pub fn ciede2000(one: Lab, other: Lab) -> f64 {
-    let seventh = |chroma: f64| {
+    let chroma_factor = |chroma: f64| {
         let power = chroma.powi(7);
         (power / (power + CHROMA_SCALE)).sqrt()
     };
     let mean_c = 0.5 * (one.a.hypot(one.b) + other.a.hypot(other.b));
-    let g = 0.5 * (1.0 - seventh(mean_c));
+    let g = 0.5 * (1.0 - chroma_factor(mean_c));
     let polar = |color: Lab| {
         let a = (1.0 + g) * color.a;
         (a.hypot(color.b), color.b.atan2(a).rem_euclid(TAU))
@@ -110,16 +109,16 @@ pub fn ciede2000(one: Lab, other: Lab) -> f64 {
     let mean_l = 0.5 * (one.l + other.l);
     let mean_c = 0.5 * (c1 + c2);
 
-    let cosine = |times: f64, degrees: f64| (times * mean_h + degrees.to_radians()).cos();
+    let cosine = |multiple: f64, degrees: f64| (multiple * mean_h + degrees.to_radians()).cos();
     let t = 1.0 - 0.17 * cosine(1.0, -30.0) + 0.24 * cosine(2.0, 0.0) + 0.32 * cosine(3.0, 6.0)
         - 0.20 * cosine(4.0, -63.0);
-    let square = (mean_l - 50.0).powi(2);
-    let s_l = 1.0 + 0.015 * square / (20.0 + square).sqrt();
+    let squared_l = (mean_l - 50.0).powi(2);
+    let s_l = 1.0 + 0.015 * squared_l / (20.0 + squared_l).sqrt();
     let s_c = 1.0 + 0.045 * mean_c;
     let s_h = 1.0 + 0.015 * mean_c * t;
-    let from_blue = (mean_h.to_degrees() - 275.0) / 25.0;
-    let delta_theta = (30.0 * (-from_blue * from_blue).exp()).to_radians();
-    let r_t = -(2.0 * delta_theta).sin() * 2.0 * seventh(mean_c);
+    let hue_offset = (mean_h.to_degrees() - 275.0) / 25.0;
+    let delta_theta = (30.0 * (-hue_offset * hue_offset).exp()).to_radians();
+    let r_t = -(2.0 * delta_theta).sin() * 2.0 * chroma_factor(mean_c);
 
     let lightness = (other.l - one.l) / s_l;
     let chroma = (c2 - c1) / s_c;
@@ -128,9 +127,9 @@ pub fn ciede2000(one: Lab, other: Lab) -> f64 {
     sum.max(0.0).sqrt()
 }
 
-/// Returns the mean CIEDE2000 over some pixels of two pictures, 0 or more; 0 for no pixels.
+/// Returns the mean CIEDE2000 of two pictures over some of their pixels, 0 or more; 0 for an empty selection.
 ///
-/// `pixels` are indices, row by row from the top left. Indices outside the picture are ignored.
+/// `pixels` are indices, row by row from the top left. Indices outside the pictures are ignored.
 ///
 /// # Errors
 /// If the sizes differ.
@@ -250,13 +249,13 @@ mod tests {
             mean_ciede2000(&reference, &distorted, pixels).unwrap()
         };
         assert!((mean(0..23 * 17) - 2.176_101_067_436_589).abs() < 1e-9);
-        let one = 3 * 23 + 5;
-        assert!((mean(one..one + 1) - 1.043_777_908_604_462_3).abs() < 1e-9);
+        let pixel = 3 * 23 + 5;
+        assert!((mean(pixel..pixel + 1) - 1.043_777_908_604_462_3).abs() < 1e-9);
         assert_eq!(mean(0..0), 0.0);
     }
 
     #[test]
-    fn black_and_white_differ_by_100_and_sizes_must_match() {
+    fn black_and_white_differ_by_100_and_different_sizes_are_rejected() {
         let [black, white] = [0, 255].map(|level| Picture::filled(5, 4, [level; 3]));
         let mean = mean_ciede2000(&black, &white, 0..20).unwrap();
         assert!((mean - 100.0).abs() < 1e-3, "{mean}");

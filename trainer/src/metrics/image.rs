@@ -1,22 +1,23 @@
 //! Errors of a picture against a reference: L2, PSNR and DSSIM.
 //!
-//! They are computed from the 8-bit sRGB pixels of the written file, divided by 255, so that they can be checked on the
-//! PNG files. All pixels count, including the background of the sphere. (The paper does not state its scale; its L2 and
-//! PSNR agree with each other on this one.)
+//! They are computed from the 8-bit sRGB pixels of the PNG file, divided by 255, so that other programs can check them.
+//! All pixels count, including the background of the sphere. The paper does not state the scale of its values, but its
+//! L2 and PSNR agree with each other on this scale.
 
 use crate::render::Picture;
 
 /// The side of the SSIM window, in pixels.
 const WINDOW: usize = 7;
 /// The number of pixels in the window.
-const COUNT: f64 = (WINDOW * WINDOW) as f64;
-/// The greatest value of a channel.
+const WINDOW_PIXELS: f64 = (WINDOW * WINDOW) as f64;
+/// The largest value of a channel.
 const PEAK: f64 = 255.0;
 /// The SSIM constant (K1 L)^2.
 const C1: f64 = (0.01 * PEAK) * (0.01 * PEAK);
 /// The SSIM constant (K2 L)^2.
 const C2: f64 = (0.03 * PEAK) * (0.03 * PEAK);
-/// The largest PSNR, in dB. Without this bound the PSNR of equal pictures, and any mean with it, would be infinite.
+/// The largest PSNR, in dB. Without this bound, the PSNR of equal pictures would be infinite, and so would means over
+/// it.
 const MAX_PSNR: f64 = 100.0;
 
 /// An error of comparing two pictures.
@@ -62,17 +63,17 @@ impl PictureErrors {
 /// If the sizes differ.
 pub fn mean_squared_error(reference: &Picture, picture: &Picture) -> Result<f64, CompareError> {
     check_sizes(reference, picture)?;
-    let channels = || {
+    let channel_pairs = || {
         let (a, b) = (&reference.pixels, &picture.pixels);
         a.as_flattened().iter().zip(b.as_flattened())
     };
-    let sum_of_squares: u64 = channels()
+    let sum_of_squares: u64 = channel_pairs()
         .map(|(a, b)| u64::from(a.abs_diff(*b)).pow(2))
         .sum();
-    Ok(sum_of_squares as f64 / (PEAK * PEAK * channels().len().max(1) as f64))
+    Ok(sum_of_squares as f64 / (PEAK * PEAK * channel_pairs().len().max(1) as f64))
 }
 
-/// Returns the peak signal-to-noise ratio of a mean squared error in \[0, 1\]: at most 100 dB.
+/// Returns the peak signal-to-noise ratio for a mean squared error in \[0, 1\], at most 100 dB.
 #[must_use]
 pub fn psnr(mean_squared_error: f64) -> f64 {
     (-10.0 * mean_squared_error.log10()).min(MAX_PSNR)
@@ -80,8 +81,8 @@ pub fn psnr(mean_squared_error: f64) -> f64 {
 
 /// Returns the mean structural similarity (Wang et al. 2004), in \[-1, 1\]; 1 for equal pictures.
 ///
-/// The defaults are those of scikit-image: a uniform window of 7 x 7, sample variances (divided by 48), K1 = 0.01,
-/// K2 = 0.03, only windows inside the picture, and the mean over the channels.
+/// The settings are the defaults of scikit-image: a uniform window of 7 x 7, sample variances (divided by 48),
+/// K1 = 0.01, K2 = 0.03, only windows inside the picture, and the mean over the channels.
 ///
 /// # Errors
 /// If the sizes differ, or are below 7 x 7.
@@ -96,10 +97,10 @@ pub fn ssim(reference: &Picture, picture: &Picture) -> Result<f64, CompareError>
         for left in 0..=width - WINDOW {
             let mut moments = [Moments::default(); 3];
             for row in top..top + WINDOW {
-                let run = row * width + left..row * width + left + WINDOW;
-                let pixels = reference.pixels[run.clone()]
+                let range = row * width + left..row * width + left + WINDOW;
+                let pixels = reference.pixels[range.clone()]
                     .iter()
-                    .zip(&picture.pixels[run]);
+                    .zip(&picture.pixels[range]);
                 for (a, b) in pixels {
                     for ((moments, a), b) in moments.iter_mut().zip(a).zip(b) {
                         moments.add(u32::from(*a), u32::from(*b));
@@ -112,7 +113,7 @@ pub fn ssim(reference: &Picture, picture: &Picture) -> Result<f64, CompareError>
     Ok(sum / (3 * (width - WINDOW + 1) * (height - WINDOW + 1)) as f64)
 }
 
-/// Integer sums over a window, for one channel of two pictures.
+/// Integer sums over a window, for one channel of two pictures a and b: of the values, their squares and their product.
 #[derive(Clone, Copy, Debug, Default)]
 struct Moments {
     a: u32,
@@ -133,12 +134,13 @@ impl Moments {
 
     /// Returns the SSIM of the window.
     fn similarity(&self) -> f64 {
-        let [a, b] = [self.a, self.b].map(|sum| f64::from(sum) / COUNT);
-        let covariance =
-            |sum: u32, u: f64, v: f64| (f64::from(sum) - COUNT * u * v) / (COUNT - 1.0);
+        let [a, b] = [self.a, self.b].map(|sum| f64::from(sum) / WINDOW_PIXELS);
+        let covariance = |sum: u32, u: f64, v: f64| {
+            (f64::from(sum) - WINDOW_PIXELS * u * v) / (WINDOW_PIXELS - 1.0)
+        };
         let variances = covariance(self.aa, a, a) + covariance(self.bb, b, b);
-        let shared = covariance(self.ab, a, b);
-        (2.0 * a * b + C1) * (2.0 * shared + C2) / ((a * a + b * b + C1) * (variances + C2))
+        let covariance_ab = covariance(self.ab, a, b);
+        (2.0 * a * b + C1) * (2.0 * covariance_ab + C2) / ((a * a + b * b + C1) * (variances + C2))
     }
 }
 

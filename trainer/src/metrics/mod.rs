@@ -10,8 +10,8 @@ use crate::render::{Picture, sphere_disc};
 
 /// The metrics of one material, or their means over several.
 ///
-/// All but the loss compare rendered pictures. Those of [`Evaluator`](crate::evaluation::Evaluator) have 128 x 128
-/// pixels.
+/// All metrics except the loss compare rendered pictures. [`Evaluator`](crate::evaluation::Evaluator) renders pictures
+/// of 128 x 128 pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Metrics {
     /// Mean cosine-weighted logarithmic error, 0 or more; 0 is best. See [`glimpse_materials::loss`].
@@ -27,8 +27,8 @@ pub struct Metrics {
 }
 
 impl Metrics {
-    /// Combines a loss with the errors of a sphere that [`render_sphere`](crate::render::render_sphere) drew. DSSIM, L2 and
-    /// PSNR are over the whole picture, the color difference over the disc.
+    /// Combines a loss with the errors of a sphere from [`render_sphere`](crate::render::render_sphere). DSSIM, L2 and
+    /// PSNR include the whole picture, the color difference only the disc.
     ///
     /// # Errors
     /// If the sizes differ, or are below 7 x 7.
@@ -48,8 +48,8 @@ impl Metrics {
         })
     }
 
-    /// Averages several scans of the same material: the mean of each metric, and the PSNR of the mean L2. None for an
-    /// empty list. A mean of decibels would give too much weight to a single good scan.
+    /// Averages each metric over several scans of the same material; None for an empty list. The PSNR is that of the mean
+    /// L2, because a mean of decibels would give too much weight to a single good scan.
     #[must_use]
     pub fn mean_of_repetitions(metrics: impl IntoIterator<Item = Self>) -> Option<Self> {
         Self::mean(metrics).map(|mean| Self {
@@ -58,7 +58,7 @@ impl Metrics {
         })
     }
 
-    /// Averages several materials: the mean of each metric, including PSNR in dB. None for an empty list.
+    /// Averages each metric over several materials, including PSNR in dB; None for an empty list.
     #[must_use]
     pub fn mean(metrics: impl IntoIterator<Item = Self>) -> Option<Self> {
         let mut sum = Self::default();
@@ -85,7 +85,7 @@ impl Metrics {
 mod tests {
     use super::*;
 
-    fn two() -> [Metrics; 2] {
+    fn two_metrics() -> [Metrics; 2] {
         let one = Metrics {
             loss: 0.1,
             dssim: 0.2,
@@ -118,18 +118,21 @@ mod tests {
 
     #[test]
     fn mean_averages_each_metric() {
-        assert_close(Metrics::mean(two()).unwrap(), [0.2, 0.4, 0.0505, 20.0, 2.5]);
+        assert_close(
+            Metrics::mean(two_metrics()).unwrap(),
+            [0.2, 0.4, 0.0505, 20.0, 2.5],
+        );
         assert_eq!(Metrics::mean([]), None);
     }
 
     #[test]
     fn psnr_of_repetitions_is_psnr_of_mean_l2() {
         let decibels = -10.0 * 0.0505_f64.log10();
-        let mean = Metrics::mean_of_repetitions(two()).unwrap();
+        let mean = Metrics::mean_of_repetitions(two_metrics()).unwrap();
         assert_close(mean, [0.2, 0.4, 0.0505, decibels, 2.5]);
-        let [once, _] = two();
+        let [single, _] = two_metrics();
         assert_close(
-            Metrics::mean_of_repetitions([once]).unwrap(),
+            Metrics::mean_of_repetitions([single]).unwrap(),
             [0.1, 0.2, 0.001, 30.0, 1.0],
         );
         assert_eq!(Metrics::mean_of_repetitions([]), None);
@@ -139,7 +142,7 @@ mod tests {
     fn color_difference_ignores_background() {
         let reference = Picture::filled(20, 20, [90, 120, 60]);
         let disc: Vec<usize> = sphere_disc(20, 20).collect();
-        // 0.96 x 20 pixels across.
+        // The diameter is 0.96 x 20 pixels.
         let expected = std::f64::consts::PI * 9.6_f64.powi(2);
         assert!((disc.len() as f64 / expected - 1.0).abs() < 0.03);
         let mut background_changed = reference.clone();
