@@ -9,13 +9,14 @@ pub static BASIS: &[u8] = include_bytes!("../recipes/linear.basis24");
 /// The losses of the bundled recipes, one per line: the name, then the mean losses on unseen procedural materials, on
 /// networks of 80 MERL materials, and on 17 RGL materials.
 const LOSSES: &str = include_str!("../recipes/losses.csv");
-/// The cycles of a fit on a Cortex-M4F for some of the bundled recipes, as in `core/docs/costs.md`.
+/// The cycles of a fit on a Cortex-M4F for some of the bundled recipes, one per line: the name and the number. They are
+/// those of `core/docs/costs.md`.
 const CYCLES: &str = include_str!("../recipes/cycles.csv");
 
 /// A bundled, pre-trained recipe.
 #[derive(Clone, Copy, Debug)]
 pub struct BundledRecipe {
-    /// The name: model and n, as in `neural-n8`. The suffix in `neural-n16-masked` means that readings may be missing.
+    /// The name: model and n, such as `neural-n8`. The suffix `-masked` means that readings may be missing.
     pub name: &'static str,
     /// The recipe's file.
     pub bytes: &'static [u8],
@@ -41,7 +42,7 @@ macro_rules! bundled {
     };
 }
 
-/// All bundled recipes, by model and n.
+/// All bundled recipes, ordered by model and n.
 pub static ALL: &[BundledRecipe] = bundled![
     "linear-n1" in "completed/linear-n1",
     "linear-n2" in "completed/linear-n2",
@@ -73,19 +74,19 @@ pub static ALL: &[BundledRecipe] = bundled![
     "neural-n16-masked" in "masked/neural-n16",
 ];
 
-/// A recipe of the paper's schedule, for comparison.
+/// A recipe that was trained with the paper's schedule, for comparison.
 pub static PAPER: BundledRecipe = BundledRecipe {
     name: "neural-n8-paper",
     bytes: include_bytes!("../recipes/paper/neural-n8.recipe"),
 };
 
-/// Returns the bundled recipe with a name; None if there is none.
+/// Returns the bundled recipe with this name; None if no recipe has it.
 #[must_use]
 pub fn find(name: &str) -> Option<&'static BundledRecipe> {
     ALL.iter().find(|bundled| bundled.name == name)
 }
 
-/// Returns the bundled recipe with a checksum; None if there is none.
+/// Returns the bundled recipe with this checksum; None if no recipe has it.
 #[must_use]
 pub fn find_by_checksum(checksum: u32) -> Option<&'static BundledRecipe> {
     ALL.iter().find(|bundled| {
@@ -99,7 +100,7 @@ impl BundledRecipe {
     /// Parses the recipe.
     ///
     /// # Errors
-    /// Never, because a test parses all bundled recipes.
+    /// Never in practice: a test parses all bundled recipes.
     pub fn recipe(&self) -> Result<Recipe<'static>, RecipeError> {
         Recipe::parse(self.bytes)
     }
@@ -111,7 +112,7 @@ impl BundledRecipe {
         (model == ModelKind::Linear).then_some(BASIS)
     }
 
-    /// Returns the losses of the recipe, if they were measured.
+    /// Returns the losses of the recipe; None if they were not measured.
     #[must_use]
     pub fn losses(&self) -> Option<Losses> {
         LOSSES.lines().find_map(|line| {
@@ -126,7 +127,7 @@ impl BundledRecipe {
         })
     }
 
-    /// Returns the cycles of a fit on a Cortex-M4F, if the firmware tests measure them.
+    /// Returns the cycles of a fit on a Cortex-M4F; None if the firmware tests do not measure them.
     #[must_use]
     pub fn cycles(&self) -> Option<u64> {
         let mut rows = CYCLES.lines().filter_map(|line| line.split_once(','));
@@ -146,8 +147,8 @@ mod tests {
         let basis = linear::Basis::parse(BASIS).expect("the basis is valid");
         for bundled in ALL {
             let recipe = bundled.recipe().expect("the recipe is valid");
-            let masked = recipe.tolerates_missing();
-            let suffix = if masked { "-masked" } else { "" };
+            let is_masked = recipe.tolerates_missing();
+            let suffix = if is_masked { "-masked" } else { "" };
             let name = format!("{}-n{}{suffix}", recipe.model().name(), recipe.samples());
             assert_eq!(bundled.name, name);
             assert!(

@@ -1,6 +1,6 @@
 //! Conversion of materials to the formats of other programs: file names and contents.
 //!
-//! For the format NBRDF, which only holds networks, a network is fitted to the material.
+//! The format NBRDF only holds networks, so a network is fitted to other materials.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use glimpse_materials::{
 
 use crate::evaluation::{EvaluationError, Method, OPTIMUM_STEPS};
 
-/// An error of converting a material.
+/// An error in converting a material.
 #[derive(Debug, thiserror::Error)]
 pub enum ConversionError {
     /// The material has a value that is not finite.
@@ -31,12 +31,12 @@ pub enum ConversionError {
     /// A path has no file name.
     #[error("{} has no file name; give DIR/NAME", .0.display())]
     Name(PathBuf),
-    /// A path has the extension of a network's files, but not the suffix of one of them.
+    /// A path has the extension `.npy`, but not the suffix of one of a network's files.
     #[error("{} is not one of a network's six file names; give NAME_fc1.npy or NAME", .0.display())]
     NotNetworkFile(PathBuf),
 }
 
-/// Returns the format of a file's extension, `.binary`, `.bsdf` or `.npy`; None for other extensions.
+/// Returns the format for the extension `.binary`, `.bsdf` or `.npy` of a file; None for other extensions.
 #[must_use]
 pub fn format_from_extension(path: &Path) -> Option<Format> {
     match path.extension()?.to_str()? {
@@ -47,11 +47,11 @@ pub fn format_from_extension(path: &Path) -> Option<Format> {
     }
 }
 
-/// Returns the files of a material that is written to a path. For NBRDF the path is one of the six files or their common
-/// prefix; for PAB-Opto's text it is the prefix.
+/// Returns the paths of a material's files. For MERL and RGL, `path` is the only file. For NBRDF, it is one of the six
+/// files or their common prefix. For PAB-Opto's text, it is the common prefix.
 ///
 /// # Errors
-/// If the path is not such a name.
+/// If the path has no file name, or ends in `.npy` but not like one of the six files.
 pub fn output_paths(format: Format, path: &Path) -> Result<Vec<PathBuf>, ConversionError> {
     match format {
         Format::Merl | Format::Rgl => Ok(vec![path.to_owned()]),
@@ -61,20 +61,20 @@ pub fn output_paths(format: Format, path: &Path) -> Result<Vec<PathBuf>, Convers
             Ok(names.map(|name| path.with_file_name(name)).collect())
         }
         Format::Nbrdf => {
-            if let Some(six) = NeuralBrdf::files_of(path) {
-                return Ok(six.to_vec());
+            if let Some(files) = NeuralBrdf::files_of(path) {
+                return Ok(files.to_vec());
             }
             if path.extension().is_some_and(|extension| extension == "npy") {
                 return Err(ConversionError::NotNetworkFile(path.into()));
             }
             let first = format!("{}_fc1.npy", file_name(path)?);
-            let six = NeuralBrdf::files_of(&path.with_file_name(first));
-            Ok(six.into_iter().flatten().collect())
+            let files = NeuralBrdf::files_of(&path.with_file_name(first));
+            Ok(files.into_iter().flatten().collect())
         }
     }
 }
 
-/// Returns the file name of a path, as the common prefix of several files.
+/// Returns the file name of a path, which is the common prefix of several files.
 ///
 /// # Errors
 /// If the path has no file name.
@@ -83,9 +83,9 @@ pub fn file_name(path: &Path) -> Result<&str, ConversionError> {
     name.ok_or_else(|| ConversionError::Name(path.into()))
 }
 
-/// Encodes a material in a format. Returns the names, derived from `name`, and the bytes of its files, in the order of
-/// [`output_paths`]. For NBRDF, if the material is not a network, a network is fitted with the seed, which takes some
-/// seconds.
+/// Encodes a material in a format. Returns the names and the bytes of its files, in the order of [`output_paths`]. The
+/// names begin with `name`. For NBRDF, a network is fitted to a material that is not a network. The fit takes a few
+/// seconds and depends on the seed.
 ///
 /// # Errors
 /// If the material has a value that is not finite, or no network can be fitted to it.
@@ -107,8 +107,9 @@ pub fn encode(
                 Some(network) => network,
                 None => fit_network(material, seed)?,
             };
-            let six = to_nbrdf(&network).into_iter();
-            six.map(|(suffix, bytes)| (format!("{name}{suffix}"), bytes))
+            let files = to_nbrdf(&network).into_iter();
+            files
+                .map(|(suffix, bytes)| (format!("{name}{suffix}"), bytes))
                 .collect()
         }
         Format::Pab => {
@@ -119,7 +120,7 @@ pub fn encode(
     })
 }
 
-/// Returns the loss of a written file against its material: the mean cosine-weighted logarithmic error.
+/// Returns the loss of a written file with its material as the reference: the mean cosine-weighted logarithmic error.
 ///
 /// # Errors
 /// If the file cannot be read.
