@@ -23,8 +23,8 @@ use serde_json::{Value, json};
 /// - Descent: `inner_steps`, and `initial` parameters and `step_sizes` in the model's order.
 /// - Ridge solve: `basis` (n rows of m), `mean`, `median` BRDF and `weight` (n each), and `basis_checksum` of the whole
 ///   basis (null if there is none). The precisions are `eta` if all are equal, and `precision` (m) otherwise.
-/// - Completion: `prediction` and `completion`. Linear adds `basis` (n rows of m) and `basis_checksum`. The other models
-///   add the keys of a descent, and `start`.
+/// - Completion: `prediction` and `completion`. Linear adds `basis` (n rows of m) and `basis_checksum`. The other
+///   models add the keys of a descent, and `start`.
 ///
 /// `prediction` has a bias and m weights (null if there are none). They map the mean coefficients of the three channels
 /// to the logarithm of the expected loss.

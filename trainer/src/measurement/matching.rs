@@ -51,8 +51,8 @@ impl IsotropicAngles {
     }
 
     /// Returns the distance to another pair: the largest of three differences. These are the differences of theta_i, of
-    /// theta_o, and of phi times the smallest sine of the polar angles. The sine is small near the normal, where azimuths
-    /// matter little.
+    /// theta_o, and of phi times the smallest sine of the polar angles. The sine is small near the normal, where
+    /// azimuths matter little.
     #[must_use]
     pub fn distance(&self, other: &Self) -> AngularDistance {
         let azimuth_difference = (self.phi - other.phi + PI).rem_euclid(TAU) - PI;
@@ -88,8 +88,8 @@ impl IsotropicAngles {
         }
     }
 
-    /// Reverses the sense of the azimuths. In the plane of incidence, where phi is 0 or 180 degrees, the directions stay
-    /// the same. Elsewhere they change, but a mirror-symmetric material has the same BRDF.
+    /// Reverses the sense of the azimuths. In the plane of incidence, where phi is 0 or 180 degrees, the directions
+    /// stay the same. Elsewhere they change, but a mirror-symmetric material has the same BRDF.
     #[must_use]
     pub fn mirrored(&self) -> Self {
         Self {

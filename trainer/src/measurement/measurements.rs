@@ -23,9 +23,9 @@ pub struct Measurements {
 }
 
 impl Measurements {
-    /// Reads a file of readings of a pattern. Rows may be in any order, and samples may be missing or repeated. A row with
-    /// an index belongs to the sample of that index, and any other row to the nearest sample. Angles of the pattern and
-    /// `tolerance`, the largest accepted distance, are in radians.
+    /// Reads a file of readings of a pattern. Rows may be in any order, and samples may be missing or repeated. A row
+    /// with an index belongs to the sample of that index, and any other row to the nearest sample. Angles of the
+    /// pattern and `tolerance`, the largest accepted distance, are in radians.
     ///
     /// # Errors
     /// If the file cannot be read, a row matches no sample, or its numbers are not a valid reading.

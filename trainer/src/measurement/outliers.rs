@@ -29,8 +29,8 @@ use rayon::prelude::*;
 
 /// The largest number of samples to check; the work grows with its cube.
 pub const MAX_SAMPLES: usize = 512;
-/// The minimum number of readings per outlier. Detection stops at this ratio, because predictions from too few remaining
-/// readings are unreliable.
+/// The minimum number of readings per outlier. Detection stops at this ratio, because predictions from too few
+/// remaining readings are unreliable.
 const READINGS_PER_OUTLIER: usize = 4;
 /// The number of procedural materials in the mixture.
 const PROCEDURAL_MATERIALS: usize = 500;
@@ -47,8 +47,8 @@ const TRAINED_FLOOR: f64 = 0.2;
 /// Returns the z-score above which one of k readings is an outlier: sqrt(1 + 2 ln k). The largest of k standard normal
 /// numbers is about sqrt(2 ln k), so the rate of false positives does not increase with k.
 ///
-/// The constant 1 was chosen on networks of MERL materials. A smaller constant reports more correct readings as outliers;
-/// a larger one misses more readings that are ten times too large.
+/// The constant 1 was chosen on networks of MERL materials. A smaller constant reports more correct readings as
+/// outliers; a larger one misses more readings that are ten times too large.
 #[must_use]
 pub fn outlier_threshold(readings: usize) -> f64 {
     (1.0 + 2.0 * (readings.max(1) as f64).ln()).sqrt()
@@ -152,8 +152,8 @@ impl Distribution {
         })
     }
 
-    /// Finds outliers among readings. `readings` has the BRDF of each sample in linear RGB, sr^-1, or None for a missing or
-    /// skipped reading.
+    /// Finds outliers among readings. `readings` has the BRDF of each sample in linear RGB, sr^-1, or None for a
+    /// missing or skipped reading.
     #[must_use]
     pub fn find_outliers(&self, readings: &[Option<[f32; 3]>]) -> OutlierReport {
         let mut present: Vec<usize> = (0..self.weights.len())

@@ -44,8 +44,8 @@ pub enum WhiteReference {
 }
 
 impl WhiteReference {
-    /// Reads a file of white readings. With a footprint, the file has a single reading. Without one, it has readings at a
-    /// recipe's directions, which are matched like those of a material. The tolerance is in radians.
+    /// Reads a file of white readings. With a footprint, the file has a single reading. Without one, it has readings at
+    /// a recipe's directions, which are matched like those of a material. The tolerance is in radians.
     ///
     /// # Errors
     /// If the file cannot be read, a row matches no sample, or a reading is saturated.

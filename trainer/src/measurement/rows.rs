@@ -173,8 +173,8 @@ impl Rows {
         matched.collect()
     }
 
-    /// Returns the directions and the numbers of the only row. If the row has only an index, the directions are those of
-    /// the sample.
+    /// Returns the directions and the numbers of the only row. If the row has only an index, the directions are those
+    /// of the sample.
     ///
     /// # Errors
     /// If there is more than one row, or its directions or numbers are missing.
@@ -205,8 +205,8 @@ impl Rows {
         Ok((to_directions(angles), values))
     }
 
-    /// Finds the sample of a row. Returns it with its distance, if the row has directions, and true if light and sensor are
-    /// exchanged.
+    /// Finds the sample of a row. Returns it with its distance, if the row has directions, and true if light and sensor
+    /// are exchanged.
     fn find_sample(
         &self,
         row: &ReadingRow,

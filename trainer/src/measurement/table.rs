@@ -98,7 +98,7 @@ impl Table {
         &self.rows
     }
 
-    /// Returns the index of the column with this name; None if there is no such column.
+    /// Returns the index of the column with this name; None if no column has it.
     pub(super) fn column(&self, name: &str) -> Result<Option<usize>, TableError> {
         let mut columns = self.header.iter().enumerate();
         let mut next_match = || columns.find(|(_, column)| column.eq_ignore_ascii_case(name));

@@ -23,7 +23,7 @@ const ASPECT_RATIOS: std::ops::RangeInclusive<f32> = 1.9..=2.1;
 /// the square and interpolated bilinearly.
 ///
 /// An environment from a file also has blurred copies, as in filtered importance sampling (Krivanek and Colbert
-/// 2008). Where integration nodes are far apart, each node uses the mean radiance around it. A sun of half a degree
+/// 2008). If integration nodes are far apart, each node uses the mean radiance around it. A sun of half a degree
 /// is then neither missed between nodes nor counted for the whole solid angle of one node. For white paint under such
 /// a sun alone, the radiance has an error of 4 % (standard deviation over the sphere; 14 % at worst), and the edge of
 /// the lit half is softened by a few degrees.

@@ -17,8 +17,8 @@ pub(super) const DIAMETER: f32 = 0.96;
 /// Renders a sphere of a material under an environment, with size x size pixels and an orthographic camera.
 ///
 /// The incoming direction points to the light, and the BRDF is isotropic. Every pixel is the integral of
-/// f(w_i, w_o) L(w_i) cos(theta_i) over the hemisphere, by a fixed quadrature rule, so that equal BRDFs give equal bits.
-/// Pixels at the same distance from the center have the same outgoing angle and share one batched call of `brdf`.
+/// f(w_i, w_o) L(w_i) cos(theta_i) over the hemisphere. The quadrature rule is fixed, so that equal BRDFs give equal
+/// bits. Pixels at the same distance from the center have the same outgoing angle and share one batched call of `brdf`.
 /// Shadows and interreflections are not rendered. Pixels off the sphere have the radiance [`BACKGROUND`].
 pub fn render_sphere(brdf: &(impl Brdf + ?Sized), environment: &Environment, size: usize) -> Image {
     render_with_rings(brdf, environment, size, RINGS)
@@ -95,8 +95,8 @@ pub(super) fn circles(size: usize) -> Vec<Circle> {
     }
     let circle = |(squared_distance, pixels)| {
         let distance = 0.5 * (squared_distance as f32).sqrt();
-        // Pixels on the rim are shaded at half a pixel inside the rim, where the normal faces the viewer, and blended with
-        // the background.
+        // Pixels on the rim are shaded at half a pixel inside the rim, where the normal faces the viewer, and blended
+        // with the background.
         let sin_theta_o = distance.min(radius - 0.5) / radius;
         Circle {
             sin_theta_o,
@@ -163,8 +163,8 @@ impl Shader {
 }
 
 impl Circle {
-    /// Transforms a direction from the surface's frame to the picture's frame. The x axis of the surface's frame lies in
-    /// the plane of normal and viewer.
+    /// Transforms a direction from the surface's frame to the picture's frame. The x axis of the surface's frame lies
+    /// in the plane of normal and viewer.
     #[inline(always)]
     pub(super) fn to_picture_frame(
         &self,

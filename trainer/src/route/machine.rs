@@ -40,8 +40,8 @@ pub struct Machine {
 }
 
 impl Default for Machine {
-    /// 10 degrees per second for each axis, 0.5 s at each sample, a start position of 0, no limits, an isotropic sample,
-    /// and full turns.
+    /// 10 degrees per second for each axis, 0.5 s at each sample, a start position of 0, no limits, an isotropic
+    /// sample, and full turns.
     fn default() -> Self {
         Self {
             speeds: Axes::from_array([10.0; 4]),
@@ -149,8 +149,8 @@ impl Machine {
         Ok(())
     }
 
-    /// Returns the same machine with the pattern's own azimuths instead of optimized ones. A machine that lacks an azimuth
-    /// axis still uses only the difference.
+    /// Returns the same machine with the pattern's own azimuths instead of optimized ones. A machine that lacks an
+    /// azimuth axis still uses only the difference.
     #[must_use]
     pub fn naive(&self) -> Self {
         let lacks_axis = self.speeds.phi_i == 0.0 || self.speeds.phi_o == 0.0;
@@ -160,9 +160,9 @@ impl Machine {
         }
     }
 
-    /// Converts a position to the seconds that each axis takes from 0: theta_i, theta_o, phi_i and phi_o. For an isotropic
-    /// sample, the third entry is that of the difference of the azimuths, and the fourth is 0. Azimuths are wrapped to
-    /// -180 to 180 degrees.
+    /// Converts a position to the seconds that each axis takes from 0: theta_i, theta_o, phi_i and phi_o. For an
+    /// isotropic sample, the third entry is that of the difference of the azimuths, and the fourth is 0. Azimuths are
+    /// wrapped to -180 to 180 degrees.
     ///
     /// The time of a move is the largest difference of the entries, each modulo [`turn_seconds`](Self::turn_seconds).
     pub(super) fn axis_seconds(&self, arms: &Axes) -> [f64; 4] {

@@ -57,8 +57,8 @@ impl Points {
         self.first[stop]..self.first[stop + 1]
     }
 
-    /// Returns the travel time from one point to another, in seconds. As `from`, None means the start position. As `to`,
-    /// None means the end of the path, which takes 0 s.
+    /// Returns the travel time from one point to another, in seconds. As `from`, None means the start position. As
+    /// `to`, None means the end of the path, which takes 0 s.
     pub(super) fn seconds_between(&self, from: Option<usize>, to: Option<usize>) -> f64 {
         let Some(to) = to else {
             return 0.0;

@@ -19,7 +19,8 @@ fn csv_angles(arms: &Axes) -> String {
         .join(",")
 }
 
-/// Returns CSV with one row per visit. `header` names the columns after the angles, and `last_cells` returns their cells.
+/// Returns CSV with one row per visit. `header` names the columns after the angles, and `last_cells` returns their
+/// cells.
 fn csv_rows(header: &str, visits: &[Visit], last_cells: impl Fn(&Visit) -> String) -> String {
     let mut csv = format!("index,{},{header}\n", Axes::NAMES.join(","));
     for visit in visits {
@@ -43,9 +44,9 @@ pub fn blank_sheet(visits: &[Visit]) -> String {
 }
 
 impl Route {
-    /// Returns CSV, `index,theta_i,phi_i,theta_o,phi_o,swapped,seconds`, with one row per visit: the sample's index from
-    /// 0, the axis positions in degrees, true if light and sensor are exchanged, and the time of the reading in seconds
-    /// after the start.
+    /// Returns CSV, `index,theta_i,phi_i,theta_o,phi_o,swapped,seconds`, with one row per visit: the sample's index
+    /// from 0, the axis positions in degrees, true if light and sensor are exchanged, and the time of the reading in
+    /// seconds after the start.
     #[must_use]
     pub fn to_csv(&self) -> String {
         csv_rows("swapped,seconds", &self.visits, |visit| {

@@ -39,8 +39,8 @@ pub struct OutOfReach {
     pub reason: Unreachable,
 }
 
-/// Returns the directions of the arms at a sample of a pattern, in degrees. They are those of [`Recipe::directions`], in
-/// double precision.
+/// Returns the directions of the arms at a sample of a pattern, in degrees. They are those of [`Recipe::directions`],
+/// in double precision.
 #[must_use]
 pub fn axes_from_angles(angles: Angles<f32>) -> Axes {
     let directions = HalfDifference::from_angles(Angles {
@@ -60,8 +60,8 @@ pub fn axes_from_angles(angles: Angles<f32>) -> Axes {
     }
 }
 
-/// Returns the recipe's samples, in the recipe's order, with the poses within the limits. If `swap` is true, these include
-/// poses with light and sensor exchanged.
+/// Returns the recipe's samples, in the recipe's order, with the poses within the limits. If `swap` is true, these
+/// include poses with light and sensor exchanged.
 ///
 /// # Errors
 /// All unreachable samples.

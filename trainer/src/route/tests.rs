@@ -130,8 +130,8 @@ fn azimuth_distance(one: f64, other: f64) -> f64 {
     difference.min(360.0 - difference)
 }
 
-/// Compares the azimuths that [`Machine`] chooses for isotropic samples with those of a search. At each stop, the search
-/// tries a grid of common rotations of both arms.
+/// Compares the azimuths that [`Machine`] chooses for isotropic samples with those of a search. At each stop, the
+/// search tries a grid of common rotations of both arms.
 #[test]
 fn no_azimuths_are_faster_than_the_chosen_ones() {
     const STEPS: usize = 90;

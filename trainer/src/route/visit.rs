@@ -45,23 +45,23 @@ pub struct Visit {
 pub struct Route {
     /// The requested order.
     pub order: Order,
-    /// True if no other order, poses or azimuths take less time. For [`Order::Progressive`], the order is fixed, and only
-    /// other poses and azimuths are considered. False if the route is the result of a heuristic search.
+    /// True if no other order, poses or azimuths take less time. For [`Order::Progressive`], the order is fixed, and
+    /// only other poses and azimuths are considered. False if the route is the result of a heuristic search.
     pub is_best: bool,
     /// The visits.
     pub visits: Vec<Visit>,
     /// The travel time, in seconds.
     pub travel: f64,
-    /// The travel time of the naive route, in seconds: [`Machine::naive`] in the recipe's own order, with the first pose
-    /// of each sample.
+    /// The travel time of the naive route, in seconds: [`Machine::naive`] in the recipe's own order, with the first
+    /// pose of each sample.
     pub naive_travel: f64,
     /// The total time at the samples, in seconds; the same for any order.
     pub settling: f64,
 }
 
 impl Route {
-    /// Plans a route through all stops. `stops` is in the recipe's own order. The seed determines the route of a heuristic
-    /// search, which is used for more than 16 stops.
+    /// Plans a route through all stops. `stops` is in the recipe's own order. The seed determines the route of a
+    /// heuristic search, which is used for more than 16 stops.
     ///
     /// The machine must be [valid](Machine::validate).
     #[must_use]
