@@ -70,11 +70,11 @@ fn neural() -> Result<(), Box<dyn Error>> {
     let glimpse = count;
     for options in [&["-O3"][..], &["-O3", "-ffast-math"]] {
         let rival = Binary::at(TARGETS[0], compile(directory.path(), options)?);
-        let found = rival.run().numbers("parameters");
-        let distance = expected.iter().zip(&found).map(|(a, b)| (a - b).abs());
+        let actual = rival.run().numbers("parameters");
+        let distance = expected.iter().zip(&actual).map(|(a, b)| (a - b).abs());
         let distance = distance.fold(0.0, f32::max);
         // The exponential functions differ in the last place.
-        if found.len() != expected.len() || distance > 1e-3 {
+        if actual.len() != expected.len() || distance > 1e-3 {
             return Err(format!("parameters of C and glimpse differ by {distance}").into());
         }
         let count = fit_cost(&rival, 0);

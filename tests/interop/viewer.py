@@ -42,10 +42,10 @@ def compare_fits(page, trainer, recipes, step):
         out = Path(f"{step}-{index}")
         run(trainer, "fit", recipe, "--measurements", "readings.csv", "--keep-all", "--out", out)
         material = json.loads((out / "material.json").read_text())
-        found, expected = page.evaluate(f"glimpse.methods[{index}].values()"), material["values"]
-        assert len(found) == len(expected) > 0, (recipe, len(found), len(expected))
+        actual, expected = page.evaluate(f"glimpse.methods[{index}].values()"), material["values"]
+        assert len(actual) == len(expected) > 0, (recipe, len(actual), len(expected))
         largest = max(map(abs, expected))
-        error = max(abs(a - b) for a, b in zip(found, expected)) / largest
+        error = max(abs(a - b) for a, b in zip(actual, expected)) / largest
         max_error = max(max_error, error)
         assert error <= TOLERANCE, (recipe, step, error)
     print(f"{step}: the largest relative error of values is {max_error:.1e}")
@@ -59,7 +59,7 @@ def settle(page):
 def pixels(page):
     """Returns the pictures of all spheres."""
     settle(page)
-    return page.evaluate("[...document.querySelectorAll('.ball canvas')].map((canvas) => canvas.toDataURL())")
+    return page.evaluate("[...document.querySelectorAll('.sphere canvas')].map((canvas) => canvas.toDataURL())")
 
 
 def check_width(page):
@@ -68,7 +68,7 @@ def check_width(page):
 
 def drag(page, seconds=3):
     """Drags the light in circles and returns the frame rate."""
-    box = page.locator(".ball").first.bounding_box()
+    box = page.locator(".sphere").first.bounding_box()
     x, y, radius = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2, box["width"] / 4
     page.mouse.move(x, y)
     page.mouse.down()
@@ -93,16 +93,16 @@ def check_desktop(page, trainer, recipes, masked):
     assert all(a != b for a, b in zip(before, after)), "the light moved, but a sphere did not change"
 
     # Move the camera with the right button, and reset it with a key.
-    ball = page.locator(".ball").first
-    box = ball.bounding_box()
+    sphere = page.locator(".sphere").first
+    box = sphere.bounding_box()
     page.mouse.move(box["x"] + 80, box["y"] + 80)
     page.mouse.down(button="right")
     page.mouse.move(box["x"] + 130, box["y"] + 90, steps=4)
     page.mouse.up(button="right")
-    ring = "document.querySelector('.ball i').style.left"
+    ring = "document.querySelector('.sphere i').style.left"
     settle(page)
     assert page.evaluate(ring) != "50%", "the camera did not move"
-    ball.focus()
+    sphere.focus()
     page.keyboard.press("Home")
     settle(page)
     assert page.evaluate(ring) == "50%"
@@ -112,11 +112,11 @@ def check_desktop(page, trainer, recipes, masked):
     page.keyboard.press("Home")
 
     # The sliders of a method change only its own sphere.
-    picks = page.locator(".pick")
+    buttons = page.locator(".select-readings")
     for index in range(len(recipes)):
         before = pixels(page)
         losses = page.evaluate("glimpse.methods.map((method) => method.loss())")
-        picks.nth(index).click()
+        buttons.nth(index).click()
         slider = page.locator("#readings input[type=range]").nth(1)
         slider.focus()
         for _ in range(25):
@@ -125,7 +125,7 @@ def check_desktop(page, trainer, recipes, masked):
         assert changed == [sphere == index + 1 for sphere in range(len(recipes) + 1)], changed
         assert page.evaluate("glimpse.methods.map((method) => method.loss())")[index] != losses[index]
     compare_fits(page, trainer, recipes, "moved")
-    picks.nth(masked).click()
+    buttons.nth(masked).click()
     boxes = page.locator("#readings input[type=checkbox]")
     for index in (0, 3, 7):
         boxes.nth(index).click()
@@ -173,7 +173,7 @@ def main(trainer, pictures):
                 check_desktop(page, trainer, recipes, masked=4)
             if "phone" in device:
                 before = pixels(page)
-                page.locator(".ball").first.tap(position={"x": 90, "y": 60})
+                page.locator(".sphere").first.tap(position={"x": 90, "y": 60})
                 assert pixels(page) != before, "a touch does not move the light"
             backgrounds.add(page.evaluate("getComputedStyle(document.body).backgroundColor"))
             if pictures:

@@ -3,6 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+/// Path of the budgets in the repository.
+const FILE: &str = "embedded-demo/bench/budgets.toml";
+
 /// The largest allowed value of each figure.
 #[derive(Clone, Debug)]
 pub struct Budgets(BTreeMap<String, u64>);
@@ -14,8 +17,7 @@ impl Budgets {
     /// If the file cannot be read or contains anything but numbers.
     #[must_use]
     pub fn load() -> Self {
-        let path =
-            Path::new(env!("CARGO_MANIFEST_DIR")).join("../embedded-demo/bench/budgets.toml");
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(FILE);
         let text = std::fs::read_to_string(&path)
             .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         let table: BTreeMap<String, BTreeMap<String, BTreeMap<String, u64>>> =
@@ -39,15 +41,21 @@ impl Budgets {
         for (name, value) in figures {
             match self.0.get(name) {
                 Some(budget) if value > budget => {
-                    messages.push(format!("{name} is {value}, but its budget is {budget}"));
+                    messages.push(format!(
+                        "{name} is {value}, above its budget {budget}: reduce it, or raise the budget in {FILE}"
+                    ));
                 }
                 Some(_) => {}
-                None => messages.push(format!("{name} has no budget")),
+                None => messages.push(format!(
+                    "{name} is {value} and has no budget: add it to {FILE}"
+                )),
             }
         }
         for name in self.0.keys() {
             if !figures.iter().any(|(figure, _)| figure == name) {
-                messages.push(format!("{name} has a budget, but nothing measures it"));
+                messages.push(format!(
+                    "{name} has a budget, but no test measures it: remove it from {FILE}"
+                ));
             }
         }
         messages

@@ -11,15 +11,15 @@ use std::time::{Duration, Instant};
 use crate::elf::Firmware;
 use crate::microcontroller::spawn;
 
-/// Path of the program of `tests/log`, built by `tests/run firmware`.
-const LOG: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/debug/glimpse-log");
+/// Path of the program that decodes the firmware's log. `tests/run firmware` builds it from `tests/log`.
+const LOG_DECODER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/debug/glimpse-log");
 /// Timeout of every wait for QEMU or the firmware.
 const TIMEOUT: Duration = Duration::from_secs(60);
 
 /// An emulated STM32F405 that runs the firmware. QEMU ends when this is dropped.
 pub struct Emulator {
     process: Child,
-    /// Decodes the log, and ends with QEMU.
+    /// The process that decodes the log. It ends with QEMU.
     decoder: Child,
     /// The device's UART.
     pub serial: TcpStream,
@@ -29,7 +29,7 @@ pub struct Emulator {
 }
 
 impl Emulator {
-    /// Boots the firmware with its built recipe.
+    /// Boots the firmware with the recipe that it was built with.
     ///
     /// # Panics
     /// As [`Firmware::load`] and [`Emulator::boot`].
@@ -48,16 +48,16 @@ impl Emulator {
         Self::boot_with(firmware, image, &["-icount", "shift=0"])
     }
 
-    /// Boots `image` with these options of QEMU instead of `-icount shift=0`, with which an instruction takes 1 ns.
-    /// Without options, QEMU's time is the wall clock's.
+    /// Boots `image` with other options of QEMU. [`Emulator::boot`] uses `-icount shift=0`, so that an instruction takes
+    /// 1 ns. Without options, QEMU's time is the wall clock's.
     ///
     /// # Panics
     /// As [`Emulator::boot`].
     #[must_use]
     pub fn boot_with(firmware: &Firmware, image: &Path, options: &[&str]) -> Self {
         assert!(
-            Path::new(LOG).exists(),
-            "{LOG} does not exist: build it with `tests/run firmware`"
+            Path::new(LOG_DECODER).exists(),
+            "{LOG_DECODER} does not exist: build it with `tests/run firmware`"
         );
         let (serial, serial_address) = listen();
         let (control, control_address) = listen();
@@ -76,7 +76,7 @@ impl Emulator {
         );
         let frames = process.stdout.take().expect("a pipe");
         let mut decoder = spawn(
-            Command::new(LOG)
+            Command::new(LOG_DECODER)
                 .arg(firmware.path())
                 .stdin(frames)
                 .stdout(Stdio::piped()),
@@ -105,7 +105,7 @@ impl Emulator {
         emulator
     }
 
-    /// Presses the reset button. The core restarts, and RAM keeps its contents.
+    /// Presses the reset button. The processor restarts, and RAM keeps its contents.
     ///
     /// # Panics
     /// If QEMU rejects the command.
@@ -133,12 +133,12 @@ impl Emulator {
     fn command(&mut self, name: &str) {
         let command = format!("{{\"execute\": \"{name}\"}}\n");
         let sent = self.control.get_mut().write_all(command.as_bytes());
-        sent.expect("QEMU's protocol");
+        sent.expect("QEMU receives a command");
         // QEMU also sends greetings and events.
         let mut line = String::new();
         while !line.contains("\"return\"") {
             line.clear();
-            let count = self.control.read_line(&mut line).expect("QEMU's protocol");
+            let count = self.control.read_line(&mut line).expect("QEMU responds");
             assert!(count > 0 && !line.contains("\"error\""), "{name}: {line}");
         }
     }
@@ -200,7 +200,7 @@ fn listen() -> (TcpListener, String) {
     (listener, format!("tcp:{address}"))
 }
 
-/// Accepts a connection of QEMU.
+/// Accepts a connection from QEMU.
 fn accept(listener: &TcpListener, process: &mut Child) -> TcpStream {
     listener.set_nonblocking(true).expect("a socket");
     let start = Instant::now();

@@ -55,10 +55,10 @@ fn all_targets_match_host_fit_bit_for_bit() {
                 continue;
             }
             let output = Binary::new(target, MathLibrary::Libm, fit.name).run();
-            let found = output.numbers("parameters");
+            let actual = output.numbers("parameters");
             let bits = |list: &[f32]| list.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
             assert_eq!(
-                bits(&found),
+                bits(&actual),
                 bits(&expected),
                 "{} on {}",
                 fit.name,
@@ -82,10 +82,10 @@ fn board_matches_host_fit_with_missing_readings() {
             .unwrap()
             .values;
         let output = Binary::new(TARGETS[0], MathLibrary::Libm, name).run();
-        let found = output.numbers("parameters");
+        let actual = output.numbers("parameters");
         let bits = |list: &[f32]| list.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-        assert_eq!(bits(&found), bits(&expected), "{name}");
-        assert_ne!(bits(&found), bits(&fit_on_host(&recipe)), "{name}");
+        assert_eq!(bits(&actual), bits(&expected), "{name}");
+        assert_ne!(bits(&actual), bits(&fit_on_host(&recipe)), "{name}");
     }
 }
 

@@ -10,9 +10,9 @@ const NEURAL: &[u8] = include_bytes!("../../trainer/recipes/neural-n8.recipe");
 const LINEAR: &[u8] = include_bytes!("../../trainer/recipes/linear-n8.recipe");
 
 /// Fits readings and returns the residual.
-fn fit(recipe: &Recipe<'_>, measured: &[[f32; 3]]) -> Residual {
-    let mut measured = measured.iter();
-    let outcome = scan(recipe, &mut |_| *measured.next().unwrap()).unwrap();
+fn fit(recipe: &Recipe<'_>, readings: &[[f32; 3]]) -> Residual {
+    let mut readings = readings.iter();
+    let outcome = scan(recipe, &mut |_| *readings.next().unwrap()).unwrap();
     outcome.residual
 }
 
@@ -31,17 +31,17 @@ fn tally(recipe: &[u8]) -> Tally {
     let mut tally = Tally::default();
     for index in 0..100 {
         let material = Procedural::new(index, 0xFEED);
-        let at: Vec<_> = recipe.pattern().map(HalfDifference::from_angles).collect();
-        let mut measured = vec![[0.0; 3]; at.len()];
-        material.brdf_batch(&at, &mut measured);
-        let correct = fit(&recipe, &measured);
-        for outlier in 0..measured.len() {
-            let mut measured = measured.clone();
-            measured[outlier] = measured[outlier].map(|value| 10.0 * value);
-            let residual = fit(&recipe, &measured);
+        let directions: Vec<_> = recipe.pattern().map(HalfDifference::from_angles).collect();
+        let mut readings = vec![[0.0; 3]; directions.len()];
+        material.brdf_batch(&directions, &mut readings);
+        let correct_residual = fit(&recipe, &readings);
+        for outlier in 0..readings.len() {
+            let mut readings = readings.clone();
+            readings[outlier] = readings[outlier].map(|value| 10.0 * value);
+            let residual = fit(&recipe, &readings);
             tally.outliers += 1;
-            tally.raised += usize::from(residual.mean > correct.mean);
-            tally.doubled += usize::from(residual.mean > 2.0 * correct.mean);
+            tally.raised += usize::from(residual.mean > correct_residual.mean);
+            tally.doubled += usize::from(residual.mean > 2.0 * correct_residual.mean);
             tally.worst += usize::from(usize::from(residual.worst_index) == outlier);
         }
     }

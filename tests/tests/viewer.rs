@@ -102,20 +102,24 @@ fn recipes() -> Vec<PathBuf> {
     let folders = ["", "completed", "masked"].map(|name| folder.join(name));
     let files = folders.into_iter().flat_map(files);
     files
-        .filter(|path| path.extension().is_some_and(|ending| ending == "recipe"))
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|extension| extension == "recipe")
+        })
         .collect()
 }
 
-fn assert_close(found: &[f32], expected: &[f32], what: &str) {
-    assert_eq!(found.len(), expected.len(), "{what}");
+/// Checks numbers with the tolerance. `name` names them in errors.
+fn assert_close(actual: &[f32], expected: &[f32], name: &str) {
+    assert_eq!(actual.len(), expected.len(), "{name}");
     let largest = expected
         .iter()
         .fold(0.0_f32, |largest, x| largest.max(x.abs()));
-    for (found, expected) in found.iter().zip(expected) {
-        let error = (found - expected).abs();
+    for (actual, expected) in actual.iter().zip(expected) {
+        let error = (actual - expected).abs();
         assert!(
             error <= TOLERANCE * largest,
-            "{what}: {found}, but {expected} on the host"
+            "{name}: {actual}, but {expected} on the host"
         );
     }
 }
@@ -205,12 +209,12 @@ fn fits_and_pictures_match_core_on_host() {
         let expected = (0..90).map(lobe).collect::<Vec<_>>().concat();
         core.numbers(expected.len());
         assert_eq!(core.call::<_, u32>("lobe", (0.7_f32, 90_u32)), 90);
-        let found = core.numbers(expected.len());
+        let actual = core.numbers(expected.len());
         // Angles are rounded differently, which matters in a steep lobe.
-        for (found, expected) in found.iter().zip(&expected) {
+        for (actual, expected) in actual.iter().zip(&expected) {
             assert!(
-                (found - expected).abs() <= 1e-3 * expected.abs().max(1e-3),
-                "{name}: {found} {expected}"
+                (actual - expected).abs() <= 1e-3 * expected.abs().max(1e-3),
+                "{name}: {actual}, but {expected} on the host"
             );
         }
     }
@@ -227,10 +231,10 @@ fn table_is_evaluated_and_rendered() {
     for angles in &directions {
         let brdf = material.brdf(*angles);
         let at = HalfDifference::from_angles(*angles);
-        let found = basis
+        let tabulated = basis
             .brdf(CHANNEL_COEFFICIENTS, &at)
             .expect("directions above the horizon");
-        let error = cosine_weighted_log_error(brdf, found, at.cos_theta_i(), 1.0);
+        let error = cosine_weighted_log_error(brdf, tabulated, at.cos_theta_i(), 1.0);
         expected += f64::from(error.error.value()) / 1_500.0;
         reference.extend([angles.theta_h, angles.theta_d, angles.phi_d]);
         reference.extend(brdf);

@@ -21,7 +21,7 @@ pub fn variables() -> impl Strategy<Value = Variables> {
     let logarithms = prop::array::uniform3(-8.0..3.0f64);
     (angles, logarithms)
         .prop_map(|((theta_h, theta_d, phi_d), logarithms)| {
-            // Computed here, because core implements `Scalar` for f64 with the feature libm only.
+            // Computed here, because core implements `Scalar` for f64 only with the feature libm.
             let ((hx, hz), (sin_d, dz)) = (theta_h.sin_cos(), theta_d.sin_cos());
             let (sin_phi, cos_phi) = phi_d.sin_cos();
             let [red, green, blue] = logarithms.map(f64::exp);
@@ -89,6 +89,7 @@ pub fn neural() -> impl Strategy<Value = Vec<f64>> {
         let mut network: NeuralParameters<f64> = parameters(list, 0.0);
         let scales = [0.8, 0.3, 0.4, 0.3, 0.4, 0.4];
         scale_layers(&mut network, scales);
+        // The last three parameters are the output biases.
         network[672..].iter_mut().for_each(|bias| *bias += 0.4);
         network.to_vec()
     })
@@ -101,13 +102,13 @@ fn near_edge_of_lobe(variables: Variables) -> bool {
 }
 
 /// Returns true near grazing angles. Cook-Torrance divides by cos theta_i cos theta_o and by cos theta_d. If one of
-/// them is below a hundred steps of a difference, the function is too curved for it.
+/// these cosines is below a hundred difference steps, the function is too curved for central differences.
 fn near_grazing(variables: Variables) -> bool {
     let [cos_theta_i, cos_theta_o] = cosines(variables);
     cos_theta_i.min(cos_theta_o).min(variables[4]) < 0.01
 }
 
-/// Returns true if the model is too steep there for differences along a sample's coordinates.
+/// Returns true if the model is too steep at these variables for central differences along them.
 pub fn is_too_steep(model: ModelKind, variables: Variables) -> bool {
     match model {
         ModelKind::Phong => near_edge_of_lobe(variables),
@@ -122,8 +123,8 @@ pub fn mirror_cosine(variables: Variables) -> f64 {
     // Rotating (dx, dy, dz) about y by theta_h gives w_i; w_o = 2 <h, w_i> h - w_i.
     let incoming = [hz * dx + hx * dz, dy, hz * dz - hx * dx];
     let half = [hx, 0.0, hz];
-    let along: f64 = (0..3).map(|i| half[i] * incoming[i]).sum();
-    let outgoing: [f64; 3] = std::array::from_fn(|i| 2.0 * along * half[i] - incoming[i]);
+    let cosine: f64 = (0..3).map(|i| half[i] * incoming[i]).sum();
+    let outgoing: [f64; 3] = std::array::from_fn(|i| 2.0 * cosine * half[i] - incoming[i]);
     let mirror = [-incoming[0], -incoming[1], incoming[2]];
     (0..3).map(|i| outgoing[i] * mirror[i]).sum()
 }

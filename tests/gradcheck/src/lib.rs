@@ -146,7 +146,7 @@ impl Differences {
     /// function rounds worse than assumed.
     pub fn compare(
         &mut self,
-        what: &str,
+        variable: &str,
         slope: f64,
         scale: f64,
         function: impl Fn(f64) -> Traced,
@@ -169,7 +169,7 @@ impl Differences {
                 return Ok(());
             }
             return Err(format!(
-                "along {what}: the slope is {slope:e}, but the central difference is {difference:e}; \
+                "along {variable}: the slope is {slope:e}, but the central difference is {difference:e}; \
                  the relative error is {error:e} with a scale of {scale:e}"
             ));
         }
@@ -188,7 +188,7 @@ impl Differences {
     ///
     /// # Panics
     /// If fewer than `min_nonzero` nonzero slopes were compared, or more than 5 % were discarded.
-    pub fn conclude(&self, what: &str, min_nonzero: usize) {
+    pub fn conclude(&self, name: &str, min_nonzero: usize) {
         let Self {
             compared,
             nonzero,
@@ -197,13 +197,16 @@ impl Differences {
             ..
         } = self;
         println!(
-            "{what}: {compared} compared ({nonzero} nonzero), {discarded} discarded, largest error \
+            "{name}: {compared} compared ({nonzero} nonzero), {discarded} discarded, largest error \
              {max_error:.1e}"
         );
-        assert!(*nonzero >= min_nonzero, "{what}: only {nonzero} compared");
+        assert!(
+            *nonzero >= min_nonzero,
+            "{name}: {nonzero} nonzero slopes compared, fewer than {min_nonzero}"
+        );
         assert!(
             20 * discarded <= compared + discarded,
-            "{what}: {discarded} of {} discarded",
+            "{name}: {discarded} of {} discarded",
             compared + discarded
         );
     }

@@ -96,7 +96,7 @@ impl SpareTimer {
     }
 }
 
-/// QEMU skips the time in which the core sleeps, so a minute of its time passes within seconds. The test stops QEMU to
+/// QEMU skips the time in which the processor sleeps, so a minute of its time passes within seconds. The test stops QEMU to
 /// count the requests, and reads QEMU's time from a timer that the firmware does not use.
 #[test]
 fn requests_repeat_every_100_ms_by_spare_timer() {

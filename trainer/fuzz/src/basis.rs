@@ -24,20 +24,20 @@ pub fn check(input: &[u8]) {
     let mut bytes = valid_basis();
     damage.apply(&mut bytes);
     let folder = Folder::new();
-    let path = folder.write("felt.basis", &bytes);
+    let path = folder.write("input.basis", &bytes);
     // With the right checksum, because the reader rejects a wrong one before it parses the file.
     let basis = match Basis::read(&path, Basis::checksum(&bytes)) {
         Ok(basis) => basis,
-        Err(error) => return check_rejection(&error, "felt.basis"),
+        Err(error) => return check_rejection(&error, "input.basis"),
     };
     assert_eq!(basis.to_bytes(), bytes);
     let reconstruction = basis
         .reconstruct_values(&[0.5; 3])
         .expect("one component for three channels");
-    for at in ANGLES {
-        let _ = reconstruction.brdf(&at, 0.5);
-        let _ = reconstruction.brdf_with_derivative(&at);
-        let tabulated = basis.look_up(glimpse_materials::basis::angles_to_f64(&at));
+    for angles in ANGLES {
+        let _ = reconstruction.brdf(&angles, 0.5);
+        let _ = reconstruction.brdf_with_derivative(&angles);
+        let tabulated = basis.look_up(glimpse_materials::basis::angles_to_f64(&angles));
         assert!(tabulated.mean[0].is_finite());
     }
 }

@@ -1,4 +1,4 @@
-//! Check of device reports as JSON: the reader rejects a report, or the report matches the recipe.
+//! Check of device reports in JSON: the reader rejects a report, or the report matches the recipe.
 //!
 //! The word `CHECKSUM` in an input is replaced by the recipe's checksum, which a fuzzer cannot guess.
 
@@ -23,8 +23,8 @@ pub fn check(bytes: &[u8]) {
     assert_eq!(report.model, recipe.model().name());
     assert!(report.values.iter().all(|value| value.is_finite()));
     match report.fit(&path, &recipe) {
-        Ok((measured, fit)) => {
-            assert_eq!(measured.samples.len(), recipe.samples());
+        Ok((measurements, fit)) => {
+            assert_eq!(measurements.samples.len(), recipe.samples());
             assert_eq!(fit.statuses.len(), recipe.samples());
         }
         Err(error) => check_rejection(&error, NAME),

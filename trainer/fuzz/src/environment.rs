@@ -12,8 +12,8 @@ const MAX_PIXELS: usize = 1 << 25;
 pub fn check(bytes: &[u8]) {
     let folder = Folder::new();
     let name = match bytes.starts_with(b"#?") {
-        true => "felt.hdr",
-        false => "felt.exr",
+        true => "input.hdr",
+        false => "input.exr",
     };
     let path = folder.write(name, bytes);
     match Image::read_panorama(&path) {

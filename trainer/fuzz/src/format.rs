@@ -5,12 +5,12 @@ use glimpse_materials::{Format, Source};
 use crate::{Folder, check_rejection};
 
 const NAMES: [&str; 6] = [
-    "felt.binary",
-    "felt.bsdf",
-    "felt",
-    "felt.txt",
-    "felt_fc1.npy",
-    "felt.json",
+    "input.binary",
+    "input.bsdf",
+    "input",
+    "input.txt",
+    "input_fc1.npy",
+    "input.json",
 ];
 
 /// Checks one input.

@@ -89,11 +89,11 @@ const fn angles(theta_h: f32, theta_d: f32, phi_d: f32) -> Angles<f32> {
 
 /// Checks that a material's BRDF is finite and not negative, and that its derivatives are not NaN.
 pub fn check_material(material: &dyn Material) {
-    for at in ANGLES {
-        let brdf = material.brdf(at);
+    for angles in ANGLES {
+        let brdf = material.brdf(angles);
         let is_brdf = |value: &f32| value.is_finite() && *value >= 0.0;
-        assert!(brdf.iter().all(is_brdf), "{brdf:?} at {at:?}");
-        let (brdf, derivative) = material.brdf_with_derivative(at);
+        assert!(brdf.iter().all(is_brdf), "{brdf:?} at {angles:?}");
+        let (brdf, derivative) = material.brdf_with_derivative(angles);
         assert!(brdf.iter().all(|value| value.is_finite()), "{brdf:?}");
         let derivative = derivative.as_flattened();
         assert!(

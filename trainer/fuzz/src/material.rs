@@ -23,9 +23,9 @@ pub fn check(bytes: &[u8]) {
             .iter()
             .all(|value| value.is_finite())
     );
-    for at in ANGLES {
-        material.brdf(at);
-        material.brdf_with_derivative(at);
+    for angles in ANGLES {
+        material.brdf(angles);
+        material.brdf_with_derivative(angles);
     }
     let no_metadata = BTreeMap::<&str, &str>::new();
     let text = material.to_json(None, no_metadata).expect("valid JSON");

@@ -1,4 +1,6 @@
 //! Check of a neural BRDF's six arrays, five of them valid: the reader rejects a network, or reproduces its bits.
+//!
+//! An input contains a byte that selects an array, modulo 6, then the bytes of that array's file.
 
 use std::sync::LazyLock;
 
@@ -7,7 +9,7 @@ use glimpse_materials::{Material, NeuralBrdf, Source, to_nbrdf};
 
 use crate::{ANGLES, Folder, check_rejection};
 
-static VALID: LazyLock<[(String, Vec<u8>); 6]> =
+static VALID_ARRAYS: LazyLock<[(String, Vec<u8>); 6]> =
     LazyLock::new(|| to_nbrdf(&NeuralParameters::filled(0.1)));
 
 /// Checks one input.
@@ -16,25 +18,25 @@ pub fn check(input: &[u8]) {
         return;
     };
     let folder = Folder::new();
-    for (index, (ending, valid)) in VALID.iter().enumerate() {
+    for (index, (suffix, valid_bytes)) in VALID_ARRAYS.iter().enumerate() {
         let bytes = match usize::from(*array_index) % 6 == index {
             true => bytes,
-            false => &valid[..],
+            false => &valid_bytes[..],
         };
-        folder.write(&format!("felt{ending}"), bytes);
+        folder.write(&format!("input{suffix}"), bytes);
     }
-    let path = folder.path().join("felt_b2.npy");
+    let path = folder.path().join("input_b2.npy");
     let network = match NeuralBrdf::read(&path) {
         Ok(network) => network,
-        Err(error) => return check_rejection(&error, "felt_"),
+        Err(error) => return check_rejection(&error, "input_"),
     };
     assert!(network.parameters().iter().all(|weight| weight.is_finite()));
-    for at in ANGLES {
-        network.brdf(at);
-        network.brdf_with_derivative(at);
+    for angles in ANGLES {
+        network.brdf(angles);
+        network.brdf_with_derivative(angles);
     }
-    for (ending, bytes) in to_nbrdf(network.parameters()) {
-        folder.write(&format!("felt{ending}"), &bytes);
+    for (suffix, bytes) in to_nbrdf(network.parameters()) {
+        folder.write(&format!("input{suffix}"), &bytes);
     }
     let reread = NeuralBrdf::read(&path).expect("a written file is valid");
     let bits = |network: &NeuralBrdf| -> Vec<u32> {

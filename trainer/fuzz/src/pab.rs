@@ -11,16 +11,16 @@ use crate::{ANGLES, Folder, check_rejection};
 pub fn check(bytes: &[u8]) {
     let folder = Folder::new();
     for (index, text) in bytes.split(|byte| *byte == 0).take(8).enumerate() {
-        folder.write(&format!("felt_in{index}.txt"), text);
+        folder.write(&format!("input_in{index}.txt"), text);
     }
-    match PabSet::read(&folder.path().join("felt_in0.txt")) {
+    match PabSet::read(&folder.path().join("input_in0.txt")) {
         Ok(set) => {
-            let at = ANGLES.map(HalfDifference::from_angles);
+            let directions = ANGLES.map(HalfDifference::from_angles);
             let mut brdf = [[0.0; 3]; ANGLES.len()];
-            set.evaluate(&at, &mut brdf);
+            set.evaluate(&directions, &mut brdf);
             let is_brdf = |value: &f32| value.is_finite() && *value >= 0.0;
             assert!(brdf.as_flattened().iter().all(is_brdf), "{brdf:?}");
         }
-        Err(error) => check_rejection(&error, "felt_in"),
+        Err(error) => check_rejection(&error, "input_in"),
     }
 }

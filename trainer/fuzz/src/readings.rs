@@ -7,7 +7,7 @@ use glimpse_trainer::measurement::{
     AngleTable, CountCalibration, Measurements, ReadingQuantity, TableError, WhiteReference,
 };
 
-const NAME: &str = "felt.csv";
+const NAME: &str = "input.csv";
 /// Tolerance of directions in radians.
 const TOLERANCE: f64 = 0.02;
 
@@ -34,7 +34,7 @@ pub fn check(bytes: &[u8]) {
 
     let values = [Quantity::Brdf, Quantity::BrdfTimesCosThetaO].map(ReadingQuantity::Values);
     for meaning in values {
-        check_measured(
+        check_measurements(
             Measurements::read(&path, pattern, TOLERANCE, &meaning),
             pattern,
         );
@@ -54,30 +54,30 @@ pub fn check(bytes: &[u8]) {
             saturation: Some(1e6),
             white,
         });
-        check_measured(
+        check_measurements(
             Measurements::read(&path, pattern, TOLERANCE, &counts),
             pattern,
         );
     }
 }
 
-fn check_measured(read: Result<Measurements, TableError>, pattern: &[Angles<f32>]) {
-    let measured = match read {
-        Ok(measured) => measured,
+fn check_measurements(read: Result<Measurements, TableError>, pattern: &[Angles<f32>]) {
+    let measurements = match read {
+        Ok(measurements) => measurements,
         Err(error) => return check_rejection(&error, NAME),
     };
-    assert_eq!(measured.samples.len(), pattern.len());
-    let counts = measured.samples.iter().map(Repeated::count);
+    assert_eq!(measurements.samples.len(), pattern.len());
+    let counts = measurements.samples.iter().map(Repeated::count);
     assert_eq!(
         counts.map(|count| count as usize).sum::<usize>(),
-        measured.rows
+        measurements.rows
     );
-    assert!(measured.rows > 0);
-    let means = measured.samples.iter().filter_map(Repeated::mean);
+    assert!(measurements.rows > 0);
+    let means = measurements.samples.iter().filter_map(Repeated::mean);
     for mean in means {
         assert!(mean.iter().all(|value| value.is_finite()), "{mean:?}");
     }
-    if let Some(furthest) = measured.max_distance {
+    if let Some(furthest) = measurements.max_distance {
         assert!(furthest.radians <= TOLERANCE);
     }
 }

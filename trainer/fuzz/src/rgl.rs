@@ -7,9 +7,9 @@ use crate::{Folder, check_material, check_rejection};
 /// Checks one input.
 pub fn check(bytes: &[u8]) {
     let folder = Folder::new();
-    let path = folder.write("felt_rgb.bsdf", bytes);
+    let path = folder.write("input_rgb.bsdf", bytes);
     match RglMeasurement::read(&path) {
         Ok(material) => check_material(&material),
-        Err(error) => check_rejection(&error, "felt_rgb.bsdf"),
+        Err(error) => check_rejection(&error, "input_rgb.bsdf"),
     }
 }

@@ -14,26 +14,27 @@ use crate::interruptible::run_interruptible;
 use crate::recipe::PyRecipe;
 use crate::sources::MaterialArgs;
 
-/// An error of reading or evaluating materials.
+/// An error from reading or evaluating materials.
 enum Failure {
     Source(SourceError),
-    Evaluator(EvaluationError),
+    Evaluation(EvaluationError),
 }
 
 /// Evaluates a recipe on materials, as `trainer evaluate` does. Each material is sampled at the recipe's directions
 /// and fitted, and the fit is compared with the whole material.
 ///
-/// Readings may be degraded. Only the `first` samples of the recipe are measured (default: all), and `lose` of them are
-/// removed at random (0). `noise` is the relative standard deviation, 0 to 1 (0). `additive` is the standard deviation
-/// as a share of a white surface, whose BRDF is 1/pi, 0 to 1 (0). `levels` is the number of levels of the sensor (0:
-/// not quantized). Random degradations are averaged over `seeds` seeds, 1 to 10,000 (5).
+/// Readings may be degraded. Only the `first` samples of the recipe are measured (default all), and `lose` of them are
+/// removed at random (default 0). `noise` is the relative standard deviation, 0 to 1 (default 0). `additive` is the
+/// standard deviation of additive noise as a share of the BRDF of a white surface, 1/pi, 0 to 1 (default 0). `levels`
+/// is the number of quantization levels of the sensor (default 0, for none). Random degradations are averaged over
+/// `seeds` seeds, 1 to 10,000 (default 5).
 ///
 /// Returns a dict of means over the materials: loss (see `loss`); dssim, l2, psnr and delta_e (mean CIEDE2000 over the
 /// sphere's disc) of a rendered sphere of 128 x 128 pixels; loss_standard_error; and loss_spread, the standard
 /// deviation over seeds. Its entry `materials` is a list of dicts of name, loss, dssim, l2, psnr, delta_e and
-/// predicted_loss. `trained_on` lists the materials that are training materials of the recipe, and
-/// `namesakes_trained_on` those that share only the name with one. Their losses are not estimates for unseen materials.
-/// Both are None if the recipe does not list its training materials.
+/// predicted_loss. Its entry `trained_on` lists the materials that are training materials of the recipe.
+/// `namesakes_trained_on` lists the materials that have only the name of a training material. The losses of both are
+/// not estimates for unseen materials. Both entries are None if the recipe does not list its training materials.
 #[pyfunction]
 #[pyo3(signature = (
     recipe, materials, *, first = None, lose = 0, noise = 0.0, additive = 0.0, levels = 0, seeds = 5, seed = 0,
@@ -85,44 +86,46 @@ pub(crate) fn evaluate<'py>(
         |stop| {
             let (materials, _) = materials.load(&sources).map_err(Failure::Source)?;
             if stop.load(Ordering::Relaxed) {
-                return Err(Failure::Evaluator(EvaluationError::Stopped));
+                return Err(Failure::Evaluation(EvaluationError::Stopped));
             }
             let report = Evaluator::new(&materials)
                 .evaluate_with_progress(&method, seed, seeds, &|| {}, stop)
-                .map_err(Failure::Evaluator)?;
-            let known = trained_on.as_ref().map(|trained_on| {
-                let known = materials
+                .map_err(Failure::Evaluation)?;
+            let overlaps = trained_on.as_ref().map(|trained_on| {
+                let overlaps = materials
                     .iter()
                     .map(|material| trained_on.overlap(&**material));
-                known.collect()
+                overlaps.collect()
             });
-            Ok((report, known))
+            Ok((report, overlaps))
         },
     )?;
-    let (report, known) = result.map_err(|failure| match failure {
+    let (report, overlaps) = result.map_err(|failure| match failure {
         Failure::Source(error) => to_exception(error),
-        Failure::Evaluator(error) => to_exception(error),
+        Failure::Evaluation(error) => to_exception(error),
     })?;
-    let text = to_json(&report, known).map_err(|error| GlimpseError::new_err(error.to_string()))?;
+    let text =
+        to_json(&report, overlaps).map_err(|error| GlimpseError::new_err(error.to_string()))?;
     py.import("json")?.call_method1("loads", (text,))
 }
 
-/// Returns the report as JSON, with the names of training materials. `known` is None if the recipe does not list them.
+/// Returns the report as JSON, with the names of training materials. `overlaps` has an entry for each material. It is
+/// None if the recipe does not list its training materials.
 fn to_json(
     report: &Report,
-    known: Option<Vec<Option<TrainingOverlap>>>,
+    overlaps: Option<Vec<Option<TrainingOverlap>>>,
 ) -> serde_json::Result<String> {
     let mut value = serde_json::to_value(report)?;
     for (index, material) in report.materials.iter().enumerate() {
-        // The report omits it if no loss is predicted.
+        // The report omits a loss that is not predicted.
         value["materials"][index]["predicted_loss"] = json!(material.predicted_loss);
     }
     let names = |kind: TrainingOverlap| -> Value {
-        let Some(known) = &known else {
+        let Some(overlaps) = &overlaps else {
             return Value::Null;
         };
-        let all = known.iter().zip(&report.materials);
-        let of_kind = all.filter(|(known, _)| **known == Some(kind));
+        let all = overlaps.iter().zip(&report.materials);
+        let of_kind = all.filter(|(overlap, _)| **overlap == Some(kind));
         of_kind.map(|(_, material)| material.name.clone()).collect()
     };
     value["trained_on"] = names(TrainingOverlap::SameBrdf);

@@ -89,12 +89,12 @@ impl PyMaterial {
                 }
                 return;
             }
-            let at: Vec<_> = above
+            let directions: Vec<_> = above
                 .iter()
                 .map(|(_, angles)| HalfDifference::from_angles(*angles))
                 .collect();
-            let mut brdf = vec![[0.0; 3]; at.len()];
-            self.material.brdf_batch(&at, &mut brdf);
+            let mut brdf = vec![[0.0; 3]; directions.len()];
+            self.material.brdf_batch(&directions, &mut brdf);
             for ((index, _), brdf) in above.into_iter().zip(brdf) {
                 values[index] = brdf;
             }
@@ -187,9 +187,9 @@ impl PyMaterial {
     /// Writes the material in another program's format: "merl" (NAME.binary), "rgl" (NAME.bsdf, for Mitsuba 3's
     /// `measured`), "nbrdf" (NAME_fc1.npy and five more) or "pab" (NAME_in00.txt and more, for Radiance).
     ///
-    /// The format follows from the file's ending unless `format` is given. For "nbrdf", a network is fitted to a
-    /// material that is not a network, which takes some seconds; `seed` is the seed of that fit (0). If a file exists
-    /// with other contents, FileExistsError is raised, unless `overwrite`.
+    /// The ending of the file's name determines the format, unless `format` is given. For "nbrdf", a network is fitted
+    /// to a material that is not a network, which takes some seconds; `seed` is the seed of that fit (default 0).
+    /// Raises FileExistsError if a file exists with other contents, unless `overwrite` is True.
     #[pyo3(signature = (path, format = None, *, seed = 0, overwrite = false))]
     pub(crate) fn save(
         &self,
@@ -205,18 +205,18 @@ impl PyMaterial {
         let format = match (format, format_from_extension(&path)) {
             (Some(format), None) => format,
             (None, Some(format)) => format,
-            (Some(format), Some(by_ending)) if format == by_ending => format,
-            (Some(format), Some(by_ending)) => {
+            (Some(format), Some(format_of_ending)) if format == format_of_ending => format,
+            (Some(format), Some(format_of_ending)) => {
                 return reject(format!(
                     "{} has the ending of the format {}, but format is {}: change the ending, or omit format",
                     path.display(),
-                    by_ending.name(),
+                    format_of_ending.name(),
                     format.name()
                 ));
             }
             (None, None) => {
                 return reject(format!(
-                    "{} has an ending of no known format: use .binary, .bsdf or _fc1.npy (or .json for a fit), \
+                    "{} does not have the ending of a format: use .binary, .bsdf or _fc1.npy (or .json for a fit), \
                      or pass format",
                     path.display()
                 ));
@@ -331,7 +331,7 @@ pub(crate) fn parse_source(argument: &Bound<'_, PyAny>) -> PyResult<Source> {
 /// incoming and outgoing, float64 of shape (n, 2, 3).
 ///
 /// They are the nodes of MERL's table that are above the horizon: theta_h at pi/2 (k/90)^2, theta_d and phi_d at whole
-/// degrees, phi_d over half a turn. A table therefore represents isotropic, reciprocal materials only. It smooths
+/// degrees, phi_d over half a turn. A table therefore represents only isotropic, reciprocal materials. It smooths
 /// highlights narrower than a tenth of a degree, and details within a degree of theta_d or phi_d. Within two degrees of
 /// the horizon, it uses the nearest nodes.
 #[pyfunction]
@@ -431,7 +431,7 @@ impl Material for Shared {
     fn network(&self) -> Option<NeuralParameters<f32>> {
         self.0.network()
     }
-    fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        self.0.brdf_batch(at, brdf);
+    fn brdf_batch(&self, directions: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        self.0.brdf_batch(directions, brdf);
     }
 }

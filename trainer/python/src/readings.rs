@@ -132,7 +132,7 @@ impl ReadingArgs<'_, '_> {
     }
 
     fn white(&self, white: &Bound<'_, PyAny>, samples: usize) -> PyResult<WhiteReference> {
-        let (Some(at), Some(footprint)) = (self.white_directions, self.footprint) else {
+        let (Some(directions), Some(footprint)) = (self.white_directions, self.footprint) else {
             if self.white_directions.is_some() || self.footprint.is_some() {
                 return reject(
                     "white_directions and footprint describe a white reference that was read once: pass both",
@@ -151,13 +151,12 @@ impl ReadingArgs<'_, '_> {
             ));
         };
         let footprint = choose("footprint", footprint, &FOOTPRINTS)?;
-        match &Pairs::from_arrays(at, None)? {
+        match &Pairs::from_arrays(directions, None)? {
             Pairs { pairs, shape } if shape.is_empty() => {
                 let [incoming, outgoing] = pairs[0].map(|vector| vector.map(|entry| entry as f32));
-                let at = Directions { incoming, outgoing };
                 Ok(WhiteReference::Single(
                     channels(white, "white")?,
-                    at,
+                    Directions { incoming, outgoing },
                     footprint,
                 ))
             }

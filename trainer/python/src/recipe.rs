@@ -22,7 +22,7 @@ use crate::plan::{MachineArgs, PyPlan};
 /// Bytes of a recipe, and of its basis.
 type RecipeBytes<'py> = (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>);
 
-/// A recipe: the directions to measure, and the method that fits the readings. `train` makes one.
+/// A recipe: the directions to measure, and the method that fits the readings. `train` returns a recipe.
 ///
 /// Recipe(data, basis=None) takes the bytes of a recipe's file. The model linear also needs the bytes of its basis.
 /// Recipes are equal if their bytes are. They can be copied and pickled. len() is the number of samples.
@@ -46,7 +46,7 @@ impl PyRecipe {
             (None, None) => None,
             (None, Some(_)) => {
                 return reject(
-                    "basis has no effect: the recipe is not of the model linear; omit basis",
+                    "basis has no effect, because the recipe's model is not linear: omit basis",
                 );
             }
             (Some(_), None) => {
@@ -88,8 +88,8 @@ impl PyRecipe {
         })
     }
 
-    /// Writes the recipe. For the model linear, also writes its basis next to it, NAME.basis. If a file exists with
-    /// other contents, FileExistsError is raised, unless `overwrite`.
+    /// Writes the recipe. For the model linear, also writes its basis next to it, NAME.basis. Raises FileExistsError if
+    /// a file exists with other contents, unless `overwrite` is True.
     #[pyo3(signature = (path, *, overwrite = false))]
     fn save(&self, py: Python<'_>, path: PathBuf, overwrite: bool) -> PyResult<()> {
         let mut files = Vec::new();
@@ -208,9 +208,9 @@ impl PyRecipe {
         Ok(Some(dict))
     }
 
-    /// The noise that the recipe was trained for: a dict of relative (standard deviation relative to the reading),
-    /// additive_per_steradian (standard deviation of the BRDF, sr^-1) and levels (of the sensor; 0: not quantized); or
-    /// None.
+    /// The noise that the recipe was trained for, or None: a dict of relative (the standard deviation relative to the
+    /// reading), additive_per_steradian (the standard deviation of the BRDF, sr^-1) and levels (the number of
+    /// quantization levels of the sensor, 0 for none).
     #[getter]
     fn noise<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(noise) = self.file.metadata().noise else {
@@ -239,9 +239,10 @@ impl PyRecipe {
         Ok(Some(dict))
     }
 
-    /// The training in machine-readable form: a dict of schedule, effort, parts, split (the validation materials of the
-    /// expected loss), digest (of all options, hexadecimal) and sources; or None. Its entry `sources` is a list of
-    /// dicts of label, origin, materials (their number) and share (of training tasks).
+    /// The training in machine-readable form, or None: a dict of schedule, effort, parts (the trained parts of the
+    /// recipe), split (the validation materials of the expected loss), digest (of all options, hexadecimal) and
+    /// sources. Its entry `sources` is a list of dicts of label, origin, materials (their number) and share (of
+    /// training tasks).
     #[getter]
     fn training<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let Some(training) = self.file.metadata().training else {
@@ -277,17 +278,18 @@ impl PyRecipe {
 
     /// Plans a scan as `trainer plan` does: the order of the samples, and the positions and times of a machine's arms.
     ///
-    /// `order` is "travel" (the least time) or "progressive" (the recipe's order). A recipe that tolerates missing
-    /// readings has its most informative samples first. `speed_degrees_per_second` is one number, or four for the axes
-    /// theta_i, phi_i, theta_o, phi_o (10). An azimuth axis of speed 0 does not exist. `settle_seconds` is the time
-    /// spent at each sample (0.5). `start_degrees` is the initial position of the axes (0, 0, 0, 0).
+    /// `order` is "travel" (the least time, default) or "progressive" (the recipe's order). A recipe that tolerates
+    /// missing readings has its most informative samples first. `speed_degrees_per_second` is one number, or four for
+    /// the axes theta_i, phi_i, theta_o, phi_o (default 10). Speed 0 means that the machine lacks that azimuth axis.
+    /// `settle_seconds` is the time spent at each sample (default 0.5). `start_degrees` is the initial position of the
+    /// axes (default 0, 0, 0, 0).
     ///
     /// With `swap`, light and sensor may be exchanged, which assumes reciprocal materials. With `isotropic`, only the
     /// difference of the azimuths is kept, because rotating both arms together does not change the readings of an
     /// isotropic sample. Without `full_turns`, azimuths stay within -180 to 180 degrees. Limits of the machine default
-    /// to the recipe's. With more than 16 samples, the search is random and depends on `seed` (0).
+    /// to the recipe's. With more than 16 samples, the search is random and depends on `seed` (default 0).
     ///
-    /// Raises GlimpseError, which names every sample out of reach.
+    /// Raises GlimpseError if samples are out of reach. The message lists them.
     #[pyo3(signature = (
         order = "travel", *, speed_degrees_per_second = None, settle_seconds = 0.5,
         start_degrees = [0.0; 4], swap = false, isotropic = true, full_turns = true,
@@ -329,19 +331,20 @@ impl PyRecipe {
     /// `readings` is an array (n, 3): one row for each sample in the recipe's order, with NaN for a missing reading (if
     /// the recipe `tolerates_missing`). With `directions` (m, 2, 3), it is an array (m, 3) of readings in any order;
     /// samples may be repeated or missing. Each reading is assigned to the nearest sample, which must be within
-    /// `tolerance_degrees` (0.5) in every angle. Repeated readings are averaged.
+    /// `tolerance_degrees` (default 0.5) in every angle. Repeated readings are averaged. `saturated` has one boolean for
+    /// each reading, True if the sensor was saturated.
     ///
     /// `quantity` is "brdf" (default; sr^-1, linear RGB), "brdf-cos-i" or "brdf-cos-o" (the BRDF times the cosine of
     /// theta_i or theta_o), or "reflectance-factor" (the BRDF times pi).
     ///
-    /// With `white`, the readings are counts, relative to those of a white reference. `white` is an array (n, 3) at the
-    /// recipe's samples. Or it is three numbers that were read once, at `white_directions` (2, 3), and `footprint`
-    /// names the larger spot, "light" or "sensor". `dark` is the counts without light (0), `white_reflectance` the
-    /// reflectance of the reference (0.99), and `saturation` the count at which the sensor saturates. `saturated` marks
-    /// saturated readings, one boolean for each.
+    /// With `white`, the readings are counts of the sensor, and `white` holds the counts of a white reference. If they
+    /// were read at the recipe's samples, `white` is an array (n, 3). If they were read once, `white` is three numbers,
+    /// `white_directions` (2, 3) is the pair of directions, and `footprint` is the larger spot, "light" or "sensor".
+    /// `dark` is the number of counts without light (default 0). `white_reflectance` is the reflectance of the
+    /// reference (default 0.99). `saturation` is the count at which the sensor saturates.
     ///
     /// A recipe that tolerates missing readings excludes saturated readings and outliers from the fit, unless
-    /// `keep_all`.
+    /// `keep_all` is True.
     #[pyo3(signature = (
         readings, directions = None, *, quantity = None, name = "fitted", tolerance_degrees = None,
         saturated = None, white = None, white_directions = None, footprint = None, dark = None,

@@ -54,7 +54,7 @@ def test_shapes_layouts_and_types():
 
 
 @pytest.mark.parametrize(
-    "arguments, named",
+    "arguments, expected_names",
     [
         ((np.zeros((4, 3)),), ["(..., 2, 3)"]),
         ((np.zeros((4, 2, 3)),), ["0", "(0, 0, 0)"]),
@@ -67,10 +67,10 @@ def test_shapes_layouts_and_types():
         ((None,), []),
     ],
 )
-def test_rejects_invalid_directions(arguments, named):
+def test_rejects_invalid_directions(arguments, expected_names):
     with pytest.raises(glimpse.GlimpseError) as error:
         glimpse.load_material("procedural:1")(*arguments)
-    assert_names(error.value, *named)
+    assert_names(error.value, *expected_names)
 
 
 def test_errors_match_commands(trainer, tmp_path):
@@ -138,11 +138,11 @@ def test_material_from_function(tmp_path):
 @pytest.mark.parametrize("value", [-1, -1e-9, -np.inf, np.inf])
 def test_error_names_direction_of_invalid_value(value):
     def function(incoming, outgoing):
-        # Red is wrong where the half vector is the normal and theta_d is 7 degrees.
-        wrong = np.isclose(incoming[:, 2], np.cos(np.radians(7))) & np.isclose(outgoing[:, 2], incoming[:, 2])
-        wrong &= np.isclose(np.linalg.norm((incoming + outgoing)[:, :2], axis=1), 0, atol=1e-9)
+        # Red is invalid where the half vector is the normal and theta_d is 7 degrees.
+        is_invalid = np.isclose(incoming[:, 2], np.cos(np.radians(7))) & np.isclose(outgoing[:, 2], incoming[:, 2])
+        is_invalid &= np.isclose(np.linalg.norm((incoming + outgoing)[:, :2], axis=1), 0, atol=1e-9)
         brdf = np.full((len(incoming), 3), 0.25)
-        brdf[wrong, 0] = value
+        brdf[is_invalid, 0] = value
         return brdf
 
     with pytest.raises(glimpse.GlimpseError) as error:

@@ -48,8 +48,8 @@ def test_copies_of_recipe_are_equal(recipe_path, tmp_path):
         assert other == recipe and hash(other) == hash(recipe)
         np.testing.assert_array_equal(other.fit(readings).parameters, fitted)
     recipe.save(tmp_path / "copy.recipe")
-    other = next(path for path in RECIPES.glob("*.recipe") if path.read_bytes() != recipe.to_bytes())
-    (tmp_path / "other.recipe").write_bytes(other.read_bytes())
+    other_path = next(path for path in RECIPES.glob("*.recipe") if path.read_bytes() != recipe.to_bytes())
+    (tmp_path / "other.recipe").write_bytes(other_path.read_bytes())
     with pytest.raises(FileExistsError):
         recipe.save(tmp_path / "other.recipe")
     recipe.save(tmp_path / "other.recipe", overwrite=True)
@@ -129,7 +129,7 @@ def test_rejects_invalid_plans(trainer):
     lines = str(error.value).split("\n")
     expected = trainer("plan", NEURAL, "--max-theta-o", "80", fails=True).split("\n")
     assert lines[:-1] == expected[:-1] and "swap=True" in lines[-1]
-    for options, named in [
+    for options, expected_names in [
         ({"order": "best"}, ["travel", "progressive"]),
         ({"speed_degrees_per_second": -1}, ["theta_i", "-1"]),
         ({"speed_degrees_per_second": [1, 2]}, ["speed_degrees_per_second"]),
@@ -139,11 +139,11 @@ def test_rejects_invalid_plans(trainer):
     ]:
         with pytest.raises(glimpse.GlimpseError) as error:
             recipe.plan(**options)
-        assert_names(error.value, *named)
+        assert_names(error.value, *expected_names)
 
 
 def fit_by_command(trainer, tmp_path, recipe_path, rows):
-    """Fits with the trainer: its JSON report, the fitted values, random directions, and the BRDF there."""
+    """Fits with the trainer. Returns its report, the fitted values, random directions, and the BRDF there."""
     write_csv(tmp_path / "m.csv", HEADER, np.asarray(rows, float).tolist())
     report = json.loads(trainer("fit", recipe_path, "--measurements", "m.csv", "--out", "out", "--json"))[0]
     pairs = directions(50, 9)
@@ -204,12 +204,12 @@ def test_fits_counts_with_white_reference():
     fitted = recipe.fit(brdf * gain + 96, white=white, dark=96, white_reflectance=0.9)
     np.testing.assert_allclose(fitted.parameters, expected, rtol=1e-3, atol=1e-3)
     # The white reference is read once. The light's spot is larger, so counts are proportional to cos(theta_i).
-    at = glimpse.directions_from_degrees(10, 0, 20, 180)
-    white_count = 0.99 / np.pi * 5000 * at[0, 2]
+    white_directions = glimpse.directions_from_degrees(10, 0, 20, 180)
+    white_count = 0.99 / np.pi * 5000 * white_directions[0, 2]
     counts = brdf * 5000 * recipe.directions[:, 0, 2:]
-    fitted = recipe.fit(counts, white=[white_count] * 3, white_directions=at, footprint="light")
+    fitted = recipe.fit(counts, white=[white_count] * 3, white_directions=white_directions, footprint="light")
     np.testing.assert_allclose(fitted.parameters, expected, rtol=1e-3, atol=1e-3)
-    for options, named in [
+    for options, expected_names in [
         ({"dark": 3}, ["dark", "white"]),
         ({"white": white, "quantity": "brdf"}, ["quantity", "white"]),
         ({"white": white[1:]}, ["white", "(8, 3)"]),
@@ -218,7 +218,7 @@ def test_fits_counts_with_white_reference():
     ]:
         with pytest.raises(glimpse.GlimpseError) as error:
             recipe.fit(counts, **options)
-        assert_names(error.value, *named)
+        assert_names(error.value, *expected_names)
 
 
 def test_outlier_is_reported_and_excluded(trained):
@@ -253,10 +253,10 @@ def test_rejects_invalid_readings(trainer, tmp_path):
     incomplete[3] = np.nan
     rows = np.concatenate([recipe.angles_degrees, incomplete], 1)
     write_csv(tmp_path / "m.csv", HEADER, rows.tolist())
-    error_of_command = trainer("fit", NEURAL, "--measurements", "m.csv", "--out", "out", fails=True)
+    command_error = trainer("fit", NEURAL, "--measurements", "m.csv", "--out", "out", fails=True)
     error = fit_error(incomplete)
     assert "sample 3" in error and "missing" in error and "--" not in error
-    assert "sample 3" in error_of_command and "--missing" in error_of_command
+    assert "sample 3" in command_error and "--missing" in command_error
     incomplete[3, 0] = 1
     assert_names(fit_error(incomplete), "3", "NaN")
     assert_names(fit_error(readings[:7]), "(8, 3)")
@@ -270,9 +270,9 @@ def test_rejects_invalid_readings(trainer, tmp_path):
     angles = recipe.angles_degrees.copy()
     angles[4, 0] += 2
     write_csv(tmp_path / "m.csv", HEADER, np.concatenate([angles, readings], 1).tolist())
-    error_of_command = trainer("fit", NEURAL, "--measurements", "m.csv", "--out", "out", fails=True)
+    command_error = trainer("fit", NEURAL, "--measurements", "m.csv", "--out", "out", fails=True)
     pairs = glimpse.directions_from_degrees(*angles.T)
-    assert_names(error_of_command, "m.csv", "6")
+    assert_names(command_error, "m.csv", "6")
     assert_names(fit_error(readings, pairs), "4")
     recipe.fit(readings, pairs, tolerance_degrees=3)
     assert_names(fit_error(readings, tolerance_degrees=3), "tolerance_degrees", "directions")

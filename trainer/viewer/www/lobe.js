@@ -1,16 +1,17 @@
 // Plot of the BRDF in the plane of incidence at the marked point, whose normal is z.
-const STEPS = 361;
-const MAX_DECADES = 6;
+const STEPS = 361; // outgoing angles of a curve
+const MAX_DECADES = 6; // of the logarithmic scale
+const MAX_LIT_ANGLE = 1.55; // maximum polar angle of the light in radians, just above the horizon
 const luminance = (rgb, i) => 0.2126 * rgb[i] + 0.7152 * rgb[i + 1] + 0.0722 * rgb[i + 2];
 const SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 const powerOfTen = (n) => "10" + (n < 0 ? "⁻" : "") + [...String(Math.abs(n))].map((digit) => SUPERSCRIPTS[digit]).join("");
 
 const thetaOf = (a) => Math.acos(Math.max(-1, Math.min(1, a[2])));
-// Returns the camera's angle in the plane of incidence, positive across the normal from the light.
+// Returns the camera's polar angle in the plot: negative on the light's side of the normal, positive on the other side.
 const cameraAngle = () => {
-  const towards = scene.camera[2];
-  const across = -(towards[0] * scene.light[0] + towards[1] * scene.light[1]);
-  return across < 0 ? -thetaOf(towards) : thetaOf(towards);
+  const direction = scene.camera[2];
+  const isOnLightSide = direction[0] * scene.light[0] + direction[1] * scene.light[1] > 0;
+  return isOnLightSide ? -thetaOf(direction) : thetaOf(direction);
 };
 // Moves the light to another angle from the marked point's normal, in the same plane.
 const setLightAngle = (theta) => {
@@ -20,27 +21,27 @@ const setLightAngle = (theta) => {
   scene.light = [Math.sin(theta) * x, Math.sin(theta) * y, Math.cos(theta)];
 };
 
-// Draws the plot; `curves` are {core, color, dash, width}.
+// Draws the plot. `curves` are {core, color, dash, width}. `scale` is "log", or "root" for the cube root of the BRDF.
 const drawLobe = (canvas, curves, scale) => {
   const ratio = Math.min(devicePixelRatio, 2), width = canvas.clientWidth, height = canvas.clientHeight;
   if (canvas.width !== Math.round(width * ratio)) [canvas.width, canvas.height] = [width * ratio, height * ratio].map(Math.round);
-  const pen = canvas.getContext("2d"), style = getComputedStyle(document.body);
+  const context = canvas.getContext("2d"), style = getComputedStyle(document.body);
   const color = (name) => style.getPropertyValue(name).trim();
-  pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-  pen.clearRect(0, 0, width, height);
-  pen.font = "12px system-ui, 'DejaVu Sans', sans-serif";
-  pen.textAlign = "center";
-  pen.textBaseline = "middle";
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, width, height);
+  context.font = "12px system-ui, 'DejaVu Sans', sans-serif";
+  context.textAlign = "center";
+  context.textBaseline = "middle";
   const radius = Math.min(width / 2 - 26, height - 46), center = [width / 2, height - 24];
   if (radius <= 0) return; // not laid out yet
   const point = (theta, fraction) => [center[0] + radius * fraction * Math.sin(theta), center[1] - radius * fraction * Math.cos(theta)];
   const line = (points, close) => {
-    pen.beginPath();
-    points.forEach(([x, y], i) => (i ? pen.lineTo(x, y) : pen.moveTo(x, y)));
-    if (close) pen.closePath();
+    context.beginPath();
+    points.forEach(([x, y], i) => (i ? context.lineTo(x, y) : context.moveTo(x, y)));
+    if (close) context.closePath();
   };
 
-  const theta = thetaOf(scene.light), isLit = theta < 1.55;
+  const theta = thetaOf(scene.light), isLit = theta < MAX_LIT_ANGLE;
   const luminances = curves.map((curve) => {
     const rgb = isLit ? curve.core.lobe(theta, STEPS) : new Float32Array(3 * STEPS);
     return Float32Array.from({ length: STEPS }, (_, i) => luminance(rgb, 3 * i));
@@ -56,53 +57,54 @@ const drawLobe = (canvas, curves, scale) => {
     : (value) => Math.cbrt(Math.max(0, value) / (max || 1));
 
   // Rings and rays.
-  pen.strokeStyle = color("--line");
-  pen.fillStyle = color("--dim");
-  pen.lineWidth = 1;
+  context.strokeStyle = color("--line");
+  context.fillStyle = color("--dim");
+  context.lineWidth = 1;
   const rings = scale === "log"
     ? Array.from({ length: high - low }, (_, i) => [(i + 1) / (high - low), powerOfTen(low + i + 1)])
     : [0.001, 0.01, 0.1, 0.3, 1].map((part) => [Math.cbrt(part), (part * max).toPrecision(2).replace(/\.?0+$/, "")]);
-  let free = Infinity; // labels do not overlap, the outermost one comes first
+  // The outermost label comes first. A label that would overlap the previous one is omitted.
+  let rightLimit = Infinity;
   for (const [ring, label] of rings.reverse()) {
-    pen.beginPath();
-    pen.arc(...center, radius * ring, Math.PI, 0);
-    pen.stroke();
-    const half = pen.measureText(label).width / 2 + 3, x = center[0] + radius * ring;
-    if (x + half > free) continue;
-    pen.fillText(label, x, center[1] + 13);
-    free = x - half;
+    context.beginPath();
+    context.arc(...center, radius * ring, Math.PI, 0);
+    context.stroke();
+    const half = context.measureText(label).width / 2 + 3, x = center[0] + radius * ring;
+    if (x + half > rightLimit) continue;
+    context.fillText(label, x, center[1] + 13);
+    rightLimit = x - half;
   }
   for (let degrees = -90; degrees <= 90; degrees += 30) {
     const angle = (degrees * Math.PI) / 180;
     line([center, point(angle, 1)]);
-    pen.stroke();
-    if (Math.abs(degrees) < 90) pen.fillText(`${degrees < 0 ? "−" : ""}${Math.abs(degrees)}°`, ...point(angle, 1 + 13 / radius));
+    context.stroke();
+    if (Math.abs(degrees) < 90) context.fillText(`${degrees < 0 ? "−" : ""}${Math.abs(degrees)}°`, ...point(angle, 1 + 13 / radius));
   }
 
   // The reference is drawn first, below the others.
   luminances.forEach((values, index) => {
     const { color: stroke, dash, width: thick } = curves[index];
     if (!isLit) return;
-    pen.strokeStyle = color(stroke);
-    pen.lineWidth = thick;
-    pen.lineJoin = "round";
-    pen.setLineDash(dash);
+    context.strokeStyle = color(stroke);
+    context.lineWidth = thick;
+    context.lineJoin = "round";
+    context.setLineDash(dash);
     line(Array.from(values, (value, i) => point((((2 * i + 1) / STEPS - 1) * Math.PI) / 2, fraction(value))));
-    pen.stroke();
+    context.stroke();
   });
-  pen.setLineDash([]);
+  context.setLineDash([]);
 
   const mark = (angle, filled) => {
     line([point(angle, 1 - 14 / radius), point(angle + 7 / radius, 1), point(angle - 7 / radius, 1)], true);
-    pen.fillStyle = pen.strokeStyle = color("--text");
-    pen.lineWidth = 1.5;
-    if (filled) pen.fill();
-    else pen.stroke();
+    context.fillStyle = context.strokeStyle = color("--text");
+    context.lineWidth = 1.5;
+    if (filled) context.fill();
+    else context.stroke();
   };
   if (isLit) mark(-theta, true);
   if (Math.abs(cameraAngle()) <= Math.PI / 2) mark(cameraAngle(), false);
   if (!isLit) {
-    pen.fillStyle = color("--dim");
-    pen.fillText("The light is below the horizon of the marked point.", center[0], center[1] - radius / 2);
+    context.fillStyle = color("--dim");
+    context.fillText("The light is below the horizon of the marked point.", center[0], center[1] - radius / 2);
   }
 };

@@ -1,13 +1,14 @@
 // Sliders for the readings of a recipe; each multiplies a reading by a power of two.
 const MAX_STOPS = 5; // range of a slider, as an exponent of 2
 const MIN_BRDF = 1e-4; // sr^-1; smaller values are raised to this before a slider multiplies them
-const digits = (value) => (Math.abs(value) < 0.001 ? value.toExponential(1) : value.toPrecision(3).slice(0, 6));
+const formatBrdf = (value) => (Math.abs(value) < 0.001 ? value.toExponential(1) : value.toPrecision(3).slice(0, 6));
 
 class Readings {
   // `samples` are {theta_i, theta_o, phi, brdf or null}, angles in degrees.
-  constructor(samples, takesMissing) {
+  constructor(samples, toleratesMissing) {
     this.samples = samples;
-    this.takesMissing = takesMissing;
+    this.toleratesMissing = toleratesMissing;
+    this.firstFit = null; // the BRDF at each sample, set by the page after the first fit
     this.reset();
   }
   reset() {
@@ -16,25 +17,26 @@ class Readings {
   }
   // Returns the value of a slider at its middle: the reading, or the first fit's value if the reading is missing.
   base(index) {
-    return this.samples[index].brdf || this.fitted[index];
+    return this.samples[index].brdf || this.firstFit[index];
   }
   value(index) {
     if (this.stops[index] === 0) return this.base(index);
     return this.base(index).map((value) => Math.max(value, MIN_BRDF) * 2 ** this.stops[index]);
   }
-  all() {
+  // Returns all readings; null is a missing one.
+  values() {
     return this.samples.map((_, index) => (this.isPresent[index] ? this.value(index) : null));
   }
   toCsv() {
-    const rows = this.all().map((brdf, index) => [index, ...(brdf ? Array.from(brdf, Math.fround) : ["", "", ""]), "brdf"].join(","));
+    const rows = this.values().map((brdf, index) => [index, ...(brdf ? Array.from(brdf, Math.fround) : ["", "", ""]), "brdf"].join(","));
     return ["index,r,g,b,quantity", ...rows, ""].join("\n");
   }
 
-  // Builds the sliders; a change calls `changed`.
-  build(list, changed) {
+  // Builds the sliders in the element `list`. A change calls `onChange`.
+  build(list, onChange) {
     this.rows = this.samples.map((sample, index) => {
       const row = document.createElement("li");
-      const part = (tag, className, text) => {
+      const append = (tag, className, text) => {
         const element = document.createElement(tag);
         if (className) element.className = className;
         if (text) element.textContent = text;
@@ -43,54 +45,54 @@ class Readings {
       };
       const degrees = (angle) => `${Math.round(angle)}°`;
       const phi = ((sample.phi + 180) % 360 + 360) % 360 - 180;
-      const swatch = part("b");
-      part("span", "angles", `${index}: θi ${degrees(sample.theta_i)} θo ${degrees(sample.theta_o)} φ ${degrees(phi).replace("-", "−")}`);
-      const valueText = part("span", "value");
-      const slider = part("input");
+      const swatch = append("b");
+      append("span", "angles", `${index}: θi ${degrees(sample.theta_i)} θo ${degrees(sample.theta_o)} φ ${degrees(phi).replace("-", "−")}`);
+      const valueText = append("span", "value");
+      const slider = append("input");
       Object.assign(slider, { type: "range", min: -MAX_STOPS, max: MAX_STOPS, step: 0.01, value: this.stops[index] });
       slider.setAttribute("aria-label", `Reading ${index}`);
       slider.addEventListener("input", () => {
         this.stops[index] = Number(slider.value);
-        changed();
+        onChange();
       });
-      const switches = part("span", "switches"), reset = document.createElement("button");
+      const switches = append("span", "switches"), reset = document.createElement("button");
       reset.textContent = "↺";
       Object.assign(reset, { type: "button", title: "Reset to the original reading" });
       reset.setAttribute("aria-label", `Reset reading ${index}`);
       reset.addEventListener("click", () => {
         this.stops[index] = 0;
         this.isPresent[index] = sample.brdf !== null;
-        changed();
+        onChange();
       });
-      let box = null;
-      if (this.takesMissing) {
+      let checkbox = null;
+      if (this.toleratesMissing) {
         const label = document.createElement("label");
-        box = document.createElement("input");
-        box.type = "checkbox";
-        box.setAttribute("aria-label", `Use reading ${index}`);
-        label.append(box, "use");
+        checkbox = document.createElement("input");
+        checkbox.type = "checkbox";
+        checkbox.setAttribute("aria-label", `Use reading ${index}`);
+        label.append(checkbox, "use");
         switches.append(label);
-        box.addEventListener("change", () => {
-          this.isPresent[index] = box.checked;
-          changed();
+        checkbox.addEventListener("change", () => {
+          this.isPresent[index] = checkbox.checked;
+          onChange();
         });
       }
       switches.append(reset);
-      return { row, swatch, valueText, slider, box };
+      return { row, swatch, valueText, slider, checkbox };
     });
     list.replaceChildren(...this.rows.map(({ row }) => row));
     this.update();
   }
   // Updates the texts and states of all sliders.
   update() {
-    this.rows.forEach(({ row, swatch, valueText, slider, box }, index) => {
+    this.rows.forEach(({ row, swatch, valueText, slider, checkbox }, index) => {
       const brdf = this.value(index), isPresent = this.isPresent[index];
-      const text = Array.from(brdf, digits).join("  ");
+      const text = Array.from(brdf, formatBrdf).join("  ");
       valueText.textContent = isPresent ? text : "missing";
       slider.value = this.stops[index];
       slider.disabled = !isPresent;
       slider.setAttribute("aria-valuetext", `${text} per steradian`);
-      if (box) box.checked = isPresent;
+      if (checkbox) checkbox.checked = isPresent;
       row.classList.toggle("missing", !isPresent);
       row.classList.toggle("moved", isPresent && this.stops[index] !== 0);
       const max = Math.max(...brdf, 1e-6), brightness = Math.min(1, Math.cbrt(max * Math.PI));

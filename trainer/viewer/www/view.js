@@ -2,6 +2,8 @@
 const byId = (id) => document.getElementById(id);
 const COLORS = ["--c0", "--c1", "--c2", "--c3", "--c4"];
 const REST_DELAY = 150; // milliseconds without a change before pictures are drawn in full size
+const REFINE_BUDGET = 12; // milliseconds of shading in full size per frame
+const MAX_DRAG_ANGLE = 1.535; // maximum polar angle in radians to which the plot's light can be dragged
 
 const start = async () => {
   const data = JSON.parse(byId("data").textContent);
@@ -28,16 +30,16 @@ const start = async () => {
   const refit = (method) => {
     const { core, readings, scan } = method;
     try {
-      core.fit(readings.all());
+      core.fit(readings.values());
       method.error = null;
     } catch (error) {
       method.error = error.message;
-      if (!readings.fitted) throw new Error(`${scan.name}: ${error.message}`);
+      if (!readings.firstFit) throw new Error(`${scan.name}: ${error.message}`);
       return;
     }
     const flat = core.brdfAtSamples(scan.samples.length);
     // The first fit provides the base values of missing readings.
-    readings.fitted ||= scan.samples.map((_, i) => Array.from(flat.slice(3 * i, 3 * i + 3)));
+    readings.firstFit ||= scan.samples.map((_, i) => Array.from(flat.slice(3 * i, 3 * i + 3)));
     method.loss = referenceValues ? core.loss() : NaN;
     method.predicted = core.predictedLoss();
     method.residual = core.residual();
@@ -92,7 +94,7 @@ const start = async () => {
       updateScene();
       frames += 1;
     } else if (performance.now() - changedAt > REST_DELAY) {
-      const deadline = performance.now() + 12;
+      const deadline = performance.now() + REFINE_BUDGET;
       isResting = spheres.every((sphere) => sphere.refine(deadline));
     }
     if (!isResting) requestAnimationFrame(frame);
@@ -100,7 +102,7 @@ const start = async () => {
 
   const select = (method) => {
     selected = method;
-    for (const other of methods) other.pick.setAttribute("aria-pressed", other === method);
+    for (const other of methods) other.button.setAttribute("aria-pressed", other === method);
     byId("selected").textContent = method.name;
     const missing = method.scan.takes_missing ? " Readings can be missing." : "";
     byId("readings-caption").textContent = `The BRDF in sr⁻¹ (red, green, blue), not times the cosine. A slider multiplies or divides it by up to ${2 ** MAX_STOPS}.${missing}`;
@@ -119,9 +121,9 @@ const start = async () => {
   byId("viewer").hidden = false;
   for (const material of materials) {
     const figure = document.createElement("figure");
-    figure.innerHTML = '<div class="ball" tabindex="0" role="application"><canvas></canvas><i></i></div><figcaption><span class="key"></span><b></b><div></div><dl></dl></figcaption>';
-    const [ball, canvas, key, name, summary] = ["div", "canvas", ".key", "b", "figcaption div"].map((part) => figure.querySelector(part));
-    ball.setAttribute("aria-label", `Sphere: ${material.name}. Arrow keys move the light, with Shift the camera; Home resets both.`);
+    figure.innerHTML = '<div class="sphere" tabindex="0" role="application"><canvas></canvas><i></i></div><figcaption><span class="key"></span><b></b><div></div><dl></dl></figcaption>';
+    const [element, canvas, key, name, summary] = ["div", "canvas", ".key", "b", "figcaption div"].map((part) => figure.querySelector(part));
+    element.setAttribute("aria-label", `Sphere: ${material.name}. Arrow keys move the light, with Shift the camera; Home resets both.`);
     name.textContent = material.name;
     key.style.borderColor = `var(${material.color})`;
     key.classList.toggle("reference", !material.scan);
@@ -131,15 +133,15 @@ const start = async () => {
     material.ring = figure.querySelector("i");
     material.sphere = new Sphere(material.core, canvas);
     if (scan) {
-      material.pick = document.createElement("button");
-      Object.assign(material.pick, { type: "button", className: "pick", textContent: "Readings" });
-      material.pick.addEventListener("click", () => select(material));
-      figure.querySelector("figcaption").append(material.pick);
+      material.button = document.createElement("button");
+      Object.assign(material.button, { type: "button", className: "select-readings", textContent: "Readings" });
+      material.button.addEventListener("click", () => select(material));
+      figure.querySelector("figcaption").append(material.button);
       refit(material);
       updateFacts(material);
     }
     byId("spheres").append(figure);
-    addControls(ball, () => document.querySelector('[name="drag"]:checked').value, changed);
+    addControls(element, () => document.querySelector('[name="drag"]:checked').value, changed);
   }
   select(selected);
   if (data.reference) {
@@ -183,17 +185,17 @@ const start = async () => {
     URL.revokeObjectURL(link.href);
   });
   const lobe = byId("lobe");
-  const aim = (event) => {
+  const dragLight = (event) => {
     const box = lobe.getBoundingClientRect();
     const [x, y] = [event.clientX - box.left - box.width / 2, box.bottom - 24 - event.clientY];
-    setLightAngle(Math.min(1.535, Math.abs(Math.atan2(x, Math.max(y, 0)))));
+    setLightAngle(Math.min(MAX_DRAG_ANGLE, Math.abs(Math.atan2(x, Math.max(y, 0)))));
     changed();
   };
   lobe.addEventListener("pointerdown", (event) => {
     lobe.setPointerCapture(event.pointerId);
-    aim(event);
+    dragLight(event);
   });
-  lobe.addEventListener("pointermove", (event) => event.buttons && aim(event));
+  lobe.addEventListener("pointermove", (event) => event.buttons && dragLight(event));
   new ResizeObserver(changed).observe(lobe);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", changed);
   changed();
