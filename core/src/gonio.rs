@@ -2,19 +2,19 @@
 //!
 //! - [`Limits`]: the reach of its arms;
 //! - [`Machine`]: the speeds of its axes, and the pending sample that the arms reach first;
-//! - [`Calibration`]: counts to BRDF, by dark and white readings;
+//! - [`Calibration`]: the conversion of counts to the BRDF, with dark and white readings;
 //! - [`Quantity`]: the BRDF, and quantities that are mistaken for it;
 //! - [`Repeated`]: mean and variance of repeated readings;
 //! - [`tile::examine`]: a self-test of the whole conversion, with a tile of known reflectance.
 //!
-//! # One channel, and channels in turn
+//! # Monochrome sensors
 //!
-//! A scan has three channels. A reading of a monochrome sensor has the same number in all three
+//! A scan has three channels. A reading of a monochrome sensor repeats its number in all three
 //! ([`Calibration::monochrome`], [`Calibrated::monochrome`]). The fitted BRDF is then gray, and the fit takes no more
 //! time.
 //!
 //! A monochrome sensor with three filters, or with three lamps that are lit in turn, is calibrated like a sensor with
-//! three channels. Read dark, white and sample once with each filter or lamp, and combine the three numbers into an
+//! three channels: read dark, white and sample once with each filter or lamp, and combine each three numbers into an
 //! array.
 
 mod calibration;

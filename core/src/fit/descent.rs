@@ -1,7 +1,7 @@
 //! Descent: a few steps of SGD with a step size per parameter, in bounded slices of work.
 //!
 //! theta <- theta - alpha * grad(loss), where the loss is the mean over all samples (paper, Algorithm 1, `Learn`). A
-//! unit of work is the gradient of one sample. A step follows the last sample of each round.
+//! unit of work is the gradient of one sample. After a round over all samples, a step changes the parameters.
 
 use core::ops::Range;
 
@@ -29,19 +29,19 @@ pub(crate) const fn descent_words(parameters: usize, completion: usize) -> usize
 /// The memory of a descent, split into its parts.
 struct Parts<'w> {
     parameters: &'w mut [f32],
-    /// The gradient, or the memory of a completion.
-    rest: &'w mut [f32],
-    predicted: &'w mut f32,
+    /// The memory of a completion, then the gradient.
+    completion_or_gradient: &'w mut [f32],
+    predicted_loss: &'w mut f32,
 }
 
 impl<'w> Parts<'w> {
     fn split(words: &'w mut [f32], parameters: usize) -> Option<Self> {
         let (parameters, rest) = words.split_at_mut_checked(parameters)?;
-        let (predicted, rest) = rest.split_last_mut()?;
+        let (predicted_loss, completion_or_gradient) = rest.split_last_mut()?;
         Some(Self {
             parameters,
-            rest,
-            predicted,
+            completion_or_gradient,
+            predicted_loss,
         })
     }
 }
@@ -180,7 +180,7 @@ fn advance(
             }
         }
     }
-    // The index of the next sample in its round. Without samples a round is empty.
+    // The index of the next sample in its round. `checked_rem` fails if there are no samples.
     let round = samples.len() as u32;
     let next = done.saturating_sub(before).checked_rem(round);
     let mut next = next.unwrap_or(0) as usize;
@@ -189,7 +189,7 @@ fn advance(
         let Some(parts) = Parts::split(words, parameters).filter(|_| !batch.is_empty()) else {
             break;
         };
-        let Some(gradient) = parts.rest.get_mut(..parameters) else {
+        let Some(gradient) = parts.completion_or_gradient.get_mut(..parameters) else {
             break;
         };
         accumulate(parts.parameters, batch, gradient);
@@ -204,7 +204,7 @@ fn advance(
     done
 }
 
-/// For gray readings, gives the three channels the same parameters: the mean of each triple.
+/// Replaces the parameters of the three channels by their mean if the readings are gray.
 fn keep_gray(words: &mut [f32], descent: &Descent<'_>, channels: Channels) {
     if channels == Channels::Color {
         return;
@@ -261,25 +261,25 @@ fn advance_completion(
         return;
     };
     let state = completed.coefficient_net.words();
-    let Some((state, rest)) = parts.rest.split_at_mut_checked(state) else {
+    let Some((state, rest)) = parts.completion_or_gradient.split_at_mut_checked(state) else {
         return;
     };
-    let Some(units) = rest.get_mut(..init_net.units()) else {
+    let Some(activations) = rest.get_mut(..init_net.units()) else {
         return;
     };
     match unit.checked_sub(completed.units(samples.len())) {
         None => completed.advance(unit, samples, state),
         Some(0) => {
-            *parts.predicted = activate(completed, init_net, state, units);
+            *parts.predicted_loss = activate(completed, init_net, state, activations);
         }
         Some(index) => {
             let first = (index as usize)
                 .saturating_sub(1)
                 .saturating_mul(PARAMETERS_PER_UNIT);
             let parameters = parts.parameters.get_mut(first..).unwrap_or_default();
-            add_offsets(parameters, init_net, first, units);
+            add_offsets(parameters, init_net, first, activations);
             if first.saturating_add(PARAMETERS_PER_UNIT) >= count {
-                parts.rest.fill(0.0); // the gradient from now on
+                parts.completion_or_gradient.fill(0.0); // from here on, it is the gradient
             }
         }
     }
@@ -287,29 +287,30 @@ fn advance_completion(
 
 /// Adds the init net's offsets to up to [`PARAMETERS_PER_UNIT`] parameters, from index `first`.
 #[inline(never)]
-fn add_offsets(parameters: &mut [f32], init_net: &InitNet<'_>, first: usize, units: &[f32]) {
+fn add_offsets(parameters: &mut [f32], init_net: &InitNet<'_>, first: usize, activations: &[f32]) {
     let mut offsets = [0.0; PARAMETERS_PER_UNIT];
-    init_net.offsets(first, units, &mut offsets);
+    init_net.offsets(first, activations, &mut offsets);
     for (parameter, offset) in parameters.iter_mut().zip(offsets) {
         *parameter += offset;
     }
 }
 
-/// Computes the units of the init net, and returns the predicted loss, because the descent overwrites the coefficients.
+/// Computes the activations of the init net. Also returns the predicted loss, because the descent overwrites the
+/// coefficients.
 ///
-/// The result is NaN if a coefficient or a unit is not finite. Later this could not be detected: units are rounded to
-/// integers, whatever they were, and an infinite coefficient makes some of them 1. Not inlined, so that its stack is
-/// released between slices.
+/// The result is NaN if a coefficient or an activation is not finite. Later steps cannot detect this: activations are
+/// rounded to integers, even those of NaN, and an infinite coefficient results in activations of 1. Not inlined, so that
+/// its stack is released between slices.
 #[inline(never)]
 fn activate(
     completed: &Completed<'_>,
     init_net: &InitNet<'_>,
     state: &[f32],
-    units: &mut [f32],
+    activations: &mut [f32],
 ) -> f32 {
     let coefficients = completed.coefficient_net.coefficients(state);
-    init_net.activate(coefficients, units);
-    if !(coefficients.into_iter().all(is_finite) && is_finite(units)) {
+    init_net.activate(coefficients, activations);
+    if !(coefficients.into_iter().all(is_finite) && is_finite(activations)) {
         return f32::NAN;
     }
     completed.predicted_loss(coefficients).unwrap_or_default()
@@ -318,8 +319,8 @@ fn activate(
 /// Takes one step, and sets the gradient to 0. Not inlined, so firmware contains it once and not for each model.
 #[inline(never)]
 fn step(parameters: &mut [f32], gradient: &mut [f32], step_sizes: Floats<'_>) {
-    // Three entries at a time, because the loop overhead is a third of an entry's time. The lengths of all of Neural's
-    // parameter groups are multiples of three.
+    // Three entries per iteration, because the loop itself takes a third of the time of an entry. Neural's parameters
+    // have no remainder.
     let (parameters, last_parameters) = parameters.as_chunks_mut();
     let (gradient, last_gradient) = gradient.as_chunks_mut();
     let (step_sizes, last_step_sizes) = step_sizes.words().as_chunks();
@@ -350,7 +351,7 @@ fn accumulate_gradients<M: Model>(parameters: &[f32], samples: Samples<'_>, grad
     }
 }
 
-/// Returns the model's BRDF, sr^-1 (not times the cosine). Not inlined for the same reason.
+/// Returns the model's BRDF, sr^-1 (not times the cosine). Not inlined, so that its stack is released after the call.
 #[inline(never)]
 fn brdf<M: Model>(parameters: &M::Parameters<f32>, at: &HalfDifference<f32>) -> [f32; 3] {
     M::brdf::<f32>(parameters, at)

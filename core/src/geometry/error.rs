@@ -24,7 +24,7 @@ impl core::fmt::Display for Arm {
     }
 }
 
-/// An error of a pair of directions without a BRDF.
+/// A reason why a pair of directions has no BRDF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -232,7 +232,7 @@ impl ReferenceCalibration {
     }
 }
 
-/// An error of converting counts to a BRDF.
+/// An error in converting counts to a BRDF.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

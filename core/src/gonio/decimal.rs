@@ -1,8 +1,8 @@
-//! Numbers in messages.
+//! Numbers in error messages.
 
 /// A number from 0 to 4 million, formatted with three decimals. Other numbers are clamped.
 ///
-/// It uses integers: the standard library's formatting of floats takes much flash, and contains assertions.
+/// The formatting uses integers, because the core library's formatting of floats takes more flash and can panic.
 pub(super) struct Decimal(pub(super) f32);
 
 impl core::fmt::Display for Decimal {

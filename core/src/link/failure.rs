@@ -75,11 +75,11 @@ impl Failure {
 
     /// The details of a report. Unused details are 0. `core/docs/link.md` lists them.
     fn details(&self) -> [u32; 2] {
-        let of = |first: u16, second: u16| [first.into(), second.into()];
+        let pair = |first: u16, second: u16| [first.into(), second.into()];
         match *self {
-            Self::Recipe(RecipeError::Version(version)) => of(version, 0),
+            Self::Recipe(RecipeError::Version(version)) => pair(version, 0),
             Self::Recipe(RecipeError::Length { expected, found }) => [expected, found],
-            Self::Recipe(RecipeError::BelowHorizon(index)) => of(index, 0),
+            Self::Recipe(RecipeError::BelowHorizon(index)) => pair(index, 0),
             Self::Recipe(RecipeError::Model(model)) => [model as u32, 0],
             Self::Recipe(
                 RecipeError::Unknown(kind)
@@ -88,23 +88,23 @@ impl Failure {
                 | RecipeError::Missing(kind)
                 | RecipeError::Required(kind)
                 | RecipeError::Beside(kind),
-            ) => of(kind.number(), 0),
+            ) => pair(kind.number(), 0),
             Self::Scan(ScanError::Model { firmware, recipe }) => [firmware as u32, recipe as u32],
             Self::Scan(ScanError::Memory { needed, found }) => [needed as u32, found as u32],
             Self::Scan(ScanError::Basis { recipe, found }) => [recipe.unwrap_or(0), found],
             Self::Reading { index, error } => match error {
                 ReadingError::NonFinite(channel) | ReadingError::Negative(channel) => {
-                    of(index, channel.into())
+                    pair(index, channel.into())
                 }
-                ReadingError::Index { samples, .. } => of(index, samples),
+                ReadingError::Index { samples, .. } => pair(index, samples),
             },
-            Self::ReadingRequired { index } => of(index, 0),
-            Self::OutOfReach { index, count } => of(index, count),
-            Self::Fit(FitError::Incomplete { missing, first }) => of(missing, first),
-            Self::Fit(FitError::TooLarge { limit }) => of(limit, 0),
-            Self::Protocol { device, host } => of(device, host),
-            Self::Refused(refusal) => of(refusal.into(), 0),
-            Self::Recipe(_) | Self::Machine | Self::NoReply | Self::Diverged => of(0, 0),
+            Self::ReadingRequired { index } => pair(index, 0),
+            Self::OutOfReach { index, count } => pair(index, count),
+            Self::Fit(FitError::Incomplete { missing, first }) => pair(missing, first),
+            Self::Fit(FitError::TooLarge { limit }) => pair(limit, 0),
+            Self::Protocol { device, host } => pair(device, host),
+            Self::Refused(refusal) => pair(refusal.into(), 0),
+            Self::Recipe(_) | Self::Machine | Self::NoReply | Self::Diverged => pair(0, 0),
         }
     }
 }

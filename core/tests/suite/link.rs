@@ -362,7 +362,7 @@ fn error_codes_are_unique() {
 /// The details of failures, as `docs/link.md` lists them.
 #[test]
 fn reports_contain_details() {
-    let of = |failure: Failure| {
+    let report = |failure: Failure| {
         let report = FailureReport::from(failure);
         assert_eq!(report.error(), Some(failure.code()));
         (report.code, report.details)
@@ -416,7 +416,7 @@ fn reports_contain_details() {
         (Failure::Refused(Refusal::Directions), (100, [100, 0])),
         (Failure::OutOfReach { index, count: 2 }, (105, [300, 2])),
     ] {
-        assert_eq!(of(failure), expected, "{failure}");
+        assert_eq!(report(failure), expected, "{failure}");
     }
 }
 

@@ -1,29 +1,29 @@
 //! The backward pass of a [`CoefficientNet`], for training.
 //!
-//! `by_x` is the derivative of the loss by x.
+//! `by_x` is the derivative of the loss with respect to x.
 
 use super::encoding::Plain;
 use super::{COLUMNS, CoefficientNet, Input, lists, mean_of};
 use crate::numeric::Scalar;
 
-/// The loss gradient by the weights of a [`CoefficientNet`]. [`CoefficientNet::adjoint`] adds to it.
+/// The gradient of the loss with respect to the weights of a [`CoefficientNet`]. [`CoefficientNet::adjoint`] adds to it.
 #[derive(Debug)]
 pub struct CoefficientNetGradient<'g, T> {
-    /// By the weights of readings.
+    /// With respect to the weights of readings.
     pub readings: &'g mut [T],
-    /// By the bias of each row.
+    /// With respect to the bias of each row.
     pub bias: &'g mut [T],
-    /// By W.
+    /// With respect to W.
     pub output: &'g mut [T],
 }
 
 impl<S: Scalar> CoefficientNet<'_, S, Plain> {
-    /// Propagates the gradient by the coefficients back. Adds the gradient by the weights to `gradient`, and writes the
-    /// gradient by the inputs' channels into `by_inputs`.
+    /// Propagates derivatives from the coefficients to the weights and the inputs. Adds those of the weights to
+    /// `gradient`, and writes those of the inputs' channels to `by_inputs`.
     ///
-    /// `state` is the result of [`CoefficientNet::compute`]. `by_state` has the same layout: it holds the gradient by
-    /// each channel's coefficients, and its other entries are overwritten. Rows have no scales in training. In
-    /// `by_inputs`, the entries of missing readings have no meaning.
+    /// `state` is the result of [`CoefficientNet::compute`]. `by_state` has the same layout. On entry, it holds the
+    /// derivatives with respect to each channel's coefficients; its other entries are overwritten. Rows have no scales
+    /// in training. The entries of missing readings in `by_inputs` are meaningless.
     #[inline(always)]
     pub fn adjoint(
         &self,
@@ -77,7 +77,7 @@ impl<S: Scalar> CoefficientNet<'_, S, Plain> {
         let samples = inputs.iter().zip(by_inputs).zip(columns);
         for (sample, ((input, by_input), by_weights)) in samples.enumerate() {
             let [own, mean, _] = self.columns(sample);
-            let Some([by_own, by_mean, by_missing]) = thirds(by_weights, rows) else {
+            let Some([by_own, by_mean, by_missing]) = split_columns(by_weights, rows) else {
                 return;
             };
             let mut by_average = zero;
@@ -104,8 +104,9 @@ impl<S: Scalar> CoefficientNet<'_, S, Plain> {
     }
 }
 
+/// Splits a sample's entries into the columns own, mean and missing.
 #[inline(always)]
-fn thirds<T>(list: &mut [T], length: usize) -> Option<[&mut [T]; COLUMNS]> {
+fn split_columns<T>(list: &mut [T], length: usize) -> Option<[&mut [T]; COLUMNS]> {
     let (own, rest) = list.split_at_mut_checked(length)?;
     let (mean, rest) = rest.split_at_mut_checked(length)?;
     Some([own, mean, rest.get_mut(..length)?])

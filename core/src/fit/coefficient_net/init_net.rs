@@ -79,20 +79,20 @@ impl<S: Scalar, E: Encoding<S>> InitNet<'_, S, E> {
     }
 }
 
-/// The loss gradient by the weights of an [`InitNet`]. [`InitNet::adjoint`] adds to it.
+/// The gradient of the loss with respect to the weights of an [`InitNet`]. [`InitNet::adjoint`] adds to it.
 #[derive(Debug)]
 pub struct InitNetGradient<'g, T> {
-    /// By P.
+    /// With respect to P.
     pub hidden: &'g mut [T],
-    /// By p.
+    /// With respect to p.
     pub bias: &'g mut [T],
-    /// By U.
+    /// With respect to U.
     pub output: &'g mut [T],
 }
 
 impl<S: Scalar> InitNet<'_, S, Plain> {
-    /// Propagates the gradient by the initial parameters back. Adds the gradient by the weights to `gradient`, and the
-    /// gradient by the coefficients to `by_coefficients`.
+    /// Propagates derivatives from the initial parameters to the weights and the coefficients. Adds those of the weights
+    /// to `gradient`, and those of the coefficients to `by_coefficients`.
     ///
     /// `units` is the result of [`InitNet::activate`] for `coefficients`. `by_units` is scratch memory of the same
     /// length. Rows have no scales in training.

@@ -19,11 +19,11 @@ pub struct Factors<'a, 'b, T, S> {
 /// The loss gradient. [`Factors::adjoint`] adds to it.
 #[derive(Debug)]
 pub struct RidgeGradient<'g, S> {
-    /// By the mapped measurements t (n). The gradient by the mean is its negative.
+    /// With respect to the mapped measurements t (n). The gradient with respect to the mean is the negative of this.
     pub mapped: &'g mut [S],
-    /// By the basis A (n x m, row-major).
+    /// With respect to the basis A (n x m, row-major).
     pub basis: &'g mut [S],
-    /// By the precisions p (m).
+    /// With respect to the precisions p (m).
     pub precision: &'g mut [S],
 }
 
@@ -31,7 +31,7 @@ impl<'a, T> Problem<'a, T> {
     /// Factorizes the system into `factors`.
     ///
     /// `factors` has at least [`factor_length`](super::factor_length) entries, and `scratch` at least
-    /// [`scratch_length`](super::scratch_length). The content of `scratch` has no meaning before and after the call.
+    /// [`scratch_length`](super::scratch_length). The content of `scratch` is ignored, and meaningless after the call.
     ///
     /// # Errors
     /// [`RidgeError::Buffer`] if a buffer is too small, or [`RidgeError::Precision`] if a precision is not positive and
@@ -249,8 +249,8 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
         let (Some((low, rest)), true) = (scratch.split_at_mut_checked(x.len()), order > 0) else {
             return;
         };
-        let mut thirds = rest.chunks_exact_mut(order);
-        let (Some(u), Some(u_low), Some(residual)) = (thirds.next(), thirds.next(), thirds.next())
+        let mut lists = rest.chunks_exact_mut(order);
+        let (Some(u), Some(u_low), Some(residual)) = (lists.next(), lists.next(), lists.next())
         else {
             return;
         };

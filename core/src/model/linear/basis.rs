@@ -18,13 +18,13 @@ const SQUARED_LENGTH_TOLERANCE: f32 = 2.0 * UNIT_TOLERANCE;
 /// [`docs/basis.md`](https://docs.rs/crate/glimpse-core/latest/source/docs/basis.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Basis<'a> {
-    of: u32,
+    full_checksum: u32,
     checksum: u32,
     nodes: Nodes,
     mean_scale: f32,
     /// A scale for each component.
     scales: Floats<'a>,
-    /// The nodes, each with its mean, the scale of its row, and its row.
+    /// For each node: its mean, the scale of its row, and the row: a signed byte for each component.
     table: &'a [u8],
 }
 
@@ -39,7 +39,7 @@ impl<'a> Basis<'a> {
     /// Reads a compact basis in place.
     ///
     /// # Errors
-    /// [`BasisError`] with the first fault of the bytes. A basis that was read has no faults.
+    /// [`BasisError`] with the first fault of the bytes.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, BasisError> {
         let (magic, rest) = bytes.split_first_chunk().ok_or(BasisError::Magic)?;
         if *magic != MAGIC {
@@ -66,20 +66,23 @@ impl<'a> Basis<'a> {
         if checksum != checksum_of(version, body_length, body) {
             return Err(BasisError::Checksum);
         }
-        Self::body(body, checksum).map_err(|error| match error {
-            BodyError::Short(body_length) => length(body_length.saturating_add(HEADER_BYTES)),
+        Self::parse_body(body, checksum).map_err(|error| match error {
+            BodyError::Length(body_length) => length(body_length.saturating_add(HEADER_BYTES)),
             BodyError::Other(error) => error,
         })
     }
 
-    fn body(bytes: &'a [u8], checksum: u32) -> Result<Self, BodyError> {
-        let short = BodyError::Short(SHAPE_BYTES);
-        let (shape, rest) = bytes.split_first_chunk::<SHAPE_BYTES>().ok_or(short)?;
+    fn parse_body(bytes: &'a [u8], checksum: u32) -> Result<Self, BodyError> {
+        let wrong_length = BodyError::Length(SHAPE_BYTES);
+        let (shape, rest) = bytes
+            .split_first_chunk::<SHAPE_BYTES>()
+            .ok_or(wrong_length)?;
+        // c: checksum of the full basis; m: components; h, d and p: nodes along each axis; s: scale of the means.
         let [
-            o0,
-            o1,
-            o2,
-            o3,
+            c0,
+            c1,
+            c2,
+            c3,
             m0,
             m1,
             h0,
@@ -115,15 +118,15 @@ impl<'a> Basis<'a> {
         let (scales, table) = rest
             .split_at_checked(scales_length)
             .filter(|_| bytes.len() == expected)
-            .ok_or(BodyError::Short(expected))?;
-        let scales = Floats::new(scales).ok_or(BodyError::Short(expected))?;
+            .ok_or(BodyError::Length(expected))?;
+        let scales = Floats::new(scales).ok_or(BodyError::Length(expected))?;
         let mean_scale = f32::from_le_bytes([s0, s1, s2, s3]);
         let mut all = scales.iter().chain([mean_scale]);
         if !all.all(|scale| scale.is_finite() && scale >= 0.0) {
             return Err(BodyError::Other(BasisError::Scale));
         }
         Ok(Self {
-            of: u32::from_le_bytes([o0, o1, o2, o3]),
+            full_checksum: u32::from_le_bytes([c0, c1, c2, c3]),
             checksum,
             nodes,
             mean_scale,
@@ -138,7 +141,7 @@ impl<'a> Basis<'a> {
         self.scales.len()
     }
 
-    /// The numbers of nodes.
+    /// The number of nodes along each axis.
     #[must_use]
     pub fn nodes(&self) -> Nodes {
         self.nodes
@@ -150,21 +153,21 @@ impl<'a> Basis<'a> {
         self.checksum
     }
 
-    /// The checksum of the full basis from which this basis was made. The basis is only for coefficients of recipes
-    /// with the same `basis_checksum`.
+    /// The checksum of the full basis from which this basis was made. Only coefficients of recipes with the same
+    /// `basis_checksum` belong to this basis.
     #[must_use]
     pub fn of(&self) -> u32 {
-        self.of
+        self.full_checksum
     }
 
     /// The BRDF in linear RGB, sr^-1, not times the cosine. It is finite and not negative.
     ///
-    /// `coefficients` are those of red, green and blue that a fit of the model Linear yields. Coefficients of
-    /// components that the file lacks are ignored; most of the accuracy loss of a compact basis is due to this. Missing
-    /// coefficients count as 0.
+    /// `coefficients` are the result of a fit of the model Linear: those of red, green and blue. A compact basis may have
+    /// fewer components than the fit: it ignores further coefficients, and most of its loss of accuracy is due to this.
+    /// Missing coefficients count as 0.
     ///
-    /// None if `at` is below the horizon or its vectors are not of unit length, or if a coefficient is so large, or
-    /// NaN, that the BRDF is not finite.
+    /// None if `at` is below the horizon, if its vectors are not of unit length, or if the BRDF is not finite, because a
+    /// coefficient is too large or NaN.
     #[must_use]
     pub fn brdf(&self, coefficients: [&[f32]; 3], at: &HalfDifference<f32>) -> Option<[f32; 3]> {
         if !(at.is_valid() && is_unit(at)) {
@@ -184,9 +187,9 @@ impl<'a> Basis<'a> {
         brdf.iter().all(|value| value.is_finite()).then_some(brdf)
     }
 
-    /// Returns the mean and the components, one after the other, at half and difference vectors of unit length. The
-    /// mean is that of ln(1 + f w / e) over the training columns, with the BRDF f and w = cos(theta_i) cos(theta_o).
-    /// Below the horizon, the values are those of the horizon. The result is never None for a basis that was read.
+    /// Returns the mean and an iterator over the components at half and difference vectors of unit length. The mean is
+    /// that of ln(1 + f w / e) over the training columns, with the BRDF f and w = cos(theta_i) cos(theta_o). Below the
+    /// horizon, it returns the values at the horizon. The result is never None.
     #[must_use]
     #[inline]
     pub fn look_up(&self, at: &HalfDifference<f32>) -> Option<(f32, impl Iterator<Item = f32>)> {
@@ -233,10 +236,10 @@ impl<'a> Basis<'a> {
     }
 }
 
-/// An error of a body.
+/// An error in the body of a compact basis.
 enum BodyError {
-    /// The expected number of bytes.
-    Short(usize),
+    /// The length is wrong. It should be this number of bytes.
+    Length(usize),
     /// Another error.
     Other(BasisError),
 }

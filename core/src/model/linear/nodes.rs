@@ -6,7 +6,7 @@
 //! - u = sqrt(hx / sqrt(1 + hz)). u^2 is sqrt(2) sin(theta_h / 2), so that nodes are dense at highlights.
 //! - v = 1 - dz = 1 - cos(theta_d), dense towards grazing angles.
 //! - p = sqrt(min(dy^2 / (s (s + |dx|)), min(cos(theta_i), cos(theta_o)) / (hz dz))), s = sin(theta_d). p is 0 in the
-//!   plane of incidence or at the horizon, whichever is nearer, and 1 perpendicular to the plane of incidence.
+//!   plane of incidence and at the horizon, and 1 perpendicular to the plane of incidence.
 //!
 //! p bends the grid along the horizon, so that no node lies below it. It is equal for phi_d, -phi_d and phi_d + pi. A
 //! basis on these nodes is therefore reciprocal, and has the mirror symmetry of an isotropic material.
@@ -39,7 +39,7 @@ pub struct Corner {
 }
 
 impl Nodes {
-    /// Number of nodes; None if no memory could hold them.
+    /// Number of nodes; None if it overflows.
     #[must_use]
     pub fn count(&self) -> Option<usize> {
         usize::from(self.theta_h)
@@ -49,8 +49,8 @@ impl Nodes {
 
     /// The eight nodes around half and difference vectors, with the weights of trilinear interpolation.
     ///
-    /// The vectors have to be of unit length and above the horizon ([`HalfDifference::is_valid`]). The result for other
-    /// vectors, including NaNs, is eight nodes without a meaning.
+    /// The vectors have to be of unit length and above the horizon ([`HalfDifference::is_valid`]). For other vectors and
+    /// NaNs, the eight nodes are meaningless.
     #[must_use]
     pub fn corners(&self, at: &HalfDifference<f32>) -> [Corner; 8] {
         let [u, v, p] = coordinates(at);
@@ -76,31 +76,36 @@ impl Nodes {
     }
 }
 
-/// u, v and p.
+/// Returns u, v and p.
 fn coordinates(at: &HalfDifference<f32>) -> [f32; 3] {
     // The material is its own mirror image in the xz plane and in the yz plane.
     let (hx, dx) = (at.hx.abs(), at.dx.abs());
     let u = math::sqrt(hx / math::sqrt(1.0 + at.hz));
     let square = dx * dx + at.dy * at.dy;
-    let across = if square > POLE {
+    let azimuth_term = if square > POLE {
         let sine = math::sqrt(square);
         at.dy * at.dy / (sine * (sine + dx))
     } else {
         1.0
     };
     let scale = at.hz * at.dz;
-    let above = (scale - hx * dx) / scale;
-    let smaller = if above < across { above } else { across };
+    let horizon_term = (scale - hx * dx) / scale;
+    let smaller = if horizon_term < azimuth_term {
+        horizon_term
+    } else {
+        azimuth_term
+    };
     [u, 1.0 - at.dz, math::sqrt(smaller.max(0.0))]
 }
 
-/// The two nodes of an axis around a coordinate from 0 to 1. A coordinate outside is clamped.
+/// Returns the two nodes of one axis around a coordinate, with indices along this axis. The coordinate is clamped to 0
+/// to 1.
 fn neighbors(coordinate: f32, nodes: u16) -> [Corner; 2] {
     let cells = nodes.saturating_sub(1);
-    let along = coordinate.clamp(0.0, 1.0) * f32::from(cells);
+    let position = coordinate.clamp(0.0, 1.0) * f32::from(cells);
     // The conversion truncates, and turns NaN into 0.
-    let low = (along as u16).min(cells.saturating_sub(1));
-    let weight = along - f32::from(low);
+    let low = (position as u16).min(cells.saturating_sub(1));
+    let weight = position - f32::from(low);
     [
         Corner {
             node: usize::from(low),

@@ -1,4 +1,4 @@
-//! Turns of a pair of directions about the normal, which must not change any model's result.
+//! Rotations of a pair of directions about the normal, which must not change the result of any model.
 
 use std::f32::consts::{PI, TAU};
 
@@ -7,11 +7,11 @@ use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 use glimpse_core::recipe::Recipe;
 use proptest::prelude::*;
 
-/// The initial parameters of the demo's firmware.
+/// The initial parameters of an example recipe.
 fn neural() -> NeuralParameters<f32> {
     let bytes = include_bytes!("../../../examples/recipes/neural-n8.recipe");
-    let recipe = Recipe::parse(bytes).expect("the demo's recipe");
-    let descent = recipe.descent().expect("Neural descends");
+    let recipe = Recipe::parse(bytes).expect("the example is valid");
+    let descent = recipe.descent().expect("a recipe for Neural has a descent");
     let mut parameters = [0.0; Neural::PARAMETERS];
     for (parameter, value) in parameters.iter_mut().zip(descent.initial().iter()) {
         *parameter = value;
@@ -19,11 +19,12 @@ fn neural() -> NeuralParameters<f32> {
     parameters
 }
 
-fn arms(theta_i: f32, theta_o: f32, between: f32) -> ArmAngles {
+/// A pair of directions whose azimuths differ by `delta_phi`.
+fn arms(theta_i: f32, theta_o: f32, delta_phi: f32) -> ArmAngles {
     let arm = |theta, phi| Spherical { theta, phi };
     ArmAngles {
         incoming: arm(theta_i, 0.0),
-        outgoing: arm(theta_o, between),
+        outgoing: arm(theta_o, delta_phi),
     }
 }
 
@@ -34,8 +35,8 @@ fn brdf(parameters: &NeuralParameters<f32>, arms: ArmAngles) -> [f32; 3] {
 
 /// The largest difference of a channel, relative to 1 + f, as in the logarithmic loss.
 fn difference(a: [f32; 3], b: [f32; 3]) -> f32 {
-    let of = |(a, b): (f32, f32)| (a - b).abs() / (1.0 + a);
-    a.into_iter().zip(b).map(of).fold(0.0, f32::max)
+    let relative = |(a, b): (f32, f32)| (a - b).abs() / (1.0 + a);
+    a.into_iter().zip(b).map(relative).fold(0.0, f32::max)
 }
 
 /// An earlier version changed red from 0.1405 to 0.2002, because rounding determined the half vector's azimuth.
@@ -49,8 +50,7 @@ fn neural_ignores_turn_of_mirror_pair() {
         for turn in 0..3600 {
             let turned = pair.turned((turn as f32 / 10.0).to_radians());
             let actual = brdf(&parameters, turned);
-            // Only theta_d changes: by 1e-7 or 2e-7 because of rounding, and by 2e-6 because of micromath's square
-            // root.
+            // Only theta_d changes: by up to 2e-7 rad due to rounding, and by 2e-6 rad due to micromath's square root.
             assert!(
                 difference(first, actual) < 2e-5,
                 "mirror at {degrees} degrees, turned by {}: {first:?} and {actual:?}",
@@ -67,8 +67,9 @@ fn neural_tolerates_arm_errors_of_0_01_degrees() {
     let theta = 30f32.to_radians();
     let exact = brdf(&parameters, arms(theta, theta, PI));
     for turn in 0..360 {
-        let off = (turn as f32).to_radians().sin() * 1e-4;
-        let near = arms(theta + off, theta - off, PI + off).turned((turn as f32).to_radians());
+        let error = (turn as f32).to_radians().sin() * 1e-4;
+        let near =
+            arms(theta + error, theta - error, PI + error).turned((turn as f32).to_radians());
         assert!(difference(exact, brdf(&parameters, near)) < 1e-4);
     }
 }
@@ -78,32 +79,39 @@ proptest! {
 
     #[test]
     fn turn_keeps_half_and_difference_vectors(
-        theta_i in 0.0..1.5f32, theta_o in 0.0..1.5f32, between in -PI..PI, turn in 0.0..TAU,
+        theta_i in 0.0..1.5f32, theta_o in 0.0..1.5f32, delta_phi in -PI..PI, turn in 0.0..TAU,
     ) {
-        let pair = arms(theta_i, theta_o, between);
-        let by_angles = pair.turned(turn).directions();
-        let by_vectors = pair.directions().turned(turn);
-        let [here, there, too] = [pair.directions(), by_angles, by_vectors].map(|directions| {
+        let pair = arms(theta_i, theta_o, delta_phi);
+        let turned_angles = pair.turned(turn).directions();
+        let turned_vectors = pair.directions().turned(turn);
+        let [original, turned_angles, turned_vectors] = [pair.directions(), turned_angles, turned_vectors].map(|directions| {
             HalfDifference::from_directions(&directions).expect("a half vector")
         });
-        // The azimuth differs inside and outside the rim of the pole.
-        prop_assume!(here.hx < 2.9e-4 || here.hx > 3.1e-4);
-        // As accurate as the azimuth of the half vector, whose length is cos(theta_d); see `POLE`.
-        let accuracy = if here.hx > 0.0 { here.hx * here.dz } else { 1.0 };
+        // At sin(theta_h) = `POLE`, 3e-4, rounding decides if phi_d becomes 0.
+        prop_assume!(original.hx < 2.9e-4 || original.hx > 3.1e-4);
+        // The azimuth of the sum of both directions has an error of 1 / (sin(theta_h) cos(theta_d)), times that of rounding.
+        let accuracy = if original.hx > 0.0 { original.hx * original.dz } else { 1.0 };
         let rounding = if cfg!(feature = "micromath") { 5e-6 } else { 0.0 };
         let tolerance = rounding + 1e-6 / accuracy;
-        for at in [there, too] {
-            for (a, b) in [(at.hx, here.hx), (at.hz, here.hz), (at.dx, here.dx), (at.dy, here.dy), (at.dz, here.dz)] {
-                prop_assert!((a - b).abs() <= tolerance, "{here:?} {at:?}");
+        for at in [turned_angles, turned_vectors] {
+            let pairs = [
+                (at.hx, original.hx),
+                (at.hz, original.hz),
+                (at.dx, original.dx),
+                (at.dy, original.dy),
+                (at.dz, original.dz),
+            ];
+            for (a, b) in pairs {
+                prop_assert!((a - b).abs() <= tolerance, "{original:?} {at:?}");
             }
         }
     }
 
     #[test]
     fn neural_ignores_turn(
-        theta_i in 0.0..1.5f32, theta_o in 0.0..1.5f32, between in -PI..PI, turn in 0.0..TAU,
+        theta_i in 0.0..1.5f32, theta_o in 0.0..1.5f32, delta_phi in -PI..PI, turn in 0.0..TAU,
     ) {
-        let pair = arms(theta_i, theta_o, between);
+        let pair = arms(theta_i, theta_o, delta_phi);
         let at = HalfDifference::from_directions(&pair.directions()).expect("a half vector");
         prop_assume!(at.hx < 2.9e-4 || at.hx > 3.1e-4);
         let parameters = neural();

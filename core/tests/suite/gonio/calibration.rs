@@ -41,7 +41,7 @@ proptest! {
         // Cosines cancel for both footprints.
         let same_directions = calibration(&directions, footprint).brdf(read).expect("finite");
         let reference = at([0.0, 0.0, 45.0, 0.0]);
-        let from_reference = calibration(&reference, footprint).read_once_at(&reference, footprint).expect("above");
+        let from_reference = calibration(&reference, footprint).read_once_at(&reference, footprint).expect("above the horizon");
         let from_reference = from_reference.brdf(read, &directions).expect("finite");
         for actual in [same_directions, from_reference] {
             prop_assert!(!actual.saturated);
@@ -92,7 +92,9 @@ fn flags_saturation_in_any_channel() {
     let calibration = calibration(&directions, Footprint::LightLarger);
     let is_saturated =
         |calibration: &Calibration, read| calibration.brdf(read).expect("finite").saturated;
-    let saturating = calibration.saturating_at(4095.0).expect("white below it");
+    let saturating = calibration
+        .saturating_at(4095.0)
+        .expect("the white reading is not saturated");
     for channel in 0..3 {
         for (count, saturated) in [(4094.9, false), (4095.0, true), (4096.0, true)] {
             let mut read = [1000.0; 3];
@@ -110,7 +112,7 @@ fn flags_saturation_in_any_channel() {
 
 #[test]
 fn monochrome_fills_all_channels() {
-    let calibration = Calibration::monochrome(100.0, 1100.0, 0.5).expect("a white");
+    let calibration = Calibration::monochrome(100.0, 1100.0, 0.5).expect("valid");
     let actual = calibration.brdf([600.0; 3]).expect("finite");
     assert_eq!(actual, Calibrated::monochrome(actual.brdf[0], false));
     assert!(close(actual.brdf[0], 0.25 / PI));
@@ -130,7 +132,7 @@ fn errors_name_the_channel() {
             let error = CalibrationError::NonFinite(channel);
             assert_eq!(new(with(DARK, broken), white, WHITE), error);
             assert_eq!(new(DARK, with(white, broken), WHITE), error);
-            let valid = Calibration::new(DARK, white, WHITE).expect("a white");
+            let valid = Calibration::new(DARK, white, WHITE).expect("valid");
             assert_eq!(valid.brdf(with(white, broken)), Err(error));
         }
         let error = CalibrationError::WhiteNotBrighter(channel);
@@ -140,14 +142,14 @@ fn errors_name_the_channel() {
             let error = CalibrationError::Reflectance(channel);
             assert_eq!(new(DARK, white, with(WHITE, broken)), error);
         }
-        let valid = Calibration::new(DARK, with(white, 3500.0), WHITE).expect("a white");
+        let valid = Calibration::new(DARK, with(white, 3500.0), WHITE).expect("valid");
         let error = Err(CalibrationError::WhiteSaturated(channel));
         assert_eq!(valid.saturating_at(3500.0), error);
         assert!(valid.saturating_at(3501.0).is_ok());
         assert!(valid.saturating_at(f32::NAN).is_err());
     }
     // A quotient that overflows is not a BRDF.
-    let dim = Calibration::monochrome(0.0, 1e-30, 1.0).expect("a white");
+    let dim = Calibration::monochrome(0.0, 1e-30, 1.0).expect("valid");
     let error = Err(CalibrationError::NonFinite(0));
     assert_eq!(dim.brdf([1e30; 3]), error);
 }
@@ -159,12 +161,14 @@ fn errors_name_the_arm_below_horizon() {
         incoming: [0.6, 0.0, z],
         outgoing: [0.6, 0.0, z],
     };
-    let valid = Calibration::monochrome(0.0, 1.0, 1.0).expect("a white");
+    let valid = Calibration::monochrome(0.0, 1.0, 1.0).expect("valid");
     for (footprint, arm) in [
         (Footprint::LightLarger, Arm::Light),
         (Footprint::SensorLarger, Arm::Sensor),
     ] {
-        let from_reference = valid.read_once_at(&above, footprint).expect("above");
+        let from_reference = valid
+            .read_once_at(&above, footprint)
+            .expect("above the horizon");
         for z in [0.0, -0.8, f32::NAN, f32::INFINITY] {
             let error = CalibrationError::Cosine(CosineError(arm));
             assert_eq!(valid.read_once_at(&below(z), footprint), Err(error));

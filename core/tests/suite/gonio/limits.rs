@@ -128,7 +128,7 @@ fn messages_contain_field_and_excess() {
 #[test]
 fn postcard_round_trip() {
     let mut buffer = [0; 16];
-    let bytes = postcard::to_slice(&limits(), &mut buffer).expect("room");
+    let bytes = postcard::to_slice(&limits(), &mut buffer).expect("the buffer is large enough");
     assert_eq!(bytes.len(), 13);
     assert_eq!(postcard::from_bytes::<Limits>(bytes), Ok(limits()));
 }

@@ -94,7 +94,7 @@ proptest! {
         let actual = machine.nearest(pending, &arms(from)).expect("in reach");
         let costs: Vec<_> = to.iter().map(|to| moved(&machine, *to, from).seconds).collect();
         let best = costs.iter().copied().fold(f32::INFINITY, f32::min);
-        let first = costs.iter().position(|cost| *cost == best).expect("one of them");
+        let first = costs.iter().position(|cost| *cost == best).expect("one of the costs");
         prop_assert_eq!(usize::from(actual.index), 3 + first);
         prop_assert_eq!(actual.seconds, best);
     }
@@ -102,7 +102,7 @@ proptest! {
 
 #[test]
 fn azimuths_take_shorter_way() {
-    // Without and after many turns.
+    // Without turns, and after 10 turns.
     for turns in [0.0, 3600.0] {
         let from = [10.0, 170.0 + turns, 10.0, 90.0];
         let actual = moved(&machine(false), [10.0, -170.0, 10.0, 90.0], from);
@@ -120,7 +120,7 @@ fn ignores_samples_out_of_reach() {
     let places = [at([60.0, 0.0, 10.0, 0.0]), at([20.0, 0.0, 80.0, 0.0])];
     let actual = machine
         .nearest((0..).zip(places), &from)
-        .expect("one of them");
+        .expect("a sample in reach");
     assert_eq!(actual.index, 1, "the nearer one is past the lamp's limit");
     assert_eq!(machine.nearest((0..).zip([places[0]]), &from), None);
     assert_eq!(machine.nearest([].into_iter(), &from), None);

@@ -54,7 +54,7 @@ proptest! {
             repeated.add(*reading, false).expect("finite");
         }
         let count = readings.len() as f64;
-        let (means, variances) = (repeated.mean().expect("some"), repeated.variance().expect("two"));
+        let (means, variances) = (repeated.mean().expect("at least one reading"), repeated.variance().expect("at least two readings"));
         for channel in 0..3 {
             let values = || readings.iter().map(|r| f64::from(r[channel]));
             let mean = values().sum::<f64>() / count;

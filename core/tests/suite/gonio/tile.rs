@@ -173,7 +173,7 @@ fn three_exact_readings_are_enough() {
         let case = Case { quantity, ..EXACT };
         let readings = readings(&case, &directions, &mut random);
         assert_eq!(examine(&readings, TILE), TileResult::Is(quantity));
-        let two = readings.get(..2).expect("three of them");
+        let two = readings.get(..2).expect("three readings");
         assert_eq!(
             examine(two, TILE),
             TileResult::Inconclusive(InconclusiveReason::TooFew)

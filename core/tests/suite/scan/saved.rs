@@ -34,15 +34,16 @@ fn saved(recipe: &Recipe<'_>, material: f32, count: usize) -> Saved<8> {
     saved
 }
 
-/// Writes the first `cut` bytes into memory, over its old content.
-fn write_into(memory: &mut [u8; BYTES], saved: &Saved<8>, cut: usize) {
+/// Overwrites the first `length` bytes of `memory` with those of `saved`.
+fn write_into(memory: &mut [u8; BYTES], saved: &Saved<8>, length: usize) {
     let mut buffer = [0; BYTES];
     let bytes = saved.write(&mut buffer).unwrap();
-    let cut = cut.min(bytes.len());
-    memory[..cut].copy_from_slice(&bytes[..cut]);
+    let length = length.min(bytes.len());
+    memory[..length].copy_from_slice(&bytes[..length]);
 }
 
-/// The outcome of a scan that begins with saved readings and takes the rest, and the number of readings that it takes.
+/// Runs a scan that begins with saved readings and takes the others. Returns its outcome and the number of readings that
+/// it took.
 fn resume<K: Fitter + 'static>(
     recipe: Recipe<'static>,
     saved: &[(u16, Reading)],
@@ -58,12 +59,12 @@ fn resume<K: Fitter + 'static>(
 }
 
 fn check_resumed_scan<K: Fitter + 'static>(recipe: Recipe<'static>) {
-    let (whole, all) = resume::<K>(recipe, &[]);
-    assert_eq!(all, 8);
-    assert!(matches!(whole, Outcome::Fitted(..)));
+    let (uninterrupted, taken) = resume::<K>(recipe, &[]);
+    assert_eq!(taken, 8);
+    assert!(matches!(uninterrupted, Outcome::Fitted(..)));
     for count in 0..=8 {
         let resumed = resume::<K>(recipe, saved(&recipe, 0.2, count).readings());
-        assert_eq!(resumed, (whole.clone(), 8 - count));
+        assert_eq!(resumed, (uninterrupted.clone(), 8 - count));
     }
 }
 
@@ -72,8 +73,8 @@ fn resumed_scan_keeps_result() {
     for_every_fitter!(check_resumed_scan);
 }
 
-/// Cuts the power after each byte of each write: of the scan's own writes, and of the write that deletes the previous
-/// scan of another material.
+/// Interrupts each write after each of its bytes. The first write replaces the readings of another material, and each
+/// further one adds a reading.
 #[test]
 fn interrupted_write_leaves_old_new_or_no_readings() {
     for scan in empty_scans() {
@@ -89,7 +90,7 @@ fn interrupted_write_leaves_old_new_or_no_readings() {
                 write_into(&mut memory, &new, cut);
                 match Saved::<8>::read(&memory, &recipe) {
                     Ok(actual) if actual == new => {}
-                    // No byte has changed yet.
+                    // Before the first byte that differs, memory holds the old readings.
                     Ok(actual) => assert_eq!((memory, &actual), (before, &old)),
                     Err(error) => {
                         assert_eq!(error, SavedError::Damaged);
@@ -109,7 +110,7 @@ fn interrupted_write_leaves_old_new_or_no_readings() {
 fn power_loss_during_fit_keeps_result() {
     for mut scan in empty_scans() {
         let recipe = *scan.recipe();
-        let whole = resume::<Any>(recipe, &[]).0;
+        let uninterrupted = resume::<Any>(recipe, &[]).0;
         let complete = saved(&recipe, 0.2, 8);
         let mut memory = [0; BYTES];
         write_into(&mut memory, &complete, BYTES);
@@ -118,9 +119,10 @@ fn power_loss_during_fit_keeps_result() {
             let mut fit = scan.fit().unwrap();
             let done = done.min(fit.progress().total - 1);
             assert_eq!(fit.advance(done).done, done);
-            // The power loss clears `scan`.
+            // After the power loss, only `memory` remains.
             let actual = Saved::<8>::read(&memory, &recipe).unwrap();
-            assert_eq!(resume::<Any>(recipe, actual.readings()), (whole.clone(), 0));
+            let resumed = resume::<Any>(recipe, actual.readings());
+            assert_eq!(resumed, (uninterrupted.clone(), 0));
         }
     }
 }
@@ -186,7 +188,7 @@ fn second_reading_replaces_first() {
 /// In version 0.1, a NaN was accepted, saved and read.
 #[test]
 fn rejects_invalid_saved_readings() {
-    /// The bytes of a foreign writer.
+    /// The layout of `Saved`, without its checks.
     #[derive(Serialize)]
     struct Forged {
         recipe: u32,
