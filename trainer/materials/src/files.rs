@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
-/// Writes a file atomically: a reader finds either the old content or all of the new.
+/// Writes a file atomically: a reader sees either the complete old content or the complete new content.
 ///
 /// The bytes go to a temporary file in the same directory, which then takes the name and the permissions of the old
-/// file. A symbolic link is kept, and its target is written. Temporary files that killed writes of the same file left
-/// are removed. A pipe or a device is written to directly.
+/// file. A symbolic link is kept, and its target is written. Temporary files of earlier, interrupted writes of the same
+/// file are removed. A pipe or a device is written to directly.
 ///
 /// # Errors
-/// If the operating system cannot write the file, the file is read-only, or its directory does not exist. No temporary
-/// file remains.
+/// If the operating system cannot write the file, the file is read-only, or its directory does not exist. The temporary
+/// file is then removed.
 pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let path = match Target::resolve(path)? {
         Target::Stream => return OpenOptions::new().append(true).open(path)?.write_all(bytes),
@@ -38,6 +38,7 @@ pub fn write_atomic(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// As [`write_atomic`].
 pub fn write_atomic_below(directory: &Path, relative: &Path, bytes: &[u8]) -> io::Result<()> {
     let path = directory.join(relative);
+    // The name of the file does not matter: only its parent is checked.
     require_parent_dir(&directory.join("file"))?;
     ensure_dir_all(directory_of(&path))?;
     write_atomic(&path, bytes)
@@ -82,13 +83,13 @@ pub fn ensure_dir_all(path: &Path) -> io::Result<()> {
 /// Checks that the directory of a file exists.
 ///
 /// # Errors
-/// If it does not exist. The kind is [`io::ErrorKind::NotADirectory`] if it is a file.
+/// If the directory does not exist. The kind is [`io::ErrorKind::NotADirectory`] if a file has its path.
 pub fn require_parent_dir(path: &Path) -> io::Result<()> {
     let directory = directory_of(path);
     reject_file_in_path(directory)?;
     match directory.exists() {
         true => Ok(()),
-        false => Err(missing(directory)),
+        false => Err(missing_directory(directory)),
     }
 }
 
@@ -135,7 +136,7 @@ impl Target {
                 if [io::ErrorKind::NotFound, io::ErrorKind::NotADirectory]
                     .contains(&error.kind()) =>
             {
-                let path = end_of_links(path);
+                let path = follow_links(path);
                 require_parent_dir(&path)?;
                 return Ok(Self::File(path));
             }
@@ -145,8 +146,8 @@ impl Target {
             return Err(io::ErrorKind::IsADirectory.into());
         }
         // `/dev/stdout` may lead to a regular file that the shell has already opened.
-        let opened = ["/dev/stdout", "/dev/stderr", "/dev/fd", "/proc"];
-        if !metadata.is_file() || opened.iter().any(|opened| path.starts_with(opened)) {
+        let stream_paths = ["/dev/stdout", "/dev/stderr", "/dev/fd", "/proc"];
+        if !metadata.is_file() || stream_paths.iter().any(|prefix| path.starts_with(prefix)) {
             return Ok(Self::Stream);
         }
         if metadata.permissions().readonly() {
@@ -158,19 +159,20 @@ impl Target {
 }
 
 /// Follows symbolic links to a target that does not exist.
-fn end_of_links(path: &Path) -> PathBuf {
+fn follow_links(path: &Path) -> PathBuf {
     const MAX_LINKS: usize = 40;
-    let mut end = path.to_owned();
+    let mut target = path.to_owned();
     for _ in 0..MAX_LINKS {
-        match fs::read_link(&end) {
-            Ok(next) => end = directory_of(&end).join(next),
+        match fs::read_link(&target) {
+            Ok(next) => target = directory_of(&target).join(next),
             Err(_) => break,
         }
     }
-    end
+    target
 }
 
-fn missing(directory: &Path) -> io::Error {
+/// Returns the error of a directory that does not exist.
+fn missing_directory(directory: &Path) -> io::Error {
     let message = format!(
         "the directory {} does not exist; create it first",
         directory.display()
@@ -186,25 +188,25 @@ fn directory_of(path: &Path) -> &Path {
 }
 
 /// Returns the prefix of the names of a file's temporary files.
-fn prefix(path: &Path) -> String {
+fn temporary_prefix(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     format!(".unfinished-{name}-")
 }
 
-/// Creates a temporary file in the directory of `path`. It is removed when dropped.
+/// Creates a temporary file in the directory of `path`. Dropping the handle removes the file.
 fn temporary_file(path: &Path) -> io::Result<NamedTempFile> {
-    let prefix = prefix(path);
+    let prefix = temporary_prefix(path);
     let mut builder = tempfile::Builder::new();
     builder.prefix(&prefix);
-    // Temporary files are private by default, and this one becomes an ordinary file.
+    // By default, only the owner can read a temporary file. This one becomes an ordinary file.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(directory_of(path))
 }
 
-/// Removes temporary files of `path` that killed writes have left.
+/// Removes the temporary files of earlier, interrupted writes of `path`.
 fn remove_temporary_files(path: &Path) -> io::Result<()> {
-    let prefix = prefix(path);
+    let prefix = temporary_prefix(path);
     for entry in fs::read_dir(directory_of(path))? {
         let entry = entry?;
         if entry.file_name().to_string_lossy().starts_with(&prefix) {
@@ -232,21 +234,21 @@ mod tests {
     #[test]
     fn does_not_create_parent_directories() {
         let scratch = tempfile::tempdir().unwrap();
-        let none = scratch.path().join("none");
+        let missing = scratch.path().join("missing");
         for result in [
-            write_atomic(&none.join("file"), b"one"),
-            check_writable(&none.join("file"), 1),
-            write_atomic_below(&none, Path::new("file"), b"one"),
-            ensure_dir(&none.join("deeper")),
+            write_atomic(&missing.join("file"), b"one"),
+            check_writable(&missing.join("file"), 1),
+            write_atomic_below(&missing, Path::new("file"), b"one"),
+            ensure_dir(&missing.join("deeper")),
         ] {
             assert_eq!(result.unwrap_err().kind(), io::ErrorKind::NotFound);
         }
-        assert!(!none.exists());
-        ensure_dir(&none).unwrap();
-        ensure_dir(&none).unwrap();
-        write_atomic_below(&none, Path::new("a/b/file"), b"one").unwrap();
-        assert_eq!(std::fs::read(none.join("a/b/file")).unwrap(), b"one");
-        assert!(ensure_dir(&none.join("a/b/file")).is_err());
+        assert!(!missing.exists());
+        ensure_dir(&missing).unwrap();
+        ensure_dir(&missing).unwrap();
+        write_atomic_below(&missing, Path::new("a/b/file"), b"one").unwrap();
+        assert_eq!(std::fs::read(missing.join("a/b/file")).unwrap(), b"one");
+        assert!(ensure_dir(&missing.join("a/b/file")).is_err());
     }
 
     #[test]
@@ -279,50 +281,53 @@ mod tests {
         use std::os::unix::fs::{PermissionsExt, symlink};
 
         let scratch = tempfile::tempdir().unwrap();
-        let at = |name: &str| scratch.path().join(name);
-        std::fs::create_dir(at("folder")).unwrap();
-        symlink("folder/new", at("link")).unwrap();
-        symlink("link", at("link-to-link")).unwrap();
+        let path_of = |name: &str| scratch.path().join(name);
+        std::fs::create_dir(path_of("folder")).unwrap();
+        symlink("folder/new", path_of("link")).unwrap();
+        symlink("link", path_of("link-to-link")).unwrap();
         for bytes in [b"one", b"two"] {
-            write_atomic(&at("link-to-link"), bytes).unwrap();
-            assert_eq!(std::fs::read(at("folder/new")).unwrap(), bytes);
+            write_atomic(&path_of("link-to-link"), bytes).unwrap();
+            assert_eq!(std::fs::read(path_of("folder/new")).unwrap(), bytes);
         }
-        assert!(at("link").is_symlink() && at("link-to-link").is_symlink());
-        assert!(!at("folder/new").is_symlink());
+        assert!(path_of("link").is_symlink() && path_of("link-to-link").is_symlink());
+        assert!(!path_of("folder/new").is_symlink());
 
-        let mode = |mode| std::fs::set_permissions(at("link"), PermissionsExt::from_mode(mode));
-        mode(0o640).unwrap();
-        write_atomic(&at("folder/new"), b"three").unwrap();
-        let kept = std::fs::metadata(at("folder/new")).unwrap().permissions();
-        assert_eq!(kept.mode() & 0o777, 0o640);
+        let set_mode =
+            |mode| std::fs::set_permissions(path_of("link"), PermissionsExt::from_mode(mode));
+        set_mode(0o640).unwrap();
+        write_atomic(&path_of("folder/new"), b"three").unwrap();
+        let permissions = std::fs::metadata(path_of("folder/new"))
+            .unwrap()
+            .permissions();
+        assert_eq!(permissions.mode() & 0o777, 0o640);
 
-        mode(0o444).unwrap();
+        set_mode(0o444).unwrap();
         for result in [
-            write_atomic(&at("link"), b"four"),
-            check_writable(&at("link"), 1),
+            write_atomic(&path_of("link"), b"four"),
+            check_writable(&path_of("link"), 1),
         ] {
             assert_eq!(result.unwrap_err().kind(), io::ErrorKind::PermissionDenied);
         }
-        assert_eq!(std::fs::read(at("folder/new")).unwrap(), b"three");
-        assert_eq!(std::fs::read_dir(at("folder")).unwrap().count(), 1);
+        assert_eq!(std::fs::read(path_of("folder/new")).unwrap(), b"three");
+        assert_eq!(std::fs::read_dir(path_of("folder")).unwrap().count(), 1);
     }
 
     #[test]
-    fn removes_temporary_files_of_killed_writes() {
+    fn removes_temporary_files_of_interrupted_writes() {
         let scratch = tempfile::tempdir().unwrap();
         let path = scratch.path().join("file");
-        let (_, left) = temporary_file(&path).unwrap().keep().unwrap();
-        let (_, other) = temporary_file(&scratch.path().join("other"))
+        let (_, leftover) = temporary_file(&path).unwrap().keep().unwrap();
+        let (_, of_other_file) = temporary_file(&scratch.path().join("other"))
             .unwrap()
             .keep()
             .unwrap();
         write_atomic(&path, b"one").unwrap();
-        assert!(!left.exists());
-        assert!(other.exists());
+        assert!(!leftover.exists());
+        assert!(of_other_file.exists());
     }
 
     #[test]
-    fn check_leaves_no_file() {
+    fn check_writable_leaves_no_file() {
         let scratch = tempfile::tempdir().unwrap();
         check_writable(&scratch.path().join("file"), 100).unwrap();
         assert_eq!(std::fs::read_dir(scratch.path()).unwrap().count(), 0);

@@ -5,8 +5,8 @@
 //! towards grazing angles, as in gonioreflectometer data.
 //!
 //! The classes are those of measured materials: metals, metallic paints, plastics and lacquers, rubbers and other rough
-//! materials, fabrics, and woods. A set varies as much as measured materials in the brightness and width of highlights
-//! and their tails, the increase towards grazing angles, albedo, and saturation.
+//! materials, fabrics, and woods. These properties vary as much within a set as among measured materials: brightness
+//! and width of highlights and of their tails, increase towards grazing angles, albedo, and saturation.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::numeric::{Scalar, Trigonometry};
@@ -20,23 +20,23 @@ use glimpse_kernels::Dual;
 /// The smallest and largest value of a parameter.
 type Range = [f64; 2];
 
-/// The parameter ranges of a class. Roughness, width, reflectance and albedo are log-uniform.
+/// The parameter ranges of a class. `roughness`, `haze_roughness_ratio`, `fresnel` and `diffuse` are log-uniform.
 struct ClassRanges {
     class: Class,
-    /// The fraction of a set's materials.
+    /// The fraction of a set's materials that are of this class.
     share: f64,
-    /// Roughness of the core.
+    /// Roughness of the highlight's core.
     roughness: Range,
     /// Ratio of the haze's roughness to the core's.
-    haze_width: Range,
+    haze_roughness_ratio: Range,
     /// The haze's fraction of the highlight.
-    haze: Range,
+    haze_share: Range,
     /// Reflectance at normal incidence.
     fresnel: Range,
     /// Albedo of the diffuse part's brightest channel.
     diffuse: Range,
     /// The largest strength of the retro-reflective lobe.
-    retro: f64,
+    max_retro: f64,
 }
 
 /// A class of materials.
@@ -69,61 +69,61 @@ const CLASSES: [ClassRanges; 6] = [
         class: Class::Metal,
         share: 0.22,
         roughness: [0.003, 0.3],
-        haze_width: [1.5, 8.0],
-        haze: [0.1, 0.8],
+        haze_roughness_ratio: [1.5, 8.0],
+        haze_share: [0.1, 0.8],
         fresnel: [0.1, 0.6],
         diffuse: [1e-4, 0.1],
-        retro: 0.0,
+        max_retro: 0.0,
     },
     ClassRanges {
         class: Class::MetallicPaint,
         share: 0.15,
         roughness: [0.004, 0.2],
-        haze_width: [1.5, 16.0],
-        haze: [0.2, 0.95],
+        haze_roughness_ratio: [1.5, 16.0],
+        haze_share: [0.2, 0.95],
         fresnel: [0.03, 0.25],
         diffuse: [0.003, 0.3],
-        retro: 0.0,
+        max_retro: 0.0,
     },
     ClassRanges {
         class: Class::Plastic,
         share: 0.27,
         roughness: [0.002, 0.25],
-        haze_width: [1.5, 8.0],
-        haze: [0.1, 0.8],
+        haze_roughness_ratio: [1.5, 8.0],
+        haze_share: [0.1, 0.8],
         fresnel: [0.015, 0.06],
         diffuse: [0.002, 0.7],
-        retro: 0.0,
+        max_retro: 0.0,
     },
     ClassRanges {
         class: Class::Rubber,
         share: 0.12,
         roughness: [0.15, 0.6],
-        haze_width: [1.2, 2.5],
-        haze: [0.2, 0.9],
+        haze_roughness_ratio: [1.2, 2.5],
+        haze_share: [0.2, 0.9],
         fresnel: [0.01, 0.06],
         diffuse: [0.01, 0.6],
-        retro: 0.0,
+        max_retro: 0.0,
     },
     ClassRanges {
         class: Class::Fabric,
         share: 0.12,
         roughness: [0.25, 0.9],
-        haze_width: [1.1, 1.8],
-        haze: [0.2, 0.9],
+        haze_roughness_ratio: [1.1, 1.8],
+        haze_share: [0.2, 0.9],
         fresnel: [0.01, 0.08],
         diffuse: [0.01, 0.6],
-        retro: 0.15,
+        max_retro: 0.15,
     },
     ClassRanges {
         class: Class::Wood,
         share: 0.12,
         roughness: [0.05, 0.4],
-        haze_width: [1.3, 4.0],
-        haze: [0.1, 0.8],
+        haze_roughness_ratio: [1.3, 4.0],
+        haze_share: [0.1, 0.8],
         fresnel: [0.015, 0.06],
         diffuse: [0.05, 0.7],
-        retro: 0.05,
+        max_retro: 0.05,
     },
 ];
 
@@ -133,17 +133,17 @@ pub struct Procedural {
     name: String,
     /// Diffuse albedo, in linear RGB.
     diffuse: [f64; 3],
-    /// Burley's F90 of the diffuse part. Grazing angles are darker below 1 and brighter above 1.
+    /// F90 of Burley's diffuse term. Grazing angles are darker with a value below 1, and brighter with a value above 1.
     diffuse_grazing: f64,
     /// Strength of the highlight, in linear RGB.
     specular: [f64; 3],
     /// Reflectance at normal incidence.
     fresnel: f64,
-    /// The fraction of Schlick's increase to 1 at grazing angles.
+    /// The fraction of Schlick's increase from `fresnel` to 1 at grazing angles.
     fresnel_rise: f64,
     core: Lobe,
     haze: Lobe,
-    /// Shadowing at grazing angles in addition to that of roughness: dust, scratches, the edges of a light's cone.
+    /// Shadowing at grazing angles that roughness does not explain: dust, scratches, the edges of the light's cone.
     shadow: f64,
     /// Sheen at large theta_d, in linear RGB.
     sheen: [f64; 3],
@@ -163,7 +163,7 @@ struct Lobe {
     roughness: f64,
     /// The exponent gamma of the GTR distribution. 2 is GGX, and larger exponents have shorter tails.
     falloff: f64,
-    /// The factor of the distribution.
+    /// The factor that makes the distribution integrate to the lobe's share of the highlight.
     scale: f64,
 }
 
@@ -193,13 +193,14 @@ impl Procedural {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         random.set_stream(index as u64);
         let random = &mut random;
-        // A low-discrepancy sequence (golden ratio) selects the class, so that small sets have all classes too.
-        let mut share = (index as f64 * 0.618_033_988_749_895 + uniform(random, 0.0, 0.02)) % 1.0;
+        // A low-discrepancy sequence (golden ratio) selects the class, so that even small sets contain all classes.
+        let mut remaining_share =
+            (index as f64 * 0.618_033_988_749_895 + uniform(random, 0.0, 0.02)) % 1.0;
         let mut ranges = &CLASSES[0];
-        for each in &CLASSES {
-            ranges = each;
-            share -= ranges.share;
-            if share < 0.0 {
+        for candidate in &CLASSES {
+            ranges = candidate;
+            remaining_share -= ranges.share;
+            if remaining_share < 0.0 {
                 break;
             }
         }
@@ -213,43 +214,46 @@ impl Procedural {
     }
 
     fn from_ranges(ranges: &ClassRanges, name: String, random: &mut ChaCha8Rng) -> Self {
-        let hue = match ranges.class {
+        let base_color = match ranges.class {
             Class::Metal => metal_tint(random),
             Class::Wood => {
                 let stain = tint(random, 0.6);
-                mixed([0.75, 0.42, 0.2], stain, uniform(random, 0.0, 0.5))
+                mix([0.75, 0.42, 0.2], stain, uniform(random, 0.0, 0.5))
             }
             _ => tint(random, 0.95),
         };
         // Surface reflection is white, except on metals and pigmented surfaces.
         let specular = match ranges.class {
-            Class::Metal => hue,
-            Class::MetallicPaint | Class::Fabric => mixed(hue, [1.0; 3], uniform(random, 0.1, 0.9)),
+            Class::Metal => base_color,
+            Class::MetallicPaint | Class::Fabric => {
+                mix(base_color, [1.0; 3], uniform(random, 0.1, 0.9))
+            }
             _ => [1.0; 3],
         };
-        let sheen = mixed(hue, [1.0; 3], uniform(random, 0.0, 1.0));
-        let core = log_uniform(random, ranges.roughness);
-        let haze_width = log_uniform(random, ranges.haze_width);
-        let haze_share = uniform(random, ranges.haze[0], ranges.haze[1]);
+        let sheen = mix(base_color, [1.0; 3], uniform(random, 0.0, 1.0));
+        let core_roughness = log_uniform(random, ranges.roughness);
+        let haze_roughness_ratio = log_uniform(random, ranges.haze_roughness_ratio);
+        let haze_share = uniform(random, ranges.haze_share[0], ranges.haze_share[1]);
         let mut lobe = |roughness, share| {
             let falloff = log_uniform(random, [1.05, 3.0]);
             Lobe::new(roughness, falloff, share)
         };
-        let core_lobe = lobe(core, 1.0 - haze_share);
-        let haze_lobe = lobe((core * haze_width).min(0.99), haze_share);
+        let core = lobe(core_roughness, 1.0 - haze_share);
+        let haze_roughness = (core_roughness * haze_roughness_ratio).min(0.99);
+        let haze = lobe(haze_roughness, haze_share);
         Self {
             name,
-            diffuse: scaled(hue, log_uniform(random, ranges.diffuse)),
+            diffuse: scaled(base_color, log_uniform(random, ranges.diffuse)),
             diffuse_grazing: uniform(random, 0.4, 1.8),
             // Measured highlights are weaker than those of ideal interfaces.
             specular: scaled(specular, log_uniform(random, [0.25, 1.0])),
             fresnel: log_uniform(random, ranges.fresnel),
             fresnel_rise: uniform(random, 0.4, 1.0),
-            core: core_lobe,
-            haze: haze_lobe,
+            core,
+            haze,
             shadow: log_uniform(random, [0.02, 0.3]),
             sheen: scaled(sheen, log_uniform(random, [0.001, 0.3])),
-            retro: uniform(random, 0.0, ranges.retro),
+            retro: uniform(random, 0.0, ranges.max_retro),
             retro_width: uniform(random, 0.01, 0.1),
             noise: uniform(random, 0.0, 0.3),
             waves: std::array::from_fn(|_| {
@@ -266,48 +270,54 @@ impl Procedural {
     fn evaluate<S: Trigonometry>(&self, at: &HalfDifference<S>) -> [S; 3] {
         let c = S::constant;
         let one = c(1.0);
-        // A lower limit of the cosines, so that nothing diverges outside the valid region.
-        let floor = |cosine: S| (cosine - c(1e-3)).relu() + c(1e-3);
-        let (incoming, outgoing) = (floor(at.cos_theta_i()), floor(at.cos_theta_o()));
+        // A lower limit of the cosines keeps every term finite outside the valid region.
+        let limited = |cosine: S| (cosine - c(1e-3)).relu() + c(1e-3);
+        let (cos_i, cos_o) = (limited(at.cos_theta_i()), limited(at.cos_theta_o()));
 
-        let grazing = c(self.diffuse_grazing - 1.0);
-        let mut base = (one + grazing * fifth(one - incoming))
-            * (one + grazing * fifth(one - outgoing))
+        let grazing_increase = c(self.diffuse_grazing - 1.0);
+        let mut base = (one + grazing_increase * fifth_power(one - cos_i))
+            * (one + grazing_increase * fifth_power(one - cos_o))
             * c(1.0 / PI);
         if self.retro > 0.0 {
-            let distance = (one - at.dz * at.dz) * c(1.0 / self.retro_width);
-            base = base + c(self.retro / PI) * (-distance).exp();
+            let exponent = (one - at.dz * at.dz) * c(1.0 / self.retro_width);
+            base = base + c(self.retro / PI) * (-exponent).exp();
         }
 
-        let grazing_difference = fifth(one - at.dz);
+        let schlick_weight = fifth_power(one - at.dz);
         let fresnel =
-            c(self.fresnel) + c(self.fresnel_rise * (1.0 - self.fresnel)) * grazing_difference;
-        let lobe = |lobe: &Lobe| {
-            // cos^2 (a^2 - 1) + 1, without cancellation at sharp highlights.
-            let bell = at.hx * at.hx + at.hz * at.hz * c(lobe.roughness * lobe.roughness);
-            let distribution = c(lobe.scale) * (-(bell.ln() * c(lobe.falloff))).exp();
+            c(self.fresnel) + c(self.fresnel_rise * (1.0 - self.fresnel)) * schlick_weight;
+        let lobe_value = |lobe: &Lobe| {
+            // The base of the GTR distribution, cos^2(theta_h) (roughness^2 - 1) + 1. This form has no cancellation at
+            // sharp highlights.
+            let gtr_base = at.hx * at.hx + at.hz * at.hz * c(lobe.roughness * lobe.roughness);
+            let distribution = c(lobe.scale) * (-(gtr_base.ln() * c(lobe.falloff))).exp();
+            // Schlick's approximation of Smith's G1 is cosine / (cosine (1 - k) + k), where k is `shadow`. The cosine
+            // above cancels with a cosine in the denominator of the microfacet BRDF.
             let shadow = (0.5 * lobe.roughness + self.shadow).min(1.0);
-            let visible = |cosine: S| cosine * c(1.0 - shadow) + c(shadow);
-            distribution * c(0.25) / (visible(incoming) * visible(outgoing))
+            let g1_denominator = |cosine: S| cosine * c(1.0 - shadow) + c(shadow);
+            distribution * c(0.25) / (g1_denominator(cos_i) * g1_denominator(cos_o))
         };
-        let highlight = fresnel * (lobe(&self.core) + lobe(&self.haze));
+        let highlight = fresnel * (lobe_value(&self.core) + lobe_value(&self.haze));
 
-        let mut noise = c(0.0);
-        // (h_x d_x)^2 does not depend on phi_d at the pole, and has period pi in phi_d.
+        let mut wave_sum = c(0.0);
+        // (h_x d_x)^2 is 0 at the pole, where phi_d has no meaning. It has period pi in phi_d.
         let azimuthal = at.hx * at.dx;
         let azimuthal = azimuthal * azimuthal;
-        for [hx, dz, azimuth, phase] in self.waves {
-            let wave = at.hx * c(hx) + at.dz * c(dz) + azimuthal * c(azimuth) + c(phase);
-            noise = noise + wave.sin_cos().0 * c(0.25);
+        for [along_hx, along_dz, along_azimuthal, phase] in self.waves {
+            let angle = at.hx * c(along_hx)
+                + at.dz * c(along_dz)
+                + azimuthal * c(along_azimuthal)
+                + c(phase);
+            wave_sum = wave_sum + angle.sin_cos().0 * c(0.25);
         }
-        let lower = (incoming - outgoing).if_positive(outgoing, incoming);
-        let noise = one + c(self.noise) * fifth(one - lower) * noise;
+        let lower_cosine = (cos_i - cos_o).if_positive(cos_o, cos_i);
+        let noise_factor = one + c(self.noise) * fifth_power(one - lower_cosine) * wave_sum;
 
         let mut brdf = [c(0.0); 3];
         for (channel, f) in brdf.iter_mut().enumerate() {
             let diffuse = base * c(self.diffuse[channel]);
-            let sheen = grazing_difference * c(self.sheen[channel] / PI);
-            *f = (diffuse + sheen + highlight * c(self.specular[channel])) * noise;
+            let sheen = schlick_weight * c(self.sheen[channel] / PI);
+            *f = (diffuse + sheen + highlight * c(self.specular[channel])) * noise_factor;
         }
         brdf
     }
@@ -338,12 +348,12 @@ impl Material for Procedural {
     }
 }
 
-fn fifth<S: Scalar>(x: S) -> S {
+fn fifth_power<S: Scalar>(x: S) -> S {
     let squared = x * x;
     squared * squared * x
 }
 
-#[inline(never)] // The code of the generator is long.
+#[inline(never)] // Inlining would repeat the generator's long code at every call.
 fn uniform(random: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low + (high - low) * random.random::<f64>()
 }
@@ -356,12 +366,12 @@ fn scaled(color: [f64; 3], scale: f64) -> [f64; 3] {
     color.map(|value| value * scale)
 }
 
-fn mixed(a: [f64; 3], b: [f64; 3], fraction: f64) -> [f64; 3] {
+fn mix(a: [f64; 3], b: [f64; 3], fraction: f64) -> [f64; 3] {
     std::array::from_fn(|i| a[i] + (b[i] - a[i]) * fraction)
 }
 
-/// Returns a random color whose largest channel is 1. A pigment absorbs each channel independently, at a saturation of
-/// 1 by a factor of up to e^6.
+/// Returns a random color whose largest channel is 1. A pigment attenuates each channel independently, by a factor of
+/// up to e^(6 `saturation`).
 fn tint(random: &mut ChaCha8Rng, saturation: f64) -> [f64; 3] {
     let strength = 6.0 * saturation * uniform(random, 0.0, 1.0);
     let color: [f64; 3] = std::array::from_fn(|_| (-strength * uniform(random, 0.0, 1.0)).exp());
@@ -369,7 +379,7 @@ fn tint(random: &mut ChaCha8Rng, saturation: f64) -> [f64; 3] {
     scaled(color, 1.0 / largest)
 }
 
-/// Returns a random color from silver over nickel and brass to copper.
+/// Returns a random color between silver and copper, through nickel and brass.
 fn metal_tint(random: &mut ChaCha8Rng) -> [f64; 3] {
     let warmth = uniform(random, -0.05, 0.6).max(0.0);
     let noise: [f64; 3] = std::array::from_fn(|_| uniform(random, 0.9, 1.1));
@@ -393,23 +403,23 @@ mod tests {
         }
     }
 
-    fn moved(angles: Angles<f64>, angle: usize, by: f64) -> Angles<f64> {
+    fn moved(angles: Angles<f64>, angle: usize, offset: f64) -> Angles<f64> {
         let mut moved = angles;
-        *[&mut moved.theta_h, &mut moved.theta_d, &mut moved.phi_d][angle] += by;
+        *[&mut moved.theta_h, &mut moved.theta_d, &mut moved.phi_d][angle] += offset;
         moved
     }
 
-    /// Returns true near a kink of the formula: where both cosines are equal, and just above the horizon.
+    /// Returns true near a kink of the formula: where both cosines are nearly equal, or just above the horizon.
     fn is_near_kink(angles: Angles<f64>) -> bool {
         let at = HalfDifference::from_angles(angles);
-        let (incoming, outgoing) = (at.cos_theta_i(), at.cos_theta_o());
-        (incoming - outgoing).abs() < 2e-3 || incoming.min(outgoing) < 3e-3
+        let (cos_i, cos_o) = (at.cos_theta_i(), at.cos_theta_o());
+        (cos_i - cos_o).abs() < 2e-3 || cos_i.min(cos_o) < 3e-3
     }
 
     #[test]
-    fn derivatives_agree_with_differences() {
+    fn derivatives_match_finite_differences() {
         const STEP: f64 = 2e-5;
-        let (mut compared, mut discarded, mut largest) = (0, 0, 0.0_f64);
+        let (mut compared, mut discarded, mut max_error) = (0, 0, 0.0_f64);
         for material in Procedural::set(60, 3) {
             for angles in uniform_valid(100, 9).into_iter().map(to_f64) {
                 if is_near_kink(angles) {
@@ -434,10 +444,10 @@ mod tests {
                             / (12.0 * STEP);
                         let slope = derivative[channel][angle];
                         let error = (slope - difference).abs() / slope.abs().max(values[channel]);
-                        largest = largest.max(error);
+                        max_error = max_error.max(error);
                         assert!(
                             error < 1e-5,
-                            "{}: {slope} and {difference}",
+                            "{}: derivative {slope}, difference {difference}",
                             material.name()
                         );
                     }
@@ -445,16 +455,16 @@ mod tests {
                 compared += 1;
             }
         }
-        println!("{compared} compared, {discarded} at kinks, largest error {largest:.1e}");
+        println!("{compared} compared, {discarded} at kinks, largest error {max_error:.1e}");
         assert!(
             compared > 5000 && discarded < 300,
-            "{compared} and {discarded}"
+            "{compared} compared, {discarded} discarded"
         );
     }
 
     #[test]
     fn f32_is_close_to_f64() {
-        let mut largest = [0.0_f64; 2];
+        let [mut max_error, mut max_derivative_error] = [0.0_f64; 2];
         for material in Procedural::set(60, 4) {
             for angles in uniform_valid(100, 10) {
                 let duals = material.evaluate(&HalfDifference::from_angles(
@@ -466,18 +476,20 @@ mod tests {
                 for channel in 0..3 {
                     for value in [brdf[channel], with_derivative[channel]] {
                         let error = (f64::from(value) - exact[channel]).abs() / exact[channel];
-                        largest[0] = largest[0].max(error);
+                        max_error = max_error.max(error);
                     }
                     for angle in 0..3 {
                         let slope = exact_derivative[channel][angle];
                         let error = (f64::from(derivative[channel][angle]) - slope).abs();
-                        largest[1] = largest[1].max(error / slope.abs().max(exact[channel]));
+                        max_derivative_error =
+                            max_derivative_error.max(error / slope.abs().max(exact[channel]));
                     }
                 }
             }
         }
-        println!("largest errors in f32: {largest:?}");
-        assert!(largest[0] < 2e-4 && largest[1] < 5e-4, "{largest:?}");
+        println!("largest error in f32: {max_error}, of derivatives {max_derivative_error}");
+        assert!(max_error < 2e-4, "{max_error}");
+        assert!(max_derivative_error < 5e-4, "{max_derivative_error}");
     }
 
     #[test]
@@ -487,7 +499,7 @@ mod tests {
                 let brdf = material.evaluate(&HalfDifference::from_angles(angles));
                 let exchanged =
                     material.evaluate(&HalfDifference::from_angles(moved(angles, 2, PI)));
-                let pole = |phi_d| {
+                let brdf_at_pole = |phi_d| {
                     let angles = Angles {
                         theta_h: 0.0,
                         phi_d,
@@ -495,12 +507,12 @@ mod tests {
                     };
                     material.evaluate(&HalfDifference::from_angles(angles))[0]
                 };
-                assert!((pole(0.0) / pole(angles.phi_d) - 1.0).abs() < 1e-9);
-                for (f, exchanged) in brdf.into_iter().zip(exchanged) {
+                assert!((brdf_at_pole(0.0) / brdf_at_pole(angles.phi_d) - 1.0).abs() < 1e-9);
+                for (f, f_exchanged) in brdf.into_iter().zip(exchanged) {
                     assert!(f > 0.0 && f.is_finite(), "{}: {f}", material.name());
                     assert!(
-                        (f - exchanged).abs() < 1e-9 * f,
-                        "{}: {f} {exchanged}",
+                        (f - f_exchanged).abs() < 1e-9 * f,
+                        "{}: {f}, exchanged {f_exchanged}",
                         material.name()
                     );
                 }
