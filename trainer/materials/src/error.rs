@@ -61,7 +61,7 @@ pub enum SourceError {
     },
     /// Two sources hold a material of the same name.
     #[error(
-        "{first} and {second} both hold a material named {name}; rename it in one of them, or remove it there"
+        "{first} and {second} both hold a material named {name}; rename or remove it in one of them"
     )]
     DuplicateAcrossSources {
         /// The name.
@@ -85,11 +85,11 @@ pub enum SourceError {
     InvalidProcedural(String),
 }
 
-/// A BRDF cannot be written as a material because it is infinite or NaN at some direction.
+/// An infinite or NaN value of a BRDF. It prevents writing the BRDF as a material.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "the BRDF is {} at theta_h {:.2}, theta_d {:.2} and phi_d {:.2} degrees, and only finite values can be written; \
-     fit it again, or from other readings", .value, .angles[0], .angles[1], .angles[2]
+     fit the material again, or fit it to other readings", .value, .angles[0], .angles[1], .angles[2]
 )]
 pub struct NotFinite {
     /// The value.
@@ -99,7 +99,7 @@ pub struct NotFinite {
 }
 
 impl NotFinite {
-    /// Checks a BRDF's value at angles in radians.
+    /// Returns an error if a channel of `brdf` is infinite or NaN. `angles` are in radians.
     pub(super) fn check(angles: Angles<f32>, brdf: [f32; 3]) -> Result<(), Self> {
         let Some(value) = brdf.into_iter().find(|value| !value.is_finite()) else {
             return Ok(());

@@ -3,9 +3,9 @@
 //! [`Source`] reads MERL tables, RGL measurements, NBRDF networks, PAB-Opto files, fitted materials and the built-in
 //! procedural set. Every material implements [`Material`]. [`Format`] lists the formats that can be written.
 //!
-//! The materials build on [`untrusted`] and [`files`] (reading and writing), [`setting`] (settings in errors) and
-//! [`basis`] (from coefficients of the model Linear to a BRDF). [`sampling`] (directions) and [`loss`] (the paper's
-//! loss of a whole BRDF) build on the materials.
+//! The materials build on four modules: [`untrusted`] reads files, [`files`] writes them, [`setting`] names settings in
+//! errors, and [`basis`] converts coefficients of the model Linear to a BRDF. Two modules build on the materials:
+//! [`sampling`] draws directions, and [`loss`] is the paper's loss of a whole BRDF.
 
 pub mod basis;
 pub mod files;

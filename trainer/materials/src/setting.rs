@@ -28,7 +28,7 @@ pub enum Setting {
     Recipe,
     /// The training schedule.
     Schedule,
-    /// The shares of several sources in training.
+    /// The share of each source in training.
     Share,
 }
 

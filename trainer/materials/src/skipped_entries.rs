@@ -16,55 +16,55 @@ const MAX_NAMES: usize = 3;
 /// Entries of a directory that are not read. Other kinds of files, such as a README, are not listed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SkippedEntries {
-    /// Subdirectories. They are not searched, except for the `material.json` of a fit.
+    /// Subdirectories without the `material.json` of a fit. They are not searched.
     pub directories: Vec<String>,
     /// Files with non-UTF-8 names, converted lossily.
     pub not_utf8: Vec<String>,
-    /// Files with a material's extension in capital letters.
+    /// Files with a material's extension that has capital letters.
     pub uppercase: Vec<String>,
-    /// Files with a material's extension and another name: arrays that are not one of a network's six, or names without
-    /// a stem.
+    /// Files with a material's extension whose names do not fit its format: arrays that are not one of a network's six,
+    /// or names without a stem.
     pub unrecognized: Vec<String>,
 }
 
 impl SkippedEntries {
     /// Lists the skipped entries of a directory.
     pub(super) fn scan(directory: &Path) -> Result<Self, SourceError> {
-        let mut all = Self::default();
+        let mut skipped = Self::default();
         for entry in directory.read_dir().map_err(read_error(directory))? {
             let path = entry.map_err(read_error(directory))?.path();
             let name = path.file_name().unwrap_or_default();
             let text = name.to_string_lossy().into_owned();
             if path.is_dir() {
                 if FittedMaterial::find_in(&path).is_none() {
-                    all.directories.push(text);
+                    skipped.directories.push(text);
                 }
                 continue;
             }
             let extension = extension(name);
-            let known = EXTENSIONS
+            let lowercase = EXTENSIONS
                 .iter()
-                .find(|known| known.eq_ignore_ascii_case(&extension));
-            let Some(known) = known else {
+                .find(|lowercase| lowercase.eq_ignore_ascii_case(&extension));
+            let Some(lowercase) = lowercase else {
                 continue;
             };
             if name.to_str().is_none() {
-                all.not_utf8.push(text);
-            } else if extension != *known {
-                all.uppercase.push(text);
+                skipped.not_utf8.push(text);
+            } else if extension != *lowercase {
+                skipped.uppercase.push(text);
             } else if NeuralBrdf::name_of(&path).is_none() && name_by_extension(&path).is_none() {
-                all.unrecognized.push(text);
+                skipped.unrecognized.push(text);
             }
         }
         for list in [
-            &mut all.directories,
-            &mut all.not_utf8,
-            &mut all.uppercase,
-            &mut all.unrecognized,
+            &mut skipped.directories,
+            &mut skipped.not_utf8,
+            &mut skipped.uppercase,
+            &mut skipped.unrecognized,
         ] {
             list.sort();
         }
-        Ok(all)
+        Ok(skipped)
     }
 
     /// Returns true if no entries are skipped.
@@ -74,7 +74,7 @@ impl SkippedEntries {
     }
 }
 
-/// Returns the text after the last dot of a name, converted lossily from non-UTF-8 names.
+/// Returns the text after the last dot of a name. Bytes that are not UTF-8 are replaced.
 fn extension(name: &OsStr) -> String {
     let name = name.to_string_lossy();
     let extension = name.rsplit_once('.').map(|(_, extension)| extension);
@@ -110,11 +110,14 @@ impl fmt::Display for SkippedEntries {
                 1 => singular,
                 _ => plural,
             };
-            let listed = names.iter().take(MAX_NAMES);
-            let listed: Vec<&str> = listed.map(String::as_str).collect();
-            let more = if names.len() > MAX_NAMES { ", ..." } else { "" };
-            let (count, listed) = (names.len(), listed.join(", "));
-            write!(f, "{separator}{count} {noun} ({listed}{more}: {reason})")?;
+            let first_names: Vec<&str> = names.iter().take(MAX_NAMES).map(String::as_str).collect();
+            let first_names = first_names.join(", ");
+            let ellipsis = if names.len() > MAX_NAMES { ", ..." } else { "" };
+            let count = names.len();
+            write!(
+                f,
+                "{separator}{count} {noun} ({first_names}{ellipsis}: {reason})"
+            )?;
             separator = ", ";
         }
         Ok(())
@@ -128,18 +131,18 @@ mod tests {
     #[test]
     fn lists_skipped_entries_by_kind() {
         let scratch = tempfile::tempdir().unwrap();
-        let at = |name: &str| scratch.path().join(name);
-        for name in ["README.md", "a.binary", "a_fc1.npy", "no-ending"] {
-            std::fs::write(at(name), "").unwrap();
+        let path_of = |name: &str| scratch.path().join(name);
+        for name in ["README.md", "a.binary", "a_fc1.npy", "no-extension"] {
+            std::fs::write(path_of(name), "").unwrap();
         }
         let scan = || SkippedEntries::scan(scratch.path()).unwrap();
         assert!(scan().is_empty());
         assert_eq!(scan().to_string(), "");
         for name in ["B.BSDF", "c.Binary", "mean.npy", ".bsdf"] {
-            std::fs::write(at(name), "").unwrap();
+            std::fs::write(path_of(name), "").unwrap();
         }
         for name in ["s1", "s2", "s3", "s4.binary"] {
-            std::fs::create_dir(at(name)).unwrap();
+            std::fs::create_dir(path_of(name)).unwrap();
         }
         let expected = SkippedEntries {
             directories: ["s1", "s2", "s3", "s4.binary"].map(str::to_owned).into(),

@@ -28,7 +28,8 @@ pub struct SourceShare {
     pub origin: Origin,
     /// The number of materials.
     pub materials: usize,
-    /// The share of training tasks, without those of added procedural materials. The shares of all sources have sum 1.
+    /// The source's share of the training tasks. Tasks of added procedural materials do not count. The shares of all
+    /// sources have sum 1.
     pub share: f32,
 }
 
@@ -67,14 +68,18 @@ pub enum ShareError {
 
 impl SettingError for ShareError {
     fn message(&self, name: SettingNames) -> String {
-        let [share, data] = [Setting::Share, Setting::Materials].map(name);
+        let [share, materials] = [Setting::Share, Setting::Materials].map(name);
         match self {
             Self::Count { sources, shares } => {
-                format!("{share} has {shares} numbers for {sources} of {data}; give one for each")
+                format!(
+                    "the number of values of {share} is {shares}, and that of {materials} is {sources}; give one share \
+                     for each source"
+                )
             }
             Self::NotPositive(value) => {
                 format!(
-                    "{share} has {value}, and must be above 0; give a positive number, or remove the source from {data}"
+                    "{share} contains {value}, and each share must be finite and above 0; give a positive number, or \
+                     remove the source from {materials}"
                 )
             }
         }
@@ -88,7 +93,7 @@ impl Sources {
     /// Combines sources in proportion to `shares`. Without shares, each source is weighted by its number of materials.
     ///
     /// # Errors
-    /// If there are shares, and not one positive finite number for each source.
+    /// If `shares` is neither empty nor a list of one positive finite number for each source.
     pub fn new(sources: Vec<Source>, shares: &[f32]) -> Result<Self, ShareError> {
         if let Some(share) = shares
             .iter()
@@ -99,7 +104,9 @@ impl Sources {
         let sum: f32 = shares.iter().sum();
         let shares = match shares {
             [] => None,
-            each if each.len() == sources.len() => Some(each.iter().map(|s| s / sum).collect()),
+            shares if shares.len() == sources.len() => {
+                Some(shares.iter().map(|share| share / sum).collect())
+            }
             _ => {
                 return Err(ShareError::Count {
                     sources: sources.len(),
@@ -123,8 +130,9 @@ impl Sources {
         let labels: Vec<String> = match &self.shares {
             None => labels.map(str::to_owned).collect(),
             Some(shares) => {
-                let both = labels.zip(shares);
-                both.map(|(label, share)| format!("{label} ({share:.3})"))
+                let labels_and_shares = labels.zip(shares);
+                labels_and_shares
+                    .map(|(label, share)| format!("{label} ({share:.3})"))
                     .collect()
             }
         };
@@ -148,10 +156,10 @@ impl Sources {
         &self,
         lists: Vec<Vec<Box<dyn Material>>>,
     ) -> Result<MaterialsAndShares, SourceError> {
-        let mut holders: HashMap<String, &Source> = HashMap::new();
+        let mut source_by_name: HashMap<String, &Source> = HashMap::new();
         for (source, list) in self.sources.iter().zip(&lists) {
             for material in list {
-                if let Some(first) = holders.insert(material.name().to_owned(), source) {
+                if let Some(first) = source_by_name.insert(material.name().to_owned(), source) {
                     return Err(SourceError::DuplicateAcrossSources {
                         name: material.name().to_owned(),
                         first: first.to_string(),
@@ -165,19 +173,20 @@ impl Sources {
         Ok((lists.into_iter().flatten().collect(), source_shares))
     }
 
-    /// Returns the share of each source, given the number of materials of each.
+    /// Returns the share of each source. `counts` are the numbers of materials.
     #[must_use]
     pub fn source_shares(&self, counts: &[usize]) -> Vec<SourceShare> {
         let total: usize = counts.iter().sum();
-        let each = self.sources.iter().zip(counts).enumerate();
-        each.map(|(index, (source, count))| SourceShare {
-            share: match &self.shares {
-                Some(shares) => shares[index],
-                None => *count as f32 / total as f32,
-            },
-            ..SourceShare::single(source, *count)
-        })
-        .collect()
+        let indexed = self.sources.iter().zip(counts).enumerate();
+        indexed
+            .map(|(index, (source, count))| SourceShare {
+                share: match &self.shares {
+                    Some(shares) => shares[index],
+                    None => *count as f32 / total as f32,
+                },
+                ..SourceShare::single(source, *count)
+            })
+            .collect()
     }
 }
 
