@@ -1,5 +1,5 @@
-//! Findings of an experiment and their files: each table as CSV and JSON, each drawing as SVG, and all of them as a
-//! section of the page.
+//! Findings of an experiment and their files: tables as CSV and JSON, drawings as SVG, and all of them as a section of
+//! the page.
 
 use std::path::Path;
 use std::time::Duration;
@@ -17,17 +17,17 @@ use super::stored::write_file;
 pub(crate) enum Finding {
     /// A paragraph.
     Text(String),
-    /// The name of a table's files, the table, and its settings.
+    /// A table: the name of its files, the table, and its settings.
     Table(String, Table, RunSettings),
-    /// The name of a plot's files, the plot, and its caption.
+    /// A plot: the name of its file, the plot, and its caption.
     Plot(String, Plot, String),
-    /// The name of a drawing's files, the SVG, and its caption.
+    /// A drawing: the name of its file, the SVG, and its caption.
     Drawing(String, String, String),
     /// Rows of pictures.
     Gallery(Gallery),
 }
 
-/// Results of an experiment, in the order of the page. Every caption ends with the settings of the run.
+/// The findings of an experiment, in the order of the page. Every caption ends with the settings of the run.
 pub(crate) struct Findings {
     title: &'static str,
     run_settings: RunSettings,
@@ -35,7 +35,7 @@ pub(crate) struct Findings {
 }
 
 impl Findings {
-    /// Creates findings for the store's test set and methods trained with these schedules.
+    /// Creates an empty list. Captions state the store's test set and these training schedules.
     pub(crate) fn new(store: &Store<'_>, title: &'static str, schedules: &[Schedule]) -> Self {
         Self {
             title,
@@ -44,7 +44,7 @@ impl Findings {
         }
     }
 
-    /// Sets the test set of all entries that are added from now on.
+    /// Sets the test set of the entries that are added afterwards.
     pub(crate) fn set_test_set(&mut self, store: &Store<'_>, set: &TestSet<'_>) {
         self.run_settings.test_set = store.run_settings(set, &[]).test_set;
     }
@@ -53,10 +53,12 @@ impl Findings {
         format!("{caption}. {}", self.run_settings)
     }
 
+    /// Adds a paragraph.
     pub(crate) fn text(&mut self, text: impl Into<String>) {
         self.entries.push(Finding::Text(text.into()));
     }
 
+    /// Adds a table whose files have this name.
     pub(crate) fn table(&mut self, name: impl Into<String>, mut table: Table) {
         table.caption = self.caption_with_settings(&table.caption);
         let run_settings = self.run_settings.clone();
@@ -64,17 +66,20 @@ impl Findings {
             .push(Finding::Table(name.into(), table, run_settings));
     }
 
+    /// Adds a plot whose file has this name. Its title is also the caption.
     pub(crate) fn plot(&mut self, name: impl Into<String>, plot: Plot) {
         let caption = self.caption_with_settings(&plot.title);
         self.entries.push(Finding::Plot(name.into(), plot, caption));
     }
 
+    /// Adds an SVG drawing whose file has this name.
     pub(crate) fn drawing(&mut self, name: impl Into<String>, svg: String, caption: &str) {
         let caption = self.caption_with_settings(caption);
         self.entries
             .push(Finding::Drawing(name.into(), svg, caption));
     }
 
+    /// Adds rows of pictures.
     pub(crate) fn gallery(&mut self, mut gallery: Gallery) {
         gallery.caption = self.caption_with_settings(&gallery.caption);
         self.entries.push(Finding::Gallery(gallery));
@@ -95,20 +100,20 @@ impl Findings {
         text
     }
 
-    /// Returns the table whose files have this name, or an error with all table names.
+    /// Returns the table whose files have this name. The error is the list of all table names.
     pub(crate) fn find_table(&self, name: &str) -> Result<&Table, Vec<&str>> {
         let tables = self.entries.iter().filter_map(|entry| match entry {
             Finding::Table(name, table, _) => Some((&name[..], table)),
             _ => None,
         });
-        let table = tables.clone().find(|(each, _)| *each == name);
+        let table = tables.clone().find(|(table_name, _)| *table_name == name);
         match table {
             Some((_, table)) => Ok(table),
             None => Err(tables.map(|(name, _)| name).collect()),
         }
     }
 
-    /// Writes all findings into the experiment's folder.
+    /// Writes all findings into the experiment's folder below `out`. `duration` is the run time.
     pub(crate) fn write(
         &self,
         experiment: &str,

@@ -1,4 +1,4 @@
-//! Samples drawn by importance of the mean BRDF (paper, "Mean-BRDF importance sampling").
+//! Importance sampling of the mean BRDF (paper, "Mean-BRDF importance sampling").
 
 use anyhow::Context;
 use glimpse_core::model::ModelKind;
@@ -21,20 +21,20 @@ pub(super) fn run(store: &Store<'_>, max_samples: usize) -> anyhow::Result<Findi
          of the training materials. Initial parameters and step sizes are those of Meta. In the paper, \
          the loss is more than four times that of Ours on average.",
     );
-    let mean = MeanBrdf::new(&store.settings.data.load()?);
+    let mean_brdf = MeanBrdf::new(&store.settings.data.load()?);
     let mut rows = Vec::new();
-    let [_, baseline, best] = Approach::compared(ModelKind::Neural, SCHEDULE);
+    let [_, meta, ours] = Approach::compared(ModelKind::Neural, SCHEDULE);
     let mut curves = [Vec::new(), Vec::new(), Vec::new()];
     for n in powers_of_two(max_samples) {
-        let meta = Case::new(baseline, ModelKind::Neural, n);
-        let ours = Case::new(best, ModelKind::Neural, n);
+        let meta_case = Case::new(meta, ModelKind::Neural, n);
+        let ours_case = Case::new(ours, ModelKind::Neural, n);
         let name = format!("neural-n{n}-importance");
         let importance = store.cached_evaluation(store.test, &name, 1, |evaluate| {
             let training =
-                TrainingRun::for_case(&meta).context("a case of Meta has no training run")?;
+                TrainingRun::for_case(&meta_case).context("a case of Meta has no training run")?;
             let learned = store.recipe(&training)?;
             let recipe = learned.file.recipe();
-            let pattern = mean.samples(n, store.settings.seed as u32);
+            let pattern = mean_brdf.samples(n, store.settings.seed as u32);
             evaluate(&Method::at_directions(
                 "importance",
                 &recipe,
@@ -44,8 +44,8 @@ pub(super) fn run(store: &Store<'_>, max_samples: usize) -> anyhow::Result<Findi
         })?;
         let losses = [
             importance.metrics.loss,
-            store.evaluation(&meta)?.metrics.loss,
-            store.evaluation(&ours)?.metrics.loss,
+            store.evaluation(&meta_case)?.metrics.loss,
+            store.evaluation(&ours_case)?.metrics.loss,
         ];
         for (curve, loss) in curves.iter_mut().zip(losses) {
             curve.push([n as f64, loss]);
@@ -55,18 +55,18 @@ pub(super) fn run(store: &Store<'_>, max_samples: usize) -> anyhow::Result<Findi
         row.push(Cell::Number(losses[0] / losses[2]));
         rows.push(row);
     }
-    let names = ["Importance".to_owned(), baseline.title(), best.title()];
-    let [of_importance, of_baseline, of_best] = curves;
+    let names = ["Importance".to_owned(), meta.title(), ours.title()];
+    let [importance_points, meta_points, ours_points] = curves;
     let importance = Series {
         name: names[0].clone(),
         color: SeriesColor::Green,
         marker: Marker::Ring,
-        points: of_importance,
+        points: importance_points,
     };
     let series = vec![
         importance,
-        series(baseline, of_baseline),
-        series(best, of_best),
+        series(meta, meta_points),
+        series(ours, ours_points),
     ];
     findings.plot(
         "importance",
@@ -79,7 +79,7 @@ pub(super) fn run(store: &Store<'_>, max_samples: usize) -> anyhow::Result<Findi
     let mut columns = vec![Column::number("n", 0, Highlight::None)];
     columns.extend(names.map(|name| Column::number(name, 4, Highlight::Lowest)));
     columns.push(Column::number(
-        format!("Importance / {}", best.title()),
+        format!("Importance / {}", ours.title()),
         2,
         Highlight::None,
     ));

@@ -1,4 +1,4 @@
-//! Both training stages repeated after the end (paper, "Convergence").
+//! A repetition of both training stages (paper, "Convergence").
 
 use anyhow::Context;
 use glimpse_core::model::ModelKind;
@@ -19,8 +19,8 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new(store, "Both training stages repeated", &[Schedule::Paper]);
     findings.text(
         "The paper's schedule trains initial parameters and step sizes on random samples, then the \
-         pattern. Here it then trains initial parameters and step sizes on that pattern, and the pattern \
-         again. (Linear has no learned initial parameters.)",
+         pattern. This experiment repeats both stages: it trains initial parameters and step sizes on \
+         that pattern, then the pattern again. Linear has no learned initial parameters.",
     );
     let mut rows = Vec::new();
     for model in MODELS {

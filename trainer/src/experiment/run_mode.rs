@@ -1,6 +1,4 @@
-//! Modes of a run: all experiments, a list of their cells, or a single cell.
-//!
-//! A cell is one training or one evaluation.
+//! Modes of a run: all experiments, a list of their cells, or a single cell. A cell is one training or one evaluation.
 
 use std::cell::{Cell, RefCell};
 use std::fmt;
@@ -28,13 +26,13 @@ use super::stored::{Evaluation, TrainedRecipe};
 pub(crate) enum RunMode {
     /// Runs the experiments and writes their findings.
     All,
-    /// Lists the cells of the experiments without running them.
+    /// Lists the cells of the experiments and does not run them.
     List(CellPlan),
     /// Runs one cell.
     Only(TargetCell),
 }
 
-/// The cell of a run in [`RunMode::Only`].
+/// The only cell that a run computes.
 #[derive(Debug, Default)]
 pub(crate) struct TargetCell {
     /// Path in the output folder, without extension.
@@ -54,16 +52,16 @@ impl TargetCell {
         }
     }
 
-    /// Returns true if an experiment has requested the cell; its files then exist.
+    /// Returns true if an experiment has requested the cell. Its files then exist.
     pub(crate) fn was_reached(&self) -> bool {
         self.reached.get()
     }
 
-    /// Returns true if `name` is the cell's name, and marks the cell as reached.
-    pub(super) fn matches(&self, name: &str) -> bool {
-        let matches = self.name == name;
-        self.reached.set(self.reached.get() || matches);
-        matches
+    /// Returns true if `name` is the cell's name, and then marks the cell as reached.
+    pub(super) fn mark_if_named(&self, name: &str) -> bool {
+        let is_named = self.name == name;
+        self.reached.set(self.reached.get() || is_named);
+        is_named
     }
 
     /// Returns true while the cell is evaluated.
@@ -71,7 +69,7 @@ impl TargetCell {
         self.evaluating.get()
     }
 
-    /// Runs the cell's evaluation.
+    /// Runs the cell's evaluation. [`is_evaluating`](Self::is_evaluating) is true meanwhile.
     pub(super) fn evaluate<T>(&self, run: impl FnOnce() -> T) -> T {
         self.evaluating.set(true);
         let result = run();
@@ -81,7 +79,7 @@ impl TargetCell {
 }
 
 impl RunMode {
-    /// Returns true if methods are evaluated, not only listed.
+    /// Returns true if methods are evaluated now, and not only listed.
     pub(super) fn evaluates(&self) -> bool {
         match self {
             Self::All => true,
@@ -91,7 +89,7 @@ impl RunMode {
     }
 }
 
-/// A training or an evaluation with its files.
+/// A cell of a list, with its files.
 #[derive(Clone, Debug)]
 pub(crate) struct PlannedCell {
     /// Path in the output folder, without extension.
@@ -102,11 +100,11 @@ pub(crate) struct PlannedCell {
     pub(crate) outputs: Vec<PathBuf>,
     /// Checkpoint of an unfinished training.
     pub(crate) checkpoint: Option<PathBuf>,
-    /// True if its outputs exist.
+    /// True if all outputs exist.
     pub(crate) is_done: bool,
 }
 
-/// The requested cells, each one after its prerequisites.
+/// The requested cells. Each cell follows its prerequisites.
 #[derive(Debug, Default)]
 pub(crate) struct CellPlan {
     cells: RefCell<Vec<PlannedCell>>,
@@ -115,7 +113,7 @@ pub(crate) struct CellPlan {
 }
 
 impl CellPlan {
-    /// Adds a cell, unless the plan contains it.
+    /// Adds a cell unless the plan already contains it.
     pub(super) fn add(&self, cell: PlannedCell) {
         let mut cells = self.cells.borrow_mut();
         if cells.iter().all(|other| other.name != cell.name) {
@@ -139,7 +137,7 @@ impl CellPlan {
     }
 }
 
-/// An error: a method was requested in a run that does not evaluate it.
+/// The error of a method that is requested in a run without its evaluation.
 #[derive(Debug)]
 pub(super) struct NotEvaluated;
 
@@ -151,7 +149,7 @@ impl fmt::Display for NotEvaluated {
 
 impl std::error::Error for NotEvaluated {}
 
-/// Returns a placeholder for a recipe that is not trained. Its model is Neural, also for cases of other models.
+/// Returns a placeholder for a recipe that is not trained. Its model is Neural, even if the case has another model.
 pub(super) fn placeholder_recipe(samples: usize) -> anyhow::Result<TrainedRecipe> {
     const MODEL: ModelKind = ModelKind::Neural;
     let initial = initial_guess(MODEL, &mut ChaCha8Rng::seed_from_u64(0));

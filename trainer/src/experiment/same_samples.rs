@@ -1,5 +1,5 @@
-//! The main table: all methods for all models at n = 8 (paper, table "SameSampleCount"), and
-//! spheres of two materials (figure "MethodsModels").
+//! The main tables: all methods for all models at n = 8 (paper, table "SameSampleCount"), and spheres of two materials
+//! (figure "MethodsModels").
 
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::metrics::Metrics;
@@ -17,9 +17,9 @@ use super::{
 pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new(store, "Same number of samples: n = 8", &[SCHEDULE]);
     findings.text(
-        "Means over the test materials; for Random and Meta also over several seeds (the PSNR of a \
-         material is then that of its mean L2). The standard error is over the materials. The \
-         published values are for the paper's 20 test materials of MERL.",
+        "All values are means over the test materials. For Random and Meta, they are also means over \
+         several seeds, and the PSNR of a material is that of its mean L2. The standard error is over the \
+         materials. The published values are for the paper's 20 test materials of MERL.",
     );
     findings.text(
         "For Phong and Cook-Torrance, Random starts at standard normal parameters. 20 steps of Adam at \
@@ -27,10 +27,10 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
          parameters. The paper does not state its initial parameters. Cook-Torrance logits of about 0 \
          reflect half of each color diffusely and half specularly, far brighter than most materials. On \
          16 networks of MERL materials, the loss is 0.274 before the first step and 0.271 after 20 steps. \
-         From logits of -2 it would be 0.100; the paper has 0.098. Methods with learned initial \
+         From logits of -2, the loss would be 0.100; in the paper it is 0.098. Methods with learned initial \
          parameters are not affected.",
     );
-    let mut orders = Vec::new();
+    let mut rows_of_orders = Vec::new();
     for model in MODELS {
         let mut rows = Vec::new();
         let mut metrics_by_method = Vec::new();
@@ -66,7 +66,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
                 compare: Compare::WithinColumn,
             },
         );
-        orders.extend(order_rows(model, &metrics_by_method));
+        rows_of_orders.extend(order_rows(model, &metrics_by_method));
     }
     findings.table(
         "order",
@@ -75,13 +75,13 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
             columns: ["Model", "Metric", "here", "in the paper", "same"]
                 .map(Column::text)
                 .into(),
-            rows: orders,
+            rows: rows_of_orders,
             compare: Compare::WithinColumn,
         },
     );
 
-    let order = store.by_glossiness(store.test.materials);
-    if let (Some(diffuse), Some(glossy)) = (order.first(), order.last()) {
+    let by_glossiness = store.by_glossiness(store.test.materials);
+    if let (Some(diffuse), Some(glossy)) = (by_glossiness.first(), by_glossiness.last()) {
         for index in [*diffuse, *glossy] {
             findings.gallery(spheres::gallery_by_model(store, index, SAMPLES)?);
         }
@@ -89,7 +89,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     Ok(findings)
 }
 
-/// Returns a row for each metric: the order of the methods, best first.
+/// Returns a row for each metric with the order of the methods, best first: here and in the paper.
 fn order_rows(model: ModelKind, metrics_by_method: &[(Approach, Metrics)]) -> Vec<Vec<Cell>> {
     let order = |value: &dyn Fn(&(Approach, Metrics)) -> Option<f64>, highlight: Highlight| {
         let mut ranked: Vec<(f64, &str)> = metrics_by_method
@@ -106,11 +106,14 @@ fn order_rows(model: ModelKind, metrics_by_method: &[(Approach, Metrics)]) -> Ve
     METRICS
         .iter()
         .enumerate()
-        .map(|(index, (metric, _, best))| {
-            let here = order(&|(_, metrics)| Some(metric_values(metrics)[index]), *best);
+        .map(|(index, (metric, _, highlight))| {
+            let here = order(
+                &|(_, metrics)| Some(metric_values(metrics)[index]),
+                *highlight,
+            );
             let paper = order(
                 &|(approach, _)| paper::same_samples(model, *approach)?.get(index).copied(),
-                *best,
+                *highlight,
             );
             // The paper has no color difference.
             let same = match paper.is_empty() {

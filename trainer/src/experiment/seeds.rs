@@ -9,7 +9,7 @@ use super::findings::Findings;
 use super::store::Store;
 use super::{MODELS, SAMPLES, SCHEDULE, title};
 
-/// The method that is trained.
+/// The method that is trained with each seed.
 const OURS: Approach = Approach::Ours(SCHEDULE);
 /// Number of independent trainings.
 const TRAININGS: u64 = 5;
@@ -46,11 +46,10 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         rows.push(row);
     }
     let mut columns = vec![Column::text("Model")];
-    let seed = |index: u64| store.settings.seed.wrapping_add(index);
-    columns.extend(
-        (0..TRAININGS)
-            .map(|index| Column::number(format!("seed {}", seed(index)), 4, Highlight::None)),
-    );
+    let seed = |repetition: u64| store.settings.seed.wrapping_add(repetition);
+    columns.extend((0..TRAININGS).map(|repetition| {
+        Column::number(format!("seed {}", seed(repetition)), 4, Highlight::None)
+    }));
     columns.extend([
         Column::number("mean", 4, Highlight::None),
         Column::number("standard deviation", 4, Highlight::None),

@@ -1,4 +1,4 @@
-//! Rows of spheres (paper, figures "Teaser", "MethodsModels" and "IncreasingSamples").
+//! Rows of rendered spheres (paper, figures "Teaser", "MethodsModels" and "IncreasingSamples").
 
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::SPHERE_SIZE;
@@ -28,12 +28,12 @@ pub(super) fn teaser(store: &Store<'_>) -> anyhow::Result<Findings> {
             let case = Case::new(approach, ModelKind::Neural, TEASER_SAMPLES);
             (approach.title(), case)
         });
-        rows.push(row(store, index, None, &cases)?);
+        rows.push(sphere_row(store, index, None, &cases)?);
     }
     findings.gallery(Gallery {
         caption: format!(
             "Neural, n = {TEASER_SAMPLES}; test materials from diffuse to glossy; {}",
-            errors_note()
+            metrics_note()
         ),
         rows,
     });
@@ -56,14 +56,14 @@ pub(super) fn increasing(store: &Store<'_>, max_samples: usize) -> anyhow::Resul
         let cases: Vec<(String, Case)> = powers_of_two(max_samples)
             .map(|n| (format!("n = {n}"), Case::new(ours, model, n)))
             .collect();
-        rows.push(row(store, index, Some(title(model)), &cases)?);
+        rows.push(sphere_row(store, index, Some(title(model)), &cases)?);
     }
     findings.gallery(Gallery {
         caption: format!(
             "{} fitted with {}; each picture uses a different recipe; {}",
             store.test.materials[index].name(),
             ours.title(),
-            errors_note()
+            metrics_note()
         ),
         rows,
     });
@@ -71,7 +71,7 @@ pub(super) fn increasing(store: &Store<'_>, max_samples: usize) -> anyhow::Resul
     Ok(findings)
 }
 
-/// Returns a gallery of a material with all models and methods.
+/// Returns a gallery of a material, with one row per model and one picture per method.
 pub(super) fn gallery_by_model(
     store: &Store<'_>,
     index: usize,
@@ -83,27 +83,27 @@ pub(super) fn gallery_by_model(
             let case = Case::new(approach, model, samples);
             (approach.title(), case)
         });
-        rows.push(row(store, index, Some(title(model)), &cases)?);
+        rows.push(sphere_row(store, index, Some(title(model)), &cases)?);
     }
     Ok(Gallery {
         caption: format!(
             "{}, n = {samples}; {}; click to enlarge",
             store.test.materials[index].name(),
-            errors_note()
+            metrics_note()
         ),
         rows,
     })
 }
 
 /// Returns a note for captions about the metrics below the pictures.
-fn errors_note() -> String {
+fn metrics_note() -> String {
     format!(
         "DSSIM, PSNR and Delta E (CIEDE2000) are computed on these pictures of {SPHERE_SIZE} x {SPHERE_SIZE} pixels"
     )
 }
 
-/// Returns a row of pictures: the reference material and its fits, the best one marked.
-fn row(
+/// Returns a row of pictures: the material as the reference, and its fits. The fit with the lowest loss is marked.
+fn sphere_row(
     store: &Store<'_>,
     index: usize,
     title: Option<&str>,
@@ -111,12 +111,12 @@ fn row(
 ) -> anyhow::Result<GalleryRow> {
     let material = &*store.test.materials[index];
     let title = title.unwrap_or(material.name()).to_owned();
-    // A run that only lists cells has no pictures.
-    let mut is_recorded = false;
+    // A run that does not evaluate methods has no pictures.
+    let mut is_record_only = false;
     for (_, case) in cases {
-        is_recorded |= store.record_only(case)?;
+        is_record_only |= store.record_only(case)?;
     }
-    if is_recorded {
+    if is_record_only {
         let tiles = Vec::new();
         return Ok(GalleryRow { title, tiles });
     }
@@ -127,14 +127,14 @@ fn row(
         best: false,
         picture: evaluator.reference(index).clone(),
     }];
-    let mut best = (f64::INFINITY, 0);
+    let (mut best_loss, mut best_tile) = (f64::INFINITY, None);
     for (label, case) in cases {
         let seed = store.settings.seed.wrapping_add(index as u64);
         let (metrics, picture) = store.with_method(case, |method| {
             Ok(evaluator.compare(index, &method.fit(material, seed)?)?)
         })?;
-        if metrics.loss < best.0 {
-            best = (metrics.loss, tiles.len());
+        if metrics.loss < best_loss {
+            (best_loss, best_tile) = (metrics.loss, Some(tiles.len()));
         }
         tiles.push(Tile {
             label: label.clone(),
@@ -148,7 +148,7 @@ fn row(
             picture,
         });
     }
-    if let Some(tile) = tiles.get_mut(best.1).filter(|_| best.1 > 0) {
+    if let Some(tile) = best_tile.and_then(|index| tiles.get_mut(index)) {
         tile.best = true;
     }
     Ok(GalleryRow { title, tiles })

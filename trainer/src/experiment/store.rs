@@ -1,4 +1,4 @@
-//! The store of all experiments: materials, trained recipes and evaluations.
+//! The store that all experiments share: materials, trained recipes and evaluations.
 //!
 //! Recipes and evaluations are stored in the output folder under descriptive names. An interrupted run continues from
 //! them, and experiments that use the same recipe train it once.
@@ -9,11 +9,13 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::ensure_dir_all;
 use glimpse_materials::loss::DIRECTIONS;
+use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, Source, SourceShare};
 use glimpse_trainer::evaluation::{Evaluator, Method, OPTIMUM_STEPS, Report};
 use glimpse_trainer::render::Environment;
@@ -35,7 +37,7 @@ use super::run_settings::{MaterialSet, RunSettings};
 pub(crate) use super::stored::{Evaluation, TrainedRecipe};
 use super::stored::{append_extension, read_evaluation, write_file};
 
-/// The folders of recipes and evaluations.
+/// The folders of recipes and of evaluations.
 const RECIPES: &str = "recipes";
 const EVALUATIONS: &str = "sheets";
 
@@ -63,7 +65,7 @@ pub(crate) struct Settings {
 
 impl Settings {
     /// Returns the effort of trainings with a schedule.
-    fn effort_of(&self, schedule: Schedule) -> Effort {
+    fn effort_for(&self, schedule: Schedule) -> Effort {
         match schedule {
             Schedule::Paper => self.paper_effort,
             Schedule::Joint | Schedule::Prior => self.effort,
@@ -71,7 +73,7 @@ impl Settings {
     }
 }
 
-/// The settings that are recorded in the output folder. Results of other settings are rejected.
+/// The settings that are recorded in the output folder. A folder with other settings is rejected.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct RecordedSettings {
     trainer: String,
@@ -87,7 +89,7 @@ struct RecordedSettings {
 
 /// Materials to evaluate on.
 pub(crate) struct TestSet<'a> {
-    /// Name of the folder of evaluations, also a part of table names.
+    /// Name of the set's folder of evaluations, which is also a part of table names.
     pub(crate) label: String,
     /// Name of the source.
     source: String,
@@ -120,7 +122,7 @@ impl<'a> TestSet<'a> {
     }
 }
 
-/// A function that trains and reports progress.
+/// A function that trains a recipe and reports progress.
 pub(crate) type Train =
     dyn Fn(&Options, Vec<Box<dyn Material>>) -> anyhow::Result<meta::learned::LearnedRecipe>;
 
@@ -131,11 +133,12 @@ pub(crate) struct Store<'a> {
     pub(crate) mode: RunMode,
     /// Materials to evaluate on.
     pub(crate) test: &'a TestSet<'a>,
-    /// Materials of --additional.
+    /// Test sets of the option --additional.
     pub(crate) additional: &'a [TestSet<'a>],
     train: &'a Train,
     /// Number of materials to train on.
-    training: usize,
+    training_count: usize,
+    /// Columns of the training materials, for the basis of Linear.
     columns: OnceCell<Columns>,
 }
 
@@ -143,7 +146,7 @@ impl<'a> Store<'a> {
     /// Opens the output folder.
     ///
     /// # Errors
-    /// If the folder has results of other settings.
+    /// If the folder has results of other settings, or a file cannot be read or written.
     pub(crate) fn open(
         settings: Settings,
         mode: RunMode,
@@ -188,24 +191,24 @@ impl<'a> Store<'a> {
             test,
             additional,
             train,
-            training: training.len(),
+            training_count: training.len(),
             columns: OnceCell::new(),
         })
     }
 
-    /// Returns the settings for results of methods trained with these schedules and evaluated on a test set.
+    /// Returns the settings of results: methods that are trained with these schedules and evaluated on a test set.
     pub(crate) fn run_settings(&self, set: &TestSet<'_>, schedules: &[Schedule]) -> RunSettings {
         let settings = &self.settings;
         let trainings = schedules.iter();
         RunSettings {
             trainings: trainings
-                .map(|schedule| (*schedule, settings.effort_of(*schedule)))
+                .map(|schedule| (*schedule, settings.effort_for(*schedule)))
                 .collect(),
             seed: settings.seed,
             seeds: settings.seeds,
             training_set: MaterialSet {
                 source: settings.data.label().to_owned(),
-                materials: self.training,
+                materials: self.training_count,
             },
             test_set: MaterialSet {
                 source: set.source.clone(),
@@ -214,24 +217,24 @@ impl<'a> Store<'a> {
         }
     }
 
-    /// Returns the files of a training: the recipe, the basis of Linear, the checkpoint.
-    fn files(&self, training: &TrainingRun) -> [PathBuf; 3] {
+    /// Returns the paths of a training: the recipe, the basis of Linear, and the checkpoint.
+    fn training_files(&self, training: &TrainingRun) -> [PathBuf; 3] {
         let path = self.settings.out.join(RECIPES).join(training.name());
         ["recipe", "basis", "checkpoint"].map(|kind| append_extension(&path, kind))
     }
 
     /// Returns the stored recipe of a training, or trains it.
     ///
-    /// If the run's mode excludes this training, an untrained recipe is replaced by a placeholder.
+    /// If the run's mode excludes this training, a placeholder replaces an untrained recipe.
     ///
     /// # Errors
-    /// If the target cell requires an untrained recipe, or training or a file fails.
+    /// If the target cell requires an untrained recipe, training fails, or a file cannot be read or written.
     pub(crate) fn recipe(&self, training: &TrainingRun) -> anyhow::Result<TrainedRecipe> {
-        let [recipe, basis, checkpoint] = self.files(training);
+        let [recipe, basis, checkpoint] = self.training_files(training);
         let name = format!("{RECIPES}/{}", training.name());
         let prerequisite = training
             .prerequisite()
-            .map(|training| self.files(&training)[0].clone());
+            .map(|training| self.training_files(&training)[0].clone());
         if let RunMode::List(plan) = &self.mode {
             let mut outputs = vec![recipe.clone()];
             if training.model == ModelKind::Linear {
@@ -249,7 +252,7 @@ impl<'a> Store<'a> {
         }
         let is_selected = match &self.mode {
             RunMode::All => true,
-            RunMode::Only(target) => target.matches(&name),
+            RunMode::Only(target) => target.mark_if_named(&name),
             RunMode::List(_) => false,
         };
         if recipe.exists() {
@@ -281,7 +284,7 @@ impl<'a> Store<'a> {
     /// Trains a recipe and stores it.
     fn train(&self, training: &TrainingRun) -> anyhow::Result<TrainedRecipe> {
         let name = training.name();
-        let [recipe, basis, checkpoint] = self.files(training);
+        let [recipe, basis, checkpoint] = self.training_files(training);
         let mut materials = self.settings.data.load()?;
         if let Some((_, names)) = &training.subset {
             materials.retain(|material| names.iter().any(|name| name == material.name()));
@@ -300,7 +303,7 @@ impl<'a> Store<'a> {
                 training.model,
                 training.samples,
                 training.schedule,
-                self.settings.effort_of(training.schedule),
+                self.settings.effort_for(training.schedule),
                 seed,
             )
         };
@@ -319,7 +322,7 @@ impl<'a> Store<'a> {
         TrainedRecipe::new(file, learned.basis.as_deref())
     }
 
-    /// Returns the basis of the training materials with `components` components.
+    /// Returns the first `components` principal components of the training materials.
     fn basis(&self, components: usize) -> anyhow::Result<Basis> {
         let columns = match self.columns.get() {
             Some(columns) => columns,
@@ -328,12 +331,11 @@ impl<'a> Store<'a> {
                 self.columns.get_or_init(|| Columns::new(&materials))
             }
         };
-        let all: Vec<usize> = (0..columns.count()).collect();
-        Ok(principal_components(columns, &all, components))
+        let all_columns: Vec<usize> = (0..columns.count()).collect();
+        Ok(principal_components(columns, &all_columns, components))
     }
 
-    /// Records the recipe that a case requires, and returns true, if this run does not evaluate. Returns false
-    /// otherwise.
+    /// Returns true if this run does not evaluate methods. It then only records the recipe that a case requires.
     pub(crate) fn record_only(&self, case: &Case) -> anyhow::Result<bool> {
         if self.mode.evaluates() {
             return Ok(false);
@@ -344,11 +346,11 @@ impl<'a> Store<'a> {
         Ok(true)
     }
 
-    /// Passes a case's method to `then`.
+    /// Passes the method of a case to `use_method`, and returns its result.
     pub(crate) fn with_method<T>(
         &self,
         case: &Case,
-        then: impl FnOnce(&Method<'_>) -> anyhow::Result<T>,
+        use_method: impl FnOnce(&Method<'_>) -> anyhow::Result<T>,
     ) -> anyhow::Result<T> {
         let Case {
             approach,
@@ -360,8 +362,8 @@ impl<'a> Store<'a> {
             let learned = self.recipe(&training)?;
             let recipe = learned.file.recipe();
             return match approach {
-                Approach::Meta(_) => then(&Method::meta(&recipe, learned.basis.as_ref())?),
-                _ => then(&Method::ours(&recipe, learned.basis.as_ref())?),
+                Approach::Meta(_) => use_method(&Method::meta(&recipe, learned.basis.as_ref())?),
+                _ => use_method(&Method::ours(&recipe, learned.basis.as_ref())?),
             };
         }
         if !self.mode.evaluates() {
@@ -372,7 +374,7 @@ impl<'a> Store<'a> {
             let eta = prior
                 .eta
                 .context("Random, NJR15 and Optimum of Linear need a fixed eta: set Prior::eta")?;
-            return then(&match approach {
+            return use_method(&match approach {
                 Approach::Njr15 => {
                     let pattern = min_condition_pattern(&basis, samples, self.settings.seed);
                     Method::linear_njr15(&basis, eta, pattern)
@@ -381,13 +383,13 @@ impl<'a> Store<'a> {
                 _ => Method::linear_random(&basis, eta, samples),
             });
         }
-        then(&match approach {
+        use_method(&match approach {
             Approach::Optimum => Method::optimum(model, self.optimum_steps(model)),
             _ => Method::random(model, samples, INNER_STEPS),
         })
     }
 
-    /// Returns the number of steps of the method Optimum; a tenth for Neural with effort brief or quick.
+    /// Returns the number of steps of the method Optimum. With effort brief or quick, Neural has a tenth of the steps.
     pub(crate) fn optimum_steps(&self, model: ModelKind) -> usize {
         match (self.settings.effort, model) {
             (Effort::Brief | Effort::Quick, ModelKind::Neural) => OPTIMUM_STEPS / 10,
@@ -400,7 +402,7 @@ impl<'a> Store<'a> {
         self.evaluation_on(self.test, case)
     }
 
-    /// Returns the evaluation of a case on other materials.
+    /// Returns the evaluation of a case on any test set.
     pub(crate) fn evaluation_on(
         &self,
         set: &TestSet<'_>,
@@ -411,21 +413,22 @@ impl<'a> Store<'a> {
         })
     }
 
-    /// Returns the evaluation stored under a name, or runs `make`. `make` receives a function that evaluates a method.
+    /// Returns the evaluation that is stored under a name, or computes and stores it. `compute` receives a function
+    /// that evaluates a method.
     pub(crate) fn cached_evaluation(
         &self,
         set: &TestSet<'_>,
         name: &str,
         seeds: u64,
-        make: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Report>) -> anyhow::Result<Report>,
+        compute: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Report>) -> anyhow::Result<Report>,
     ) -> anyhow::Result<Evaluation> {
-        let short = name;
-        let name = format!("{EVALUATIONS}/{}/{short}", set.label);
+        let method_name = name;
+        let name = format!("{EVALUATIONS}/{}/{method_name}", set.label);
         let path = append_extension(&self.settings.out.join(&name), "json");
         let stored = read_evaluation(&path)?;
         if let RunMode::List(plan) = &self.mode {
             plan.take_recipes();
-            record_requirements(make)?;
+            record_requirements(compute)?;
             plan.add(PlannedCell {
                 name,
                 inputs: plan.take_recipes(),
@@ -436,7 +439,7 @@ impl<'a> Store<'a> {
             return Ok(stored.unwrap_or_else(|| placeholder_evaluation(seeds, set.materials)));
         }
         let is_selected = match &self.mode {
-            RunMode::Only(target) => target.matches(&name),
+            RunMode::Only(target) => target.mark_if_named(&name),
             _ => true,
         };
         if let Some(stored) = stored {
@@ -444,60 +447,58 @@ impl<'a> Store<'a> {
         }
         if !is_selected {
             // The target may be a recipe that this evaluation requires.
-            record_requirements(make)?;
+            record_requirements(compute)?;
             return Ok(placeholder_evaluation(seeds, set.materials));
         }
         let evaluate = |method: &Method<'_>| {
-            eprintln!("evaluating {short} on {}", set.label);
+            eprintln!("evaluating {method_name} on {}", set.label);
             Ok(set
                 .evaluator()
                 .evaluate(method, self.settings.seed, seeds)?)
         };
         let report = match &self.mode {
-            RunMode::Only(target) => target.evaluate(|| make(&evaluate)),
-            _ => make(&evaluate),
+            RunMode::Only(target) => target.evaluate(|| compute(&evaluate)),
+            _ => compute(&evaluate),
         }?;
         let evaluation = Evaluation::from(report);
         write_file(&path, serde_json::to_string_pretty(&evaluation)?.as_bytes())?;
         Ok(evaluation)
     }
 
-    /// Returns the glossiness of a material: the ratio of its greatest to its median BRDF times cosine, at uniform
-    /// valid directions.
+    /// Returns the glossiness of a material: the maximum divided by the median of the BRDF times the cosine, over
+    /// uniform valid directions.
     pub(crate) fn glossiness(&self, material: &dyn Material) -> f32 {
         const DIRECTION_COUNT: usize = 4_096;
-        let angles =
-            glimpse_materials::sampling::uniform_valid(DIRECTION_COUNT, self.settings.seed);
+        let angles = uniform_valid(DIRECTION_COUNT, self.settings.seed);
         let mut values: Vec<f32> = angles
             .into_iter()
             .map(|angles| {
-                let at = glimpse_core::geometry::HalfDifference::from_angles(angles);
+                let at = HalfDifference::from_angles(angles);
                 material.brdf(angles).iter().sum::<f32>() * at.cos_theta_i()
             })
             .collect();
         values.sort_by(f32::total_cmp);
-        let [median, greatest] =
-            [DIRECTION_COUNT / 2, DIRECTION_COUNT - 1].map(|index| values[index]);
-        greatest / median.max(1e-6)
+        let [median, max] = [DIRECTION_COUNT / 2, DIRECTION_COUNT - 1].map(|index| values[index]);
+        max / median.max(1e-6)
     }
 
     /// Returns the indices of materials, from the most diffuse to the most glossy.
     pub(crate) fn by_glossiness(&self, materials: &[Box<dyn Material>]) -> Vec<usize> {
-        let ratios: Vec<f32> = materials
+        let glossiness: Vec<f32> = materials
             .iter()
             .map(|material| self.glossiness(&**material))
             .collect();
-        let mut order: Vec<usize> = (0..ratios.len()).collect();
-        order.sort_by(|a, b| ratios[*a].total_cmp(&ratios[*b]));
+        let mut order: Vec<usize> = (0..glossiness.len()).collect();
+        order.sort_by(|a, b| glossiness[*a].total_cmp(&glossiness[*b]));
         order
     }
 }
 
-/// Runs `make` without evaluating a method, so that it only requests its recipes.
+/// Runs `compute` without evaluating a method, so that it only requests its recipes.
 fn record_requirements(
-    make: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Report>) -> anyhow::Result<Report>,
+    compute: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Report>) -> anyhow::Result<Report>,
 ) -> anyhow::Result<()> {
-    match make(&|_| Err(NotEvaluated.into())) {
+    match compute(&|_| Err(NotEvaluated.into())) {
         Err(error) if !error.is::<NotEvaluated>() => Err(error),
         _ => Ok(()),
     }

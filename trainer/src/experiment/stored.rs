@@ -19,15 +19,15 @@ pub(crate) struct TrainedRecipe {
     pub(crate) basis: Option<Basis>,
 }
 
-/// The stored evaluation of a method.
+/// The evaluation of a method, as it is stored.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Evaluation {
     /// Means over the materials.
     #[serde(flatten)]
     pub(crate) metrics: Metrics,
-    /// Number of seeds that were averaged over.
+    /// Number of seeds in the means.
     pub(crate) seeds: u64,
-    /// Standard deviation of the mean loss over the seeds.
+    /// Standard deviation of the mean loss between seeds.
     pub(crate) loss_spread: f64,
     /// Metrics of each material.
     pub(crate) materials: Vec<MaterialMetrics>,
@@ -52,7 +52,7 @@ impl From<Report> for Evaluation {
 }
 
 impl TrainedRecipe {
-    /// Creates it from a recipe's file and the bytes of its basis.
+    /// Combines a recipe's file with the bytes of its basis.
     pub(super) fn new(file: RecipeFile, basis: Option<&[u8]>) -> anyhow::Result<Self> {
         let basis = basis
             .map(Basis::from_bytes)
@@ -62,7 +62,7 @@ impl TrainedRecipe {
     }
 }
 
-/// Appends an extension and keeps an existing one.
+/// Appends an extension to a path, without replacing an existing extension.
 pub(super) fn append_extension(path: &Path, extension: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".");
@@ -78,8 +78,8 @@ pub(super) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
         .with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// Reads a stored evaluation. Returns None if the file does not exist, or if an older version wrote it without
-/// `delta_e`; it is then evaluated again.
+/// Reads a stored evaluation. Returns None if the method has to be evaluated: the file does not exist, or an older
+/// version wrote it without `delta_e`.
 pub(super) fn read_evaluation(path: &Path) -> anyhow::Result<Option<Evaluation>> {
     let text = match fs::read_to_string(path) {
         Ok(text) => text,
@@ -90,7 +90,7 @@ pub(super) fn read_evaluation(path: &Path) -> anyhow::Result<Option<Evaluation>>
     };
     let damaged = || format!("{} is damaged: remove it", path.display());
     let value: Value = serde_json::from_str(&text).with_context(damaged)?;
-    // Older versions wrote all metrics but this one.
+    // Older versions did not write `delta_e`.
     if value.get("loss").is_some() && value.get("delta_e").is_none() {
         return Ok(None);
     }
@@ -106,19 +106,22 @@ mod tests {
     #[test]
     fn evaluation_without_color_difference_is_ignored() {
         let scratch = tempfile::tempdir().unwrap();
-        let path = scratch.path().join("sheet.json");
+        let path = scratch.path().join("evaluation.json");
         assert!(read_evaluation(&path).unwrap().is_none());
-        let mut sheet = json!({
+        let mut evaluation_json = json!({
             "loss": 0.1, "dssim": 0.2, "l2": 0.3, "psnr": 5.0, "delta_e": 2.5,
             "seeds": 1, "loss_spread": 0.0, "materials": [],
         });
-        fs::write(&path, sheet.to_string()).unwrap();
+        fs::write(&path, evaluation_json.to_string()).unwrap();
         let evaluation = read_evaluation(&path)
             .unwrap()
             .expect("the evaluation is stored");
         assert_eq!(evaluation.metrics.delta_e, 2.5);
-        sheet.as_object_mut().expect("an object").remove("delta_e");
-        fs::write(&path, sheet.to_string()).unwrap();
+        evaluation_json
+            .as_object_mut()
+            .expect("an object")
+            .remove("delta_e");
+        fs::write(&path, evaluation_json.to_string()).unwrap();
         assert!(read_evaluation(&path).unwrap().is_none());
         fs::write(&path, "{}").unwrap();
         assert!(read_evaluation(&path).is_err());

@@ -23,16 +23,16 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         &[SCHEDULE],
     );
     let training = store.settings.data.load()?;
-    let names = split_by_glossiness(store, &training);
+    let training_names = split_by_glossiness(store, &training);
     let test_names = split_by_glossiness(store, store.test.materials);
     findings.text(
         "Neural: initial parameters and step sizes are trained on all materials, the pattern on a \
-         subset. Diffuse materials are the half with the lower ratio of maximum to median (of BRDF \
-         times cosine); glossy materials are the other half.",
+         subset. The diffuse half of the materials has the lower ratios of maximum to median (of BRDF \
+         times cosine), the glossy half the higher ones.",
     );
     findings.text(format!(
         "Diffuse training materials: {}.",
-        names[1].join(", ")
+        training_names[1].join(", ")
     ));
     findings.text(format!(
         "Diffuse test materials: {}.",
@@ -42,8 +42,8 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let case = Case::new(Approach::Meta(SCHEDULE), ModelKind::Neural, SAMPLES);
     let full_training =
         TrainingRun::for_case(&case).context("a case of Meta has no training run")?;
-    let meta = store.recipe(&full_training)?;
-    let recipe = meta.file.recipe();
+    let learned = store.recipe(&full_training)?;
+    let recipe = learned.file.recipe();
     let Some(descent) = recipe.descent() else {
         anyhow::bail!(
             "the recipe of the model neural is not fitted by descent: remove it to train it again"
@@ -54,7 +54,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         step_sizes: descent.step_sizes().iter().collect(),
     };
     let mut rows = Vec::new();
-    for (subset, names) in SUBSETS.into_iter().zip(names) {
+    for (subset, names) in SUBSETS.into_iter().zip(training_names) {
         let training = TrainingRun {
             parts: TrainedParts::PatternOnly(pretrained.clone()),
             subset: Some((subset, names)),
@@ -103,6 +103,7 @@ fn split_by_glossiness(store: &Store<'_>, materials: &[Box<dyn Material>]) -> [V
     [names.clone(), diffuse.to_vec(), glossy.to_vec()]
 }
 
+/// Returns the mean loss over the materials with these names.
 fn mean_loss(materials: &[MaterialMetrics], names: &[String]) -> f64 {
     let losses: Vec<f64> = materials
         .iter()
