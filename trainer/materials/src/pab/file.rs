@@ -3,8 +3,8 @@
 use super::{FROM_XYZ, product};
 use crate::untrusted::escaped;
 
-/// Beginnings of header lines that identify the format.
-const KEYS: [&str; 4] = [
+/// The starts of header lines that identify the format.
+const SIGNATURES: [&str; 4] = [
     "#format: theta phi",
     "#intheta",
     "#incident_angle",
@@ -16,10 +16,10 @@ pub(super) const VALUE_COUNT: &str = "#values";
 /// The header key of all theta_i of the set, in degrees. Only this program writes it.
 pub(super) const SET_THETA_I: &str = "#set_intheta";
 
-/// Returns true if the first bytes of a file hold a header key of the format.
+/// Returns true if the first bytes of a file contain one of [`SIGNATURES`].
 pub(crate) fn has_signature(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head);
-    text.starts_with('#') && KEYS.iter().any(|key| text.contains(key))
+    text.starts_with('#') && SIGNATURES.iter().any(|signature| text.contains(signature))
 }
 
 /// Returns the name of the sample in a file's header.
@@ -36,16 +36,16 @@ fn header_value<'a>(text: &'a str, key: &str) -> Option<&'a str> {
         .next()
 }
 
-/// theta_o and phi_o in degrees, and the BRDF in linear RGB, sr^-1 (not times the cosine).
-pub(super) type Value = ([f64; 2], [f32; 3]);
+/// theta_o and phi_o in degrees, and the BRDF there in linear RGB, sr^-1 (not times the cosine).
+pub(super) type OutgoingValue = ([f64; 2], [f32; 3]);
 
 /// The measurement at one incoming direction.
 pub(super) struct Incidence {
-    /// Degrees.
+    /// Polar angle of the incoming direction, in degrees.
     pub(super) theta_i: f64,
-    /// Degrees.
+    /// Azimuth of the incoming direction, in degrees.
     pub(super) phi_i: f64,
-    pub(super) values: Vec<Value>,
+    pub(super) values: Vec<OutgoingValue>,
     /// All theta_i of the set in degrees, if the header lists them.
     pub(super) set_theta_i: Option<Vec<f64>>,
 }
@@ -60,14 +60,14 @@ enum Colorimetry {
 }
 
 impl Incidence {
-    /// Reads a file's text.
+    /// Parses a file's text. An error states the defect and the remedy.
     pub(super) fn parse(text: &str) -> Result<Self, String> {
-        // A number that is cut short may still be a valid number.
+        // A number without its last digits is still a valid number. A line break shows that it is complete.
         if !text.ends_with('\n') {
             let last = text.lines().last().unwrap_or_default();
             return Err(format!(
-                "its last line, `{}`, has no line break, so that it may be cut short; replace the file with an intact \
-                 copy, or add a line break",
+                "its last line, `{}`, has no line break and may be incomplete; replace the file with an intact copy, \
+                 or add a line break",
                 escaped(last)
             ));
         }
@@ -122,8 +122,8 @@ impl Incidence {
             ));
         }
         let mut values = Vec::new();
-        let first = header.count();
-        for (index, line) in text.lines().enumerate().skip(first) {
+        let header_lines = header.count();
+        for (index, line) in text.lines().enumerate().skip(header_lines) {
             if line.trim().is_empty() {
                 continue;
             }
@@ -137,17 +137,17 @@ impl Incidence {
                     .to_owned(),
             );
         }
-        let lines = text
+        let value_lines = text
             .lines()
-            .skip(first)
+            .skip(header_lines)
             .filter(|line| !line.trim().is_empty())
             .count();
         if let Some(stated) = header_value(text, VALUE_COUNT)
-            && stated != lines.to_string()
+            && stated != value_lines.to_string()
         {
             return Err(format!(
-                "it has {lines} lines of values, and its {VALUE_COUNT} is {}: lines are missing or were added; replace \
-                 the file with an intact copy",
+                "it has {value_lines} lines of values, and its {VALUE_COUNT} is {}: lines are missing or were added; \
+                 replace the file with an intact copy",
                 escaped(stated)
             ));
         }
@@ -180,7 +180,7 @@ fn parse_value(
     line: &str,
     colorimetry: Colorimetry,
     times_cosine: bool,
-) -> Result<Option<Value>, String> {
+) -> Result<Option<OutgoingValue>, String> {
     let words: Vec<&str> = line.split_whitespace().collect();
     let (theta, phi, xyz) = match (colorimetry, &words[..]) {
         (Colorimetry::Y, [theta, phi, y]) => (theta, phi, [y; 3]),
@@ -212,7 +212,7 @@ fn parse_value(
     } else {
         1.0
     };
-    // Colors outside the RGB gamut have negative components.
+    // Colors outside the RGB gamut have negative components, which are set to 0.
     let brdf = brdf.map(|value| (value / cosine).clamp(0.0, f64::from(f32::MAX)) as f32);
     Ok(Some(([theta, phi], brdf)))
 }

@@ -31,7 +31,7 @@ fn product(matrix: &[[f64; 3]; 3], vector: [f64; 3]) -> [f64; 3] {
     matrix.map(|row| row.iter().zip(vector).map(|(a, b)| a * b).sum())
 }
 
-/// Returns the unit vector of theta and phi in degrees.
+/// Returns the unit vector with polar angle `theta` and azimuth `phi`, in degrees.
 fn direction(theta: f64, phi: f64) -> [f64; 3] {
     let (sin, cos) = theta.to_radians().sin_cos();
     let (sin_phi, cos_phi) = phi.to_radians().sin_cos();

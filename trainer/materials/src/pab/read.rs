@@ -1,4 +1,4 @@
-//! Reading of PAB-Opto files: scattered directions are resampled to a tensor file.
+//! Reading of PAB-Opto files: values at scattered directions are resampled to RGL's tensor file.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -15,16 +15,16 @@ use crate::{Brdf, RglMeasurement, SourceError, to_rgl};
 
 /// The number of cells along each axis of the plane; see [`ScatteredValues`].
 const CELLS: usize = 60;
-/// The number of nearest values that are averaged.
-const NEAREST: usize = 4;
-/// The tolerance in degrees within which two phi_i or two theta_i are equal.
+/// The number of nearest values that an interpolation averages.
+const NEAREST_COUNT: usize = 4;
+/// The difference in degrees below which two phi_i, or two theta_i, count as equal.
 const ANGLE_TOLERANCE: f64 = 0.01;
 /// The largest length of a file in bytes. It suffices for a million directions. Files from this program have 300 kB.
 const MAX_BYTES: u64 = 1 << 26;
-/// The number of bytes of another file in the directory that are read to find the name of its sample.
+/// The number of bytes that are read from each other file in the directory, to get the name of its sample.
 const HEAD_BYTES: u64 = 1 << 14;
 
-/// Reads a material with [`PabSet::read`] and resamples it with [`to_rgl`]. `path` is any of its files.
+/// Reads a material with [`PabSet::read`] and resamples it with [`to_rgl`]. `path` is one of its files.
 ///
 /// # Errors
 /// As [`PabSet::read`].
@@ -53,8 +53,8 @@ pub struct PabSet {
 }
 
 impl PabSet {
-    /// Reads a material. `path` is any of its files. The others are those in the same directory with the same extension
-    /// and the same sample name, which becomes the name of the material.
+    /// Reads a material. `path` is one of its files. The other files are in the same directory, with the same extension
+    /// and sample name. The sample name becomes the name of the material.
     ///
     /// # Errors
     /// If a file cannot be read or is damaged, the files have more than one phi_i, or a theta_i that a header lists is
@@ -67,11 +67,11 @@ impl PabSet {
         for file in &files {
             let incidence = Incidence::parse(&read_text(file)?).map_err(damaged(file))?;
             if incidence.theta_i > ANGLE_TOLERANCE {
-                let first = *phi_i.get_or_insert(incidence.phi_i);
-                if (incidence.phi_i - first).abs() > ANGLE_TOLERANCE {
+                let first_phi_i = *phi_i.get_or_insert(incidence.phi_i);
+                if (incidence.phi_i - first_phi_i).abs() > ANGLE_TOLERANCE {
                     return Err(damaged(file)(format!(
-                        "its inphi is {}, and that of other files of {} is {first}; only isotropic materials (one \
-                         inphi) are supported; remove the file",
+                        "its inphi is {}, and that of other files of {} is {first_phi_i}; only isotropic materials \
+                         (one inphi) are supported; remove the file",
                         incidence.phi_i,
                         escaped(&sample)
                     )));
@@ -116,7 +116,7 @@ pub(crate) fn files_of(path: &Path) -> Result<Vec<PathBuf>, SourceError> {
     Ok(sample_files(path)?.1)
 }
 
-/// Returns the name of a material and its files in order. `path` is one of them.
+/// Returns the name of a material, and its files sorted by path. `path` is one of them.
 fn sample_files(path: &Path) -> Result<(String, Vec<PathBuf>), SourceError> {
     let text = read_text(path)?;
     let sample = sample_name(&text);
@@ -127,16 +127,16 @@ fn sample_files(path: &Path) -> Result<(String, Vec<PathBuf>), SourceError> {
     let mut files = Vec::new();
     for entry in directory.read_dir().map_err(read_error(directory))? {
         let entry = entry.map_err(read_error(directory))?;
-        let other = path.with_file_name(entry.file_name());
-        if other.extension() != path.extension() || !other.is_file() {
+        let candidate = path.with_file_name(entry.file_name());
+        if candidate.extension() != path.extension() || !candidate.is_file() {
             continue;
         }
-        // Binary files have no signature.
-        let has_same_sample = read_head(&other).is_ok_and(|text| {
+        // Files of other formats may have the same extension. They have no signature.
+        let has_same_sample = read_head(&candidate).is_ok_and(|text| {
             super::has_signature(text.as_bytes()) && sample_name(&text) == sample
         });
-        if has_same_sample || other == path {
-            files.push(other);
+        if has_same_sample || candidate == path {
+            files.push(candidate);
         }
     }
     files.sort();
@@ -163,7 +163,7 @@ fn read_text(path: &Path) -> Result<String, SourceError> {
     let bytes = read_at_most(path, MAX_BYTES).map_err(read_error(path))?;
     String::from_utf8(bytes).map_err(|error| {
         damaged(path)(format!(
-            "it is not UTF-8 text at byte {}; replace the file with an intact copy",
+            "it is not UTF-8 text from byte {} on; replace the file with an intact copy",
             error.utf8_error().valid_up_to()
         ))
     })
@@ -181,6 +181,7 @@ fn read_head(path: &Path) -> io::Result<String> {
 /// A direction has the position theta_o (cos phi, sin phi) in the plane, in units of 90 degrees. phi is the azimuth
 /// relative to the incoming direction.
 struct ScatteredValues {
+    /// The position and the BRDF of each value of a cell, row by row.
     cells: Vec<Vec<([f64; 2], [f32; 3])>>,
 }
 
@@ -190,24 +191,24 @@ impl ScatteredValues {
         for ([theta, phi], brdf) in &incidence.values {
             let (sin, cos) = (phi - incidence.phi_i).to_radians().sin_cos();
             let position = [theta / 90.0 * cos, theta / 90.0 * sin];
-            let [column, row] = position.map(cell);
+            let [column, row] = position.map(cell_index);
             cells[column + CELLS * row].push((position, *brdf));
         }
         Self { cells }
     }
 
-    /// Returns the mean of the nearest values, weighted by inverse squared distance.
+    /// Returns the mean of the values nearest to a direction, weighted by inverse squared distance.
     fn interpolate(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
-        let across = x.hypot(y);
-        let scale = if across > 0.0 {
-            across.atan2(z).to_degrees() / 90.0 / across
+        let sin_theta = x.hypot(y);
+        let scale = if sin_theta > 0.0 {
+            sin_theta.atan2(z).to_degrees() / 90.0 / sin_theta
         } else {
             0.0
         };
         let position = [x * scale, y * scale];
         let mut nearest: Vec<(f64, [f32; 3])> = Vec::new();
-        let [column, row] = position.map(cell);
-        // After enough values are found, one more ring of cells is searched, because it may hold nearer ones.
+        let [column, row] = position.map(cell_index);
+        // After the ring with enough values, one more ring of cells is searched, because it may have nearer values.
         let mut last_ring = CELLS;
         for ring in 0..CELLS {
             if ring > last_ring {
@@ -215,20 +216,20 @@ impl ScatteredValues {
             }
             for (cell_row, cell_column) in cells_on_ring(column, row, ring) {
                 for (other, brdf) in &self.cells[cell_column + CELLS * cell_row] {
-                    let square =
+                    let squared_distance =
                         (other[0] - position[0]).powi(2) + (other[1] - position[1]).powi(2);
-                    nearest.push((square, *brdf));
+                    nearest.push((squared_distance, *brdf));
                 }
             }
-            if nearest.len() >= NEAREST && last_ring == CELLS {
+            if nearest.len() >= NEAREST_COUNT && last_ring == CELLS {
                 last_ring = ring + 1;
             }
         }
         nearest.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        nearest.truncate(NEAREST);
+        nearest.truncate(NEAREST_COUNT);
         let (mut sum, mut total_weight) = ([0.0; 3], 0.0);
-        for (square, brdf) in nearest {
-            let weight = 1.0 / (square + 1e-12);
+        for (squared_distance, brdf) in nearest {
+            let weight = 1.0 / (squared_distance + 1e-12);
             total_weight += weight;
             for (sum, value) in sum.iter_mut().zip(brdf) {
                 *sum += weight * f64::from(value);
@@ -238,14 +239,14 @@ impl ScatteredValues {
     }
 }
 
-/// Returns the cell index of a coordinate in \[-1, 1\].
-fn cell(coordinate: f64) -> usize {
+/// Returns the column or row of the cell at a coordinate in \[-1, 1\].
+fn cell_index(coordinate: f64) -> usize {
     ((0.5 * (coordinate + 1.0) * CELLS as f64) as usize).min(CELLS - 1)
 }
 
-/// Returns row and column of the cells at Chebyshev distance `ring` from a cell.
+/// Returns the row and the column of each cell at Chebyshev distance `ring` from a cell.
 fn cells_on_ring(column: usize, row: usize, ring: usize) -> impl Iterator<Item = (usize, usize)> {
-    let range = move |at: usize| at.saturating_sub(ring)..=(at + ring).min(CELLS - 1);
+    let range = move |center: usize| center.saturating_sub(ring)..=(center + ring).min(CELLS - 1);
     range(row)
         .flat_map(move |r| range(column).map(move |c| (r, c)))
         .filter(move |(r, c)| r.abs_diff(row).max(c.abs_diff(column)) == ring)
@@ -254,20 +255,21 @@ fn cells_on_ring(column: usize, row: usize, ring: usize) -> impl Iterator<Item =
 impl Brdf for PabSet {
     fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         for (at, brdf) in at.iter().zip(brdf) {
-            *brdf = self.value(at).map(|value| value as f32);
+            *brdf = self.interpolate(at).map(|value| value as f32);
         }
     }
 }
 
 impl PabSet {
-    fn value(&self, at: &HalfDifference<f32>) -> [f64; 3] {
+    /// Interpolates between the theta_i around that of `at`.
+    fn interpolate(&self, at: &HalfDifference<f32>) -> [f64; 3] {
         let [x, y, z] = at.directions().incoming.map(f64::from);
         let theta_i = x.hypot(y).atan2(z);
         // The half vector, rotated so that the incoming direction has phi = 0.
         let (sin_h, cos_h) = (f64::from(at.hx), f64::from(at.hz));
         let phi = -y.atan2(x);
         let half = [sin_h * phi.cos(), sin_h * phi.sin(), cos_h];
-        let value = |index: usize| {
+        let slice_value = |index: usize| {
             let (degrees, scattered) = &self.slices[index];
             let incoming = direction(*degrees, 0.0);
             let cosine: f64 = incoming.iter().zip(half).map(|(a, b)| a * b).sum();
@@ -277,11 +279,11 @@ impl PabSet {
         let degrees = theta_i.to_degrees();
         let after = self.slices.partition_point(|(theta, _)| *theta <= degrees);
         if after == 0 || after == self.slices.len() {
-            return value(after.saturating_sub(1));
+            return slice_value(after.saturating_sub(1));
         }
         let [low, high] = [self.slices[after - 1].0, self.slices[after].0];
         let fraction = (degrees - low) / (high - low);
-        let (low, high) = (value(after - 1), value(after));
+        let (low, high) = (slice_value(after - 1), slice_value(after));
         std::array::from_fn(|i| low[i] + fraction * (high[i] - low[i]))
     }
 }

@@ -1,4 +1,4 @@
-//! Writing of PAB-Opto text: a BRDF at the directions of a goniophotometer.
+//! Writing of a BRDF as PAB-Opto text, at the directions of a goniophotometer.
 
 use std::f64::consts::PI;
 use std::fmt::Write;
@@ -10,49 +10,53 @@ use super::file::{SET_THETA_I, VALUE_COUNT};
 use super::{TO_XYZ, direction, product};
 use crate::{Brdf, NotFinite, angles_of};
 
-/// theta_i, degrees.
+/// The theta_i of the files, in degrees.
 const THETA_I: [u32; 11] = [0, 10, 20, 30, 40, 50, 60, 70, 75, 80, 85];
-/// Degrees between outgoing directions.
+/// The step between theta_o, in degrees.
 const THETA_O_STEP: usize = 2;
+/// The step between phi_o, in degrees.
 const PHI_O_STEP: usize = 3;
-/// The largest theta_o, degrees.
+/// The largest theta_o, in degrees.
 const MAX_THETA_O: usize = 88;
-/// The radii in degrees of circles around the mirror direction. They hold more directions, for sharp highlights.
+/// The radii in degrees of circles around the mirror direction. They add directions, for sharp highlights.
 const MIRROR_CIRCLES: [f64; 9] = [0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0];
 /// The number of directions on each circle.
 const DIRECTIONS_PER_CIRCLE: usize = 24;
 
-/// Returns the suffixes after NAME in the file names, one for each incoming direction.
+/// Returns the suffix after NAME of each file name, one for each incoming direction.
 pub fn pab_suffixes() -> impl Iterator<Item = String> {
     THETA_I.iter().map(|theta_i| format!("_in{theta_i:02}.txt"))
 }
 
 /// Tabulates an isotropic BRDF, with the light at phi_i = 0. Returns the text of each file, in the order of
-/// [`pab_suffixes`]. Files with the same name belong to the same sample.
+/// [`pab_suffixes`]. All contain `name` as the name of the sample.
 ///
 /// # Errors
 /// If the BRDF is not finite at a direction.
 pub fn to_pab(name: &str, brdf: &(impl Brdf + ?Sized)) -> Result<Vec<String>, NotFinite> {
-    let texts = THETA_I.par_iter().map(|theta_i| text(name, brdf, *theta_i));
+    let texts = THETA_I
+        .par_iter()
+        .map(|theta_i| file_text(name, brdf, *theta_i));
     texts.collect()
 }
 
-fn text(name: &str, brdf: &(impl Brdf + ?Sized), theta_i: u32) -> Result<String, NotFinite> {
+/// Returns the text of the file of a theta_i in degrees.
+fn file_text(name: &str, brdf: &(impl Brdf + ?Sized), theta_i: u32) -> Result<String, NotFinite> {
     // A quotation mark would end the name.
     let name = name.replace(['"', '\n'], "_");
-    let outgoing = outgoing(f64::from(theta_i));
-    let set = THETA_I.map(|theta_i| theta_i.to_string()).join(" ");
+    let outgoing = outgoing_angles(f64::from(theta_i));
+    let set_theta_i = THETA_I.map(|theta_i| theta_i.to_string()).join(" ");
     let mut text = format!(
         "#sample_name \"{name}\"\n#colorimetry: CIE-XYZ\n#format: theta phi BRDF\n#intheta {theta_i}\n\
-         #inphi 0\n#upphi 0\n{SET_THETA_I} {set}\n{VALUE_COUNT} {}\n",
+         #inphi 0\n#upphi 0\n{SET_THETA_I} {set_theta_i}\n{VALUE_COUNT} {}\n",
         outgoing.len()
     );
-    let narrow = |theta: f64, phi: f64| direction(theta, phi).map(|value| value as f32);
-    let incoming = narrow(f64::from(theta_i), 0.0);
+    let direction_f32 = |theta: f64, phi: f64| direction(theta, phi).map(|value| value as f32);
+    let incoming = direction_f32(f64::from(theta_i), 0.0);
     for [theta_o, phi_o] in outgoing {
         let directions = Directions {
             incoming,
-            outgoing: narrow(theta_o, phi_o),
+            outgoing: direction_f32(theta_o, phi_o),
         };
         // Both directions are above the horizon, so that they are never opposite.
         let at = HalfDifference::from_directions(&directions).unwrap_or_default();
@@ -67,28 +71,35 @@ fn text(name: &str, brdf: &(impl Brdf + ?Sized), theta_i: u32) -> Result<String,
 }
 
 /// Returns theta_o and phi_o of a file's lines, in degrees.
-fn outgoing(theta_i: f64) -> Vec<[f64; 2]> {
-    let mut all = vec![[0.0, 0.0]];
+fn outgoing_angles(theta_i: f64) -> Vec<[f64; 2]> {
+    let mut angles = vec![[0.0, 0.0]];
     for theta in (THETA_O_STEP..=MAX_THETA_O).step_by(THETA_O_STEP) {
-        all.extend(
+        angles.extend(
             (0..360)
                 .step_by(PHI_O_STEP)
                 .map(|phi| [theta as f64, phi as f64]),
         );
     }
     let (sin, cos) = theta_i.to_radians().sin_cos();
-    for away in MIRROR_CIRCLES {
-        let count = if away > 0.0 { DIRECTIONS_PER_CIRCLE } else { 1 };
-        let (sin_away, cos_away) = away.to_radians().sin_cos();
-        all.extend((0..count).filter_map(|step| {
-            let turn = 2.0 * PI * step as f64 / DIRECTIONS_PER_CIRCLE as f64;
-            let (along, across) = (sin_away * turn.cos(), sin_away * turn.sin());
+    for radius in MIRROR_CIRCLES {
+        let count = if radius > 0.0 {
+            DIRECTIONS_PER_CIRCLE
+        } else {
+            1
+        };
+        let (sin_radius, cos_radius) = radius.to_radians().sin_cos();
+        angles.extend((0..count).filter_map(|step| {
+            let azimuth = 2.0 * PI * step as f64 / DIRECTIONS_PER_CIRCLE as f64;
+            let (along, across) = (sin_radius * azimuth.cos(), sin_radius * azimuth.sin());
             // A circle around the z axis, rotated to the mirror direction (-sin, 0, cos).
-            let (x, z) = (along * cos - cos_away * sin, along * sin + cos_away * cos);
+            let (x, z) = (
+                along * cos - cos_radius * sin,
+                along * sin + cos_radius * cos,
+            );
             let theta = x.hypot(across).atan2(z).to_degrees();
             let phi = across.atan2(x).to_degrees().rem_euclid(360.0);
             (theta <= MAX_THETA_O as f64).then_some([theta, phi])
         }));
     }
-    all
+    angles
 }
