@@ -10,23 +10,23 @@ pub const DIRECTIONS: usize = 40_503;
 const CANDIDATES: u32 = 65_536;
 /// The plastic ratio: the root x of x^3 = x + 1. 1/x and 1/x^2 are the steps of an additive recurrence that fills the
 /// unit square evenly (the R2 sequence).
-const RATIO: f64 = 1.324_717_957_244_746;
+const PLASTIC_RATIO: f64 = 1.324_717_957_244_746;
 
 /// Returns [`DIRECTIONS`] Rusinkiewicz angles in radians, uniform in (theta_h, theta_d, phi_d) over the valid region:
 /// both directions are above the horizon, and phi_d is in \[0, 2 pi). They are not uniform over the hemisphere:
 /// highlights, at small theta_h, have more weight. `trainer/docs/losses.md` defines the loss.
 ///
 /// The directions do not depend on a seed. Means over the same number of random directions vary by several percent,
-/// because most of the loss of a glossy material is at a theta_h of a few degrees. Here theta_h increases in equal
-/// steps, and theta_d and phi_d follow a recurrence that fills every range of theta_h evenly. Means over shifted sets
-/// of this kind agree within 0.5 percent.
+/// because most of the loss of a glossy material is at a theta_h of a few degrees. In this set, theta_h increases in
+/// equal steps. theta_d and phi_d follow a recurrence that is even within every range of theta_h. Means over shifted
+/// sets of this kind agree within 0.5 percent.
 #[must_use]
 pub fn directions() -> Vec<Angles<f32>> {
     valid_directions(CANDIDATES)
 }
 
-/// Returns about a quarter as many angles as [`directions`], for cheap estimates. Means over them deviate by up to
-/// several percent.
+/// Returns about a quarter as many angles as [`directions`], for cheap estimates. Means over the two lists differ by up
+/// to several percent.
 #[must_use]
 pub fn coarse_directions() -> Vec<Angles<f32>> {
     valid_directions(CANDIDATES / 4)
@@ -37,7 +37,7 @@ fn valid_directions(candidates: u32) -> Vec<Angles<f32>> {
     (0..candidates)
         .map(f64::from)
         .map(|index| {
-            let fraction = |power: i32| (0.5 + index / RATIO.powi(power)).fract();
+            let fraction = |power: i32| (0.5 + index / PLASTIC_RATIO.powi(power)).fract();
             Angles {
                 theta_h: (FRAC_PI_2 * (index + 0.5) / f64::from(candidates)) as f32,
                 theta_d: (FRAC_PI_2 * fraction(1)) as f32,
@@ -54,14 +54,14 @@ mod tests {
 
     #[test]
     fn directions_are_uniform_over_the_valid_region() {
-        let all = directions();
-        assert_eq!(all.len(), DIRECTIONS);
-        // The fraction of points in boxes of the valid region, compared with a fine grid of midpoints.
-        let grid: Vec<[f64; 3]> = {
+        let directions = directions();
+        assert_eq!(directions.len(), DIRECTIONS);
+        // Each box has the same fraction of the directions as of a fine grid of midpoints.
+        let grid_points: Vec<[f64; 3]> = {
             const SIDE: usize = 64;
-            let middle = |index: usize| (index as f64 + 0.5) / SIDE as f64;
+            let midpoint = |index: usize| (index as f64 + 0.5) / SIDE as f64;
             (0..SIDE.pow(3))
-                .map(|i| [i / SIDE / SIDE, i / SIDE % SIDE, i % SIDE].map(middle))
+                .map(|i| [i / SIDE / SIDE, i / SIDE % SIDE, i % SIDE].map(midpoint))
                 .filter(|[h, d, p]| {
                     let angles = Angles {
                         theta_h: (FRAC_PI_2 * h) as f32,
@@ -72,7 +72,7 @@ mod tests {
                 })
                 .collect()
         };
-        let points: Vec<[f64; 3]> = all
+        let points: Vec<[f64; 3]> = directions
             .iter()
             .map(|angles| {
                 [
@@ -82,20 +82,21 @@ mod tests {
                 ]
             })
             .collect();
-        for corner in [
+        for box_sizes in [
             [0.125, 1.0, 1.0],
             [1.0, 0.125, 1.0],
             [1.0, 1.0, 0.25],
             [0.25, 0.25, 0.25],
         ] {
             let fraction = |points: &[[f64; 3]]| {
-                let inside = |point: &&[f64; 3]| point.iter().zip(corner).all(|(x, end)| *x < end);
-                points.iter().filter(inside).count() as f64 / points.len() as f64
+                let is_inside =
+                    |point: &&[f64; 3]| point.iter().zip(box_sizes).all(|(x, size)| *x < size);
+                points.iter().filter(is_inside).count() as f64 / points.len() as f64
             };
-            let (actual, expected) = (fraction(&points), fraction(&grid));
+            let (actual, expected) = (fraction(&points), fraction(&grid_points));
             assert!(
                 (actual - expected).abs() < 0.02 * expected,
-                "{corner:?}: {actual}, {expected}"
+                "box {box_sizes:?}: {actual}, expected {expected}"
             );
         }
     }

@@ -1,6 +1,6 @@
 //! The paper's loss of a whole BRDF: the mean cosine-weighted logarithmic error over many directions.
 //!
-//! `trainer/docs/losses.md` defines the loss. [`directions`] returns the directions of every evaluation.
+//! `trainer/docs/losses.md` defines the loss. Every evaluation uses the same [`directions`].
 
 mod directions;
 
@@ -11,7 +11,7 @@ use glimpse_core::model::loss::cosine_weighted_log_error;
 
 use crate::{Brdf, Material};
 
-/// The number of directions that one call evaluates.
+/// The largest number of directions in one call of [`Brdf::evaluate`].
 const BATCH: usize = 4096;
 
 /// Returns the mean of |ln(1 + y c) - ln(1 + f c)| over directions and channels. c is cos(theta_i), clamped to
@@ -37,7 +37,7 @@ pub fn mean_log_error(
     sum / (3 * count.max(1)) as f64
 }
 
-/// Returns [`mean_log_error`] of a fitted BRDF given by its values at each element of `at`.
+/// Returns [`mean_log_error`] from the values of the fitted BRDF at each element of `at`.
 #[must_use]
 pub fn mean_log_error_of_values(
     fitted: &[[f32; 3]],
@@ -50,8 +50,8 @@ pub fn mean_log_error_of_values(
 
 /// Returns the sum of errors over directions and channels.
 fn sum_of_errors(at: &[HalfDifference<f32>], reference: &[[f32; 3]], fitted: &[[f32; 3]]) -> f64 {
-    let each = at.iter().zip(reference).zip(fitted);
-    let errors = each.map(|((at, measured), fitted)| {
+    let samples = at.iter().zip(reference).zip(fitted);
+    let errors = samples.map(|((at, measured), fitted)| {
         let error = cosine_weighted_log_error(*measured, *fitted, at.cos_theta_i(), 1.0).error;
         f64::from(error.value())
     });
