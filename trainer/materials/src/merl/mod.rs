@@ -45,21 +45,21 @@ const NOT_MEASURED: f64 = -1.0;
 pub struct MerlTable {
     name: String,
     bytes: Mmap,
-    /// The number of look-ups of a table that releases its pages regularly. None for other tables.
+    /// The number of look-ups since [`MerlTable::open`]. None for a table that does not release its pages regularly.
     lookups: Option<AtomicUsize>,
 }
 
-/// The number of single look-ups after which one of many tables releases its pages. Each look-up reads 64 KiB at about
-/// six places of the file, so that hundreds of tables would soon be completely in memory.
+/// The number of look-ups between releases of pages, for a table from [`MerlTable::open`]. Each look-up reads 64 KiB at
+/// each of about six places of the file. Without releases, hundreds of tables would soon be completely in memory.
 const RELEASE_INTERVAL: usize = 16;
 
 impl MerlTable {
-    /// Opens a table and checks its header, its length and every value. Thousands of look-ups at random directions, as
-    /// in all commands, also read nearly the whole file.
+    /// Opens a table and checks its header, its length and every value. The check reads the whole file. The thousands
+    /// of look-ups at random directions of any command would read nearly all of it too.
     ///
     /// # Errors
-    /// If the file cannot be read, has the wrong dimensions or length, a value is not finite as f32, or a channel
-    /// has no measured value.
+    /// If the file cannot be read or has the wrong dimensions or length, if a value is not finite as f32, or if a
+    /// channel has no measured value.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let mut table = Self::open(path)?;
         table.lookups = None;
@@ -73,11 +73,11 @@ impl MerlTable {
         Ok(table)
     }
 
-    /// Opens one of many tables and checks only its header and its length. Pages are read on first access and released
-    /// regularly. Values that are not finite as f32 count as not measured.
+    /// Opens a table and checks only its header and its length, for sets of many tables. Pages are read on first access
+    /// and released regularly. Values that are not finite as f32 count as not measured.
     ///
     /// # Errors
-    /// If the file cannot be read, has the wrong dimensions or length.
+    /// If the file cannot be read, or has the wrong dimensions or length.
     pub fn open(path: &Path) -> Result<Self, SourceError> {
         let damaged = |defect| SourceError::Damaged {
             path: path.into(),
@@ -130,26 +130,26 @@ impl MerlTable {
 
     /// Checks every value.
     fn check_values(&self) -> Result<(), String> {
-        // NaN is not in range.
+        // The comparison is false for NaN.
         let is_in_range = |value: f64| value.abs() <= f64::from(f32::MAX);
         let (values, _) = self.bytes[HEADER_BYTES..].as_chunks();
-        for ((number, color), plane) in (0..)
+        for ((channel, color), values) in (0..)
             .zip(["red", "green", "blue"])
             .zip(values.chunks(NODES_PER_CHANNEL))
         {
-            let plane = plane.iter().copied().map(f64::from_le_bytes);
-            if let Some((index, value)) = plane
+            let values = values.iter().copied().map(f64::from_le_bytes);
+            if let Some((index, value)) = values
                 .clone()
                 .enumerate()
                 .find(|(_, value)| !is_in_range(*value))
             {
-                let index = number * NODES_PER_CHANNEL + index;
+                let index = channel * NODES_PER_CHANNEL + index;
                 return Err(format!(
                     "value {index} is {value:e}, which is not finite as a 32-bit float; replace the file with an \
                      intact copy"
                 ));
             }
-            if !plane.clone().any(|value| value >= 0.0) {
+            if !values.clone().any(|value| value >= 0.0) {
                 return Err(format!(
                     "all its {color} values are negative, so that none was measured; replace the file with an intact \
                      copy"
@@ -166,7 +166,8 @@ impl MerlTable {
         bytes.starts_with(dimensions.as_flattened())
     }
 
-    /// Returns a stored value; 0 past the end of the table, which `open` excludes.
+    /// Returns a stored value, or 0 past the end of the table. [`MerlTable::open`] checks the length, so that no index
+    /// is past the end.
     fn value(&self, index: usize) -> f64 {
         let (_, values) = self.bytes.split_at(HEADER_BYTES);
         let value = values.as_chunks().0.get(index);
@@ -178,13 +179,15 @@ impl MerlTable {
         let [cell_h, cell_d, cell_phi] = cells;
         let zero = S::constant(0.0);
         let mut sums = [zero; 3];
-        let mut weights = [zero; 3];
+        let mut total_weights = [zero; 3];
         for (h, weight_h) in cell_h.weights(angles.theta_h) {
             for (d, weight_d) in cell_d.weights(angles.theta_d) {
                 for (phi, weight_phi) in cell_phi.weights(angles.phi_d) {
                     let index = phi + NODES[2] * (d + NODES[1] * h);
                     let weight = weight_h * weight_d * weight_phi;
-                    for (channel, (sum, total)) in sums.iter_mut().zip(&mut weights).enumerate() {
+                    for (channel, (sum, total)) in
+                        sums.iter_mut().zip(&mut total_weights).enumerate()
+                    {
                         let value = self.value(index + channel * NODES_PER_CHANNEL);
                         if (0.0..=f64::from(f32::MAX)).contains(&value) {
                             *sum = *sum + weight * S::constant(value * SCALE[channel]);
@@ -194,7 +197,7 @@ impl MerlTable {
                 }
             }
         }
-        for (sum, total) in sums.iter_mut().zip(weights) {
+        for (sum, total) in sums.iter_mut().zip(total_weights) {
             let normalized = *sum / total.if_positive(total, S::constant(1.0));
             *sum = total.if_positive(normalized, zero);
         }
@@ -244,21 +247,21 @@ fn table_angles(angles: Angles<f32>) -> Angles<f64> {
 }
 
 /// Returns theta_h at node `k`, in radians.
-fn theta_h(k: usize) -> f64 {
+fn node_theta_h(k: usize) -> f64 {
     let root = k as f64 / NODES[0] as f64;
     FRAC_PI_2 * root * root
 }
 
-/// Returns theta_d or phi_d at node `k`, in radians.
-fn degrees_in_radians(k: usize) -> f64 {
+/// Returns theta_d or phi_d at node `k`, which is `k` degrees, in radians.
+fn whole_degree(k: usize) -> f64 {
     (k as f64).to_radians()
 }
 
-/// Two neighboring nodes of one angle.
+/// The interval between two neighboring nodes of one angle.
 #[derive(Clone, Copy)]
 struct Cell {
     nodes: [usize; 2],
-    /// The angles of the nodes, in radians.
+    /// The angles at the nodes, in radians.
     ends: [f64; 2],
 }
 
@@ -269,7 +272,7 @@ fn cells(angles: Angles<f64>) -> [Cell; 3] {
         angles.phi_d,
         angles.phi_d.to_degrees(),
         NODES[2],
-        degrees_in_radians,
+        whole_degree,
     );
     // phi_d is periodic: the node after the last one is the first.
     phi_d.nodes[1] %= NODES[2];
@@ -278,36 +281,36 @@ fn cells(angles: Angles<f64>) -> [Cell; 3] {
             angles.theta_h,
             NODES[0] as f64 * root,
             NODES[0] - 1,
-            theta_h,
+            node_theta_h,
         ),
         Cell::around(
             angles.theta_d,
             angles.theta_d.to_degrees(),
             NODES[1] - 1,
-            degrees_in_radians,
+            whole_degree,
         ),
         phi_d,
     ]
 }
 
 impl Cell {
-    /// Returns the cell of `angle`. The nodes 0 to `last` have the angles `node(k)`, and `position` is the position of
-    /// `angle` among them, up to rounding.
-    fn around(angle: f64, position: f64, last: usize, node: fn(usize) -> f64) -> Self {
+    /// Returns the cell of `angle`. Node k, from 0 to `last`, is at `node_angle(k)`. `position` is the position of
+    /// `angle` among the nodes, up to rounding.
+    fn around(angle: f64, position: f64, last: usize, node_angle: fn(usize) -> f64) -> Self {
         let mut low = (position as usize).min(last);
-        if angle < node(low) {
+        if angle < node_angle(low) {
             low = low.saturating_sub(1);
-        } else if low < last && angle >= node(low + 1) {
+        } else if low < last && angle >= node_angle(low + 1) {
             low += 1;
         }
-        // Beyond the ends, the cell has width 0 at the first or last node.
-        let high = match angle >= node(low) {
+        // Beyond the ends, the cell has width 0 at the first or last node_angle.
+        let high = match angle >= node_angle(low) {
             true => (low + 1).min(last),
             false => low,
         };
         Self {
             nodes: [low, high],
-            ends: [node(low), node(high)],
+            ends: [node_angle(low), node_angle(high)],
         }
     }
 

@@ -1,17 +1,17 @@
-//! MERL tables made from values at their nodes, without a file.
+//! Construction of MERL tables from values at their nodes, without a file.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use memmap2::MmapMut;
 
 use super::{
     FILE_BYTES, HEADER_BYTES, MerlTable, NODES, NODES_PER_CHANNEL, NOT_MEASURED, SCALE,
-    degrees_in_radians, theta_h,
+    node_theta_h, whole_degree,
 };
 
 /// Names of the channels.
 const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 
-/// An error in the values that a table is made from.
+/// An error in the values for a table.
 #[derive(Debug, thiserror::Error)]
 pub enum TabulateError {
     /// The number of values differs from that of [`table_nodes`].
@@ -55,23 +55,24 @@ pub enum TabulateError {
     Memory(#[from] std::io::Error),
 }
 
-/// Returns the nodes at which both directions are above the horizon, in the order of the table: the index in a
-/// channel's values, and the angles in radians.
+/// Returns the nodes at which both directions are above the horizon, in the order of the table. Each has its index in a
+/// channel's values, and its angles in radians.
 fn indexed_nodes() -> impl Iterator<Item = (usize, Angles<f32>)> {
     let [_, count_d, count_phi] = NODES;
     let all = (0..NODES_PER_CHANNEL).map(move |index| {
         let angles = Angles {
-            theta_h: theta_h(index / count_phi / count_d) as f32,
-            theta_d: degrees_in_radians(index / count_phi % count_d) as f32,
-            phi_d: degrees_in_radians(index % count_phi) as f32,
+            theta_h: node_theta_h(index / count_phi / count_d) as f32,
+            theta_d: whole_degree(index / count_phi % count_d) as f32,
+            phi_d: whole_degree(index % count_phi) as f32,
         };
         (index, angles)
     });
     all.filter(|(_, angles)| HalfDifference::from_angles(*angles).is_valid())
 }
 
-/// Returns the MERL nodes at which both directions are above the horizon, as angles in radians. A tabulated material
-/// has one value for each. phi_d covers \[0, pi): in the other half, light and sensor are exchanged.
+/// Returns the MERL nodes at which both directions are above the horizon, as angles in radians.
+/// [`MerlTable::from_nodes`] takes one value for each. phi_d covers \[0, pi): in the other half, light and sensor are
+/// exchanged.
 #[must_use]
 pub fn table_nodes() -> Vec<Angles<f32>> {
     indexed_nodes().map(|(_, angles)| angles).collect()
@@ -87,8 +88,8 @@ impl MerlTable {
     /// Makes a table from BRDFs in linear RGB, sr^-1, not times the cosine: one for each of [`table_nodes`], and NaN
     /// where the BRDF is unknown.
     ///
-    /// Negative values, even small ones, are errors, because in the table they mean "not measured". Set negative noise
-    /// of a dark measurement to 0 first.
+    /// Even small negative values are errors, because a negative value in the table means "not measured". Set the
+    /// negative values that noise causes in a dark measurement to 0 first.
     ///
     /// # Errors
     /// If the number of values differs from that of the nodes, a value is infinite or negative, or a channel has no
@@ -106,7 +107,7 @@ impl MerlTable {
         file_header.copy_from_slice(&header());
         let (values, _) = values.as_chunks_mut();
         values.fill(NOT_MEASURED.to_le_bytes());
-        let mut known = [0; 3];
+        let mut known_counts = [0; 3];
         for (index, ((table_index, angles), rgb)) in nodes.into_iter().zip(brdf).enumerate() {
             for (channel, value) in rgb.iter().copied().enumerate() {
                 if value.is_infinite() || value < 0.0 {
@@ -119,14 +120,14 @@ impl MerlTable {
                     });
                 }
                 if !value.is_nan() {
-                    known[channel] += 1;
-                    // The absolute value of -0 is 0, which is stored without a sign.
+                    known_counts[channel] += 1;
+                    // The absolute value replaces -0 by 0.
                     let stored = f64::from(value.abs()) / SCALE[channel];
                     values[channel * NODES_PER_CHANNEL + table_index] = stored.to_le_bytes();
                 }
             }
         }
-        if let Some(channel) = known.iter().position(|known| *known == 0) {
+        if let Some(channel) = known_counts.iter().position(|count| *count == 0) {
             return Err(TabulateError::NoValues {
                 channel: CHANNELS[channel],
                 count: brdf.len(),
@@ -144,7 +145,7 @@ impl MerlTable {
     /// [`MerlTable::from_nodes`] makes the same table from it.
     #[must_use]
     pub fn to_nodes(&self) -> Vec<[f32; 3]> {
-        let at = |index: usize| {
+        let node_brdf = |index: usize| {
             std::array::from_fn(
                 |channel| match self.value(channel * NODES_PER_CHANNEL + index) {
                     value if value >= 0.0 => (value * SCALE[channel]) as f32,
@@ -152,7 +153,7 @@ impl MerlTable {
                 },
             )
         };
-        indexed_nodes().map(|(index, _)| at(index)).collect()
+        indexed_nodes().map(|(index, _)| node_brdf(index)).collect()
     }
 }
 

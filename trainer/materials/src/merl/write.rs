@@ -1,4 +1,4 @@
-//! Writing of MERL tables: any BRDF at the table's nodes.
+//! Writing of any BRDF as a MERL table.
 
 use std::io;
 use std::path::Path;
@@ -7,7 +7,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use rayon::prelude::*;
 
 use super::nodes::header;
-use super::{FILE_BYTES, NODES, NOT_MEASURED, SCALE, degrees_in_radians, theta_h};
+use super::{FILE_BYTES, NODES, NOT_MEASURED, SCALE, node_theta_h, whole_degree};
 use crate::files::write_atomic;
 use crate::{Brdf, Material, NotFinite, SourceError};
 
@@ -24,8 +24,8 @@ pub fn to_merl(brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>, NotFinite> {
         .map(|row| {
             tabulate_row(
                 brdf,
-                theta_h(row / NODES[1]),
-                degrees_in_radians(row % NODES[1]),
+                node_theta_h(row / NODES[1]),
+                whole_degree(row % NODES[1]),
             )
         })
         .collect::<Result<_, _>>()?;
@@ -53,17 +53,17 @@ pub fn write_merl(path: &Path, material: &dyn Material) -> Result<(), SourceErro
     write_atomic(path, &bytes).map_err(write_error)
 }
 
-/// Returns the stored values of a BRDF at all phi_d.
+/// Returns the stored values of a BRDF at one theta_h and theta_d, in radians, and all nodes of phi_d.
 fn tabulate_row(
     brdf: &(impl Brdf + ?Sized),
     theta_h: f64,
     theta_d: f64,
 ) -> Result<Vec<[f64; 3]>, NotFinite> {
-    let value = |phi: usize| {
+    let stored_value = |phi_node: usize| {
         let angles = Angles {
             theta_h: theta_h as f32,
             theta_d: theta_d as f32,
-            phi_d: degrees_in_radians(phi) as f32,
+            phi_d: whole_degree(phi_node) as f32,
         };
         if !HalfDifference::from_angles(angles).is_valid() {
             return Ok([NOT_MEASURED; 3]);
@@ -74,5 +74,5 @@ fn tabulate_row(
             f64::from(values[channel]).max(0.0) / SCALE[channel]
         }))
     };
-    (0..NODES[2]).map(value).collect()
+    (0..NODES[2]).map(stored_value).collect()
 }
