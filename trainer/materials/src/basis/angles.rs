@@ -1,4 +1,4 @@
-//! From half and difference vectors to angles.
+//! Conversion of half and difference vectors to angles.
 
 use std::f32::consts::TAU;
 

@@ -3,21 +3,22 @@
 use super::Coefficients;
 use super::table::{Basis, Reconstruction};
 
-/// The number of coefficients does not match the basis.
+/// A number of coefficients that does not match the basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{actual} coefficients, and this basis needs {expected}; use the basis of the recipe of the fit, and all \
-     coefficients"
+    "there are {actual} coefficients, and this basis needs {expected}; give all coefficients, and the basis of the \
+     recipe that the device fitted with"
 )]
 pub struct CoefficientCountError {
-    /// Three times the number of the basis's components.
+    /// Three times the number of components of the basis.
     pub expected: usize,
     /// The number of coefficients.
     pub actual: usize,
 }
 
 impl Basis {
-    /// Splits the coefficients of a device's fit by channel: m of red, m of green, m of blue.
+    /// Splits the coefficients of a device's fit by channel: m of red, m of green, m of blue, where m is the
+    /// number of components.
     ///
     /// # Errors
     /// If the number of values is not 3 m.

@@ -7,16 +7,16 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 /// The number of nodes along theta_h (denser towards 0, as in MERL tables), theta_d, and phi_d (with period pi).
 const NODES: [usize; 3] = [72, 46, 36];
 
-/// The grid of all tables.
+/// The grid of every whole basis.
 #[derive(Clone, Copy, Debug)]
 pub struct Grid;
 
-/// A node of an interpolation.
+/// A node and its weight in an interpolation.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Corner {
     /// The index of the node.
     pub node: usize,
-    /// Its weight.
+    /// The weight of the node.
     pub weight: f64,
     /// The derivatives of the weight with respect to theta_h, theta_d and phi_d.
     pub derivatives: [f64; 3],
@@ -54,23 +54,24 @@ impl Grid {
     /// Returns the eight nodes around angles in radians, with weights and their derivatives.
     #[must_use]
     pub fn corners(angles: Angles<f64>) -> [Corner; 8] {
-        let last = |axis: usize| (NODES[axis] - 1) as f64;
+        let last_node = |axis: usize| (NODES[axis] - 1) as f64;
         // The position along each axis in units of nodes, and its derivative with respect to the angle.
         let fraction = (angles.theta_h / FRAC_PI_2).clamp(0.0, 1.0);
         let root = fraction.sqrt();
         // The derivative is infinite at the pole, and is limited to a large value.
-        let derivative = last(0) / (2.0 * root.max(1e-9) * FRAC_PI_2);
+        let derivative_h = last_node(0) / (2.0 * root.max(1e-9) * FRAC_PI_2);
         let positions = [
-            (last(0) * root, derivative),
+            (last_node(0) * root, derivative_h),
             (
-                last(1) * (angles.theta_d / FRAC_PI_2).clamp(0.0, 1.0),
-                last(1) / FRAC_PI_2,
+                last_node(1) * (angles.theta_d / FRAC_PI_2).clamp(0.0, 1.0),
+                last_node(1) / FRAC_PI_2,
             ),
             (
                 NODES[2] as f64 * (angles.phi_d / PI).rem_euclid(1.0),
                 NODES[2] as f64 / PI,
             ),
         ];
+        // The two nodes along each axis: index, weight, and derivative of the weight.
         let mut axes = [[(0, 0.0, 0.0); 2]; 3];
         for (axis, (position, derivative)) in positions.into_iter().enumerate() {
             // phi_d is periodic. The other axes end at their last node.
@@ -82,13 +83,17 @@ impl Grid {
         }
         let mut corners = [Corner::default(); 8];
         for (index, corner) in corners.iter_mut().enumerate() {
-            let (h, a, by_h) = axes[0][index / 4];
-            let (d, b, by_d) = axes[1][index / 2 % 2];
-            let (p, c, by_p) = axes[2][index % 2];
+            let (h, weight_h, slope_h) = axes[0][index / 4];
+            let (d, weight_d, slope_d) = axes[1][index / 2 % 2];
+            let (p, weight_p, slope_p) = axes[2][index % 2];
             *corner = Corner {
                 node: (h * NODES[1] + d) * NODES[2] + p,
-                weight: a * b * c,
-                derivatives: [by_h * b * c, a * by_d * c, a * b * by_p],
+                weight: weight_h * weight_d * weight_p,
+                derivatives: [
+                    slope_h * weight_d * weight_p,
+                    weight_h * slope_d * weight_p,
+                    weight_h * weight_d * slope_p,
+                ],
             };
         }
         corners

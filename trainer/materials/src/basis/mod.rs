@@ -1,7 +1,7 @@
 //! The basis of the model Linear, which turns coefficients into a BRDF on the host.
 //!
-//! A whole [`Basis`] is tabulated on a [`Grid`]. Its file is in the directory of the recipe, because it is far too
-//! large for a device. The file may also be a compact basis, which is interpolated between core's nodes, as on a
+//! A whole [`Basis`] is tabulated on a [`Grid`]. It is far too large for a device, so that it has its own file in the
+//! directory of the recipe. This file may also be a compact basis, which is interpolated between core's nodes, as on a
 //! device. `glimpse_training::linear` computes the basis from materials and reduces it to a pattern.
 
 mod angles;

@@ -6,7 +6,7 @@ use glimpse_core::model::linear;
 use super::Grid;
 use super::grid::Corner;
 
-/// The step of difference quotients, in radians. They replace derivatives of a compact basis, which core does not
+/// The step of difference quotients, in radians. They replace the derivatives of a compact basis, which core does not
 /// compute. The step is large compared with the rounding of angles to f32, and smaller than the distance between nodes.
 const STEP: f64 = 1e-3;
 
@@ -39,16 +39,17 @@ impl Nodes {
     }
 
     /// Returns the nodes around angles in radians, with weights and their derivatives. For a compact basis, the list
-    /// repeats nodes, and sums over it yield difference quotients as derivatives.
+    /// also has the nodes around moved angles, with weight 0. Sums over all nodes then yield difference quotients as
+    /// derivatives.
     pub(super) fn corners_with_derivatives(self, angles: Angles<f64>) -> Vec<Corner> {
         let mut corners = self.corners(angles).to_vec();
         if self == Self::Whole {
             return corners;
         }
         for axis in 0..3 {
-            for side in [-1.0, 1.0] {
+            for sign in [-1.0, 1.0] {
                 let mut moved = [angles.theta_h, angles.theta_d, angles.phi_d];
-                moved[axis] += side * 0.5 * STEP;
+                moved[axis] += sign * 0.5 * STEP;
                 let [theta_h, theta_d, phi_d] = moved;
                 let moved = Angles {
                     theta_h,
@@ -57,7 +58,7 @@ impl Nodes {
                 };
                 corners.extend(self.corners(moved).map(|corner| {
                     let mut derivatives = [0.0; 3];
-                    derivatives[axis] = side * corner.weight / STEP;
+                    derivatives[axis] = sign * corner.weight / STEP;
                     Corner {
                         node: corner.node,
                         weight: 0.0,

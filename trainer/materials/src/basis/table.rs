@@ -1,6 +1,7 @@
 //! The tabulated basis: mean, median and principal components of mapped materials.
 //!
-//! In formulas, f is the BRDF, w is cos(theta_i) cos(theta_o), e is [`EPSILON`], and m is the number of components.
+//! A column is one channel of a training material. In formulas, f is the BRDF, w is cos(theta_i) cos(theta_o), e is
+//! [`EPSILON`], and m is the number of components.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -66,7 +67,7 @@ pub struct Basis {
 #[derive(Clone, Debug, PartialEq)]
 struct Compact {
     nodes: linear::Nodes,
-    /// The checksum of the whole basis that it was made from.
+    /// The checksum of the whole basis that the compact basis was computed from.
     whole_checksum: u32,
     /// The bytes of the compact basis's file.
     file: Vec<u8>,
@@ -156,7 +157,7 @@ impl Basis {
         }
     }
 
-    /// Tabulates the BRDF with the given coefficients.
+    /// Tabulates the BRDF that has these coefficients.
     #[must_use]
     pub fn reconstruct(&self, coefficients: &Coefficients) -> Reconstruction {
         let rows = || self.table.par_chunks_exact(NODE_HEADER + self.components);
@@ -193,7 +194,8 @@ impl Basis {
         words.flat_map(u32::to_le_bytes).collect()
     }
 
-    /// Returns the CRC-32 of a file's bytes, with 1 in place of 0. A recipe contains the checksum of its basis.
+    /// Returns the CRC-32 of a file's bytes. A recipe contains the checksum of its basis. There, 0 means that the
+    /// recipe has no basis, so that a CRC-32 of 0 is replaced by 1.
     #[must_use]
     pub fn checksum(bytes: &[u8]) -> u32 {
         crc::Crc::<u32, crc::Table<16>>::new(&crc::CRC_32_ISO_HDLC)
@@ -207,8 +209,8 @@ impl Basis {
         self.compact.is_some()
     }
 
-    /// Returns the checksum that recipes contain: that of the file of the whole basis. A compact basis returns the
-    /// checksum of the whole basis that it was made from.
+    /// Returns the checksum of the whole basis's file, which recipes contain. A compact basis stores the checksum of
+    /// the whole basis that it was computed from.
     #[must_use]
     pub fn whole_checksum(&self) -> u32 {
         match &self.compact {
@@ -223,7 +225,7 @@ impl Basis {
         recipe.with_extension("basis")
     }
 
-    /// Reads the basis of a recipe: the whole basis with this checksum, or a compact basis that was made from it.
+    /// Reads the basis of a recipe: the whole basis with this checksum, or a compact basis that was computed from it.
     ///
     /// # Errors
     /// If the file cannot be read or is damaged, or the checksum differs.
@@ -244,7 +246,7 @@ impl Basis {
         Self::parse_for_recipe(&bytes, checksum).map_err(damaged)
     }
 
-    /// Reads the bytes of a compact basis's file.
+    /// Reads the bytes of a compact basis's file, without parsing them.
     ///
     /// # Errors
     /// If the operating system cannot read the file, or the file is too long.
@@ -252,7 +254,7 @@ impl Basis {
         read_at_most(path, MAX_BYTES)
     }
 
-    /// Parses the basis of a recipe: the whole basis with this checksum, or a compact basis that was made from it.
+    /// Parses the basis of a recipe: the whole basis with this checksum, or a compact basis that was computed from it.
     ///
     /// # Errors
     /// A description of the defect, if the bytes are not a basis or the checksum differs.
@@ -261,7 +263,7 @@ impl Basis {
             let compact = Self::from_compact_bytes(bytes)?;
             return match compact.whole_checksum() == checksum {
                 true => Ok(compact),
-                false => Err("it was made from another whole basis"),
+                false => Err("it was computed from another whole basis"),
             };
         }
         match Self::checksum(bytes) == checksum {
@@ -275,12 +277,12 @@ impl Basis {
     /// # Errors
     /// A description of the defect, if the bytes are not a compact basis.
     pub fn from_compact_bytes(bytes: &[u8]) -> Result<Self, &'static str> {
-        let altered = "it is a compact basis that was cut short or altered";
-        let compact = CompactBasis::parse(bytes).map_err(|_| altered)?;
+        let damaged = "it is a compact basis that was cut short or altered";
+        let compact = CompactBasis::parse(bytes).map_err(|_| damaged)?;
         let nodes = compact.nodes();
         let mut table = Vec::new();
-        for node in 0..nodes.count().ok_or(altered)? {
-            let (mean, components) = compact.at_node(node).ok_or(altered)?;
+        for node in 0..nodes.count().ok_or(damaged)? {
+            let (mean, components) = compact.at_node(node).ok_or(damaged)?;
             // A compact basis uses the mapping with median 0, so that ln(median w + e) is ln(e).
             table.extend([mean, EPSILON.ln() as f32]);
             table.extend(components);
@@ -306,11 +308,11 @@ impl Basis {
         };
         let mut words = words.iter().map(|word| u32::from_le_bytes(*word));
         let header: Vec<u32> = words.by_ref().take(FILE_HEADER).collect();
-        let Ok([start @ .., components]) = <[u32; FILE_HEADER]>::try_from(header) else {
+        let Ok([fixed_words @ .., components]) = <[u32; FILE_HEADER]>::try_from(header) else {
             return Err("it is too short");
         };
         let [h, d, p] = Grid::SHAPE;
-        if start != [u32::from_le_bytes(MAGIC), VERSION, h, d, p] {
+        if fixed_words != [u32::from_le_bytes(MAGIC), VERSION, h, d, p] {
             return Err("it is not a basis of this format version");
         }
         let components = components as usize;
@@ -326,7 +328,7 @@ impl Basis {
         let table: Vec<f32> = words.map(f32::from_bits).collect();
         match table.iter().all(|number| number.is_finite()) {
             true => Ok(Self::from_table(table, components)),
-            false => Err("a number of its table is not finite"),
+            false => Err("its table contains a value that is not finite"),
         }
     }
 }

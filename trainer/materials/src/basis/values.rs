@@ -1,4 +1,4 @@
-//! Types and conversions in f64 for the model Linear.
+//! Types and conversions of the model Linear in f64.
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::linear::{EPSILON, unmap};
@@ -8,7 +8,7 @@ use glimpse_kernels::Dual;
 /// A number and its derivatives with respect to theta_h, theta_d and phi_d.
 pub type AngleDual = Dual<f64, 3>;
 
-/// The coefficients of the components for each channel.
+/// The coefficients of each channel, one for each component.
 pub type Coefficients = [Vec<f64>; 3];
 
 /// Converts angles to f64.
@@ -21,7 +21,7 @@ pub fn angles_to_f64(angles: &Angles<f32>) -> Angles<f64> {
     }
 }
 
-/// Returns the median BRDF from ln(median w + e). It is at least 0.
+/// Returns the median BRDF, at least 0. `log_median` is ln(median w + e), and `weight` is w.
 pub fn median_brdf<S: Scalar>(log_median: S, weight: S) -> S {
     // unmap(x, 0, w) = max((e exp(x) - e) / w, 0)
     unmap(
