@@ -180,7 +180,7 @@ fn advance(
             }
         }
     }
-    // The index of the next sample in its round. `checked_rem` fails if there are no samples.
+    // The index of the next sample in its round. `checked_rem` returns None if `round` is 0.
     let round = samples.len() as u32;
     let next = done.saturating_sub(before).checked_rem(round);
     let mut next = next.unwrap_or(0) as usize;

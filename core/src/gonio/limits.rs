@@ -57,8 +57,8 @@ impl Limits {
         in_plane: false,
     };
 
-    /// The tolerance of the limits of angles, radians (0.006 degrees). It covers the rounding from a pattern on the
-    /// limit to directions.
+    /// The tolerance of the limits of angles, radians (0.006 degrees). It covers rounding errors when a pattern whose
+    /// angles lie exactly on a limit is converted to directions.
     pub const TOLERANCE: f32 = 1e-4;
     /// The tolerance of `in_plane`, radians (0.06 degrees).
     pub const IN_PLANE_TOLERANCE: f32 = 1e-3;

@@ -18,8 +18,8 @@ pub struct Client {
 impl Client {
     /// Creates a client whose first sequence number depends on the seed.
     ///
-    /// A reply from before a reset has an old sequence number. The client recognizes it if the numbers after the reset
-    /// differ. So give every client of a device a different seed: a boot counter, a random number, or the value of a
+    /// A reply from before a reset has an old sequence number. The client drops it if it has used only other numbers
+    /// since the reset. So give every client of a device a different seed: a boot counter, a random number, or the value of a
     /// free-running timer. With a boot counter, the numbers of 1,000 boots are more than a million requests apart. With
     /// random seeds, one in 4 billion requests has an old number. With a constant seed, the client may accept a late
     /// reply as the reply to a new request with the same number, if both requests are of the same kind.
@@ -45,8 +45,8 @@ impl Client {
         encode(self.sequence, request, buffer)
     }
 
-    /// Receives a byte. Returns the reply to `request`, the last one, when it is complete. Drops damaged frames and
-    /// replies to other requests.
+    /// Receives a byte. Returns the reply when it is complete. `request` must be the last request sent. Drops damaged
+    /// frames and replies to other requests.
     pub fn receive(&mut self, byte: u8, request: &Request) -> Option<Reply> {
         match self.reader.push::<Reply>(byte)? {
             Ok((sequence, reply)) if sequence == self.sequence && reply.answers(request) => {
@@ -77,7 +77,7 @@ pub struct Server {
     reader: FrameReader,
     sequence: u32,
     /// The CRC of the last request.
-    request: u32,
+    request_checksum: u32,
     /// The reply to the last request, if there is one yet.
     reply: Option<Reply>,
     /// True after the first request.
@@ -91,7 +91,7 @@ impl Server {
         Self {
             reader: FrameReader::new(),
             sequence: 0,
-            request: 0,
+            request_checksum: 0,
             reply: None,
             has_received: false,
         }
@@ -104,17 +104,17 @@ impl Server {
             Ok(received) => received,
             Err(error) => return Some(Err(error)),
         };
-        // The message is compared too: a device without a source of seeds repeats its sequence numbers after a reset,
-        // maybe with another recipe.
+        // The message is compared too: a device without a source of seeds repeats its sequence numbers after a reset.
+        // A request with an old number may then be a different one, for example `Hello` with another recipe.
         let checksum = checksum_of(sequence, &request);
-        if self.has_received && sequence == self.sequence && checksum == self.request {
+        if self.has_received && sequence == self.sequence && checksum == self.request_checksum {
             return Some(Ok(self
                 .reply
                 .clone()
                 .map_or(Received::Pending, Received::Duplicate)));
         }
         self.sequence = sequence;
-        self.request = checksum;
+        self.request_checksum = checksum;
         self.reply = None;
         self.has_received = true;
         Some(Ok(Received::New(request)))

@@ -14,13 +14,13 @@ pub enum ModelKind {
     Neural = 1,
     /// [`CookTorrance`](super::CookTorrance).
     CookTorrance = 2,
-    /// Principal components and a ridge solve: the only model without descent. Recipes do not contain its number, so it
-    /// can stay last.
+    /// Principal components with a ridge solve or a completion: the only model without descent. Recipes do not contain
+    /// its number.
     Linear = 3,
 }
 
 impl ModelKind {
-    /// The name on the command line and in exported files.
+    /// Returns the name on the command line and in exported files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {

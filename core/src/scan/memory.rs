@@ -1,4 +1,4 @@
-//! The layout of a scan's memory: the samples, then the work space of the fit.
+//! The layout of a scan's memory: the samples, then the workspace of the fit.
 //!
 //! The functions are not generic, so that firmware contains them once.
 
@@ -8,14 +8,14 @@ use crate::geometry::{Directions, HalfDifference};
 use crate::model::{SLOT_WORDS, Slot};
 use crate::recipe::Recipe;
 
-/// Splits memory into the samples and the work space.
+/// Splits memory into the samples and the workspace.
 pub(super) fn split(memory: &[f32], samples: usize) -> (&[Slot], &[f32]) {
     let position = samples.saturating_mul(SLOT_WORDS);
     let (slots, words) = memory.split_at_checked(position).unwrap_or_default();
     (slots.as_chunks().0, words)
 }
 
-/// Splits mutable memory into the samples and the work space.
+/// Splits mutable memory into the samples and the workspace.
 pub(super) fn split_mut(memory: &mut [f32], samples: usize) -> (&mut [Slot], &mut [f32]) {
     let position = samples.saturating_mul(SLOT_WORDS);
     let (slots, words) = memory.split_at_mut_checked(position).unwrap_or_default();
@@ -49,13 +49,13 @@ pub(super) fn set_measured_brdf(slot: &mut Slot, brdf: [f32; 3]) {
     *measured = brdf;
 }
 
-/// Marks the samples that count in a fit, and returns their number. If the recipe needs every reading, all samples
-/// count, or none if a reading is missing. Otherwise, the samples count that were read and are not saturated. If all of
-/// them are saturated, they count too.
+/// Marks the samples that count in a fit, and returns their number.
+///
+/// If the recipe needs every reading, all samples count, or none if a reading is missing. Otherwise, samples with an
+/// unsaturated reading count. If all readings are saturated, the samples with a reading count.
 #[inline(never)]
 pub(super) fn mark_counted(slots: &mut [Slot], recipe: &Recipe<'_>) -> usize {
-    let tolerates = recipe.method.tolerates_missing();
-    let all = slots.len();
+    let tolerates_missing = recipe.method.tolerates_missing();
     let (mut read, mut unsaturated) = (0_usize, 0_usize);
     for status in slots
         .iter()
@@ -65,15 +65,15 @@ pub(super) fn mark_counted(slots: &mut [Slot], recipe: &Recipe<'_>) -> usize {
         read = read.saturating_add(1);
         unsaturated = unsaturated.saturating_add(usize::from(!status.is_saturated()));
     }
-    let all_count = !tolerates || unsaturated == 0;
-    let counted = match (tolerates, all_count) {
-        (false, _) if read < all => 0,
+    let count_saturated = !tolerates_missing || unsaturated == 0;
+    let counted = match (tolerates_missing, count_saturated) {
+        (false, _) if read < slots.len() => 0,
         (_, true) => read,
         (_, false) => unsaturated,
     };
     for slot in slots {
         let status = Status::of(slot);
-        let counts = status.is_read() && (all_count || !status.is_saturated());
+        let counts = status.is_read() && (count_saturated || !status.is_saturated());
         status.counted(counts).put(slot);
     }
     counted

@@ -5,16 +5,17 @@ use super::residual::{Residual, ResidualSum};
 use crate::geometry::HalfDifference;
 use crate::numeric::math::sin_cos;
 
-// The limits accept all of 197 materials (80 of MERL as networks, 17 of RGL, 100 procedural) with each of the 33
-// bundled recipes. The only exception is RGL's color-shifting `chm_mint` with some of the recipes. "Observed" values
-// below are those of these materials. `cargo run --release -p glimpse-tests --example plausibility -- SOURCE...` prints
+// With each of the 33 bundled recipes, the limits accept all of 197 materials (80 of MERL as networks, 17 of RGL, 100
+// procedural). The only exception is RGL's color-shifting `chm_mint`, which some recipes reject. "Observed" values below
+// are those of these materials. `cargo run --release -p glimpse-tests --example plausibility -- SOURCE...` prints
 // them.
 
 /// A channel is dead if its mean is below this fraction of the brightest channel's. (Smallest observed fraction: 0.02.)
 const DEAD_FRACTION: f32 = 0.001;
-/// A residual is implausible if it exceeds this multiple of the expected loss (largest observed multiple: 51),
+/// A residual is implausible if it exceeds [`MIN_RESIDUAL`] and this multiple of the expected loss. (Largest observed
+/// multiple: 51.)
 const RESIDUAL_FACTOR: f32 = 60.0;
-/// and exceeds this value.
+/// The smallest residual that can be implausible.
 const MIN_RESIDUAL: f32 = 0.25;
 /// The largest plausible albedo at normal incidence. (Largest observed: 1.3.)
 const MAX_ALBEDO: f32 = 2.0;
@@ -26,8 +27,8 @@ const MIN_SAMPLES: u16 = 4;
 /// Number of BRDF evaluations for an albedo.
 const NODES: u16 = 16;
 
-/// Checks a fit by its readings, its expected loss (if the recipe states or predicts one), and its albedo at normal
-/// incidence.
+/// Checks the readings of a fit, its albedo at normal incidence, and its residual, if the recipe states or predicts an
+/// expected loss.
 #[inline(never)]
 pub(super) fn check(
     sum: &ResidualSum,
@@ -40,24 +41,24 @@ pub(super) fn check(
         clamped,
         ..
     } = sum.residual;
-    let enough = sum.read >= MIN_SAMPLES;
+    let has_enough_samples = sum.read >= MIN_SAMPLES;
     let brightest = sum.channels.into_iter().fold(0.0, f32::max);
-    if enough && (clamped >= sum.read || brightest <= 0.0) {
+    if has_enough_samples && (clamped >= sum.read || brightest <= 0.0) {
         return Some(Implausible::Dark);
     }
-    if enough && repeated.saturating_add(1) >= sum.read {
+    if has_enough_samples && repeated.saturating_add(1) >= sum.read {
         return Some(Implausible::Repeated);
     }
     let dead = (0..)
         .zip(sum.channels)
         .find(|(_, channel)| *channel < DEAD_FRACTION * brightest);
-    if let (true, Some((channel, _))) = (enough, dead) {
+    if let (true, Some((channel, _))) = (has_enough_samples, dead) {
         return Some(Implausible::DeadChannel(channel));
     }
     let albedos = albedo.unwrap_or_default().into_iter();
-    let too_bright = albedos
-        .zip(sum.minima)
-        .any(|(albedo, minimum)| albedo > MAX_ALBEDO || (enough && minimum > MAX_MINIMUM));
+    let too_bright = albedos.zip(sum.minima).any(|(albedo, minimum)| {
+        albedo > MAX_ALBEDO || (has_enough_samples && minimum > MAX_MINIMUM)
+    });
     if too_bright {
         return Some(Implausible::Albedo);
     }

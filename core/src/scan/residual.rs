@@ -9,8 +9,8 @@ use crate::model::loss::cosine_weighted_log_error;
 
 /// The residual of a fit.
 ///
-/// It cannot detect a wrong convention: a fit explains readings times the cosine equally well.
-/// [`gonio::tile`](crate::gonio::tile) detects it with a tile of known reflectance.
+/// It cannot detect that the readings were multiplied by the cosine by mistake: a fit explains those equally well.
+/// [`gonio::tile`](crate::gonio::tile) detects this with a tile of known reflectance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Residual {
@@ -37,9 +37,11 @@ pub struct Residual {
 #[derive(Default)]
 pub(super) struct ResidualSum {
     pub(super) residual: Residual,
-    /// Number of readings that count. Sum and minimum of each channel are in sr^-1.
+    /// Number of readings added so far, without the omitted ones.
     pub(super) read: u16,
+    /// The sum of each channel, sr^-1.
     pub(super) channels: [f32; 3],
+    /// The minimum of each channel, sr^-1.
     pub(super) minima: [f32; 3],
 }
 

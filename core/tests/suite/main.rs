@@ -1,4 +1,6 @@
-//! The tests of the whole crate, in one program, because each program would compile the crate's generic code again.
+//! All tests of the crate in one program, so that the crate's generic code is compiled once.
+//!
+//! Modules that need f64 as a scalar require the feature `libm`.
 
 mod basis;
 mod blocks;
@@ -6,15 +8,14 @@ mod checksum;
 mod completion;
 mod documents;
 mod driver;
-#[cfg(feature = "libm")] // f64 is a scalar with libm only
+#[cfg(feature = "libm")]
 mod finite_differences;
 mod fitted;
 mod geometry;
 mod gonio;
-#[cfg(feature = "libm")] // f64 is a scalar with libm only
+#[cfg(feature = "libm")]
 mod gradients;
 #[cfg(feature = "libm")]
-// f64 is a scalar with libm only, and the solve has no elementary functions
 mod linear;
 mod link;
 mod mapping;

@@ -4,7 +4,7 @@
 //! fused multiply-add nor a wider type. The compiler must not contract a product and a sum into one operation; rustc
 //! never does.
 //!
-//! The pairs of a type without refinements (f64) are plain numbers, at the cost of plain numbers.
+//! A type without refinements (f64) needs no correction: `low` stays 0, and is not computed.
 
 use super::Real;
 
@@ -31,7 +31,7 @@ impl<S: Real> Pair<S> {
         self.high + self.low
     }
 
-    /// Returns the same sum, with `high` as its nearest single number.
+    /// Returns the same sum with the nearest single number as `high`.
     pub(super) fn normalized(self) -> Self {
         let (high, low) = two_sum(self.high, self.low);
         Self { high, low }
@@ -103,7 +103,7 @@ fn two_product<S: Real>(a: S, b: S) -> (S, S) {
     (product, error)
 }
 
-/// Splits a number in two, each with half of the digits.
+/// Splits a number into two, each with half of the digits.
 #[inline(always)]
 fn split<S: Real>(a: S) -> (S, S) {
     let scaled = S::constant(S::SPLITTER) * a;

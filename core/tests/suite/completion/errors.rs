@@ -161,7 +161,7 @@ fn init_net_excludes_linear_components() {
     for part in [Field::Rows.name(), &Kind::START.to_string()] {
         assert!(text.contains(part), "{text}");
     }
-    // Recipes of other writers are checked when they are read.
+    // Reading rejects such recipes of other writers.
     let mut sections = sections(ModelKind::Phong);
     // The last field is the checksum, a 0 of one byte.
     let last = section_mut(&mut sections, Kind::COMPLETION).last_mut();
@@ -304,48 +304,49 @@ fn names_missing_and_extra_sections() {
     }
 }
 
-/// A recipe that was cut and sealed again is only valid if it ends with a whole, sufficient section.
+/// A recipe with a cut body and a matching header is valid only if the cut is between sections and the remaining
+/// sections suffice.
 #[test]
 fn rejects_cut_body() {
     for (model, last) in [
         (ModelKind::Linear, &[Kind::COMPLETION][..]),
-        // Its descent alone is a valid recipe too.
+        // The section of the descent alone is sufficient, too.
         (ModelKind::Phong, &[Kind::DESCENT, Kind::START]),
     ] {
         let bytes = small(model).write().unwrap();
         let sections = sections(model);
-        let all = body_of(&sections);
-        assert_eq!(all, bytes[HEADER_BYTES..]);
-        let whole: Vec<usize> = last
+        let body = body_of(&sections);
+        assert_eq!(body, bytes[HEADER_BYTES..]);
+        let valid_lengths: Vec<usize> = last
             .iter()
             .map(|last| {
                 let end = sections.iter().position(|(kind, _)| kind == last).unwrap();
                 body_of(&sections[..=end]).len()
             })
             .collect();
-        for length in 0..all.len() {
-            let is_read = Recipe::parse(&sealed(VERSION, &all[..length])).is_ok();
-            assert_eq!(is_read, whole.contains(&length), "{length}");
+        for length in 0..body.len() {
+            let is_valid = Recipe::parse(&sealed(VERSION, &body[..length])).is_ok();
+            assert_eq!(is_valid, valid_lengths.contains(&length), "{length}");
         }
     }
 }
 
-/// A recipe with any changed byte is rejected, or can be copied.
+/// A recipe with a changed byte and a matching header is either rejected or valid, so that it can be copied.
 #[test]
 fn altered_bytes_are_rejected_or_valid() {
     for model in [ModelKind::Linear, ModelKind::Phong] {
-        let mut all = body_of(&sections(model));
-        for index in 0..all.len() {
-            let before = all[index];
+        let mut body = body_of(&sections(model));
+        for index in 0..body.len() {
+            let before = body[index];
             for after in [0, 0x7F, 0x80, 0xFF, before ^ 1] {
-                all[index] = after;
-                let bytes = sealed(VERSION, &all);
+                body[index] = after;
+                let bytes = sealed(VERSION, &body);
                 if let Ok(recipe) = Recipe::parse(&bytes) {
                     let mut buffer = vec![0; bytes.len()];
                     assert_eq!(recipe.copy_without(&[], &mut buffer), Ok(&bytes[..]));
                 }
             }
-            all[index] = before;
+            body[index] = before;
         }
     }
 }

@@ -10,7 +10,7 @@ type Vector = [f64; 3];
 /// Several rounding errors of numbers up to 2 pi.
 const EXACT: f64 = 3e-15;
 
-/// Any angles in range, valid or not.
+/// Angles in range. One direction may be below the horizon.
 fn angles() -> impl Strategy<Value = Angles<f64>> {
     (0.0..FRAC_PI_2, 0.0..FRAC_PI_2, 0.0..TAU).prop_map(|(theta_h, theta_d, phi_d)| Angles {
         theta_h,
@@ -58,23 +58,23 @@ fn close(a: &[f64], b: &[f64], tolerance: f64) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-fn list(at: &HalfDifference<f64>) -> [f64; 5] {
+fn coordinates(at: &HalfDifference<f64>) -> [f64; 5] {
     [at.hx, at.hz, at.dx, at.dy, at.dz]
 }
 
-fn single(at: &HalfDifference<f64>) -> HalfDifference<f32> {
-    let [hx, hz, dx, dy, dz] = list(at).map(|value| value as f32);
+fn to_f32(at: &HalfDifference<f64>) -> HalfDifference<f32> {
+    let [hx, hz, dx, dy, dz] = coordinates(at).map(|value| value as f32);
     HalfDifference { hx, hz, dx, dy, dz }
 }
 
-fn double(at: &HalfDifference<f32>) -> [f64; 5] {
+fn to_f64(at: &HalfDifference<f32>) -> [f64; 5] {
     [at.hx, at.hz, at.dx, at.dy, at.dz].map(f64::from)
 }
 
-/// The largest change of half and difference vectors from directions because of rounding to f32. The half vector's
-/// length is cos(theta_d), and the error of its azimuth is inversely proportional to sin(theta_h). micromath adds the
-/// errors of three square roots.
-fn rounding(at: &HalfDifference<f64>) -> f64 {
+/// The largest error of half and difference vectors that are computed from f32 directions. It is inversely proportional
+/// to cos(theta_d), half the length of the sum of both directions, and to sin(theta_h), because of the azimuth. micromath
+/// adds the errors of three square roots.
+fn rounding_error(at: &HalfDifference<f64>) -> f64 {
     let roots = if cfg!(feature = "micromath") {
         5e-6
     } else {
@@ -112,11 +112,11 @@ proptest! {
     fn directions_round_trip(angles in angles(), azimuth in 0.0..TAU) {
         let at = HalfDifference::from_angles(angles);
         prop_assume!(at.hx * at.dz > 1e-3);
-        // A turn about the normal does not change half and difference vectors.
+        // A rotation about the normal does not change half and difference vectors.
         let [incoming, outgoing] = directions(angles).map(|w| about_z(w, azimuth).map(|x| x as f32));
         let actual = HalfDifference::from_directions(&Directions { incoming, outgoing });
         let actual = actual.ok_or_else(|| TestCaseError::fail("no half vector"))?;
-        close(&double(&actual), &list(&at), rounding(&at))?;
+        close(&to_f64(&actual), &coordinates(&at), rounding_error(&at))?;
     }
 
     #[test]
@@ -125,7 +125,7 @@ proptest! {
         let pair = Directions { incoming: [x, y, z], outgoing: [-x, -y, z] };
         let actual = HalfDifference::from_directions(&pair);
         let actual = actual.ok_or_else(|| TestCaseError::fail("no half vector"))?;
-        close(&double(&actual), &[0.0, 1.0, theta_d.sin(), 0.0, theta_d.cos()], 5e-6)?;
+        close(&to_f64(&actual), &[0.0, 1.0, theta_d.sin(), 0.0, theta_d.cos()], 5e-6)?;
     }
 
     #[test]
@@ -134,6 +134,6 @@ proptest! {
         let [incoming, outgoing] = directions(angles);
         // Within rounding of the horizon, both results are correct.
         prop_assume!(incoming[2].abs() > 1e-6 && outgoing[2].abs() > 1e-6);
-        prop_assert_eq!(single(&at).is_valid(), incoming[2] > 0.0 && outgoing[2] > 0.0);
+        prop_assert_eq!(to_f32(&at).is_valid(), incoming[2] > 0.0 && outgoing[2] > 0.0);
     }
 }

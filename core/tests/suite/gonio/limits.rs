@@ -1,4 +1,4 @@
-//! Limits report the exceeded limit and the excess.
+//! `Limits` reports the exceeded limit and the excess.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -22,7 +22,7 @@ fn reports_limit_and_excess() {
     let limits = limits();
     assert_eq!(limits.validate(), Ok(()));
     assert_eq!(limits.check(&at([59.0, 0.0, 74.0, 90.0])), Ok(()));
-    let degrees = |error: Unreachable| match error {
+    let name_and_degrees = |error: Unreachable| match error {
         Unreachable::ThetaI { by } => ("theta_i", by.to_degrees()),
         Unreachable::ThetaO { by } => ("theta_o", by.to_degrees()),
         Unreachable::Separation { by } => ("separation", by.to_degrees()),
@@ -40,7 +40,7 @@ fn reports_limit_and_excess() {
         (limits, [0.0, 0.0, 0.0, 0.0], "separation", 12.0),
         (in_plane, [10.0, 0.0, 40.0, 90.0], "plane", 10.0),
     ] {
-        let (actual, excess) = degrees(limits.check(&at(angles)).unwrap_err());
+        let (actual, excess) = name_and_degrees(limits.check(&at(angles)).unwrap_err());
         assert_eq!(actual, name);
         assert!((excess - by).abs() < 1e-3, "{name}: {excess}");
     }
@@ -58,8 +58,8 @@ fn accepts_the_limit_itself() {
     let limits = limits();
     for azimuth in 0..360 {
         let azimuth = azimuth as f32;
-        let here = at([60.0, azimuth, 75.0, azimuth + 120.0]);
-        assert_eq!(limits.check(&here), Ok(()));
+        let pair = at([60.0, azimuth, 75.0, azimuth + 120.0]);
+        assert_eq!(limits.check(&pair), Ok(()));
         assert_eq!(limits.check(&at([30.0, azimuth, 42.0, azimuth])), Ok(()));
     }
 }
@@ -124,7 +124,7 @@ fn messages_contain_field_and_excess() {
     );
 }
 
-/// Recipes contain limits.
+/// Limits in a recipe take 13 bytes.
 #[test]
 fn postcard_round_trip() {
     let mut buffer = [0; 16];
@@ -140,23 +140,24 @@ proptest! {
     ) {
         let pair = at([theta_i, phi_i, theta_o, phi_o]);
         prop_assert_eq!(Limits::NONE.check(&pair), Ok(()));
-        // A turn does not change the result.
+        // A rotation about the normal does not change the result.
         let (before, after) = (limits().check(&pair), limits().check(&pair.turned(1.0)));
-        let by = |actual: Result<(), Unreachable>| match actual {
+        let kind_and_excess = |actual: Result<(), Unreachable>| match actual {
             Ok(()) => (0, 0.0),
             Err(Unreachable::Separation { by }) => (1, by),
             Err(Unreachable::ThetaI { by }) => (2, by),
             Err(Unreachable::ThetaO { by }) => (3, by),
             Err(other) => panic!("{other}"),
         };
-        let ((a, by_before), (b, by_after)) = (by(before), by(after));
-        let is_same = a == b && close(by_before, by_after);
-        prop_assert!(is_same || near_a_limit(pair), "{before:?} {after:?}");
+        let (kind_before, excess_before) = kind_and_excess(before);
+        let (kind_after, excess_after) = kind_and_excess(after);
+        let is_same = kind_before == kind_after && close(excess_before, excess_after);
+        prop_assert!(is_same || is_near_limit(pair), "{before:?} {after:?}");
     }
 }
 
 /// Returns true if rounding may determine the result.
-fn near_a_limit(pair: Directions<f32>) -> bool {
+fn is_near_limit(pair: Directions<f32>) -> bool {
     let arms = glimpse_core::geometry::ArmAngles::from_directions(&pair);
     let Limits {
         max_theta_i,

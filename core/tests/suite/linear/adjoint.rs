@@ -20,7 +20,7 @@ fn adjoint_matches_differences() {
         let mut by_mapped = vec![0.0; n];
         let mut by_basis = vec![0.0; n * m];
         let mut by_precision = vec![0.0; m];
-        // Derivatives are accumulated. Two equal calls double them.
+        // `adjoint` adds derivatives. Two equal calls double them.
         for _ in 0..2 {
             with_factors(&basis, &precision, |factors, scratch| {
                 let mut coefficients = vec![0.0; m];
@@ -38,7 +38,7 @@ fn adjoint_matches_differences() {
             })
             .unwrap();
         }
-        // A loss whose derivative with respect to the coefficients is `lambda`, twice.
+        // The derivative of this loss with respect to the coefficients is 2 `lambda`.
         let loss = |basis: &[f64], precision: &[f64], mapped: &[f64]| {
             let (c, _) = solutions(basis, precision, mapped, &lambda);
             let terms = c.iter().zip(&lambda).map(|(c, lambda)| c * lambda);

@@ -57,8 +57,9 @@ fn equal_readings_are_implausible() {
     assert_eq!(verdicts(stuck), [Some(Implausible::Repeated); 4]);
 }
 
+/// Readings too far below 0 are clamped for the fit; repeated readings are counted before that.
 #[test]
-fn counts_repeated_readings_before_raising() {
+fn repeated_readings_are_counted_before_clamping() {
     let recipe = parsed(SCAN_RECIPES[1].to_vec());
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
@@ -68,6 +69,8 @@ fn counts_repeated_readings_before_raising() {
         while !fit.advance(64).is_complete() {}
         let _ = fit.finish();
         let residual = scan.fitted().unwrap().residual();
+        // A descent clamps readings below -0.5 / cos(theta_i). Three of the samples have a cosine above 5/9, so their
+        // bound is above -0.9.
         assert_eq!((residual.repeated, residual.clamped), (7, 3));
     }
 }
@@ -84,7 +87,7 @@ fn dead_channel_is_implausible() {
     }
 }
 
-/// 8-bit counts divided by 255 instead of the white's. Most of them are near the full scale.
+/// 8-bit counts, divided by 255 instead of by the count of the white reference. Most of them are near the full scale.
 #[test]
 fn counts_relative_to_full_scale_are_implausible() {
     let counts =
