@@ -1,6 +1,6 @@
 //! All tests of the crate in one program, so that the crate's generic code is compiled once.
 //!
-//! Modules that need f64 as a scalar require the feature `libm`.
+//! Modules that compute in f64 require the feature `libm`: f64 implements `Scalar` only with it.
 
 mod basis;
 mod blocks;

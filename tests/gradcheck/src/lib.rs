@@ -184,11 +184,11 @@ impl Differences {
         self.discarded += count;
     }
 
-    /// Prints the counts.
+    /// Prints the counts, and asserts that enough differences were compared.
     ///
     /// # Panics
     /// If fewer than `min_nonzero` nonzero slopes were compared, or more than 5 % were discarded.
-    pub fn conclude(&self, name: &str, min_nonzero: usize) {
+    pub fn assert_enough_compared(&self, name: &str, min_nonzero: usize) {
         let Self {
             compared,
             nonzero,

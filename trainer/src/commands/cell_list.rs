@@ -120,17 +120,16 @@ impl CommandLine {
         })
     }
 
-    /// Returns the words of the command, without the arguments of the ids `removed` and with the words `added`.
-    pub(super) fn edited(&self, removed: &[&str], added: &[String]) -> Vec<String> {
+    /// Returns the words of the command, without the arguments that have these ids.
+    pub(super) fn words_without(&self, ids: &[&str]) -> Vec<String> {
         let kept = self
             .arguments
             .iter()
-            .filter(|(id, _)| !removed.contains(&&**id));
+            .filter(|(id, _)| !ids.contains(&&**id));
         let kept = kept.flat_map(|(_, words)| words.iter().cloned());
         ["trainer".to_owned(), self.subcommand.clone()]
             .into_iter()
             .chain(kept)
-            .chain(added.iter().cloned())
             .collect()
     }
 }

@@ -137,11 +137,12 @@ pub(crate) fn list(train: &Train, seed: u64, line: &CommandLine) -> anyhow::Resu
             format!("--out={}", path_text(&run.out)?),
             "--resume".to_owned(),
         ];
-        let command = match model {
-            ModelName::Linear => line.edited(&GRID_ARGUMENTS, &added),
+        let mut command = match model {
+            ModelName::Linear => line.words_without(&GRID_ARGUMENTS),
             // The cell's command would refuse options of the model linear.
-            _ => line.edited(&[&GRID_ARGUMENTS[..], &["bases", "eta"]].concat(), &added),
+            _ => line.words_without(&[&GRID_ARGUMENTS[..], &["bases", "eta"]].concat()),
         };
+        command.extend(added);
         let existing = run.existing_output(&source_shares);
         cells.push(ListedCell {
             name: format!("{name}-n{samples}"),

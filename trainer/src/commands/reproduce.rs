@@ -1,4 +1,4 @@
-//! `trainer reproduce`
+//! `trainer reproduce`. A cell is one training or one evaluation.
 
 use std::path::PathBuf;
 
@@ -29,9 +29,10 @@ use crate::experiment::{
 /// shows all results. Recipes and evaluations are saved in OUT. Experiments share them, and the same
 /// command continues after Ctrl-C or kill -9.
 ///
-/// With --list, each training and each evaluation is printed as a separate command, for a cluster.
-/// A command follows those whose outputs it reads. All of them together write the same files as
-/// this one. Afterwards the command without --list prints the tables.
+/// A cell is one training or one evaluation. With --list, each cell is printed as a separate command,
+/// for a cluster. A command follows those whose outputs it reads. Together, they write the same
+/// recipes and evaluations as the command without --list. Run that command afterwards to print the
+/// tables.
 ///
 /// Example: trainer reproduce same-samples --data MERL-train/ --test MERL-test/ --out paper/
 ///          trainer reproduce all --effort quick --data MERL-train/ --test MERL-test/ --out paper/
@@ -58,7 +59,8 @@ pub(crate) struct Reproduce {
     /// Length of each training
     #[arg(long, value_enum, default_value_t = Effort::Quick)]
     effort: Effort,
-    /// Length of each training with schedule paper, in `losses` and `again` [default: that of --effort]
+    /// Length of each training with the schedule `paper`, which only the experiments `losses` and
+    /// `again` use [default: that of --effort]
     #[arg(long, value_name = "EFFORT", value_enum)]
     paper_effort: Option<Effort>,
     /// Number of repetitions of random methods, 1 to 10000
@@ -79,7 +81,7 @@ pub(crate) struct Reproduce {
     /// with its arguments, inputs, outputs and state
     #[arg(long, conflicts_with = "table")]
     pub(crate) list: bool,
-    /// Run only this training or evaluation, by its name in --list, and print nothing
+    /// Run only this cell, a training or evaluation, by its name in --list, and print nothing
     #[arg(long, value_name = "CELL", conflicts_with_all = ["table", "list"])]
     only: Option<String>,
 }
@@ -120,7 +122,8 @@ impl Reproduce {
             paths.push(path_text(path)?);
         }
         let cell = |planned: PlannedCell| -> anyhow::Result<ListedCell> {
-            let command = line.edited(&["list"], &[format!("--only={}", planned.name)]);
+            let mut command = line.words_without(&["list"]);
+            command.push(format!("--only={}", planned.name));
             let mut inputs = paths.clone();
             inputs.extend(path_texts(&planned.inputs)?);
             Ok(ListedCell {

@@ -20,12 +20,14 @@ pub const OPTIMUM_STEPS: usize = 50_000;
 const OPTIMUM_RATE: f32 = 2e-3;
 /// The number of starts of the method Optimum. An output of a network may die early and never recover.
 const OPTIMUM_STARTS: usize = 16;
-/// The steps of the method Optimum divided by the steps of each trial. The best trial continues.
+/// Each start of the method Optimum is first tried with a fraction of the steps: all steps divided by this number. The
+/// best one then takes all steps.
 const OPTIMUM_TRIAL_DIVISOR: usize = 25;
 /// The number of directions from which the method Optimum and refinement draw samples.
 const POOL: usize = 65_536;
 
-/// A model's parameters and burn's Adam optimizer.
+/// A model's parameters and burn's Adam optimizer. Only the group `initial` of the optimizer is used. It holds the
+/// model's parameters.
 struct Adam<M: Model> {
     parameters: M::Parameters<f32>,
     optimizer: Optimizer,

@@ -215,6 +215,7 @@ fn driver_rejects_invalid_arguments() {
             glimpse_driver_outgoing(driver, null_mut(), &raw mut count),
         ];
         assert_eq!(found, [Status::Null; 6]);
+        // A usable recipe cannot be rejected.
         let status = glimpse_driver_reject(driver, NEURAL.as_ptr(), NEURAL.len());
         assert_eq!(status, Status::Argument);
         let status = glimpse_driver_reject(driver, b"none".as_ptr(), 4);
@@ -246,6 +247,7 @@ fn driver_rejects_recipe_larger_than_memory() {
         };
         assert_eq!(begin(100), Status::MemoryTooSmall);
         assert_eq!(begin(min_bytes), Status::Ok);
+        // A usable recipe cannot be rejected.
         let status = glimpse_driver_reject(driver, small.as_ptr(), small.len());
         assert_eq!(status, Status::Argument);
         let status = glimpse_driver_reject(driver, large.as_ptr(), large.len());

@@ -86,7 +86,8 @@ fn inspect<const WORD: usize>(flash: &mut Flash<WORD>) -> (bool, Vec<Option<Read
     (under_way, read.collect())
 }
 
-/// Returns the calls of a scan that loses steps in its second half.
+/// Returns the calls of a scan in which a motor loses steps in the second half: the unconfirmed readings are discarded
+/// and taken again.
 fn scan(value: f32) -> Vec<Call> {
     let save = |range: Range<u16>, value| range.map(move |index| Call::Save(index, value));
     let mut calls = vec![Call::Begin];
@@ -177,7 +178,7 @@ fn active_recipe<const WORD: usize>(flash: &mut Flash<WORD>) -> Option<Vec<u8>> 
     found.map(<[u8]>::to_vec)
 }
 
-/// Stores a recipe in the parts of the link, and installs it.
+/// Stores a recipe part by part, as it arrives over the link, and installs it.
 fn replace<const WORD: usize>(flash: &mut Flash<WORD>, recipe: &[u8]) -> Result<(), ReplaceError> {
     let mut buffer = [0; 2048];
     let mut recipes = Recipes::mount(flash, SLOTS, &mut buffer).map_err(ReplaceError::Store)?;
@@ -217,7 +218,7 @@ fn recipe_replacement_is_atomic() {
     replace_with_cuts::<4>();
 }
 
-/// A part has 60 bytes on the link, which are not whole words of every flash.
+/// A part on the link has 60 bytes. That is not a multiple of every flash's word size.
 #[test]
 fn supports_flash_words_of_1_to_32_bytes() {
     fn store<const WORD: usize>() {

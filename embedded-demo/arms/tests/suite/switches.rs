@@ -1,4 +1,4 @@
-//! Broken, shorted and bouncing home switches.
+//! Broken, shorted and bouncing home switches. The switches are normally closed: they open at the arm's end.
 
 use glimpse_arms::axis::{AxisError, Motion};
 use glimpse_arms::goniometer::ArmError;
@@ -11,7 +11,7 @@ fn degrees(arm: usize, steps: i32) -> f32 {
     settings(arm).angle(steps).to_degrees()
 }
 
-/// A broken wire reads as an open switch, so the arm only moves away from its end, and not far.
+/// A broken wire looks like an arm at its end, so the arm only moves away from it, and not far.
 #[test]
 fn broken_wire_stops_homing_within_5_percent_of_travel() {
     for arm in 0..4 {
@@ -76,7 +76,8 @@ fn wire_broken_at_standstill_is_detected_before_move() {
     }
 }
 
-/// An arm with a known position approaches its switch only by its distance and the steps that it may have lost.
+/// An arm with a known position moves toward its switch at most by its known distance plus the steps that it may have
+/// lost.
 #[test]
 fn closed_switch_stops_arm_with_known_position_near_end() {
     for arm in 0..4 {

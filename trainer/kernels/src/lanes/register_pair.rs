@@ -36,7 +36,7 @@ impl<L: Lanes> Neg for RegisterPair<L> {
 
 impl<L: Lanes> Scalar for RegisterPair<L> {
     type Parameter = f32;
-    /// A sum over samples needs one register.
+    /// Both registers add to the same sum, so a sum needs only one register.
     type Sum = L::Sum;
 
     #[inline(always)]
@@ -84,7 +84,7 @@ impl<L: Lanes> Lanes for RegisterPair<L> {
 
     #[inline(always)]
     fn load([a, b, c, d]: Octets<'_>) -> Self {
-        // Each register reads only its first `L::OCTETS` entries.
+        // `L::load` reads only the first `L::OCTETS` octets of its argument; the others are fillers.
         let second = match L::OCTETS {
             1 => [b, b, b, b],
             _ => [c, d, d, d],

@@ -1,7 +1,8 @@
 //! Lanes whose sums are single numbers, for lists of samples that fit in one register.
 //!
-//! Other lanes keep a register for each entry of a gradient, and add its lanes up after the last sample. If one
-//! register holds all samples, this takes longer than computing the entries. Here each entry is one number instead.
+//! Other implementations of [`Lanes`] keep one register per gradient entry, and add up its numbers after the last
+//! sample. If one register holds all samples, this final addition takes longer than computing the entries. Here each
+//! entry is one number instead.
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 

@@ -53,15 +53,16 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// Returns the defect that reading these bytes reports, or None if they can be read. The other files of a network are
-/// valid.
-fn damage(case: &Case, bytes: &[u8]) -> Option<String> {
+/// Returns the defect that reading these bytes reports, or None if they can be read.
+///
+/// A network consists of several files; only the one of the case has these bytes, and the others are valid.
+fn reported_defect(case: &Case, bytes: &[u8]) -> Option<String> {
     let folder = Folder::new();
     if case.name.ends_with(".npy") {
         folder.write_network("felt", &network(1));
     }
     let path = folder.write(case.name, bytes);
-    let defect = folder::damage((case.read)(&path), &path)?;
+    let defect = folder::reported_defect((case.read)(&path), &path)?;
     assert!(!defect.contains(char::is_control), "{defect:?}");
     Some(defect)
 }
@@ -70,11 +71,11 @@ fn damage(case: &Case, bytes: &[u8]) -> Option<String> {
 fn rejects_truncated_and_extended_files() {
     for case in &cases() {
         let (name, valid) = (case.name, &case.bytes[..]);
-        assert_eq!(damage(case, valid), None, "{name}");
+        assert_eq!(reported_defect(case, valid), None, "{name}");
         // The line break at the end of JSON is optional.
         let optional = usize::from(name == "material.json");
         for length in 0..valid.len() - optional {
-            let defect = damage(case, &valid[..length]);
+            let defect = reported_defect(case, &valid[..length]);
             assert!(
                 defect.is_some(),
                 "{name}: {length} of {} bytes are read",
@@ -82,7 +83,7 @@ fn rejects_truncated_and_extended_files() {
             );
         }
         for suffix in [&b"0"[..], b"0\n", &[0; 8]] {
-            let defect = damage(case, &[valid, suffix].concat());
+            let defect = reported_defect(case, &[valid, suffix].concat());
             assert!(
                 defect.is_some(),
                 "{name}: a file with {suffix:?} appended is read"
@@ -99,7 +100,7 @@ fn changed_bytes_do_not_panic() {
             for change in [0x01, 0x20, 0x80, 0xff] {
                 let mut other = case.bytes.clone();
                 other[index] ^= change;
-                match damage(case, &other) {
+                match reported_defect(case, &other) {
                     None => read += 1,
                     Some(_) => rejected += 1,
                 }
@@ -199,7 +200,7 @@ fn error_names_the_invalid_field_and_value() {
             &["0", "values"],
         ),
     ] {
-        let defect = damage(case(name), &bytes).expect("the file is rejected");
+        let defect = reported_defect(case(name), &bytes).expect("the file is rejected");
         assert_names(&defect, words);
         assert!(defect.len() < 500, "{} bytes of {name}", defect.len());
     }

@@ -42,7 +42,7 @@ pub(crate) fn load(path: &Path) -> Result<Vec<Box<dyn Material>>, SourceError> {
 }
 
 /// Returns the reported defect of a damaged file, or None if the file can be read.
-pub(crate) fn damage<T>(read: Result<T, SourceError>, file: &Path) -> Option<String> {
+pub(crate) fn reported_defect<T>(read: Result<T, SourceError>, file: &Path) -> Option<String> {
     match read.err()? {
         SourceError::Damaged { path, defect } => {
             assert_eq!(path, file);

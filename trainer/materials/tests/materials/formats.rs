@@ -12,7 +12,7 @@ use glimpse_materials::{
 };
 
 use crate::common::assert_names;
-use crate::folder::{Folder, damage, load};
+use crate::folder::{Folder, load, reported_defect};
 use crate::rgl::isotropic;
 use crate::{FunctionMaterial, network};
 
@@ -27,7 +27,7 @@ fn measurement(bytes: &[u8]) -> RglMeasurement {
 fn defect(name: &str, bytes: &[u8]) -> String {
     let folder = Folder::new();
     let path = folder.write(name, bytes);
-    damage(load(&path), &path).expect("the file is rejected")
+    reported_defect(load(&path), &path).expect("the file is rejected")
 }
 
 #[test]
@@ -154,7 +154,7 @@ fn detects_format_from_content() {
     }
     // In a directory, only files with a material's extension are read.
     let materials = load(folder.path()).expect("the directory is read");
-    let names: Vec<&str> = materials.iter().map(|each| each.name()).collect();
+    let names: Vec<&str> = materials.iter().map(|material| material.name()).collect();
     assert_eq!(names, ["a", "b", "e", "f"]);
 }
 

@@ -5,7 +5,7 @@ use glimpse_materials::{Material, PabSet, Procedural, Source, SourceError, pab_s
 
 use crate::FunctionMaterial;
 use crate::common::assert_names;
-use crate::folder::{Folder, damage, load};
+use crate::folder::{Folder, load, reported_defect};
 
 /// Writes the files of a material into a folder.
 fn write(folder: &Folder, name: &str, material: &dyn Material) {
@@ -19,9 +19,9 @@ fn write(folder: &Folder, name: &str, material: &dyn Material) {
 fn written_files_match_the_brdf() {
     // Rubber has a highlight, and the other BRDFs are smooth.
     let set = Procedural::set(40, 2);
-    let of_class = |class: &str| set.iter().find(|each| each.name().contains(class));
+    let find_class = |class: &str| set.iter().find(|material| material.name().contains(class));
     let [fabric, rubber] =
-        ["fabric", "rubber"].map(|class| of_class(class).expect("the set has all classes"));
+        ["fabric", "rubber"].map(|class| find_class(class).expect("the set has all classes"));
     let constant = FunctionMaterial(|_| [0.3, 0.2, 0.1]);
     let materials: [(&str, &dyn Material, f64); 3] = [
         ("constant", &constant, 1e-3),
@@ -91,7 +91,7 @@ fn error_names_field_and_line() {
     ] {
         let folder = Folder::new();
         let path = folder.write("a.dat", &text);
-        let defect = damage(load(&path), &path);
+        let defect = reported_defect(load(&path), &path);
         assert_names(
             &defect.unwrap_or_else(|| panic!("the file is not rejected: {text}")),
             words,

@@ -7,7 +7,7 @@ use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, RglMeasurement};
 
 use crate::common::assert_names;
-use crate::folder::{Folder, damage};
+use crate::folder::{Folder, reported_defect};
 
 /// A field of a tensor file.
 #[derive(Clone)]
@@ -144,7 +144,7 @@ fn read(bytes: &[u8]) -> RglMeasurement {
 fn assert_rejected(bytes: &[u8], words: &[&str]) {
     let folder = Folder::new();
     let path = folder.write("formula_rgb.bsdf", bytes);
-    match damage(RglMeasurement::read(&path), &path) {
+    match reported_defect(RglMeasurement::read(&path), &path) {
         Some(defect) => assert_names(&defect, words),
         None => panic!("the damaged file was read: {words:?}"),
     }

@@ -7,7 +7,7 @@ use glimpse_core::model::Neural;
 use glimpse_materials::{NeuralBrdf, Source, SourceError, write_merl};
 
 use crate::common::assert_names;
-use crate::folder::{Folder, damage, load};
+use crate::folder::{Folder, load, reported_defect};
 use crate::rgl::{anisotropic, isotropic, spectral};
 use crate::{angles, network};
 
@@ -54,13 +54,13 @@ fn write_network(folder: &Folder, name: &str, network: &NeuralBrdf) {
 /// Returns the names of a source's materials.
 fn names(path: &Path) -> Result<Vec<String>, SourceError> {
     let materials = load(path)?;
-    let names = materials.iter().map(|each| each.name().to_owned());
+    let names = materials.iter().map(|material| material.name().to_owned());
     Ok(names.collect())
 }
 
 /// Asserts that a source is rejected because of a damaged file, and that the message contains the given words.
 fn assert_damaged(source: &Path, file: &Path, words: &[&str]) {
-    let defect = damage(load(source), file).expect("the source is rejected");
+    let defect = reported_defect(load(source), file).expect("the source is rejected");
     assert_names(&defect, words);
 }
 
@@ -154,7 +154,10 @@ fn procedural_sets_follow_count_and_seed() {
         let materials = source.load().expect("the source is loaded");
         let materials = materials.iter();
         materials
-            .map(|each| (each.name().to_owned(), each.brdf(angles([0.2, 0.7, 1.5]))))
+            .map(|material| {
+                let brdf = material.brdf(angles([0.2, 0.7, 1.5]));
+                (material.name().to_owned(), brdf)
+            })
             .collect()
     };
     assert_eq!(set("procedural").len(), 100);

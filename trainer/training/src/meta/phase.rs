@@ -15,7 +15,8 @@ pub enum InnerSamples {
 
 /// The initial meta-parameters of a phase. All variants except [`Initialization::Previous`] reset Adam's moments.
 ///
-/// If the phase has more samples than these meta-parameters, it adds the others; see [`AddedSamples`].
+/// If the phase has more samples than the pattern in these meta-parameters, the missing samples are added; see
+/// [`AddedSamples`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Initialization {
     /// An independent initial guess with this index, which selects its random numbers.
@@ -52,7 +53,8 @@ pub enum Selection {
     Unchanged,
     /// The smallest loss on validation materials, if it is below the best so far.
     BestValidation,
-    /// The smallest training loss over an epoch, including the barrier. Results of earlier phases are discarded.
+    /// The smallest training loss over an epoch, including the [barrier](super::pattern::Pattern::barrier). Results of
+    /// earlier phases are discarded.
     BestEpoch,
     /// The final meta-parameters.
     Last,
@@ -87,7 +89,8 @@ pub struct Phase {
     /// The initial values of additional samples.
     pub added_samples: AddedSamples,
     /// True if the samples are sorted by importance. Missing readings are then mostly the last ones, as in a scan that
-    /// ends early; otherwise they are arbitrary. Affects only schedule prior with missing readings.
+    /// ends early; otherwise they are arbitrary. Affects only the schedule `prior`, if readings are
+    /// missing.
     pub samples_ordered: bool,
     /// The number of outer steps.
     pub steps: usize,

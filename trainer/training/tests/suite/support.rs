@@ -45,17 +45,18 @@ pub(crate) fn angles_from_array([theta_h, theta_d, phi_d]: [f64; 3]) -> Angles<f
     }
 }
 
-/// Returns the gradient of the model Linear's loss for one network, which is measured in double precision.
+/// Returns the gradient of the loss of the model Linear for one material, a network. Its readings are computed in
+/// double precision.
 pub(crate) fn task_gradient(
     network: &NeuralBrdf,
     basis: &Basis,
     pattern: &[Angles<f64>],
-    precision: &[f64],
+    prior_precisions: &[f64],
     outer: &OuterSamples<'_>,
 ) -> TaskGradient {
     let reduced = ReducedBasis::new(basis, pattern);
     let mut buffer = Vec::new();
-    let factors = reduced.factorize(precision, &mut buffer);
+    let factors = reduced.factorize(prior_precisions, &mut buffer);
     let weights = network.parameters().iter();
     let weights = weights.map(|weight| Dual::from_value(f64::from(*weight)));
     let weights: NeuralParameters<Dual<f64, 3>> = parameters(weights, Dual::from_value(0.0));

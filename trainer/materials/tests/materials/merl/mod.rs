@@ -15,7 +15,7 @@ use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
 use crate::common::assert_names;
-use crate::folder::{Folder, damage};
+use crate::folder::{Folder, reported_defect};
 use crate::{FunctionMaterial, angles, network};
 
 /// Returns the angles of a node in radians. The index along phi_d may exceed 179, which adds half turns.
@@ -76,7 +76,7 @@ impl TableFile {
 
     /// Asserts that the file is rejected, and that the message contains the given words.
     fn assert_rejected(&self, words: &[&str]) {
-        match damage(MerlTable::read(&self.path), &self.path) {
+        match reported_defect(MerlTable::read(&self.path), &self.path) {
             Some(defect) => assert_names(&defect, words),
             None => panic!("the damaged table was read: {words:?}"),
         }
@@ -161,7 +161,7 @@ fn interpolation_error_is_within_its_bound() {
     let table = tabulate(&smooth).read();
     let largest = Cell::new(0.0_f64);
     check_property(measured_cells(0.0..1.0), |([low, high], point)| {
-        // The sum over the angles of the error bounds of linear interpolation.
+        // Linear interpolation has an error bound along each angle. This is the sum of the three.
         let bound: f64 = (0..3)
             .map(|i| 0.5 * (FREQUENCY[i] * (high[i] - low[i])).powi(2) / 8.0)
             .sum();
@@ -211,14 +211,14 @@ fn derivatives_are_those_of_the_interpolant() {
         for i in 0..3 {
             // The interpolant is linear in each angle within a cell, so that the step may be large.
             let step = 0.25 * (high[i] - low[i]);
-            let at = |step: f64| {
+            let angle_and_brdf = |step: f64| {
                 let mut moved = point;
                 moved[i] += step;
                 let moved = angles(moved);
                 let rounded = [moved.theta_h, moved.theta_d, moved.phi_d][i];
                 (f64::from(rounded), table.brdf(moved))
             };
-            let ((before, lower), (after, upper)) = (at(-step), at(step));
+            let ((before, lower), (after, upper)) = (angle_and_brdf(-step), angle_and_brdf(step));
             for channel in 0..3 {
                 let rise = f64::from(upper[channel]) - f64::from(lower[channel]);
                 let error = (rise / (after - before) - f64::from(derivative[channel][i])).abs();
@@ -281,12 +281,12 @@ fn excludes_nodes_that_were_not_measured() {
     assert_close(brdf[2], mean(&[], 2));
     for i in 0..3 {
         let step = 2e-3 * if i == 0 { 1.0 } else { 2.0 };
-        let at = |step: f64| {
+        let green_after_step = |step: f64| {
             let mut moved = center;
             moved[i] += step;
             table.brdf(angles(moved))[1]
         };
-        let difference = (at(step) - at(-step)) / (2.0 * step as f32);
+        let difference = (green_after_step(step) - green_after_step(-step)) / (2.0 * step as f32);
         assert!(
             (difference - derivative[1][i]).abs() < 2e-2,
             "{difference} and {derivative:?}"
@@ -306,11 +306,17 @@ fn excludes_nodes_that_were_not_measured() {
 #[test]
 fn lookups_clamp_theta_and_wrap_phi() {
     let table = tabulate(&network(4)).read();
-    let at = |point| table.brdf(angles(point));
+    let brdf_at = |point| table.brdf(angles(point));
     let [theta_h, theta_d, _] = node_angles([89, 89, 0]);
     // The last nodes of theta_h and theta_d are below pi/2.
-    assert_eq!(at([FRAC_PI_2, 0.0, 0.0]), at([theta_h + 1e-6, 0.0, 0.0]));
-    assert_eq!(at([0.0, FRAC_PI_2, 1.0]), at([0.0, theta_d + 1e-6, 1.0]));
+    assert_eq!(
+        brdf_at([FRAC_PI_2, 0.0, 0.0]),
+        brdf_at([theta_h + 1e-6, 0.0, 0.0])
+    );
+    assert_eq!(
+        brdf_at([0.0, FRAC_PI_2, 1.0]),
+        brdf_at([0.0, theta_d + 1e-6, 1.0])
+    );
     let (_, derivative) = table.brdf_with_derivative(angles([0.0, 1.56, 1.0]));
     assert!(
         derivative.iter().all(|channel| channel[1] == 0.0),
@@ -318,14 +324,14 @@ fn lookups_clamp_theta_and_wrap_phi() {
     );
     // Between the last and the first node of phi_d.
     let [last, middle, first] =
-        [179.0, 179.5, 180.0].map(|phi: f64| at([0.3, 0.6, phi.to_radians()]));
+        [179.0, 179.5, 180.0].map(|phi: f64| brdf_at([0.3, 0.6, phi.to_radians()]));
     for channel in 0..3 {
         let mean = 0.5 * (last[channel] + first[channel]);
         assert!((middle[channel] - mean).abs() < 1e-5 * mean);
     }
-    assert_eq!(at([0.3, 0.6, 0.0]), at([0.3, 0.6, -1e-30]));
+    assert_eq!(brdf_at([0.3, 0.6, 0.0]), brdf_at([0.3, 0.6, -1e-30]));
     // No node is measured below the horizon.
-    assert_eq!(at([1.5, 1.5, 0.0]), [0.0; 3]);
+    assert_eq!(brdf_at([1.5, 1.5, 0.0]), [0.0; 3]);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Schedule joint for Linear.
+//! The schedule `joint` for the model Linear.
 
 use crate::meta::initialization::initial_guess;
 use crate::meta::phase::{

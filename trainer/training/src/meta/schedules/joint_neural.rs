@@ -1,4 +1,4 @@
-//! Schedule joint for the model Neural.
+//! The schedule `joint` for the model Neural.
 
 use super::doubling::{MAX_UNDOUBLED, doubled};
 use crate::meta::initialization::initial_guess;

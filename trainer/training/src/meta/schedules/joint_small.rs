@@ -1,4 +1,4 @@
-//! Schedule joint for models with few parameters: Phong and Cook-Torrance.
+//! The schedule `joint` for models with few parameters: Phong and Cook-Torrance.
 
 use super::doubling::{MAX_UNDOUBLED, doubled};
 use crate::meta::initialization::initial_guess;

@@ -1,4 +1,4 @@
-//! The schedule of the paper.
+//! The schedule `paper`: the two stages of the paper.
 
 use glimpse_core::model::ModelKind;
 

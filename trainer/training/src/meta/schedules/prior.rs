@@ -1,4 +1,4 @@
-//! Schedule prior, which trains the CoefficientNet and the InitNet jointly with the pattern.
+//! The schedule `prior`, which trains the CoefficientNet and the InitNet jointly with the pattern.
 
 use glimpse_core::model::ModelKind;
 

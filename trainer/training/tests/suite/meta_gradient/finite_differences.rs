@@ -109,15 +109,15 @@ fn compare_many<M: Model>(
     } = comparisons.into_inner();
     // Slopes may be 0, and unreliable differences are discarded.
     let min_nonzero = cases * parameters_per_case / 4;
-    initial.conclude(&format!("{model} by initial parameters"), min_nonzero);
-    step_sizes.conclude(&format!("{model} by step sizes"), min_nonzero);
+    initial.assert_enough_compared(&format!("{model} by initial parameters"), min_nonzero);
+    step_sizes.assert_enough_compared(&format!("{model} by step sizes"), min_nonzero);
     // Three of the eight variables of a sample are measured values, whose derivatives are 0; see
     // `problem::gradient_by_variables`. Cook-Torrance does not depend on dy either.
     let min_nonzero_variables = match M::KIND {
         ModelKind::CookTorrance => 3,
         _ => 4,
     };
-    samples.conclude(
+    samples.assert_enough_compared(
         &format!("{model} by inner samples"),
         cases * SAMPLES[0] * min_nonzero_variables,
     );

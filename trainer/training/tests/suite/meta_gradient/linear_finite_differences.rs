@@ -222,11 +222,11 @@ fn compare(samples: usize, components: usize) {
         }
     }
     let problem = format!("linear, n = {samples}, m = {components}");
-    by_angles.conclude(
+    by_angles.assert_enough_compared(
         &format!("{problem}, by angles"),
         SEEDS * 3 * samples * 9 / 10,
     );
-    by_precision.conclude(
+    by_precision.assert_enough_compared(
         &format!("{problem}, by precisions"),
         SEEDS * components * 9 / 10,
     );
