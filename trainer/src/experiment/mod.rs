@@ -78,7 +78,7 @@ pub(crate) enum Experiment {
     Teaser,
     /// Spheres of a glossy material with each model, for increasing n.
     Increasing,
-    /// All experiments; `additional` only if --additional is given.
+    /// All experiments; `additional` only with --additional.
     All,
 }
 
