@@ -18,18 +18,18 @@ pub(super) struct Cell<S> {
 }
 
 impl<S: RealScalar> Cell<S> {
-    /// Returns the cell of the point (x, y). The grid has at least 2 columns and 2 rows.
+    /// Returns the cell of the point (x, y). The table has at least 2 columns and 2 rows.
     #[inline(always)]
-    pub(super) fn new([x, y]: [S; 2], grid: TableShape) -> Self {
-        let (column, x) = split(x, grid.columns);
-        let (row, y) = split(y, grid.rows);
+    pub(super) fn new([x, y]: [S; 2], shape: TableShape) -> Self {
+        let (column, x) = locate(x, shape.columns);
+        let (row, y) = locate(y, shape.rows);
         Self { column, row, x, y }
     }
 }
 
 /// Returns the index of the node before a coordinate in \[0, 1\], and the position between it and the next node.
 #[inline(always)]
-fn split<S: RealScalar>(coordinate: S, nodes: usize) -> (usize, S) {
+fn locate<S: RealScalar>(coordinate: S, nodes: usize) -> (usize, S) {
     let position = coordinate * S::constant((nodes - 1) as f64);
     let index = (position.value() as usize).min(nodes - 2);
     (index, position - S::constant(index as f64))
@@ -58,7 +58,8 @@ impl TableShape {
     #[inline(always)]
     fn corners<S: RealScalar>(self, slice: &[f32], cell: &Cell<S>) -> [[S; 2]; 2] {
         let low = cell.column + cell.row * self.columns;
-        [low, low + self.columns].map(|index| [index, index + 1].map(|index| at(slice, index)))
+        [low, low + self.columns]
+            .map(|index| [index, index + 1].map(|index| value_or_zero(slice, index)))
     }
 
     /// Evaluates the bilinear function of a slice's values.
@@ -73,9 +74,9 @@ impl TableShape {
     }
 }
 
-/// Returns a value of an array; 0 past its end, which the checks of the reader exclude.
+/// Returns a value of an array, or 0 past its end. The reader checks the lengths, so that no index is past the end.
 #[inline(always)]
-fn at<S: Scalar>(values: &[f32], index: usize) -> S {
+fn value_or_zero<S: Scalar>(values: &[f32], index: usize) -> S {
     S::constant(values.get(index).copied().unwrap_or(0.0).into())
 }
 
@@ -89,7 +90,8 @@ pub(super) struct SlicePosition<S> {
 }
 
 impl<S: RealScalar> SlicePosition<S> {
-    /// Returns the position of `coordinate` among increasing nodes, clamped to the first and last node.
+    /// Returns the position of `coordinate` among increasing `nodes`. Outside their range, this is the first or last
+    /// node.
     #[inline(always)]
     pub(super) fn new(coordinate: S, nodes: &[f32]) -> Self {
         let value = coordinate.value();
@@ -122,7 +124,7 @@ impl<S: RealScalar> SlicePosition<S> {
 
 /// Densities on the unit square, one for each slice, interpolated linearly between slices and between nodes.
 pub(super) struct Densities {
-    grid: TableShape,
+    shape: TableShape,
     /// Values of all slices. The integral of each slice is 1.
     density: Vec<f32>,
     /// Integrals of each row from its start to each node.
@@ -132,13 +134,13 @@ pub(super) struct Densities {
 }
 
 impl Densities {
-    /// Normalizes slices of values. Integrals are in units of nodes and use the trapezoidal rule, which is exact for
-    /// linear functions.
-    pub(super) fn new(grid: TableShape, mut density: Vec<f32>) -> Self {
+    /// Normalizes slices of values. In integrals, neighboring nodes have distance 1. The trapezoidal rule is exact,
+    /// because the functions are piecewise linear.
+    pub(super) fn new(shape: TableShape, mut density: Vec<f32>) -> Self {
         let mut conditional = Vec::with_capacity(density.len());
-        let mut marginal = Vec::with_capacity(density.len() / grid.columns);
-        for slice in density.chunks_exact_mut(grid.nodes()) {
-            let rows = slice.chunks_exact(grid.columns);
+        let mut marginal = Vec::with_capacity(density.len() / shape.columns);
+        for slice in density.chunks_exact_mut(shape.nodes()) {
+            let rows = slice.chunks_exact(shape.columns);
             let row_integrals: Vec<f64> = rows
                 .map(|row| {
                     last(cumulative_integrals(
@@ -148,7 +150,7 @@ impl Densities {
                 .collect();
             let total = last(cumulative_integrals(row_integrals.iter().copied()));
             let scale = if total > 0.0 { 1.0 / total } else { 0.0 };
-            for row in slice.chunks_exact(grid.columns) {
+            for row in slice.chunks_exact(shape.columns) {
                 let row = row.iter().map(|value| f64::from(*value));
                 conditional.extend(cumulative_integrals(row).map(|sum| (sum * scale) as f32));
             }
@@ -160,7 +162,7 @@ impl Densities {
             }
         }
         Self {
-            grid,
+            shape,
             density,
             conditional,
             marginal,
@@ -175,24 +177,29 @@ impl Densities {
         point: [S; 2],
         position: &SlicePosition<S>,
     ) -> [S; 2] {
-        let TableShape { columns, rows } = self.grid;
-        let cell = Cell::new(point, self.grid);
-        // Density and integrals, interpolated between the two slices.
-        let first = cell.column + cell.row * columns;
-        let integral = |index: usize| {
-            position.mix(|slice| at(&self.conditional, slice * self.grid.nodes() + index))
+        let TableShape { columns, rows } = self.shape;
+        let cell = Cell::new(point, self.shape);
+        // Density and integrals at a node, interpolated between the two slices.
+        let first_node = cell.column + cell.row * columns;
+        let integral = |node: usize| {
+            position
+                .mix(|slice| value_or_zero(&self.conditional, slice * self.shape.nodes() + node))
         };
-        let density = |index: usize| {
-            position.mix(|slice| at(&self.density, slice * self.grid.nodes() + index))
+        let density = |node: usize| {
+            position.mix(|slice| value_or_zero(&self.density, slice * self.shape.nodes() + node))
         };
-        let below = position.mix(|slice| at(&self.marginal, slice * rows + cell.row));
+        let below = position.mix(|slice| value_or_zero(&self.marginal, slice * rows + cell.row));
 
-        let along_row = |first: usize| {
-            let left = density(first);
-            let right = density(first + 1);
-            integral(first) + cell.x * trapezoid(left, right, cell.x)
+        let integral_in_row = |node: usize| {
+            let left = density(node);
+            let right = density(node + 1);
+            integral(node) + cell.x * mean_up_to(left, right, cell.x)
         };
-        let integral_before = mix(along_row(first), along_row(first + columns), cell.y);
+        let integral_before = mix(
+            integral_in_row(first_node),
+            integral_in_row(first_node + columns),
+            cell.y,
+        );
         let end_of_row = cell.row * columns + columns - 1;
         let [low, high] = [integral(end_of_row), integral(end_of_row + columns)];
         let row_integral = mix(low, high, cell.y);
@@ -200,30 +207,32 @@ impl Densities {
         let divisor = row_integral.if_positive(row_integral, S::constant(1.0));
         [
             integral_before / divisor,
-            below + cell.y * trapezoid(low, high, cell.y),
+            below + cell.y * mean_up_to(low, high, cell.y),
         ]
     }
 
     /// Returns the points that [`Densities::map_to_uniform`] maps to `side` x `side` evenly spaced points, x fastest.
-    /// The density is the first slice. Every row must have a positive integral.
+    /// The first slice is the density. Every row must have a positive integral.
     pub(super) fn grid_points(&self, side: usize) -> Vec<[f64; 2]> {
-        let TableShape { columns, rows } = self.grid;
+        let TableShape { columns, rows } = self.shape;
         let coordinate = |node: usize| node as f64 / (side - 1) as f64;
         let mixed_row = |values: &[f32], row: usize, fraction: f64| -> Vec<f64> {
-            let columns = (0..columns).map(|column| column + row * columns);
-            columns
+            let lower_nodes = (0..columns).map(|column| column + row * columns);
+            lower_nodes
                 .map(|low| {
                     mix(
-                        at(values, low),
-                        at(values, low + self.grid.columns),
+                        value_or_zero(values, low),
+                        value_or_zero(values, low + self.shape.columns),
                         fraction,
                     )
                 })
                 .collect()
         };
-        let below: Vec<f64> = (0..rows).map(|row| at(&self.marginal, row)).collect();
+        let below: Vec<f64> = (0..rows)
+            .map(|row| value_or_zero(&self.marginal, row))
+            .collect();
         let row_integrals: Vec<f64> = (0..rows)
-            .map(|row| at(&self.conditional, (row + 1) * columns - 1))
+            .map(|row| value_or_zero(&self.conditional, (row + 1) * columns - 1))
             .collect();
         let mut points = Vec::with_capacity(side * side);
         for y in (0..side).map(coordinate) {
@@ -241,26 +250,29 @@ impl Densities {
     }
 }
 
-/// Returns the position at which the integral of a piecewise linear function reaches `area`: the index of the value
-/// before, and the fraction of the way to the next one. `integrals` are the integrals up to each of `values`.
+/// Returns the position at which the integral of a piecewise linear function reaches `area`: the index of the node
+/// before, and the fraction of the way to the next node. `values` and `integrals` are the function and its integral at
+/// each node.
 fn invert_integral(area: f64, integrals: &[f64], values: &[f64]) -> (usize, f64) {
     let after = integrals.partition_point(|integral| *integral <= area);
     let low = after.saturating_sub(1).min(integrals.len() - 2);
     let (left, right) = (values[low], values[low + 1]);
-    let rest = (area - integrals[low]).max(0.0);
-    // The solution of left s + (right - left) s^2 / 2 = rest, without a division by 0 for equal values.
-    let root = (left * left + 2.0 * (right - left) * rest).max(0.0).sqrt();
+    let remaining = (area - integrals[low]).max(0.0);
+    // The solution of left s + (right - left) s^2 / 2 = remaining, without a division by 0 for equal values.
+    let root = (left * left + 2.0 * (right - left) * remaining)
+        .max(0.0)
+        .sqrt();
     let fraction = if left + root > 0.0 {
-        2.0 * rest / (left + root)
+        2.0 * remaining / (left + root)
     } else {
         0.0
     };
     (low, fraction.min(1.0))
 }
 
-/// Returns the mean of a linear function between a node and the point at a `fraction` of the way to the next one.
+/// Returns the mean of a linear function from a node to the point at a `fraction` of the way to the next node.
 #[inline(always)]
-fn trapezoid<S: Scalar>(left: S, right: S, fraction: S) -> S {
+fn mean_up_to<S: Scalar>(left: S, right: S, fraction: S) -> S {
     left + S::constant(0.5) * fraction * (right - left)
 }
 

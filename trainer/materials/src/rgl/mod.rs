@@ -5,10 +5,10 @@
 //! mapped to \[0, 1\] by u(theta) = sqrt(2 theta / pi) and v(phi) = (phi + pi) / (2 pi). theta_m is the polar angle of
 //! the half vector, and phi is its azimuth relative to the incoming direction. The fields are:
 //!
-//! - `ndf`: D(u(theta_m), v(phi)), the distribution of microfacet normals, from retro-reflection;
+//! - `ndf`: D(u(theta_m), v(phi)), the distribution of microfacet normals, measured in retro-reflection;
 //! - `sigma`: the projected area of these microfacets towards theta_i;
 //! - `vndf`: the density of visible normals at each node of `theta_i`. Its cumulative distribution maps
-//!   (u(theta_m), v(phi)) to a point s of the unit square. A grid in s is dense where the material reflects most;
+//!   (u(theta_m), v(phi)) to a point s of the unit square. An even grid of s is dense where the material reflects most;
 //! - `rgb`: the measured factor M(s) at each node of `theta_i`, for each channel.
 //!
 //! BRDF times cos(theta_o) = M(s) D / (4 sigma), clamped to at least 0, because interpolated measurements may be
@@ -61,12 +61,12 @@ impl RglMeasurement {
             path: path.into(),
             defect,
         };
-        // Spectral files are large, and their header suffices to reject them.
+        // A map reads only the pages that are used. The header suffices to reject spectral files, which are large.
         let bytes = map_file(path)?;
         Self::parse(name, &bytes).map_err(damaged)
     }
 
-    /// Parses the bytes of a file. On failure, returns the defect and the remedy.
+    /// Parses the bytes of a file. An error states the defect and the remedy.
     pub(super) fn parse(name: String, bytes: &[u8]) -> Result<Self, String> {
         let tensors = Tensors::parse(bytes)?;
         Ok(Self { name, tensors })
@@ -131,7 +131,7 @@ impl Tensors {
                 .to_owned());
         }
         let ([phi_count], _) = file.floats("phi_i")?;
-        // An isotropic material with two values of phi_i has -pi and pi.
+        // The two values of phi_i of an isotropic material are -pi and pi.
         if !(1..=2).contains(&phi_count) {
             return Err(format!(
                 "it has {phi_count} values of phi_i, and only isotropic materials (1 or 2 values) are supported; \
@@ -153,8 +153,8 @@ impl Tensors {
             );
         }
         // The largest valid theta_i is pi/2, rounded to f32.
-        let outside = |theta: &&f32| !(0.0..=FRAC_PI_2).contains(*theta);
-        if let Some(theta) = theta_i.iter().find(outside) {
+        let is_outside = |theta: &&f32| !(0.0..=FRAC_PI_2).contains(*theta);
+        if let Some(theta) = theta_i.iter().find(is_outside) {
             return Err(format!(
                 "its field theta_i holds {theta}, and must hold radians from 0 to pi/2; replace the file with an \
                  intact copy"
@@ -188,7 +188,7 @@ impl Tensors {
             ));
         }
         // An isotropic material has equal slices for all values of phi_i.
-        let first_phi = |mut values: Vec<f32>| {
+        let slices_of_first_phi = |mut values: Vec<f32>| {
             values.truncate(values.len() / phi_count);
             values
         };
@@ -196,12 +196,12 @@ impl Tensors {
             theta_i,
             ndf,
             sigma,
-            vndf: Densities::new(vndf_shape, first_phi(vndf)),
-            rgb: (rgb_shape, first_phi(rgb)),
+            vndf: Densities::new(vndf_shape, slices_of_first_phi(vndf)),
+            rgb: (rgb_shape, slices_of_first_phi(rgb)),
         })
     }
 
-    /// Returns the BRDF, not times the cosine.
+    /// Returns the BRDF, not times the cosine, at angles in radians.
     #[inline(always)]
     fn brdf<S: RealScalar>(&self, angles: Angles<S>) -> [S; 3] {
         let zero = S::constant(0.0);
@@ -215,15 +215,15 @@ impl Tensors {
         let theta_i = (x * x + y * y).sqrt().atan2(cos_i);
         // The azimuth of the half vector is 0.
         let phi = -y.atan2(x);
-        let half = [
+        let half_point = [
             unit_theta(angles.theta_h),
             (phi + S::constant(PI)) * S::constant(1.0 / TAU),
         ];
 
         let position = SlicePosition::new(theta_i, &self.theta_i);
-        let point = self.vndf.map_to_uniform(half, &position);
+        let point = self.vndf.map_to_uniform(half_point, &position);
         let (shape, values) = &self.ndf;
-        let normals = shape.evaluate(values, &Cell::new(half, *shape));
+        let normals = shape.evaluate(values, &Cell::new(half_point, *shape));
         let (shape, values) = &self.sigma;
         let area = shape.evaluate(values, &Cell::new([unit_theta(theta_i), zero], *shape));
         let factor = normals / (S::constant(4.0) * area * cos_o);
@@ -240,11 +240,12 @@ impl Tensors {
     }
 }
 
-/// Returns the densities of a field if none is negative. The factors of `rgb` may be negative because of noise.
+/// Returns the densities of a field if none is negative. The field `rgb` is not checked: noise makes some factors
+/// negative.
 fn check_densities(field: &str, values: Vec<f32>) -> Result<Vec<f32>, String> {
     match values.iter().position(|value| *value < 0.0) {
         Some(index) => Err(format!(
-            "number {index} of its field {field} is {}, and must be at least 0; replace the file with an intact copy",
+            "value {index} of its field {field} is {}, and must be at least 0; replace the file with an intact copy",
             values[index]
         )),
         None => Ok(values),

@@ -9,24 +9,23 @@ use super::distribution::TableShape;
 use super::sample_point::{coordinate, evaluate, luminance, theta};
 use crate::{Brdf, NotFinite};
 
-/// Nodes of `ndf`.
+/// The shape of the field `ndf`.
 pub(super) const NDF: TableShape = TableShape {
     columns: 1024,
     rows: 2,
 };
-/// Nodes of `sigma`.
+/// The shape of the field `sigma`.
 pub(super) const SIGMA: TableShape = TableShape {
     columns: 128,
     rows: 2,
 };
-/// The number of values of theta_d over which a value of `ndf` is averaged. They cover 95 percent
-/// of \[0, pi/2 - theta_h\].
-const MEAN_THETA_D: usize = 12;
-/// The number of values of phi_d over which a value of `ndf` is averaged.
-const MEAN_PHI_D: usize = 5;
-/// The lower limit of `ndf`, as a fraction of that of a white surface of the same brightness.
+/// The number of theta_d over which each value of `ndf` is averaged. They cover 95 percent of \[0, pi/2 - theta_h\].
+const THETA_D_COUNT: usize = 12;
+/// The number of phi_d over which each value of `ndf` is averaged.
+const PHI_D_COUNT: usize = 5;
+/// The lower limit of `ndf` / cos(theta_m). For a diffuse surface, this ratio is 3 / (2 pi), about 0.5.
 const MIN_NDF: f64 = 1e-3;
-/// The lower limit of cos(theta_m) in `ndf`, which must be positive.
+/// The lower limit of cos(theta_m) in `ndf`, because `ndf` must be positive.
 const MIN_COSINE: f64 = 1e-4;
 
 /// The fields that do not depend on theta_i.
@@ -41,12 +40,12 @@ impl Normals {
             .map(|column| theta(coordinate(column, NDF.columns)))
             .collect();
         let means = thetas.par_iter().map(|theta| mean_luminance(brdf, *theta));
-        let mut normals: Vec<f64> = means.collect::<Result<_, _>>()?;
-        for (value, theta) in normals.iter_mut().zip(&thetas) {
+        let mut ndf: Vec<f64> = means.collect::<Result<_, _>>()?;
+        for (value, theta) in ndf.iter_mut().zip(&thetas) {
             *value *= theta.cos().max(MIN_COSINE);
         }
-        let total_area = projected_area(&normals, &thetas, 0.0);
-        for (value, theta) in normals.iter_mut().zip(&thetas) {
+        let total_area = projected_area(&ndf, &thetas, 0.0);
+        for (value, theta) in ndf.iter_mut().zip(&thetas) {
             let lower_limit = MIN_NDF * theta.cos().max(MIN_COSINE);
             // The area is 0 for a black BRDF.
             let normalized = if total_area > 0.0 {
@@ -58,25 +57,26 @@ impl Normals {
         }
         let sigma = (0..SIGMA.columns).into_par_iter();
         let sigma = sigma.map(|column| {
-            projected_area(&normals, &thetas, theta(coordinate(column, SIGMA.columns))) as f32
+            projected_area(&ndf, &thetas, theta(coordinate(column, SIGMA.columns))) as f32
         });
-        let twice = |row: Vec<f32>| row.repeat(2);
+        // One row for each end of the range of phi. The rows of an isotropic material are equal.
+        let two_rows = |row: Vec<f32>| row.repeat(2);
         Ok(Self {
-            ndf: twice(normals.iter().map(|value| *value as f32).collect()),
-            sigma: twice(sigma.collect()),
+            ndf: two_rows(ndf.iter().map(|value| *value as f32).collect()),
+            sigma: two_rows(sigma.collect()),
         })
     }
 }
 
-/// Returns the mean luminance of a BRDF at a theta_h.
+/// Returns the mean luminance of a BRDF at a theta_h in radians.
 fn mean_luminance(brdf: &(impl Brdf + ?Sized), theta_h: f64) -> Result<f64, NotFinite> {
-    let at: Vec<HalfDifference<f32>> = (0..MEAN_THETA_D * MEAN_PHI_D)
+    let at: Vec<HalfDifference<f32>> = (0..THETA_D_COUNT * PHI_D_COUNT)
         .map(|index| {
-            let fraction = 0.95 * coordinate(index / MEAN_PHI_D, MEAN_THETA_D);
+            let fraction = 0.95 * coordinate(index / PHI_D_COUNT, THETA_D_COUNT);
             HalfDifference::from_angles(Angles {
                 theta_h: theta_h as f32,
                 theta_d: (fraction * (FRAC_PI_2 - theta_h)) as f32,
-                phi_d: (PI * coordinate(index % MEAN_PHI_D, MEAN_PHI_D)) as f32,
+                phi_d: (PI * coordinate(index % PHI_D_COUNT, PHI_D_COUNT)) as f32,
             })
         })
         .collect();
@@ -88,12 +88,13 @@ fn mean_luminance(brdf: &(impl Brdf + ?Sized), theta_h: f64) -> Result<f64, NotF
     Ok(sum / at.len() as f64)
 }
 
-/// Returns the projected area of the normals towards a theta_i: the integral of their density times the cosine.
-fn projected_area(normals: &[f64], thetas: &[f64], theta_i: f64) -> f64 {
+/// Returns the projected area of the normals towards a theta_i: the integral of their density times the cosine,
+/// where it is positive.
+fn projected_area(ndf: &[f64], thetas: &[f64], theta_i: f64) -> f64 {
     const PHI_STEPS: usize = 64;
     let (sin_i, cos_i) = theta_i.sin_cos();
-    let step = 1.0 / (normals.len() - 1) as f64;
-    let rings = normals.iter().zip(thetas).map(|(density, theta)| {
+    let step = 1.0 / (ndf.len() - 1) as f64;
+    let rings = ndf.iter().zip(thetas).map(|(density, theta)| {
         let (sin, cos) = theta.sin_cos();
         let projection: f64 = (0..PHI_STEPS)
             .map(|phi| {

@@ -50,19 +50,19 @@ impl<const N: usize> RealScalar for Dual<f64, N> {
         let square = self.value * self.value + x.value * x.value;
         let mut angle = Self::constant(self.value.atan2(x.value));
         if square > 0.0 {
-            for (t, (by_y, by_x)) in angle
+            for (tangent, (tangent_y, tangent_x)) in angle
                 .tangent
                 .iter_mut()
                 .zip(self.tangent.iter().zip(&x.tangent))
             {
-                *t = (by_y * x.value - by_x * self.value) / square;
+                *tangent = (tangent_y * x.value - tangent_x * self.value) / square;
             }
         }
         angle
     }
 }
 
-/// Maps an angle theta of \[0, pi/2\] to u(theta) in \[0, 1\].
+/// Maps an angle theta in \[0, pi/2\] to u(theta) in \[0, 1\].
 #[inline(always)]
 pub(super) fn unit_theta<S: RealScalar>(theta: S) -> S {
     (theta.relu() * S::constant(2.0 / PI)).sqrt()

@@ -1,4 +1,4 @@
-//! Directions of the points of the unit square, and BRDFs at them.
+//! The pair of directions of a point of the unit square, and the BRDF there.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -11,12 +11,12 @@ const NEAR_HORIZON: [f64; 2] = [1e-4, 0.02];
 /// Luminance coefficients of linear RGB (Rec. 709).
 const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 
-/// Returns theta of a coordinate u of the unit square.
+/// Returns theta in radians at a coordinate u of the unit square. It is the inverse of u(theta).
 pub(super) fn theta(u: f64) -> f64 {
     FRAC_PI_2 * u * u
 }
 
-/// Returns the coordinate of column or row `index` of `count`.
+/// Returns the coordinate in \[0, 1\] of column or row `index` of `count`.
 pub(super) fn coordinate(index: usize, count: usize) -> f64 {
     index as f64 / (count - 1) as f64
 }
@@ -28,12 +28,12 @@ pub(super) fn solid_angle([u, _]: [f64; 2]) -> f64 {
 
 /// The directions of a point of the unit square.
 pub(super) struct SamplePoint {
-    /// Above the horizon, the directions themselves, twice. Below, the directions with w_o raised to each cosine of
-    /// [`NEAR_HORIZON`].
-    at: [HalfDifference<f32>; 2],
+    /// Above the horizon, the pair of directions itself, twice. Below, the pairs whose outgoing direction is raised to
+    /// each cosine of [`NEAR_HORIZON`].
+    directions: [HalfDifference<f32>; 2],
     /// cos(theta_o).
     pub(super) cos_o: f64,
-    /// The cosine between w_i and w_m.
+    /// The cosine between the incoming direction and the half vector.
     pub(super) cos_d: f64,
 }
 
@@ -47,17 +47,21 @@ impl SamplePoint {
         let cos_d = sin_i * half[0] + cos_i * half[2];
         let outgoing: [f64; 3] = std::array::from_fn(|i| 2.0 * cos_d * half[i] - incoming[i]);
         let cos_o = outgoing[2];
-        let at = if cos_o >= NEAR_HORIZON[0] {
+        let directions = if cos_o >= NEAR_HORIZON[0] {
             [half_difference(incoming, [sin_m, cos_m], [cos_phi, sin_phi]); 2]
         } else {
-            NEAR_HORIZON.map(|cosine| raised(incoming, outgoing, cosine))
+            NEAR_HORIZON.map(|cosine| raise_outgoing(incoming, outgoing, cosine))
         };
-        Self { at, cos_o, cos_d }
+        Self {
+            directions,
+            cos_o,
+            cos_d,
+        }
     }
 }
 
-/// Returns a pair of directions with w_o raised to the given cosine.
-fn raised(incoming: [f64; 3], [x, y, _]: [f64; 3], cosine: f64) -> HalfDifference<f32> {
+/// Returns a pair of directions after raising the outgoing one, at its azimuth, to a given cosine of theta_o.
+fn raise_outgoing(incoming: [f64; 3], [x, y, _]: [f64; 3], cosine: f64) -> HalfDifference<f32> {
     let sine = (1.0 - cosine * cosine).sqrt();
     let [x, y] = unit(x, y).map(|along| along * sine);
     let [x, y, z] = [x + incoming[0], y, cosine + incoming[2]];
@@ -65,7 +69,7 @@ fn raised(incoming: [f64; 3], [x, y, _]: [f64; 3], cosine: f64) -> HalfDifferenc
     half_difference(incoming, unit(across, z), unit(x, y))
 }
 
-/// Normalizes a vector of the plane. Returns the first axis if its length is 0.
+/// Normalizes a vector of the plane. Returns (1, 0) if its length is 0.
 fn unit(x: f64, y: f64) -> [f64; 2] {
     let length = x.hypot(y);
     if length > 0.0 {
@@ -75,8 +79,8 @@ fn unit(x: f64, y: f64) -> [f64; 2] {
     }
 }
 
-/// Returns half and difference vector of an incoming direction of azimuth 0. The half vector is given by sine and
-/// cosine of its theta, and cosine and sine of its azimuth.
+/// Returns half and difference vectors of an incoming direction with azimuth 0. The half vector has a theta with sine
+/// `sin_h` and cosine `cos_h`, and an azimuth with cosine `cos_phi` and sine `sin_phi`.
 fn half_difference(
     [x, _, z]: [f64; 3],
     [sin_h, cos_h]: [f64; 2],
@@ -97,13 +101,14 @@ pub(super) fn times_cosine(
     brdf: &(impl Brdf + ?Sized),
     points: &[SamplePoint],
 ) -> Result<Vec<[f64; 3]>, NotFinite> {
-    let [first, second] = [0, 1].map(|which| {
-        let at: Vec<HalfDifference<f32>> = points.iter().map(|point| point.at[which]).collect();
-        evaluate(brdf, &at)
+    let [first, second] = [0, 1].map(|index| {
+        let directions = points.iter().map(|point| point.directions[index]);
+        let directions: Vec<HalfDifference<f32>> = directions.collect();
+        evaluate(brdf, &directions)
     });
     let [low, high] = NEAR_HORIZON;
-    let both = first?.into_iter().zip(second?).zip(points);
-    let values = both.map(|((first, second), point)| {
+    let samples = first?.into_iter().zip(second?).zip(points);
+    let values = samples.map(|((first, second), point)| {
         std::array::from_fn(|channel| {
             let [first, second] = [first[channel], second[channel]].map(f64::from);
             if point.cos_o >= low {
@@ -119,7 +124,7 @@ pub(super) fn times_cosine(
 /// Evaluates a BRDF at directions.
 ///
 /// # Errors
-/// If it is not finite at one of them.
+/// If the BRDF is not finite at one of them.
 pub(super) fn evaluate(
     brdf: &(impl Brdf + ?Sized),
     at: &[HalfDifference<f32>],

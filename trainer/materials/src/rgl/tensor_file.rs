@@ -2,7 +2,8 @@
 //!
 //! Numbers are little-endian. The file starts with `tensor_file` and a zero byte, version 1.0 in two bytes, and the
 //! number of fields (u32). Each field follows: length of its name (u16), name, number of dimensions (u16), type (u8),
-//! offset of its values in the file (u64), each dimension (u64). The values come last, last dimension fastest.
+//! offset of its values in the file (u64), each dimension (u64). The values of all fields are last. Their last
+//! dimension varies fastest.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -11,7 +12,7 @@ use crate::untrusted::escaped;
 
 pub(super) const MAGIC: &[u8] = b"tensor_file\0";
 const VERSION: [u8; 2] = [1, 0];
-/// The number of bytes of a value, and the name, of each type. Type n is at index n - 1.
+/// The width of a value in bytes and the name of each type. Type n is at index n - 1.
 const TYPES: [(usize, &str); 11] = [
     (1, "8-bit unsigned integers"),
     (1, "8-bit signed integers"),
@@ -43,7 +44,7 @@ struct Field {
 
 impl<'a> TensorFile<'a> {
     /// Reads and checks the header: the values of all fields follow it without overlaps, and the file ends with the
-    /// last field. No allocation depends on sizes that the header states.
+    /// last field. No allocation depends on a size that only the header states.
     pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, String> {
         let mut header = Header { rest: bytes };
         if header.take(MAGIC.len())? != MAGIC {
@@ -59,11 +60,11 @@ impl<'a> TensorFile<'a> {
         }
         let count = u32::from_le_bytes(header.array()?);
         // The header of a field has at least 13 bytes.
-        let possible = |count: u32| count as usize <= header.rest.len() / 13;
-        if !possible(count) && possible(count.swap_bytes()) {
+        let fits = |count: u32| count as usize <= header.rest.len() / 13;
+        if !fits(count) && fits(count.swap_bytes()) {
             return Err(format!(
-                "it has {count} fields, or {} if its numbers are big-endian, and they must be little-endian; replace \
-                 the file with an intact copy, or swap the bytes of all numbers",
+                "its header states {count} fields, or {} if its numbers are big-endian, and they must be \
+                 little-endian; replace the file with an intact copy, or swap the bytes of all numbers",
                 count.swap_bytes()
             ));
         }
@@ -115,7 +116,7 @@ impl<'a> TensorFile<'a> {
         self.fields.contains_key(name)
     }
 
-    /// Returns shape and values of a field with `N` dimensions of finite 32-bit floats.
+    /// Returns the shape and the values of a field with `N` dimensions of finite 32-bit floats.
     pub(super) fn floats<const N: usize>(
         &self,
         name: &str,
@@ -125,7 +126,7 @@ impl<'a> TensorFile<'a> {
         let values: Vec<f32> = values.iter().copied().map(f32::from_le_bytes).collect();
         match values.iter().position(|value| !value.is_finite()) {
             Some(index) => Err(format!(
-                "number {index} of its field {name} is {}, and must be finite; replace the file with an intact copy",
+                "value {index} of its field {name} is {}, and must be finite; replace the file with an intact copy",
                 values[index]
             )),
             None => Ok((shape, values)),
@@ -178,7 +179,7 @@ impl Values<'_> {
         }
     }
 
-    fn bytes(&self) -> usize {
+    fn byte_count(&self) -> usize {
         match self {
             Self::Bytes(bytes) => bytes.len(),
             Self::Floats(floats) => size_of_val(*floats),
@@ -192,8 +193,10 @@ pub(super) fn write(fields: &[(&str, &[usize], Values<'_>)]) -> Vec<u8> {
     bytes.extend(VERSION);
     bytes.extend((fields.len() as u32).to_le_bytes());
     // Length of the name, name, number of dimensions, type, offset, shape.
-    let header = |name: &str, shape: &[usize]| 2 + name.len() + 2 + 1 + 8 + 8 * shape.len();
-    let headers = fields.iter().map(|(name, shape, _)| header(name, shape));
+    let header_bytes = |name: &str, shape: &[usize]| 2 + name.len() + 2 + 1 + 8 + 8 * shape.len();
+    let headers = fields
+        .iter()
+        .map(|(name, shape, _)| header_bytes(name, shape));
     let mut offset = bytes.len() + headers.sum::<usize>();
     for (name, shape, values) in fields {
         bytes.extend((name.len() as u16).to_le_bytes());
@@ -204,7 +207,7 @@ pub(super) fn write(fields: &[(&str, &[usize], Values<'_>)]) -> Vec<u8> {
         for length in *shape {
             bytes.extend((*length as u64).to_le_bytes());
         }
-        offset += values.bytes();
+        offset += values.byte_count();
     }
     for (_, _, values) in fields {
         match values {
@@ -265,7 +268,7 @@ impl<'a> Header<'a> {
                 escaped(&format!("{shape:?}"))
             )
         })?;
-        // Only a field without values can have a dimension above the length of the file.
+        // The values fit into the file, so that only a field without values can have a dimension above `usize::MAX`.
         let shape = shape.into_iter().map(|length| length as usize).collect();
         Ok((
             name,
@@ -278,7 +281,7 @@ impl<'a> Header<'a> {
     }
 }
 
-/// Returns width and name of a type, or None if it is unknown.
+/// Returns the width and the name of a type, or None if it is unknown.
 fn type_of(type_code: u8) -> Option<(usize, &'static str)> {
     TYPES.get(usize::from(type_code).checked_sub(1)?).copied()
 }

@@ -1,4 +1,4 @@
-//! Unit tests in f64: derivatives against differences, and mappings against integrals.
+//! Unit tests in f64: derivatives against finite differences, and mappings against integrals.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,17 +12,17 @@ use glimpse_kernels::Dual;
 
 /// Returns tables of independent random values.
 fn random_tensors(random: &mut ChaCha8Rng) -> Tensors {
-    let grid = |columns, rows| TableShape { columns, rows };
-    let mut values = |slices: usize, grid: TableShape| -> Vec<f32> {
-        let values = 0..slices * grid.nodes();
-        values.map(|_| random.random_range(0.2..1.0)).collect()
+    let shape = |columns, rows| TableShape { columns, rows };
+    let mut values = |slices: usize, shape: TableShape| -> Vec<f32> {
+        let indices = 0..slices * shape.nodes();
+        indices.map(|_| random.random_range(0.2..1.0)).collect()
     };
     Tensors {
         theta_i: vec![0.1, 0.5, 1.2],
-        ndf: (grid(7, 3), values(1, grid(7, 3))),
-        sigma: (grid(5, 2), values(1, grid(5, 2))),
-        vndf: Densities::new(grid(6, 8), values(3, grid(6, 8))),
-        rgb: (grid(4, 5), values(9, grid(4, 5))),
+        ndf: (shape(7, 3), values(1, shape(7, 3))),
+        sigma: (shape(5, 2), values(1, shape(5, 2))),
+        vndf: Densities::new(shape(6, 8), values(3, shape(6, 8))),
+        rgb: (shape(4, 5), values(9, shape(4, 5))),
     }
 }
 
@@ -35,7 +35,7 @@ fn random_angles(random: &mut ChaCha8Rng) -> Angles<f64> {
 }
 
 #[test]
-fn derivatives_agree_with_differences() {
+fn derivatives_match_finite_differences() {
     const STEP: f64 = 1e-6;
     let random = &mut ChaCha8Rng::seed_from_u64(1);
     let (mut compared, mut at_kinks, mut above_horizon) = (0, 0, 0);
@@ -54,17 +54,18 @@ fn derivatives_agree_with_differences() {
                 continue;
             }
             above_horizon += 1;
-            for i in 0..3 {
-                let at = |step: f64| {
+            for angle in 0..3 {
+                let brdf_after_step = |step: f64| {
                     let mut moved = angles;
-                    *[&mut moved.theta_h, &mut moved.theta_d, &mut moved.phi_d][i] += step;
+                    *[&mut moved.theta_h, &mut moved.theta_d, &mut moved.phi_d][angle] += step;
                     tensors.brdf(moved)
                 };
-                let (before, after) = (at(-STEP), at(STEP));
+                let (before, after) = (brdf_after_step(-STEP), brdf_after_step(STEP));
                 for channel in 0..3 {
                     let left = (values[channel] - before[channel]) / STEP;
                     let right = (after[channel] - values[channel]) / STEP;
-                    // Curvature makes the one-sided differences differ in proportion to STEP, a kink much more.
+                    // Because of curvature, the one-sided differences differ in proportion to STEP. At a kink, they
+                    // differ much more.
                     let scale = values[channel] + left.abs() + right.abs();
                     let curvature = scale * scale / values[channel];
                     if (right - left).abs() > 1e-3 * curvature {
@@ -72,10 +73,10 @@ fn derivatives_agree_with_differences() {
                         continue;
                     }
                     compared += 1;
-                    let error = (0.5 * (left + right) - derivative[channel][i]).abs();
+                    let error = (0.5 * (left + right) - derivative[channel][angle]).abs();
                     assert!(
                         error < 1e-6 * curvature,
-                        "{error} of {scale} along angle {i} at {angles:?}"
+                        "{error} of {scale} along angle {angle} at {angles:?}"
                     );
                 }
             }
@@ -118,15 +119,15 @@ fn derivatives_are_finite_at_the_poles() {
 #[test]
 fn jacobian_of_the_mapping_is_the_density() {
     // One slice, so that the Jacobian of the mapping is the normalized density.
-    let grid = TableShape {
+    let shape = TableShape {
         columns: 5,
         rows: 4,
     };
     let random = &mut ChaCha8Rng::seed_from_u64(3);
-    let values: Vec<f32> = (0..grid.nodes())
+    let values: Vec<f32> = (0..shape.nodes())
         .map(|_| random.random_range(0.1..1.0))
         .collect();
-    let densities = Densities::new(grid, values.clone());
+    let densities = Densities::new(shape, values.clone());
     let position = SlicePosition::new(0.7, &[0.0]);
     for corner in [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
         let image = densities.map_to_uniform(corner, &position);
@@ -136,23 +137,23 @@ fn jacobian_of_the_mapping_is_the_density() {
     }
     for _ in 0..1000 {
         let [x, y] = [0; 2].map(|_| random.random_range(0.001..0.999));
-        // The Jacobian by differences.
+        // The Jacobian by finite differences.
         let step = 1e-5;
         let image = |x, y| densities.map_to_uniform([x, y], &position);
-        let by_x = image(x + step, y)[0] - image(x - step, y)[0];
-        let by_y = image(x, y + step)[1] - image(x, y - step)[1];
-        let jacobian = by_x * by_y / (4.0 * step * step);
+        let slope_x = image(x + step, y)[0] - image(x - step, y)[0];
+        let slope_y = image(x, y + step)[1] - image(x, y - step)[1];
+        let jacobian = slope_x * slope_y / (4.0 * step * step);
         // The density, by the definition of a bilinear function.
         let [i, j] = [(x * 4.0) as usize, (y * 3.0) as usize];
         let [s, t] = [x * 4.0 - i as f64, y * 3.0 - j as f64];
-        let at = |i: usize, j: usize| f64::from(values[i + 5 * j]);
-        let row = |j| at(i, j) * (1.0 - s) + at(i + 1, j) * s;
+        let node_value = |i: usize, j: usize| f64::from(values[i + 5 * j]);
+        let row = |j| node_value(i, j) * (1.0 - s) + node_value(i + 1, j) * s;
         let expected = row(j) * (1.0 - t) + row(j + 1) * t;
         let weight = |k: usize, last: usize| if k == 0 || k == last { 0.5 } else { 1.0 };
         let mut total = 0.0;
         for j in 0..4 {
             for i in 0..5 {
-                total += at(i, j) * weight(i, 4) * weight(j, 3) / 12.0;
+                total += node_value(i, j) * weight(i, 4) * weight(j, 3) / 12.0;
             }
         }
         let node_distances = [s * 0.25, (1.0 - s) * 0.25, t / 3.0, (1.0 - t) / 3.0];
@@ -168,11 +169,11 @@ fn jacobian_of_the_mapping_is_the_density() {
 
 #[test]
 fn zero_density_maps_to_a_finite_point() {
-    let grid = TableShape {
+    let shape = TableShape {
         columns: 3,
         rows: 3,
     };
-    let densities = Densities::new(grid, vec![0.0; 9]);
+    let densities = Densities::new(shape, vec![0.0; 9]);
     let point = densities.map_to_uniform([0.4, 0.6], &SlicePosition::new(0.0, &[0.0]));
     assert_eq!(point, [0.0, 0.0]);
 }

@@ -4,10 +4,10 @@
 //! At the nodes the file represents the BRDF exactly, for any positive `ndf`, `sigma` and `vndf`. The three are chosen
 //! for good interpolation between nodes:
 //!
-//! - `ndf` is the mean of the BRDF at each theta_m, times cos(theta_m). The ratio is smooth at sharp highlights.
+//! - `ndf` is the mean of the BRDF at each theta_m, times cos(theta_m). It makes `rgb` smooth at sharp highlights.
 //! - `sigma` is the projected area of these normals, as in a measurement.
 //! - `vndf` is *not* the density of visible normals, but a mixture of its square root and a constant, and small below
-//!   the horizon. The density itself would leave few nodes outside the highlight of a mirror. Importance sampling is
+//!   the horizon. The density itself would leave few nodes outside a sharp highlight. Importance sampling is
 //!   equally good, because it uses `luminance` too.
 //!
 //! Below the horizon, `rgb` is extrapolated from the BRDF times cosine just above it, usually to negative values.
@@ -24,7 +24,7 @@ use crate::{Brdf, NotFinite};
 
 /// The number of nodes of `rgb` and `luminance` along each axis.
 const SIDE: usize = 96;
-/// Nodes of `vndf`.
+/// The shape of a slice of `vndf`.
 const VNDF: TableShape = TableShape {
     columns: 128,
     rows: 64,
@@ -32,7 +32,7 @@ const VNDF: TableShape = TableShape {
 /// The fraction of `vndf` that is based on visible normals. The rest is constant.
 const VISIBLE_FRACTION: f64 = 0.4;
 
-/// Tabulates a BRDF. Returns the bytes of a `NAME_rgb.bsdf` with a description, 12 MB.
+/// Tabulates a BRDF. Returns the bytes of a file `NAME_rgb.bsdf`, 12 MB. `description` becomes a field of the file.
 ///
 /// # Errors
 /// If the BRDF is not finite at a node.
@@ -43,7 +43,7 @@ pub fn to_rgl(description: &str, brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>,
         .par_iter()
         .map(|theta| Slice::new(brdf, f64::from(*theta), &normals))
         .collect::<Result<_, _>>()?;
-    let nodes = theta_i.len();
+    let theta_count = theta_i.len();
     let joined = |field: fn(&Slice) -> &Vec<f32>| -> Vec<f32> {
         slices.iter().flat_map(field).copied().collect()
     };
@@ -59,7 +59,7 @@ pub fn to_rgl(description: &str, brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>,
             Values::Bytes(description.as_bytes()),
         ),
         ("phi_i", &[1], Values::Floats(&[0.0])),
-        ("theta_i", &[nodes], Values::Floats(&theta_i)),
+        ("theta_i", &[theta_count], Values::Floats(&theta_i)),
         (
             "sigma",
             &[SIGMA.rows, SIGMA.columns],
@@ -72,19 +72,23 @@ pub fn to_rgl(description: &str, brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>,
         ),
         (
             "vndf",
-            &[1, nodes, VNDF.rows, VNDF.columns],
+            &[1, theta_count, VNDF.rows, VNDF.columns],
             Values::Floats(&vndf),
         ),
         (
             "luminance",
-            &[1, nodes, SIDE, SIDE],
+            &[1, theta_count, SIDE, SIDE],
             Values::Floats(&luminance),
         ),
-        ("rgb", &[1, nodes, 3, SIDE, SIDE], Values::Floats(&rgb)),
+        (
+            "rgb",
+            &[1, theta_count, 3, SIDE, SIDE],
+            Values::Floats(&rgb),
+        ),
         ("jacobian", &[1], Values::Bytes(&[1])),
         (
             "valid",
-            &[nodes * SIDE * SIDE / 8],
+            &[theta_count * SIDE * SIDE / 8],
             Values::Bytes(&valid_bits(&slices)),
         ),
     ]))
@@ -99,8 +103,8 @@ fn theta_i() -> Vec<f32> {
     degrees.map(|degrees| degrees.to_radians() as f32).collect()
 }
 
-/// Returns the field `valid`: one bit for each node, most significant bit first. Bits of nodes above the horizon are
-/// set.
+/// Returns the field `valid`: one bit for each node, most significant bit first. The bits of nodes above the horizon
+/// are 1.
 fn valid_bits(slices: &[Slice]) -> Vec<u8> {
     let bits: Vec<bool> = slices
         .iter()
@@ -137,28 +141,26 @@ impl Slice {
         );
         let vndf = node_density(theta_i, ndf);
         let points = Densities::new(VNDF, vndf.clone()).grid_points(SIDE);
-        let directions: Vec<SamplePoint> = points
+        let samples: Vec<SamplePoint> = points
             .iter()
             .map(|point| SamplePoint::new(theta_i, *point))
             .collect();
-        let values = times_cosine(brdf, &directions)?;
+        let values = times_cosine(brdf, &samples)?;
 
         let mut rgb = [(); 3].map(|()| Vec::with_capacity(points.len()));
         let mut luminances = Vec::with_capacity(points.len());
-        for ((point, direction), value) in points.iter().zip(&directions).zip(&values) {
+        for ((point, sample), value) in points.iter().zip(&samples).zip(&values) {
             for (channel, value) in rgb.iter_mut().zip(value) {
                 channel.push(value * 4.0 * area / ndf(*point));
             }
-            // Converts the density of directions w_o to that of points; see `solid_angle`.
-            let weighted = (luminance(*value) * direction.cos_d).max(0.0);
+            // The density per solid angle of outgoing directions is converted to one per area of the unit square; see
+            // `solid_angle`.
+            let weighted = (luminance(*value) * sample.cos_d).max(0.0);
             let density: f64 = VNDF.evaluate(&vndf, &Cell::new(*point, VNDF));
-            let reflected = if direction.cos_o > 0.0 { weighted } else { 0.0 };
+            let reflected = if sample.cos_o > 0.0 { weighted } else { 0.0 };
             luminances.push((4.0 * reflected * solid_angle(*point) / density) as f32);
         }
-        let is_above_horizon: Vec<bool> = directions
-            .iter()
-            .map(|direction| direction.cos_o > 0.0)
-            .collect();
+        let is_above_horizon: Vec<bool> = samples.iter().map(|sample| sample.cos_o > 0.0).collect();
         let limited = rgb
             .iter()
             .flat_map(|channel| limit_negative(channel, &is_above_horizon));
@@ -185,7 +187,7 @@ fn limit_negative(ratios: &[f64], is_above_horizon: &[bool]) -> Vec<f32> {
         .collect()
 }
 
-/// Returns the density of nodes at a theta_i, the field `vndf`.
+/// Returns the field `vndf` at a theta_i: the density of the nodes of `rgb`.
 fn node_density(theta_i: f64, ndf: impl Fn([f64; 2]) -> f64) -> Vec<f32> {
     let (visible, constant): (Vec<f64>, Vec<f64>) = (0..VNDF.nodes())
         .map(|index| {
@@ -193,10 +195,10 @@ fn node_density(theta_i: f64, ndf: impl Fn([f64; 2]) -> f64) -> Vec<f32> {
                 coordinate(index % VNDF.columns, VNDF.columns),
                 coordinate(index / VNDF.columns, VNDF.rows),
             ];
-            let direction = SamplePoint::new(theta_i, point);
-            let normals = ndf(point) * direction.cos_d.max(0.0) * solid_angle(point);
-            let horizon_weight = horizon_weight(direction.cos_o);
-            (horizon_weight * normals.sqrt(), horizon_weight)
+            let sample = SamplePoint::new(theta_i, point);
+            let visible_normals = ndf(point) * sample.cos_d.max(0.0) * solid_angle(point);
+            let horizon_weight = horizon_weight(sample.cos_o);
+            (horizon_weight * visible_normals.sqrt(), horizon_weight)
         })
         .unzip();
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
@@ -204,13 +206,14 @@ fn node_density(theta_i: f64, ndf: impl Fn([f64; 2]) -> f64) -> Vec<f32> {
         VISIBLE_FRACTION / mean(&visible),
         (1.0 - VISIBLE_FRACTION) / mean(&constant),
     ];
-    let both = visible.iter().zip(&constant);
-    both.map(|(visible, constant)| (visible_scale * visible + constant_scale * constant) as f32)
+    let terms = visible.iter().zip(&constant);
+    terms
+        .map(|(visible, constant)| (visible_scale * visible + constant_scale * constant) as f32)
         .collect()
 }
 
-/// Returns the relative node density at a cosine of theta_o. It is small below the horizon, and largest just above it,
-/// where the BRDF times cosine is nearly 0 and relative errors are large.
+/// Returns the relative density of nodes at a cosine of theta_o. It is small below the horizon, and largest just above
+/// it, where the BRDF times cosine is nearly 0 and relative errors are large.
 fn horizon_weight(cos_o: f64) -> f64 {
     let above = 1.0 / (1.0 + (-(cos_o + 0.12) / 0.04).exp());
     let near_horizon = 1.5 * (-(cos_o / 0.2).powi(2)).exp();
