@@ -92,7 +92,7 @@ impl Source {
         if let Some((count, seed)) = procedural(&self.0)? {
             let set = Procedural::set(count, seed).into_iter();
             return Ok(set
-                .map(|each| Box::new(each) as Box<dyn Material>)
+                .map(|material| Box::new(material) as Box<dyn Material>)
                 .collect());
         }
         let path = Path::new(&self.0);

@@ -136,11 +136,11 @@ mod tests {
     #[test]
     fn inverts_a_distribution_with_empty_cells() {
         let densities = [0.0, 1.0, 0.0, 3.0];
-        let at = |point| invert_distribution(densities.into_iter(), point);
-        assert_eq!(at(0.0), (1, 0.0));
-        assert_eq!(at(0.125), (1, 0.5));
-        assert_eq!(at(0.25), (3, 0.0));
-        assert_eq!(at(0.625), (3, 0.5));
-        assert_eq!(at(1.0), (3, 1.0));
+        let cell_and_fraction = |point| invert_distribution(densities.into_iter(), point);
+        assert_eq!(cell_and_fraction(0.0), (1, 0.0));
+        assert_eq!(cell_and_fraction(0.125), (1, 0.5));
+        assert_eq!(cell_and_fraction(0.25), (3, 0.0));
+        assert_eq!(cell_and_fraction(0.625), (3, 0.5));
+        assert_eq!(cell_and_fraction(1.0), (3, 1.0));
     }
 }

@@ -83,7 +83,7 @@ fn file_keeps_every_bit() {
 }
 
 #[test]
-fn derivatives_agree_with_differences() {
+fn derivatives_match_finite_differences() {
     for (seed, model) in (0..).zip(MODELS) {
         let material = fitted(model, seed);
         let mut wrong = 0;
