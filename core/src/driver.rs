@@ -72,7 +72,7 @@ pub struct Driver<'a, K: Fitter> {
     declined: Option<u32>,
     /// The action that the next poll returns first.
     next: Option<Action>,
-    /// True if the last poll had nothing to do and no call has changed that.
+    /// True if the last poll had nothing to do, and no call since then has added work.
     is_idle: bool,
 }
 
@@ -240,8 +240,8 @@ impl<'a, K: Fitter> Driver<'a, K> {
         self.invalid_readings = 0;
         self.next = Some(Action::Failed(failure));
         if failure == Failure::NoReply {
-            // The host may return, and its readings are still valid then. It would not recognize readings that a fit
-            // has clamped.
+            // The host may return, and its readings are still valid then. The host would not recognize readings that a
+            // fit has clamped.
             if let Ok(scan) = &mut self.scan {
                 scan.forget_clamped();
             }
@@ -275,7 +275,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
         }
     }
 
-    /// Does the next piece of work, and returns the next action of the firmware. `now_ms` is the time of a monotonic
+    /// Does the next unit of work, and returns the next action of the firmware. `now_ms` is the time of a monotonic
     /// clock with any origin, in ms.
     pub fn poll(&mut self, now_ms: u64) -> Action {
         let action = self.next_action(now_ms);

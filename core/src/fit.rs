@@ -1,4 +1,4 @@
-//! Fits of a material to readings, by descent or by a ridge solve.
+//! Fits of a material to readings, by descent, a ridge solve or a learned map.
 //!
 //! [`Phong`](crate::model::Phong), [`CookTorrance`](crate::model::CookTorrance) and [`Neural`](crate::model::Neural)
 //! are fitted by descent, and [`Linear`] by a ridge solve or a learned map. [`AnyModel`] takes the model from the

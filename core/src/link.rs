@@ -1,8 +1,8 @@
 //! The link between a device and its host, without I/O and without a clock.
 //!
 //! The protocol is stop-and-wait, and the device controls it. The device sends a [`Request`], and retransmits it until
-//! the [`Reply`] with the same sequence number arrives. Then it sends the next request. A host answers a repeated request
-//! with the same reply as before. Lost, damaged, cut, repeated and spurious bytes therefore only cost time.
+//! the [`Reply`] with the same sequence number arrives. Then it sends the next request. A host answers a repeated
+//! request with the same reply as before. Lost, damaged, cut, repeated and spurious bytes therefore only cost time.
 //!
 //! The protocol is documented in `core/docs/link.md`: frames, messages, timeouts, a scan from hello to end, error
 //! codes, and examples in bytes.

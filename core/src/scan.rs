@@ -38,7 +38,7 @@ use status::Status;
 ///
 /// `K` is one of the four models, or [`AnyModel`](crate::fit::AnyModel) for the model that the recipe names. The caller
 /// provides the memory. [`memory_words`](crate::recipe::memory_words) computes its length from the recipe at compile
-/// time. The memory holds the readings and the work space of the fit, and is reusable for the next scan.
+/// time. The memory holds the readings and the workspace of the fit, and is reusable for the next scan.
 ///
 /// ```
 /// use glimpse_core::model::Neural;
@@ -48,7 +48,7 @@ use status::Status;
 /// # fn read(index: u16) -> Reading { Reading::new([0.1 + 0.01 * f32::from(index); 3]) }
 /// # fn motors_and_watchdog() {}
 /// static RECIPE: &[u8] = include_bytes!("../examples/recipes/neural-n8.recipe");
-/// let mut memory = [0.0; memory_words(&[RECIPE])]; // or a static, by `static_cell::StaticCell`
+/// let mut memory = [0.0; memory_words(&[RECIPE])]; // or a static, with `static_cell::StaticCell`
 ///
 /// let mut scan = Scan::<Neural>::new(Recipe::parse(RECIPE)?, &mut memory)?;
 /// while let Some((index, directions)) = scan.next_pending() {
@@ -108,7 +108,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         Ok(scan)
     }
 
-    /// The samples, and the work space of the fit.
+    /// Returns the samples and the workspace of the fit.
     fn parts(&mut self) -> (&mut [Slot], &mut [f32]) {
         let memory = self.memory.get_mut(..self.needed).unwrap_or_default();
         split_mut(memory, self.recipe.samples())
@@ -121,7 +121,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
     /// Adds the basis that [`Fitted::brdf`] needs for recipes of Linear. `trainer export --format basis` writes it.
     ///
     /// # Errors
-    /// [`ScanError::Basis`] if the recipe names another basis, or none. Recipes of other models name none.
+    /// [`ScanError::Basis`] if the recipe names another basis, or none. Only recipes of Linear name a basis.
     pub fn with_basis(mut self, basis: Basis<'a>) -> Result<Self, ScanError> {
         let named = self.recipe.method.basis_checksum();
         if named != Some(basis.of()) {
@@ -222,7 +222,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         }
     }
 
-    /// The recorded reading of a sample, if any. A fit raises values that are too far below 0 for the loss.
+    /// The recorded reading of a sample, if any. A fit clamps values that are too far below 0 for the loss.
     #[must_use]
     pub fn reading(&self, index: u16) -> Option<Reading> {
         let slot = self.slots().get(usize::from(index))?;
@@ -255,7 +255,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
     /// readings. If all readings are saturated, it uses them.
     ///
     /// # Errors
-    /// [`FitError::Incomplete`] if no reading was recorded, or if one is missing that the recipe needs.
+    /// [`FitError::Incomplete`] if no reading was recorded, or if a reading is missing that the recipe needs.
     /// [`FitError::TooLarge`] if the readings are too large for any material.
     pub fn fit(&mut self) -> Result<Fit<'_, K>, FitError> {
         let recipe = self.recipe;
@@ -289,8 +289,8 @@ impl<'a, K: Fitter> Scan<'a, K> {
         }
     }
 
-    /// The fit in progress. None if no fit has begun, if it is finished, or if a reading was recorded since. For
-    /// firmware that cannot keep a [`Fit`] between two iterations of its loop.
+    /// The fit in progress. None if no fit has begun, if it is finished, or if a reading was recorded since.
+    /// This is for firmware that cannot keep a [`Fit`] between two iterations of its loop.
     pub fn fit_under_way(&mut self) -> Option<Fit<'_, K>> {
         match self.stage {
             Stage::Fitting(fitting) => Some(self.fit_from(fitting)),

@@ -299,8 +299,8 @@ fn add_offsets(parameters: &mut [f32], init_net: &InitNet<'_>, first: usize, act
 /// coefficients.
 ///
 /// The result is NaN if a coefficient or an activation is not finite. Later steps cannot detect this: activations are
-/// rounded to integers, even those of NaN, and an infinite coefficient results in activations of 1. Not inlined, so that
-/// its stack is released between slices.
+/// rounded to integers, even those of NaN, and an infinite coefficient results in activations of 1. Not inlined, so
+/// that its stack is released between slices.
 #[inline(never)]
 fn activate(
     completed: &Completed<'_>,

@@ -13,16 +13,17 @@
 //!
 //! # The solve
 //!
-//! Equivalently, the residual u = t - A c solves (A P^-1 A' + I) u = t, and c = P^-1 A'u. A [`Problem`] uses the smaller
-//! of the two systems, of order r = min(n, m), and factorizes it ([`Factors`]) as L D L' in the caller's buffer. The
-//! factors depend on neither channel nor material, so one factorization serves all right-hand sides. Each right-hand
-//! side takes two triangular solves. The factorization cannot fail, because its pivots are clamped to their exact lower bounds.
+//! Equivalently, the residual u = t - A c solves (A P^-1 A' + I) u = t, and c = P^-1 A'u. A [`Problem`] uses the
+//! smaller of the two systems, of order r = min(n, m), and factorizes it ([`Factors`]) as L D L' in the caller's
+//! buffer. The factors depend on neither channel nor material, so one factorization serves all right-hand sides. Each
+//! right-hand side takes two triangular solves. The factorization cannot fail, because its pivots are clamped to their
+//! exact lower bounds.
 //!
-//! In f32, the relative error of the result may reach 0.01 if A'A + P is ill-conditioned. Therefore each solve ends with
-//! iterative refinement: one step for a small system, otherwise up to [`Real::REFINEMENTS`] steps. A step computes the
-//! residual in twice the working precision (error-free products from plain f32 operations; no f64). `tests/suite/linear`
-//! measures the largest relative errors |c - c of f64| / |c of f64|, for n from 1 to 512, m from 1 to 240 and precisions
-//! from 1 to 1e4:
+//! In f32, the relative error of the result may reach 0.01 if A'A + P is ill-conditioned. Therefore each solve ends
+//! with iterative refinement: one step for a small system, otherwise up to [`Real::REFINEMENTS`] steps. A step computes
+//! the residual in twice the working precision (error-free products from plain f32 operations; no f64).
+//! `tests/suite/linear` measures the largest relative errors |c - c of f64| / |c of f64|, for n from 1 to 512, m from 1
+//! to 240 and precisions from 1 to 1e4:
 //!
 //! | refinements | n = 8, m = 5 | n = 64, m = 60 | n = 512, m = 240 |
 //! |---|---|---|---|

@@ -1,7 +1,7 @@
 //! Rusinkiewicz angles.
 
-/// Rusinkiewicz angles in radians: `theta_h` and `theta_d` in \[0, pi/2\]; `phi_d`, for
-/// reciprocal BRDFs, has period pi.
+/// Rusinkiewicz angles in radians. `theta_h` and `theta_d` are in \[0, pi/2\]. Reciprocal BRDFs have period pi in
+/// `phi_d`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Angles<T> {

@@ -22,7 +22,7 @@ pub(super) fn normalize(direction: [f32; 3]) -> Option<[f32; 3]> {
     const SHORTEST: f32 = (1.0 - UNIT_TOLERANCE) * (1.0 - UNIT_TOLERANCE);
     const LONGEST: f32 = (1.0 + UNIT_TOLERANCE) * (1.0 + UNIT_TOLERANCE);
     let square: f32 = dot(direction, direction);
-    // A NaN is in no range.
+    // No range contains a NaN.
     (SHORTEST..=LONGEST)
         .contains(&square)
         .then(|| direction.map(|coordinate| coordinate * (1.5 - 0.5 * square)))
@@ -57,8 +57,8 @@ impl Directions<f32> {
 
     /// The angle between light and sensor in radians, 0 to pi: 2 theta_d. NaN for a NaN coordinate.
     ///
-    /// The error is at most 5e-7 rad, even if the two nearly coincide. The error of an arc cosine would be the square
-    /// root of that.
+    /// The error is at most 5e-7 rad, even if the directions nearly coincide. An arc cosine would have an error of the
+    /// square root of that.
     #[must_use]
     pub fn separation(&self) -> f32 {
         let across = cross(self.incoming, self.outgoing);
@@ -68,9 +68,9 @@ impl Directions<f32> {
         )
     }
 
-    /// The angle in radians, 0 to pi/2, by which light, normal and sensor deviate from one plane. It lies between the
-    /// direction nearer to the normal and the plane of the normal and the other direction. 0 if both lie along the
-    /// normal; NaN for a NaN coordinate.
+    /// The angle in radians, 0 to pi/2, by which light, normal and sensor deviate from one plane. The normal and the
+    /// direction farther from it span a plane; this is the angle between the other direction and that plane. 0 if both
+    /// directions lie along the normal; NaN for a NaN coordinate.
     #[must_use]
     pub fn out_of_plane(&self) -> f32 {
         let ([ix, iy, _], [ox, oy, _]) = (self.incoming, self.outgoing);

@@ -47,12 +47,13 @@ impl Spherical {
 /// };
 /// let directions = arms.directions();
 /// assert!(directions.check().is_ok());
-/// // The conversion is reversible, and a common turn changes neither half nor difference vector.
-/// let back = ArmAngles::from_directions(&directions);
-/// assert!((back.outgoing.phi - 3.0).abs() < 1e-6);
-/// let [here, turned] = [arms, arms.turned(1.0)]
+/// // The conversion is reversible.
+/// let same = ArmAngles::from_directions(&directions);
+/// assert!((same.outgoing.phi - 3.0).abs() < 1e-6);
+/// // Turning both arms together changes neither half vector nor difference vector.
+/// let [original, turned] = [arms, arms.turned(1.0)]
 ///     .map(|arms| HalfDifference::from_directions(&arms.directions()).unwrap());
-/// assert!((here.dx - turned.dx).abs() < 1e-5);
+/// assert!((original.dx - turned.dx).abs() < 1e-5);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

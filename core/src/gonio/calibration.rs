@@ -1,4 +1,4 @@
-//! Counts to BRDF, by dark and white readings.
+//! Conversion of counts to the BRDF, with dark and white readings.
 //!
 //! A sensor counts c = dark + g L. L is the radiance or intensity of the spot that it sees. g is an unknown gain of
 //! lamp, lens, distance and exposure, which all stay the same. A white Lambertian tile of reflectance R has the BRDF R
@@ -7,15 +7,15 @@
 //! f = R / pi (c - dark) / (white - dark)
 //!
 //! if lamp and sensor are at the **same** directions for both, because all cosines in L cancel ([`Calibration`]). With
-//! a white reading at only **one reference** pair of directions, a cosine remains ([`ReferenceCalibration`]). It
-//! depends on the larger spot on the sample ([`Footprint`]):
+//! a white reading at only **one reference** pair of directions, a cosine remains ([`ReferenceCalibration`]). The
+//! larger spot on the sample determines the cosine ([`Footprint`]):
 //!
 //! - If the lamp lights more than the sensor sees, L is a radiance, f E cos(theta_i), and f = R / pi (c - dark) /
 //!   (white - dark) cos(theta_i of the reference) / cos(theta_i).
 //! - If the sensor sees more than is lit, all of the lamp's flux counts at any theta_i. L is an intensity, f Phi
 //!   cos(theta_o), and the cosines are those of theta_o.
 //!
-//! If neither spot contains the other at all angles, only white readings at the same directions help.
+//! If neither spot contains the other at all angles, white readings at the same directions are required.
 
 use core::f32::consts::FRAC_1_PI;
 
@@ -182,7 +182,7 @@ pub enum Footprint {
 }
 
 impl Footprint {
-    /// The arm to whose cosine the counts are proportional.
+    /// Returns the arm whose cosine the counts are proportional to.
     fn arm(self) -> Arm {
         match self {
             Self::LightLarger => Arm::Light,

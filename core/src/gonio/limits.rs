@@ -49,7 +49,7 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// The whole hemisphere for both arms.
+    /// No limits: both arms reach the whole hemisphere.
     pub const NONE: Self = Self {
         max_theta_i: FRAC_PI_2,
         max_theta_o: FRAC_PI_2,
@@ -57,8 +57,8 @@ impl Limits {
         in_plane: false,
     };
 
-    /// The tolerance of the limits of angles, radians (0.006 degrees). It covers rounding errors when a pattern whose
-    /// angles lie exactly on a limit is converted to directions.
+    /// The tolerance of the limits of angles in radians (0.006 degrees). It covers the rounding of directions whose
+    /// angles lie exactly on a limit.
     pub const TOLERANCE: f32 = 1e-4;
     /// The tolerance of `in_plane`, radians (0.06 degrees).
     pub const IN_PLANE_TOLERANCE: f32 = 1e-3;
@@ -112,7 +112,7 @@ impl Limits {
     }
 }
 
-/// An error of [`Limits`].
+/// A reason why [`Limits`] are invalid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -142,7 +142,7 @@ impl core::fmt::Display for LimitsError {
 
 impl core::error::Error for LimitsError {}
 
-/// Reasons why a pair of directions is out of reach.
+/// A reason why a pair of directions is out of reach.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

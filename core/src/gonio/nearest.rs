@@ -6,7 +6,7 @@ use super::Limits;
 use crate::geometry::{ArmAngles, Directions, Spherical};
 use crate::numeric::math;
 
-/// Speed of each axis, radians per second. 0 is an axis that the machine lacks: its angle is fixed.
+/// Speed of each axis in radians per second. 0: the machine lacks this axis, and the angle is fixed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Speeds {
@@ -40,9 +40,9 @@ pub struct Speeds {
 /// let pending = [arms(1.0, 0.0, 0.5, 3.0), arms(0.3, 2.0, 0.5, 3.0)].map(|arms| arms.directions());
 /// let next = machine.nearest((0..).zip(pending), &arms(0.2, 0.0, 0.4, 0.5)).unwrap();
 /// assert_eq!(next.index, 1);
-/// assert!(next.arms.incoming.phi.abs() < 1e-6); // with_fastest_azimuths by -2 about the normal
+/// assert!(next.arms.incoming.phi.abs() < 1e-6); // both arms are turned by -2 about the normal
 /// assert!((next.arms.outgoing.phi - 1.0).abs() < 1e-6);
-/// assert!((next.seconds - 0.5).abs() < 1e-5); // the sensor's azimuth is the slowest
+/// assert!((next.seconds - 0.5).abs() < 1e-5); // the sensor's azimuth takes longest
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -51,7 +51,7 @@ pub struct Machine {
     pub speeds: Speeds,
     /// The reach of its arms.
     pub limits: Limits,
-    /// True if the sample is isotropic, so that both azimuths may be with_fastest_azimuths together.
+    /// True if the sample is isotropic, so that both azimuths may be turned together.
     pub isotropic: bool,
     /// True if the arms swing through the normal to negative polar angles, like two arms that move in one plane.
     /// (-theta, phi) is the direction (theta, phi + pi).
@@ -64,10 +64,10 @@ pub struct Machine {
 pub struct Move {
     /// The pending sample's index.
     pub index: u16,
-    /// Angles of the arms, radians. The azimuths are the nearest to the previous ones. After many moves they may exceed
-    /// one turn: the machine has to unwind its cables.
+    /// Angles of the arms in radians. The azimuths are the nearest to the previous ones. After many moves, they may
+    /// exceed one turn, so that the machine has to unwind its cables.
     pub arms: ArmAngles,
-    /// Duration in seconds: that of the slowest axis, at full speed from start to end.
+    /// Duration in seconds: that of the axis that takes longest, at full speed from start to end.
     pub seconds: f32,
 }
 
@@ -75,8 +75,8 @@ pub struct Move {
 /// angle up to which an azimuth has no effect.
 const TOLERANCE: f32 = 1e-3;
 
-/// The duration in seconds of a turn of an axis by `by` radians, where the arm's direction moves by `by` times `sin`.
-/// Infinite if the axis is missing but has to turn.
+/// Returns the duration in seconds of a turn of an axis by `by` radians. It moves the direction of the arm by `by`
+/// times `sin`. Infinite if the axis is missing but has to turn.
 fn duration(by: f32, sin: f32, speed: f32) -> f32 {
     if speed > 0.0 && by.is_finite() {
         by.abs() / speed
@@ -102,7 +102,7 @@ fn wrapped(angle: f32) -> f32 {
 
 impl Machine {
     /// The pending sample that the arms reach first, starting at `from`. If several take equally long, it is the first
-    /// of them. Samples out of reach are ignored; None if no other sample is pending.
+    /// of them. Samples out of reach are ignored. None if no pending sample is within reach.
     ///
     /// This greedy order is not the shortest path through all samples. If time matters, the host plans the order, and
     /// the device follows it.
@@ -117,7 +117,7 @@ impl Machine {
                 continue;
             }
             let (arms, seconds) = self.fastest(&ArmAngles::from_directions(&directions), from);
-            // An infinite duration would need an axis that is missing.
+            // A duration is infinite if the move needs a missing axis.
             if seconds < best.map_or(f32::INFINITY, |best| best.seconds) {
                 best = Some(Move {
                     index,
@@ -129,7 +129,8 @@ impl Machine {
         best
     }
 
-    /// The fastest of all positions of the arms for a pair of directions, and the duration of the move in seconds.
+    /// Returns the position of the arms for a pair of directions that takes the shortest time, and this time in
+    /// seconds.
     fn fastest(&self, to: &ArmAngles, from: &ArmAngles) -> (ArmAngles, f32) {
         let through_normal = |arm: Spherical| Spherical {
             theta: -arm.theta,
@@ -163,8 +164,8 @@ impl Machine {
         best
     }
 
-    /// The azimuths with the shortest move to a position, and its duration in seconds. Whole turns are free; if the
-    /// sample is isotropic, any common turn is free too.
+    /// Returns a position with the azimuths that take the shortest time, and this time in seconds. Whole turns do not
+    /// change a direction. If the sample is isotropic, both azimuths may also be turned together by any angle.
     fn with_fastest_azimuths(&self, to: &ArmAngles, from: &ArmAngles) -> (ArmAngles, f32) {
         let Speeds {
             theta_i,
@@ -176,18 +177,18 @@ impl Machine {
         let mut by_i = wrapped(to.incoming.phi - from.incoming.phi);
         let mut by_o = wrapped(to.outgoing.phi - from.outgoing.phi);
         if self.isotropic {
-            // Only the difference of the azimuths matters, and it does not matter if an arm is along the normal. The
-            // axes share the turn, so that both end at the same time.
-            let apart = if sin_i <= TOLERANCE || sin_o <= TOLERANCE {
+            // Only the difference of the azimuths matters, unless an arm is along the normal. Each axis turns in
+            // proportion to its speed, so that both end at the same time.
+            let difference = if sin_i <= TOLERANCE || sin_o <= TOLERANCE {
                 0.0
             } else {
                 wrapped(by_o - by_i)
             };
             let [phi_i, phi_o] = [phi_i, phi_o].map(|speed| if speed > 0.0 { speed } else { 0.0 });
-            let both = phi_i + phi_o;
-            let share = if both > 0.0 { phi_i / both } else { 0.0 };
-            by_i = -share * apart;
-            by_o = apart + by_i;
+            let speed = phi_i + phi_o;
+            let share = if speed > 0.0 { phi_i / speed } else { 0.0 };
+            by_i = -share * difference;
+            by_o = difference + by_i;
         } else {
             if sin_i <= TOLERANCE {
                 by_i = 0.0;

@@ -8,8 +8,8 @@ use crate::geometry::{Arm, Directions};
 
 /// The quantity of a reflectance measurement.
 ///
-/// The quantities are different functions of the directions. The numbers alone do not reveal the quantity: a fit
-/// explains a wrong one equally well, or better. Scans need the BRDF.
+/// Scans need the BRDF. A fit cannot detect another quantity, because it explains the values equally well, or even
+/// better. [`gonio::tile`](super::tile) detects it.
 ///
 /// ```
 /// use glimpse_core::geometry::Directions;
@@ -38,7 +38,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// The positive factor from the BRDF to this quantity.
+    /// The positive factor that converts the BRDF to this quantity.
     ///
     /// # Errors
     /// [`CosineError`] with the arm whose cosine is needed but not above 0.
@@ -81,7 +81,7 @@ impl core::fmt::Display for Quantity {
     }
 }
 
-/// The cosine of an arm's polar angle. It has to be above 0.
+/// Returns the cosine of an arm's polar angle, which has to be above 0.
 pub(super) fn cosine(at: &Directions<f32>, arm: Arm) -> Result<f32, CosineError> {
     let [_, _, cosine] = match arm {
         Arm::Light => at.incoming,

@@ -30,7 +30,7 @@ pub struct Repeated {
 }
 
 impl Repeated {
-    /// Creates the statistics of no reading.
+    /// Creates statistics without readings.
     #[must_use]
     pub const fn new() -> Self {
         Self {

@@ -1,4 +1,4 @@
-//! A self-test of a scanner's conversion from counts to BRDFs, with a tile of known reflectance.
+//! A self-test of a scanner's conversion of counts to the BRDF, with a tile of known reflectance.
 //!
 //! A scan's residual cannot detect a wrong convention: a model explains the BRDF times the cosine as well as the BRDF,
 //! or better. A matt white or gray tile detects it. Its BRDF is reflectance / pi at all angles, so its readings must
@@ -17,9 +17,9 @@ use crate::numeric::math;
 pub const FACTOR_TOLERANCE: f32 = 0.05;
 /// The largest spread of the readings about the best quantity, as a standard deviation: 8 %.
 pub const MAX_SPREAD: f32 = 0.08;
-/// The smallest spread of the readings about each other quantity. It also has to be [`MIN_SPREAD_RATIO`] times that
-/// about the best one.
+/// The smallest spread of the readings about each other quantity.
 const MIN_OTHER_SPREAD: f32 = 0.06;
+/// The smallest ratio of that spread to the spread about the best quantity.
 const MIN_SPREAD_RATIO: f32 = 3.0;
 
 /// The result of the self-test.
@@ -118,13 +118,13 @@ const CANDIDATES: [Quantity; 3] = [
 /// Determines the quantity of `readings` of a matt tile whose `reflectance` in each channel is known.
 ///
 /// Without noise, three readings are enough. Eight readings tolerate noise of 3 % (standard deviation). With more
-/// noise, the result is more often unclear than wrong: of eight readings with noise of 5 %, in 2,000 simulated cases,
-/// more than nine in ten were recognized, and none wrongly.
+/// noise, the result is inconclusive rather than wrong. In 2,000 simulations of eight readings with noise of 5 %, more
+/// than 90 % of the results were correct, and none was wrong.
 ///
-/// Spread theta_i and theta_o **independently** over 0 to 60 degrees. If both are equal, or one is fixed, the two
-/// cosines cannot be distinguished from each other, or one of them from a constant; the result is [`InconclusiveReason::Ambiguous`].
-/// Avoid mirror directions and grazing angles, where no tile is matt. Leave out black and saturated readings, which
-/// carry no information.
+/// Spread theta_i and theta_o **independently** over 0 to 60 degrees. If both angles are equal, the test cannot
+/// distinguish the two cosines. If one angle is fixed, it cannot distinguish its cosine from a constant. The result is
+/// then [`InconclusiveReason::Ambiguous`]. Avoid mirror directions and grazing angles, where no tile is matt. Omit
+/// black and saturated readings, which carry no information.
 ///
 /// ```
 /// use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
@@ -173,8 +173,8 @@ fn identify(
     if second < MIN_OTHER_SPREAD || second < MIN_SPREAD_RATIO * spread {
         return Err(InconclusiveReason::Ambiguous);
     }
-    // A factor is not 1 if the noise of the mean does not explain it: the limit is five standard errors, because the
-    // standard error itself is estimated from few readings.
+    // Noise may explain a deviation of up to five standard errors. The limit is high, because the standard error itself
+    // is estimated from few readings.
     let noise = 5.0 * spread / math::sqrt(readings.len() as f32);
     let all_within = |expected: f32, tolerance: f32| {
         mean.iter()
@@ -197,8 +197,8 @@ fn identify(
     })
 }
 
-/// The logarithms of the readings relative to `quantity` of a tile with the BRDF `brdf`: the mean in each channel, and
-/// the standard deviation of all of them.
+/// Returns the logarithms of the readings relative to `quantity` of a tile with the BRDF `tile_brdf`: their mean in
+/// each channel, and their standard deviation over all channels.
 fn log_ratios(
     quantity: Quantity,
     readings: &[(Directions<f32>, [f32; 3])],

@@ -18,11 +18,12 @@ pub struct Client {
 impl Client {
     /// Creates a client whose first sequence number depends on the seed.
     ///
-    /// A reply from before a reset has an old sequence number. The client drops it if it has used only other numbers
-    /// since the reset. So give every client of a device a different seed: a boot counter, a random number, or the
-    /// value of a free-running timer. With a boot counter, the numbers of 1,000 boots are more than a million requests
-    /// apart. With random seeds, one in 4 billion requests has an old number. With a constant seed, the client may
-    /// accept a late reply as the reply to a new request with the same number, if both requests are of the same kind.
+    /// A late reply from before a reset has an old sequence number. The client drops the reply only if it has not used
+    /// this number again. Therefore, give every client of a device a different seed: a boot counter, a random number,
+    /// or the value of a free-running timer. With a boot counter, the numbers of 1,000 boots are more than a million
+    /// requests apart. With random seeds, one in 4 billion requests has an old number. With a constant seed, the client
+    /// may accept a late reply as the reply to a new request with the same number, if both requests are of the same
+    /// kind.
     #[must_use]
     pub const fn new(seed: u32) -> Self {
         Self {

@@ -53,7 +53,7 @@ pub enum Request {
     Finished(Residual),
     /// The scan has failed.
     Failed(FailureReport),
-    /// Asks whether a reading from before a reset is still valid, because the material may have changed.
+    /// Asks if a reading from before a reset is still valid, because the material may have changed.
     Saved {
         /// Index of the sample in the recipe's pattern.
         index: u16,
@@ -110,7 +110,7 @@ pub enum Reply {
         /// The request's index.
         index: u16,
     },
-    /// Replies to [`Request::Measure`]: the device fits the readings taken so far if the recipe tolerates missing
+    /// Replies to [`Request::Measure`]: the device fits the recorded readings if the recipe tolerates missing
     /// readings. Otherwise the scan fails.
     FinishEarly,
 }

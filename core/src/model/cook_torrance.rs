@@ -20,9 +20,9 @@ const EPSILON: f64 = 1e-6;
 /// (Paper, "Models: Cook-Torrance".) k_d and k_s (per channel), the roughness alpha and the reflectance at normal
 /// incidence F0 are the sigmoids of the parameters.
 ///
-/// Each denominator is offset by 1e-6. The exponent of D is computed as -sin^2 theta_h / (alpha^2 cos^2 theta_h + 1e-6).
-/// Cosines below the horizon count as 0. D and 1 / (pi cos_i cos_o) therefore stay below 1e6 for all parameters and
-/// directions.
+/// Each denominator is offset by 1e-6. The exponent of D is computed as -sin^2 theta_h / (alpha^2 cos^2 theta_h +
+/// 1e-6). Cosines below the horizon count as 0. D and 1 / (pi cos_i cos_o) therefore stay below 1e6 for all parameters
+/// and directions.
 #[derive(Clone, Copy, Debug)]
 pub struct CookTorrance;
 
@@ -151,8 +151,8 @@ impl<S: Scalar> Terms<S> {
 
     /// Returns the derivatives of the loss with respect to the sample's coordinates.
     ///
-    /// `by_lobe` is the derivative of the loss with respect to the lobe, and `by_cosine` that with respect to the cosine
-    /// by which the loss multiplies BRDFs.
+    /// `by_lobe` is the derivative of the loss with respect to the lobe, and `by_cosine` that with respect to the
+    /// cosine by which the loss multiplies BRDFs.
     #[inline(always)]
     fn by_coordinates(
         &self,
@@ -246,9 +246,9 @@ impl Model for CookTorrance {
             S::add_product(specular_entry, by_specular * terms.lobe, one - specular);
             by_lobe = by_lobe + by_specular;
         }
-        // The derivative of ln D with respect to the logit of alpha is 2 (1 - alpha) (e - 1), e = tan^2 theta_h / alpha^2.
-        // The offsets of the denominators multiply both e and 1 by factors below 1, so that the derivative stays finite
-        // as alpha or cos theta_h approaches 0.
+        // The derivative of ln D with respect to the logit of alpha is 2 (1 - alpha) (e - 1), e = tan^2 theta_h /
+        // alpha^2. The offsets of the denominators multiply both e and 1 by factors below 1, so that the derivative
+        // stays finite as alpha or cos theta_h approaches 0.
         let exponent_minus_one = terms.exponent * (terms.product * terms.inverse_product)
             - terms.product * terms.squared_cosine * terms.normalization;
         let one_minus_roughness = one - terms.roughness;

@@ -150,9 +150,9 @@ fn by_inputs<S: Scalar, const ROWS: usize, const OUTPUTS: usize>(
     sums
 }
 
-/// Propagates the gradient with respect to a layer's outputs, `by_outputs`, backwards. Adds the gradient with respect
-/// to the weights to `by_weights`. Replaces the activations in `units`, the layer's inputs, by the gradient with
-/// respect to the units, and adds it to `by_biases`, the gradient of their biases.
+/// Propagates derivatives from a layer's outputs, `by_outputs`, to its weights and its inputs, `units`. Adds those of
+/// the weights to `by_weights`. Replaces the activations in `units` by the derivatives with respect to the units, and
+/// adds these to `by_biases`, the gradient of the units' biases.
 ///
 /// An inactive unit has no gradient: its row is skipped, or its gradient is set to 0.
 #[inline(always)]
@@ -267,13 +267,13 @@ fn gradient<S: Scalar, const TILE: usize, const ROWS: usize, const SAMPLE: bool>
     if SAMPLE {
         let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = layers.fc1;
         let [hx, hz, dx, dy, dz] = by_inputs([row_hx, row_hz, row_dx, row_dy, row_dz], by_first);
-        let c = loss.by_cosine;
+        let by_cosine = loss.by_cosine;
         by_sample.at = HalfDifference {
-            hx: hx - c * at.dx,
-            hz: hz + c * at.dz,
-            dx: dx - c * at.hx,
+            hx: hx - by_cosine * at.dx,
+            hz: hz + by_cosine * at.dz,
+            dx: dx - by_cosine * at.hx,
             dy,
-            dz: dz + c * at.hz,
+            dz: dz + by_cosine * at.hz,
         };
         by_sample.measured = loss.by_measured;
     }
@@ -296,7 +296,7 @@ impl Model for Neural {
             return [S::constant(0.0); 3];
         };
         let mut hidden = Hidden::zero();
-        // Small tiles on the device too: they take a third of the flash, and evaluation is fast anyway.
+        // A small tile on devices, too: it takes a third of the flash, and the speed of evaluations matters less.
         let mut brdf = forward::<S, TILE>(&layers, at, &mut hidden);
         for f in &mut brdf {
             *f = (f.exp() - S::constant(1.0)).relu();

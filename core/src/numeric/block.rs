@@ -1,7 +1,7 @@
 //! A block of samples that are computed together, on a processor without SIMD.
 //!
 //! Each parameter is loaded once for all samples of a block, and terms that depend only on parameters are computed
-//! once. For models with few parameters, this saves a good part of the work.
+//! once. For models with few parameters, this saves much of the work.
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -40,9 +40,9 @@ impl<const N: usize> Neg for Block<N> {
 
 impl<const N: usize> Block<N> {
     #[inline(always)]
-    fn each(mut self, of: impl Fn(f32) -> f32) -> Self {
+    fn each(mut self, function: impl Fn(f32) -> f32) -> Self {
         for a in &mut self.0 {
-            *a = of(*a);
+            *a = function(*a);
         }
         self
     }

@@ -122,7 +122,7 @@ fn completed<'a>(
             basis_checksum: packed.basis_checksum,
         }),
         Some((descent, init_net)) => {
-            // They would have no meaning, and be lost when the recipe is written again.
+            // A descent does not use these fields, so writing the recipe again would lose them.
             for (is_empty, field) in [
                 (packed.rows.is_empty(), Field::Rows),
                 (packed.row_scales.is_empty(), Field::RowScales),

@@ -9,7 +9,7 @@ use crate::error_code::ErrorCode;
 use crate::gonio::LimitsError;
 use crate::model::ModelKind;
 
-/// An error of a recipe.
+/// An error in reading or writing a recipe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -18,7 +18,7 @@ pub enum RecipeError {
     Magic,
     /// A format version that this crate does not read.
     Version(u16),
-    /// The header states another number of bytes than there are.
+    /// The number of bytes is not that of the header.
     Length {
         /// Number of bytes of header and body, according to the header.
         expected: u32,
@@ -61,7 +61,7 @@ pub enum RecipeError {
     Required(Kind),
     /// A section of this kind cannot be combined with a ridge solve.
     Beside(Kind),
-    /// A field is not 0 or empty, but has no meaning in a completion with a start.
+    /// A field must be 0 or empty in a completion with a start, but is not.
     Unused(Field),
 }
 

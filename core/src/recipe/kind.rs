@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 /// The kind of a section of a recipe.
 ///
 /// Kinds below 128 are required: a reader refuses a recipe with an unknown required kind. Kinds from 128 on are
-/// optional: a reader skips sections of unknown optional kinds. A number is never reused, and the content of a kind never changes.
-/// `core/docs/recipe.md` describes how to add a kind.
+/// optional: a reader skips sections of unknown optional kinds. A number is never reused, and the content of a kind
+/// never changes. `core/docs/recipe.md` describes how to add a kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Kind(u16);

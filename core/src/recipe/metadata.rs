@@ -17,7 +17,7 @@ use crate::gonio::Limits;
 pub struct Metadata<'a> {
     /// The limits of the machine that the pattern was trained for.
     pub limits: Option<Limits>,
-    /// The noise of readings in training.
+    /// The noise of the readings in training.
     pub noise: Option<Noise>,
     /// The expected loss on a material that was not in the training data, and the materials of this estimate.
     pub expectation: Option<ExpectedLoss<'a>>,
@@ -25,7 +25,7 @@ pub struct Metadata<'a> {
     pub provenance: Option<Provenance<'a>>,
     /// Names of the training materials, and digests of their BRDFs. Empty if the recipe does not name them.
     pub materials: Materials<'a>,
-    /// The training as typed values.
+    /// The settings of the training, for programs.
     pub training: Option<Training<'a>>,
 }
 

@@ -18,7 +18,7 @@ pub struct RecipeParts<'a> {
     pub method: PackedMethod<'a>,
     /// The limits of the machine that the pattern was trained for.
     pub limits: Option<Limits>,
-    /// The noise of readings in training.
+    /// The noise of the readings in training.
     pub noise: Option<Noise>,
     /// The expected loss.
     pub expectation: Option<ExpectedLoss<'a>>,
@@ -29,7 +29,7 @@ pub struct RecipeParts<'a> {
     /// The weights from a completion's coefficients to the logarithm of the predicted loss, packed little-endian f32:
     /// a bias, and a weight for each component.
     pub prediction: Option<&'a [u8]>,
-    /// The training as typed values.
+    /// The settings of the training, for programs.
     pub training: Option<Training<'a>>,
 }
 
@@ -87,9 +87,9 @@ pub struct PackedRidge<'a> {
     pub basis: &'a [u8],
     /// The mean of the mapped training columns at the sampled directions, n.
     pub mean: &'a [u8],
-    /// The median BRDF of the training columns there (sr^-1, not times a cosine), n.
+    /// The median BRDF of the training columns at the sampled directions (sr^-1, not times a cosine), n.
     pub median: &'a [u8],
-    /// cos(theta_i) cos(theta_o) there, n.
+    /// cos(theta_i) cos(theta_o) at the sampled directions, n.
     pub weight: &'a [u8],
     /// The precision of each coefficient, m.
     pub precision: &'a [u8],
@@ -216,8 +216,8 @@ pub struct Noise {
     pub multiplicative: f32,
     /// Additional standard deviation, in sr^-1 (of the BRDF, not times the cosine); not negative.
     pub additive: f32,
-    /// Number of the sensor's levels between darkness and a white surface (of BRDF 1/pi) that faces the light; 0 if
-    /// quantization was ignored.
+    /// Number of levels of the sensor between darkness and a white surface (BRDF 1/pi) that faces the light; 0 without
+    /// quantization.
     pub levels: u32,
 }
 
@@ -237,7 +237,7 @@ pub struct ExpectedLoss<'a> {
 /// The provenance of a recipe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Provenance<'a> {
-    /// The program that trained it, with its version.
+    /// The program that trained the recipe, with its version.
     pub trainer: &'a str,
     /// Description of the training materials.
     pub data: &'a str,
@@ -247,6 +247,6 @@ pub struct Provenance<'a> {
     pub schedule: &'a str,
     /// The seed of all random numbers.
     pub seed: u64,
-    /// Description of other options that decide the outcome.
+    /// Description of other options that affect the result.
     pub options: &'a str,
 }

@@ -1,4 +1,4 @@
-//! Sizes of a recipe at compile time, for the size of memory.
+//! The memory of a scan, computed from recipes at compile time.
 
 use super::format::{HEADER_BYTES, MAGIC, MAX_COMPONENTS};
 use super::kind::Kind;
@@ -9,9 +9,9 @@ use crate::model::SLOT_WORDS;
 /// Number of bytes of a sample of the pattern: three angles.
 const ANGLES_BYTES: usize = 12;
 
-/// Returns the memory of a scan, in words of 4 bytes, with the largest of these recipes of any model.
+/// Returns the memory that a scan needs with any of these recipes, in words of 4 bytes.
 ///
-/// It is a constant function, for the size of a firmware's memory.
+/// Firmware calls it at compile time, for the length of an array.
 ///
 /// ```
 /// use glimpse_core::recipe::memory_words;
@@ -34,10 +34,10 @@ pub const fn memory_words(recipes: &[&[u8]]) -> usize {
     largest(recipes).words
 }
 
-/// Returns n, the number of samples, of the largest of these recipes.
+/// Returns the largest number of samples, n, of these recipes.
 ///
-/// It is a constant function, for [saved readings](crate::scan::Saved): `Saved<{ max_samples(&RECIPES) }>`. If one of
-/// them is not a recipe, the result is `usize::MAX`, as with [`memory_words`].
+/// Firmware calls it at compile time, for the capacity of [saved readings](crate::scan::Saved): `Saved<{
+/// max_samples(&RECIPES) }>`. If one of them is not a recipe, the result is `usize::MAX`, as with [`memory_words`].
 #[must_use]
 pub const fn max_samples(recipes: &[&[u8]]) -> usize {
     largest(recipes).samples

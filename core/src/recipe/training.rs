@@ -1,10 +1,11 @@
-//! The training of a recipe as typed values, for programs. [`Provenance`](super::Provenance) describes it for people.
+//! The settings of a recipe's training, for programs. [`Provenance`](super::Provenance) describes the training for
+//! people.
 //!
 //! The order of fields and variants here is the format; see `core/docs/recipe.md`.
 
 use serde::{Deserialize, Serialize, Serializer};
 
-/// The training of a recipe.
+/// The settings of a recipe's training.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Training<'a> {
     /// The order in which the parts were trained.
@@ -15,8 +16,8 @@ pub struct Training<'a> {
     pub parts: Parts,
     /// The materials on which the expected loss was measured.
     pub split: ValidationSplit,
-    /// The trainer's CRC-64 of all options that decide the outcome. Two recipes with the same
-    /// digest were trained with the same options.
+    /// The trainer's CRC-64 of all options that affect the result. Recipes with the same digest were trained with the
+    /// same options.
     pub digest: u64,
     /// The sources of the materials; empty if unknown.
     pub sources: TrainingSources<'a>,
@@ -89,11 +90,11 @@ named! {
     ValidationSplit {
         /// Materials held out of training.
         HeldOut = "held-out",
-        /// The training materials themselves, which says nothing about others.
+        /// The training materials themselves. This loss does not predict that of other materials.
         Training = "training",
-        /// The training materials, each with a basis of the others.
+        /// The training materials, each with a basis of the other materials.
         LeftOut = "left-out",
-        /// The training materials, each by a training without its fold.
+        /// The training materials, each with a training that excludes its fold.
         Folds = "folds",
     }
 }

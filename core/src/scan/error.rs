@@ -30,7 +30,7 @@ pub enum ScanError {
     Basis {
         /// The checksum of the recipe's basis. None if the recipe needs no basis.
         recipe: Option<u32>,
-        /// The checksum of the full basis from which this basis was made.
+        /// The checksum of the whole basis from which this basis was made.
         found: u32,
     },
 }

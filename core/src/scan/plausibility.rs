@@ -6,8 +6,8 @@ use crate::geometry::HalfDifference;
 use crate::numeric::math::sin_cos;
 
 // With each of the 33 bundled recipes, the limits accept all of 197 materials (80 of MERL as networks, 17 of RGL, 100
-// procedural). The only exception is RGL's color-shifting `chm_mint`, which some recipes reject. "Observed" values below
-// are those of these materials. `cargo run --release -p glimpse-tests --example plausibility -- SOURCE...` prints
+// procedural). The only exception is RGL's color-shifting `chm_mint`, which some recipes reject. "Observed" values
+// below are those of these materials. `cargo run --release -p glimpse-tests --example plausibility -- SOURCE...` prints
 // them.
 
 /// A channel is dead if its mean is below this fraction of the brightest channel's. (Smallest observed fraction: 0.02.)

@@ -15,7 +15,7 @@ use crate::recipe::Recipe;
 /// white is above it. A smaller value is not noise: the dark reading or the sign is wrong.
 pub const MIN_READING: f32 = -1.0;
 
-/// A limit that no material exceeds at more than three quarters of its readings, sr^-1: thirty times a perfect white.
+/// A limit in sr^-1 that no material exceeds at more than three quarters of its readings: thirty times a perfect white.
 ///
 /// A metal may exceed it at half of its readings, in the highlight and towards grazing angles, which learned patterns
 /// prefer (for example nickel with Neural's pattern). The lower quartile of every material of MERL and RGL is at most
@@ -95,7 +95,7 @@ impl From<Calibrated> for Reading {
 pub struct Recorded {
     /// True if the reading replaced an earlier one.
     pub replaced: bool,
-    /// True if a channel is too far below 0 for the loss. The fit raises it to the smallest value that the loss
+    /// True if a channel is too far below 0 for the loss. The fit clamps it to the smallest value that the loss
     /// accepts; [`Residual::clamped`](super::Residual::clamped) counts such readings.
     pub clamped: bool,
 }
@@ -176,11 +176,11 @@ pub(super) fn record(
 }
 
 /// Prepares the readings for a fit. It rejects readings that are too large for any material, such as raw counts. It
-/// marks repeated readings, and raises values that are too far below 0 for the fit. Returns gray if all readings that
+/// marks repeated readings, and clamps values that are too far below 0 for the fit. Returns gray if all readings that
 /// count are gray.
 #[inline(never)]
 pub(super) fn prepare(slots: &mut [Slot], method: &FitMethod<'_>) -> Result<Channels, FitError> {
-    // A sample that does not count may still hold the reading of another material.
+    // A sample that does not count may still hold a reading of the previous material.
     let counted = slots.iter().filter(|slot| Status::of(slot).counts());
     let values = counted.clone().flat_map(measured_brdf);
     let too_large = values.filter(|value| *value > MAX_QUARTILE).count();
@@ -212,8 +212,8 @@ pub(super) fn prepare(slots: &mut [Slot], method: &FitMethod<'_>) -> Result<Chan
     })
 }
 
-/// Marks the readings that equal the previous one in the pattern, bit for bit. If a fit has raised either of them,
-/// their values are not the sensor's, and an earlier mark stays.
+/// Marks the readings that equal the previous one in the pattern, bit for bit. If a fit has clamped either
+/// of them, its values are not those of the sensor, and an earlier mark is kept.
 fn mark_repeated(slots: &mut [Slot]) {
     let mut previous = None;
     for slot in slots {

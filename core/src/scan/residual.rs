@@ -9,7 +9,7 @@ use crate::model::loss::cosine_weighted_log_error;
 
 /// The residual of a fit.
 ///
-/// It cannot detect that the readings were multiplied by the cosine by mistake: a fit explains those equally well.
+/// It cannot detect readings that were multiplied by the cosine by mistake, because a fit explains them equally well.
 /// [`gonio::tile`](crate::gonio::tile) detects this with a tile of known reflectance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -27,17 +27,17 @@ pub struct Residual {
     /// Number of readings that equal the previous one in the pattern, bit for bit. A real sensor is too noisy for that.
     /// If all readings but the first are repeated, the sensor is stuck.
     pub repeated: u16,
-    /// Number of readings that were too far below 0 for the loss. The fit has raised them.
+    /// Number of readings that were too far below 0 for the loss. The fit has clamped them.
     pub clamped: u16,
     /// The reason why the fitted material is implausible, if it is.
     pub implausible: Option<Implausible>,
 }
 
-/// A residual in computation: its mean is still a sum.
+/// A residual that is being computed: its mean is still a sum.
 #[derive(Default)]
 pub(super) struct ResidualSum {
     pub(super) residual: Residual,
-    /// Number of readings added so far, without the omitted ones.
+    /// Number of added readings, without the omitted ones.
     pub(super) read: u16,
     /// The sum of each channel, sr^-1.
     pub(super) channels: [f32; 3],

@@ -9,7 +9,7 @@
 //! `recipe` is the recipe's checksum. The CRC is ISO-HDLC over the postcard bytes, little-endian. Bytes after the CRC
 //! are ignored.
 //!
-//! Everything is written again after each reading. The CRC detects an interrupted write or lost memory; the scan then
+//! All bytes are written again after each reading. The CRC detects an interrupted write or lost memory; the scan then
 //! starts from the beginning.
 
 use heapless::Vec;
@@ -24,7 +24,7 @@ const READING_BYTES: usize = 3 + 3 * 4 + 1;
 /// Largest size of the recipe's checksum, the number of readings, and the CRC, in bytes.
 const OTHER_BYTES: usize = 5 + 5 + 4;
 
-/// An error of saved readings.
+/// An error in reading or writing saved readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -52,9 +52,7 @@ impl core::fmt::Display for SavedError {
                     "the saved readings belong to the recipe {found:08x}: read all samples"
                 )
             }
-            Self::Full => {
-                f.write_str("more readings than fit: use `max_samples` and `Saved::BYTES`")
-            }
+            Self::Full => f.write_str("too many readings: use `max_samples` and `Saved::BYTES`"),
             Self::Reading(error) => error.fmt(f),
         }
     }

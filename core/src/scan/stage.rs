@@ -6,7 +6,7 @@ use crate::fit::Channels;
 /// Stage of a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Stage {
-    /// Readings are being recorded. The work space is unused.
+    /// Readings are being recorded. The workspace is unused.
     Reading,
     /// A fit is in progress.
     Fitting(Fitting),
@@ -17,7 +17,7 @@ pub(super) enum Stage {
 /// A fit in progress.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fitting {
-    /// Units of work done.
+    /// Number of completed units of work.
     pub(super) done: u32,
     pub(super) channels: Channels,
     /// Weight of a sample that counts: 1 / (3 n).

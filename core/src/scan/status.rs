@@ -13,8 +13,9 @@ impl Status {
     pub(super) const SKIPPED: Self = Self(2);
     const READ: u32 = 4;
     const SATURATED: u32 = 8;
+    /// A channel is too far below 0 for the loss.
     const CLAMPED: u32 = 16;
-    /// A fit has raised its values to the smallest that the loss accepts.
+    /// A fit has replaced such values by the smallest that the loss accepts.
     const RAISED: u32 = 32;
     /// Equal to the reading before it in the pattern.
     const REPEATED: u32 = 64;

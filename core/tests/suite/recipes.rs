@@ -118,7 +118,7 @@ pub(crate) struct RidgeContents {
     pub(crate) weight: Vec<f32>,
     /// m numbers.
     pub(crate) precision: Vec<f32>,
-    /// The CRC-32 of the full basis.
+    /// The CRC-32 of the whole basis.
     pub(crate) basis_checksum: u32,
     pub(crate) expected_loss: f32,
 }

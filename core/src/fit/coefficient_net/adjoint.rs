@@ -6,7 +6,8 @@ use super::encoding::Plain;
 use super::{COLUMNS, CoefficientNet, Input, lists, mean_of};
 use crate::numeric::Scalar;
 
-/// The gradient of the loss with respect to the weights of a [`CoefficientNet`]. [`CoefficientNet::adjoint`] adds to it.
+/// The gradient of the loss with respect to the weights of a [`CoefficientNet`]. [`CoefficientNet::adjoint`] adds to
+/// it.
 #[derive(Debug)]
 pub struct CoefficientNetGradient<'g, T> {
     /// With respect to the weights of readings.

@@ -14,7 +14,7 @@ pub struct InitNet<'a, S: Scalar, E: Encoding<S>> {
     pub hidden: &'a [E::Weight],
     /// The factor of each row of P, g; empty for factors of 1.
     pub hidden_scales: &'a [E::Number],
-    /// p, g.
+    /// p, a bias for each of the g units.
     pub bias: &'a [E::Number],
     /// U, a row of g for each parameter.
     pub output: &'a [E::Weight],
@@ -39,7 +39,7 @@ impl<S: Scalar, E: Encoding<S>> InitNet<'_, S, E> {
     /// Computes tanh(P a + p) from the coefficients of each channel, for as many units as `units` has room for.
     #[inline(always)]
     pub fn activate(&self, coefficients: [&[S]; 3], units: &mut [S]) {
-        // From one list, because compilers do not see that the sum of three lengths is not 0.
+        // Three times one length, because the compiler does not see that the sum of three lengths is not 0.
         let [first, ..] = coefficients;
         let components = first.len().max(1);
         let inputs = components.saturating_mul(3);
@@ -91,8 +91,8 @@ pub struct InitNetGradient<'g, T> {
 }
 
 impl<S: Scalar> InitNet<'_, S, Plain> {
-    /// Propagates derivatives from the initial parameters to the weights and the coefficients. Adds those of the weights
-    /// to `gradient`, and those of the coefficients to `by_coefficients`.
+    /// Propagates derivatives from the initial parameters to the weights and the coefficients. Adds those of the
+    /// weights to `gradient`, and those of the coefficients to `by_coefficients`.
     ///
     /// `units` is the result of [`InitNet::activate`] for `coefficients`. `by_units` is scratch memory of the same
     /// length. Rows have no scales in training.

@@ -1,4 +1,4 @@
-//! The error of a ridge problem.
+//! Errors of ridge problems.
 
 use serde::{Deserialize, Serialize};
 
@@ -13,7 +13,7 @@ pub enum Part {
     Precision,
     /// The mapped measurements t, n.
     Mapped,
-    /// The coefficients c, or another vector of m.
+    /// The coefficients c, or another vector of length m.
     Coefficients,
     /// The memory of the factors.
     Factors,
@@ -34,7 +34,7 @@ impl core::fmt::Display for Part {
     }
 }
 
-/// The error of a ridge problem.
+/// An error in setting up or solving a ridge problem.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

@@ -1,4 +1,4 @@
-//! Solves with a factorized ridge problem, with iterative refinement; and their adjoint.
+//! Solves of a factorized ridge problem with iterative refinement, and their adjoint.
 
 use super::ldl::{self, packed_length};
 use super::pair::Pair;
@@ -9,14 +9,14 @@ use super::{Part, Problem, Real, RidgeError, Stored, dot, is_positive};
 /// smaller by at least the same factor.
 const TOLERANCE: f64 = 1e-5;
 
-/// A factorized problem, for any number of right-hand sides, also from several threads at the same time.
+/// A factorized problem. It solves any number of right-hand sides, also from several threads at the same time.
 #[derive(Clone, Copy, Debug)]
 pub struct Factors<'a, 'b, T, S> {
     pub(super) problem: Problem<'a, T>,
     pub(super) packed: &'b [S],
 }
 
-/// The loss gradient. [`Factors::adjoint`] adds to it.
+/// The gradient of the loss. [`Factors::adjoint`] adds to it.
 #[derive(Debug)]
 pub struct RidgeGradient<'g, S> {
     /// With respect to the mapped measurements t (n). The gradient with respect to the mean is the negative of this.
@@ -115,7 +115,7 @@ impl<'a, T: Stored<S>, S: Real> Factors<'a, '_, T, S> {
         Ok(())
     }
 
-    /// Adds the gradient of a loss to `gradient`, given its derivative by the coefficients, `lambda`.
+    /// Adds the gradient of a loss to `gradient`. `lambda` is its derivative with respect to the coefficients.
     ///
     /// `coefficients` is the result of [`Factors::coefficients`] for `mapped`. With s = (A'A + P)^-1 lambda, the
     /// derivatives are d/dt = A s, d/dA_jk = (t - A c)_j s_k - (A s)_j c_k and d/dp_k = -s_k c_k.
@@ -351,7 +351,7 @@ fn add_scaled<S: Real, T: Stored<S>>(row: &[T], factor: Pair<S>, high: &mut [S],
     }
 }
 
-/// A list of n or m that a caller gave.
+/// Checks the length of a caller's list.
 fn check<S>(list: &[S], length: usize, part: Part) -> Result<(), RidgeError> {
     if list.len() == length {
         Ok(())

@@ -13,12 +13,12 @@ const SQUARED_LENGTH_TOLERANCE: f32 = 2.0 * UNIT_TOLERANCE;
 /// A valid compact basis in memory or in flash: principal components of the training materials on a coarse grid, as
 /// bytes.
 ///
-/// One file serves all recipes that were trained with the same full basis, for any n. [`Basis::of`] equals the
+/// One file serves all recipes that were trained with the same whole basis, for any n. [`Basis::of`] equals the
 /// `basis_checksum` of such a recipe. The format is documented in
 /// [`docs/basis.md`](https://docs.rs/crate/glimpse-core/latest/source/docs/basis.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Basis<'a> {
-    full_checksum: u32,
+    whole_checksum: u32,
     checksum: u32,
     nodes: Nodes,
     mean_scale: f32,
@@ -77,7 +77,7 @@ impl<'a> Basis<'a> {
         let (shape, rest) = bytes
             .split_first_chunk::<SHAPE_BYTES>()
             .ok_or(wrong_length)?;
-        // c: checksum of the full basis; m: components; h, d and p: nodes along each axis; s: scale of the means.
+        // c: checksum of the whole basis; m: components; h, d and p: nodes along each axis; s: scale of the means.
         let [
             c0,
             c1,
@@ -126,7 +126,7 @@ impl<'a> Basis<'a> {
             return Err(BodyError::Other(BasisError::Scale));
         }
         Ok(Self {
-            full_checksum: u32::from_le_bytes([c0, c1, c2, c3]),
+            whole_checksum: u32::from_le_bytes([c0, c1, c2, c3]),
             checksum,
             nodes,
             mean_scale,
@@ -153,21 +153,21 @@ impl<'a> Basis<'a> {
         self.checksum
     }
 
-    /// The checksum of the full basis from which this basis was made. Only coefficients of recipes with the same
+    /// The checksum of the whole basis from which this basis was made. Only coefficients of recipes with the same
     /// `basis_checksum` belong to this basis.
     #[must_use]
     pub fn of(&self) -> u32 {
-        self.full_checksum
+        self.whole_checksum
     }
 
     /// The BRDF in linear RGB, sr^-1, not times the cosine. It is finite and not negative.
     ///
-    /// `coefficients` are the result of a fit of the model Linear: those of red, green and blue. A compact basis may have
-    /// fewer components than the fit: it ignores further coefficients, and most of its loss of accuracy is due to this.
-    /// Missing coefficients count as 0.
+    /// `coefficients` are the result of a fit of the model Linear: those of red, green and blue. A compact basis may
+    /// have fewer components than the fit: it ignores further coefficients, and most of its loss of accuracy is due to
+    /// this. Missing coefficients count as 0.
     ///
-    /// None if `at` is below the horizon, if its vectors are not of unit length, or if the BRDF is not finite, because a
-    /// coefficient is too large or NaN.
+    /// None if `at` is below the horizon, if its vectors are not of unit length, or if the BRDF is not finite, because
+    /// a coefficient is too large or NaN.
     #[must_use]
     pub fn brdf(&self, coefficients: [&[f32]; 3], at: &HalfDifference<f32>) -> Option<[f32; 3]> {
         if !(at.is_valid() && is_unit(at)) {

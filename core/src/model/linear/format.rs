@@ -8,7 +8,7 @@ pub const MAGIC: [u8; 4] = *b"GLMC";
 pub const VERSION: u16 = 1;
 /// Bytes of a compact basis before its body: magic, version, length and CRC-32.
 pub const HEADER_BYTES: usize = 14;
-/// Bytes of a body before its lists: the full basis's checksum, components, nodes, and the mean's scale.
+/// Bytes of a body before its lists: the whole basis's checksum, components, nodes, and the mean's scale.
 pub const SHAPE_BYTES: usize = 16;
 /// Bytes of a node before its row: the mean, and the row's scale.
 pub const NODE_HEAD_BYTES: usize = 4;

@@ -12,8 +12,8 @@ const MIN_WEIGHT: f64 = 1e-6;
 
 /// ln((brdf w + e) / (median w + e)), the paper's mapping.
 ///
-/// `brdf` and `median` (over the training columns, at the same directions) are BRDFs in sr^-1, not
-/// times a cosine; `weight` is w = cos(theta_i) cos(theta_o).
+/// `brdf` and `median` (over the training columns, at the same directions) are BRDFs in sr^-1, not times a cosine.
+/// `weight` is w = cos(theta_i) cos(theta_o).
 #[inline(always)]
 pub fn map<S: Scalar>(brdf: S, median: S, weight: S) -> S {
     let epsilon = S::constant(EPSILON);
@@ -22,8 +22,7 @@ pub fn map<S: Scalar>(brdf: S, median: S, weight: S) -> S {
     (above / below).ln()
 }
 
-/// The inverse of [`map`]: max(((median w + e) exp(mapped) - e) / w, 0), a BRDF in sr^-1, not times
-/// a cosine.
+/// The inverse of [`map`]: max(((median w + e) exp(mapped) - e) / w, 0), a BRDF in sr^-1, not times a cosine.
 ///
 /// If w is below 1e-6, the divisor is 1e-6.
 #[inline(always)]

@@ -49,8 +49,8 @@ impl Nodes {
 
     /// The eight nodes around half and difference vectors, with the weights of trilinear interpolation.
     ///
-    /// The vectors have to be of unit length and above the horizon ([`HalfDifference::is_valid`]). For other vectors and
-    /// NaNs, the eight nodes are meaningless.
+    /// The vectors have to be of unit length and above the horizon ([`HalfDifference::is_valid`]). For other vectors
+    /// and NaNs, the eight nodes are meaningless.
     #[must_use]
     pub fn corners(&self, at: &HalfDifference<f32>) -> [Corner; 8] {
         let [u, v, p] = coordinates(at);

@@ -161,8 +161,8 @@ fn check_coefficient_net(missing: &[bool], components: usize, hidden: usize) {
             });
         }
     }
-    // The derivatives of a sample's weights are 0 where they have no effect: the weights of its reading if it is missing,
-    // and the weight of its absence if it is present.
+    // The derivatives of a sample's weights are 0 where they have no effect: the weights of its reading if it is
+    // missing, and the weight of its absence if it is present.
     for (lists, missing) in readings.chunks(3 * rows).zip(missing) {
         let (by_reading, by_absence) = lists.split_at(2 * rows);
         let unused = if *missing { by_reading } else { by_absence };

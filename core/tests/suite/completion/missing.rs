@@ -71,7 +71,7 @@ fn policies_agree_with_all_readings() {
     }
 }
 
-/// Each fit uses the readings so far, in any order.
+/// Each fit uses the recorded readings, in any order.
 #[test]
 fn each_reading_changes_fit() {
     for_each_model(MissingPolicy::Scaled, |contents, scan| {

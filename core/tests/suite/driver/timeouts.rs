@@ -212,8 +212,8 @@ fn accepted_readings_are_not_repeated() {
     }
 }
 
-/// A fit clamps a reading that is too far below 0. The device does not offer the clamped reading, but measures it again:
-/// the host has sent another value, and a host that compares values would reject all saved readings.
+/// A fit clamps a reading that is too far below 0. The device does not offer the clamped reading, but measures it
+/// again: the host has sent another value, and a host that compares values would reject all saved readings.
 #[test]
 fn only_clamped_readings_are_repeated() {
     for model in MODELS {

@@ -72,8 +72,8 @@ fn to_f64(at: &HalfDifference<f32>) -> [f64; 5] {
 }
 
 /// The largest error of half and difference vectors that are computed from f32 directions. It is inversely proportional
-/// to cos(theta_d), half the length of the sum of both directions, and to sin(theta_h), because of the azimuth. micromath
-/// adds the errors of three square roots.
+/// to cos(theta_d), half the length of the sum of both directions, and to sin(theta_h), because of the azimuth.
+/// micromath adds the errors of three square roots.
 fn rounding_error(at: &HalfDifference<f64>) -> f64 {
     let roots = if cfg!(feature = "micromath") {
         5e-6

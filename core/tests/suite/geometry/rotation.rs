@@ -89,7 +89,8 @@ proptest! {
         });
         // At sin(theta_h) = `POLE`, 3e-4, rounding decides if phi_d becomes 0.
         prop_assume!(original.hx < 2.9e-4 || original.hx > 3.1e-4);
-        // The azimuth of the sum of both directions has an error of 1 / (sin(theta_h) cos(theta_d)), times that of rounding.
+        // The azimuth of the sum of both directions has an error of 1 / (sin(theta_h) cos(theta_d)), times that of
+        // rounding.
         let accuracy = if original.hx > 0.0 { original.hx * original.dz } else { 1.0 };
         let rounding = if cfg!(feature = "micromath") { 5e-6 } else { 0.0 };
         let tolerance = rounding + 1e-6 / accuracy;

@@ -42,8 +42,8 @@ fn write_into(memory: &mut [u8; BYTES], saved: &Saved<8>, length: usize) {
     memory[..length].copy_from_slice(&bytes[..length]);
 }
 
-/// Runs a scan that begins with saved readings and takes the others. Returns its outcome and the number of readings that
-/// it took.
+/// Runs a scan that begins with saved readings and takes the others. Returns its outcome and the number of readings
+/// that it took.
 fn resume<K: Fitter + 'static>(
     recipe: Recipe<'static>,
     saved: &[(u16, Reading)],
