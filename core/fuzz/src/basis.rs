@@ -1,6 +1,7 @@
 //! A compact basis from untrusted bytes: it is rejected, or it evaluates to a valid BRDF.
 //!
-//! Random bytes practically never have the right checksum, so the checksum of every second input is corrected first.
+//! An input contains a byte, eight numbers, and a basis. If the first byte is odd, length and checksum of the basis are
+//! corrected before it is parsed, because random bytes almost never have the right checksum.
 
 use arbitrary::{Arbitrary, Unstructured};
 use glimpse_core::geometry::HalfDifference;
@@ -10,11 +11,11 @@ use glimpse_core::model::linear::format::{HEADER_BYTES, VERSION, checksum_of};
 /// Checks one input.
 pub fn check(input: &[u8]) {
     let input = <(u8, [f32; 8], &[u8])>::arbitrary_take_rest(Unstructured::new(input));
-    let Ok((fix_checksum, numbers, bytes)) = input else {
+    let Ok((correct_header, numbers, bytes)) = input else {
         return;
     };
     let mut bytes = bytes.to_vec();
-    if fix_checksum & 1 == 1 && bytes.len() >= HEADER_BYTES {
+    if correct_header & 1 == 1 && bytes.len() >= HEADER_BYTES {
         let body = &bytes[HEADER_BYTES..];
         let length = body.len() as u32;
         let checksum = checksum_of(VERSION, length, body);
@@ -33,14 +34,15 @@ pub fn check(input: &[u8]) {
         dy: *dy,
         dz: *dz,
     };
-    let normal = HalfDifference {
+    let normal_incidence = HalfDifference {
         hx: 0.0,
         hz: 1.0,
         dx: 0.0,
         dy: 0.0,
         dz: 1.0,
     };
-    for at in [arbitrary, normal] {
+    // The lists of red, green and blue have 3, 8 and 0 coefficients.
+    for at in [arbitrary, normal_incidence] {
         if let Some(brdf) = basis.brdf([coefficients, &numbers, &[]], &at) {
             assert!(brdf.iter().all(|value| value.is_finite() && *value >= 0.0));
         }

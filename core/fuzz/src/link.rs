@@ -1,4 +1,4 @@
-//! Untrusted bytes on the link, received by both ends.
+//! Untrusted bytes on the link: both ends receive them without a panic, and the host answers every intact request.
 
 use glimpse_core::link::{Client, FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server, encode};
 use glimpse_core::model::ModelKind;
@@ -19,7 +19,7 @@ pub fn check(bytes: &[u8]) {
     for byte in bytes {
         let _ = device.receive(*byte, &HELLO);
         if let Some(Ok(received)) = host.receive(*byte) {
-            // Every intact request can be encoded again, and gets a reply.
+            // A new request can be encoded again. Every received request gets a reply.
             if let Received::New(request) = received {
                 assert!(encode(1, &request, &mut frame).is_ok());
             }

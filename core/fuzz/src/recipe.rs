@@ -1,6 +1,7 @@
 //! A recipe from untrusted bytes: it is rejected, or all its invariants hold.
 //!
-//! Random bytes practically never have the right checksum, so the checksum of every second input is corrected first.
+//! An input contains a byte and a recipe. If the byte is odd, length and checksum of the recipe are corrected before it
+//! is parsed, because random bytes almost never have the right checksum.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_core::fit::{Fitter, Linear, MAX_ROWS, MAX_UNITS, Target};
@@ -15,15 +16,15 @@ const MAX_SAMPLES: usize = 64;
 
 /// Checks one input.
 pub fn check(bytes: &[u8]) {
-    let Some((fix_checksum, bytes)) = bytes.split_first() else {
+    let Some((correct_header, bytes)) = bytes.split_first() else {
         return;
     };
     let mut bytes = bytes.to_vec();
-    if fix_checksum & 1 == 1 && bytes.len() >= HEADER_BYTES {
+    if correct_header & 1 == 1 && bytes.len() >= HEADER_BYTES {
         let length = (bytes.len() - HEADER_BYTES) as u32;
         bytes[6..10].copy_from_slice(&length.to_le_bytes());
-        let covered = [&bytes[4..10], &bytes[HEADER_BYTES..]].concat();
-        let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&covered);
+        let checksummed = [&bytes[4..10], &bytes[HEADER_BYTES..]].concat();
+        let checksum = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&checksummed);
         bytes[10..14].copy_from_slice(&checksum.to_le_bytes());
     }
     let Ok(recipe) = Recipe::parse(&bytes) else {
@@ -31,17 +32,17 @@ pub fn check(bytes: &[u8]) {
     };
     check_metadata(&recipe);
     check_copies(&recipe, &bytes);
-    let budget = match recipe.method() {
+    let max_steps = match recipe.method() {
         FitMethod::Descent(_) => 64,
         FitMethod::Ridge(_) => u32::MAX,
-        // The hidden units of the completion, and some steps.
+        // Enough for the hidden units of the completion, and for some steps of a descent.
         FitMethod::Completed(_) => 256,
     };
     assert_eq!(memory_words(&[&bytes]), recipe.memory_words());
-    scan::<Phong>(recipe, budget);
-    scan::<CookTorrance>(recipe, budget);
-    scan::<Neural>(recipe, budget);
-    scan::<Linear>(recipe, budget);
+    check_scan::<Phong>(recipe, max_steps);
+    check_scan::<CookTorrance>(recipe, max_steps);
+    check_scan::<Neural>(recipe, max_steps);
+    check_scan::<Linear>(recipe, max_steps);
 }
 
 /// Checks the metadata, the sections and the method of a recipe.
@@ -95,7 +96,7 @@ fn check_metadata(recipe: &Recipe<'_>) {
     }
 }
 
-/// Checks that a completion has the shape given by its counts.
+/// Checks that the arrays of a completion have the lengths that its counts imply.
 fn check_completed(recipe: &Recipe<'_>, completed: &Completed<'_>) {
     let (samples, completion) = (recipe.samples(), completed.coefficient_net());
     let (components, rows) = (completion.components, completion.rows());
@@ -131,11 +132,8 @@ fn check_copies(recipe: &Recipe<'_>, bytes: &[u8]) {
     assert_same_numbers(&copy, recipe);
     assert!(copy.sections().eq(recipe.sections()));
 
-    let optional: Vec<Kind> = copy.sections().map(|(kind, _)| kind).collect();
-    let optional: Vec<Kind> = optional
-        .into_iter()
-        .filter(|kind| !kind.is_required())
-        .collect();
+    let kinds = copy.sections().map(|(kind, _)| kind);
+    let optional: Vec<Kind> = kinds.filter(|kind| !kind.is_required()).collect();
     let mut buffer = vec![0; bytes.len()];
     let reduced = recipe
         .copy_without(&optional, &mut buffer)
@@ -147,11 +145,12 @@ fn check_copies(recipe: &Recipe<'_>, bytes: &[u8]) {
         FitMethod::Completed(completed) if matches!(completed.target(), Target::Descent(..)) => 3,
         _ => 1,
     };
+    // The pattern has one section.
     assert_eq!(required, 1 + method_sections);
     assert_same_numbers(&reduced, recipe);
 }
 
-/// Checks that pattern and method are the same, bit for bit.
+/// Checks that pattern and method of two recipes are equal, bit for bit.
 fn assert_same_numbers(a: &Recipe<'_>, b: &Recipe<'_>) {
     let bits = |recipe: &Recipe<'_>| -> Vec<u32> {
         let angles = recipe.pattern();
@@ -173,16 +172,16 @@ fn assert_same_numbers(a: &Recipe<'_>, b: &Recipe<'_>) {
             );
         }
         (FitMethod::Completed(a), FitMethod::Completed(b)) => {
-            // The debug format has all packed numbers.
+            // The debug format contains all packed numbers.
             assert_eq!(format!("{a:?}"), format!("{b:?}"));
         }
-        _ => panic!("a copy has another method"),
+        _ => panic!("the methods differ"),
     }
 }
 
-/// Records readings and fits for a limited number of steps: first one reading, if the recipe tolerates missing
-/// readings, then all, half of them saturated. The values of a finished fit are finite.
-fn scan<K: Fitter>(recipe: Recipe<'_>, budget: u32) {
+/// Checks fits of at most `max_steps` steps. The first fit has one reading, if the recipe tolerates missing readings.
+/// The second fit has all readings, half of them saturated.
+fn check_scan<K: Fitter>(recipe: Recipe<'_>, max_steps: u32) {
     if recipe.samples() > MAX_SAMPLES {
         return; // the fit would take too long
     }
@@ -193,10 +192,10 @@ fn scan<K: Fitter>(recipe: Recipe<'_>, budget: u32) {
     let samples = recipe.samples() as u16;
     let reading = Reading::new([0.4, 0.3, 0.2]);
     scan.record(samples / 2, reading).expect("a valid reading");
-    let is_enough = samples == 1 || recipe.tolerates_missing();
-    assert_eq!(scan.fit().is_ok(), is_enough);
-    if is_enough {
-        fit(&mut scan, budget);
+    let one_is_enough = samples == 1 || recipe.tolerates_missing();
+    assert_eq!(scan.fit().is_ok(), one_is_enough);
+    if one_is_enough {
+        check_fit(&mut scan, max_steps);
     }
     for index in 0..samples {
         let saturated = index % 2 == 1;
@@ -206,12 +205,13 @@ fn scan<K: Fitter>(recipe: Recipe<'_>, budget: u32) {
         };
         scan.record(index, reading).expect("a valid reading");
     }
-    fit(&mut scan, budget);
+    check_fit(&mut scan, max_steps);
 }
 
-fn fit<K: Fitter>(scan: &mut Scan<'_, K>, budget: u32) {
+/// Fits for at most `max_steps` steps. Checks that the values of a finished fit are finite.
+fn check_fit<K: Fitter>(scan: &mut Scan<'_, K>, max_steps: u32) {
     let mut fit = scan.fit().expect("all required readings");
-    let is_complete = fit.advance(budget).is_complete();
+    let is_complete = fit.advance(max_steps).is_complete();
     match fit.finish() {
         Ok(_) | Err(FinishError::Implausible(_)) => {
             let fitted = scan.fitted().expect("the fit is finished");

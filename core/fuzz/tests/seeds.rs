@@ -1,11 +1,11 @@
-//! Checks of all seeds of all fuzz targets.
+//! Runs all fuzz targets on their seeds, as an ordinary test.
 
 use std::path::Path;
 
 use glimpse_core_fuzz::seeds::{Target, check_all};
 
 #[test]
-fn every_seed_passes() {
+fn all_seeds_pass() {
     let targets: &[Target] = &[
         ("basis", glimpse_core_fuzz::basis::check),
         ("link", glimpse_core_fuzz::link::check),
