@@ -1,17 +1,18 @@
-//! Check of damaged bases of one component: the reader rejects a basis, or reproduces its bytes with finite values.
+//! Check of damaged bases with one component: the reader rejects a basis, or returns finite values and writes the same
+//! bytes.
 
 use glimpse_materials::basis::{BASIS_MAGIC, Basis, Grid};
 
 use crate::{ANGLES, Damage, Folder, check_rejection};
 
-/// Values of a node: mean, ln(median w + e), and a component.
-const NODE: [f32; 3] = [0.5, -3.0, 0.01];
+/// The values of every node: mean, ln(median w + e), and one component.
+const NODE_VALUES: [f32; 3] = [0.5, -3.0, 0.01];
 
 /// Returns a valid basis, encoded by hand, because the library only computes bases from materials.
 fn valid_basis() -> Vec<u8> {
     let [h, d, p] = Grid::SHAPE;
     let header = [u32::from_le_bytes(BASIS_MAGIC), 1, h, d, p, 1];
-    let table = [NODE.map(f32::to_bits); Grid::LEN];
+    let table = [NODE_VALUES.map(f32::to_bits); Grid::LEN];
     let words = header.iter().chain(table.as_flattened());
     words.flat_map(|word| word.to_le_bytes()).collect()
 }
@@ -25,7 +26,7 @@ pub fn check(input: &[u8]) {
     damage.apply(&mut bytes);
     let folder = Folder::new();
     let path = folder.write("input.basis", &bytes);
-    // With the right checksum, because the reader rejects a wrong one before it parses the file.
+    // Expects the checksum of the damaged file, because the reader rejects any other before it parses the file.
     let basis = match Basis::read(&path, Basis::checksum(&bytes)) {
         Ok(basis) => basis,
         Err(error) => return check_rejection(&error, "input.basis"),

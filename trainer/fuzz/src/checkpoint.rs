@@ -1,6 +1,7 @@
 //! Check of checkpoints: the reader rejects a checkpoint, or reproduces its bytes.
 //!
-//! Random bytes almost never have the right checksum, so every other input has its checksum corrected first.
+//! An input contains a byte and a checkpoint. If the byte is odd, the checksum of the checkpoint is corrected before it
+//! is read, because random bytes almost never have the right checksum.
 
 use std::fs;
 
@@ -43,13 +44,13 @@ pub fn check(input: &[u8]) {
     let checkpoint = match Checkpoint::read(&path, &RUN) {
         Ok(checkpoint) => checkpoint.expect("the file exists"),
         Err(error) => {
-            let is_known = matches!(
+            let is_expected = matches!(
                 error,
                 CheckpointError::Damaged { .. }
                     | CheckpointError::OtherRun { .. }
                     | CheckpointError::OtherVersion { .. }
             );
-            assert!(is_known, "{error}");
+            assert!(is_expected, "{error}");
             return check_rejection(&error, NAME);
         }
     };

@@ -1,9 +1,10 @@
-//! Check of format detection: it returns a format, or one error message.
+//! Check of format detection: it returns a format, or an error message.
 
 use glimpse_materials::{Format, Source};
 
 use crate::{Folder, check_rejection};
 
+/// File names. The first byte of an input selects one.
 const NAMES: [&str; 6] = [
     "input.binary",
     "input.bsdf",
@@ -23,7 +24,7 @@ pub fn check(input: &[u8]) {
     let path = folder.write(name, bytes);
     let source = Source(path.display().to_string());
     match Format::detect(&path) {
-        // The listed files include the path. A set of texts can still be rejected.
+        // The list of files includes the path. A PAB-Opto file can still be rejected with its set.
         Ok(_) => match source.files() {
             Ok(files) => assert!(files.contains(&path)),
             Err(error) => check_rejection(&error, name),

@@ -1,7 +1,7 @@
 //! Checks of the trainer's readers on untrusted bytes, one module per reader.
 //!
 //! `fuzz_targets` runs them on libFuzzer's inputs, and `tests/seeds.rs` on the files of `seeds`. This file has the
-//! shared parts: files in memory, and checks of error messages and materials.
+//! shared parts: temporary files, damage to valid files, and checks of error messages and materials.
 
 pub mod basis;
 pub mod checkpoint;
@@ -64,12 +64,15 @@ impl Default for Folder {
 /// Checks that an error message contains the file's name and is one line of limited length.
 pub fn check_rejection(error: &impl Display, name: &str) {
     let message = error.to_string();
-    assert!(message.contains(name), "no name: {message}");
-    assert!(message.len() < MAX_MESSAGE_LENGTH, "long: {message}");
-    assert!(!message.contains(char::is_control), "two lines: {message}");
+    assert!(message.contains(name), "no file name: {message}");
+    assert!(message.len() < MAX_MESSAGE_LENGTH, "too long: {message}");
+    assert!(
+        !message.contains(char::is_control),
+        "control character: {message}"
+    );
 }
 
-/// Angles in radians: at the pole, above the horizon, near it, and below it.
+/// Angles in radians: at the pole, above the horizon, near the horizon, and below it.
 pub const ANGLES: [Angles<f32>; 6] = [
     angles(0.0, 0.0, 0.0),
     angles(0.2, 0.3, 0.4),
@@ -91,8 +94,8 @@ const fn angles(theta_h: f32, theta_d: f32, phi_d: f32) -> Angles<f32> {
 pub fn check_material(material: &dyn Material) {
     for angles in ANGLES {
         let brdf = material.brdf(angles);
-        let is_brdf = |value: &f32| value.is_finite() && *value >= 0.0;
-        assert!(brdf.iter().all(is_brdf), "{brdf:?} at {angles:?}");
+        let is_valid = |value: &f32| value.is_finite() && *value >= 0.0;
+        assert!(brdf.iter().all(is_valid), "{brdf:?} at {angles:?}");
         let (brdf, derivative) = material.brdf_with_derivative(angles);
         assert!(brdf.iter().all(|value| value.is_finite()), "{brdf:?}");
         let derivative = derivative.as_flattened();
@@ -113,7 +116,7 @@ pub struct Damage {
 }
 
 impl Damage {
-    /// Parses an input; None if it is too short.
+    /// Parses an input. Returns None if it is too short.
     #[must_use]
     pub fn from_input(input: &[u8]) -> Option<Self> {
         let (length_change, rest) = input.split_first_chunk()?;
@@ -132,17 +135,18 @@ impl Damage {
 
     /// Applies the changes. A file grows by 64 kB at most.
     pub fn apply(&self, bytes: &mut Vec<u8>) {
-        let valid = bytes.len() as i64;
-        let length = (valid + i64::from(self.length_change)).clamp(0, valid + (1 << 16));
+        let valid_length = bytes.len() as i64;
+        let length = valid_length + i64::from(self.length_change);
+        let length = length.clamp(0, valid_length + (1 << 16));
         bytes.resize(length as usize, 0);
         for (position, replacement) in &self.patches {
-            // Every other patch is in the first 64 bytes, because headers are small.
+            // A patch with an even position is in the first 64 bytes, which include the header.
             let position = match position & 1 {
                 0 => *position as usize / 2 % 64,
                 _ => *position as usize / 2 % bytes.len().max(1),
             };
-            for (byte, new) in bytes.iter_mut().skip(position).zip(replacement) {
-                *byte = *new;
+            for (byte, new_byte) in bytes.iter_mut().skip(position).zip(replacement) {
+                *byte = *new_byte;
             }
         }
     }

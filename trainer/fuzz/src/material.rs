@@ -1,4 +1,4 @@
-//! Check of `material.json`: the reader rejects a file, or reproduces its values.
+//! Check of `material.json`: the reader rejects a file, or a copy that is written has the same values.
 
 use std::collections::BTreeMap;
 
@@ -45,5 +45,5 @@ pub fn check(bytes: &[u8]) {
         (material.name(), material.fitted().model())
     );
     let source = Source(folder.path().display().to_string());
-    assert_eq!(source.load().expect("the material is found").len(), 1);
+    assert_eq!(source.load().expect("the folder has a material").len(), 1);
 }

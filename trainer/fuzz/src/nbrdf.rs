@@ -1,6 +1,7 @@
-//! Check of a neural BRDF's six arrays, five of them valid: the reader rejects a network, or reproduces its bits.
+//! Check of a neural BRDF's six arrays, five of them valid: the reader rejects a network, or a copy that is
+//! written has the same bits.
 //!
-//! An input contains a byte that selects an array, modulo 6, then the bytes of that array's file.
+//! An input contains a byte and the file of one array. The byte modulo 6 selects the array.
 
 use std::sync::LazyLock;
 
@@ -48,5 +49,5 @@ pub fn check(input: &[u8]) {
     };
     assert_eq!(bits(&reread), bits(&network));
     let source = Source(folder.path().display().to_string());
-    assert_eq!(source.load().expect("the material is found").len(), 1);
+    assert_eq!(source.load().expect("the folder has a material").len(), 1);
 }

@@ -18,8 +18,8 @@ pub fn check(bytes: &[u8]) {
             let directions = ANGLES.map(HalfDifference::from_angles);
             let mut brdf = [[0.0; 3]; ANGLES.len()];
             set.evaluate(&directions, &mut brdf);
-            let is_brdf = |value: &f32| value.is_finite() && *value >= 0.0;
-            assert!(brdf.as_flattened().iter().all(is_brdf), "{brdf:?}");
+            let is_valid = |value: &f32| value.is_finite() && *value >= 0.0;
+            assert!(brdf.as_flattened().iter().all(is_valid), "{brdf:?}");
         }
         Err(error) => check_rejection(&error, "input_in"),
     }

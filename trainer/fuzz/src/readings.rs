@@ -8,7 +8,7 @@ use glimpse_trainer::measurement::{
 };
 
 const NAME: &str = "input.csv";
-/// Tolerance of directions in radians.
+/// Largest accepted distance between the directions of a row and of a sample, in radians.
 const TOLERANCE: f64 = 0.02;
 
 /// Checks one input.
@@ -32,10 +32,10 @@ pub fn check(bytes: &[u8]) {
         Err(error) => check_rejection(&error, NAME),
     }
 
-    let values = [Quantity::Brdf, Quantity::BrdfTimesCosThetaO].map(ReadingQuantity::Values);
-    for meaning in values {
+    let quantities = [Quantity::Brdf, Quantity::BrdfTimesCosThetaO].map(ReadingQuantity::Values);
+    for quantity in quantities {
         check_measurements(
-            Measurements::read(&path, pattern, TOLERANCE, &meaning),
+            Measurements::read(&path, pattern, TOLERANCE, &quantity),
             pattern,
         );
     }
@@ -47,7 +47,7 @@ pub fn check(bytes: &[u8]) {
                 continue;
             }
         };
-        // The file as its own white.
+        // The file is its own white reference.
         let counts = ReadingQuantity::Counts(CountCalibration {
             dark: [0.0; 3],
             reflectance: [0.9; 3],
@@ -61,8 +61,8 @@ pub fn check(bytes: &[u8]) {
     }
 }
 
-fn check_measurements(read: Result<Measurements, TableError>, pattern: &[Angles<f32>]) {
-    let measurements = match read {
+fn check_measurements(result: Result<Measurements, TableError>, pattern: &[Angles<f32>]) {
+    let measurements = match result {
         Ok(measurements) => measurements,
         Err(error) => return check_rejection(&error, NAME),
     };
@@ -77,7 +77,7 @@ fn check_measurements(read: Result<Measurements, TableError>, pattern: &[Angles<
     for mean in means {
         assert!(mean.iter().all(|value| value.is_finite()), "{mean:?}");
     }
-    if let Some(furthest) = measurements.max_distance {
-        assert!(furthest.radians <= TOLERANCE);
+    if let Some(distance) = measurements.max_distance {
+        assert!(distance.radians <= TOLERANCE);
     }
 }
