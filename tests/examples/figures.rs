@@ -21,7 +21,7 @@ fn main() {
             cell.map(|(_, value)| group_digits(*value))
                 .unwrap_or_default()
         };
-        let figures = [
+        let columns = [
             ".parse_instructions",
             "brdf_instructions",
             "fit_instructions",
@@ -33,7 +33,7 @@ fn main() {
         println!(
             "| {} | {} |",
             name.replace('.', " | "),
-            figures.map(cell).join(" | ")
+            columns.map(cell).join(" | ")
         );
     }
 }

@@ -16,7 +16,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{FinishError, Reading, Scan};
 use glimpse_materials::{Material, Source};
 
-/// Evaluations of an albedo at normal incidence.
+/// Number of polar angles at which the integral of an albedo evaluates the BRDF. The light is at the normal.
 const NODES: u16 = 1_000;
 
 /// A figure and its most extreme value, with the material and recipe that have it.
@@ -24,14 +24,14 @@ struct Extreme {
     name: &'static str,
     /// 1 for the largest value, -1 for the smallest.
     sign: f32,
-    extreme: Option<(f32, String)>,
+    value_and_case: Option<(f32, String)>,
 }
 
 impl Extreme {
     fn add(&mut self, value: f32, case: &str) {
         let exceeds = |(extreme, _): &(f32, String)| value * self.sign > extreme * self.sign;
-        if self.extreme.as_ref().is_none_or(exceeds) {
-            self.extreme = Some((value, case.to_owned()));
+        if self.value_and_case.as_ref().is_none_or(exceeds) {
+            self.value_and_case = Some((value, case.to_owned()));
         }
     }
 }
@@ -58,7 +58,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     .map(|(name, sign)| Extreme {
         name,
         sign,
-        extreme: None,
+        value_and_case: None,
     });
     let mut counts = [0_u32; 2];
     for path in recipes(&folder)? {
@@ -71,9 +71,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
     }
     println!("{} plausible, {} implausible", counts[0], counts[1]);
-    for Extreme { name, extreme, .. } in extremes {
-        let (value, case) = extreme.ok_or("no material was scanned: pass at least one source")?;
-        println!("{name}: {value:.5}, {case}");
+    for extreme in extremes {
+        let (value, case) = extreme
+            .value_and_case
+            .ok_or("no material was scanned: pass at least one source")?;
+        println!("{}: {value:.5}, {case}", extreme.name);
     }
     Ok(())
 }
@@ -85,7 +87,10 @@ fn recipes(folder: &Path) -> std::io::Result<Vec<std::path::PathBuf>> {
         let path = entry?.path();
         if path.is_dir() {
             paths.extend(recipes(&path)?);
-        } else if path.extension().is_some_and(|ending| ending == "recipe") {
+        } else if path
+            .extension()
+            .is_some_and(|extension| extension == "recipe")
+        {
             paths.push(path);
         }
     }

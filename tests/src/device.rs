@@ -21,12 +21,13 @@ pub fn fit(recipe: &[u8], readings: &[ScanReading]) -> (Vec<f32>, Residual) {
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).expect("the buffer is large enough");
     for reading in readings {
-        let (index, directions) = scan.next_pending().expect("a sample for each reading");
+        let next = scan.next_pending();
+        let (index, directions) = next.expect("the scan has a sample for each reading");
         assert_eq!(directions, reading.directions);
         scan.record(index, reading.reading)
-            .expect("a valid reading");
+            .expect("the reading is valid");
     }
-    let mut fit = scan.fit().expect("all readings");
+    let mut fit = scan.fit().expect("the scan has enough readings");
     while !fit.advance(u32::MAX).is_complete() {}
     match fit.finish() {
         Ok(_) | Err(FinishError::Implausible(_)) => {}
@@ -36,10 +37,10 @@ pub fn fit(recipe: &[u8], readings: &[ScanReading]) -> (Vec<f32>, Residual) {
     (fitted.values().collect(), fitted.residual())
 }
 
-/// Checks that the device's result is the host's fit of the same readings.
+/// Checks that the device's result equals the host's fit of the same readings within a relative error of 1e-4.
 ///
 /// # Panics
-/// If it is not.
+/// If it does not.
 pub fn assert_matches_host(report: &ScanReport, recipe: &[u8]) {
     let close = |device: f32, host: f32| (device - host).abs() <= 1e-4 * host.abs() + 1e-7;
     let parsed = Recipe::parse(recipe).expect("the recipe is valid");
@@ -118,7 +119,7 @@ impl Device {
         Err(io::ErrorKind::TimedOut.into())
     }
 
-    /// Scans one material with core's driver, from hello to finished.
+    /// Scans one material with core's driver, from hello to the end of the scan.
     ///
     /// # Errors
     /// If the stream fails or ends, or the driver gives up.

@@ -14,7 +14,7 @@ use tempfile::NamedTempFile;
 use crate::RECIPE;
 
 /// Path of the firmware built by `tests/run firmware`.
-const DEFAULT: &str = concat!(
+const DEFAULT_PATH: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/../embedded-demo/target/thumbv7em-none-eabihf/release/glimpse-embedded-demo"
 );
@@ -39,7 +39,7 @@ pub fn pad_recipe(recipe: &[u8], length: usize) -> Vec<u8> {
         .map(|size| postcard::to_allocvec(&(PADDING, vec![0_u8; size])).expect("a section"))
         .find(|section| section.len() == room + 2);
     // One length in 2^7 cannot be reached with a varint of the shortest form.
-    let section = section.expect("a length that a section can reach");
+    let section = section.expect("a section of zeros has the missing length");
     let mut bytes = [recipe, &section].concat();
     let body = (length - HEADER_BYTES) as u32;
     bytes[6..10].copy_from_slice(&body.to_le_bytes());
@@ -68,7 +68,7 @@ impl Firmware {
     #[must_use]
     pub fn load() -> Self {
         Self::read_default(
-            env::var_os("GLIMPSE_FIRMWARE").map_or_else(|| DEFAULT.into(), PathBuf::from),
+            env::var_os("GLIMPSE_FIRMWARE").map_or_else(|| DEFAULT_PATH.into(), PathBuf::from),
         )
     }
 
@@ -78,7 +78,7 @@ impl Firmware {
     /// As [`Firmware::load`].
     #[must_use]
     pub fn load_arms() -> Self {
-        Self::read_default(Path::new(DEFAULT).with_file_name("arms-simulated"))
+        Self::read_default(Path::new(DEFAULT_PATH).with_file_name("arms-simulated"))
     }
 
     /// Reads the motion firmware for a board.
@@ -87,10 +87,10 @@ impl Firmware {
     /// As [`Firmware::load`].
     #[must_use]
     pub fn load_arms_board() -> Self {
-        Self::read_default(Path::new(DEFAULT).with_file_name("arms-board"))
+        Self::read_default(Path::new(DEFAULT_PATH).with_file_name("arms-board"))
     }
 
-    /// Reads the firmware of a model, whose image holds the model's largest bundled recipe.
+    /// Reads the firmware of a model. Its image holds the model's largest bundled recipe.
     ///
     /// # Panics
     /// As [`Firmware::load`].
@@ -98,7 +98,8 @@ impl Firmware {
     pub fn for_model(model: ModelKind) -> Self {
         let name = format!("{}-n32", model.name());
         let bundled = bundled::find(&name).unwrap_or_else(|| panic!("no bundled recipe {name}"));
-        Self::read(format!("{DEFAULT}-{}", model.name()).into(), bundled.bytes)
+        let path = format!("{DEFAULT_PATH}-{}", model.name());
+        Self::read(path.into(), bundled.bytes)
     }
 
     fn read_default(path: PathBuf) -> Self {

@@ -22,7 +22,7 @@ pub struct FitBinary {
     builds: Builds,
 }
 
-/// The builds of a binary. Fits that are built for every target represent the others there.
+/// The builds of a binary. On targets other than the board's, some of the fits represent all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Builds {
     /// For every target with libm, and for the board's target with micromath.
@@ -86,7 +86,7 @@ pub const CALLS_AFTER_FIT: usize = 2;
 ///   parsing the basis, and of one evaluation of the BRDF;
 /// - `fit_instructions`: instructions of the fit, counted by QEMU;
 /// - `fit_cycles`: cycles of the fit from Arm's [table](crate::cycles), if there is one for the target;
-/// - `text_bytes`: code and constants without recipe and basis, as the difference to a binary that does nothing;
+/// - `text_bytes`: code and constants without recipe and basis, minus those of a binary that does nothing;
 /// - `static_ram_bytes`: statics;
 /// - `stack_bytes`: the largest depth of the stack.
 #[must_use]

@@ -98,9 +98,11 @@ impl Output {
     /// If it was not printed.
     #[must_use]
     pub fn numbers(&self, name: &str) -> Vec<f32> {
-        let bits = self.values.get(name).expect("a printed list");
-        let bits = bits.split_whitespace();
-        bits.map(|bits| f32::from_bits(u32::from_str_radix(bits, 16).expect("eight digits")))
+        let words = self.values.get(name);
+        let words = words.unwrap_or_else(|| panic!("no {name} in {:?}", self.values));
+        let words = words.split_whitespace();
+        words
+            .map(|bits| f32::from_bits(u32::from_str_radix(bits, 16).expect("eight digits")))
             .collect()
     }
 }
@@ -151,14 +153,14 @@ impl Binary {
         let mut process = spawn(self.emulator().stdout(Stdio::piped()));
         // The output is a few kilobytes, which fit into the pipe.
         let start = Instant::now();
-        while process.try_wait().expect("a process").is_none() {
+        while process.try_wait().expect("QEMU has a status").is_none() {
             if start.elapsed() > TIMEOUT {
                 let _ = process.kill();
                 panic!("{} does not end within {TIMEOUT:?}", self.path.display());
             }
             thread::sleep(Duration::from_millis(5));
         }
-        let output = process.wait_with_output().expect("its output");
+        let output = process.wait_with_output().expect("QEMU has ended");
         let text = String::from_utf8_lossy(&output.stdout);
         assert!(
             output.status.success(),
@@ -174,7 +176,7 @@ impl Binary {
         }
     }
 
-    /// Returns the command of QEMU with this binary. Its output is not connected yet.
+    /// Returns the command that runs the binary in QEMU. The caller sets its standard output.
     pub(crate) fn emulator(&self) -> Command {
         let (program, machine) = self.target.emulator.split_first().expect("a program");
         let mut command = Command::new(program);

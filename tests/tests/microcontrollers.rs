@@ -96,8 +96,8 @@ fn micromath_fits_reduce_residual() {
     let has_both = |fit: &FitBinary| fit.is_built(TARGETS[0], MathLibrary::Micromath);
     for FitBinary { name, recipe, .. } in FIT_BINARIES.into_iter().filter(has_both) {
         let before = initial_residual(&Recipe::parse(recipe).unwrap());
-        let [libm, micromath] = [MathLibrary::Libm, MathLibrary::Micromath].map(|functions| {
-            let output = Binary::new(TARGETS[0], functions, name).run();
+        let [libm, micromath] = [MathLibrary::Libm, MathLibrary::Micromath].map(|library| {
+            let output = Binary::new(TARGETS[0], library, name).run();
             output.numbers("residual")[0]
         });
         println!(

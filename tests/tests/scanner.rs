@@ -45,16 +45,19 @@ fn hello(protocol: u16) -> Request {
 #[test]
 fn conversion_to_directions_keeps_angles() {
     for angles in uniform_valid(1000, 1) {
-        let at = HalfDifference::from_angles(angles);
-        let converted = HalfDifference::from_angles(angles_of(&at.directions()).unwrap());
+        let original = HalfDifference::from_angles(angles);
+        let converted = HalfDifference::from_angles(angles_of(&original.directions()).unwrap());
         for (a, b) in [
-            (at.hx, converted.hx),
-            (at.hz, converted.hz),
-            (at.dx, converted.dx),
-            (at.dy, converted.dy),
-            (at.dz, converted.dz),
+            (original.hx, converted.hx),
+            (original.hz, converted.hz),
+            (original.dx, converted.dx),
+            (original.dy, converted.dy),
+            (original.dz, converted.dz),
         ] {
-            assert!((a - b).abs() < 1e-5, "{angles:?}: {at:?} {converted:?}");
+            assert!(
+                (a - b).abs() < 1e-5,
+                "{angles:?}: {original:?} {converted:?}"
+            );
         }
     }
 }
@@ -95,7 +98,8 @@ fn scan_over(fault: Fault, rate: f64) -> (Result<ScanReport, ScannerError>, usiz
     let result = noiseless_scanner(&material).serve(&mut host);
     let corrupted = host.corrupted;
     drop(host);
-    let _ = device.join().unwrap(); // as above
+    // If the last reply of the host was corrupted, the device receives no further reply.
+    let _ = device.join().unwrap();
     (result, corrupted)
 }
 
@@ -188,18 +192,21 @@ fn refuses_invalid_requests() {
         },
     };
     let above = measure([0.0, 0.0, 1.0]);
-    let no_scan = device.request(&above).unwrap();
-    assert_eq!(no_scan, Reply::Refused(Refusal::NoScan));
+    let reply = device.request(&above).unwrap();
+    assert_eq!(reply, Reply::Refused(Refusal::NoScan));
     device.request(&hello(PROTOCOL)).unwrap();
     let reply = device.request(&above).unwrap();
     assert!(matches!(reply, Reply::Measured { .. }));
     let below = measure([1.0, 0.0, -0.1]);
-    let beyond = Request::Values {
+    let values_from_offset_1 = Request::Values {
         offset: 1,
         total: 675,
         values: Default::default(),
     };
-    for (request, refusal) in [(below, Refusal::Directions), (beyond, Refusal::Values)] {
+    for (request, refusal) in [
+        (below, Refusal::Directions),
+        (values_from_offset_1, Refusal::Values),
+    ] {
         assert_eq!(device.request(&request).unwrap(), Reply::Refused(refusal));
     }
 
@@ -240,19 +247,19 @@ fn saved_readings_are_accepted_only_if_unchanged() {
         altered = reading;
         altered.saturated = true;
         assert_eq!(device.request(&saved(altered)).unwrap(), refused);
-        let other = Request::Saved { index: 1, reading };
-        assert_eq!(device.request(&other).unwrap(), refused);
+        let other_sample = Request::Saved { index: 1, reading };
+        assert_eq!(device.request(&other_sample).unwrap(), refused);
         assert_eq!(device.request(&saved(reading)).unwrap(), Reply::Accepted);
         // After a second reset, the reading is accepted again. With another recipe, it is refused.
         device.request(&hello(PROTOCOL)).unwrap();
         assert_eq!(device.request(&saved(reading)).unwrap(), Reply::Accepted);
-        let another = Request::Hello {
+        let hello_of_other_recipe = Request::Hello {
             protocol: PROTOCOL,
             model: ModelKind::Neural,
             samples: 8,
             recipe: 1,
         };
-        device.request(&another).unwrap();
+        device.request(&hello_of_other_recipe).unwrap();
         assert_eq!(device.request(&saved(reading)).unwrap(), refused);
     });
     // The device closes the line.

@@ -104,11 +104,11 @@ pub(crate) fn rgl(folder: &Folder, tensors: &Tensors) -> SeedResult {
         }),
     )?;
     folder.write(
-        "beyond",
+        "shape-overflow",
         tensors.with("ndf", |field| field.2 = vec![1 << 63, 2]),
     )?;
     folder.write(
-        "wraps",
+        "size-overflow",
         tensors.with("ndf", |field| field.2 = vec![1 << 32, 1 << 32]),
     )?;
     folder.write(

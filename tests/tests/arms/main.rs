@@ -1,4 +1,4 @@
-//! The motion firmware in QEMU, with a simulated scanner: its arms react to edges on their pins only, and its sensor
+//! The motion firmware in QEMU, with a simulated scanner: its arms react only to edges on their pins, and its sensor
 //! reads the sample from their positions.
 
 mod host;
@@ -17,7 +17,7 @@ use log::{
     values,
 };
 
-/// Bytes that answer the firmware's question about saved readings, like its button.
+/// Bytes on the serial line that answer the firmware's question about saved readings, as its button does on a board.
 const NEW_SCAN: u8 = b'p';
 const CONTINUE: u8 = b'h';
 
@@ -87,15 +87,15 @@ fn resets_repeat_no_reading() {
 
 /// After a reset, the firmware asks and waits, so the material may be replaced.
 #[test]
-fn new_material_after_reset_is_read_completely() {
+fn new_material_after_reset_is_measured_completely() {
     let mut emulator = boot();
     emulator.wait_until(|log| readings(log).len() >= 5);
     reset_and_command(&mut emulator, NEW_SCAN);
     let _ = emulator.wait_for(FINISHED);
     let log = emulator.log();
     let question = log.iter().rposition(|line| line.starts_with(SAVED));
-    let (_, after) = log.split_at(question.unwrap());
-    assert_complete_scan(after);
+    let (_, new_scan) = log.split_at(question.unwrap());
+    assert_complete_scan(new_scan);
     assert!(!log.iter().any(|line| line.starts_with(RESUMED)));
 }
 
@@ -124,26 +124,29 @@ fn lost_steps_are_reported_and_affected_samples_are_read_again() {
 #[test]
 fn link_replaces_recipe_and_incomplete_transfer_keeps_old_one() {
     let mut emulator = boot();
-    let old = Recipe::parse(RECIPE).unwrap().checksum();
-    let other = glimpse_bench::recipes::PHONG;
-    let new = Recipe::parse(other).unwrap().checksum();
+    let old_checksum = Recipe::parse(RECIPE).unwrap().checksum();
+    let new_recipe = glimpse_bench::recipes::PHONG;
+    let new_checksum = Recipe::parse(new_recipe).unwrap().checksum();
 
-    let hello = host::offer(&mut emulator.serial, other, other.len() / 2);
-    assert_eq!(hello, old);
+    let current = host::offer(&mut emulator.serial, new_recipe, new_recipe.len() / 2);
+    assert_eq!(current, old_checksum);
     emulator.reset();
-    let hello = host::offer(&mut emulator.serial, other, usize::MAX);
-    assert_eq!(hello, old, "an incomplete transfer replaced the recipe");
+    let current = host::offer(&mut emulator.serial, new_recipe, usize::MAX);
+    assert_eq!(
+        current, old_checksum,
+        "an incomplete transfer replaced the recipe"
+    );
     let _ = emulator.wait_for(NEW_RECIPE);
-    assert_eq!(host::receive_hello(&mut emulator.serial), new);
+    assert_eq!(host::receive_hello(&mut emulator.serial), new_checksum);
     emulator.reset();
     assert_eq!(
         host::receive_hello(&mut emulator.serial),
-        new,
+        new_checksum,
         "a reset removed the new recipe"
     );
 }
 
-/// Sizes of the build for the board, which is not run.
+/// Checks the sizes of the build for the board. Tests do not run this build.
 #[test]
 fn board_firmware_has_expected_size() {
     let firmware = Firmware::load_arms_board();

@@ -63,7 +63,7 @@ fn reports_directions_out_of_reach() {
 }
 
 #[test]
-fn host_silent_during_fit_is_abandoned_and_greeted_again() {
+fn device_sends_hello_again_if_host_is_silent_during_fit() {
     let mut emulator = Emulator::boot_default();
     let start = Instant::now();
     let mut silent = false;

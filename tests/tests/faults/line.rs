@@ -23,13 +23,14 @@ fn noisy_line_does_not_change_result() {
     let report = scanner.serve(&mut line).unwrap();
     assert!(line.corrupted > 0);
     assert_matches_host(&report, RECIPE);
-    // The next scan uses a good line and the same host. If the last reply was corrupted, the device requests it again.
+    // The next scan uses a line without noise and the same host. If the last reply was corrupted, the device requests
+    // it again.
     let report = scanner.serve(&mut emulator.serial).unwrap();
     assert_matches_host(&report, RECIPE);
 }
 
-/// With one corrupted byte in ten, hardly any frame arrives. A result is correct or missing, and a scan over a good
-/// line succeeds afterwards.
+/// With one corrupted byte in ten, few frames arrive. A result is correct or missing. Afterwards, a scan over a line
+/// without noise succeeds.
 #[test]
 fn very_noisy_line_gives_no_wrong_result() {
     let mut emulator = Emulator::boot_default();
@@ -48,7 +49,7 @@ fn very_noisy_line_gives_no_wrong_result() {
     }
     assert!(line.stream.corrupted > 0);
     let mut scanner = noiseless_scanner(&material);
-    // A request that was in progress when the line improved may be refused once.
+    // The host may refuse a request that the device sent during the noise. Then the second scan succeeds.
     let report = scanner
         .serve(&mut emulator.serial)
         .or_else(|_| scanner.serve(&mut emulator.serial));

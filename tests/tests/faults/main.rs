@@ -13,7 +13,7 @@ use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{noiseless_scanner, unseen_material};
 
-/// Checks that a good scanner then receives a complete and correct scan.
+/// Checks that a scanner without faults receives a complete and correct scan.
 fn assert_scans(emulator: &mut Emulator) {
     let material = unseen_material(1);
     let report = noiseless_scanner(&material)

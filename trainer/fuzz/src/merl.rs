@@ -20,23 +20,24 @@ impl Brdf for Diffuse {
     }
 }
 
-static VALID: LazyLock<Vec<u8>> = LazyLock::new(|| to_merl(&Diffuse).expect("finite values"));
+static VALID_TABLE: LazyLock<Vec<u8>> =
+    LazyLock::new(|| to_merl(&Diffuse).expect("the values are finite"));
 
 /// Checks one input.
 pub fn check(input: &[u8]) {
     let Some(damage) = Damage::from_input(input) else {
         return;
     };
-    let mut bytes = VALID.clone();
+    let mut bytes = VALID_TABLE.clone();
     damage.apply(&mut bytes);
-    // An unnamed file, in memory if `/dev/shm` exists.
+    // The file has no name, and is in memory if `/dev/shm` exists.
     let file = tempfile::tempfile_in("/dev/shm").or_else(|_| tempfile::tempfile());
     let mut file: File = file.expect("a temporary file");
     file.write_all(&bytes).expect("room for a table");
     let path = format!("/proc/self/fd/{}", file.as_raw_fd());
     match MerlTable::read(&PathBuf::from(&path)) {
         Ok(table) => {
-            assert_eq!(bytes.len(), VALID.len());
+            assert_eq!(bytes.len(), VALID_TABLE.len());
             check_material(&table);
         }
         Err(error) => check_rejection(&error, &path),

@@ -31,10 +31,10 @@ const BATCH: usize = 1024;
 
 /// A material: a BRDF that can be evaluated at any directions.
 ///
-/// material(incoming, outgoing) takes vectors from the surface to light and sensor, z along the normal, arrays of shape
-/// (..., 3) that are broadcast. material(directions) takes both in one array (..., 2, 3). Vectors are normalized. The
-/// result is float32 of shape (..., 3): linear RGB, sr^-1, not times the cosine. It is 0 if a direction is not above
-/// the horizon.
+/// material(incoming, outgoing) takes two arrays of shape (..., 3) that are broadcast: vectors from the surface to the
+/// light, and to the sensor. The normal of the surface is z. material(directions) takes both in one array (..., 2, 3).
+/// Vectors are normalized. The result is float32 of shape (..., 3): linear RGB, sr^-1, not times the cosine. It is 0 if
+/// a direction is not above the horizon.
 #[pyclass(subclass, frozen, name = "Material", module = "glimpse_brdf")]
 pub(crate) struct PyMaterial {
     pub(crate) material: Arc<dyn Material>,
@@ -111,9 +111,9 @@ impl PyMaterial {
     /// Infinite and negative values are rejected, even tiny ones: set the noise of a dark measurement to 0.
     /// (`Recipe.fit` accepts readings down to -1 sr^-1, because noise around a dark reading has to average out.)
     ///
-    /// The function is called here only, at `table_directions()`, up to 65,536 at a time. Afterwards the material
-    /// interpolates the table; see `table_directions` for the limits of its resolution. The table takes 35 MB of
-    /// memory.
+    /// Only this call evaluates the function, at `table_directions()`, up to 65,536 directions at a time. Afterwards
+    /// the material interpolates the table; see `table_directions` for the limits of its resolution. The table takes
+    /// 35 MB of memory.
     #[classmethod]
     #[pyo3(signature = (function, name))]
     fn from_function(
@@ -126,12 +126,13 @@ impl PyMaterial {
         let mut brdf = Vec::with_capacity(nodes.len());
         for nodes in nodes.chunks(CHUNK) {
             let pairs: Vec<[[f64; 3]; 2]> = nodes.iter().map(directions_of).collect();
-            let arm = |arm: usize| {
-                let flat = pairs.iter().flat_map(|pair| pair[arm]).collect();
+            let directions = |index: usize| {
+                let flat = pairs.iter().flat_map(|pair| pair[index]).collect();
                 array::<f64>(py, &[pairs.len(), 3], flat)
             };
+            let (incoming, outgoing) = (directions(0)?, directions(1)?);
             let values = rows(
-                &function.call1((arm(0)?, arm(1)?))?,
+                &function.call1((incoming, outgoing))?,
                 "the function's result",
             )?;
             if values.len() != nodes.len() {
@@ -141,13 +142,13 @@ impl PyMaterial {
                     values.len()
                 ));
             }
-            brdf.extend(values.into_iter().map(narrow));
+            brdf.extend(values.into_iter().map(to_f32));
             py.check_signals()?;
         }
-        tabulated(py, name, brdf)
+        material_of_nodes(py, name, brdf)
     }
 
-    /// Makes a material of its BRDF at `table_directions()`, an array (n, 3) in their order: linear RGB, sr^-1, not
+    /// Creates a material from its BRDF at `table_directions()`, an array (n, 3) in their order: linear RGB, sr^-1, not
     /// times the cosine, with NaN for unknown values. Infinite and negative values are rejected.
     #[classmethod]
     #[pyo3(signature = (brdf, name))]
@@ -157,8 +158,8 @@ impl PyMaterial {
         brdf: &Bound<'_, PyAny>,
         name: String,
     ) -> PyResult<Self> {
-        let brdf = rows(brdf, "brdf")?.into_iter().map(narrow).collect();
-        tabulated(py, name, brdf)
+        let brdf = rows(brdf, "brdf")?.into_iter().map(to_f32).collect();
+        material_of_nodes(py, name, brdf)
     }
 
     /// The name of the material. For a file, it is the stem of the file name.
@@ -243,8 +244,8 @@ impl PyMaterial {
         slf
     }
 
-    /// Supports pickle. A material of a function or an array stores its table. A material from a file stores its source
-    /// and is read again from the same path; unpickling fails if the file holds another material.
+    /// Supports pickle. A material from a function or an array stores its table. A material from a file stores its
+    /// source and is read again from the same path; unpickling fails if the file holds another material.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let class = py.get_type::<Self>();
         let name = self.material.name();
@@ -359,7 +360,7 @@ pub(crate) fn directions_from_degrees<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let numpy = theta_i.py().import("numpy")?;
     let radians = |degrees: &Bound<'py, PyAny>| numpy.call_method1("radians", (degrees,));
-    let arm = |theta: &Bound<'py, PyAny>, phi: &Bound<'py, PyAny>| {
+    let vector = |theta: &Bound<'py, PyAny>, phi: &Bound<'py, PyAny>| {
         let (theta, phi) = (radians(theta)?, radians(phi)?);
         let apply =
             |function: &str, angle: &Bound<'py, PyAny>| numpy.call_method1(function, (angle,));
@@ -371,7 +372,7 @@ pub(crate) fn directions_from_degrees<'py>(
         );
         Ok::<_, PyErr>(coordinates)
     };
-    let ((a, b, c), (d, e, f)) = (arm(theta_i, phi_i)?, arm(theta_o, phi_o)?);
+    let ((a, b, c), (d, e, f)) = (vector(theta_i, phi_i)?, vector(theta_o, phi_o)?);
     let coordinates = numpy.call_method1("broadcast_arrays", (a, b, c, d, e, f))?;
     let stacked = numpy.call_method1("stack", (coordinates, -1))?;
     let mut shape: Vec<usize> = stacked.getattr("shape")?.extract()?;
@@ -391,7 +392,8 @@ pub(crate) fn directions_of(angles: &Angles<f32>) -> [[f64; 3]; 2] {
     [pair.incoming, pair.outgoing]
 }
 
-fn tabulated(py: Python<'_>, name: String, brdf: Vec<[f32; 3]>) -> PyResult<PyMaterial> {
+/// Returns a material with the given BRDF at the nodes of a table.
+fn material_of_nodes(py: Python<'_>, name: String, brdf: Vec<[f32; 3]>) -> PyResult<PyMaterial> {
     let table = run_detached(py, || MerlTable::from_nodes(name, &brdf))?.map_err(to_exception)?;
     let table = Arc::new(table);
     Ok(PyMaterial {
@@ -401,7 +403,7 @@ fn tabulated(py: Python<'_>, name: String, brdf: Vec<[f32; 3]>) -> PyResult<PyMa
     })
 }
 
-fn narrow(rgb: [f64; 3]) -> [f32; 3] {
+fn to_f32(rgb: [f64; 3]) -> [f32; 3] {
     rgb.map(|value| value as f32)
 }
 

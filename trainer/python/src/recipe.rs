@@ -331,8 +331,8 @@ impl PyRecipe {
     /// `readings` is an array (n, 3): one row for each sample in the recipe's order, with NaN for a missing reading (if
     /// the recipe `tolerates_missing`). With `directions` (m, 2, 3), it is an array (m, 3) of readings in any order;
     /// samples may be repeated or missing. Each reading is assigned to the nearest sample, which must be within
-    /// `tolerance_degrees` (default 0.5) in every angle. Repeated readings are averaged. `saturated` has one boolean for
-    /// each reading, True if the sensor was saturated.
+    /// `tolerance_degrees` (default 0.5) in every angle. Repeated readings are averaged. `saturated` has one boolean
+    /// for each reading, True if the sensor was saturated.
     ///
     /// `quantity` is "brdf" (default; sr^-1, linear RGB), "brdf-cos-i" or "brdf-cos-o" (the BRDF times the cosine of
     /// theta_i or theta_o), or "reflectance-factor" (the BRDF times pi).

@@ -1,4 +1,4 @@
-"""Materials: evaluation as by `trainer query`, construction from functions and arrays, writing and reading."""
+"""Materials: agreement with `trainer query`, construction from functions and arrays, writing and reading."""
 
 import copy
 import csv
@@ -94,26 +94,26 @@ def test_errors_match_commands(trainer, tmp_path):
     assert len(set(names)) == 3
 
 
-def lambert(incoming, outgoing):
+def glossy(incoming, outgoing):
     assert incoming.shape == outgoing.shape and incoming.shape[1] == 3
-    glossy = np.exp(-20 * (1 - (incoming[:, 2] + outgoing[:, 2]) / np.linalg.norm(incoming + outgoing, axis=1)))
-    return np.array([0.1, 0.2, 0.3]) + glossy[:, None]
+    highlight = np.exp(-20 * (1 - (incoming[:, 2] + outgoing[:, 2]) / np.linalg.norm(incoming + outgoing, axis=1)))
+    return np.array([0.1, 0.2, 0.3]) + highlight[:, None]
 
 
 def test_material_from_function(tmp_path):
-    material = glimpse.Material.from_function(lambert, "glossy")
+    material = glimpse.Material.from_function(glossy, "glossy")
     assert material.name == "glossy"
     pairs = directions(2000, 3)
     # Within two degrees of the horizon, nodes for interpolation are missing.
     inside = (pairs[..., 2] > np.sin(np.radians(2))).all(1)
-    expected = lambert(pairs[:, 0], pairs[:, 1])
+    expected = glossy(pairs[:, 0], pairs[:, 1])
     assert inside.mean() > 0.9
     np.testing.assert_allclose(material(pairs)[inside], expected[inside], rtol=2e-3)
     np.testing.assert_allclose(material(pairs), expected, rtol=0.05)
     nodes = glimpse.table_directions()
     assert nodes.shape[1:] == (2, 3) and (nodes[..., 2] > 0).all()
     np.testing.assert_allclose(np.linalg.norm(nodes, axis=-1), 1, atol=1e-6)
-    values = lambert(nodes[:, 0], nodes[:, 1])
+    values = glossy(nodes[:, 0], nodes[:, 1])
     from_table = glimpse.Material.from_table(values, "glossy")
     np.testing.assert_array_equal(from_table(pairs), material(pairs))
 
@@ -163,11 +163,11 @@ def test_error_for_table_of_nan_names_nan():
 
 
 def test_loss_matches_evaluate(trained):
-    at = glimpse.directions()
-    assert at.shape == (40503, 2, 3) and at.dtype == np.float64 and (at[..., 2] > 0).all()
-    np.testing.assert_allclose(np.linalg.norm(at, axis=-1), 1, atol=1e-6)
+    pairs = glimpse.directions()
+    assert pairs.shape == (40503, 2, 3) and pairs.dtype == np.float64 and (pairs[..., 2] > 0).all()
+    np.testing.assert_allclose(np.linalg.norm(pairs, axis=-1), 1, atol=1e-6)
     # Directions are uniform in theta_h over the valid region. Over the hemisphere, few would have a small theta_h.
-    half = at.sum(1) / np.linalg.norm(at.sum(1), axis=-1, keepdims=True)
+    half = pairs.sum(1) / np.linalg.norm(pairs.sum(1), axis=-1, keepdims=True)
     theta_h = np.degrees(np.arccos(np.clip(half[:, 2], -1, 1)))
     assert (theta_h < 9).mean() > 0.15
     for model in ("linear", "neural"):
@@ -178,14 +178,14 @@ def test_loss_matches_evaluate(trained):
             fitted = recipe.fit(material(recipe.directions))
             loss = glimpse.loss(material, fitted)
             assert loss == pytest.approx(report["loss"], abs=1e-6) and isinstance(loss, float)
-            loss_of_arrays = glimpse.loss(material(at), fitted(at))
+            loss_of_arrays = glimpse.loss(material(pairs), fitted(pairs))
             # The conversion between vectors and angles rounds.
             assert loss_of_arrays == pytest.approx(loss, rel=1e-4)
             assert glimpse.loss(fitted, material) == pytest.approx(loss, rel=1e-9)
             assert glimpse.loss(material, material) == 0
-            logarithms = [np.log1p(brdf.astype(float) * at[:, 0, 2:]) for brdf in (material(at), fitted(at))]
+            logarithms = [np.log1p(brdf.astype(float) * pairs[:, 0, 2:]) for brdf in (material(pairs), fitted(pairs))]
             assert np.abs(logarithms[0] - logarithms[1]).mean() == pytest.approx(loss, rel=1e-4)
-    values = material(at)
+    values = material(pairs)
     invalid = [(values[1:], "(40503, 3)"), (np.where(values > 0, -1, values), "row 0"), (values * np.nan, "nan")]
     for brdf, text in invalid:
         with pytest.raises(glimpse.GlimpseError) as error:
@@ -194,13 +194,13 @@ def test_loss_matches_evaluate(trained):
 
 
 def unpickle_in_process(material, tmp_path):
-    """Unpickles a material in another process and working directory: values at directions(300), type and name."""
+    """Unpickles a material in another process. Returns its BRDF at directions(300), its type and its name."""
     (tmp_path / "m.pickle").write_bytes(pickle.dumps(material))
-    np.save(tmp_path / "at.npy", directions(300))
+    np.save(tmp_path / "directions.npy", directions(300))
     code = """
         import pickle, numpy as np
         material = pickle.load(open("m.pickle", "rb"))
-        np.save("values.npy", material(np.load("at.npy")))
+        np.save("values.npy", material(np.load("directions.npy")))
         print(type(material).__name__, material.name)
     """
     command = [sys.executable, "-c", "\n".join(map(str.strip, code.splitlines()))]

@@ -27,6 +27,6 @@ def scan(path: Path) -> float:
         print(outlier.sample, outlier.z, outlier.measured, outlier.predicted, outlier.excluded)
     fitted.save(path, "rgl", overwrite=True)
     evaluation = glimpse.evaluate(recipe, "procedural:3:1")
-    at: npt.NDArray[np.float64] = glimpse.directions()
-    loss: float = glimpse.loss(gray(at[:, 0], at[:, 1]), fitted)
+    directions: npt.NDArray[np.float64] = glimpse.directions()
+    loss: float = glimpse.loss(gray(directions[:, 0], directions[:, 1]), fitted)
     return loss + evaluation["loss"] + evaluation["materials"][0]["delta_e"] + (fitted.predicted_loss or 0.0)

@@ -1,6 +1,6 @@
 """Glimpse: learn a material's BRDF from a handful of readings.
 
-A :class:`Recipe` holds the directions to measure and the method that fits the readings; :func:`train` makes one.
+A :class:`Recipe` holds the directions to measure and the method that fits the readings; :func:`train` returns one.
 :meth:`Recipe.plan` plans the movement of a machine's arms, and :meth:`Recipe.fit` fits readings to a
 :class:`FittedMaterial`. Calling a :class:`Material` with directions returns its BRDF.
 
@@ -12,8 +12,8 @@ abs(ln(1 + y cos) - ln(1 + f cos)); ``trainer/docs/losses.md`` defines it.
 Errors are raised as :class:`GlimpseError`, a ValueError. Missing, inaccessible and existing files raise Python's
 FileNotFoundError, PermissionError and FileExistsError.
 
-Computations run on all cores without the GIL. The environment variable RAYON_NUM_THREADS sets the number of threads.
-Ctrl-C interrupts them.
+Computations run on all cores without the GIL. Ctrl-C interrupts a computation. The environment variable
+RAYON_NUM_THREADS sets the number of threads.
 """
 
 from ._glimpse_brdf import (

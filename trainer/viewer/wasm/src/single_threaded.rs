@@ -15,8 +15,8 @@ impl<T> SingleThreaded<T> {
 
     /// Passes the value to `f`. Functions called by `f` must not call `with` on the same value.
     pub(crate) fn with<R>(&'static self, f: impl FnOnce(&'static mut T) -> R) -> R {
-        // SAFETY: exported functions run one at a time. Each calls `with` once and keeps no reference afterwards;
-        // references stored in the value are used through the value only.
+        // SAFETY: exported functions run one at a time. Each calls `with` once and keeps no reference afterwards.
+        // References stored in the value are used only through the value.
         f(unsafe { &mut *self.0.get() })
     }
 }
