@@ -1,5 +1,5 @@
 //! Writes the seeds of the trainer's fuzz targets to trainer/fuzz/seeds: small files of every format with procedural
-//! materials, valid and with every named kind of damage. Seeds found by fuzzing (`found-*`) are not changed.
+//! materials, valid and with every named kind of damage. Seeds from the fuzzer (`fuzzer-*`) are not changed.
 //!
 //!     cargo run --release -p glimpse-tests --example seeds
 
