@@ -55,7 +55,9 @@ use phase::Phase;
 /// The pause between a failure and the next attempt, in ms.
 const PAUSE_MS: u64 = 500;
 
-/// Controls a scan from `Hello` to the result, and then the next scan.
+/// The main loop of a scanner: it controls a scan from `Hello` to the result, and then the next scan.
+///
+/// `K` is the model, as for a [`Scan`]. The [module](self) has an example.
 pub struct Driver<'a, K: Fitter> {
     /// The scan, or the failure that prevents it.
     scan: Result<Scan<'a, K>, Failure>,

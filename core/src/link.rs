@@ -4,8 +4,8 @@
 //! the [`Reply`] with the same sequence number arrives. Then it sends the next request. A host answers a repeated
 //! request with the same reply as before. Lost, damaged, cut, repeated and spurious bytes therefore only cost time.
 //!
-//! The protocol is documented in `core/docs/link.md`: frames, messages, timeouts, a scan from hello to end, error
-//! codes, and examples in bytes.
+//! The document [`docs/link.md`](https://docs.rs/crate/glimpse-core/latest/source/docs/link.md) specifies frames,
+//! messages, timeouts, a scan from `Hello` to its end, and error codes, with examples in bytes.
 //!
 //! | request | reply |
 //! |---|---|

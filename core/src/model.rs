@@ -1,6 +1,7 @@
-//! The reflectance models.
+//! The reflectance models Phong, Cook-Torrance and Neural, and the basis of the model Linear.
 //!
-//! Firmware selects a model as a type parameter of a [`Scan`](crate::scan::Scan).
+//! Firmware selects a model as the type parameter of a [`Scan`](crate::scan::Scan). The values of a fit are the model's
+//! parameters, in the order that its page lists.
 
 mod cook_torrance;
 mod kernel;

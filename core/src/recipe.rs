@@ -3,8 +3,10 @@
 //! [`Recipe::parse`] checks everything that a scan needs, so a parsed `Recipe` never makes a scan fail. It borrows the
 //! bytes (in flash) and copies only a few numbers. [`Recipe::metadata`] decodes the metadata on request.
 //!
-//! `core/docs/recipe.md` defines the format, with an example in bytes: magic, version, length and CRC-32, and then
-//! sections, each a [`Kind`] and postcard bytes. The format grows by new kinds; older recipes stay readable.
+//! A recipe consists of magic, version, length and CRC-32, and then sections, each a [`Kind`] and postcard bytes. The
+//! format grows by new kinds; older recipes stay readable. The document
+//! [`docs/recipe.md`](https://docs.rs/crate/glimpse-core/latest/source/docs/recipe.md) specifies it, with an example
+//! in bytes.
 
 mod check;
 mod contents;

@@ -12,7 +12,10 @@ use crate::model::{ModelKind, Samples};
 /// Number of color channels. Each has its own coefficients.
 const CHANNELS: usize = 3;
 
-/// The model Linear.
+/// The model Linear: principal components of measured materials, fitted by a ridge solve or a learned map.
+///
+/// The values of a fit are the coefficients: m for red, m for green, m for blue. A
+/// [`Basis`](crate::model::linear::Basis) converts them to a BRDF.
 ///
 /// A unit of work is a row of the factorization or a channel of the solve. In a completion it is a reading, the hidden
 /// units, or a channel.

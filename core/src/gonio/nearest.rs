@@ -58,7 +58,7 @@ pub struct Machine {
     pub through_normal: bool,
 }
 
-/// The next move.
+/// A move of the arms to a pending sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Move {

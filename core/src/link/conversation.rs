@@ -36,7 +36,7 @@ impl Client {
     /// reply arrives.
     ///
     /// # Errors
-    /// [`FrameError::TooLong`] if `buffer` has fewer than [`FRAME_BYTES`](super::FRAME_BYTES).
+    /// [`FrameError::TooLong`] if the frame does not fit into `buffer`. [`FRAME_BYTES`](super::FRAME_BYTES) suffice.
     pub fn request<'b>(
         &mut self,
         request: &Request,
@@ -124,7 +124,7 @@ impl Server {
     /// Writes the frame of the reply to the last request into `buffer`.
     ///
     /// # Errors
-    /// [`FrameError::TooLong`] if `buffer` has fewer than [`FRAME_BYTES`](super::FRAME_BYTES).
+    /// [`FrameError::TooLong`] if the frame does not fit into `buffer`. [`FRAME_BYTES`](super::FRAME_BYTES) suffice.
     pub fn reply<'b>(
         &mut self,
         reply: Reply,

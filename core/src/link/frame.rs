@@ -75,7 +75,7 @@ pub(super) fn checksum_of<T: Serialize>(sequence: u32, message: &T) -> u32 {
     content.map_or(0, |content| crc_32(content))
 }
 
-/// A reader that finds frames in a stream of bytes.
+/// A decoder that finds frames in a stream of bytes.
 #[derive(Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FrameReader {

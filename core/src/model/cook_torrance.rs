@@ -11,14 +11,17 @@ const EPSILON: f64 = 1e-6;
 
 /// The Cook-Torrance model (Cook and Torrance 1982) with Beckmann's distribution, 8 parameters.
 ///
-/// f = k_d / pi + k_s D G F / (pi cos_i cos_o), where
+/// ```text
+/// f = k_d / pi + k_s D G F / (pi cos_i cos_o)
+/// D = exp(-tan^2 theta_h / alpha^2) / (alpha^2 cos^4 theta_h)
+/// G = min(1, 2 cos theta_h min(cos_i, cos_o) / cos theta_d)
+/// F = F0 + (1 - F0) (1 - cos theta_d)^5
+/// ```
 ///
-/// - D = exp(-tan^2 theta_h / alpha^2) / (alpha^2 cos^4 theta_h),
-/// - G = min(1, 2 cos theta_h min(cos_i, cos_o) / cos theta_d),
-/// - F = F0 + (1 - F0) (1 - cos theta_d)^5.
+/// (Paper, "Models: Cook-Torrance".) cos_i and cos_o are the cosines of theta_i and theta_o.
 ///
-/// (Paper, "Models: Cook-Torrance".) k_d and k_s (per channel), the roughness alpha and the reflectance at normal
-/// incidence F0 are the sigmoids of the parameters.
+/// The parameters are logits: of k_d for red, green and blue, of k_s for red, green and blue, of the roughness alpha,
+/// and of F0, the reflectance at normal incidence.
 ///
 /// Each denominator is offset by 1e-6. The exponent of D is computed as -sin^2 theta_h / (alpha^2 cos^2 theta_h +
 /// 1e-6). Cosines below the horizon count as 0. D and 1 / (pi cos_i cos_o) therefore stay below 1e6 for all parameters

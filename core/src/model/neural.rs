@@ -15,6 +15,9 @@ const TILE: usize = 3;
 /// f = max(exp(z) - 1, 0), where z is the output of a multi-layer perceptron. Its input is the unit half vector and
 /// the unit difference vector, (hx, hy, hz, dx, dy, dz). (Paper, "Models: Neural networks".)
 ///
+/// The parameters are the weights (6 x 21, inputs by outputs) and biases (21) of the first layer, the weights (21 x 21)
+/// and biases (21) of the second layer, and the weights (21 x 3) and biases (3) of the output layer.
+///
 /// The model is isotropic because of its input. It is not reciprocal: exchanging light and sensor adds pi to phi_d and
 /// turns the difference vector into (-dx, -dy, dz), which the network learns only from training materials. The mean of
 /// f(i, o) and f(o, i) is reciprocal.

@@ -8,11 +8,14 @@ use core::f64::consts::PI;
 
 /// The energy-conserving Phong model (Lafortune and Willems 1994), 7 parameters.
 ///
-/// f = k_d / pi + k_s (q + 2) / (2 pi) (max(w_o . r, 0) + 1e-5)^q, where r is the mirror direction of w_i. (Paper,
-/// "Models: Phong".)
+/// ```text
+/// f = k_d / pi + k_s (q + 2) / (2 pi) (max(w_o . r, 0) + 1e-5)^q
+/// ```
 ///
-/// The parameters of each channel are the logits of s = k_d + k_s and t = k_d / s, so that k_d = s t and
-/// k_s = s (1 - t). The last parameter is the logarithm of q.
+/// (Paper, "Models: Phong".) r is the mirror direction of w_i. With s = k_d + k_s and t = k_d / s, k_d = s t and
+/// k_s = s (1 - t).
+///
+/// The parameters are the logits of s for red, green and blue, the logits of t for red, green and blue, and ln(q).
 #[derive(Clone, Copy, Debug)]
 pub struct Phong;
 

@@ -36,8 +36,9 @@ pub const fn memory_words(recipes: &[&[u8]]) -> usize {
 
 /// Returns the largest number of samples, n, of these recipes.
 ///
-/// Firmware calls it at compile time, for the capacity of [saved readings](crate::scan::Saved): `Saved<{
-/// max_samples(&RECIPES) }>`. If one of them is not a recipe, the result is `usize::MAX`, as with [`memory_words`].
+/// Firmware calls it at compile time, for the capacity of [saved readings](crate::scan::Saved):
+/// `Saved<{ max_samples(&RECIPES) }>`. If one of them is not a recipe, the result is `usize::MAX`, as with
+/// [`memory_words`].
 #[must_use]
 pub const fn max_samples(recipes: &[&[u8]]) -> usize {
     largest(recipes).samples

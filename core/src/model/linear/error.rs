@@ -1,9 +1,9 @@
-//! Errors of a compact basis.
+//! Errors in reading a compact basis.
 
 use super::format::VERSION;
 use crate::error_code::ErrorCode;
 
-/// Errors of a compact basis.
+/// An error in reading a compact basis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
