@@ -81,10 +81,11 @@ pub enum Channels {
 }
 
 impl FitMethod<'_> {
-    /// Returns the least BRDF y (sr^-1) that the loss or the mapping accepts at the pattern's sample with this index.
+    /// Returns the smallest BRDF y (sr^-1) that the loss or the mapping accepts at the pattern's sample with this
+    /// index.
     ///
-    /// A dark-subtracted reading may be below 0, but 1 + y cos(theta_i), or Linear's y w + e, has to stay positive. The
-    /// bound keeps half of its value at y = 0.
+    /// A dark-subtracted reading may be below 0, but the argument of the logarithm has to stay positive. At the bound,
+    /// 1 + y cos(theta_i) is 1/2, or Linear's y w + e is e / 2.
     #[must_use]
     pub fn min_reading(&self, index: usize, at: &HalfDifference<f32>) -> f32 {
         match self {

@@ -283,7 +283,7 @@ fn no_brdf_for_invalid_directions_or_coefficients() {
     }
     for number in [f32::NAN, f32::INFINITY, f32::MAX] {
         let actual = basis.brdf([&[number], &[0.0], &[0.0]], &good);
-        // Such a coefficient may only give a black BRDF.
+        // The BRDF does not exist, or is black if the coefficient makes it negative.
         assert!(actual.is_none_or(|brdf| brdf[0] == 0.0), "{actual:?}");
     }
 }
@@ -342,7 +342,7 @@ proptest! {
         let weight = f64::from(at.cos_theta_i()) * f64::from(at.cos_theta_o());
         let tolerance = if cfg!(feature = "micromath") { 5e-3 } else { 1e-4 };
         for (actual, expected) in actual.into_iter().zip(expected) {
-            // Relative to the argument of the logarithm.
+            // The error is relative to the argument of the mapping's logarithm, divided by its weight.
             let error = (f64::from(actual) - expected).abs() / (expected + 1e-3 / weight);
             prop_assert!(error < tolerance, "{actual} instead of {expected} at {at:?}");
         }

@@ -346,7 +346,7 @@ fn unknown_codes_arrive_and_print() {
     );
 }
 
-/// Codes are unique, and their numbers lead back to them.
+/// Codes have unique numbers, and `from_code` inverts `code`.
 #[test]
 fn error_codes_are_unique() {
     let mut numbers = HashSet::new();

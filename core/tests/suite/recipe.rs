@@ -1,4 +1,4 @@
-//! Only intact recipes are read. Other bytes are rejected with the fault.
+//! Only intact recipes are read. Other bytes are rejected with an error that names their fault.
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
@@ -9,7 +9,7 @@ use glimpse_core::recipe::{
 use proptest::prelude::*;
 
 use crate::recipes::{
-    Change, DescentContents, RidgeContents, linear, neural, parse_error, parsed, sealed,
+    Change, DescentContents, RidgeContents, linear, neural, parse_error, parsed, with_header,
 };
 use crate::scanning::{MODELS, encoded_recipe};
 
@@ -132,11 +132,11 @@ fn rejects_any_truncation_or_padding() {
 #[test]
 fn rejects_other_format_versions() {
     let whole = encoded_recipe(ModelKind::Neural);
-    assert_eq!(sealed(VERSION, &whole[HEADER_BYTES..]), whole);
+    assert_eq!(with_header(VERSION, &whole[HEADER_BYTES..]), whole);
     for version in [0, 1, 2, VERSION + 1, u16::MAX] {
         for body in [&whole[HEADER_BYTES..], &[]] {
             let error = RecipeError::Version(version);
-            assert_eq!(parse_error(&sealed(version, body)), error);
+            assert_eq!(parse_error(&with_header(version, body)), error);
         }
     }
 }
@@ -244,7 +244,7 @@ fn rejects_direction_below_horizon() {
     }
 }
 
-/// Their sines and cosines would not give unit vectors.
+/// Large angles are rejected, because rounded sines and cosines would not give unit vectors.
 #[test]
 fn rejects_large_angles() {
     for angle in 0..3 {
@@ -300,7 +300,7 @@ proptest! {
     fn rejects_body_of_noise(
         noise in prop::collection::vec(any::<u8>(), 0..200),
     ) {
-        let error = parse_error(&sealed(VERSION, &noise));
+        let error = parse_error(&with_header(VERSION, &noise));
         let of_header = matches!(error, RecipeError::Checksum | RecipeError::Length { .. });
         prop_assert!(!of_header, "{}", error);
     }

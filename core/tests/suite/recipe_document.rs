@@ -78,19 +78,19 @@ fn example() -> Vec<u8> {
 }
 
 /// The bytes of the document's example.
-fn bytes_of_the_document() -> Vec<u8> {
+fn documented_bytes() -> Vec<u8> {
     hex_bytes(include_str!("../../docs/recipe.hex"))
 }
 
 #[test]
 fn written_bytes_match_document() {
-    let (actual, expected) = (bytes_of_the_document(), example());
+    let (actual, expected) = (documented_bytes(), example());
     assert_eq!(actual, expected, "the bytes are {expected:02x?}");
 }
 
 #[test]
 fn documented_bytes_parse() {
-    let bytes = bytes_of_the_document();
+    let bytes = documented_bytes();
     let recipe = Recipe::parse(&bytes).unwrap();
     let ridge = recipe.ridge().unwrap();
     assert!(ridge.basis().iter().eq([1.5, -2.0]));

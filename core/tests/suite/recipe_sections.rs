@@ -12,7 +12,7 @@ use proptest::prelude::*;
 
 use crate::completion::contents::CompletedContents;
 use crate::recipes::{
-    Sections, linear, packed, parsed, recipe_with, sealed, section_mut, sections_of, write,
+    Sections, linear, packed, parsed, recipe_with, section_mut, sections_of, with_header, write,
 };
 use crate::scanning::{encoded_recipe, recipe_for};
 
@@ -242,10 +242,10 @@ fn body_ending_within_section_is_malformed() {
     let whole = write(&full_parts()).unwrap();
     let body = &whole[HEADER_BYTES..];
     for tail in [&[0x80][..], &[0xFF, 0xFF, 0xFF], &[0xC8, 0x01, 5, 1, 2]] {
-        let bytes = sealed(VERSION, &[body, tail].concat());
+        let bytes = with_header(VERSION, &[body, tail].concat());
         assert_eq!(Recipe::parse(&bytes).err(), Some(RecipeError::Malformed));
     }
-    let bytes = sealed(VERSION, &body[..body.len() - 1]);
+    let bytes = with_header(VERSION, &body[..body.len() - 1]);
     assert_eq!(Recipe::parse(&bytes).err(), Some(RecipeError::Malformed));
 }
 
@@ -443,7 +443,7 @@ fn rejects_incomplete_list_of_sources() {
     // Four enums, and a digest of ten bytes.
     const COUNT: usize = 4 + 10;
     let expected_error = Err(RecipeError::Section(Kind::TRAINING));
-    // Larger and smaller counts than the number of sources; the latter leave bytes over.
+    // Smaller and larger counts than the number of sources, 3. After a smaller count, bytes remain.
     for count in [2, 4, 5, 127] {
         let actual = training_with(|bytes| {
             assert_eq!(bytes[COUNT], 3);

@@ -17,7 +17,7 @@ pub(crate) fn write(parts: &RecipeParts<'_>) -> Result<Vec<u8>, RecipeError> {
     Recipe::write(parts, &mut buffer).map(<[u8]>::to_vec)
 }
 
-/// Reads a valid recipe. Its bytes are leaked, so that it can be passed around freely.
+/// Reads a valid recipe. Its bytes are leaked, so that its lifetime is static.
 pub(crate) fn parsed(bytes: Vec<u8>) -> Recipe<'static> {
     Recipe::parse(bytes.leak()).unwrap()
 }
@@ -27,7 +27,7 @@ pub(crate) fn parse_error(bytes: &[u8]) -> RecipeError {
     Recipe::parse(bytes).map(drop).unwrap_err()
 }
 
-/// A change to a recipe's contents, and the field or the error that it causes.
+/// The field or the error that a change causes, and the change to a recipe's contents.
 pub(crate) type Change<E, T> = (E, fn(&mut T));
 
 /// The contents of a recipe that is fitted by descent.
@@ -155,7 +155,7 @@ impl RidgeContents {
 }
 
 /// A recipe of any version and body, with a valid header.
-pub(crate) fn sealed(version: u16, body: &[u8]) -> Vec<u8> {
+pub(crate) fn with_header(version: u16, body: &[u8]) -> Vec<u8> {
     let mut checked = version.to_le_bytes().to_vec();
     checked.extend((body.len() as u32).to_le_bytes());
     let header = [b"GLMP", &checked[..]].concat();
@@ -198,5 +198,5 @@ pub(crate) fn body_of(sections: &[(Kind, Vec<u8>)]) -> Vec<u8> {
 
 /// A recipe with these sections.
 pub(crate) fn recipe_with(sections: &[(Kind, Vec<u8>)]) -> Vec<u8> {
-    sealed(VERSION, &body_of(sections))
+    with_header(VERSION, &body_of(sections))
 }

@@ -7,7 +7,7 @@ use glimpse_core::recipe::{Field, HEADER_BYTES, Kind, Recipe, RecipeError, VERSI
 
 use super::contents::{CompletedContents, DescentPart, InitNetPart, SAMPLES};
 use crate::recipes::{
-    Change, Sections, body_of, parse_error, recipe_with, sealed, section_mut, sections_of,
+    Change, Sections, body_of, parse_error, recipe_with, section_mut, sections_of, with_header,
 };
 
 /// Recipes of all models have a completion section. Recipes of the last three also have descent and start sections.
@@ -325,7 +325,7 @@ fn rejects_cut_body() {
             })
             .collect();
         for length in 0..body.len() {
-            let is_valid = Recipe::parse(&sealed(VERSION, &body[..length])).is_ok();
+            let is_valid = Recipe::parse(&with_header(VERSION, &body[..length])).is_ok();
             assert_eq!(is_valid, valid_lengths.contains(&length), "{length}");
         }
     }
@@ -340,7 +340,7 @@ fn altered_bytes_are_rejected_or_valid() {
             let before = body[index];
             for after in [0, 0x7F, 0x80, 0xFF, before ^ 1] {
                 body[index] = after;
-                let bytes = sealed(VERSION, &body);
+                let bytes = with_header(VERSION, &body);
                 if let Ok(recipe) = Recipe::parse(&bytes) {
                     let mut buffer = vec![0; bytes.len()];
                     assert_eq!(recipe.copy_without(&[], &mut buffer), Ok(&bytes[..]));

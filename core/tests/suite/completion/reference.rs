@@ -39,7 +39,7 @@ fn dot(weights: &[i8], values: &[f64]) -> f64 {
     terms.map(|(w, value)| f64::from(*w) * value).sum()
 }
 
-/// u_ic of each sample that was read, times the dropout gain.
+/// u_ic of each sample with a reading, times the dropout gain.
 pub(crate) fn network_inputs(
     contents: &CompletedContents,
     recipe: &Recipe<'_>,
@@ -149,7 +149,7 @@ pub(crate) fn expected_values(
         .collect()
 }
 
-/// Linear's residual at each sample that was read: the cosine-weighted logarithmic error.
+/// Linear's residual at each sample with a reading: the cosine-weighted logarithmic error.
 pub(crate) fn residuals(
     contents: &CompletedContents,
     recipe: &Recipe<'_>,
@@ -184,16 +184,16 @@ pub(crate) const TOLERANCE: f64 = if cfg!(feature = "micromath") {
     2e-6
 };
 
-/// Compares number by number.
+/// Asserts that lists are equal within [`TOLERANCE`].
 #[track_caller]
-pub(crate) fn assert_close(what: &str, actual: impl Iterator<Item = f32>, expected: &[f64]) {
+pub(crate) fn assert_close(name: &str, actual: impl Iterator<Item = f32>, expected: &[f64]) {
     let actual: Vec<f32> = actual.collect();
-    assert_eq!(actual.len(), expected.len(), "{what}");
+    assert_eq!(actual.len(), expected.len(), "{name}");
     for (index, (actual, expected)) in actual.iter().zip(expected).enumerate() {
         let error = (f64::from(*actual) - expected).abs() / expected.abs().max(1.0);
         assert!(
             error <= TOLERANCE,
-            "{what} {index}: {actual} instead of {expected}, {error:.1e} off"
+            "{name} {index}: {actual} instead of {expected}, error {error:.1e}"
         );
     }
 }

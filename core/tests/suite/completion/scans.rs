@@ -78,7 +78,7 @@ fn initial_values_match_formulas() {
     }
 }
 
-/// Compares the fit with K steps from the initial values, each with the gradient of all readings. The bits are equal.
+/// Compares a fit with steps from the initial values, each with the gradient of all readings. The bits are equal.
 fn check_descent<M: Model + Fitter>() {
     let contents = CompletedContents::small(M::KIND, MissingPolicy::Scaled);
     for readings in cases() {
@@ -205,7 +205,7 @@ fn linear_residual_matches_formula() {
     }
 }
 
-/// Activations are at most 1, and finite as integers. The input needs its own check.
+/// A fit detects an overflow at the net's input, because activations are at most 1 and therefore hide it.
 #[test]
 fn huge_reading_diverges() {
     for kind in MODELS {
@@ -222,7 +222,7 @@ fn huge_reading_diverges() {
     }
 }
 
-/// The check comes before the scan.
+/// `Scan::accept` checks a recipe before a scan begins.
 #[test]
 fn rejects_recipe_for_other_firmware() {
     let (linear, phong) = (ModelKind::Linear, ModelKind::Phong);
@@ -233,7 +233,7 @@ fn rejects_recipe_for_other_firmware() {
     let memory = Err(ScanError::Memory { needed, found });
     assert_eq!(Scan::<Linear>::accept(&completed, found), memory);
     assert_eq!(Scan::<Any>::accept(&completed, found), memory);
-    // A recipe of another model.
+    // A recipe for another model.
     let model = |firmware, recipe| Err(ScanError::Model { firmware, recipe });
     assert_eq!(
         Scan::<Phong>::accept(&completed, needed),
@@ -247,9 +247,9 @@ fn rejects_recipe_for_other_firmware() {
     assert_eq!(Scan::<Any>::accept(&started, 10_000), Ok(needed));
 }
 
-/// A reading below the smallest argument of the logarithm is raised, and does not give a NaN.
+/// A reading that would make the argument of a logarithm negative is clamped, and does not give a NaN.
 #[test]
-fn raises_dark_readings() {
+fn clamps_dark_readings() {
     for kind in MODELS {
         let contents = CompletedContents::small(kind, MissingPolicy::Scaled);
         let recipe = contents.recipe();
@@ -259,7 +259,7 @@ fn raises_dark_readings() {
         assert!(recorded.clamped);
         let outcome = fit(&mut scan, &[5]);
         assert_eq!(outcome.residual().clamped, 1);
-        // Raised until y w + e is e / 2, or y cos(theta_i) is -1/2.
+        // At the bound, y w + e is e / 2, or y cos(theta_i) is -1/2.
         let (_, directions) = recipe.directions().nth(3).unwrap();
         let (cosine, other) = (directions.incoming[2], directions.outgoing[2]);
         let min = (-0.0005 / (cosine * other)).max(-0.5 / cosine);

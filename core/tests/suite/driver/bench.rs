@@ -10,9 +10,9 @@ use glimpse_core::scan::Reading;
 use crate::scanning::{Any, new_scan, recipe_for, synthetic_reading};
 
 /// Number of steps after which a driver counts as hung.
-const TURNS: usize = 200_000;
+const MAX_STEPS: usize = 200_000;
 
-/// Time of the driver's clock at the start, in ms. Its low half overflows soon.
+/// Time of the driver's clock at the start, in ms. Its low 32 bits overflow after 0.256 s.
 pub(crate) const ORIGIN: u64 = 0xFFFF_FF00;
 
 pub(crate) type AnyDriver = Driver<'static, Any>;
@@ -168,7 +168,7 @@ impl<'h> Bench<'h> {
         driver: &mut Driver<'_, K>,
         until: impl Fn(&Action) -> bool,
     ) -> (u64, Action) {
-        for _ in 0..TURNS {
+        for _ in 0..MAX_STEPS {
             let action = self.step(driver);
             assert_ne!(
                 self.sleep_ms,
@@ -186,7 +186,7 @@ impl<'h> Bench<'h> {
     /// Runs for a time in ms.
     pub(crate) fn wait<K: Fitter>(&mut self, driver: &mut Driver<'_, K>, milliseconds: u64) {
         let end = self.now + milliseconds;
-        for _ in 0..TURNS {
+        for _ in 0..MAX_STEPS {
             if self.now + u64::from(self.sleep_ms) > end {
                 self.sleep_ms = (end - self.now) as u32;
             }

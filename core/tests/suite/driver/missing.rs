@@ -23,8 +23,11 @@ pub(crate) fn tolerant_recipes() -> impl Iterator<Item = Recipe<'static>> {
     models.map(|model| CompletedContents::small(model, MissingPolicy::Scaled).recipe())
 }
 
-/// The bits of a fit of only these readings.
-pub(crate) fn fit_of(recipe: Recipe<'static>, indices: impl IntoIterator<Item = u16>) -> Vec<u32> {
+/// The bits of a fit with only these readings.
+pub(crate) fn fit_bits(
+    recipe: Recipe<'static>,
+    indices: impl IntoIterator<Item = u16>,
+) -> Vec<u32> {
     let mut scan = new_scan::<Any>(recipe);
     record(&mut scan, indices, synthetic_reading);
     fit(&mut scan, &[u32::MAX]).bits().to_vec()
@@ -59,7 +62,7 @@ fn skips_unreadable_sample() {
                 _ => Some(default_reply(request)),
             });
             bench.run(&mut driver, is_end);
-            let expected = fit_of(recipe, [0, 1, 3, 4]);
+            let expected = fit_bits(recipe, [0, 1, 3, 4]);
             assert_eq!(bench.results(), (expected, 1));
             assert_eq!(bench.count(is_measure), 6, "each is requested once");
             // The next scan requests all of them again.
@@ -80,7 +83,7 @@ fn host_finishes_early() {
             _ => Some(default_reply(request)),
         });
         bench.run(&mut driver, is_end);
-        assert_eq!(bench.results(), (fit_of(recipe, 0..3), 1));
+        assert_eq!(bench.results(), (fit_bits(recipe, 0..3), 1));
         assert_eq!(bench.count(is_measure), 4);
     }
 }
@@ -113,7 +116,7 @@ fn scan_without_readings_fails() {
 }
 
 /// Polls until the driver requests a reading of the device's own sensor.
-fn until_measure(bench: &mut Bench<'_>, driver: &mut AnyDriver) -> u16 {
+fn poll_until_measure(bench: &mut Bench<'_>, driver: &mut AnyDriver) -> u16 {
     loop {
         let action = driver.poll(ORIGIN + bench.now);
         let bytes = driver.outgoing().to_vec();
@@ -134,20 +137,20 @@ fn device_with_own_arms_skips_and_finishes_early() {
         for host in [Host::Listens, Host::Absent] {
             let mut driver = new_driver::<Any>(recipe, Config::new(host));
             let mut bench = Bench::cooperative();
-            assert_eq!(until_measure(&mut bench, &mut driver), 0);
+            assert_eq!(poll_until_measure(&mut bench, &mut driver), 0);
             assert_eq!(driver.poll_delay(ORIGIN), None);
             driver.skip(0).unwrap();
             assert_eq!(driver.poll_delay(ORIGIN), Some(0));
             for expected in [1, 2] {
-                assert_eq!(until_measure(&mut bench, &mut driver), expected);
+                assert_eq!(poll_until_measure(&mut bench, &mut driver), expected);
                 driver.record(expected, synthetic_reading(expected));
             }
-            assert_eq!(until_measure(&mut bench, &mut driver), 3);
+            assert_eq!(poll_until_measure(&mut bench, &mut driver), 3);
             driver.finish_early().unwrap();
             assert_eq!(driver.poll_delay(ORIGIN), Some(0));
             bench.sensor = Box::new(|index| panic!("{index} was read"));
             bench.run(&mut driver, is_end);
-            assert_eq!(fitted_bits(&driver), fit_of(recipe, [1, 2]));
+            assert_eq!(fitted_bits(&driver), fit_bits(recipe, [1, 2]));
         }
     }
 }
@@ -174,7 +177,7 @@ fn skip_cancels_request() {
         }
         let (at, _) = bench.run(&mut driver, is_end);
         assert_eq!(at, 0);
-        assert_eq!(bench.results(), (fit_of(recipe, [0, 2, 3]), 1));
+        assert_eq!(bench.results(), (fit_bits(recipe, [0, 2, 3]), 1));
     }
 }
 
@@ -194,7 +197,7 @@ fn skip_of_other_sample_keeps_request() {
     driver.skip(3).unwrap();
     bench.run(&mut driver, is_end);
     assert_eq!(bench.count(is_measure), 5);
-    assert_eq!(bench.results(), (fit_of(recipe, [0, 1, 2, 4, 5]), 1));
+    assert_eq!(bench.results(), (fit_bits(recipe, [0, 1, 2, 4, 5]), 1));
 }
 
 #[test]
@@ -215,7 +218,7 @@ fn three_invalid_readings_skip_sample() {
                 _ => synthetic_reading(index),
             });
             bench.run(&mut driver, is_end);
-            assert_eq!(fitted_bits(&driver), fit_of(recipe, [0, 2, 3, 4, 5]));
+            assert_eq!(fitted_bits(&driver), fit_bits(recipe, [0, 2, 3, 4, 5]));
             if host == Host::Measures {
                 assert_eq!(bench.count(is_measure), 5 + 3);
             }
@@ -229,14 +232,14 @@ fn invalid_readings_keep_earlier_reading() {
     let recipe = tolerant_recipes().next().unwrap();
     let mut driver = new_driver::<Any>(recipe, Config::new(Host::Absent));
     let mut bench = Bench::cooperative();
-    until_measure(&mut bench, &mut driver);
+    poll_until_measure(&mut bench, &mut driver);
     driver.record(2, synthetic_reading(2));
     for _ in 0..4 {
         driver.poll(ORIGIN);
         driver.record(2, Reading::monochrome(f32::NAN));
     }
     bench.run(&mut driver, is_end);
-    assert_eq!(fitted_bits(&driver), fit_of(recipe, 0..SAMPLES));
+    assert_eq!(fitted_bits(&driver), fit_bits(recipe, 0..SAMPLES));
 }
 
 #[test]
@@ -251,7 +254,7 @@ fn invalid_skip_changes_nothing() {
     let (index, samples) = (SAMPLES, SAMPLES);
     assert_eq!(driver.skip(index), Err(SkipError::Index { index, samples }));
     Bench::cooperative().run(&mut driver, is_finished);
-    assert_eq!(fitted_bits(&driver), fit_of(recipe, 0..SAMPLES));
+    assert_eq!(fitted_bits(&driver), fit_bits(recipe, 0..SAMPLES));
 
     // After a failure, a skip would belong to the previous material.
     driver.restart();

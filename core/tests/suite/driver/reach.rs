@@ -6,7 +6,7 @@ use glimpse_core::link::{Failure, Request};
 use glimpse_core::recipe::Recipe;
 
 use super::bench::{Bench, is_failed, is_finished, is_measure, is_saved, new_driver};
-use super::missing::{fit_of, fitted_bits, tolerant_recipes};
+use super::missing::{fit_bits, fitted_bits, tolerant_recipes};
 use crate::scanning::{Any, MODELS, full_scan, new_scan, recipe_for, record, synthetic_reading};
 
 const HOSTS: [Host; 3] = [Host::Measures, Host::Listens, Host::Absent];
@@ -21,7 +21,7 @@ fn split(recipe: &Recipe<'_>, limits: &Limits) -> (Vec<u16>, Vec<u16>) {
 }
 
 /// Limits that exclude some samples of a recipe, but not all.
-fn limits_of(recipe: &Recipe<'_>) -> Limits {
+fn partial_limits(recipe: &Recipe<'_>) -> Limits {
     let limits = (1..157).map(|step| Limits {
         max_theta_i: 0.01 * step as f32,
         ..Limits::NONE
@@ -47,7 +47,7 @@ fn is_end(action: &Action) -> bool {
 fn out_of_reach_fails_before_any_move() {
     for model in MODELS {
         let recipe = recipe_for(model);
-        let limits = limits_of(&recipe);
+        let limits = partial_limits(&recipe);
         let (_, out) = split(&recipe, &limits);
         let (index, count) = (out[0], out.len() as u16);
         let failure = Failure::OutOfReach { index, count };
@@ -70,9 +70,9 @@ fn out_of_reach_fails_before_any_move() {
 #[test]
 fn tolerant_recipe_skips_samples_out_of_reach() {
     for recipe in tolerant_recipes() {
-        let limits = limits_of(&recipe);
+        let limits = partial_limits(&recipe);
         let (within, out) = split(&recipe, &limits);
-        let expected = fit_of(recipe, within.iter().copied());
+        let expected = fit_bits(recipe, within.iter().copied());
         for host in HOSTS {
             let mut driver = new_driver::<Any>(recipe, config(host, limits));
             let mut bench = Bench::cooperative();
@@ -134,7 +134,7 @@ fn unlimited_reach_excludes_nothing() {
 #[test]
 fn saved_reading_out_of_reach_is_used() {
     for recipe in tolerant_recipes() {
-        let limits = limits_of(&recipe);
+        let limits = partial_limits(&recipe);
         let (within, out) = split(&recipe, &limits);
         for is_valid in [true, false] {
             let mut scan = new_scan::<Any>(recipe);
@@ -146,7 +146,7 @@ fn saved_reading_out_of_reach_is_used() {
             bench.run(&mut driver, is_end);
             let of_saved = out.iter().copied().take(usize::from(is_valid));
             let read = within.iter().copied().chain(of_saved);
-            assert_eq!(fitted_bits(&driver), fit_of(recipe, read));
+            assert_eq!(fitted_bits(&driver), fit_bits(recipe, read));
             assert_eq!(bench.count(is_saved), 1);
         }
     }

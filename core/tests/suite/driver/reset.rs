@@ -22,8 +22,8 @@ fn outgoing(driver: &mut AnyDriver) -> Option<(u32, Request, Vec<u8>)> {
     Some((sequence, request, bytes))
 }
 
-/// The replies of a full scan of another material, with the sequence numbers of this seed. Some buffer holds them when
-/// the device is reset.
+/// The replies of a full scan of another material, with the sequence numbers of this seed. They are still in a buffer
+/// of the line when the device is reset.
 fn stale_replies(seed: u32) -> Vec<Vec<u8>> {
     let mut driver = device(seed);
     let mut replies = Vec::new();

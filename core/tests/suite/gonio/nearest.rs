@@ -22,8 +22,8 @@ fn machine(isotropic: bool) -> Machine {
     }
 }
 
-/// The angle of the shorter way around.
-fn around(angle: f32) -> f32 {
+/// The shorter of the two turns to an angle, in radians.
+fn shorter_turn(angle: f32) -> f32 {
     let angle = angle.rem_euclid(TAU);
     angle.min(TAU - angle)
 }
@@ -32,8 +32,8 @@ fn around(angle: f32) -> f32 {
 fn seconds(speeds: &Speeds, to: &ArmAngles, from: &ArmAngles, turn: f32) -> f32 {
     let theta_i = (to.incoming.theta - from.incoming.theta).abs() / speeds.theta_i;
     let theta_o = (to.outgoing.theta - from.outgoing.theta).abs() / speeds.theta_o;
-    let phi_i = around(to.incoming.phi + turn - from.incoming.phi) / speeds.phi_i;
-    let phi_o = around(to.outgoing.phi + turn - from.outgoing.phi) / speeds.phi_o;
+    let phi_i = shorter_turn(to.incoming.phi + turn - from.incoming.phi) / speeds.phi_i;
+    let phi_o = shorter_turn(to.outgoing.phi + turn - from.outgoing.phi) / speeds.phi_o;
     theta_i.max(theta_o).max(phi_i).max(phi_o)
 }
 
@@ -101,7 +101,7 @@ proptest! {
 }
 
 #[test]
-fn azimuths_take_shorter_way() {
+fn azimuths_take_shorter_turn() {
     // Without turns, and after 10 turns.
     for turns in [0.0, 3600.0] {
         let from = [10.0, 170.0 + turns, 10.0, 90.0];

@@ -1,4 +1,4 @@
-//! The self-test recognizes the quantity of a tile's readings, or reports that the result is unclear.
+//! The self-test recognizes the quantity of a tile's readings, or reports that it is inconclusive.
 
 use std::f32::consts::PI;
 
@@ -89,13 +89,13 @@ fn readings(
     directions.iter().map(read).collect()
 }
 
-fn simulate_verdict(case: &Case, count: usize, random: &mut Generator) -> TileResult {
+fn simulate(case: &Case, count: usize, random: &mut Generator) -> TileResult {
     let directions = directions(count, random);
     let tile = if case.monochrome { [TILE[0]; 3] } else { TILE };
     examine(&readings(case, &directions, random), tile)
 }
 
-/// True for the correct result, false for a wrong one, None for an unclear one.
+/// True for the correct result, false for a wrong one, None for an inconclusive one.
 fn is_correct(case: &Case, result: &TileResult) -> Option<bool> {
     match *result {
         TileResult::Inconclusive(_) => None,
@@ -112,8 +112,8 @@ fn is_correct(case: &Case, result: &TileResult) -> Option<bool> {
     }
 }
 
-/// The numbers of correct and wrong verdicts, for 500 tiles of each quantity.
-fn tally(count: usize, noise: f32, monochrome: bool, factor: [f32; 3]) -> (usize, usize) {
+/// The numbers of correct and wrong results, for 500 tiles of each quantity.
+fn count_results(count: usize, noise: f32, monochrome: bool, factor: [f32; 3]) -> (usize, usize) {
     let mut random = Generator(1);
     let (mut correct, mut wrong) = (0, 0);
     for quantity in ALL {
@@ -127,7 +127,7 @@ fn tally(count: usize, noise: f32, monochrome: bool, factor: [f32; 3]) -> (usize
             monochrome,
         };
         for _ in 0..500 {
-            match is_correct(&case, &simulate_verdict(&case, count, &mut random)) {
+            match is_correct(&case, &simulate(&case, count, &mut random)) {
                 Some(true) => correct += 1,
                 Some(false) => wrong += 1,
                 None => {}
@@ -140,22 +140,25 @@ fn tally(count: usize, noise: f32, monochrome: bool, factor: [f32; 3]) -> (usize
 #[test]
 fn recognizes_eight_readings_with_3_percent_noise() {
     for monochrome in [false, true] {
-        assert_eq!(tally(8, 0.03, monochrome, [1.0; 3]), (2000, 0));
-        assert_eq!(tally(8, 0.03, monochrome, [2.0; 3]), (1500, 0));
-        assert_eq!(tally(8, 0.03, monochrome, [0.8, 1.0, 1.3]), (1500, 0));
+        assert_eq!(count_results(8, 0.03, monochrome, [1.0; 3]), (2000, 0));
+        assert_eq!(count_results(8, 0.03, monochrome, [2.0; 3]), (1500, 0));
+        assert_eq!(
+            count_results(8, 0.03, monochrome, [0.8, 1.0, 1.3]),
+            (1500, 0)
+        );
     }
 }
 
-/// An unclear result is better than a wrong one.
+/// With more noise, more results are inconclusive, but none is wrong.
 #[test]
-fn more_noise_gives_fewer_but_no_wrong_verdicts() {
+fn more_noise_gives_no_wrong_results() {
     for (noise, min_correct) in [(0.05, 1800), (0.1, 0), (0.3, 0)] {
         for monochrome in [false, true] {
-            let (correct, wrong) = tally(8, noise, monochrome, [1.0; 3]);
-            println!("{noise} {monochrome}: {correct} right, {wrong} wrong");
+            let (correct, wrong) = count_results(8, noise, monochrome, [1.0; 3]);
+            println!("{noise} {monochrome}: {correct} correct, {wrong} wrong");
             assert!(
                 correct >= min_correct && wrong == 0,
-                "{noise}: {correct} right, {wrong} wrong"
+                "{noise}: {correct} correct, {wrong} wrong"
             );
         }
     }
@@ -185,7 +188,7 @@ fn three_exact_readings_are_enough() {
     );
 }
 
-/// A reflectance factor times cos(theta_i), from a white that was read once and assumed to be 1.
+/// A reflectance factor times cos(theta_i): the white was read once, and its BRDF was assumed to be 1.
 #[test]
 fn recognizes_constant_times_cosine() {
     let case = Case {
@@ -194,8 +197,7 @@ fn recognizes_constant_times_cosine() {
         noise: 0.01,
         monochrome: false,
     };
-    let TileResult::Scaled { quantity, factor } = simulate_verdict(&case, 8, &mut Generator(5))
-    else {
+    let TileResult::Scaled { quantity, factor } = simulate(&case, 8, &mut Generator(5)) else {
         panic!("the result is not a constant factor");
     };
     assert_eq!(quantity, Quantity::BrdfTimesCosThetaI);
@@ -204,7 +206,7 @@ fn recognizes_constant_times_cosine() {
 
 /// Exact readings, but at directions that do not exclude other quantities.
 #[test]
-fn similar_directions_are_unclear() {
+fn similar_directions_are_ambiguous() {
     let angles = [0.0, 15.0, 30.0, 45.0, 60.0];
     let mirror = angles.map(|theta| at([theta, 0.0, theta, 180.0]));
     let fixed_sensor = angles.map(|theta| at([theta, 0.0, 45.0, 90.0]));
@@ -226,7 +228,7 @@ fn similar_directions_are_unclear() {
 }
 
 #[test]
-fn unknown_quantity_is_unclear() {
+fn unknown_quantity_is_inconclusive() {
     let mut random = Generator(3);
     let directions = directions(10, &mut random);
     let brdf = |at: &Directions<f32>| TILE.map(|r| r / PI * (0.2 + at.incoming[0].abs()));
@@ -284,7 +286,7 @@ fn names_invalid_readings_and_reflectances() {
 }
 
 #[test]
-fn verdicts_contain_values() {
+fn result_texts_contain_values() {
     let scaled = TileResult::Scaled {
         quantity: Quantity::Brdf,
         factor: [2.0, 2.1, 1.9],

@@ -89,7 +89,7 @@ impl Case {
     }
 
     /// The right-hand side A't.
-    pub(crate) fn right_side(&self) -> Vec<f64> {
+    pub(crate) fn right_hand_side(&self) -> Vec<f64> {
         let rows = || self.basis.chunks(self.m).zip(&self.mapped);
         (0..self.m)
             .map(|k| rows().map(|(row, t)| row[k] * t).sum())
@@ -124,7 +124,7 @@ fn eliminate(matrix: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
     solution
 }
 
-pub(crate) fn single(values: &[f64]) -> Vec<f32> {
+pub(crate) fn to_f32(values: &[f64]) -> Vec<f32> {
     values.iter().map(|x| *x as f32).collect()
 }
 
@@ -167,6 +167,6 @@ pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
     norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) / norm(&mut b.iter().copied())
 }
 
-pub(crate) fn double(values: &[f32]) -> Vec<f64> {
+pub(crate) fn to_f64(values: &[f32]) -> Vec<f64> {
     values.iter().copied().map(f64::from).collect()
 }

@@ -4,7 +4,7 @@ use glimpse_core::fit::ridge::{
     Part, Problem, RidgeError, RidgeGradient, factor_length, scratch_length,
 };
 
-use super::case::{Case, single, solutions, with_factors};
+use super::case::{Case, solutions, to_f32, with_factors};
 
 fn length(part: Part, found: usize) -> RidgeError {
     RidgeError::Length { part, found }
@@ -24,7 +24,7 @@ fn rejects_problems_of_wrong_lengths() {
 #[test]
 fn rejects_lists_and_buffers_of_wrong_lengths() {
     for (n, m) in [(8, 5), (5, 8)] {
-        let basis = single(&Case::new(n, m, |_| 1.0, false, 1).basis);
+        let basis = to_f32(&Case::new(n, m, |_| 1.0, false, 1).basis);
         let precision = vec![1.0_f32; m];
         let problem = Problem::new(&basis[..], &precision[..]).unwrap();
         let (needed, working) = (factor_length(n, m), scratch_length(n, m));

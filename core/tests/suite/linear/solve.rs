@@ -2,7 +2,7 @@
 
 use glimpse_core::fit::ridge::{Problem, factor_length, scratch_length};
 
-use super::case::{Case, distance, double, single, solutions};
+use super::case::{Case, distance, solutions, to_f32, to_f64};
 use crate::random::Random;
 
 /// A rule for the precision of each of m components, with its name.
@@ -35,9 +35,9 @@ fn in_both_precisions(case: &Case, lambda: &[f64]) -> [Vec<f64>; 4] {
     } = case;
     let (c, s) = solutions(basis, precision, mapped, lambda);
     let [basis, precision, mapped, lambda] =
-        [basis, precision, mapped, lambda].map(|list: &[f64]| single(list));
+        [basis, precision, mapped, lambda].map(|list: &[f64]| to_f32(list));
     let (c32, s32) = solutions(&basis, &precision, &mapped, &lambda);
-    [c, s, double(&c32), double(&s32)]
+    [c, s, to_f64(&c32), to_f64(&s32)]
 }
 
 #[test]
@@ -52,7 +52,7 @@ fn f32_and_f64_match_independent_solve() {
                     let mut random = Random(7);
                     let lambda: Vec<f64> =
                         (0..m).map(|_| f64::from(random.normal() as f32)).collect();
-                    let c = case.reference(&case.right_side());
+                    let c = case.reference(&case.right_hand_side());
                     let s = case.reference(&lambda);
                     let actual = in_both_precisions(&case, &lambda);
                     for (index, expected) in [&c, &s, &c, &s].into_iter().enumerate() {
@@ -90,8 +90,8 @@ fn primal_and_dual_agree() {
 #[test]
 fn reads_basis_from_unaligned_bytes() {
     let case = Case::new(8, 5, |_| 40.0, false, 5);
-    let (basis, precision) = (single(&case.basis), single(&case.precision));
-    let mapped = single(&case.mapped);
+    let (basis, precision) = (to_f32(&case.basis), to_f32(&case.precision));
+    let mapped = to_f32(&case.mapped);
     let (expected, _) = solutions(&basis, &precision, &mapped, &[0.0; 5]);
     let mut bytes = vec![0xff];
     bytes.extend(basis.iter().chain(&precision).flat_map(|x| x.to_le_bytes()));

@@ -16,7 +16,7 @@ fn scan_struct_is_small() {
     assert!(size_of::<Scan<'_, AnyModel>>() <= 400);
 }
 
-/// The constant for the size of a firmware's memory equals the need of each fit, by type and at run time.
+/// `memory_words` equals the memory that a scan needs, with each model as type and with the model at run time.
 #[test]
 fn memory_words_match_recipe() {
     let mut all = Vec::new();

@@ -13,48 +13,51 @@ fn matt(index: u16) -> [f32; 3] {
     [0.21, 0.13, 0.08].map(|f| f * (1.0 + 0.002 * k))
 }
 
-/// The verdict on readings with a trained recipe.
-fn verdict(recipe: &[u8], reading: impl Fn(u16) -> Reading) -> Option<Implausible> {
+/// The reason why a fit of readings with a trained recipe is implausible, if it is.
+fn implausible_reason(recipe: &[u8], reading: impl Fn(u16) -> Reading) -> Option<Implausible> {
     let recipe = parsed(recipe.to_vec());
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
     record(&mut scan, 0..recipe.samples() as u16, &reading);
     let mut fit = scan.fit().unwrap();
     while !fit.advance(64).is_complete() {}
-    let verdict = match fit.finish() {
+    let reason = match fit.finish() {
         Ok(fitted) => fitted.residual().implausible,
         Err(FinishError::Implausible(reason)) => Some(reason),
         Err(error) => panic!("{error}"),
     };
-    // The fit is available in both cases, and contains the same verdict.
+    // The fit is available in both cases, and contains the same reason.
     let fitted = scan.fitted().unwrap();
-    assert_eq!(fitted.residual().implausible, verdict);
+    assert_eq!(fitted.residual().implausible, reason);
     assert!(fitted.values().all(f32::is_finite));
-    verdict
+    reason
 }
 
-/// The verdicts with a recipe of each model.
-fn verdicts(reading: impl Fn(u16) -> Reading) -> [Option<Implausible>; 4] {
-    SCAN_RECIPES.map(|bytes| verdict(bytes, &reading))
+/// The reasons with a recipe of each model.
+fn implausible_reasons(reading: impl Fn(u16) -> Reading) -> [Option<Implausible>; 4] {
+    SCAN_RECIPES.map(|bytes| implausible_reason(bytes, &reading))
 }
 
 #[test]
 fn noisy_sensor_is_plausible() {
-    assert_eq!(verdicts(|index| Reading::new(matt(index))), [None; 4]);
+    assert_eq!(
+        implausible_reasons(|index| Reading::new(matt(index))),
+        [None; 4]
+    );
     let gray = |index| Reading::monochrome(matt(index)[0]);
-    assert_eq!(verdicts(gray), [None; 4]);
+    assert_eq!(implausible_reasons(gray), [None; 4]);
 }
 
 #[test]
 fn negative_readings_are_implausible() {
     let dark = |_| Reading::monochrome(-0.9);
-    assert_eq!(verdicts(dark), [Some(Implausible::Dark); 4]);
+    assert_eq!(implausible_reasons(dark), [Some(Implausible::Dark); 4]);
 }
 
 #[test]
 fn equal_readings_are_implausible() {
     let stuck = |_| Reading::new([0.2, 0.1, 0.05]);
-    assert_eq!(verdicts(stuck), [Some(Implausible::Repeated); 4]);
+    assert_eq!(implausible_reasons(stuck), [Some(Implausible::Repeated); 4]);
 }
 
 /// Readings too far below 0 are clamped for the fit; repeated readings are counted before that.
@@ -78,12 +81,12 @@ fn repeated_readings_are_counted_before_clamping() {
 #[test]
 fn dead_channel_is_implausible() {
     for channel in 0..3_u8 {
-        let verdicts = verdicts(|index| {
+        let reasons = implausible_reasons(|index| {
             let mut brdf = matt(index);
             brdf[usize::from(channel)] = 0.0;
             Reading::new(brdf)
         });
-        assert_eq!(verdicts, [Some(Implausible::DeadChannel(channel)); 4]);
+        assert_eq!(reasons, [Some(Implausible::DeadChannel(channel)); 4]);
     }
 }
 
@@ -92,13 +95,17 @@ fn dead_channel_is_implausible() {
 fn counts_relative_to_full_scale_are_implausible() {
     let counts =
         |index: u16| Reading::new(matt(index).map(|f| (200.0 + 220.0 * f).round() / 255.0));
-    assert_eq!(verdicts(counts), [Some(Implausible::Albedo); 4]);
+    assert_eq!(implausible_reasons(counts), [Some(Implausible::Albedo); 4]);
 }
 
 /// Readings that belong to other directions: no fit explains them.
 #[test]
 fn unexplained_readings_are_implausible() {
     let bytes = include_bytes!("../../../../trainer/recipes/completed/neural-n8.recipe");
-    let wild = |index: u16| Reading::monochrome([0.002, 9.0, 7.0, 0.01][usize::from(index % 4)]);
-    assert_eq!(verdict(bytes, wild), Some(Implausible::Residual));
+    let inconsistent =
+        |index: u16| Reading::monochrome([0.002, 9.0, 7.0, 0.01][usize::from(index % 4)]);
+    assert_eq!(
+        implausible_reason(bytes, inconsistent),
+        Some(Implausible::Residual)
+    );
 }

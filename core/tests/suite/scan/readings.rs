@@ -60,8 +60,8 @@ fn rejects_unknown_samples() {
     }
 }
 
-/// The smallest BRDF that the loss (1 + y cos > 0) or the mapping (y w + e > 0) of a recipe accepts at a sample. It
-/// keeps half of the margin at 0.
+/// The smallest BRDF y that the loss or the mapping of a recipe accepts at a sample: 1 + y cos(theta_i) = 1/2, or
+/// y w + e = e / 2.
 fn min_reading(recipe: &Recipe<'_>, index: u16) -> f32 {
     let index = usize::from(index);
     match recipe.ridge() {
