@@ -22,6 +22,7 @@
 pub mod brdf;
 mod compiled;
 pub mod completion;
+mod completion_weights;
 pub mod components;
 pub mod dual;
 pub mod inner_loop;

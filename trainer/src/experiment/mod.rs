@@ -9,6 +9,7 @@ mod case;
 mod convergence;
 mod curves;
 mod findings;
+mod glossiness;
 mod importance;
 mod losses;
 mod paper;

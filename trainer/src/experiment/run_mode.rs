@@ -149,8 +149,9 @@ impl fmt::Display for NotEvaluated {
 
 impl std::error::Error for NotEvaluated {}
 
-/// Returns a placeholder for a recipe that is not trained. Its model is Neural, even if the case has another model.
-pub(super) fn placeholder_recipe(samples: usize) -> anyhow::Result<TrainedRecipe> {
+/// Returns an untrained recipe for a run that only records which recipes its cells require. Its model is Neural, even if
+/// the case has another model.
+pub(super) fn blank_recipe(samples: usize) -> anyhow::Result<TrainedRecipe> {
     const MODEL: ModelKind = ModelKind::Neural;
     let initial = initial_guess(MODEL, &mut ChaCha8Rng::seed_from_u64(0));
     let options = Options::new(MODEL, samples, Schedule::Joint, Effort::Brief, 0);
@@ -176,8 +177,8 @@ pub(super) fn placeholder_recipe(samples: usize) -> anyhow::Result<TrainedRecipe
     })
 }
 
-/// Returns a placeholder for an evaluation that is not run.
-pub(super) fn placeholder_evaluation(seeds: u64, materials: &[Box<dyn Material>]) -> Evaluation {
+/// Returns constant metrics for a run that only records its cells. They are never written.
+pub(super) fn blank_evaluation(seeds: u64, materials: &[Box<dyn Material>]) -> Evaluation {
     let metrics = Metrics {
         loss: 1.0,
         dssim: 1.0,

@@ -8,6 +8,7 @@ use glimpse_training::linear::Prior;
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
+use super::glossiness::by_glossiness;
 use super::store::Store;
 use super::{
     METRICS, MODELS, SAMPLES, SCHEDULE, metric_cells, metric_columns, metric_values, paper,
@@ -80,7 +81,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         },
     );
 
-    let by_glossiness = store.by_glossiness(store.test.materials);
+    let by_glossiness = by_glossiness(store.test.materials, store.settings.seed);
     if let (Some(diffuse), Some(glossy)) = (by_glossiness.first(), by_glossiness.last()) {
         for index in [*diffuse, *glossy] {
             findings.gallery(spheres::gallery_by_model(store, index, SAMPLES)?);

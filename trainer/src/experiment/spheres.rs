@@ -6,6 +6,7 @@ use glimpse_trainer::report::{Gallery, GalleryRow, Tile};
 
 use super::case::{Approach, Case};
 use super::findings::Findings;
+use super::glossiness::by_glossiness;
 use super::losses::losses_over_samples;
 use super::store::Store;
 use super::{MODELS, SCHEDULE, powers_of_two, title};
@@ -17,7 +18,7 @@ const TEASER_MATERIALS: usize = 6;
 
 pub(super) fn teaser(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut findings = Findings::new(store, "Materials fitted with each method", &[SCHEDULE]);
-    let order = store.by_glossiness(store.test.materials);
+    let order = by_glossiness(store.test.materials, store.settings.seed);
     let last = order.len().saturating_sub(1);
     let count = TEASER_MATERIALS.min(order.len());
     let mut rows = Vec::new();
@@ -46,7 +47,7 @@ pub(super) fn increasing(store: &Store<'_>, max_samples: usize) -> anyhow::Resul
         "A glossy material with an increasing number of samples",
         &[SCHEDULE],
     );
-    let order = store.by_glossiness(store.test.materials);
+    let order = by_glossiness(store.test.materials, store.settings.seed);
     let Some(&index) = order.last() else {
         return Ok(findings);
     };

@@ -9,13 +9,11 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
-use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::ensure_dir_all;
 use glimpse_materials::loss::DIRECTIONS;
-use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, Source, SourceShare};
 use glimpse_trainer::evaluation::{Evaluator, Method, OPTIMUM_STEPS, Report};
 use glimpse_trainer::render::Environment;
@@ -30,9 +28,7 @@ use glimpse_training::recipe::{RecipeFile, pack_recipe};
 use serde::{Deserialize, Serialize};
 
 use super::case::{Approach, Case, TrainingRun};
-use super::run_mode::{
-    NotEvaluated, PlannedCell, RunMode, placeholder_evaluation, placeholder_recipe,
-};
+use super::run_mode::{NotEvaluated, PlannedCell, RunMode, blank_evaluation, blank_recipe};
 use super::run_settings::{MaterialSet, RunSettings};
 pub(crate) use super::stored::{Evaluation, TrainedRecipe};
 use super::stored::{append_extension, read_evaluation, write_file};
@@ -225,7 +221,7 @@ impl<'a> Store<'a> {
 
     /// Returns the stored recipe of a training, or trains it.
     ///
-    /// If the run's mode excludes this training, a placeholder replaces an untrained recipe.
+    /// If the run's mode excludes this training, an untrained recipe is a [blank](blank_recipe).
     ///
     /// # Errors
     /// If the target cell requires an untrained recipe, training fails, or a file cannot be read or written.
@@ -265,7 +261,7 @@ impl<'a> Store<'a> {
             return TrainedRecipe::new(RecipeFile::read(&recipe)?, basis.as_deref());
         }
         if !is_selected && !self.mode.evaluates() {
-            return placeholder_recipe(training.samples);
+            return blank_recipe(training.samples);
         }
         let missing = match self.mode {
             RunMode::All => None,
@@ -436,7 +432,7 @@ impl<'a> Store<'a> {
                 checkpoint: None,
                 is_done: stored.is_some(),
             });
-            return Ok(stored.unwrap_or_else(|| placeholder_evaluation(seeds, set.materials)));
+            return Ok(stored.unwrap_or_else(|| blank_evaluation(seeds, set.materials)));
         }
         let is_selected = match &self.mode {
             RunMode::Only(target) => target.mark_if_named(&name),
@@ -448,7 +444,7 @@ impl<'a> Store<'a> {
         if !is_selected {
             // The target may be a recipe that this evaluation requires.
             record_requirements(compute)?;
-            return Ok(placeholder_evaluation(seeds, set.materials));
+            return Ok(blank_evaluation(seeds, set.materials));
         }
         let evaluate = |method: &Method<'_>| {
             eprintln!("evaluating {method_name} on {}", set.label);
@@ -463,34 +459,6 @@ impl<'a> Store<'a> {
         let evaluation = Evaluation::from(report);
         write_file(&path, serde_json::to_string_pretty(&evaluation)?.as_bytes())?;
         Ok(evaluation)
-    }
-
-    /// Returns the glossiness of a material: the maximum divided by the median of the BRDF times the cosine, over
-    /// uniform valid directions.
-    pub(crate) fn glossiness(&self, material: &dyn Material) -> f32 {
-        const DIRECTION_COUNT: usize = 4_096;
-        let angles = uniform_valid(DIRECTION_COUNT, self.settings.seed);
-        let mut values: Vec<f32> = angles
-            .into_iter()
-            .map(|angles| {
-                let at = HalfDifference::from_angles(angles);
-                material.brdf(angles).iter().sum::<f32>() * at.cos_theta_i()
-            })
-            .collect();
-        values.sort_by(f32::total_cmp);
-        let [median, max] = [DIRECTION_COUNT / 2, DIRECTION_COUNT - 1].map(|index| values[index]);
-        max / median.max(1e-6)
-    }
-
-    /// Returns the indices of materials, from the most diffuse to the most glossy.
-    pub(crate) fn by_glossiness(&self, materials: &[Box<dyn Material>]) -> Vec<usize> {
-        let glossiness: Vec<f32> = materials
-            .iter()
-            .map(|material| self.glossiness(&**material))
-            .collect();
-        let mut order: Vec<usize> = (0..glossiness.len()).collect();
-        order.sort_by(|a, b| glossiness[*a].total_cmp(&glossiness[*b]));
-        order
     }
 }
 

@@ -10,6 +10,7 @@ use glimpse_training::meta::plan::PretrainedInit;
 
 use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;
+use super::glossiness::by_glossiness;
 use super::store::Store;
 use super::{SAMPLES, SCHEDULE};
 
@@ -94,7 +95,7 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
 
 /// Returns the names of all materials, of the more diffuse half, and of the glossier half.
 fn split_by_glossiness(store: &Store<'_>, materials: &[Box<dyn Material>]) -> [Vec<String>; 3] {
-    let order = store.by_glossiness(materials);
+    let order = by_glossiness(materials, store.settings.seed);
     let names: Vec<String> = order
         .into_iter()
         .map(|index| materials[index].name().to_owned())

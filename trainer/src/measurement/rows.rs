@@ -31,7 +31,7 @@ pub struct LabReading {
 
 /// Readings of a file or of an array.
 pub(super) struct Rows {
-    /// The file, or a placeholder for error messages.
+    /// The file, or the name of the array, for error messages.
     path: PathBuf,
     /// The name of a row in error messages: "line" or "row".
     row_label: &'static str,

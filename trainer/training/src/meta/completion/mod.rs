@@ -12,6 +12,7 @@ pub mod dataset;
 pub mod highlight_warp;
 mod initial_weights;
 pub mod loss_predictor;
+mod meta_objective;
 pub mod objective;
 pub mod pool;
 pub mod reading;

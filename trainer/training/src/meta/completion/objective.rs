@@ -1,4 +1,4 @@
-//! The [`MetaObjective`] of schedule prior: CoefficientNet, InitNet and pattern.
+//! The loss of the schedule `prior` and its gradient over tasks: CoefficientNet, InitNet and pattern.
 
 use glimpse_core::gonio::Limits;
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
@@ -6,30 +6,23 @@ use glimpse_kernels::components::ComponentTable;
 use glimpse_kernels::lanes::{InstructionSet, Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights};
 use glimpse_optimizer::Groups;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::dataset::{Dataset, Subset};
-use super::initial_weights::initial_weights;
 use super::pool::WarpedPool;
 use super::reading::{PresentReadings, Reading, Standardization};
 use super::refinement::{Refinement, RefinementGradient};
-use super::sample_order::{greedy_order, reorder};
-use super::task::{Dropout, Task};
-use super::weighted_loss::{WeightedLoss, mean, weighted_mean};
-use crate::meta::initialization::initial_guess;
-use crate::meta::objective::{LossEstimate, MetaObjective, RandomStreams};
+use super::task::Task;
+use super::weighted_loss::WeightedLoss;
+use crate::meta::objective::RandomStreams;
 use crate::meta::pattern::{Pattern, reachable_angles};
-use crate::meta::phase::{OuterStep, Phase, StepSizeEncoding};
+use crate::meta::phase::StepSizeEncoding;
 use crate::meta::plan::LossWeights;
 
 /// The number of tasks that a thread processes together.
-const CHUNK: usize = 16;
+pub(super) const CHUNK: usize = 16;
 /// The encoding of the step sizes, which keeps them positive.
-const ENCODING: StepSizeEncoding = StepSizeEncoding::Logarithm;
-/// The stride of the validation octets that are used to sort samples. A subset is accurate enough.
-const ORDER_OCTET_STRIDE: usize = 8;
+pub(super) const ENCODING: StepSizeEncoding = StepSizeEncoding::Logarithm;
 
 /// The objective of schedule prior: the CoefficientNet alone for the model Linear, otherwise with the InitNet and its
 /// descent.
@@ -59,17 +52,17 @@ pub struct CompletionObjective<'a> {
 
 /// The directions of the loss, and the components at them.
 #[derive(Clone, Copy)]
-struct Directions<'a> {
+pub(super) struct Directions<'a> {
     pool: &'a WarpedPool,
     table: &'a ComponentTable,
 }
 
 /// Meta-parameters, prepared for tasks.
-struct PreparedParameters<'v> {
+pub(super) struct PreparedParameters<'v> {
     values: &'v Groups<Vec<f32>>,
     weights: CompletionWeights<'v>,
     step_sizes: Vec<f32>,
-    pattern: Pattern,
+    pub(super) pattern: Pattern,
     standardization: Standardization,
 }
 
@@ -120,7 +113,7 @@ fn uniform_weight(octets: usize) -> f32 {
 }
 
 /// sum += factor * vector
-fn add_scaled(sum: &mut [f32], factor: f32, vector: &[f32]) {
+pub(super) fn add_scaled(sum: &mut [f32], factor: f32, vector: &[f32]) {
     for (entry, value) in sum.iter_mut().zip(vector) {
         *entry += factor * value;
     }
@@ -134,7 +127,7 @@ impl<'a> CompletionObjective<'a> {
         }
     }
 
-    fn validation_directions(&self) -> Directions<'a> {
+    pub(super) fn validation_directions(&self) -> Directions<'a> {
         Directions {
             pool: &self.dataset.validation_pool,
             table: &self.subset.validation_table,
@@ -142,11 +135,11 @@ impl<'a> CompletionObjective<'a> {
     }
 
     /// Returns the pattern of the recipe, within the limits.
-    fn reachable_pattern(&self, values: &Groups<Vec<f32>>) -> Pattern {
+    pub(super) fn reachable_pattern(&self, values: &Groups<Vec<f32>>) -> Pattern {
         Pattern::new(reachable_angles(&values.pattern, &self.limits))
     }
 
-    fn prepare<'v>(
+    pub(super) fn prepare<'v>(
         &self,
         values: &'v Groups<Vec<f32>>,
         pattern: Pattern,
@@ -165,7 +158,7 @@ impl<'a> CompletionObjective<'a> {
     }
 
     /// Simulates all readings of a task, including missing ones.
-    fn read(&self, prepared: &PreparedParameters<'_>, task: &Task) -> Vec<Reading> {
+    pub(super) fn read(&self, prepared: &PreparedParameters<'_>, task: &Task) -> Vec<Reading> {
         Reading::read_task(
             task,
             &self.dataset.materials,
@@ -270,7 +263,7 @@ impl<'a> CompletionObjective<'a> {
     }
 
     /// Returns the loss of tasks and its gradient. The gradient of the pattern is separate, with respect to the angles.
-    fn chunk_gradient(
+    pub(super) fn chunk_gradient(
         &self,
         prepared: &PreparedParameters<'_>,
         tasks: &[Task],
@@ -326,7 +319,7 @@ impl<'a> CompletionObjective<'a> {
 
     /// Returns the unweighted loss and the weight of each task. The loss is that of the parameters after the descent,
     /// or of the completed coefficients without `refinement`.
-    fn losses(
+    pub(super) fn losses(
         &self,
         prepared: &PreparedParameters<'_>,
         tasks: &[Task],
@@ -344,7 +337,7 @@ impl<'a> CompletionObjective<'a> {
     }
 
     /// Returns the same as [`CompletionObjective::losses`], for given readings.
-    fn losses_from_readings(
+    pub(super) fn losses_from_readings(
         &self,
         prepared: &PreparedParameters<'_>,
         tasks: &[Task],
@@ -428,137 +421,9 @@ impl<'a> CompletionObjective<'a> {
     }
 
     /// Returns tasks without augmentation, at all validation directions.
-    fn plain_tasks(&self, materials: &[usize]) -> Vec<Task> {
+    pub(super) fn plain_tasks(&self, materials: &[usize]) -> Vec<Task> {
         let octets = self.validation_directions().pool.octet_count();
         let plain = |material: &usize| Task::plain(*material, self.shape.samples, octets);
         materials.iter().map(plain).collect()
-    }
-}
-
-impl MetaObjective for CompletionObjective<'_> {
-    fn initial_values(&self, guess: u64) -> Groups<Vec<f32>> {
-        let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess_seed(guess));
-        let [coefficient_net, init_net] = initial_weights(self.shape, &mut random);
-        let initial = match self.refinement {
-            Some(refinement) => initial_guess(refinement.model(), &mut random),
-            None => Vec::new(),
-        };
-        Groups {
-            hyperparameters: vec![ENCODING.encode(self.initial_step_size); initial.len()],
-            initial,
-            pattern: match self.pattern {
-                Some(pattern) => pattern.to_vec(),
-                None => self.streams.initial_pattern(guess, self.shape.samples),
-            },
-            coefficient_net,
-            init_net,
-        }
-    }
-
-    /// Sorts samples by the loss of the completed coefficients on the validation materials.
-    fn reorder_samples(&self, mut values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
-        if self.dataset.augmentation_options.missing_share == 0.0 {
-            return values;
-        }
-        let prepared = self.prepare(&values, self.reachable_pattern(&values));
-        let mut tasks = self.plain_tasks(&self.subset.validation);
-        for task in &mut tasks {
-            task.octets = task
-                .octets
-                .iter()
-                .copied()
-                .step_by(ORDER_OCTET_STRIDE)
-                .collect();
-        }
-        let readings = tasks.par_iter().map(|task| self.read(&prepared, task));
-        let readings: Vec<Vec<Reading>> = readings.collect();
-        let order = greedy_order(self.shape.samples, |present| {
-            for task in &mut tasks {
-                task.present.copy_from_slice(present);
-            }
-            let chunks = tasks.par_chunks(CHUNK).zip(readings.par_chunks(CHUNK));
-            let losses = chunks.flat_map_iter(|(tasks, readings)| {
-                self.losses_from_readings(
-                    &prepared,
-                    tasks,
-                    readings,
-                    None,
-                    self.validation_directions(),
-                )
-            });
-            weighted_mean(&losses.collect::<Vec<_>>())
-        });
-        reorder(&mut values.pattern, 3, &order);
-        reorder(&mut values.coefficient_net, 3 * self.shape.rows(), &order);
-        values
-    }
-
-    fn gradient(
-        &self,
-        values: &Groups<Vec<f32>>,
-        outer_step: OuterStep<'_>,
-    ) -> (f32, Groups<Vec<f32>>) {
-        let prepared = self.prepare(
-            values,
-            Pattern::from_logits_within(&values.pattern, self.limits),
-        );
-        let dropout = match outer_step.phase.samples_ordered {
-            true => Dropout::TailOrFew,
-            false => Dropout::Any,
-        };
-        let tasks: Vec<Task> = (0..outer_step.phase.batch)
-            .map(|slot| {
-                let mut random = self.streams.slot(outer_step, slot + 1);
-                Task::random(
-                    &self.dataset.pool,
-                    &self.subset.groups,
-                    &self.dataset.augmentation_options,
-                    [self.shape.samples, outer_step.phase.outer_samples],
-                    dropout,
-                    &mut random,
-                )
-            })
-            .collect();
-        let refinement = self
-            .refinement
-            .filter(|_| outer_step.phase.rates.init_net > 0.0);
-        let chunks: Vec<_> = tasks
-            .par_chunks(CHUNK)
-            .map(|tasks| self.chunk_gradient(&prepared, tasks, refinement))
-            .collect();
-        let share = 1.0 / tasks.len() as f32;
-        let mut loss = 0.0;
-        let mut gradient = values.as_ref().map(|list| vec![0.0; list.len()]);
-        let mut by_angles = vec![[0.0; 3]; self.shape.samples];
-        for (chunk_loss, chunk_gradient, chunk_by_angles) in &chunks {
-            loss += share * chunk_loss;
-            for (sum, gradient) in gradient.each_mut().into_iter().zip(chunk_gradient.each()) {
-                add_scaled(sum, share, gradient);
-            }
-            for (sum, derivatives) in by_angles.iter_mut().zip(chunk_by_angles) {
-                add_scaled(sum, share, derivatives);
-            }
-        }
-        gradient.pattern = prepared
-            .pattern
-            .gradient_by_logits(|sample| by_angles[sample]);
-        (loss, gradient)
-    }
-
-    fn fitness(&self, values: &Groups<Vec<f32>>, _: &Phase) -> f32 {
-        self.validation_loss(values)
-    }
-
-    /// Uses the loss of the completed coefficients: the InitNet is trained only after the pattern search.
-    fn validation_loss(&self, values: &Groups<Vec<f32>>) -> f32 {
-        let prepared = self.prepare(values, self.reachable_pattern(values));
-        let tasks = self.plain_tasks(&self.subset.validation);
-        weighted_mean(&self.losses(&prepared, &tasks, None, self.validation_directions()))
-    }
-
-    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> LossEstimate {
-        let losses = self.material_losses(values, &self.subset.validation);
-        let losses = losses.iter().copied();
-        LossEstimate::new(mean(losses.clone()), losses.map(f64::from))
     }
 }

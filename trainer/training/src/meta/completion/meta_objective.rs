@@ -1,0 +1,148 @@
+//! The [`MetaObjective`] of the schedule `prior`: CoefficientNet, InitNet and pattern.
+
+use glimpse_optimizer::Groups;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::initial_weights::initial_weights;
+use super::objective::{CHUNK, CompletionObjective, ENCODING, add_scaled};
+use super::reading::Reading;
+use super::sample_order::{greedy_order, reorder};
+use super::task::{Dropout, Task};
+use super::weighted_loss::{mean, weighted_mean};
+use crate::meta::initialization::initial_guess;
+use crate::meta::objective::{LossEstimate, MetaObjective};
+use crate::meta::pattern::Pattern;
+use crate::meta::phase::{OuterStep, Phase};
+
+/// The stride of the validation octets that are used to sort samples. A subset is accurate enough.
+const ORDER_OCTET_STRIDE: usize = 8;
+
+impl MetaObjective for CompletionObjective<'_> {
+    fn initial_values(&self, guess: u64) -> Groups<Vec<f32>> {
+        let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess_seed(guess));
+        let [coefficient_net, init_net] = initial_weights(self.shape, &mut random);
+        let initial = match self.refinement {
+            Some(refinement) => initial_guess(refinement.model(), &mut random),
+            None => Vec::new(),
+        };
+        Groups {
+            hyperparameters: vec![ENCODING.encode(self.initial_step_size); initial.len()],
+            initial,
+            pattern: match self.pattern {
+                Some(pattern) => pattern.to_vec(),
+                None => self.streams.initial_pattern(guess, self.shape.samples),
+            },
+            coefficient_net,
+            init_net,
+        }
+    }
+
+    /// Sorts samples by the loss of the completed coefficients on the validation materials.
+    fn reorder_samples(&self, mut values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
+        if self.dataset.augmentation_options.missing_share == 0.0 {
+            return values;
+        }
+        let prepared = self.prepare(&values, self.reachable_pattern(&values));
+        let mut tasks = self.plain_tasks(&self.subset.validation);
+        for task in &mut tasks {
+            task.octets = task
+                .octets
+                .iter()
+                .copied()
+                .step_by(ORDER_OCTET_STRIDE)
+                .collect();
+        }
+        let readings = tasks.par_iter().map(|task| self.read(&prepared, task));
+        let readings: Vec<Vec<Reading>> = readings.collect();
+        let order = greedy_order(self.shape.samples, |present| {
+            for task in &mut tasks {
+                task.present.copy_from_slice(present);
+            }
+            let chunks = tasks.par_chunks(CHUNK).zip(readings.par_chunks(CHUNK));
+            let losses = chunks.flat_map_iter(|(tasks, readings)| {
+                self.losses_from_readings(
+                    &prepared,
+                    tasks,
+                    readings,
+                    None,
+                    self.validation_directions(),
+                )
+            });
+            weighted_mean(&losses.collect::<Vec<_>>())
+        });
+        reorder(&mut values.pattern, 3, &order);
+        reorder(&mut values.coefficient_net, 3 * self.shape.rows(), &order);
+        values
+    }
+
+    fn gradient(
+        &self,
+        values: &Groups<Vec<f32>>,
+        outer_step: OuterStep<'_>,
+    ) -> (f32, Groups<Vec<f32>>) {
+        let prepared = self.prepare(
+            values,
+            Pattern::from_logits_within(&values.pattern, self.limits),
+        );
+        let dropout = match outer_step.phase.samples_ordered {
+            true => Dropout::TailOrFew,
+            false => Dropout::Any,
+        };
+        let tasks: Vec<Task> = (0..outer_step.phase.batch)
+            .map(|slot| {
+                let mut random = self.streams.slot(outer_step, slot + 1);
+                Task::random(
+                    &self.dataset.pool,
+                    &self.subset.groups,
+                    &self.dataset.augmentation_options,
+                    [self.shape.samples, outer_step.phase.outer_samples],
+                    dropout,
+                    &mut random,
+                )
+            })
+            .collect();
+        let refinement = self
+            .refinement
+            .filter(|_| outer_step.phase.rates.init_net > 0.0);
+        let chunks: Vec<_> = tasks
+            .par_chunks(CHUNK)
+            .map(|tasks| self.chunk_gradient(&prepared, tasks, refinement))
+            .collect();
+        let share = 1.0 / tasks.len() as f32;
+        let mut loss = 0.0;
+        let mut gradient = values.as_ref().map(|list| vec![0.0; list.len()]);
+        let mut by_angles = vec![[0.0; 3]; self.shape.samples];
+        for (chunk_loss, chunk_gradient, chunk_by_angles) in &chunks {
+            loss += share * chunk_loss;
+            for (sum, gradient) in gradient.each_mut().into_iter().zip(chunk_gradient.each()) {
+                add_scaled(sum, share, gradient);
+            }
+            for (sum, derivatives) in by_angles.iter_mut().zip(chunk_by_angles) {
+                add_scaled(sum, share, derivatives);
+            }
+        }
+        gradient.pattern = prepared
+            .pattern
+            .gradient_by_logits(|sample| by_angles[sample]);
+        (loss, gradient)
+    }
+
+    fn fitness(&self, values: &Groups<Vec<f32>>, _: &Phase) -> f32 {
+        self.validation_loss(values)
+    }
+
+    /// Uses the loss of the completed coefficients: the InitNet is trained only after the pattern search.
+    fn validation_loss(&self, values: &Groups<Vec<f32>>) -> f32 {
+        let prepared = self.prepare(values, self.reachable_pattern(values));
+        let tasks = self.plain_tasks(&self.subset.validation);
+        weighted_mean(&self.losses(&prepared, &tasks, None, self.validation_directions()))
+    }
+
+    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> LossEstimate {
+        let losses = self.material_losses(values, &self.subset.validation);
+        let losses = losses.iter().copied();
+        LossEstimate::new(mean(losses.clone()), losses.map(f64::from))
+    }
+}
