@@ -10,10 +10,10 @@ import io, json, re, subprocess, sys, tokenize
 
 # Sentences that start with a question word but are not questions.
 OPENER = re.compile(r"(What|How|Whether|Where|Which|Who|Why)\b[^?]*$")
-OPENERS_CEILING = 8
+OPENERS_CEILING = 3
 BANNED = re.compile(
     r"\b(told|tells|so many|comes? along|is no(?! longer)|are no|besides|anew|whoever|in the mean)\b", re.I)
-BANNED_CEILING = 4
+BANNED_CEILING = 1
 
 # A comment line, a block comment, a string literal or a character literal of Rust and C.
 CODE = re.compile(r'//[/!]?(?P<line>[^\n]*)|/\*(?P<block>.*?)\*/|"(?P<string>(?:\\.|[^"\\])*)"|' r"'(?:\\.|[^'\\])'", re.S)
