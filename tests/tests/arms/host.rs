@@ -16,8 +16,8 @@ pub(crate) fn receive_hello(serial: &mut TcpStream) -> u32 {
     }
 }
 
-/// Offers a recipe and stops replying after at least `bytes` bytes of it, or after all. Returns the checksum of the
-/// device's current recipe.
+/// Offers a recipe. Stops replying after at least `bytes` bytes of it, or else when the device has it. Returns the
+/// checksum of the device's current recipe.
 pub(crate) fn offer(serial: &mut TcpStream, recipe: &[u8], bytes: usize) -> u32 {
     let checksum = Recipe::parse(recipe).unwrap().checksum();
     let mut server = Server::new();
@@ -25,6 +25,7 @@ pub(crate) fn offer(serial: &mut TcpStream, recipe: &[u8], bytes: usize) -> u32 
     loop {
         let request = receive(serial, &mut server);
         let reply = match request {
+            Request::Hello { recipe, .. } if recipe == checksum => return current.unwrap(),
             Request::Hello { recipe, .. } => {
                 current = current.or(Some(recipe));
                 Reply::Welcome { protocol: PROTOCOL }
@@ -46,7 +47,7 @@ pub(crate) fn offer(serial: &mut TcpStream, recipe: &[u8], bytes: usize) -> u32 
         let mut buffer = [0; FRAME_BYTES];
         let frame = server.reply(reply, &mut buffer).unwrap();
         serial.write_all(frame).unwrap();
-        if sent >= bytes.min(recipe.len()) {
+        if sent >= bytes {
             return current.unwrap();
         }
     }

@@ -114,9 +114,10 @@ struct Simulation<'w> {
 }
 
 impl Platform for Simulation<'_> {
-    /// Returns the simulated time of an iteration: 40 us.
+    /// Returns the simulated time of an iteration: 40 us, or 10 us while a host may reply. Simulated time is faster than
+    /// real time, and a host on a busy PC must not exceed the timeout of a reply.
     fn elapsed_us(&mut self) -> u32 {
-        40
+        if self.has_no_host { 40 } else { 10 }
     }
 
     fn receive(&mut self) -> Option<u8> {
