@@ -8,11 +8,14 @@ mod algorithm;
 mod any;
 internal! { mod coefficient_net }
 mod completed;
+internal! { mod correction }
 mod descent;
 mod fitter;
+internal! { mod gauss_newton }
 mod learned;
 mod linear;
 mod method;
+mod refined;
 internal! { mod ridge }
 
 pub use any::AnyModel;
@@ -20,8 +23,10 @@ pub use fitter::{Fitter, Progress};
 pub use linear::Linear;
 
 pub(crate) use algorithm::is_finite;
+pub(crate) use correction::correction_words;
 pub(crate) use descent::descent_words;
 pub(crate) use linear::linear_words;
+pub(crate) use refined::refined_words;
 
 internal! { algorithm::{Algorithm, Channels, ModelMismatch} }
 internal! { completed::{Completed, Components, InitNet, MAX_ROWS, MAX_UNITS, Target} }

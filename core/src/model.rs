@@ -20,7 +20,7 @@ pub use phong::Phong;
 pub(crate) use samples::COUNTED;
 
 internal! { cook_torrance::CookTorranceParameters }
-internal! { kernel::{Evaluation, Model, ParameterSet, SampleGradient} }
+internal! { kernel::{Active, Evaluation, Model, Objective, ParameterSet, SampleGradient} }
 internal! { neural::NeuralParameters }
 internal! { phong::PhongParameters }
 internal! { samples::{SLOT_WORDS, Sample, Samples, Slot, slot_of} }

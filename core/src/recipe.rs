@@ -28,14 +28,16 @@ internal! { crate::numeric::Floats }
 pub use error::RecipeError;
 pub use field::Field;
 pub use format::{
-    HEADER_BYTES, MAGIC, MAX_BASIS, MAX_COMPONENTS, MAX_INNER_STEPS, MAX_MEAN, MAX_MEDIAN,
-    MAX_PRECISION, MAX_PREDICTION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, VERSION,
+    HEADER_BYTES, MAGIC, MAX_BASIS, MAX_COMPONENTS, MAX_GAUSS_NEWTON_STEPS, MAX_INNER_STEPS,
+    MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_PREDICTION, MAX_READING_WEIGHT, MAX_SAMPLES,
+    MAX_VIRTUAL_READINGS, MAX_WEIGHT, MIN_PRECISION, VERSION,
 };
 pub use kind::Kind;
 pub use metadata::Metadata;
 pub use parts::{ExpectedLoss, Noise, Provenance};
-internal! { parts::{PackedCoefficientNet, PackedDescent, PackedInitNet} }
-internal! { parts::{PackedMethod, PackedRidge, RecipeParts} }
+internal! { parts::{PackedCoefficientNet, PackedDescent, PackedGaussNewton, PackedInitNet} }
+internal! { parts::PackedCorrection }
+internal! { parts::{PackedMethod, PackedRidge, PackedTarget, RecipeParts} }
 pub use sections::{Materials, Sections};
 pub use size::{max_samples, memory_words};
 pub use training::{

@@ -3,6 +3,8 @@
 use super::coefficient_net::{
     CHANNELS, CoefficientNet, Input, MissingPolicy, Packed, standardized,
 };
+use super::correction::{Correction, correction_words};
+use super::gauss_newton::GaussNewton;
 use super::learned::Descent;
 use crate::model::{ModelKind, Sample, Samples};
 use crate::numeric::Floats;
@@ -22,6 +24,7 @@ pub struct Completed<'a> {
     pub(crate) center: Floats<'a>,
     pub(crate) scale: f32,
     pub(crate) missing: MissingPolicy,
+    pub(crate) correction: Option<Correction<'a>>,
     /// A bias, and a weight for each component; empty without a prediction.
     pub(crate) prediction: Floats<'a>,
     pub(crate) target: Target<'a>,
@@ -34,6 +37,8 @@ pub enum Target<'a> {
     Linear(Components<'a>),
     /// A descent, and the net that computes its initial parameters.
     Descent(Descent<'a>, InitNet<'a>),
+    /// Gauss-Newton steps, and the net that computes their initial parameters.
+    GaussNewton(GaussNewton<'a>, InitNet<'a>),
 }
 
 /// The net that computes a descent's initial parameters, in a recipe's encoding.
@@ -64,6 +69,32 @@ impl<'a> Completed<'a> {
     #[must_use]
     pub fn scale(&self) -> f32 {
         self.scale
+    }
+
+    /// The correction of the coefficients, if the recipe has one.
+    #[must_use]
+    pub fn correction(&self) -> Option<Correction<'a>> {
+        self.correction
+    }
+
+    /// The number of coefficients of a channel.
+    #[must_use]
+    pub fn components(&self) -> usize {
+        match &self.correction {
+            Some(correction) => correction.components(),
+            None => self.coefficient_net.components,
+        }
+    }
+
+    /// Returns the coefficients of each channel in the memory of a finished completion.
+    pub(super) fn coefficients<'w>(&self, words: &'w [f32]) -> [&'w [f32]; CHANNELS] {
+        match &self.correction {
+            Some(correction) => {
+                let words = words.get(self.coefficient_net.words()..);
+                correction.coefficients(words.unwrap_or_default())
+            }
+            None => self.coefficient_net.coefficients(words),
+        }
     }
 
     /// The treatment of missing readings in training.
@@ -111,7 +142,15 @@ impl<'a> Completed<'a> {
         match &self.target {
             Target::Linear(_) => ModelKind::Linear,
             Target::Descent(descent, _) => descent.model,
+            Target::GaussNewton(steps, _) => steps.model,
         }
+    }
+
+    /// The memory of the coefficients in words: that of the net, then that of the correction.
+    pub(super) fn coefficient_words(&self) -> usize {
+        let correction = self.correction.as_ref();
+        let correction = correction.map_or(0, |each| correction_words(each.components()));
+        self.coefficient_net.words().saturating_add(correction)
     }
 
     /// The memory of a completion in words, including the units of an [`InitNet`].
@@ -119,20 +158,39 @@ impl<'a> Completed<'a> {
     pub fn words(&self) -> usize {
         let units = match &self.target {
             Target::Linear(_) => 0,
-            Target::Descent(_, init_net) => init_net.units(),
+            Target::Descent(_, init_net) | Target::GaussNewton(_, init_net) => init_net.units(),
         };
-        self.coefficient_net.words().saturating_add(units)
+        self.coefficient_words().saturating_add(units)
     }
 
-    /// The units of work of all coefficients: one for each reading, one for the hidden units, and one for each channel.
+    /// The units of work of all coefficients: one for each reading, one for the hidden units, and one for each channel;
+    /// then those of the correction.
     pub(super) fn units(&self, samples: usize) -> u32 {
-        samples.saturating_add(1).saturating_add(CHANNELS) as u32
+        let correction = self.correction.as_ref();
+        let correction = correction.map_or(0, |correction| correction.units(samples));
+        Self::net_units(samples).saturating_add(correction) as u32
+    }
+
+    fn net_units(samples: usize) -> usize {
+        samples.saturating_add(1).saturating_add(CHANNELS)
     }
 
     /// Does a unit of work. Not inlined, so that its stack is released between slices.
     #[inline(never)]
     pub(super) fn advance(&self, unit: u32, samples: Samples<'_>, state: &mut [f32]) {
         let unit = unit as usize;
+        if let Some(unit) = unit.checked_sub(Self::net_units(samples.len())) {
+            let net_words = self.coefficient_net.words();
+            if let (Some(correction), Some((state, words))) =
+                (&self.correction, state.split_at_mut_checked(net_words))
+            {
+                let initial = self.coefficient_net.coefficients(state);
+                correction.advance(unit, samples, self.center, initial, words);
+            }
+            return;
+        }
+        let state = state.get_mut(..self.coefficient_net.words());
+        let state = state.unwrap_or_default();
         if let Some(sample) = samples.get(unit) {
             let center = self.center.iter().nth(unit).unwrap_or_default();
             let present = samples.iter().map(|sample| is_present(&sample));

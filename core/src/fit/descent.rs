@@ -7,11 +7,13 @@ use core::ops::Range;
 
 use super::algorithm::{Algorithm, Channels, ModelMismatch, is_finite};
 use super::completed::{Completed, InitNet, PARAMETERS_PER_UNIT, Target};
+use super::gauss_newton;
 use super::learned::Descent;
 use super::method::{COMPLETION, FitMethod};
+use super::refined::{Refined, refined_words};
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
-use crate::model::{Model, ParameterSet, Samples};
+use crate::model::{Model, ModelKind, ParameterSet, Samples};
 use crate::numeric::Floats;
 
 /// Returns the memory of a descent in words: the parameters, their gradient, and the predicted loss.
@@ -68,7 +70,10 @@ impl<M: Model> Algorithm for M {
             FitMethod::Completed(completed) => completed.words(),
             _ => 0,
         };
-        Ok(descent_words(M::PARAMETERS, completion))
+        Ok(match Refined::of(method) {
+            Some(_) => refined_words(M::PARAMETERS, M::ACTIVE, completion),
+            None => descent_words(M::PARAMETERS, completion),
+        })
     }
 
     fn total(method: &FitMethod<'_>, samples: usize) -> u32 {
@@ -87,15 +92,12 @@ impl<M: Model> Algorithm for M {
         done: u32,
         budget: u32,
     ) -> u32 {
+        let units = done..done.saturating_add(budget);
+        if let Some(refined) = Refined::of(method) {
+            return refined.advance(words, samples, channels, units, add_reading::<M>);
+        }
         let accumulate = accumulate_gradients::<M>;
-        advance(
-            words,
-            method,
-            samples,
-            channels,
-            done..done.saturating_add(budget),
-            accumulate,
-        )
+        advance(words, method, samples, channels, units, accumulate)
     }
 
     fn values<'w>(words: &'w [f32], _: &FitMethod<'_>) -> [&'w [f32]; 3] {
@@ -126,6 +128,9 @@ impl<M: Model> Algorithm for M {
 type Accumulate = fn(&[f32], Samples<'_>, &mut [f32]);
 
 fn total(method: &FitMethod<'_>, samples: usize) -> u32 {
+    if let Some(refined) = Refined::of(method) {
+        return refined.total(samples);
+    }
     match descent_of(method) {
         Some(descent) => {
             units_before_descent(method, samples).saturating_add(descent.gradients(samples))
@@ -145,12 +150,15 @@ fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
 #[inline(never)]
 fn start(words: &mut [f32], method: &FitMethod<'_>, channels: Channels) {
     words.fill(0.0);
-    if let Some(descent) = descent_of(method) {
-        for (parameter, value) in words.iter_mut().zip(descent.initial.iter()) {
-            *parameter = value;
-        }
-        keep_gray(words, descent, channels);
+    let (initial, model) = match (descent_of(method), Refined::of(method)) {
+        (Some(descent), _) => (descent.initial, descent.model),
+        (None, Some(refined)) => (refined.steps.initial, refined.steps.model),
+        (None, None) => return,
+    };
+    for (parameter, value) in words.iter_mut().zip(initial.iter()) {
+        *parameter = value;
     }
+    keep_gray(words, model, channels);
 }
 
 /// Does the given units of work, and returns the new number of completed units.
@@ -176,7 +184,7 @@ fn advance(
             advance_completion(words, completed, samples, done);
             done = done.saturating_add(1);
             if done == before {
-                keep_gray(words, descent, channels);
+                keep_gray(words, descent.model, channels);
             }
         }
     }
@@ -198,18 +206,18 @@ fn advance(
         if next >= samples.len() {
             next = 0;
             step(parts.parameters, gradient, descent.step_sizes);
-            keep_gray(words, descent, channels);
+            keep_gray(words, descent.model, channels);
         }
     }
     done
 }
 
 /// Replaces the parameters of the three channels by their mean if the readings are gray.
-fn keep_gray(words: &mut [f32], descent: &Descent<'_>, channels: Channels) {
+pub(super) fn keep_gray(words: &mut [f32], model: ModelKind, channels: Channels) {
     if channels == Channels::Color {
         return;
     }
-    let colors = words.get_mut(descent.model.colors()).unwrap_or_default();
+    let colors = words.get_mut(model.colors()).unwrap_or_default();
     for triple in colors.as_chunks_mut().0 {
         let [red, green, blue] = *triple;
         *triple = [(red + green + blue) * (1.0 / 3.0); 3];
@@ -260,7 +268,7 @@ fn advance_completion(
     let Some(parts) = Parts::split(words, count) else {
         return;
     };
-    let state = completed.coefficient_net.words();
+    let state = completed.coefficient_words();
     let Some((state, rest)) = parts.completion_or_gradient.split_at_mut_checked(state) else {
         return;
     };
@@ -287,7 +295,12 @@ fn advance_completion(
 
 /// Adds the init net's offsets to up to [`PARAMETERS_PER_UNIT`] parameters, from index `first`.
 #[inline(never)]
-fn add_offsets(parameters: &mut [f32], init_net: &InitNet<'_>, first: usize, activations: &[f32]) {
+pub(super) fn add_offsets(
+    parameters: &mut [f32],
+    init_net: &InitNet<'_>,
+    first: usize,
+    activations: &[f32],
+) {
     let mut offsets = [0.0; PARAMETERS_PER_UNIT];
     init_net.offsets(first, activations, &mut offsets);
     for (parameter, offset) in parameters.iter_mut().zip(offsets) {
@@ -302,13 +315,13 @@ fn add_offsets(parameters: &mut [f32], init_net: &InitNet<'_>, first: usize, act
 /// rounded to integers, even those of NaN, and an infinite coefficient results in activations of 1. Not inlined, so
 /// that its stack is released between slices.
 #[inline(never)]
-fn activate(
+pub(super) fn activate(
     completed: &Completed<'_>,
     init_net: &InitNet<'_>,
     state: &[f32],
     activations: &mut [f32],
 ) -> f32 {
-    let coefficients = completed.coefficient_net.coefficients(state);
+    let coefficients = completed.coefficients(state);
     init_net.activate(coefficients, activations);
     if !(coefficients.into_iter().all(is_finite) && is_finite(activations)) {
         return f32::NAN;
@@ -348,6 +361,21 @@ fn accumulate_gradients<M: Model>(parameters: &[f32], samples: Samples<'_>, grad
     let views = M::Parameters::view(parameters).zip(M::Parameters::view_mut(gradient));
     if let Some((parameters, gradient)) = views {
         M::accumulate_gradients(parameters, samples, gradient);
+    }
+}
+
+/// Adds a reading to the systems of a Gauss-Newton step. Not inlined, so that its stack is released between slices of
+/// work.
+#[inline(never)]
+fn add_reading<M: Model>(
+    parameters: &[f32],
+    at: &HalfDifference<f32>,
+    measured: [f32; 3],
+    weights: [f32; 2],
+    systems: &mut [f32],
+) {
+    if let Some(parameters) = M::Parameters::view(parameters) {
+        gauss_newton::add_reading::<M, f32>(parameters, at, measured, weights, systems);
     }
 }
 

@@ -124,7 +124,7 @@ impl Algorithm for Linear {
     fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
         match method {
             FitMethod::Completed(completed) if COMPLETION => {
-                completed.predicted_loss(completed.coefficient_net.coefficients(words))
+                completed.predicted_loss(completed.coefficients(words))
             }
             _ => None,
         }
@@ -186,7 +186,7 @@ fn channels<'w>(words: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; CHANNEL
             let mut channels = words.chunks_exact(ridge.components().max(1));
             [(); CHANNELS].map(|()| channels.next().unwrap_or_default())
         }
-        FitMethod::Completed(completed) => completed.coefficient_net.coefficients(words),
+        FitMethod::Completed(completed) => completed.coefficients(words),
         FitMethod::Descent(_) => [&[]; CHANNELS],
     }
 }
@@ -200,8 +200,14 @@ fn mapped_at(
     index: usize,
     coefficients: &[f32],
 ) -> f32 {
-    let length = components.scales.len();
     let mut sum = completed.center.iter().nth(index).unwrap_or_default();
+    if let Some(correction) = &completed.correction {
+        for (entry, a) in correction.row(index).zip(coefficients) {
+            sum += entry * a;
+        }
+        return sum;
+    }
+    let length = components.scales.len();
     if let Some(row) = components.rows.chunks_exact(length.max(1)).nth(index) {
         for ((entry, scale), a) in row.iter().zip(components.scales.iter()).zip(coefficients) {
             sum += f32::from(entry.cast_signed()) * scale * a;

@@ -40,8 +40,9 @@ impl FitMethod<'_> {
             Self::Descent(descent) => return descent.initial.len(),
             Self::Ridge(ridge) => ridge.components(),
             Self::Completed(completed) => match &completed.target {
-                Target::Linear(_) => completed.coefficient_net.components,
+                Target::Linear(_) => completed.components(),
                 Target::Descent(descent, _) => return descent.initial.len(),
+                Target::GaussNewton(steps, _) => return steps.initial.len(),
             },
         };
         components.saturating_mul(3)
@@ -63,7 +64,7 @@ impl FitMethod<'_> {
             Self::Ridge(ridge) => ridge.basis_checksum(),
             Self::Completed(completed) => match &completed.target {
                 Target::Linear(components) => components.basis_checksum(),
-                Target::Descent(..) => None,
+                Target::Descent(..) | Target::GaussNewton(..) => None,
             },
             Self::Descent(_) => None,
         }

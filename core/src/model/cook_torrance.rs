@@ -1,8 +1,7 @@
 //! The Cook-Torrance model.
 
-use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, sigmoids};
+use super::{Model, ModelKind, Objective, sigmoids};
 use crate::geometry::HalfDifference;
-use crate::model::loss::cosine_weighted_log_error;
 use crate::numeric::{Scalar, Value};
 use core::f64::consts::PI;
 
@@ -223,17 +222,15 @@ impl Model for CookTorrance {
     }
 
     #[inline(always)]
-    fn accumulate_gradient<S: Scalar, const SAMPLE: bool>(
+    fn accumulate_objective<S: Scalar, F: Objective<S>, const SAMPLE: bool>(
         parameters: &CookTorranceParameters<S::Parameter>,
-        sample: &Sample<S>,
+        at: &HalfDifference<S>,
+        objective: &mut F,
         gradient: &mut CookTorranceParameters<S::Sum>,
-    ) -> Evaluation<S> {
+    ) -> HalfDifference<S> {
         let one = S::constant(1.0);
-        let at = &sample.at;
         let terms = Terms::new(parameters, at);
-        let cos_theta_i = at.cos_theta_i();
-        let loss =
-            cosine_weighted_log_error(sample.measured, terms.brdf(), cos_theta_i, sample.weight);
+        let (by_modeled, by_cosine) = objective.derivatives(terms.brdf(), at.cos_theta_i());
 
         // f = k_d / pi + k_s lobe, channel by channel.
         let lambert = S::constant(1.0 / PI);
@@ -242,7 +239,7 @@ impl Model for CookTorrance {
         let entries = [kd_r, kd_g, kd_b].into_iter().zip([ks_r, ks_g, ks_b]);
         let values = terms.diffuse.into_iter().zip(terms.specular);
         for (((diffuse_entry, specular_entry), (diffuse, specular)), by_f) in
-            entries.zip(values).zip(loss.by_modeled)
+            entries.zip(values).zip(by_modeled)
         {
             S::add_product(diffuse_entry, by_f * lambert, diffuse * (one - diffuse));
             let by_specular = by_f * specular;
@@ -267,14 +264,9 @@ impl Model for CookTorrance {
             (one - terms.fifth_power) * terms.reflectance * (one - terms.reflectance),
         );
 
-        let mut by_sample = SampleGradient::zero();
-        if SAMPLE {
-            by_sample.at = terms.by_coordinates(at, by_lobe, loss.by_cosine);
-            by_sample.measured = loss.by_measured;
-        }
-        Evaluation {
-            error: loss.error,
-            gradient: by_sample,
+        match SAMPLE {
+            true => terms.by_coordinates(at, by_lobe, by_cosine),
+            false => HalfDifference::zero(),
         }
     }
 }

@@ -20,6 +20,16 @@ pub enum ModelKind {
 }
 
 impl ModelKind {
+    /// Returns the model with this number in a recipe. None for Linear, whose number recipes do not contain.
+    pub(crate) const fn from_number(number: usize) -> Option<Self> {
+        Some(match number {
+            0 => Self::Phong,
+            1 => Self::Neural,
+            2 => Self::CookTorrance,
+            _ => return None,
+        })
+    }
+
     /// Returns the name on the command line and in exported files.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -1,8 +1,8 @@
 //! The neural model.
 
-use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, Samples};
+use super::kernel::{Active, SampleLoss};
+use super::{Model, ModelKind, Objective, Samples};
 use crate::geometry::HalfDifference;
-use crate::model::loss::cosine_weighted_log_error;
 use crate::numeric::{Scalar, Value};
 
 /// Units of each hidden layer.
@@ -232,27 +232,40 @@ fn forward<S: Scalar, const TILE: usize>(
     output
 }
 
-/// Returns the weighted loss at a sample, and adds its gradient with respect to the parameters to `gradient`. With
-/// `SAMPLE`, the result includes the gradient with respect to the sample.
+/// Adds the gradient of an objective with respect to the parameters to `gradient`. With `SAMPLE`, the result is the
+/// gradient with respect to the coordinates.
 #[inline(always)]
-fn gradient<S: Scalar, const TILE: usize, const ROWS: usize, const SAMPLE: bool>(
+fn gradient<
+    S: Scalar,
+    F: Objective<S>,
+    const TILE: usize,
+    const ROWS: usize,
+    const SAMPLE: bool,
+>(
     layers: &Layers<'_, S::Parameter>,
-    sample: &Sample<S>,
+    at: &HalfDifference<S>,
+    objective: &mut F,
     hidden: &mut Hidden<S>,
     gradient: &mut LayersMut<'_, S::Sum>,
-) -> Evaluation<S> {
+) -> HalfDifference<S> {
     let (zero, one) = (S::constant(0.0), S::constant(1.0));
-    let at = &sample.at;
     let mut modeled = forward::<S, TILE>(layers, at, hidden);
     for f in &mut modeled {
-        *f = (f.exp() - one).relu();
+        *f = f.exp() - one;
+        if F::CLAMPED {
+            *f = f.relu();
+        }
     }
-    let loss = cosine_weighted_log_error(sample.measured, modeled, at.cos_theta_i(), sample.weight);
+    let (by_modeled, by_cosine) = objective.derivatives(modeled, at.cos_theta_i());
 
     // d f / d z = exp(z) = f + 1, unless f is clamped.
-    let mut by_output = loss.by_modeled;
+    let mut by_output = by_modeled;
     for (by_z, f) in by_output.iter_mut().zip(modeled) {
-        *by_z = f.if_positive(*by_z * (f + one), zero);
+        let slope = *by_z * (f + one);
+        *by_z = match F::CLAMPED {
+            true => f.if_positive(slope, zero),
+            false => slope,
+        };
     }
     S::add_all(gradient.b3, &by_output);
     let Hidden { first, second } = hidden;
@@ -266,24 +279,18 @@ fn gradient<S: Scalar, const TILE: usize, const ROWS: usize, const SAMPLE: bool>
         by_first,
     );
 
-    let mut by_sample = SampleGradient::zero();
     if SAMPLE {
         let [row_hx, _, row_hz, row_dx, row_dy, row_dz] = layers.fc1;
         let [hx, hz, dx, dy, dz] = by_inputs([row_hx, row_hz, row_dx, row_dy, row_dz], by_first);
-        let by_cosine = loss.by_cosine;
-        by_sample.at = HalfDifference {
+        return HalfDifference {
             hx: hx - by_cosine * at.dx,
             hz: hz + by_cosine * at.dz,
             dx: dx - by_cosine * at.hx,
             dy,
             dz: dz + by_cosine * at.hz,
         };
-        by_sample.measured = loss.by_measured;
     }
-    Evaluation {
-        error: loss.error,
-        gradient: by_sample,
-    }
+    HalfDifference::zero()
 }
 
 impl Model for Neural {
@@ -295,6 +302,18 @@ impl Model for Neural {
         parameters: &NeuralParameters<S::Parameter>,
         at: &HalfDifference<S>,
     ) -> [S; 3] {
+        let mut brdf = Self::unclamped_brdf(parameters, at);
+        for f in &mut brdf {
+            *f = f.relu();
+        }
+        brdf
+    }
+
+    #[inline(always)]
+    fn unclamped_brdf<S: Scalar>(
+        parameters: &NeuralParameters<S::Parameter>,
+        at: &HalfDifference<S>,
+    ) -> [S; 3] {
         let Some(layers) = Layers::of(parameters) else {
             return [S::constant(0.0); 3];
         };
@@ -302,26 +321,28 @@ impl Model for Neural {
         // A small tile on devices, too: it takes a third of the flash, and the speed of evaluations matters less.
         let mut brdf = forward::<S, TILE>(&layers, at, &mut hidden);
         for f in &mut brdf {
-            *f = (f.exp() - S::constant(1.0)).relu();
+            *f = f.exp() - S::constant(1.0);
         }
         brdf
     }
 
     #[inline(always)]
-    fn accumulate_gradient<S: Scalar, const SAMPLE: bool>(
+    fn accumulate_objective<S: Scalar, F: Objective<S>, const SAMPLE: bool>(
         parameters: &NeuralParameters<S::Parameter>,
-        sample: &Sample<S>,
+        at: &HalfDifference<S>,
+        objective: &mut F,
         by_parameters: &mut NeuralParameters<S::Sum>,
-    ) -> Evaluation<S> {
+    ) -> HalfDifference<S> {
         let layers = Layers::of(parameters).zip(LayersMut::of(by_parameters));
         let Some((layers, mut by_layers)) = layers else {
-            return Evaluation::zero();
+            return HalfDifference::zero();
         };
         let mut hidden = Hidden::zero();
+        let (hidden, by_layers) = (&mut hidden, &mut by_layers);
         if S::SKIPS_ZEROS {
-            gradient::<S, HIDDEN, 1, SAMPLE>(&layers, sample, &mut hidden, &mut by_layers)
+            gradient::<S, F, HIDDEN, 1, SAMPLE>(&layers, at, objective, hidden, by_layers)
         } else {
-            gradient::<S, TILE, TILE, SAMPLE>(&layers, sample, &mut hidden, &mut by_layers)
+            gradient::<S, F, TILE, TILE, SAMPLE>(&layers, at, objective, hidden, by_layers)
         }
     }
 
@@ -338,7 +359,43 @@ impl Model for Neural {
         };
         let mut hidden = Hidden::zero(); // created once, because clearing takes time
         for sample in samples.iter() {
-            gradient::<f32, HIDDEN, 1, false>(&layers, &sample, &mut hidden, &mut by_layers);
+            let mut objective = SampleLoss::new(&sample);
+            gradient::<f32, _, HIDDEN, 1, false>(
+                &layers,
+                &sample.at,
+                &mut objective,
+                &mut hidden,
+                &mut by_layers,
+            );
         }
+    }
+
+    /// The output layer: 21 weights and a bias for each channel. f is linear in them before the exponential.
+    const ACTIVE: Active = Active::PerChannel {
+        first: PARAMETERS - Self::COLORS,
+        count: HIDDEN + 1,
+    };
+
+    #[inline(always)]
+    fn jacobian<S: Scalar<Parameter = S, Sum = S>>(
+        parameters: &NeuralParameters<S>,
+        at: &HalfDifference<S>,
+        rows: [&mut [S]; 3],
+    ) -> [S; 3] {
+        let one = S::constant(1.0);
+        let Some(layers) = Layers::of(parameters) else {
+            return [S::constant(0.0); 3];
+        };
+        let mut hidden = Hidden::zero();
+        let mut modeled = forward::<S, TILE>(&layers, at, &mut hidden);
+        for (f, row) in modeled.iter_mut().zip(rows) {
+            let by_output = f.exp();
+            *f = by_output - one;
+            let units = hidden.second.iter().chain(core::iter::once(&one));
+            for (entry, unit) in row.iter_mut().zip(units) {
+                *entry = by_output * *unit;
+            }
+        }
+        modeled
     }
 }

@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use super::{CookTorrance, Model, ModelKind, Neural, Phong};
+use super::{Active, CookTorrance, Model, ModelKind, Neural, Phong};
 
 impl ModelKind {
     /// Number of parameters of the model. None for Linear: its recipe determines the number of coefficients, one per
@@ -13,6 +13,17 @@ impl ModelKind {
             Self::Phong => Some(Phong::PARAMETERS),
             Self::Neural => Some(Neural::PARAMETERS),
             Self::CookTorrance => Some(CookTorrance::PARAMETERS),
+            Self::Linear => None,
+        }
+    }
+
+    /// The parameters that a Gauss-Newton step changes. None for Linear.
+    #[must_use]
+    pub(crate) const fn active(self) -> Option<Active> {
+        match self {
+            Self::Phong => Some(Phong::ACTIVE),
+            Self::Neural => Some(Neural::ACTIVE),
+            Self::CookTorrance => Some(CookTorrance::ACTIVE),
             Self::Linear => None,
         }
     }

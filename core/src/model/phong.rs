@@ -1,8 +1,7 @@
 //! The Phong model.
 
-use super::{Evaluation, Model, ModelKind, Sample, SampleGradient, sigmoids};
+use super::{Model, ModelKind, Objective, sigmoids};
 use crate::geometry::HalfDifference;
-use crate::model::loss::cosine_weighted_log_error;
 use crate::numeric::{Scalar, Value};
 use core::f64::consts::PI;
 
@@ -90,18 +89,16 @@ impl Model for Phong {
     }
 
     #[inline(always)]
-    fn accumulate_gradient<S: Scalar, const SAMPLE: bool>(
+    fn accumulate_objective<S: Scalar, F: Objective<S>, const SAMPLE: bool>(
         parameters: &PhongParameters<S::Parameter>,
-        sample: &Sample<S>,
+        at: &HalfDifference<S>,
+        objective: &mut F,
         gradient: &mut PhongParameters<S::Sum>,
-    ) -> Evaluation<S> {
+    ) -> HalfDifference<S> {
         let zero = S::constant(0.0);
         let one = S::constant(1.0);
-        let at = &sample.at;
         let terms = Terms::new(parameters, at);
-        let cos_theta_i = at.cos_theta_i();
-        let loss =
-            cosine_weighted_log_error(sample.measured, terms.brdf(), cos_theta_i, sample.weight);
+        let (by_modeled, by_cosine) = objective.derivatives(terms.brdf(), at.cos_theta_i());
 
         // f = s (lobe + t (1/pi - lobe)), channel by channel.
         let lambert_minus_lobe = S::constant(1.0 / PI) - terms.lobe;
@@ -111,9 +108,7 @@ impl Model for Phong {
             .into_iter()
             .zip([ratio_r, ratio_g, ratio_b]);
         let values = terms.sum.into_iter().zip(terms.ratio);
-        for (((sum_entry, ratio_entry), (sum, ratio)), by_f) in
-            sums.zip(values).zip(loss.by_modeled)
-        {
+        for (((sum_entry, ratio_entry), (sum, ratio)), by_f) in sums.zip(values).zip(by_modeled) {
             let f_by_sum = terms.lobe + ratio * lambert_minus_lobe;
             S::add_product(sum_entry, by_f * f_by_sum, sum * (one - sum));
             S::add_product(
@@ -127,25 +122,19 @@ impl Model for Phong {
         let lobe_by_q = terms.power * S::constant(0.5 / PI) + terms.lobe * terms.log_base;
         S::add_product(exponent, by_lobe * lobe_by_q, terms.exponent);
 
-        let mut by_sample = SampleGradient::zero();
         if SAMPLE {
             let by_base = by_lobe * terms.exponent * terms.lobe / terms.base;
             let twice_by_dot = terms.dot.if_positive(by_base + by_base, zero);
             let horizontal = at.hz * at.hz - at.hx * at.hx;
             let vertical = at.dz * at.dz + at.dx * at.dx;
-            let by_cosine = loss.by_cosine;
-            by_sample.at = HalfDifference {
+            return HalfDifference {
                 hx: -(twice_by_dot * vertical * at.hx) - by_cosine * at.dx,
                 hz: twice_by_dot * vertical * at.hz + by_cosine * at.dz,
                 dx: twice_by_dot * horizontal * at.dx - by_cosine * at.hx,
                 dy: twice_by_dot * at.dy,
                 dz: twice_by_dot * horizontal * at.dz + by_cosine * at.hz,
             };
-            by_sample.measured = loss.by_measured;
         }
-        Evaluation {
-            error: loss.error,
-            gradient: by_sample,
-        }
+        HalfDifference::zero()
     }
 }

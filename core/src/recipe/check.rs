@@ -2,10 +2,17 @@
 
 use super::error::RecipeError;
 use super::field::Field;
-use super::format::{MAX_COMPONENTS, MAX_INNER_STEPS, MAX_SAMPLES};
+use super::format::{
+    MAX_COMPONENTS, MAX_GAUSS_NEWTON_STEPS, MAX_INNER_STEPS, MAX_SAMPLES, MAX_VIRTUAL_READINGS,
+};
 use super::kind::Kind;
-use super::parts::{PackedCoefficientNet, PackedDescent, PackedInitNet, PackedMethod, PackedRidge};
+use super::parts::{
+    PackedCoefficientNet, PackedCorrection, PackedDescent, PackedGaussNewton, PackedInitNet,
+    PackedMethod, PackedRidge, PackedTarget,
+};
 use crate::fit::coefficient_net::{CoefficientNet, MissingPolicy};
+use crate::fit::correction::Correction;
+use crate::fit::gauss_newton::{GaussNewton, VirtualReadings};
 use crate::fit::ridge::Problem;
 use crate::fit::{COMPLETION, RIDGE};
 use crate::fit::{
@@ -29,20 +36,30 @@ pub(super) fn angles(packed: &PackedAngles) -> Angles<f32> {
 
 /// Checks the directions to measure.
 pub(super) fn pattern(packed: &[u8]) -> Result<&[PackedAngles], RecipeError> {
-    let (pattern, []) = packed.as_chunks() else {
-        return Err(RecipeError::Count(Field::Pattern));
+    let pattern = directions(packed, MAX_SAMPLES, Field::Pattern)?;
+    match first_below_horizon(pattern) {
+        Some(index) => Err(RecipeError::BelowHorizon(index as u16)),
+        None => Ok(pattern),
+    }
+}
+
+/// Checks the number of directions, and the range of their angles.
+fn directions(packed: &[u8], max: usize, field: Field) -> Result<&[PackedAngles], RecipeError> {
+    let (directions, []) = packed.as_chunks() else {
+        return Err(RecipeError::Count(field));
     };
-    if !(1..=MAX_SAMPLES).contains(&pattern.len()) {
-        return Err(RecipeError::Count(Field::Pattern));
+    if !(1..=max).contains(&directions.len()) {
+        return Err(RecipeError::Count(field));
     }
-    let numbers = pattern.len().saturating_mul(3);
-    list(packed, numbers, Field::Pattern, in_range)?;
-    for (index, packed) in pattern.iter().enumerate() {
-        if !HalfDifference::from_angles(angles(packed)).is_valid() {
-            return Err(RecipeError::BelowHorizon(index as u16));
-        }
-    }
-    Ok(pattern)
+    let numbers = directions.len().saturating_mul(3);
+    list(packed, numbers, field, in_range)?;
+    Ok(directions)
+}
+
+fn first_below_horizon(packed: &[PackedAngles]) -> Option<usize> {
+    packed
+        .iter()
+        .position(|packed| !HalfDifference::from_angles(angles(packed)).is_valid())
 }
 
 /// Checks the method for a pattern of `samples` samples, and the prediction of its loss.
@@ -54,8 +71,8 @@ pub(super) fn method<'a>(
     match packed {
         PackedMethod::Descent(packed) => descent(packed).map(FitMethod::Descent),
         PackedMethod::Ridge(packed) if RIDGE => ridge(packed, samples).map(FitMethod::Ridge),
-        PackedMethod::Completed(packed, descent) if COMPLETION => {
-            completed(&packed, descent, prediction, samples).map(FitMethod::Completed)
+        PackedMethod::Completed(packed, correction, target) if COMPLETION => {
+            completed(&packed, correction, target, prediction, samples).map(FitMethod::Completed)
         }
         // `Contents` has already refused these sections.
         PackedMethod::Ridge(_) => Err(RecipeError::Unknown(Kind::RIDGE)),
@@ -100,7 +117,8 @@ fn ridge(packed: PackedRidge<'_>, samples: usize) -> Result<Ridge<'_>, RecipeErr
 
 fn completed<'a>(
     packed: &PackedCoefficientNet<'a>,
-    descent: Option<(PackedDescent<'a>, PackedInitNet<'a>)>,
+    packed_correction: Option<PackedCorrection<'a>>,
+    target: PackedTarget<'a>,
     prediction: Option<&'a [u8]>,
     samples: usize,
 ) -> Result<Completed<'a>, RecipeError> {
@@ -115,26 +133,48 @@ fn completed<'a>(
     positive(packed.scale, Field::Scale)?;
     let weights = rows.saturating_mul(3).saturating_mul(samples);
     let hidden = rows.saturating_sub(components);
-    let target = match descent {
-        None => Target::Linear(Components {
-            rows: bytes(packed.rows, samples.saturating_mul(components), Field::Rows)?,
-            scales: list(packed.row_scales, components, Field::RowScales, finite)?,
+    let correction = match packed_correction {
+        None => None,
+        Some(packed) => Some(correction(&packed, components, samples)?),
+    };
+    let corrected = correction
+        .as_ref()
+        .map_or(components, Correction::components);
+    let is_linear = matches!(target, PackedTarget::Linear);
+    let has_rows = is_linear && correction.is_none();
+    // A fit does not use these fields, so writing the recipe again would lose them.
+    for (is_valid, field) in [
+        (has_rows || packed.rows.is_empty(), Field::Rows),
+        (has_rows || packed.row_scales.is_empty(), Field::RowScales),
+        (
+            is_linear || packed.basis_checksum == 0,
+            Field::BasisChecksum,
+        ),
+    ] {
+        if !is_valid {
+            return Err(RecipeError::Unused(field));
+        }
+    }
+    let row_components = if has_rows { components } else { 0 };
+    let target = match target {
+        PackedTarget::Linear => Target::Linear(Components {
+            rows: bytes(
+                packed.rows,
+                samples.saturating_mul(row_components),
+                Field::Rows,
+            )?,
+            scales: list(packed.row_scales, row_components, Field::RowScales, finite)?,
             basis_checksum: packed.basis_checksum,
         }),
-        Some((descent, init_net)) => {
-            // A descent does not use these fields, so writing the recipe again would lose them.
-            for (is_empty, field) in [
-                (packed.rows.is_empty(), Field::Rows),
-                (packed.row_scales.is_empty(), Field::RowScales),
-                (packed.basis_checksum == 0, Field::BasisChecksum),
-            ] {
-                if !is_empty {
-                    return Err(RecipeError::Unused(field));
-                }
-            }
+        PackedTarget::Descent(descent, init_net) => {
             let descent = self::descent(descent)?;
-            let init_net = self::init_net(init_net, components, descent.initial.len())?;
+            let init_net = self::init_net(init_net, corrected, descent.initial.len())?;
             Target::Descent(descent, init_net)
+        }
+        PackedTarget::GaussNewton(steps, init_net) => {
+            let steps = gauss_newton(&steps, corrected)?;
+            let init_net = self::init_net(init_net, corrected, steps.initial.len())?;
+            Target::GaussNewton(steps, init_net)
         }
     };
     Ok(Completed {
@@ -158,6 +198,7 @@ fn completed<'a>(
         },
         center: list(packed.center, samples, Field::Center, in_range)?,
         scale: packed.scale,
+        correction,
         missing: MissingPolicy::from_number(packed.missing)
             .ok_or(RecipeError::Range(Field::Missing))?,
         prediction: match prediction {
@@ -168,6 +209,77 @@ fn completed<'a>(
             }
         },
         target,
+    })
+}
+
+/// Checks a correction of at least `components` components.
+fn correction<'a>(
+    packed: &PackedCorrection<'a>,
+    components: usize,
+    samples: usize,
+) -> Result<Correction<'a>, RecipeError> {
+    let count = Floats::new(packed.precision).map_or(0, |list| list.len());
+    if !(components..=MAX_COMPONENTS).contains(&count) {
+        return Err(RecipeError::Count(Field::CorrectionPrecision));
+    }
+    let rows = samples.saturating_mul(count);
+    Ok(Correction {
+        rows: bytes(packed.rows, rows, Field::CorrectionRows)?,
+        scales: list(packed.row_scales, count, Field::CorrectionRowScales, finite)?,
+        precision: list(
+            packed.precision,
+            count,
+            Field::CorrectionPrecision,
+            positive,
+        )?,
+    })
+}
+
+fn gauss_newton<'a>(
+    packed: &PackedGaussNewton<'a>,
+    components: usize,
+) -> Result<GaussNewton<'a>, RecipeError> {
+    if !(1..=MAX_GAUSS_NEWTON_STEPS).contains(&packed.steps) {
+        return Err(RecipeError::Count(Field::StepCount));
+    }
+    let Some((parameters, active)) = packed.model.parameters().zip(packed.model.active()) else {
+        return Err(RecipeError::Model(packed.model));
+    };
+    positive(packed.reading_weight, Field::ReadingWeight)?;
+    positive(packed.error_scale, Field::ErrorScale)?;
+    let directions = directions(
+        packed.directions,
+        MAX_VIRTUAL_READINGS,
+        Field::VirtualDirections,
+    )?;
+    let readings = directions.len();
+    if first_below_horizon(directions).is_some() {
+        return Err(RecipeError::Range(Field::VirtualDirections));
+    }
+    let rows = readings.saturating_mul(components);
+    Ok(GaussNewton {
+        model: packed.model,
+        steps: packed.steps,
+        initial: list(packed.initial, parameters, Field::StepInitial, finite)?,
+        precision: list(
+            packed.precision,
+            active.count(),
+            Field::StepPrecision,
+            positive,
+        )?,
+        reading_weight: packed.reading_weight,
+        error_scale: packed.error_scale,
+        virtual_readings: VirtualReadings {
+            directions,
+            center: list(packed.center, readings, Field::VirtualCenter, in_range)?,
+            rows: bytes(packed.rows, rows, Field::VirtualRows)?,
+            scales: list(
+                packed.row_scales,
+                components,
+                Field::VirtualRowScales,
+                finite,
+            )?,
+        },
     })
 }
 

@@ -3,7 +3,7 @@
 use super::decode::decode;
 use super::error::RecipeError;
 use super::kind::Kind;
-use super::parts::PackedMethod;
+use super::parts::{PackedMethod, PackedTarget};
 use super::sections::Sections;
 use crate::fit::{COMPLETION, RIDGE};
 
@@ -22,6 +22,8 @@ impl<'a> Contents<'a> {
         let mut ridge = None;
         let mut completion = None;
         let mut init_net = None;
+        let mut gauss_newton = None;
+        let mut correction = None;
         let mut prediction = None;
         let mut previous = None;
         let mut sections = Sections::new(body);
@@ -37,6 +39,8 @@ impl<'a> Contents<'a> {
                 Kind::RIDGE if RIDGE => ridge = Some(decode(kind, bytes)?),
                 Kind::COMPLETION if COMPLETION => completion = Some(decode(kind, bytes)?),
                 Kind::START if COMPLETION => init_net = Some(decode(kind, bytes)?),
+                Kind::GAUSS_NEWTON if COMPLETION => gauss_newton = Some(decode(kind, bytes)?),
+                Kind::CORRECTION if COMPLETION => correction = Some(decode(kind, bytes)?),
                 // Optional, but a fit with a completion uses it.
                 Kind::PREDICTION if COMPLETION => prediction = Some(decode(kind, bytes)?),
                 _ if kind.is_required() => return Err(RecipeError::Unknown(kind)),
@@ -46,22 +50,39 @@ impl<'a> Contents<'a> {
         if !sections.is_empty() {
             return Err(RecipeError::Malformed);
         }
+        if correction.is_some() && completion.is_none() {
+            return Err(RecipeError::Missing(Kind::COMPLETION));
+        }
         Ok(Self {
             pattern: pattern.ok_or(RecipeError::Missing(Kind::PATTERN))?,
-            method: match (descent, ridge, completion, init_net) {
-                (Some(descent), None, None, None) => PackedMethod::Descent(descent),
-                (None, Some(ridge), None, None) => PackedMethod::Ridge(ridge),
-                (None, None, Some(completion), None) => PackedMethod::Completed(completion, None),
-                (Some(descent), None, Some(completion), Some(init_net)) => {
-                    PackedMethod::Completed(completion, Some((descent, init_net)))
+            method: match (descent, ridge, completion, (init_net, gauss_newton)) {
+                (Some(descent), None, None, (None, None)) => PackedMethod::Descent(descent),
+                (None, Some(ridge), None, (None, None)) => PackedMethod::Ridge(ridge),
+                (None, None, Some(completion), (None, None)) => {
+                    PackedMethod::Completed(completion, correction, PackedTarget::Linear)
                 }
-                (None, None, None, None) => return Err(RecipeError::Learners(0)),
-                // A start is not a method, so this is not a second method.
-                (None, Some(_), None, Some(_)) => return Err(RecipeError::Beside(Kind::START)),
-                (_, Some(_), _, _) => return Err(RecipeError::Learners(2)),
-                (None, _, _, Some(_)) => return Err(RecipeError::Missing(Kind::DESCENT)),
-                (_, _, None, Some(_)) => return Err(RecipeError::Missing(Kind::COMPLETION)),
-                (_, _, _, None) => return Err(RecipeError::Missing(Kind::START)),
+                (Some(descent), None, Some(completion), (Some(init_net), None)) => {
+                    let target = PackedTarget::Descent(descent, init_net);
+                    PackedMethod::Completed(completion, correction, target)
+                }
+                (None, None, Some(completion), (Some(init_net), Some(steps))) => {
+                    let target = PackedTarget::GaussNewton(steps, init_net);
+                    PackedMethod::Completed(completion, correction, target)
+                }
+                (None, None, None, (None, None)) => return Err(RecipeError::Learners(0)),
+                // Neither is a method, so this is not a second method.
+                (None, Some(_), None, (Some(_), _)) => {
+                    return Err(RecipeError::Beside(Kind::START));
+                }
+                (None, Some(_), None, (None, Some(_))) => {
+                    return Err(RecipeError::Beside(Kind::GAUSS_NEWTON));
+                }
+                (_, Some(_), _, _) | (Some(_), _, _, (_, Some(_))) => {
+                    return Err(RecipeError::Learners(2));
+                }
+                (None, _, _, (Some(_), None)) => return Err(RecipeError::Missing(Kind::DESCENT)),
+                (_, _, None, _) => return Err(RecipeError::Missing(Kind::COMPLETION)),
+                (_, _, _, (None, _)) => return Err(RecipeError::Missing(Kind::START)),
             },
             prediction,
         })

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::format::{
-    MAX_ANGLE, MAX_BASIS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_PREDICTION, MAX_WEIGHT,
-    MIN_PRECISION,
+    MAX_ANGLE, MAX_BASIS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_PREDICTION, MAX_READING_WEIGHT,
+    MAX_WEIGHT, MIN_PRECISION,
 };
 
 /// A field of the recipe, which errors name.
@@ -78,6 +78,30 @@ pub enum Field {
     Missing,
     /// The share of a source of materials in all training tasks.
     Share,
+    /// Of Gauss-Newton steps: their number.
+    StepCount,
+    /// Of Gauss-Newton steps: the initial parameters.
+    StepInitial,
+    /// Of Gauss-Newton steps: the precision of each active parameter.
+    StepPrecision,
+    /// Of Gauss-Newton steps: the sum of the weights of the pattern's readings.
+    ReadingWeight,
+    /// Of Gauss-Newton steps: the error at which the weight of a reading is halved.
+    ErrorScale,
+    /// Of Gauss-Newton steps: the directions of the virtual readings.
+    VirtualDirections,
+    /// Of Gauss-Newton steps: the mean at the virtual readings.
+    VirtualCenter,
+    /// Of Gauss-Newton steps: the components at the virtual readings.
+    VirtualRows,
+    /// Of Gauss-Newton steps: the scale of each component in `rows`.
+    VirtualRowScales,
+    /// Of a correction: the components at the sampled directions.
+    CorrectionRows,
+    /// Of a correction: the scale of each component.
+    CorrectionRowScales,
+    /// Of a correction: the precision of each component.
+    CorrectionPrecision,
 }
 
 impl Field {
@@ -119,6 +143,18 @@ impl Field {
             Self::Prediction => "prediction",
             Self::Missing => "completion.missing",
             Self::Share => "training.share",
+            Self::StepCount => "gauss_newton.steps",
+            Self::StepInitial => "gauss_newton.initial",
+            Self::StepPrecision => "gauss_newton.precision",
+            Self::ReadingWeight => "gauss_newton.reading_weight",
+            Self::ErrorScale => "gauss_newton.error_scale",
+            Self::VirtualDirections => "gauss_newton.directions",
+            Self::VirtualCenter => "gauss_newton.center",
+            Self::VirtualRows => "gauss_newton.rows",
+            Self::VirtualRowScales => "gauss_newton.row_scales",
+            Self::CorrectionRows => "correction.rows",
+            Self::CorrectionRowScales => "correction.row_scales",
+            Self::CorrectionPrecision => "correction.precision",
         }
     }
 
@@ -126,15 +162,18 @@ impl Field {
     #[must_use]
     pub const fn range(self) -> (f32, f32) {
         match self {
-            Self::Pattern => (-MAX_ANGLE, MAX_ANGLE),
+            Self::Pattern | Self::VirtualDirections => (-MAX_ANGLE, MAX_ANGLE),
             Self::Basis => (-MAX_BASIS, MAX_BASIS),
             Self::Prediction => (-MAX_PREDICTION, MAX_PREDICTION),
             Self::Missing => (0.0, 2.0),
             Self::Share => (0.0, 1.0),
-            Self::Mean | Self::Center => (-MAX_MEAN, MAX_MEAN),
+            Self::ReadingWeight | Self::ErrorScale => (0.0, MAX_READING_WEIGHT),
+            Self::Mean | Self::Center | Self::VirtualCenter => (-MAX_MEAN, MAX_MEAN),
             Self::Median => (0.0, MAX_MEDIAN),
             Self::Weight => (0.0, MAX_WEIGHT),
-            Self::Precision => (MIN_PRECISION, MAX_PRECISION),
+            Self::Precision | Self::StepPrecision | Self::CorrectionPrecision => {
+                (MIN_PRECISION, MAX_PRECISION)
+            }
             Self::StandardError | Self::Multiplicative | Self::Additive => (0.0, f32::MAX),
             _ => (f32::MIN, f32::MAX),
         }

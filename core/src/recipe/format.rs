@@ -10,6 +10,8 @@ pub const HEADER_BYTES: usize = 14;
 pub const MAX_SAMPLES: usize = 4096;
 /// The largest number of inner steps.
 pub const MAX_INNER_STEPS: u16 = 10_000;
+/// The largest number of Gauss-Newton steps.
+pub const MAX_GAUSS_NEWTON_STEPS: u16 = 100;
 /// The largest number of components of a ridge solve.
 pub const MAX_COMPONENTS: usize = 1024;
 /// The largest absolute angle of a pattern, in radians. For far larger angles, rounding errors of sine and cosine would
@@ -29,6 +31,10 @@ pub const MAX_PREDICTION: f32 = 1e4;
 pub const MAX_MEDIAN: f32 = 1e6;
 /// The largest weight of a sample, cos(theta_i) cos(theta_o), with a margin for rounding.
 pub const MAX_WEIGHT: f32 = 1.001;
+/// The largest number of virtual readings.
+pub const MAX_VIRTUAL_READINGS: usize = 1024;
+/// The largest sum of the weights of the pattern's readings in Gauss-Newton steps.
+pub const MAX_READING_WEIGHT: f32 = 1e4;
 /// The smallest precision of a coefficient.
 pub const MIN_PRECISION: f32 = 1e-6;
 /// The largest precision of a coefficient.

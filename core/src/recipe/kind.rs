@@ -19,10 +19,15 @@ impl Kind {
     /// A ridge solve, which fits the model Linear. It excludes [`Kind::DESCENT`] and [`Kind::COMPLETION`].
     pub const RIDGE: Self = Self(2);
     /// A learned map from readings to coefficients. Alone, it fits the model Linear. With [`Kind::START`], it
-    /// determines the start of the recipe's [`Kind::DESCENT`].
+    /// determines the start of the recipe's [`Kind::DESCENT`] or [`Kind::GAUSS_NEWTON`].
     pub const COMPLETION: Self = Self(3);
-    /// A learned map from a completion's coefficients to initial parameters of a descent.
+    /// A learned map from a completion's coefficients to initial parameters of a descent or of Gauss-Newton steps.
     pub const START: Self = Self(4);
+    /// Gauss-Newton steps toward virtual readings and those of the pattern, with [`Kind::COMPLETION`] and
+    /// [`Kind::START`].
+    pub const GAUSS_NEWTON: Self = Self(5);
+    /// A correction of a completion's coefficients by the residuals of the readings.
+    pub const CORRECTION: Self = Self(6);
     /// The limits of the machine that the pattern was trained for.
     pub const LIMITS: Self = Self(128);
     /// The noise of the readings in training.
@@ -67,6 +72,8 @@ impl Kind {
             Self::RIDGE => "ridge",
             Self::COMPLETION => "completion",
             Self::START => "start",
+            Self::GAUSS_NEWTON => "gauss_newton",
+            Self::CORRECTION => "correction",
             Self::LIMITS => "limits",
             Self::NOISE => "noise",
             Self::EXPECTATION => "expectation",

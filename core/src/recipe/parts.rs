@@ -5,7 +5,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::training::Training;
-use crate::fit::{Descent, FitMethod, Target};
+use crate::fit::gauss_newton::GaussNewton;
+use crate::fit::{Descent, FitMethod, InitNet, Target};
 use crate::gonio::Limits;
 use crate::model::ModelKind;
 
@@ -58,11 +59,34 @@ pub enum PackedMethod<'a> {
     Descent(PackedDescent<'a>),
     /// A ridge solve, the model Linear.
     Ridge(PackedRidge<'a>),
-    /// A completion: a learned map to the model Linear, or to the start of a descent.
+    /// A completion, its correction, and the use of its coefficients.
     Completed(
         PackedCoefficientNet<'a>,
-        Option<(PackedDescent<'a>, PackedInitNet<'a>)>,
+        Option<PackedCorrection<'a>>,
+        PackedTarget<'a>,
     ),
+}
+
+/// A correction as bytes. Weights are signed bytes, all other lists packed little-endian f32.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct PackedCorrection<'a> {
+    /// The components at the sampled directions: n rows of K weights.
+    pub rows: &'a [u8],
+    /// The scale of each component, K.
+    pub row_scales: &'a [u8],
+    /// The precision of each component, K.
+    pub precision: &'a [u8],
+}
+
+/// The use of a completion's coefficients, as bytes.
+#[derive(Clone, Copy, Debug)]
+pub enum PackedTarget<'a> {
+    /// The model Linear.
+    Linear,
+    /// The start of a descent.
+    Descent(PackedDescent<'a>, PackedInitNet<'a>),
+    /// The start of Gauss-Newton steps.
+    GaussNewton(PackedGaussNewton<'a>, PackedInitNet<'a>),
 }
 
 /// A descent as bytes.
@@ -76,6 +100,31 @@ pub struct PackedDescent<'a> {
     pub initial: &'a [u8],
     /// A step size for each parameter, packed little-endian f32.
     pub step_sizes: &'a [u8],
+}
+
+/// Gauss-Newton steps as bytes. Weights are signed bytes, all other lists packed little-endian f32.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct PackedGaussNewton<'a> {
+    /// The model.
+    pub model: ModelKind,
+    /// Number of steps.
+    pub steps: u16,
+    /// Initial parameters.
+    pub initial: &'a [u8],
+    /// The precision of each active parameter of a system.
+    pub precision: &'a [u8],
+    /// The sum of the weights of the pattern's readings.
+    pub reading_weight: f32,
+    /// The error at which the weight of a reading is halved.
+    pub error_scale: f32,
+    /// V x (theta_h, theta_d, phi_d), radians: the directions of the virtual readings.
+    pub directions: &'a [u8],
+    /// The mean of the mapped training columns at each direction, V.
+    pub center: &'a [u8],
+    /// The components at the directions: V rows of m weights.
+    pub rows: &'a [u8],
+    /// The scale of each component in `rows`, m.
+    pub row_scales: &'a [u8],
 }
 
 /// A ridge solve as bytes; all lists are packed little-endian f32.
@@ -119,9 +168,9 @@ pub struct PackedCoefficientNet<'a> {
     pub output: &'a [u8],
     /// The scale of each row of `output`, m.
     pub output_scales: &'a [u8],
-    /// The components at the sampled directions, n rows of m weights; empty if a descent follows.
+    /// The components at the sampled directions, n rows of m weights; empty with a start or a correction.
     pub rows: &'a [u8],
-    /// The scale of each component in `rows`, m; empty if a descent follows.
+    /// The scale of each component in `rows`, m; empty with a start or a correction.
     pub row_scales: &'a [u8],
     /// The CRC-32 of the host's whole basis file, which turns coefficients into a BRDF; 0 without a basis.
     pub basis_checksum: u32,
@@ -153,6 +202,36 @@ impl<'a> PackedDescent<'a> {
     }
 }
 
+impl<'a> PackedGaussNewton<'a> {
+    fn new(steps: &GaussNewton<'a>) -> Self {
+        let readings = steps.virtual_readings();
+        Self {
+            model: steps.model(),
+            steps: steps.steps(),
+            initial: steps.initial().words().as_flattened(),
+            precision: steps.precision().words().as_flattened(),
+            reading_weight: steps.reading_weight(),
+            error_scale: steps.error_scale(),
+            directions: readings.directions().as_flattened(),
+            center: readings.center().words().as_flattened(),
+            rows: readings.rows(),
+            row_scales: readings.scales().words().as_flattened(),
+        }
+    }
+}
+
+impl<'a> PackedInitNet<'a> {
+    fn new(init_net: &InitNet<'a>) -> Self {
+        Self {
+            hidden: init_net.hidden,
+            hidden_scales: init_net.hidden_scales.as_flattened(),
+            bias: init_net.bias.as_flattened(),
+            output: init_net.output,
+            output_scales: init_net.output_scales.as_flattened(),
+        }
+    }
+}
+
 /// The prediction of a completed fit's loss is not included, because it is a separate section:
 /// [`Completed::prediction`](crate::fit::Completed::prediction) goes into [`RecipeParts::prediction`].
 impl<'a> From<FitMethod<'a>> for PackedMethod<'a> {
@@ -161,20 +240,20 @@ impl<'a> From<FitMethod<'a>> for PackedMethod<'a> {
             FitMethod::Descent(descent) => Self::Descent(PackedDescent::new(&descent)),
             FitMethod::Completed(completed) => {
                 let net = completed.coefficient_net();
-                let (rows, row_scales, descent): (&[u8], &[u8], _) = match completed.target() {
+                let (rows, row_scales, target): (&[u8], &[u8], _) = match completed.target() {
                     Target::Linear(components) => {
                         let scales = components.scales().words().as_flattened();
-                        (components.rows(), scales, None)
+                        (components.rows(), scales, PackedTarget::Linear)
                     }
                     Target::Descent(descent, init_net) => {
-                        let init_net = PackedInitNet {
-                            hidden: init_net.hidden,
-                            hidden_scales: init_net.hidden_scales.as_flattened(),
-                            bias: init_net.bias.as_flattened(),
-                            output: init_net.output,
-                            output_scales: init_net.output_scales.as_flattened(),
-                        };
-                        (&[], &[], Some((PackedDescent::new(descent), init_net)))
+                        let (descent, init_net) =
+                            (PackedDescent::new(descent), PackedInitNet::new(init_net));
+                        (&[], &[], PackedTarget::Descent(descent, init_net))
+                    }
+                    Target::GaussNewton(steps, init_net) => {
+                        let (steps, init_net) =
+                            (PackedGaussNewton::new(steps), PackedInitNet::new(init_net));
+                        (&[], &[], PackedTarget::GaussNewton(steps, init_net))
                     }
                 };
                 let packed = PackedCoefficientNet {
@@ -192,7 +271,12 @@ impl<'a> From<FitMethod<'a>> for PackedMethod<'a> {
                     row_scales,
                     basis_checksum: method.basis_checksum().unwrap_or_default(),
                 };
-                Self::Completed(packed, descent)
+                let correction = completed.correction().map(|each| PackedCorrection {
+                    rows: each.rows(),
+                    row_scales: each.scales().words().as_flattened(),
+                    precision: each.precision().words().as_flattened(),
+                });
+                Self::Completed(packed, correction, target)
             }
             FitMethod::Ridge(ridge) => Self::Ridge(PackedRidge {
                 // At most MAX_COMPONENTS, which a u16 holds.

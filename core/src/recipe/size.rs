@@ -3,8 +3,8 @@
 use super::format::{HEADER_BYTES, MAGIC, MAX_COMPONENTS};
 use super::kind::Kind;
 use crate::fit::coefficient_net::LISTS;
-use crate::fit::{descent_words, linear_words};
-use crate::model::SLOT_WORDS;
+use crate::fit::{correction_words, descent_words, linear_words, refined_words};
+use crate::model::{Active, ModelKind, SLOT_WORDS};
 
 /// Number of bytes of a sample of the pattern: three angles.
 const ANGLES_BYTES: usize = 12;
@@ -80,6 +80,8 @@ struct Counts {
     components: Option<usize>,
     /// Parameters of a descent.
     parameters: Option<usize>,
+    /// Parameters of Gauss-Newton steps, and the active ones.
+    steps: Option<(usize, Active)>,
     /// Words of a completion without its init net.
     completion: usize,
     /// Units of the init net.
@@ -106,6 +108,7 @@ const fn recipe_size(recipe: &[u8]) -> Option<Size> {
         samples: 0,
         components: None,
         parameters: None,
+        steps: None,
         completion: 0,
         units: 0,
     };
@@ -134,15 +137,17 @@ const fn recipe_size(recipe: &[u8]) -> Option<Size> {
             }
             Kind::COMPLETION => some!(coefficient_net(bytes, counts)),
             Kind::START => some!(init_net(bytes, counts)),
+            Kind::CORRECTION => some!(correction(bytes, counts)),
+            Kind::GAUSS_NEWTON => some!(gauss_newton(bytes, counts)),
             _ => counts,
         };
     }
-    let work = match (counts.parameters, counts.components) {
-        (Some(parameters), _) => {
-            descent_words(parameters, counts.completion.saturating_add(counts.units))
-        }
-        (None, Some(components)) => linear_words(counts.samples, components),
-        (None, None) => counts.completion,
+    let completion = counts.completion.saturating_add(counts.units);
+    let work = match (counts.steps, counts.parameters, counts.components) {
+        (Some((parameters, active)), _, _) => refined_words(parameters, active, completion),
+        (None, Some(parameters), _) => descent_words(parameters, completion),
+        (None, None, Some(components)) => linear_words(counts.samples, components),
+        (None, None, None) => completion,
     };
     let samples = counts.samples;
     let words = samples.saturating_mul(SLOT_WORDS).saturating_add(work);
@@ -176,7 +181,30 @@ const fn coefficient_net(bytes: &[u8], counts: Counts) -> Option<Counts> {
     let (_scale, rest) = some!(rest.split_at_checked(4));
     let (_readings, rest) = some!(list(rest));
     let (scales, _) = some!(list(rest));
-    let completion = LISTS.saturating_mul(scales.len() / 4);
+    let words = LISTS.saturating_mul(scales.len() / 4);
+    let completion = counts.completion.saturating_add(words);
+    Some(Counts {
+        completion,
+        ..counts
+    })
+}
+
+/// Reads model, steps and initial parameters.
+const fn gauss_newton(bytes: &[u8], counts: Counts) -> Option<Counts> {
+    let (model, rest) = some!(number(bytes));
+    let (_steps, rest) = some!(number(rest));
+    let (initial, _) = some!(list(rest));
+    let active = some!(some!(ModelKind::from_number(model)).active());
+    let steps = Some((initial.len() / 4, active));
+    Some(Counts { steps, ..counts })
+}
+
+/// Reads rows and the scales of components.
+const fn correction(bytes: &[u8], counts: Counts) -> Option<Counts> {
+    let (_rows, rest) = some!(list(bytes));
+    let (scales, _) = some!(list(rest));
+    let words = correction_words(scales.len() / 4);
+    let completion = counts.completion.saturating_add(words);
     Some(Counts {
         completion,
         ..counts

@@ -7,7 +7,7 @@ use super::error::RecipeError;
 use super::format::HEADER_BYTES;
 use super::header;
 use super::kind::Kind;
-use super::parts::{PackedMethod, RecipeParts};
+use super::parts::{PackedMethod, PackedTarget, RecipeParts};
 
 /// A recipe under construction. Sections must be added in ascending order of their kinds.
 pub(super) struct Writer<'b> {
@@ -31,13 +31,22 @@ impl<'b> Writer<'b> {
         match &parts.method {
             PackedMethod::Descent(descent) => self.section(Kind::DESCENT, descent)?,
             PackedMethod::Ridge(ridge) => self.section(Kind::RIDGE, ridge)?,
-            PackedMethod::Completed(completion, None) => {
+            PackedMethod::Completed(completion, correction, target) => {
+                if let PackedTarget::Descent(descent, _) = target {
+                    self.section(Kind::DESCENT, descent)?;
+                }
                 self.section(Kind::COMPLETION, completion)?;
-            }
-            PackedMethod::Completed(completion, Some((descent, init_net))) => {
-                self.section(Kind::DESCENT, descent)?;
-                self.section(Kind::COMPLETION, completion)?;
-                self.section(Kind::START, init_net)?;
+                match target {
+                    PackedTarget::Linear => {}
+                    PackedTarget::Descent(_, init_net) => self.section(Kind::START, init_net)?,
+                    PackedTarget::GaussNewton(steps, init_net) => {
+                        self.section(Kind::START, init_net)?;
+                        self.section(Kind::GAUSS_NEWTON, steps)?;
+                    }
+                }
+                if let Some(correction) = correction {
+                    self.section(Kind::CORRECTION, correction)?;
+                }
             }
         }
         if let Some(limits) = &parts.limits {

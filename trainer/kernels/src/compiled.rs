@@ -6,6 +6,7 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{CookTorrance, Neural, Phong, SampleGradient};
 
 use crate::dual::Dual;
+use crate::gauss_newton::{FitGradient, GaussNewton, OctetAdjoint, Step};
 use crate::inner_loop::{InnerLoop, MetaGradient};
 use crate::lane_model::LaneModel;
 use crate::lanes::Octet;
@@ -62,6 +63,21 @@ macro_rules! lane_model {
                 samples: &SampleOctets<'_>,
             ) -> Self::Parameters<f32> {
                 inner_loop.fit(samples)
+            }
+            fn take_steps(
+                fit: &GaussNewton<'_, Self, f32>,
+                readings: &SampleOctets<'_>,
+            ) -> (Self::Parameters<f32>, Vec<Step<Self, f32>>) {
+                fit.fit(readings)
+            }
+            fn steps_adjoint(
+                fit: &GaussNewton<'_, Self, f32>,
+                steps: &[Step<Self, f32>],
+                readings: &SampleOctets<'_>,
+                gradient: &mut FitGradient<Self, f32>,
+                derivatives: &mut [OctetAdjoint],
+            ) {
+                fit.adjoint(steps, readings, gradient, derivatives);
             }
             fn meta_gradient(
                 meta_gradient: &mut MetaGradient<Self, f32>,

@@ -145,7 +145,29 @@ impl Batch {
         }
     }
 
-    /// Computes the coefficients and the offsets of the initial parameters from the readings.
+    /// Replaces the coefficients of a material: those of red, then of green, then of blue.
+    pub fn set_coefficients(&mut self, material: usize, coefficients: &[f32]) {
+        let components = self.shape.components;
+        for (index, value) in coefficients.iter().enumerate() {
+            let (position, lane) =
+                self.coefficient_index(material, index / components, index % components);
+            self.state[position].0[lane] = *value;
+        }
+    }
+
+    /// Returns the gradient with respect to a material's coefficients.
+    #[must_use]
+    pub fn coefficient_gradient(&self, material: usize) -> Vec<f32> {
+        let components = self.shape.components;
+        let entries = (0..3 * components).map(|index| {
+            let (position, lane) =
+                self.coefficient_index(material, index / components, index % components);
+            self.by_state[position].0[lane]
+        });
+        entries.collect()
+    }
+
+    /// Computes the coefficients from the readings.
     pub fn complete(&mut self, weights: &CompletionWeights<'_>) {
         dispatch(Complete {
             batch: self,
@@ -153,19 +175,31 @@ impl Batch {
         });
     }
 
-    /// Propagates the gradients with respect to coefficients and initial parameters backwards. Adds the gradients with
-    /// respect to the weights to the arguments, and stores those with respect to the readings.
-    pub fn adjoint(
-        &mut self,
-        weights: &CompletionWeights<'_>,
-        by_coefficient_net: &mut [f32],
-        by_init_net: &mut [f32],
-    ) {
+    /// Computes the offsets of the initial parameters from the coefficients.
+    pub fn activate(&mut self, weights: &CompletionWeights<'_>) {
+        dispatch(Activate {
+            batch: self,
+            weights: *weights,
+        });
+    }
+
+    /// Propagates the gradients with respect to initial parameters backwards. Adds the gradient with respect to the init
+    /// net's weights to the argument, and that with respect to the coefficients to the gradient of these.
+    pub fn init_net_adjoint(&mut self, weights: &CompletionWeights<'_>, by_init_net: &mut [f32]) {
+        dispatch(InitNetAdjoint {
+            batch: self,
+            weights: *weights,
+            by_init_net,
+        });
+    }
+
+    /// Propagates the gradients with respect to coefficients backwards. Adds the gradient with respect to the
+    /// coefficient net's weights to the argument, and stores that with respect to the readings.
+    pub fn adjoint(&mut self, weights: &CompletionWeights<'_>, by_coefficient_net: &mut [f32]) {
         dispatch(Adjoint {
             batch: self,
             weights: *weights,
             by_coefficient_net,
-            by_init_net,
         });
     }
 }
@@ -255,17 +289,37 @@ impl Kernel for Complete<'_, '_> {
         let coefficient_net = weights.coefficient_net::<L>();
         let mut inputs = Vec::with_capacity(shape.samples);
         let mut state = vec![L::constant(0.0); state_len];
-        let mut units = vec![L::constant(0.0); shape.units];
         for first in (0..octets).step_by(L::OCTETS) {
             load_inputs(batch, first, &mut inputs);
             coefficient_net.compute(&inputs, &mut state);
             for (entry, value) in state.iter().enumerate() {
                 store(*value, &mut batch.state, state_len, first, octets, entry);
             }
-            if shape.units == 0 {
-                continue;
+        }
+    }
+}
+
+struct Activate<'b, 'w> {
+    batch: &'b mut Batch,
+    weights: CompletionWeights<'w>,
+}
+
+impl Kernel for Activate<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self { batch, weights } = self;
+        let shape = batch.shape;
+        let (octets, state_len) = (batch.octets(), shape.state_len());
+        let coefficient_net = weights.coefficient_net::<L>();
+        let init_net = weights.init_net::<L>();
+        let mut state = vec![L::constant(0.0); state_len];
+        let mut units = vec![L::constant(0.0); shape.units];
+        for first in (0..octets).step_by(L::OCTETS) {
+            for (entry, value) in state.iter_mut().enumerate() {
+                *value = load(&batch.state, state_len, first, octets, entry);
             }
-            let init_net = weights.init_net::<L>();
             init_net.activate(coefficient_net.coefficients(&state), &mut units);
             for (unit, value) in units.iter().enumerate() {
                 store(*value, &mut batch.units, shape.units, first, octets, unit);
@@ -285,11 +339,86 @@ impl Kernel for Complete<'_, '_> {
     }
 }
 
+/// Returns the lanes of octets from `first` on that are not past the end: 1, or 0 for lanes that repeat the last octet.
+#[inline(always)]
+fn valid_lanes<L: Lanes>(first: usize, octets: usize) -> L {
+    let mut valid = [Octet([1.0; WIDTH]); MAX_OCTETS];
+    for (k, octet) in valid.iter_mut().enumerate() {
+        *octet = Octet([if first + k < octets { 1.0 } else { 0.0 }; WIDTH]);
+    }
+    let [a, b, c, d] = &valid;
+    L::load([a, b, c, d])
+}
+
+struct InitNetAdjoint<'b, 'w, 'g> {
+    batch: &'b mut Batch,
+    weights: CompletionWeights<'w>,
+    by_init_net: &'g mut [f32],
+}
+
+impl Kernel for InitNetAdjoint<'_, '_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let Self {
+            batch,
+            weights,
+            by_init_net,
+        } = self;
+        let shape = batch.shape;
+        let (octets, rows, state_len) = (batch.octets(), shape.rows(), shape.state_len());
+        let coefficient_net = weights.coefficient_net::<L>();
+        let mut state = vec![L::constant(0.0); state_len];
+        let mut by_state = state.clone();
+        let mut units = vec![L::constant(0.0); shape.units];
+        let mut by_units = units.clone();
+        let mut by_offsets = vec![L::constant(0.0); shape.parameters];
+        let mut sums = vec![L::zero_sum(); by_init_net.len()];
+        for first in (0..octets).step_by(L::OCTETS) {
+            let valid = valid_lanes::<L>(first, octets);
+            for (entry, value) in state.iter_mut().enumerate() {
+                *value = load(&batch.state, state_len, first, octets, entry);
+            }
+            for (entry, value) in by_state.iter_mut().enumerate() {
+                *value = load(&batch.by_state, state_len, first, octets, entry);
+            }
+            for (unit, value) in units.iter_mut().enumerate() {
+                *value = load(&batch.units, shape.units, first, octets, unit);
+            }
+            for (parameter, value) in by_offsets.iter_mut().enumerate() {
+                let list = &batch.by_offsets;
+                *value = load::<L>(list, shape.parameters, first, octets, parameter) * valid;
+            }
+            let [hidden, bias, output] = split_lists_mut(&mut sums, shape.init_net_lengths());
+            let mut gradient = InitNetGradient {
+                hidden,
+                bias,
+                output,
+            };
+            let (red, rest) = by_state.split_at_mut(rows);
+            let (green, blue) = rest.split_at_mut(rows);
+            let by_coefficients = [red, green, blue].map(|list| &mut list[..shape.components]);
+            weights.init_net::<L>().adjoint(
+                coefficient_net.coefficients(&state),
+                &units,
+                &by_offsets,
+                &mut by_units,
+                &mut gradient,
+                by_coefficients,
+            );
+            for (entry, value) in by_state.iter().enumerate() {
+                store(*value, &mut batch.by_state, state_len, first, octets, entry);
+            }
+        }
+        add_totals::<L>(&sums, by_init_net);
+    }
+}
+
 struct Adjoint<'b, 'w, 'g> {
     batch: &'b mut Batch,
     weights: CompletionWeights<'w>,
     by_coefficient_net: &'g mut [f32],
-    by_init_net: &'g mut [f32],
 }
 
 impl Kernel for Adjoint<'_, '_, '_> {
@@ -301,28 +430,17 @@ impl Kernel for Adjoint<'_, '_, '_> {
             batch,
             weights,
             by_coefficient_net,
-            by_init_net,
         } = self;
         let shape = batch.shape;
-        let (octets, rows, state_len) = (batch.octets(), shape.rows(), shape.state_len());
+        let (octets, state_len) = (batch.octets(), shape.state_len());
         let coefficient_net = weights.coefficient_net::<L>();
         let mut inputs = Vec::with_capacity(shape.samples);
         let mut state = vec![L::constant(0.0); state_len];
         let mut by_state = vec![L::constant(0.0); state_len];
         let mut by_inputs = vec![[L::constant(0.0); 3]; shape.samples];
-        let mut units = vec![L::constant(0.0); shape.units];
-        let mut by_units = units.clone();
-        let mut by_offsets = vec![L::constant(0.0); shape.parameters];
-        let mut coefficient_net_sums = vec![L::zero_sum(); by_coefficient_net.len()];
-        let mut init_net_sums = vec![L::zero_sum(); by_init_net.len()];
-        // Lanes past the end repeat the last octet, so their gradients are set to 0.
-        let mut valid = [Octet([1.0; WIDTH]); MAX_OCTETS];
+        let mut sums = vec![L::zero_sum(); by_coefficient_net.len()];
         for first in (0..octets).step_by(L::OCTETS) {
-            for (k, octet) in valid.iter_mut().enumerate() {
-                *octet = Octet([if first + k < octets { 1.0 } else { 0.0 }; WIDTH]);
-            }
-            let [a, b, c, d] = &valid;
-            let valid = L::load([a, b, c, d]);
+            let valid = valid_lanes::<L>(first, octets);
             load_inputs(batch, first, &mut inputs);
             for (entry, value) in state.iter_mut().enumerate() {
                 *value = load(&batch.state, state_len, first, octets, entry);
@@ -330,41 +448,8 @@ impl Kernel for Adjoint<'_, '_, '_> {
             for (entry, value) in by_state.iter_mut().enumerate() {
                 *value = load::<L>(&batch.by_state, state_len, first, octets, entry) * valid;
             }
-            if shape.units > 0 {
-                for (unit, value) in units.iter_mut().enumerate() {
-                    *value = load(&batch.units, shape.units, first, octets, unit);
-                }
-                for (parameter, value) in by_offsets.iter_mut().enumerate() {
-                    let by_offset = load::<L>(
-                        &batch.by_offsets,
-                        shape.parameters,
-                        first,
-                        octets,
-                        parameter,
-                    );
-                    *value = by_offset * valid;
-                }
-                let [hidden, bias, output] =
-                    split_lists_mut(&mut init_net_sums, shape.init_net_lengths());
-                let mut gradient = InitNetGradient {
-                    hidden,
-                    bias,
-                    output,
-                };
-                let (red, rest) = by_state.split_at_mut(rows);
-                let (green, blue) = rest.split_at_mut(rows);
-                let by_coefficients = [red, green, blue].map(|list| &mut list[..shape.components]);
-                weights.init_net::<L>().adjoint(
-                    coefficient_net.coefficients(&state),
-                    &units,
-                    &by_offsets,
-                    &mut by_units,
-                    &mut gradient,
-                    by_coefficients,
-                );
-            }
             let [readings, bias, output] =
-                split_lists_mut(&mut coefficient_net_sums, shape.coefficient_net_lengths());
+                split_lists_mut(&mut sums, shape.coefficient_net_lengths());
             let mut gradient = CoefficientNetGradient {
                 readings,
                 bias,
@@ -391,8 +476,7 @@ impl Kernel for Adjoint<'_, '_, '_> {
                 }
             }
         }
-        add_totals::<L>(&coefficient_net_sums, by_coefficient_net);
-        add_totals::<L>(&init_net_sums, by_init_net);
+        add_totals::<L>(&sums, by_coefficient_net);
     }
 }
 

@@ -8,6 +8,7 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{Model, SampleGradient};
 
 use crate::dual::Dual;
+use crate::gauss_newton::{FitGradient, GaussNewton, OctetAdjoint, Step};
 use crate::inner_loop::{InnerLoop, MetaGradient, SampleList};
 use crate::lanes::Octet;
 use crate::samples::SampleOctets;
@@ -49,6 +50,19 @@ pub trait LaneModel: Model + Sized {
     fn evaluate(theta: &Self::Parameters<f32>, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]);
     /// Calls [`InnerLoop::fit`].
     fn fit(inner_loop: &InnerLoop<Self, f32>, samples: &SampleOctets<'_>) -> Self::Parameters<f32>;
+    /// Calls [`GaussNewton::fit`].
+    fn take_steps(
+        fit: &GaussNewton<'_, Self, f32>,
+        readings: &SampleOctets<'_>,
+    ) -> (Self::Parameters<f32>, Vec<Step<Self, f32>>);
+    /// Calls [`GaussNewton::adjoint`].
+    fn steps_adjoint(
+        fit: &GaussNewton<'_, Self, f32>,
+        steps: &[Step<Self, f32>],
+        readings: &SampleOctets<'_>,
+        gradient: &mut FitGradient<Self, f32>,
+        derivatives: &mut [OctetAdjoint],
+    );
     /// Calls [`MetaGradient::compute`].
     fn meta_gradient(
         meta_gradient: &mut MetaGradient<Self, f32>,

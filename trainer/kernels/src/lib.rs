@@ -15,6 +15,7 @@
 //! - [`completion`]: the coefficient net and the init net for a batch of materials, and their adjoint
 //! - [`components`]: the loss of a combination of principal components
 //! - [`inner_loop`]: the unrolled descent and its adjoint
+//! - [`gauss_newton`]: Gauss-Newton steps and their adjoint
 //! - [`lane_model`]: the trait that provides these kernels for a model
 //! - `parallel`: sums on all threads
 //! - `compiled`: the implementations of that trait
@@ -26,6 +27,7 @@ pub mod completion;
 mod completion_weights;
 pub mod components;
 pub mod dual;
+pub mod gauss_newton;
 pub mod inner_loop;
 pub mod lane_model;
 pub mod lanes;

@@ -2,6 +2,7 @@
 
 use std::cmp::Ordering;
 
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{Sample, SampleGradient};
 
 use crate::lanes::{
@@ -85,6 +86,32 @@ impl SampleOctets<'_> {
             at: load_directions(at),
             measured: [0, 1, 2].map(|i| L::load([&a[i], &b[i], &c[i], &d[i]])),
             weight: L::load(weights),
+        }
+    }
+
+    /// Returns a sample in lane `lane` of an octet.
+    #[must_use]
+    pub fn sample(&self, octet: usize, lane: usize) -> Sample<f32> {
+        let last = self.octets() - 1;
+        let index = self.order.map_or(octet, |order| order[octet] as usize);
+        let weights = match &self.weights {
+            SampleWeights::Each(weights) => &weights[octet],
+            SampleWeights::Mean([full, partial]) => match octet == last {
+                true => partial,
+                false => full,
+            },
+        };
+        let at = &self.at[index];
+        Sample {
+            at: HalfDifference {
+                hx: at.hx.0[lane],
+                hz: at.hz.0[lane],
+                dx: at.dx.0[lane],
+                dy: at.dy.0[lane],
+                dz: at.dz.0[lane],
+            },
+            measured: self.values[index].map(|values| values.0[lane]),
+            weight: weights.0[lane],
         }
     }
 

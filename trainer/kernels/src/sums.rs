@@ -207,7 +207,10 @@ impl<M: Model> Product<'_, M> {
 
 /// Adds the derivatives with respect to a register of samples to those of its octets.
 #[inline(always)]
-fn add_to_octets<L: Lanes>(gradient: &SampleGradient<L>, octets: &mut [SampleGradient<Octet>]) {
+pub(crate) fn add_to_octets<L: Lanes>(
+    gradient: &SampleGradient<L>,
+    octets: &mut [SampleGradient<Octet>],
+) {
     let at = &gradient.at;
     let [red, green, blue] = gradient.measured;
     let registers = [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue];

@@ -2,11 +2,13 @@
 //!
 //! Each material has a diffuse base with retro-reflection at grazing angles, a highlight of two GTR microfacet lobes (a
 //! core and a wider haze), Schlick's Fresnel term, sheen, a retro-reflective lobe, and noise. The noise increases
-//! towards grazing angles, as in gonioreflectometer data.
+//! towards grazing angles, as in gonioreflectometer data. Under a clear coat the haze is a layer of its own: a metal, or
+//! flakes with a [thin film](Film) whose color travels with theta_d.
 //!
 //! The classes are those of measured materials: metals, metallic paints, plastics and lacquers, rubbers and other rough
-//! materials, fabrics, and woods. These properties vary as much within a set as among measured materials: brightness
-//! and width of highlights and of their tails, increase towards grazing angles, albedo, and saturation.
+//! materials, fabrics, woods, pearlescent paints, coated metals, and velvets. These properties vary as much within a set
+//! as among measured materials: brightness and width of highlights and of their tails, increase towards grazing angles,
+//! albedo, and saturation.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::numeric::{Scalar, Trigonometry};
@@ -37,6 +39,9 @@ struct ClassRanges {
     diffuse: Range,
     /// The largest strength of the retro-reflective lobe.
     max_retro: f64,
+    /// Reflectance of the layer under a clear coat, whose highlight is the haze. None without a clear coat: core and
+    /// haze are then parts of one highlight.
+    layer: Option<Range>,
 }
 
 /// A class of materials.
@@ -48,6 +53,9 @@ enum Class {
     Rubber,
     Fabric,
     Wood,
+    PearlescentPaint,
+    CoatedMetal,
+    Velvet,
 }
 
 impl Class {
@@ -60,70 +68,112 @@ impl Class {
             Self::Rubber => "rubber",
             Self::Fabric => "fabric",
             Self::Wood => "wood",
+            Self::PearlescentPaint => "pearlescent-paint",
+            Self::CoatedMetal => "coated-metal",
+            Self::Velvet => "velvet",
         }
     }
 }
 
-const CLASSES: [ClassRanges; 6] = [
+const CLASSES: [ClassRanges; 9] = [
     ClassRanges {
         class: Class::Metal,
-        share: 0.22,
+        share: 0.16,
         roughness: [0.003, 0.3],
         haze_roughness_ratio: [1.5, 8.0],
         haze_share: [0.1, 0.8],
         fresnel: [0.1, 0.6],
         diffuse: [1e-4, 0.1],
         max_retro: 0.0,
+        layer: None,
     },
     ClassRanges {
         class: Class::MetallicPaint,
-        share: 0.15,
+        share: 0.11,
         roughness: [0.004, 0.2],
         haze_roughness_ratio: [1.5, 16.0],
         haze_share: [0.2, 0.95],
         fresnel: [0.03, 0.25],
         diffuse: [0.003, 0.3],
         max_retro: 0.0,
+        layer: None,
     },
     ClassRanges {
         class: Class::Plastic,
-        share: 0.27,
+        share: 0.22,
         roughness: [0.002, 0.25],
         haze_roughness_ratio: [1.5, 8.0],
         haze_share: [0.1, 0.8],
         fresnel: [0.015, 0.06],
         diffuse: [0.002, 0.7],
         max_retro: 0.0,
+        layer: None,
     },
     ClassRanges {
         class: Class::Rubber,
-        share: 0.12,
+        share: 0.09,
         roughness: [0.15, 0.6],
         haze_roughness_ratio: [1.2, 2.5],
         haze_share: [0.2, 0.9],
         fresnel: [0.01, 0.06],
         diffuse: [0.01, 0.6],
         max_retro: 0.0,
+        layer: None,
     },
     ClassRanges {
         class: Class::Fabric,
-        share: 0.12,
+        share: 0.10,
         roughness: [0.25, 0.9],
         haze_roughness_ratio: [1.1, 1.8],
         haze_share: [0.2, 0.9],
         fresnel: [0.01, 0.08],
         diffuse: [0.01, 0.6],
         max_retro: 0.15,
+        layer: None,
     },
     ClassRanges {
         class: Class::Wood,
-        share: 0.12,
+        share: 0.09,
         roughness: [0.05, 0.4],
         haze_roughness_ratio: [1.3, 4.0],
         haze_share: [0.1, 0.8],
         fresnel: [0.015, 0.06],
         diffuse: [0.05, 0.7],
         max_retro: 0.05,
+        layer: None,
+    },
+    ClassRanges {
+        class: Class::PearlescentPaint,
+        share: 0.12,
+        roughness: [0.002, 0.05],
+        haze_roughness_ratio: [4.0, 60.0],
+        haze_share: [0.3, 0.95],
+        fresnel: [0.02, 0.06],
+        diffuse: [0.003, 0.5],
+        max_retro: 0.0,
+        layer: Some([0.03, 0.5]),
+    },
+    ClassRanges {
+        class: Class::CoatedMetal,
+        share: 0.06,
+        roughness: [0.002, 0.05],
+        haze_roughness_ratio: [3.0, 40.0],
+        haze_share: [0.5, 0.95],
+        fresnel: [0.02, 0.06],
+        diffuse: [1e-3, 0.1],
+        max_retro: 0.0,
+        layer: Some([0.1, 0.8]),
+    },
+    ClassRanges {
+        class: Class::Velvet,
+        share: 0.05,
+        roughness: [0.2, 0.7],
+        haze_roughness_ratio: [1.1, 1.6],
+        haze_share: [0.2, 0.9],
+        fresnel: [0.01, 0.06],
+        diffuse: [0.003, 0.5],
+        max_retro: 0.5,
+        layer: None,
     },
 ];
 
@@ -135,14 +185,10 @@ pub struct Procedural {
     diffuse: [f64; 3],
     /// F90 of Burley's diffuse term. Grazing angles are darker with a value below 1, and brighter with a value above 1.
     diffuse_grazing: f64,
-    /// Strength of the highlight, in linear RGB.
-    specular: [f64; 3],
-    /// Reflectance at normal incidence.
-    fresnel: f64,
-    /// The fraction of Schlick's increase from `fresnel` to 1 at grazing angles.
-    fresnel_rise: f64,
-    core: Lobe,
-    haze: Lobe,
+    /// The two lobes of the highlight: a core, and a wider haze.
+    lobes: [Lobe; 2],
+    /// The thin film on the reflectors of the haze.
+    film: Option<Film>,
     /// Shadowing at grazing angles that roughness does not explain: dust, scratches, the edges of the light's cone.
     shadow: f64,
     /// Sheen at large theta_d, in linear RGB.
@@ -160,6 +206,10 @@ pub struct Procedural {
 /// A microfacet lobe.
 #[derive(Clone, Debug)]
 struct Lobe {
+    /// Strength, in linear RGB.
+    color: [f64; 3],
+    /// Reflectance at normal incidence, and the fraction of Schlick's increase from it to 1 at grazing angles.
+    fresnel: [f64; 2],
     roughness: f64,
     /// The exponent gamma of the GTR distribution. 2 is GGX, and larger exponents have shorter tails.
     falloff: f64,
@@ -169,14 +219,60 @@ struct Lobe {
 
 impl Lobe {
     /// Makes a lobe whose distribution integrates to `share`.
-    fn new(roughness: f64, falloff: f64, share: f64) -> Self {
+    fn new(color: [f64; 3], fresnel: [f64; 2], roughness: f64, falloff: f64, share: f64) -> Self {
         let squared = roughness * roughness;
         let norm = (falloff - 1.0) * (squared - 1.0) / (PI * (1.0 - squared.powf(1.0 - falloff)));
         Self {
+            color,
+            fresnel,
             roughness,
             falloff,
             scale: share * norm,
         }
+    }
+}
+
+/// A thin transparent film: light that its two faces reflect interferes, so its color travels with theta_d.
+///
+/// The reflectance at wavelength L is proportional to 1 - v cos(2 pi p cos(t) / L), where p is the optical path at
+/// normal incidence and t is the angle in the film.
+#[derive(Clone, Debug)]
+struct Film {
+    /// The phase 2 pi p / L of each channel.
+    phase: [f64; 3],
+    /// v of each channel. A channel is a band of wavelengths, which weakens the interference of thick films.
+    visibility: [f64; 3],
+    /// The film's index of refraction.
+    index: f64,
+}
+
+impl Film {
+    /// The mean wavelength of each channel, and its standard deviation, in nanometers.
+    const WAVELENGTHS: [f64; 3] = [610.0, 545.0, 460.0];
+    const BANDWIDTH: f64 = 25.0;
+
+    /// Makes a film with an optical path in nanometers.
+    fn new(path: f64, visibility: f64, index: f64) -> Self {
+        let phase = Self::WAVELENGTHS.map(|wavelength| 2.0 * PI * path / wavelength);
+        Self {
+            phase,
+            visibility: std::array::from_fn(|channel| {
+                let blur = phase[channel] * Self::BANDWIDTH / Self::WAVELENGTHS[channel];
+                visibility * (-0.5 * blur * blur).exp()
+            }),
+            index,
+        }
+    }
+
+    /// Returns the factor of a channel's reflectance, at a cosine of theta_d.
+    fn factor<S: Trigonometry>(&self, channel: usize, cos_theta_d: S) -> S {
+        let c = S::constant;
+        let one = c(1.0);
+        // cos(t) = sqrt(1 - sin^2(theta_d) / index^2).
+        let squared = one - (one - cos_theta_d * cos_theta_d) * c(self.index.powi(-2));
+        let cosine = (squared.ln() * c(0.5)).exp();
+        let (_, interference) = (cosine * c(self.phase[channel])).sin_cos();
+        one - interference * c(self.visibility[channel])
     }
 }
 
@@ -215,7 +311,7 @@ impl Procedural {
 
     fn from_ranges(ranges: &ClassRanges, name: String, random: &mut ChaCha8Rng) -> Self {
         let base_color = match ranges.class {
-            Class::Metal => metal_tint(random),
+            Class::Metal | Class::CoatedMetal => metal_tint(random),
             Class::Wood => {
                 let stain = tint(random, 0.6);
                 mix([0.75, 0.42, 0.2], stain, uniform(random, 0.0, 0.5))
@@ -225,34 +321,58 @@ impl Procedural {
         // Surface reflection is white, except on metals and pigmented surfaces.
         let specular = match ranges.class {
             Class::Metal => base_color,
-            Class::MetallicPaint | Class::Fabric => {
+            Class::MetallicPaint | Class::Fabric | Class::Velvet => {
                 mix(base_color, [1.0; 3], uniform(random, 0.1, 0.9))
             }
             _ => [1.0; 3],
         };
+        // Measured highlights are weaker than those of ideal interfaces.
+        let specular = scaled(specular, log_uniform(random, [0.25, 1.0]));
         let sheen = mix(base_color, [1.0; 3], uniform(random, 0.0, 1.0));
+        let sheen_range = match ranges.class {
+            Class::Velvet => [0.1, 1.5],
+            _ => [0.001, 0.3],
+        };
         let core_roughness = log_uniform(random, ranges.roughness);
         let haze_roughness_ratio = log_uniform(random, ranges.haze_roughness_ratio);
         let haze_share = uniform(random, ranges.haze_share[0], ranges.haze_share[1]);
-        let mut lobe = |roughness, share| {
-            let falloff = log_uniform(random, [1.05, 3.0]);
-            Lobe::new(roughness, falloff, share)
-        };
-        let core = lobe(core_roughness, 1.0 - haze_share);
         let haze_roughness = (core_roughness * haze_roughness_ratio).min(0.99);
-        let haze = lobe(haze_roughness, haze_share);
+        let fresnel = [
+            log_uniform(random, ranges.fresnel),
+            uniform(random, 0.4, 1.0),
+        ];
+        let (layer, film) = match ranges.layer {
+            None => ((specular, fresnel), None),
+            Some(reflectance) => {
+                let reflectance = log_uniform(random, reflectance);
+                let film = matches!(ranges.class, Class::PearlescentPaint).then(|| {
+                    let path = uniform(random, 200.0, 1_400.0);
+                    Film::new(path, uniform(random, 0.2, 0.95), uniform(random, 1.4, 2.4))
+                });
+                let pigment = mix(base_color, [1.0; 3], uniform(random, 0.0, 1.0));
+                let color = match ranges.class {
+                    Class::CoatedMetal => base_color,
+                    _ => pigment,
+                };
+                ((color, [reflectance, 0.2]), film)
+            }
+        };
+        let mut lobe = |(color, fresnel), roughness, share| {
+            let falloff = log_uniform(random, [1.05, 3.0]);
+            Lobe::new(color, fresnel, roughness, falloff, share)
+        };
+        let lobes = [
+            lobe((specular, fresnel), core_roughness, 1.0 - haze_share),
+            lobe(layer, haze_roughness, haze_share),
+        ];
         Self {
             name,
             diffuse: scaled(base_color, log_uniform(random, ranges.diffuse)),
             diffuse_grazing: uniform(random, 0.4, 1.8),
-            // Measured highlights are weaker than those of ideal interfaces.
-            specular: scaled(specular, log_uniform(random, [0.25, 1.0])),
-            fresnel: log_uniform(random, ranges.fresnel),
-            fresnel_rise: uniform(random, 0.4, 1.0),
-            core,
-            haze,
+            lobes,
+            film,
             shadow: log_uniform(random, [0.02, 0.3]),
-            sheen: scaled(sheen, log_uniform(random, [0.001, 0.3])),
+            sheen: scaled(sheen, log_uniform(random, sheen_range)),
             retro: uniform(random, 0.0, ranges.max_retro),
             retro_width: uniform(random, 0.01, 0.1),
             noise: uniform(random, 0.0, 0.3),
@@ -284,8 +404,6 @@ impl Procedural {
         }
 
         let schlick_weight = fifth_power(one - at.dz);
-        let fresnel =
-            c(self.fresnel) + c(self.fresnel_rise * (1.0 - self.fresnel)) * schlick_weight;
         let lobe_value = |lobe: &Lobe| {
             // The base of the GTR distribution, cos^2(theta_h) (roughness^2 - 1) + 1. This form has no cancellation at
             // sharp highlights.
@@ -297,7 +415,10 @@ impl Procedural {
             let g1_denominator = |cosine: S| cosine * c(1.0 - shadow) + c(shadow);
             distribution * c(0.25) / (g1_denominator(cos_i) * g1_denominator(cos_o))
         };
-        let highlight = fresnel * (lobe_value(&self.core) + lobe_value(&self.haze));
+        let highlights = self.lobes.each_ref().map(|lobe| {
+            let [normal, rise] = lobe.fresnel;
+            lobe_value(lobe) * (c(normal) + c(rise * (1.0 - normal)) * schlick_weight)
+        });
 
         let mut wave_sum = c(0.0);
         // (h_x d_x)^2 is 0 at the pole, where phi_d has no meaning. It has period pi in phi_d.
@@ -317,7 +438,13 @@ impl Procedural {
         for (channel, f) in brdf.iter_mut().enumerate() {
             let diffuse = base * c(self.diffuse[channel]);
             let sheen = schlick_weight * c(self.sheen[channel] / PI);
-            *f = (diffuse + sheen + highlight * c(self.specular[channel])) * noise_factor;
+            let [core, haze] = self.lobes.each_ref().map(|lobe| c(lobe.color[channel]));
+            let film = self
+                .film
+                .as_ref()
+                .map_or(one, |film| film.factor(channel, at.dz));
+            let highlight = highlights[0] * core + highlights[1] * haze * film;
+            *f = (diffuse + sheen + highlight) * noise_factor;
         }
         brdf
     }

@@ -3,7 +3,7 @@
 use anyhow::bail;
 use clap::Args;
 use glimpse_core::gonio::Limits;
-use glimpse_training::meta::options::CompletionOptions;
+use glimpse_training::meta::options::{CompletionOptions, RefinementMethod};
 use glimpse_training::meta::plan::Schedule;
 
 use super::numbers;
@@ -42,6 +42,9 @@ pub(crate) struct CompletionArgs {
     /// degrees, above 0 to 180 [default: 0]
     #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
     min_separation: Option<f32>,
+    /// Schedule prior, except for linear: fit that follows the completion [default: gauss-newton]
+    #[arg(long, value_name = "METHOD")]
+    refinement: Option<RefinementMethod>,
 }
 
 impl CompletionArgs {
@@ -64,6 +67,7 @@ impl CompletionArgs {
             ("--max-theta-i", self.max_theta_i.is_some()),
             ("--max-theta-o", self.max_theta_o.is_some()),
             ("--min-separation", self.min_separation.is_some()),
+            ("--refinement", self.refinement.is_some()),
         ];
         if schedule != Schedule::Prior
             && let Some((name, _)) = options.iter().find(|(_, is_set)| *is_set)
@@ -77,6 +81,7 @@ impl CompletionArgs {
             levels: self.levels.unwrap_or(default.levels),
             procedural: self.procedural.unwrap_or(default.procedural),
             limits: self.limits(),
+            refinement: self.refinement.unwrap_or(default.refinement),
         };
         completion_options.validate()?;
         Ok(completion_options)

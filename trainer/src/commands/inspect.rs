@@ -101,6 +101,14 @@ fn describe_completed(completed: &Completed<'_>, samples: usize) -> String {
         true => "any reading may be missing",
         false => "all readings are needed",
     };
+    let correction = match completed.correction() {
+        Some(correction) => format!(
+            "{} components, precision {}",
+            correction.components(),
+            range_and_median(correction.precision()),
+        ),
+        None => "none".to_owned(),
+    };
     let target = match completed.target() {
         Target::Linear(components) => {
             let basis = components.basis_checksum();
@@ -116,11 +124,24 @@ fn describe_completed(completed: &Completed<'_>, samples: usize) -> String {
             descent.inner_steps(),
             range_and_median(descent.step_sizes()),
         ),
+        Target::GaussNewton(steps, init_net) => format!(
+            "init net       {} units for {} parameters\n\
+             Gauss-Newton   {} steps, {} virtual readings of weight 1, readings of weight {:.3}, error scale {:.4}\n\
+             precision      {}\n",
+            init_net.units(),
+            steps.initial().len(),
+            steps.steps(),
+            steps.virtual_readings().len(),
+            steps.reading_weight(),
+            steps.error_scale(),
+            range_and_median(steps.precision()),
+        ),
     };
     format!(
         "model          {} (completed)\n\
          samples        {samples}; {missing}\n\
          completion     {} components, {} hidden units\n\
+         correction     {correction}\n\
          {target}",
         completed.model(),
         net.components,

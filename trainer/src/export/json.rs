@@ -1,7 +1,7 @@
 //! Export of a recipe as JSON, complete enough to reimplement the fit.
 
-use glimpse_core::fit::Target;
 use glimpse_core::fit::coefficient_net::MissingPolicy;
+use glimpse_core::fit::{InitNet, Target};
 use glimpse_core::geometry::ArmAngles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
@@ -155,16 +155,6 @@ fn add_completed(value: &mut Value, completed: &Completed<'_>) {
     value["prediction"] = json!(prediction.map(list));
     let completion = completed.coefficient_net();
     let (rows, components) = (completion.rows(), completion.components);
-    // Each weight is multiplied by its scale, as in the fit.
-    let scaled_weights = |bytes: &[u8], scale: &dyn Fn(usize) -> f32| -> Vec<f32> {
-        let bytes = bytes.iter().enumerate();
-        bytes
-            .map(|(index, byte)| f32::from(byte.cast_signed()) * scale(index))
-            .collect()
-    };
-    let floats = |words: &[[u8; 4]]| -> Vec<f32> {
-        words.iter().map(|word| f32::from_le_bytes(*word)).collect()
-    };
     let scales = floats(completion.scales);
     let readings = scaled_weights(completion.readings, &|index| scales[index % rows]);
     let columns: Vec<&[f32]> = readings.chunks(rows).collect();
@@ -185,27 +175,76 @@ fn add_completed(value: &mut Value, completed: &Completed<'_>) {
         "bias": floats(completion.bias),
         "output": output.chunks(hidden).collect::<Vec<_>>(),
     });
+    if let Some(correction) = completed.correction() {
+        value["basis"] = rows_at_samples(correction.rows(), correction.scales());
+        value["correction"] = json!({ "precision": list(correction.precision()) });
+    }
     match completed.target() {
         Target::Linear(linear) => {
-            let scales: Vec<f32> = linear.scales().iter().collect();
-            let basis = scaled_weights(linear.rows(), &|index| scales[index % components]);
-            value["basis"] = json!(basis.chunks(components).collect::<Vec<_>>());
+            if completed.correction().is_none() {
+                value["basis"] = rows_at_samples(linear.rows(), linear.scales());
+            }
             value["basis_checksum"] = checksum(linear.basis_checksum());
         }
         Target::Descent(descent, start) => {
             add_descent(value, descent);
-            let (inputs, units) = (3 * components, start.units());
-            let scales = floats(start.hidden_scales);
-            let hidden = scaled_weights(start.hidden, &|index| scales[index / inputs]);
-            let scales = floats(start.output_scales);
-            let output = scaled_weights(start.output, &|index| scales[index / units]);
-            value["start"] = json!({
-                "hidden": hidden.chunks(inputs).collect::<Vec<_>>(),
-                "bias": floats(start.bias),
-                "output": output.chunks(units).collect::<Vec<_>>(),
+            add_start(value, start, components);
+        }
+        Target::GaussNewton(steps, start) => {
+            let readings = steps.virtual_readings();
+            let directions: Vec<[f32; 3]> = readings
+                .directions()
+                .iter()
+                .map(|packed| {
+                    let words = packed.as_chunks().0;
+                    [words[0], words[1], words[2]].map(f32::from_le_bytes)
+                })
+                .collect();
+            value["initial"] = list(steps.initial());
+            value["gauss_newton"] = json!({
+                "steps": steps.steps(),
+                "precision": list(steps.precision()),
+                "reading_weight": steps.reading_weight(),
+                "error_scale": steps.error_scale(),
+                "directions": directions,
+                "center": list(readings.center()),
+                "rows": rows_at_samples(readings.rows(), readings.scales()),
             });
+            add_start(value, start, components);
         }
     }
+}
+
+fn add_start(value: &mut Value, start: &InitNet<'_>, components: usize) {
+    let (inputs, units) = (3 * components, start.units());
+    let scales = floats(start.hidden_scales);
+    let hidden = scaled_weights(start.hidden, &|index| scales[index / inputs]);
+    let scales = floats(start.output_scales);
+    let output = scaled_weights(start.output, &|index| scales[index / units]);
+    value["start"] = json!({
+        "hidden": hidden.chunks(inputs).collect::<Vec<_>>(),
+        "bias": floats(start.bias),
+        "output": output.chunks(units).collect::<Vec<_>>(),
+    });
+}
+
+/// Returns the components at each of some directions, as in the fit.
+fn rows_at_samples(rows: &[u8], scales: Floats<'_>) -> Value {
+    let scales: Vec<f32> = scales.iter().collect();
+    let rows = scaled_weights(rows, &|index| scales[index % scales.len()]);
+    json!(rows.chunks(scales.len()).collect::<Vec<_>>())
+}
+
+/// Returns weights times their scales, as in the fit.
+fn scaled_weights(bytes: &[u8], scale: &dyn Fn(usize) -> f32) -> Vec<f32> {
+    let bytes = bytes.iter().enumerate();
+    bytes
+        .map(|(index, byte)| f32::from(byte.cast_signed()) * scale(index))
+        .collect()
+}
+
+fn floats(words: &[[u8; 4]]) -> Vec<f32> {
+    words.iter().map(|word| f32::from_le_bytes(*word)).collect()
 }
 
 fn checksum(checksum: Option<u32>) -> Value {

@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use glimpse_core::fit::Target;
 use glimpse_core::fit::coefficient_net::MissingPolicy;
+use glimpse_core::fit::gauss_newton::GaussNewton;
+use glimpse_core::fit::{InitNet, Target};
 use glimpse_core::recipe::{Completed, Descent, FitMethod, Floats, Recipe, RecipeError, Ridge};
 
 use super::comment::{comment_text, expected_loss_text};
@@ -39,7 +40,7 @@ pub fn to_rust(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
         FitMethod::Descent(descent) => Some(descent),
         FitMethod::Completed(completed) => match completed.target() {
             Target::Descent(descent, _) => Some(descent),
-            Target::Linear(_) => None,
+            Target::Linear(_) | Target::GaussNewton(..) => None,
         },
         FitMethod::Ridge(_) => None,
     };
@@ -137,26 +138,85 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
              mean over channels).";
         add_list(source, predicted, "PREDICTION", completed.prediction());
     }
+    if let Some(correction) = completed.correction() {
+        add_rows(source, correction.rows(), correction.scales());
+        let precision = "The precision of each component in the correction.";
+        add_list(
+            source,
+            precision,
+            "CORRECTION_PRECISION",
+            correction.precision(),
+        );
+    }
     match completed.target() {
         Target::Linear(components) => {
-            let basis = "The components at the directions of `PATTERN`.";
-            add_bytes(source, basis, "BASIS", components.rows());
-            let scales = "The scale of each component at these directions.";
-            add_list(source, scales, "BASIS_SCALES", components.scales());
+            if completed.correction().is_none() {
+                add_rows(source, components.rows(), components.scales());
+            }
             add_basis_checksum(source, components.basis_checksum());
         }
         Target::Descent(descent, start) => {
             add_descent(source, descent);
-            let hidden = "The weights from coefficients to units, one row per unit.";
-            add_bytes(source, hidden, "START_HIDDEN", start.hidden);
-            let scales = "The scale of each of those rows.";
-            add_words(source, scales, "START_HIDDEN_SCALES", start.hidden_scales);
-            add_words(source, "The bias of each unit.", "START_BIAS", start.bias);
-            let output = "The weights from units to initial parameters, one row per parameter.";
-            add_bytes(source, output, "START_OUTPUT", start.output);
-            add_words(source, scales, "START_OUTPUT_SCALES", start.output_scales);
+            add_start(source, start);
+        }
+        Target::GaussNewton(steps, start) => {
+            add_steps(source, steps);
+            add_start(source, start);
         }
     }
+}
+
+fn add_rows(source: &mut String, rows: &[u8], scales: Floats<'_>) {
+    let basis = "The components at the directions of `PATTERN`.";
+    add_bytes(source, basis, "BASIS", rows);
+    let documentation = "The scale of each component at these directions.";
+    add_list(source, documentation, "BASIS_SCALES", scales);
+}
+
+fn add_start(source: &mut String, start: &InitNet<'_>) {
+    let hidden = "The weights from coefficients to units, one row per unit.";
+    add_bytes(source, hidden, "START_HIDDEN", start.hidden);
+    let scales = "The scale of each of those rows.";
+    add_words(source, scales, "START_HIDDEN_SCALES", start.hidden_scales);
+    add_words(source, "The bias of each unit.", "START_BIAS", start.bias);
+    let output = "The weights from units to initial parameters, one row per parameter.";
+    add_bytes(source, output, "START_OUTPUT", start.output);
+    add_words(source, scales, "START_OUTPUT_SCALES", start.output_scales);
+}
+
+fn add_steps(source: &mut String, steps: &GaussNewton<'_>) {
+    let count = steps.steps().to_string();
+    add_constant(
+        source,
+        "Gauss-Newton steps.",
+        "GAUSS_NEWTON_STEPS: u16",
+        &count,
+    );
+    let initial = "Initial parameters, in the model's order.";
+    add_list(source, initial, "INITIAL", steps.initial());
+    let precision = "The precision of each active parameter of a system.";
+    add_list(source, precision, "PRECISION", steps.precision());
+    let weight = format!("{:?}", steps.reading_weight());
+    let documentation =
+        "The sum of the weights of the pattern's readings; that of virtual ones is 1.";
+    add_constant(source, documentation, "READING_WEIGHT: f32", &weight);
+    let scale = format!("{:?}", steps.error_scale());
+    let documentation = "The error at which the weight of a reading is halved.";
+    add_constant(source, documentation, "ERROR_SCALE: f32", &scale);
+    let readings = steps.virtual_readings();
+    let directions = "The directions of virtual readings: theta_h, theta_d and phi_d in radians.";
+    add_words(
+        source,
+        directions,
+        "VIRTUAL_DIRECTIONS",
+        readings.directions().as_flattened().as_chunks().0,
+    );
+    let center = "The mean of the mapped training columns at these directions.";
+    add_list(source, center, "VIRTUAL_CENTER", readings.center());
+    let rows = "The components at these directions.";
+    add_bytes(source, rows, "VIRTUAL_ROWS", readings.rows());
+    let scales = "The scale of each component at these directions.";
+    add_list(source, scales, "VIRTUAL_ROW_SCALES", readings.scales());
 }
 
 /// Adds an array of signed bytes.

@@ -340,12 +340,14 @@ impl NormalGroup {
         let FitMethod::Completed(completed) = recipe.method() else {
             return None;
         };
-        let Target::Linear(components) = completed.target() else {
-            return None;
+        let (rows, scales) = match (completed.correction(), completed.target()) {
+            (Some(correction), _) => (correction.rows(), correction.scales()),
+            (None, Target::Linear(components)) => (components.rows(), components.scales()),
+            (None, _) => return None,
         };
-        let scales: Vec<f64> = components.scales().iter().map(f64::from).collect();
+        let scales: Vec<f64> = scales.iter().map(f64::from).collect();
         let loading = |sample: usize, component: usize| {
-            let byte = components.rows().get(sample * scales.len() + component);
+            let byte = rows.get(sample * scales.len() + component);
             f64::from(byte.copied().unwrap_or_default().cast_signed()) * scales[component]
         };
         let rows = DMatrix::from_fn(recipe.samples(), scales.len(), loading);

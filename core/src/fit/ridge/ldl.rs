@@ -6,7 +6,8 @@
 use super::Real;
 
 /// Returns the number of entries of a packed triangle of this order.
-pub(super) const fn packed_length(order: usize) -> usize {
+#[must_use]
+pub const fn packed_length(order: usize) -> usize {
     order * (order + 1) / 2
 }
 
@@ -40,7 +41,7 @@ fn dot<S: Real>(a: &[S], b: &[S]) -> S {
 /// Overwrites a row of a matrix with the row of its factors. The rows above must be factorized.
 ///
 /// A pivot that is below `min_pivot` or NaN becomes `min_pivot`.
-pub(super) fn factorize_row<S: Real>(above: &[S], row: &mut [S], min_pivot: S) {
+pub fn factorize_row<S: Real>(above: &[S], row: &mut [S], min_pivot: S) {
     let Some((pivot, row)) = row.split_last_mut() else {
         return;
     };
@@ -67,7 +68,7 @@ pub(super) fn factorize_row<S: Real>(above: &[S], row: &mut [S], min_pivot: S) {
 }
 
 /// Solves L D L' x = b. `x` holds b before the call, and x after it.
-pub(super) fn solve<S: Real>(packed: &[S], x: &mut [S]) {
+pub fn solve<S: Real>(packed: &[S], x: &mut [S]) {
     for (index, row) in rows(packed).enumerate().take(x.len()) {
         if let (Some((before, [entry, ..])), Some((_, factors))) =
             (x.split_at_mut_checked(index), row.split_last())

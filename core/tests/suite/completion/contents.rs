@@ -3,8 +3,8 @@
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    ExpectedLoss, PackedCoefficientNet, PackedDescent, PackedInitNet, PackedMethod, Recipe,
-    RecipeError, RecipeParts,
+    ExpectedLoss, PackedCoefficientNet, PackedDescent, PackedInitNet, PackedMethod, PackedTarget,
+    Recipe, RecipeError, RecipeParts,
 };
 
 use crate::random::Random;
@@ -130,7 +130,7 @@ impl CompletedContents {
     }
 
     pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
-        let descent = self.descent.as_ref().map(|(descent_part, init_net_part)| {
+        let target = self.descent.as_ref().map(|(descent_part, init_net_part)| {
             let descent = PackedDescent {
                 model: descent_part.model,
                 inner_steps: descent_part.inner_steps,
@@ -144,8 +144,9 @@ impl CompletedContents {
                 output: signed(&init_net_part.output).leak(),
                 output_scales: packed(&init_net_part.output_scales).leak(),
             };
-            (descent, start)
+            PackedTarget::Descent(descent, start)
         });
+        let target = target.unwrap_or(PackedTarget::Linear);
         let completion = PackedCoefficientNet {
             components: self.components as u16,
             missing: self.missing,
@@ -170,7 +171,7 @@ impl CompletedContents {
                 materials: 0,
                 on: "nothing",
             }),
-            ..RecipeParts::new(&pattern, PackedMethod::Completed(completion, descent))
+            ..RecipeParts::new(&pattern, PackedMethod::Completed(completion, None, target))
         })
     }
 

@@ -8,6 +8,7 @@ use glimpse_kernels::completion::Shape;
 use glimpse_materials::Identity;
 
 use super::completion::loss_predictor::LossPredictor;
+use super::completion::virtual_readings::VirtualReadings;
 use super::objective::LossEstimate;
 use crate::linear::RecipeBasis;
 
@@ -37,7 +38,16 @@ pub enum LearnedFit {
     /// A ridge solve, for Linear.
     Ridge(RecipeBasis),
     /// Completed coefficients, for any model with `--schedule prior`.
-    Completed(LearnedCoefficientNet, CompletionTarget),
+    Completed(LearnedCoefficientNet, LearnedCorrection, CompletionTarget),
+}
+
+/// A correction of completed coefficients by the residuals of the readings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearnedCorrection {
+    /// The components at the pattern, n rows of K values.
+    pub rows: Vec<f32>,
+    /// The precision of each component.
+    pub precision: Vec<f32>,
 }
 
 /// SGD steps from learned parameters.
@@ -73,13 +83,79 @@ pub struct LearnedCoefficientNet {
 pub enum CompletionTarget {
     /// Coefficients of the model Linear.
     Linear {
-        /// The components at the pattern, n rows of m values.
-        rows: Vec<f32>,
         /// The CRC-32 of the file of the whole basis.
         basis_checksum: u32,
     },
-    /// Inputs of an InitNet with these weights, which offsets the initial parameters of a descent.
-    Descent(LearnedDescent, Vec<f32>),
+    /// Inputs of an InitNet with these weights, which offsets the initial parameters of a fit.
+    Refinement(LearnedRefinement, Vec<f32>),
+}
+
+/// A fit that starts from the initial parameters of an InitNet.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LearnedRefinement {
+    /// SGD steps.
+    Descent(LearnedDescent),
+    /// Gauss-Newton steps.
+    GaussNewton(LearnedSteps),
+}
+
+/// Gauss-Newton steps toward virtual readings and those of the pattern.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearnedSteps {
+    /// The model.
+    pub model: ModelKind,
+    /// The number of steps.
+    pub steps: usize,
+    /// The initial parameters, theta_0.
+    pub initial: Vec<f32>,
+    /// The precision of each active parameter of a system.
+    pub precision: Vec<f32>,
+    /// The sum of the weights of the pattern's readings.
+    pub reading_weight: f32,
+    /// The error at which the weight of a reading is halved.
+    pub error_scale: f32,
+    /// The directions of the virtual readings.
+    pub directions: Vec<Angles<f32>>,
+    /// The mean of the mapped training columns there.
+    pub center: Vec<f32>,
+    /// The components there: a row of m values for each direction.
+    pub rows: Vec<f32>,
+}
+
+impl LearnedRefinement {
+    pub(super) fn descent(
+        model: ModelKind,
+        inner_steps: usize,
+        initial: Vec<f32>,
+        step_sizes: Vec<f32>,
+    ) -> Self {
+        Self::Descent(LearnedDescent {
+            model,
+            inner_steps,
+            initial,
+            step_sizes,
+        })
+    }
+
+    pub(super) fn gauss_newton(
+        model: ModelKind,
+        steps: usize,
+        initial: Vec<f32>,
+        (precision, [reading_weight, error_scale]): (Vec<f32>, [f32; 2]),
+        virtual_readings: &VirtualReadings,
+    ) -> Self {
+        Self::GaussNewton(LearnedSteps {
+            model,
+            steps,
+            initial,
+            precision,
+            reading_weight,
+            error_scale,
+            directions: virtual_readings.angles.clone(),
+            center: virtual_readings.center.clone(),
+            rows: virtual_readings.rows.clone(),
+        })
+    }
 }
 
 /// The expected loss on an unseen material, and the materials it was estimated on.

@@ -84,6 +84,17 @@ pub struct CompletionOptions {
     pub procedural: f32,
     /// The limits of the goniometer.
     pub limits: Limits,
+    /// The fit from completed coefficients; ignored by the model Linear.
+    pub refinement: RefinementMethod,
+}
+
+/// The fit of a model other than Linear that follows the completion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+pub enum RefinementMethod {
+    /// Gauss-Newton steps toward the readings and the completed material.
+    GaussNewton,
+    /// A step of SGD on the readings.
+    Sgd,
 }
 
 impl Default for CompletionOptions {
@@ -95,6 +106,7 @@ impl Default for CompletionOptions {
             levels: 0,
             procedural: 0.4,
             limits: Limits::NONE,
+            refinement: RefinementMethod::GaussNewton,
         }
     }
 }
@@ -213,6 +225,7 @@ impl fmt::Display for CompletionOptions {
             levels,
             procedural,
             limits,
+            refinement,
         } = self;
         write!(f, "missing readings {missing}, noise {noise}")?;
         if *additive > 0.0 {
@@ -230,6 +243,9 @@ impl fmt::Display for CompletionOptions {
                 limits.max_theta_o.to_degrees(),
                 limits.min_separation.to_degrees()
             )?;
+        }
+        if *refinement == RefinementMethod::Sgd {
+            write!(f, ", refined by SGD")?;
         }
         Ok(())
     }
@@ -398,6 +414,7 @@ mod tests {
             |o| o.completion_options.limits.max_theta_o = 1.25,
             |o| o.completion_options.limits.min_separation = 0.25,
             |o| o.completion_options.limits.in_plane = true,
+            |o| o.completion_options.refinement = RefinementMethod::Sgd,
             |o| o.source_shares.clear(),
             |o| o.source_shares.reverse(),
             |o| o.source_shares[0].label = "RGL".into(),

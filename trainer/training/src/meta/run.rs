@@ -13,14 +13,14 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::CheckpointError;
-use super::completion::refinement::{Refinement, SgdRefinement};
-use super::completion::train::{self, REFINEMENT_STEPS};
+use super::completion::refinement::{GaussNewtonRefinement, Refinement, SgdRefinement};
+use super::completion::train::{self, GAUSS_NEWTON_STEPS, SGD_STEPS};
 use super::descent::{DescentObjective, TaskSet};
 use super::identity::RunIdentity;
 use super::learned::{LearnedDescent, LearnedFit, LearnedRecipe, ValidatedLoss};
 use super::linear::LinearObjective;
 use super::objective::{MetaObjective, RandomStreams};
-use super::options::{CompletionOptionsError, Options, TrainedParts};
+use super::options::{CompletionOptionsError, Options, RefinementMethod, TrainedParts};
 use super::outer::{Observer, Outcome, OuterLoop, RunError};
 use super::pattern::angles_above_horizon;
 use super::plan::{Plan, Schedule};
@@ -147,7 +147,14 @@ fn train_completion(
     };
     let learned = with_model!(
         options.model,
-        M => train(Some(&SgdRefinement::<M>::new(REFINEMENT_STEPS))),
+        M => match options.completion_options.refinement {
+            RefinementMethod::GaussNewton => {
+                train(Some(&GaussNewtonRefinement::<M>::new(GAUSS_NEWTON_STEPS)))
+            }
+            RefinementMethod::Sgd => {
+                train(Some(&SgdRefinement::<M>::new(SGD_STEPS, plan.initial_step_size)))
+            }
+        },
         _ => train(None),
     );
     Ok(learned?)

@@ -2,14 +2,17 @@
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::{
-    Field, PackedCoefficientNet, PackedDescent, PackedInitNet, PackedMethod, PackedRidge,
-    RecipeError,
+    Field, PackedCoefficientNet, PackedCorrection, PackedDescent, PackedGaussNewton, PackedInitNet,
+    PackedMethod, PackedRidge, PackedTarget, RecipeError,
 };
 use glimpse_kernels::completion::split_lists;
 
 use super::quantize::quantize;
 use crate::linear::RecipeBasis;
-use crate::meta::learned::{CompletionTarget, LearnedCoefficientNet, LearnedDescent, LearnedFit};
+use crate::meta::learned::{
+    CompletionTarget, LearnedCoefficientNet, LearnedCorrection, LearnedDescent, LearnedFit,
+    LearnedRefinement, LearnedSteps,
+};
 
 /// Packs a learned fit and passes it to `write`.
 ///
@@ -24,7 +27,9 @@ pub fn pack_fit<T>(
             pack_descent(learned, |descent| write(PackedMethod::Descent(descent)))
         }
         LearnedFit::Ridge(basis) => pack_ridge(basis, |ridge| write(PackedMethod::Ridge(ridge))),
-        LearnedFit::Completed(learned, target) => pack_completed(learned, target, write),
+        LearnedFit::Completed(learned, correction, target) => {
+            pack_completed(learned, correction, target, write)
+        }
     }
 }
 
@@ -73,6 +78,7 @@ fn pack_ridge<T>(
 
 fn pack_completed<T>(
     learned: &LearnedCoefficientNet,
+    learned_correction: &LearnedCorrection,
     target: &CompletionTarget,
     write: impl FnOnce(PackedMethod<'_>) -> Result<T, RecipeError>,
 ) -> Result<T, RecipeError> {
@@ -99,21 +105,30 @@ fn pack_completed<T>(
         row_scales: &[],
         basis_checksum: 0,
     };
+    let corrected = learned_correction.precision.len();
+    let (rows, row_scales) = quantize(&learned_correction.rows, corrected, |index| {
+        index % corrected
+    });
+    let [row_scales, precision] = [&row_scales[..], &learned_correction.precision].map(pack_values);
+    let correction = PackedCorrection {
+        rows: &rows,
+        row_scales: &row_scales,
+        precision: &precision,
+    };
     match target {
-        CompletionTarget::Linear {
-            rows,
-            basis_checksum,
-        } => {
-            let (rows, scales) = quantize(rows, components, |index| index % components);
+        CompletionTarget::Linear { basis_checksum } => {
             let coefficient_net = PackedCoefficientNet {
-                rows: &rows,
-                row_scales: &pack_values(&scales),
                 basis_checksum: *basis_checksum,
                 ..coefficient_net
             };
-            write(PackedMethod::Completed(coefficient_net, None))
+            let target = PackedTarget::Linear;
+            write(PackedMethod::Completed(
+                coefficient_net,
+                Some(correction),
+                target,
+            ))
         }
-        CompletionTarget::Descent(descent, init_net) => {
+        CompletionTarget::Refinement(refinement, init_net) => {
             let [hidden, bias, output] = split_lists(init_net, shape.init_net_lengths());
             let inputs = 3 * components;
             let (hidden, hidden_scales) = quantize(hidden, shape.units, |index| index / inputs);
@@ -128,12 +143,44 @@ fn pack_completed<T>(
                 output: &output,
                 output_scales: &output_scales,
             };
-            pack_descent(descent, |descent| {
-                write(PackedMethod::Completed(
-                    coefficient_net,
-                    Some((descent, init_net)),
-                ))
-            })
+            match refinement {
+                LearnedRefinement::Descent(descent) => pack_descent(descent, |descent| {
+                    let target = PackedTarget::Descent(descent, init_net);
+                    write(PackedMethod::Completed(
+                        coefficient_net,
+                        Some(correction),
+                        target,
+                    ))
+                }),
+                LearnedRefinement::GaussNewton(steps) => pack_steps(steps, corrected, |steps| {
+                    let target = PackedTarget::GaussNewton(steps, init_net);
+                    write(PackedMethod::Completed(
+                        coefficient_net,
+                        Some(correction),
+                        target,
+                    ))
+                }),
+            }
         }
     }
+}
+
+fn pack_steps<T>(
+    learned: &LearnedSteps,
+    components: usize,
+    write: impl FnOnce(PackedGaussNewton<'_>) -> Result<T, RecipeError>,
+) -> Result<T, RecipeError> {
+    let (rows, scales) = quantize(&learned.rows, components, |index| index % components);
+    write(PackedGaussNewton {
+        model: learned.model,
+        steps: u16::try_from(learned.steps).map_err(|_| RecipeError::Count(Field::StepCount))?,
+        initial: &pack_values(&learned.initial),
+        precision: &pack_values(&learned.precision),
+        reading_weight: learned.reading_weight,
+        error_scale: learned.error_scale,
+        directions: &pack_pattern(&learned.directions),
+        center: &pack_values(&learned.center),
+        rows: &rows,
+        row_scales: &pack_values(&scales),
+    })
 }

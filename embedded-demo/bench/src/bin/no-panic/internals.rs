@@ -78,6 +78,12 @@ pub(crate) fn recipe() {
                 Target::Descent(descent, start) => {
                     black_box((descent.initial(), start.units()));
                 }
+                Target::GaussNewton(steps, start) => {
+                    let readings = steps.virtual_readings();
+                    black_box((steps.initial(), steps.precision(), start.units()));
+                    black_box((readings.center(), readings.rows(), readings.scales()));
+                    black_box(readings.get(any(3), [numbers(); 3].map(|_| &[][..])));
+                }
             }
         }
     }

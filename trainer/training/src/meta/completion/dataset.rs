@@ -10,12 +10,16 @@ use glimpse_materials::sampling::{sphere_view_samples, uniform_valid};
 use super::highlight_warp::HighlightWarp;
 use super::pool::WarpedPool;
 use super::task::{AugmentationOptions, MaterialGroup};
+use super::virtual_readings::VirtualReadings;
 use crate::linear::Columns;
 use crate::linear::principal_components;
 
 /// The share of training directions distributed like those of a rendered sphere. The others are uniform, as in the
 /// loss.
 const SPHERE_SHARE: f32 = 0.25;
+
+/// The number of virtual readings.
+const VIRTUAL_READINGS: usize = 128;
 
 /// The training materials with their BRDF at many directions.
 pub struct Dataset {
@@ -82,6 +86,8 @@ pub struct Subset {
     pub table: ComponentTable,
     /// The components at the validation directions.
     pub validation_table: ComponentTable,
+    /// The components at the directions of virtual readings.
+    pub virtual_readings: VirtualReadings,
     /// The groups that tasks are drawn from.
     pub groups: Vec<MaterialGroup>,
     /// The validation materials: those held out, or all training materials if none are held out.
@@ -111,6 +117,7 @@ impl Subset {
         Self {
             table: dataset.pool.components(&basis),
             validation_table: dataset.validation_pool.components(&basis),
+            virtual_readings: VirtualReadings::new(&basis, VIRTUAL_READINGS),
             groups: groups.filter(|group| !group.materials.is_empty()).collect(),
             validation: match held_out {
                 [] => all,

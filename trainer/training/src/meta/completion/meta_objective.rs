@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::initial_weights::initial_weights;
 use super::objective::{CHUNK, CompletionObjective, ENCODING, add_scaled};
 use super::reading::Reading;
+use super::refinement::Refinement;
 use super::sample_order::{greedy_order, reorder};
 use super::task::{Dropout, Task};
 use super::weighted_loss::{mean, weighted_mean};
@@ -16,6 +17,8 @@ use crate::meta::objective::{LossEstimate, MetaObjective};
 use crate::meta::pattern::Pattern;
 use crate::meta::phase::{OuterStep, Phase};
 
+/// The initial precision of a component in the correction.
+const INITIAL_PRECISION: f32 = 3.0;
 /// The stride of the validation octets that are used to sort samples. A subset is accurate enough.
 const ORDER_OCTET_STRIDE: usize = 8;
 
@@ -28,7 +31,12 @@ impl MetaObjective for CompletionObjective<'_> {
             None => Vec::new(),
         };
         Groups {
-            hyperparameters: vec![ENCODING.encode(self.initial_step_size); initial.len()],
+            hyperparameters: {
+                let refinement = self.refinement.map(Refinement::initial_hyperparameters);
+                let precisions = vec![INITIAL_PRECISION; self.subset.basis.components()];
+                let all = refinement.into_iter().flatten().chain(precisions);
+                all.map(|value| ENCODING.encode(value)).collect()
+            },
             initial,
             pattern: match self.pattern {
                 Some(pattern) => pattern.to_vec(),

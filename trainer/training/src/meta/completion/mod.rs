@@ -8,6 +8,7 @@
 //! of these coefficients. For models fitted by descent, an InitNet maps the coefficients to initial parameters, and the
 //! loss is that of the parameters after the [descent](refinement).
 
+pub mod correction;
 pub mod dataset;
 pub mod highlight_warp;
 mod initial_weights;
@@ -21,4 +22,5 @@ pub mod sample_order;
 pub mod smooth_field;
 pub mod task;
 pub mod train;
+pub mod virtual_readings;
 mod weighted_loss;

@@ -1,6 +1,7 @@
 //! The loss of the schedule `prior` and its gradient over tasks: CoefficientNet, InitNet and pattern.
 
 use glimpse_core::gonio::Limits;
+use glimpse_core::recipe::{MAX_READING_WEIGHT, MIN_PRECISION};
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::components::ComponentTable;
 use glimpse_kernels::lanes::{InstructionSet, Octet, OctetDirections, WIDTH};
@@ -8,10 +9,11 @@ use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights};
 use glimpse_optimizer::Groups;
 use rayon::prelude::*;
 
+use super::correction::{Corrected, Correction};
 use super::dataset::{Dataset, Subset};
 use super::pool::WarpedPool;
 use super::reading::{PresentReadings, Reading, Standardization};
-use super::refinement::{Refinement, RefinementGradient};
+use super::refinement::{Refinement, RefinementGradient, RefinementInputs};
 use super::task::Task;
 use super::weighted_loss::WeightedLoss;
 use crate::meta::objective::RandomStreams;
@@ -37,10 +39,8 @@ pub struct CompletionObjective<'a> {
     pub loss_weights: LossWeights,
     /// The random number streams.
     pub streams: RandomStreams,
-    /// The descent after the InitNet; None for the model Linear.
+    /// The fit after the InitNet; None for the model Linear.
     pub refinement: Option<&'a dyn Refinement>,
-    /// The initial step size.
-    pub initial_step_size: f32,
     /// The weight of the loss before the descent in the gradient, for models fitted by descent. The weight of the loss
     /// after the descent is 1.
     pub auxiliary_weight: f32,
@@ -61,15 +61,17 @@ pub(super) struct Directions<'a> {
 pub(super) struct PreparedParameters<'v> {
     values: &'v Groups<Vec<f32>>,
     weights: CompletionWeights<'v>,
-    step_sizes: Vec<f32>,
+    hyperparameters: Vec<f32>,
     pub(super) pattern: Pattern,
     standardization: Standardization,
+    correction: Correction,
 }
 
 /// A batch of tasks with completed coefficients.
 struct CompletedBatch {
     batch: Batch,
     present: Vec<Vec<bool>>,
+    corrected: Vec<Corrected>,
 }
 
 /// The result of one task.
@@ -112,6 +114,13 @@ fn uniform_weight(octets: usize) -> f32 {
     1.0 / (3 * WIDTH * octets) as f32
 }
 
+/// Returns the hyperparameters, within the range of recipes.
+pub(super) fn hyperparameters(values: &Groups<Vec<f32>>) -> Vec<f32> {
+    let list = ENCODING.decode(&values.hyperparameters).into_iter();
+    list.map(|value| value.clamp(MIN_PRECISION, MAX_READING_WEIGHT))
+        .collect()
+}
+
 /// sum += factor * vector
 pub(super) fn add_scaled(sum: &mut [f32], factor: f32, vector: &[f32]) {
     for (entry, value) in sum.iter_mut().zip(vector) {
@@ -144,14 +153,22 @@ impl<'a> CompletionObjective<'a> {
         values: &'v Groups<Vec<f32>>,
         pattern: Pattern,
     ) -> PreparedParameters<'v> {
+        let hyperparameters = hyperparameters(values);
+        let refinement = hyperparameters.len() - self.subset.basis.components();
         PreparedParameters {
+            correction: Correction::new(
+                &self.subset.basis,
+                pattern.angles(),
+                self.shape.components,
+                &hyperparameters[refinement..],
+            ),
             values,
             weights: CompletionWeights {
                 shape: self.shape,
                 coefficient_net: &values.coefficient_net,
                 init_net: &values.init_net,
             },
-            step_sizes: ENCODING.decode(&values.hyperparameters),
+            hyperparameters,
             standardization: Standardization::new(&self.subset.basis, pattern.angles()),
             pattern,
         }
@@ -198,7 +215,20 @@ impl<'a> CompletionObjective<'a> {
             present_readings.push(present);
         }
         batch.complete(&prepared.weights);
+        let each = readings.iter().zip(&present_readings).enumerate();
+        let corrected = each.map(|(index, (readings, present))| {
+            let completed = batch.coefficients(index);
+            prepared.correction.correct(readings, present, &completed)
+        });
+        let corrected: Vec<Corrected> = corrected.collect();
+        if self.refinement.is_some() {
+            for (index, corrected) in corrected.iter().enumerate() {
+                batch.set_coefficients(index, &corrected.coefficients);
+            }
+            batch.activate(&prepared.weights);
+        }
         CompletedBatch {
+            corrected,
             batch,
             present: present_readings,
         }
@@ -227,10 +257,10 @@ impl<'a> CompletionObjective<'a> {
     ) -> TaskResult {
         let Directions { pool, table } = self.training_directions();
         let values = task.values(pool);
-        let coefficients = completed.batch.coefficients(index);
+        let coefficients = &completed.corrected[index].coefficients;
         let mut by_coefficients = vec![0.0; coefficients.len()];
         let [loss, black] = table.loss(
-            &coefficients,
+            coefficients,
             &task.octets,
             &values,
             uniform_weight(values.len()),
@@ -247,12 +277,18 @@ impl<'a> CompletionObjective<'a> {
         let refined = refinement.map(|refinement| {
             let directions = octet_directions(pool, task);
             let inner = PresentReadings::new(readings, &completed.present[index]);
-            refinement.gradient(
-                &Self::initial_parameters(prepared, completed, index),
-                &prepared.step_sizes,
-                &inner.octets(&prepared.pattern),
+            let gradient = refinement.gradient(
+                &RefinementInputs {
+                    initial: &Self::initial_parameters(prepared, completed, index),
+                    hyperparameters: &prepared.hyperparameters,
+                    coefficients,
+                    readings: &inner.octets(&prepared.pattern),
+                    virtual_readings: &self.subset.virtual_readings,
+                },
                 &uniform_samples(&directions, &values),
-            )
+            );
+            add_scaled(&mut by_coefficients, weight, &gradient.coefficients);
+            gradient
         });
         TaskResult {
             loss: weight * refined.as_ref().map_or(loss, |refined| refined.loss),
@@ -274,17 +310,24 @@ impl<'a> CompletionObjective<'a> {
         let mut loss = 0.0;
         let mut gradient = prepared.values.as_ref().map(|list| vec![0.0; list.len()]);
         let mut by_angles = vec![[0.0; 3]; self.shape.samples];
+        let mut by_corrected = Vec::with_capacity(tasks.len());
         for (index, (task, readings)) in tasks.iter().zip(&readings).enumerate() {
             let result = self.task_result(prepared, &completed, readings, index, task, refinement);
             loss += result.loss;
             let batch = &mut completed.batch;
-            batch.set_coefficient_gradient(index, &result.by_coefficients);
-            let (weight, Some(mut refined)) = (result.weight, result.refined) else {
+            if refinement.is_some() {
+                batch.set_coefficient_gradient(index, &result.by_coefficients);
+            }
+            by_corrected.push(result.by_coefficients);
+            let (weight, Some(refined)) = (result.weight, result.refined) else {
                 continue;
             };
-            ENCODING.chain_rule(&mut refined.step_sizes, &prepared.step_sizes);
             add_scaled(&mut gradient.initial, weight, &refined.initial);
-            add_scaled(&mut gradient.hyperparameters, weight, &refined.step_sizes);
+            add_scaled(
+                &mut gradient.hyperparameters,
+                weight,
+                &refined.hyperparameters,
+            );
             batch.set_offset_gradient(
                 index,
                 refined.initial.iter().map(|derivative| weight * derivative),
@@ -298,12 +341,34 @@ impl<'a> CompletionObjective<'a> {
                 }
             }
         }
-        let CompletedBatch { mut batch, present } = completed;
-        batch.adjoint(
-            &prepared.weights,
-            &mut gradient.coefficient_net,
-            &mut gradient.init_net,
-        );
+        let CompletedBatch {
+            mut batch,
+            present,
+            corrected,
+        } = completed;
+        if refinement.is_some() {
+            batch.init_net_adjoint(&prepared.weights, &mut gradient.init_net);
+            for (index, by_corrected) in by_corrected.iter_mut().enumerate() {
+                *by_corrected = batch.coefficient_gradient(index);
+            }
+        }
+        for (index, readings) in readings.iter().enumerate() {
+            let correction = prepared.correction.adjoint(
+                &corrected[index],
+                readings,
+                &present[index],
+                &by_corrected[index],
+            );
+            let precisions = gradient.hyperparameters.len() - correction.precision.len();
+            let by_precision = &mut gradient.hyperparameters[precisions..];
+            add_scaled(by_precision, 1.0, &correction.precision);
+            for (sum, by_sample) in by_angles.iter_mut().zip(&correction.angles) {
+                add_scaled(sum, 1.0, by_sample);
+            }
+            batch.set_coefficient_gradient(index, &correction.completed);
+        }
+        batch.adjoint(&prepared.weights, &mut gradient.coefficient_net);
+        ENCODING.chain_rule(&mut gradient.hyperparameters, &prepared.hyperparameters);
         for (index, readings) in readings.iter().enumerate() {
             let gain = self.gain(&present[index]);
             let samples = readings.iter().zip(&present[index]).enumerate();
@@ -349,23 +414,25 @@ impl<'a> CompletionObjective<'a> {
         let each = tasks.iter().zip(readings).enumerate();
         let each = each.map(|(index, (task, readings))| {
             let values = task.values(directions.pool);
-            let coefficients = completed.batch.coefficients(index);
+            let coefficients = &completed.corrected[index].coefficients;
             let value_weight = uniform_weight(values.len());
             let [loss, black] =
                 directions
                     .table
-                    .loss(&coefficients, &task.octets, &values, value_weight, None);
+                    .loss(coefficients, &task.octets, &values, value_weight, None);
             let weight = self.loss_weights.weight(black);
             let Some(refinement) = refinement else {
                 return WeightedLoss { loss, weight };
             };
             let initial = Self::initial_parameters(prepared, &completed, index);
             let inner = PresentReadings::new(readings, &completed.present[index]);
-            let parameters = refinement.fit(
-                &initial,
-                &prepared.step_sizes,
-                &inner.octets(&prepared.pattern),
-            );
+            let parameters = refinement.fit(&RefinementInputs {
+                initial: &initial,
+                hyperparameters: &prepared.hyperparameters,
+                coefficients,
+                readings: &inner.octets(&prepared.pattern),
+                virtual_readings: &self.subset.virtual_readings,
+            });
             let loss_directions = octet_directions(directions.pool, task);
             let loss = refinement.loss(&parameters, &uniform_samples(&loss_directions, &values));
             WeightedLoss { loss, weight }
@@ -386,17 +453,17 @@ impl<'a> CompletionObjective<'a> {
         losses.iter().map(|each| each.loss).collect()
     }
 
-    /// Returns the completed coefficients of each task, averaged over channels.
+    /// Returns the corrected coefficients of each task that the net completes, averaged over channels.
     #[must_use]
     pub fn mean_coefficients(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<Vec<f32>> {
         let prepared = self.prepare(values, self.reachable_pattern(values));
         let evaluate_chunk = |tasks: &[Task]| -> Vec<Vec<f32>> {
             let completed = self.complete(&prepared, tasks, &self.read_all(&prepared, tasks));
-            let components = self.shape.components;
-            let each = (0..tasks.len()).map(|index| {
-                let all = completed.batch.coefficients(index);
+            let components = self.subset.basis.components();
+            let each = completed.corrected.iter().map(|corrected| {
+                let all = &corrected.coefficients;
                 let mean = |k| (all[k] + all[components + k] + all[2 * components + k]) / 3.0;
-                (0..components).map(mean).collect()
+                (0..self.shape.components).map(mean).collect()
             });
             each.collect()
         };

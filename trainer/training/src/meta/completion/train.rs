@@ -12,14 +12,14 @@ use rand_chacha::ChaCha8Rng;
 
 use super::dataset::{Dataset, Subset};
 use super::loss_predictor::{HeldOutLoss, LossPredictor};
-use super::objective::CompletionObjective;
+use super::objective::{CompletionObjective, hyperparameters};
 use super::reading::{LOG_SCALE, Standardization};
 use super::refinement::Refinement;
 use super::task::{AugmentationOptions, Dropout, MaterialGroup, Task};
 use crate::linear::RecipeBasis;
 use crate::meta::identity::RunIdentity;
 use crate::meta::learned::{
-    CompletionTarget, LearnedCoefficientNet, LearnedDescent, LearnedFit, LearnedRecipe,
+    CompletionTarget, LearnedCoefficientNet, LearnedCorrection, LearnedFit, LearnedRecipe,
     ValidatedLoss,
 };
 use crate::meta::objective::{LossEstimate, RandomStreams};
@@ -29,9 +29,13 @@ use crate::meta::pattern::reachable_angles;
 use crate::meta::plan::Plan;
 
 /// The number of SGD steps from the initial parameters of the InitNet.
-pub const REFINEMENT_STEPS: usize = 1;
+pub const SGD_STEPS: usize = 1;
+/// The number of Gauss-Newton steps from these parameters.
+pub const GAUSS_NEWTON_STEPS: usize = 2;
 /// The number of coefficients, m.
 const COMPONENTS: usize = 24;
+/// The number of components of the correction, K.
+const CORRECTED_COMPONENTS: usize = 24;
 /// The number of hidden units of the CoefficientNet, h.
 const HIDDEN_UNITS: usize = 64;
 /// The number of hidden units of the InitNet, g.
@@ -87,7 +91,7 @@ pub fn train(
         observer,
     };
 
-    let all = Subset::all(&dataset, COMPONENTS);
+    let all = Subset::all(&dataset, CORRECTED_COMPONENTS);
     let (
         objective,
         Outcome {
@@ -101,7 +105,7 @@ pub fn train(
     let mut held_out_losses = Vec::new();
     let mut correction = FoldCorrection::default();
     for (index, fold) in folds.iter().enumerate() {
-        let subset = Subset::without(&dataset, COMPONENTS, fold);
+        let subset = Subset::without(&dataset, CORRECTED_COMPONENTS, fold);
         let (fold_objective, outcome) =
             session.run(&subset, &fold_plan, Some(&values.pattern), index + 1)?;
         let others: Vec<usize> = training_materials
@@ -147,6 +151,7 @@ pub fn train(
     }
     let expected_loss = validated_loss(expected_loss, &held_out_losses);
     let pattern = reachable_angles(&values.pattern, &options.completion_options.limits);
+    let hyperparameters = hyperparameters(&values);
     let standardization = Standardization::new(&all.basis, &pattern);
     let coefficient_net = LearnedCoefficientNet {
         shape,
@@ -155,25 +160,29 @@ pub fn train(
         scale: LOG_SCALE,
         weights: values.coefficient_net,
     };
+    let (hyperparameters, precision) =
+        hyperparameters.split_at(hyperparameters.len() - all.basis.components());
+    let correction = LearnedCorrection {
+        rows: RecipeBasis::new(&all.basis, &pattern).basis,
+        precision: precision.to_vec(),
+    };
     let mut basis = None;
     let target = match refinement {
         None => CompletionTarget::Linear {
-            rows: RecipeBasis::new(&all.basis, &pattern).basis,
             basis_checksum: Basis::checksum(basis.insert(all.basis.to_bytes())),
         },
         Some(refinement) => {
-            let descent = LearnedDescent {
-                model: options.model,
-                inner_steps: refinement.steps(),
-                initial: values.initial,
-                step_sizes: plan.step_size_encoding.decode(&values.hyperparameters),
-            };
-            CompletionTarget::Descent(descent, values.init_net)
+            let refinement = refinement.learned(
+                values.initial,
+                hyperparameters.to_vec(),
+                &all.virtual_readings,
+            );
+            CompletionTarget::Refinement(refinement, values.init_net)
         }
     };
     Ok(LearnedRecipe {
         pattern,
-        fit: LearnedFit::Completed(coefficient_net, target),
+        fit: LearnedFit::Completed(coefficient_net, correction, target),
         loss_predictor: LossPredictor::new(&held_out_losses, FOLDS),
         basis,
         expected_loss,
@@ -352,7 +361,7 @@ impl<'s> Session<'s, '_> {
             subset,
             shape: Shape {
                 samples: self.options.samples,
-                components: subset.basis.components(),
+                components: COMPONENTS.min(subset.basis.components()),
                 hidden: HIDDEN_UNITS,
                 units: if parameters > 0 { INIT_NET_UNITS } else { 0 },
                 parameters,
@@ -360,7 +369,6 @@ impl<'s> Session<'s, '_> {
             loss_weights: plan.loss_weights,
             streams: RandomStreams { seed },
             refinement: self.refinement,
-            initial_step_size: plan.initial_step_size,
             auxiliary_weight: AUXILIARY_WEIGHT,
             limits: self.options.completion_options.limits,
             pattern,

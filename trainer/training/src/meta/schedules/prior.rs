@@ -17,10 +17,8 @@ struct EffortSettings {
     search_steps: usize,
     /// The number of steps of the CoefficientNet phase.
     coefficient_net_steps: usize,
-    /// The number of steps of the InitNet phase; 0 for models without descent.
+    /// The number of steps of the InitNet phase; 0 for Linear.
     init_net_steps: usize,
-    /// The factor on the learning rates of the InitNet phase. Long runs reach a lower loss with lower rates.
-    rate_factor: f64,
     /// The number of steps of the CoefficientNet and InitNet phases in each fold.
     fold_steps: [usize; 2],
 }
@@ -28,14 +26,14 @@ struct EffortSettings {
 impl EffortSettings {
     fn new(effort: Effort, model: ModelKind) -> Self {
         let (patterns, search_steps, coefficient_net_steps, init_net_steps, fold_steps) =
-            match (effort, has_descent(model)) {
-                (Effort::Brief, true) => (0, 0, 500, 800, [250, 200]),
+            match (effort, has_init_net(model)) {
+                (Effort::Brief, true) => (0, 0, 1_000, 400, [250, 100]),
                 (Effort::Brief, false) => (0, 0, 1_000, 0, [250, 0]),
-                (Effort::Quick, true) => (2, 500, 2_000, 2_500, [400, 300]),
+                (Effort::Quick, true) => (2, 500, 6_000, 2_500, [1_500, 500]),
                 (Effort::Quick, false) => (2, 500, 6_000, 0, [1_500, 0]),
-                (Effort::Standard, true) => (6, 1_500, 20_000, 60_000, [4_000, 3_000]),
+                (Effort::Standard, true) => (6, 1_500, 30_000, 10_000, [4_000, 2_000]),
                 (Effort::Standard, false) => (16, 3_000, 80_000, 0, [10_000, 0]),
-                (Effort::Long, true) => (16, 3_000, 100_000, 150_000, [20_000, 20_000]),
+                (Effort::Long, true) => (16, 3_000, 100_000, 60_000, [20_000, 10_000]),
                 (Effort::Long, false) => (16, 3_000, 200_000, 0, [20_000, 0]),
             };
         Self {
@@ -43,16 +41,12 @@ impl EffortSettings {
             search_steps,
             coefficient_net_steps,
             init_net_steps,
-            rate_factor: match effort {
-                Effort::Brief | Effort::Quick => 1.0,
-                Effort::Standard | Effort::Long => 0.25,
-            },
             fold_steps,
         }
     }
 }
 
-fn has_descent(model: ModelKind) -> bool {
+fn has_init_net(model: ModelKind) -> bool {
     model != ModelKind::Linear
 }
 
@@ -73,6 +67,7 @@ fn pattern_search(samples: usize, steps: usize) -> Phase {
         rates: Groups {
             pattern: 3e-2,
             coefficient_net: 5e-3,
+            hyperparameters: 1e-2,
             ..Groups::default()
         },
         final_rate_ratio: 0.1,
@@ -83,31 +78,37 @@ fn pattern_search(samples: usize, steps: usize) -> Phase {
     }
 }
 
-/// Returns the phase that trains the CoefficientNet without an InitNet. Its final learning rates are higher if an
-/// InitNet phase follows.
-fn coefficient_net(model: ModelKind, samples: usize, steps: usize) -> Phase {
+/// Returns the phase that trains the CoefficientNet without an InitNet.
+fn coefficient_net(samples: usize, steps: usize) -> Phase {
     Phase {
         name: "coefficient network",
         samples_ordered: true,
         selection: Selection::Last,
-        final_rate_ratio: if has_descent(model) { 0.3 } else { 0.01 },
+        final_rate_ratio: 0.01,
         ..pattern_search(samples, steps)
     }
 }
 
-/// Returns the phase that trains the InitNet together with all other groups.
-fn init_net(samples: usize, steps: usize, rate_factor: f64) -> Phase {
+/// Returns the phase that trains the InitNet.
+///
+/// Neural can represent what the coefficients do, and is worse on other materials than the training set if they change.
+/// For the models with few parameters, pattern and coefficients are trained again, for the fit.
+fn init_net(model: ModelKind, samples: usize, steps: usize) -> Phase {
+    let (pattern, coefficient_net) = match model {
+        ModelKind::Neural => (0.0, 0.0),
+        _ => (1e-2, 1.5e-3),
+    };
     Phase {
         name: "initialization network",
         initialization: Initialization::Best,
         samples_ordered: true,
         selection: Selection::Last,
         rates: Groups {
-            initial: rate_factor * 1e-3,
-            hyperparameters: rate_factor * 1e-2,
-            pattern: 1e-2,
-            coefficient_net: 1.5e-3,
-            init_net: rate_factor * 3e-3,
+            initial: 1e-3,
+            hyperparameters: 1e-2,
+            pattern,
+            coefficient_net,
+            init_net: 3e-3,
         },
         final_rate_ratio: 0.01,
         ..pattern_search(samples, steps)
@@ -132,8 +133,8 @@ fn plan_of(phases: Vec<Phase>, model: ModelKind, tasks: usize) -> Plan {
 /// Returns the plan of a training on all materials.
 ///
 /// A search trains several patterns, each with its own CoefficientNet. The best pattern continues, with its samples
-/// sorted for scans that end early. Without a search, the samples keep their order. For models fitted by descent, a
-/// final phase adds the InitNet and trains all groups.
+/// sorted for scans that end early. Without a search, the samples keep their order. For models other than Linear, a final
+/// phase trains the InitNet.
 pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
     let settings = EffortSettings::new(effort, model);
     let mut phases: Vec<Phase> = (0..settings.patterns)
@@ -147,14 +148,10 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
             true => Initialization::Previous,
             false => Initialization::BestReordered,
         },
-        ..coefficient_net(model, samples, settings.coefficient_net_steps)
+        ..coefficient_net(samples, settings.coefficient_net_steps)
     });
-    if has_descent(model) {
-        phases.push(init_net(
-            samples,
-            settings.init_net_steps,
-            settings.rate_factor,
-        ));
+    if has_init_net(model) {
+        phases.push(init_net(model, samples, settings.init_net_steps));
     }
     plan_of(phases, model, tasks)
 }
@@ -164,10 +161,10 @@ pub(super) fn fold(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
     let [coefficient_net_steps, init_net_steps] = EffortSettings::new(effort, model).fold_steps;
     let mut phases = vec![Phase {
         initialization: Initialization::Guess(0),
-        ..coefficient_net(model, samples, coefficient_net_steps)
+        ..coefficient_net(samples, coefficient_net_steps)
     }];
-    if has_descent(model) {
-        phases.push(init_net(samples, init_net_steps, 1.0));
+    if has_init_net(model) {
+        phases.push(init_net(model, samples, init_net_steps));
     }
     for phase in &mut phases {
         phase.name = "cross-validation";

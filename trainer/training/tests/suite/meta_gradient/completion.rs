@@ -65,10 +65,10 @@ fn with_objective<T>(
     let dataset = Dataset::new(procedural(12, 3), 8, groups, augmentation_options, 512, 5);
     let subset = Subset::all(&dataset, 6);
     let (phong, cook_torrance) = (
-        SgdRefinement::<Phong>::new(2),
-        SgdRefinement::<CookTorrance>::new(2),
+        SgdRefinement::<Phong>::new(2, 0.1),
+        SgdRefinement::<CookTorrance>::new(2, 0.1),
     );
-    let neural = SgdRefinement::<Neural>::new(2);
+    let neural = SgdRefinement::<Neural>::new(2, 3e-3);
     let refinement: Option<&dyn Refinement> = match model {
         ModelKind::Phong => Some(&phong),
         ModelKind::CookTorrance => Some(&cook_torrance),
@@ -92,7 +92,6 @@ fn with_objective<T>(
         loss_weights: LossWeights::Relative,
         streams: RandomStreams { seed: 11 },
         refinement,
-        initial_step_size: plan.initial_step_size,
         auxiliary_weight: 0.0,
         limits: Limits {
             max_theta_i: 1.4,
@@ -331,7 +330,7 @@ fn packed_recipe_matches_trained_net() {
     let file = pack_recipe(&learned, &options, "procedural:12:3");
     let file = file.expect("the result is a valid recipe");
     let recipe = file.recipe();
-    let LearnedFit::Completed(net, _) = &learned.fit else {
+    let LearnedFit::Completed(net, ..) = &learned.fit else {
         panic!("{learned:?}");
     };
     let (mut squared_error, mut squared_norm) = (0.0, 0.0);

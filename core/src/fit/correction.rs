@@ -1,0 +1,167 @@
+//! The correction of completed coefficients by the residuals of the readings.
+//!
+//! The completed coefficients c_0 are the mean of a Gaussian prior with learned precisions p. The readings update it:
+//!
+//! ```text
+//! c = c_0 + z,   z = argmin |r - Q z|^2 + sum over k of p_k z_k^2 = (Q'Q + P)^-1 Q'r,   P = diag(p)
+//! ```
+//!
+//! The rows of Q are the components at the samples of the present readings. r_i = ln((y w + e) / e) - center_i - (Q c_0)_i
+//! is the residual of the reading y of a channel, and w = cos(theta_i) cos(theta_o). Q has at least as many components
+//! as c_0, whose further coefficients are 0. The channels share the system.
+
+use super::ridge::{factorize_row, packed_length, solve_factorized};
+use crate::model::linear::map;
+use crate::model::{Sample, Samples};
+use crate::numeric::Floats;
+
+/// Number of color channels.
+const CHANNELS: usize = 3;
+
+/// A correction, read in place from a recipe.
+#[derive(Clone, Copy, Debug)]
+pub struct Correction<'a> {
+    /// The components at the samples: n rows of K signed bytes.
+    pub(crate) rows: &'a [u8],
+    /// The factor of each component.
+    pub(crate) scales: Floats<'a>,
+    pub(crate) precision: Floats<'a>,
+}
+
+/// Returns the memory of a correction in words: the packed triangle of the system, and a list for each channel.
+pub(crate) const fn correction_words(components: usize) -> usize {
+    packed_length(components).saturating_add(CHANNELS.saturating_mul(components))
+}
+
+impl<'a> Correction<'a> {
+    /// K, the number of components.
+    #[must_use]
+    pub fn components(&self) -> usize {
+        self.precision.len()
+    }
+
+    /// The components at the samples of the pattern: for each sample a signed byte for each component.
+    #[must_use]
+    pub fn rows(&self) -> &'a [u8] {
+        self.rows
+    }
+
+    /// The factor of each component.
+    #[must_use]
+    pub fn scales(&self) -> Floats<'a> {
+        self.scales
+    }
+
+    /// The precision of each component.
+    #[must_use]
+    pub fn precision(&self) -> Floats<'a> {
+        self.precision
+    }
+
+    /// The components at a sample.
+    pub(super) fn row(&self, sample: usize) -> impl Iterator<Item = f32> + Clone {
+        let row = self.rows.chunks_exact(self.components().max(1)).nth(sample);
+        let entries = row.unwrap_or_default().iter().zip(self.scales.iter());
+        entries.map(|(entry, scale)| f32::from(entry.cast_signed()) * scale)
+    }
+
+    /// The units of work: one for each reading, one for each row of the system, and one for each channel.
+    pub(super) fn units(&self, samples: usize) -> usize {
+        samples
+            .saturating_add(self.components())
+            .saturating_add(CHANNELS)
+    }
+
+    /// The corrected coefficients of each channel, in the memory of a finished correction.
+    pub(super) fn coefficients<'w>(&self, words: &'w [f32]) -> [&'w [f32]; CHANNELS] {
+        let lists = words.get(packed_length(self.components())..);
+        let mut lists = lists.unwrap_or_default().chunks_exact(self.components().max(1));
+        [(); CHANNELS].map(|()| lists.next().unwrap_or_default())
+    }
+
+    /// Does a unit of work. `words` are 0 before the first unit. `initial` is c_0 of each channel.
+    ///
+    /// Not inlined, so that its stack is released between slices.
+    #[inline(never)]
+    pub(super) fn advance(
+        &self,
+        unit: usize,
+        samples: Samples<'_>,
+        center: Floats<'_>,
+        initial: [&[f32]; CHANNELS],
+        words: &mut [f32],
+    ) {
+        let components = self.components();
+        let Some((packed, lists)) = words.split_at_mut_checked(packed_length(components)) else {
+            return;
+        };
+        if let Some(sample) = samples.get(unit) {
+            if sample.weight > 0.0 {
+                let center = center.iter().nth(unit).unwrap_or_default();
+                self.add_reading(unit, &sample, center, initial, packed, lists);
+            }
+            return;
+        }
+        let unit = unit.saturating_sub(samples.len());
+        let Some(channel) = unit.checked_sub(components) else {
+            self.factorize(unit, packed);
+            return;
+        };
+        let list = lists.chunks_exact_mut(components.max(1)).nth(channel);
+        if let Some((list, initial)) = list.zip(initial.get(channel)) {
+            solve_factorized(packed, list);
+            for (coefficient, initial) in list.iter_mut().zip(*initial) {
+                *coefficient += initial;
+            }
+        }
+    }
+
+    /// Adds a reading to the system and to the right-hand side of each channel.
+    fn add_reading(
+        &self,
+        index: usize,
+        sample: &Sample<f32>,
+        center: f32,
+        initial: [&[f32]; CHANNELS],
+        packed: &mut [f32],
+        lists: &mut [f32],
+    ) {
+        let weight = sample.at.cos_theta_i() * sample.at.cos_theta_o();
+        let lists = lists.chunks_exact_mut(self.components().max(1));
+        for ((list, initial), measured) in lists.zip(initial).zip(sample.measured) {
+            let mut residual = map(measured, 0.0, weight) - center;
+            for (entry, coefficient) in self.row(index).zip(initial) {
+                residual -= entry * coefficient;
+            }
+            for (sum, entry) in list.iter_mut().zip(self.row(index)) {
+                *sum += residual * entry;
+            }
+        }
+        let mut rest = packed;
+        for (k, left) in self.row(index).enumerate() {
+            let Some((line, after)) =
+                core::mem::take(&mut rest).split_at_mut_checked(k.saturating_add(1))
+            else {
+                return;
+            };
+            rest = after;
+            for (sum, entry) in line.iter_mut().zip(self.row(index)) {
+                *sum += left * entry;
+            }
+        }
+    }
+
+    /// Adds a precision to the diagonal, and factorizes its row.
+    fn factorize(&self, index: usize, packed: &mut [f32]) {
+        let precision = self.precision.iter().nth(index).unwrap_or(1.0);
+        let Some((above, rest)) = packed.split_at_mut_checked(packed_length(index)) else {
+            return;
+        };
+        if let Some(row) = rest.get_mut(..=index) {
+            if let Some(diagonal) = row.last_mut() {
+                *diagonal += precision;
+            }
+            factorize_row(above, row, precision);
+        }
+    }
+}

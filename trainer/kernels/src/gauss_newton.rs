@@ -1,0 +1,480 @@
+//! Damped Gauss-Newton steps, as on the device, and their exact adjoint.
+//!
+//! Forward: theta_{k+1} = theta_k + delta with M delta = J'W r + P (theta_0 - theta_k) and M = J'WJ + P; see
+//! [`glimpse_core::fit::gauss_newton`]. Then the outer loss is computed at theta_K.
+//!
+//! Reverse: let lambda be the gradient with respect to theta_{k+1}, and M v = lambda on the active parameters. Let
+//! L(f) = ln(1 + f c), and let D_u be the derivative along u. The sample j adds the gradient of
+//!
+//! ```text
+//! a_j D_v L(f_j) - b_j D_delta L(f_j) - b_j L(f_j) + b_j L(y_j),   a_j = w_j (r_j - J_j delta),   b_j = w_j J_j v
+//! ```
+//!
+//! for constant a_j, b_j, v and delta. The third and the fourth term have the factor d_j instead of b_j, because w_j
+//! depends on r_j: d_j = b_j + w_j'(r_j) (r_j - J_j delta) (J_j v). The first two terms come from dual parameters with the tangents v and delta. The
+//! precision p of an active parameter has the derivative v (theta_0 - theta_k - delta), and theta_0 the derivative p v.
+
+use glimpse_core::fit::gauss_newton::{add_reading, system_length, take_step};
+use glimpse_core::fit::ridge::{Real as RidgeReal, packed_length, solve_factorized};
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::model::{Model, Objective, ParameterSet, Sample, SampleGradient};
+use glimpse_core::numeric::Scalar;
+
+use crate::dual::Dual;
+use crate::inner_loop::Real;
+use crate::lanes::{Kernel, Lanes, MAX_OCTETS, Octet, WIDTH};
+use crate::samples::SampleOctets;
+use crate::sums::add_to_octets;
+
+/// The derivatives of an objective with respect to a sample.
+#[derive(Clone, Copy, Debug)]
+pub struct ReadingAdjoint<S> {
+    /// With respect to the directions and the measured BRDF.
+    pub sample: SampleGradient<S>,
+    /// With respect to the weight.
+    pub weight: S,
+}
+
+/// The readings of a fit, with sums over them. The weight of a sample is that of its three channels.
+pub trait ReadingList<M: Model, R: Real> {
+    /// The derivatives with respect to one or several samples.
+    type Derivatives;
+
+    /// Calls a function for each sample with a weight above 0.
+    fn for_each(&self, function: &mut dyn FnMut(&Sample<R>));
+
+    /// Adds the gradient of the terms of all samples, given theta with tangents v and delta, to `gradient` and
+    /// `derivatives`. Returns the derivative with respect to the error scale.
+    fn adjoint(
+        &self,
+        tangents: &[M::Parameters<Dual<R>>; 2],
+        theta: &M::Parameters<R>,
+        error_scale: R,
+        gradient: &mut M::Parameters<R>,
+        derivatives: &mut [Self::Derivatives],
+    ) -> R;
+}
+
+/// Gauss-Newton steps from initial parameters.
+pub struct GaussNewton<'a, M: Model, R: Real> {
+    /// theta_0.
+    pub initial: M::Parameters<R>,
+    /// The precision of each active parameter of a system.
+    pub precision: &'a [R],
+    /// The error at which the weight of a reading is halved.
+    pub error_scale: R,
+    /// The number of steps.
+    pub steps: usize,
+}
+
+/// A step, for its adjoint.
+pub struct Step<M: Model, R: Real> {
+    theta: M::Parameters<R>,
+    /// For each system: the packed factors, then delta.
+    systems: Vec<R>,
+}
+
+/// The gradient of a fit.
+pub struct FitGradient<M: Model, R: Real> {
+    /// With respect to theta_0. The caller sets it to that with respect to the fitted parameters.
+    pub initial: M::Parameters<R>,
+    /// With respect to the precisions.
+    pub precision: Vec<R>,
+    /// With respect to the error scale.
+    pub error_scale: R,
+}
+
+impl<M: Model, R: Real + RidgeReal> GaussNewton<'_, M, R> {
+    /// Returns the active parameters of a set, system by system.
+    fn active(parameters: &M::Parameters<R>) -> Vec<R> {
+        let (systems, count) = (M::ACTIVE.systems(), M::ACTIVE.count());
+        let indices = (0..systems).flat_map(|system| (0..count).map(move |k| (system, k)));
+        let entries = indices.map(|(system, k)| M::ACTIVE.index(system, k));
+        let list = parameters.as_slice();
+        entries.map(|index| list[index]).collect()
+    }
+
+    /// Returns the fitted parameters, and the steps.
+    pub fn fit(
+        &self,
+        readings: &(impl ReadingList<M, R> + ?Sized),
+    ) -> (M::Parameters<R>, Vec<Step<M, R>>) {
+        let count = M::ACTIVE.count();
+        let length = system_length(count);
+        let initial = Self::active(&self.initial);
+        let mut theta = self.initial.clone();
+        let steps = (0..self.steps).map(|_| {
+            let mut systems = vec![R::constant(0.0); M::ACTIVE.systems() * length];
+            readings.for_each(&mut |sample| {
+                add_reading::<M, R>(
+                    &theta,
+                    &sample.at,
+                    sample.measured,
+                    [sample.weight, self.error_scale],
+                    &mut systems,
+                );
+            });
+            let before = theta.clone();
+            let each = systems.chunks_exact_mut(length);
+            for (index, (system, initial)) in each.zip(initial.chunks_exact(count)).enumerate() {
+                let precision = self.precision.iter().copied();
+                let theta = theta.as_mut_slice();
+                take_step(M::ACTIVE, index, precision, initial, system, theta);
+            }
+            Step {
+                theta: before,
+                systems,
+            }
+        });
+        let steps = steps.collect();
+        (theta, steps)
+    }
+
+    /// Propagates a gradient from the fitted parameters to theta_0, the precisions and the readings.
+    pub fn adjoint<L: ReadingList<M, R> + ?Sized>(
+        &self,
+        steps: &[Step<M, R>],
+        readings: &L,
+        gradient: &mut FitGradient<M, R>,
+        derivatives: &mut [L::Derivatives],
+    ) {
+        let count = M::ACTIVE.count();
+        let length = system_length(count);
+        let initial = Self::active(&self.initial);
+        let mut by_initial = vec![R::constant(0.0); initial.len()];
+        for step in steps.iter().rev() {
+            let dual = |value: &R| Dual {
+                value: *value,
+                tangent: [R::constant(0.0)],
+            };
+            let mut along_v = M::Parameters::filled(dual(&R::constant(0.0)));
+            for (entry, value) in along_v.iter_mut().zip(step.theta.iter()) {
+                *entry = dual(value);
+            }
+            let mut along_delta = along_v.clone();
+            let lambda = Self::active(&gradient.initial);
+            for (index, system) in step.systems.chunks_exact(length).enumerate() {
+                let (packed, delta) = system.split_at(packed_length(count));
+                let range = index * count..(index + 1) * count;
+                let mut v = lambda[range.clone()].to_vec();
+                solve_factorized(packed, &mut v);
+                let (initial, by_initial) = (&initial[range.clone()], &mut by_initial[range]);
+                for k in 0..count {
+                    let position = M::ACTIVE.index(index, k);
+                    along_v.as_mut_slice()[position].tangent = [v[k]];
+                    along_delta.as_mut_slice()[position].tangent = [delta[k]];
+                    let theta = step.theta.as_slice()[position];
+                    let by_precision = &mut gradient.precision[k];
+                    *by_precision = by_precision.plus_product(v[k], initial[k] - theta - delta[k]);
+                    let pull = self.precision[k] * v[k];
+                    by_initial[k] = by_initial[k] + pull;
+                    let entry = &mut gradient.initial.as_mut_slice()[position];
+                    *entry = *entry - pull;
+                }
+            }
+            let by_error_scale = readings.adjoint(
+                &[along_v, along_delta],
+                &step.theta,
+                self.error_scale,
+                &mut gradient.initial,
+                derivatives,
+            );
+            gradient.error_scale = gradient.error_scale + by_error_scale;
+        }
+        for (index, entry) in by_initial.iter().enumerate() {
+            let position = M::ACTIVE.index(index / count, index % count);
+            let sum = &mut gradient.initial.as_mut_slice()[position];
+            *sum = *sum + *entry;
+        }
+    }
+}
+
+/// The objective sum over channels of factor L(f) with L(f) = ln(1 + f c), c = max(cos(theta_i), 0). It keeps the
+/// tangents of L(f) along the parameters.
+struct LogBrdf<S> {
+    factor: [S; 3],
+}
+
+impl<S: Scalar> Objective<S> for LogBrdf<S> {
+    const CLAMPED: bool = false;
+
+    #[inline(always)]
+    fn derivatives(&mut self, modeled: [S; 3], cos_theta_i: S) -> ([S; 3], S) {
+        let (zero, one) = (S::constant(0.0), S::constant(1.0));
+        let cosine = cos_theta_i.relu();
+        let mut by_modeled = self.factor;
+        let mut by_cosine = zero;
+        for (entry, f) in by_modeled.iter_mut().zip(modeled) {
+            let scaled = *entry / (one + f * cosine);
+            by_cosine = by_cosine.plus_product(scaled, f);
+            *entry = scaled * cosine;
+        }
+        (by_modeled, cos_theta_i.if_positive(by_cosine, zero))
+    }
+}
+
+/// Adds the tangents.
+#[inline(always)]
+fn add_tangents<S: Scalar>(sum: &mut HalfDifference<S>, dual: &HalfDifference<Dual<S>>) {
+    sum.hx = sum.hx + dual.hx.tangent[0];
+    sum.hz = sum.hz + dual.hz.tangent[0];
+    sum.dx = sum.dx + dual.dx.tangent[0];
+    sum.dy = sum.dy + dual.dy.tangent[0];
+    sum.dz = sum.dz + dual.dz.tangent[0];
+}
+
+/// Adds the gradient of a sample's terms with respect to the parameters to `tangents` (the first two terms) and `sums`
+/// (the others). Returns the derivatives with respect to the sample and to the error scale.
+#[inline(always)]
+fn sample_adjoint<M: Model, S: Scalar>(
+    along: &[M::Parameters<Dual<S::Parameter>>; 2],
+    theta: &M::Parameters<S::Parameter>,
+    sample: &Sample<S>,
+    error_scale: S,
+    tangents: &mut M::Parameters<[S::Sum; 1]>,
+    sums: &mut M::Parameters<S::Sum>,
+) -> (ReadingAdjoint<S>, S) {
+    let (zero, one) = (S::constant(0.0), S::constant(1.0));
+    let at = sample.at;
+    let dual_at = HalfDifference {
+        hx: Dual::from_value(at.hx),
+        hz: Dual::from_value(at.hz),
+        dx: Dual::from_value(at.dx),
+        dy: Dual::from_value(at.dy),
+        dz: Dual::from_value(at.dz),
+    };
+    let [along_v, along_delta] = along;
+    let by_v = M::unclamped_brdf::<Dual<S>>(along_v, &dual_at);
+    let by_delta = M::unclamped_brdf::<Dual<S>>(along_delta, &dual_at);
+    let cosine = at.cos_theta_i().relu();
+    let mut a = [Dual::from_value(zero); 3];
+    let mut minus_b = a;
+    let mut plain = [zero; 3];
+    let mut by_measured = [zero; 3];
+    let mut by_weight = zero;
+    let mut by_error_scale = zero;
+    let mut by_cosine = zero;
+    for channel in 0..3 {
+        let y = sample.measured[channel];
+        let f = by_v[channel].value;
+        let shifted_f = one + f * cosine;
+        let shifted_y = one + y * cosine;
+        let slope = cosine / shifted_f;
+        let residual = (shifted_y / shifted_f).ln();
+        let along_v = slope * by_v[channel].tangent[0];
+        let rest = residual - slope * by_delta[channel].tangent[0];
+        let magnitude = residual * residual.sign();
+        let inverse = one / (error_scale + magnitude);
+        let robust = error_scale * inverse;
+        let weight = sample.weight * robust;
+        let product = rest * along_v;
+        let b = weight * along_v;
+        a[channel] = Dual::from_value(weight * rest);
+        minus_b[channel] = Dual::from_value(-b);
+        by_weight = by_weight.plus_product(robust, product);
+        // The derivatives of e / (e + |r|) are -e sign(r) / (e + |r|)^2 and |r| / (e + |r|)^2.
+        let by_robust = sample.weight * product * inverse;
+        by_error_scale = by_error_scale.plus_product(by_robust, magnitude * inverse);
+        let d = b - by_robust * robust * residual.sign();
+        plain[channel] = -d;
+        let scaled = d / shifted_y;
+        by_measured[channel] = scaled * cosine;
+        by_cosine = by_cosine.plus_product(scaled, y);
+    }
+    let mut objective = LogBrdf { factor: a };
+    let first =
+        M::accumulate_objective::<Dual<S>, _, true>(along_v, &dual_at, &mut objective, tangents);
+    let mut objective = LogBrdf { factor: minus_b };
+    let second = M::accumulate_objective::<Dual<S>, _, true>(
+        along_delta,
+        &dual_at,
+        &mut objective,
+        tangents,
+    );
+    let mut objective = LogBrdf { factor: plain };
+    let mut by_at = M::accumulate_objective::<S, _, true>(theta, &at, &mut objective, sums);
+    add_tangents(&mut by_at, &first);
+    add_tangents(&mut by_at, &second);
+    // cos(theta_i) = hz dz - hx dx.
+    let by_cosine = at.cos_theta_i().if_positive(by_cosine, zero);
+    by_at.hz = by_at.hz.plus_product(by_cosine, at.dz);
+    by_at.dz = by_at.dz.plus_product(by_cosine, at.hz);
+    by_at.hx = by_at.hx - by_cosine * at.dx;
+    by_at.dx = by_at.dx - by_cosine * at.hx;
+    let adjoint = ReadingAdjoint {
+        sample: SampleGradient {
+            at: by_at,
+            measured: by_measured,
+        },
+        weight: by_weight,
+    };
+    (adjoint, by_error_scale)
+}
+
+/// Sums sample by sample on one thread, for tests in double precision.
+impl<M: Model, R: Real> ReadingList<M, R> for [Sample<R>] {
+    type Derivatives = ReadingAdjoint<R>;
+
+    fn for_each(&self, function: &mut dyn FnMut(&Sample<R>)) {
+        self.iter().for_each(function);
+    }
+
+    fn adjoint(
+        &self,
+        tangents: &[M::Parameters<Dual<R>>; 2],
+        theta: &M::Parameters<R>,
+        error_scale: R,
+        gradient: &mut M::Parameters<R>,
+        derivatives: &mut [ReadingAdjoint<R>],
+    ) -> R {
+        let mut sums = M::Parameters::filled([R::constant(0.0)]);
+        let mut by_error_scale = R::constant(0.0);
+        for (sample, sum) in self.iter().zip(derivatives) {
+            let (added, by_scale) =
+                sample_adjoint::<M, R>(tangents, theta, sample, error_scale, &mut sums, gradient);
+            by_error_scale = by_error_scale + by_scale;
+            sum.sample.at = add_coordinates(sum.sample.at, added.sample.at);
+            for (entry, value) in sum.sample.measured.iter_mut().zip(added.sample.measured) {
+                *entry = *entry + value;
+            }
+            sum.weight = sum.weight + added.weight;
+        }
+        for (entry, [sum]) in gradient.iter_mut().zip(sums.iter()) {
+            *entry = *entry + *sum;
+        }
+        by_error_scale
+    }
+}
+
+fn add_coordinates<S: Scalar>(a: HalfDifference<S>, b: HalfDifference<S>) -> HalfDifference<S> {
+    HalfDifference {
+        hx: a.hx + b.hx,
+        hz: a.hz + b.hz,
+        dx: a.dx + b.dx,
+        dy: a.dy + b.dy,
+        dz: a.dz + b.dz,
+    }
+}
+
+const NO_GRADIENT: SampleGradient<Octet> = SampleGradient {
+    at: HalfDifference {
+        hx: Octet([0.0; WIDTH]),
+        hz: Octet([0.0; WIDTH]),
+        dx: Octet([0.0; WIDTH]),
+        dy: Octet([0.0; WIDTH]),
+        dz: Octet([0.0; WIDTH]),
+    },
+    measured: [Octet([0.0; WIDTH]); 3],
+};
+
+/// The derivatives with respect to eight samples.
+pub type OctetAdjoint = ReadingAdjoint<Octet>;
+
+impl OctetAdjoint {
+    /// Returns zeros for the samples of a list.
+    #[must_use]
+    pub fn zeros(samples: &SampleOctets<'_>) -> Vec<Self> {
+        let none = Self {
+            sample: NO_GRADIENT,
+            weight: Octet::default(),
+        };
+        vec![none; samples.octets()]
+    }
+}
+
+impl<M: Model> ReadingList<M, f32> for SampleOctets<'_> {
+    type Derivatives = OctetAdjoint;
+
+    fn for_each(&self, function: &mut dyn FnMut(&Sample<f32>)) {
+        for octet in 0..self.octets() {
+            for lane in 0..WIDTH {
+                let sample = self.sample(octet, lane);
+                if sample.weight > 0.0 {
+                    function(&sample);
+                }
+            }
+        }
+    }
+
+    fn adjoint(
+        &self,
+        tangents: &[M::Parameters<Dual<f32>>; 2],
+        theta: &M::Parameters<f32>,
+        error_scale: f32,
+        gradient: &mut M::Parameters<f32>,
+        derivatives: &mut [OctetAdjoint],
+    ) -> f32 {
+        self.instruction_set.run(Adjoint::<M> {
+            samples: self,
+            tangents,
+            theta,
+            error_scale,
+            gradient,
+            derivatives,
+        })
+    }
+}
+
+/// The kernel of [`ReadingList::adjoint`].
+struct Adjoint<'a, M: Model> {
+    samples: &'a SampleOctets<'a>,
+    tangents: &'a [M::Parameters<Dual<f32>>; 2],
+    theta: &'a M::Parameters<f32>,
+    error_scale: f32,
+    gradient: &'a mut M::Parameters<f32>,
+    derivatives: &'a mut [OctetAdjoint],
+}
+
+impl<M: Model> Kernel for Adjoint<'_, M> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> f32 {
+        let error_scale = L::broadcast(self.error_scale);
+        let mut by_error_scale = L::constant(0.0);
+        let mut tangent_sums = M::Parameters::filled([L::zero_sum()]);
+        let mut sums = M::Parameters::filled(L::zero_sum());
+        let octets = 0..self.samples.octets();
+        let derivatives = self.derivatives.chunks_mut(L::OCTETS);
+        for (octet, derivatives) in octets.step_by(L::OCTETS).zip(derivatives) {
+            let sample = self.samples.read::<L>(octet);
+            let (adjoint, by_scale) = sample_adjoint::<M, L>(
+                self.tangents,
+                self.theta,
+                &sample,
+                error_scale,
+                &mut tangent_sums,
+                &mut sums,
+            );
+            by_error_scale = by_error_scale + by_scale;
+            let mut weights = [Octet::default(); MAX_OCTETS];
+            adjoint.weight.store(&mut weights);
+            let mut samples = [NO_GRADIENT; MAX_OCTETS];
+            for (sample, sum) in samples.iter_mut().zip(&*derivatives) {
+                *sample = sum.sample;
+            }
+            add_to_octets(&adjoint.sample, &mut samples);
+            for ((sum, sample), weight) in derivatives.iter_mut().zip(samples).zip(&weights) {
+                sum.sample = sample;
+                for lane in 0..WIDTH {
+                    sum.weight.0[lane] += weight.0[lane];
+                }
+            }
+        }
+        let mut totals = M::Parameters::filled(0.0);
+        L::totals(
+            tangent_sums.as_slice().as_flattened(),
+            totals.as_mut_slice(),
+        );
+        add_all(self.gradient, &totals);
+        L::totals(sums.as_slice(), totals.as_mut_slice());
+        add_all(self.gradient, &totals);
+        by_error_scale.total()
+    }
+}
+
+fn add_all<P: ParameterSet<f32>>(sum: &mut P, terms: &P) {
+    for (entry, term) in sum.iter_mut().zip(terms.iter()) {
+        *entry += term;
+    }
+}
