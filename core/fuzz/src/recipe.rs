@@ -106,15 +106,35 @@ fn check_completed(recipe: &Recipe<'_>, completed: &Completed<'_>) {
     assert_eq!(completed.center().len(), samples);
     assert!(completed.scale() > 0.0);
     assert_eq!(completed.model(), recipe.model());
+    let corrected = completed.components();
+    if let Some(correction) = completed.correction() {
+        assert!(corrected >= components && correction.components() == corrected);
+        assert_eq!(correction.rows().len(), samples * corrected);
+        assert_eq!(correction.scales().len(), corrected);
+    }
     match completed.target() {
         Target::Linear(linear) => {
-            assert_eq!(linear.rows().len(), samples * components);
+            let rows = match completed.correction() {
+                Some(_) => 0,
+                None => samples * components,
+            };
+            assert_eq!(linear.rows().len(), rows);
             assert_eq!(linear.basis_checksum(), recipe.method().basis_checksum());
         }
         Target::Descent(descent, start) => {
             assert_eq!(Some(descent.initial().len()), descent.model().parameters());
             assert!((1..=MAX_UNITS).contains(&start.units()));
             assert_eq!(start.output.len(), descent.initial().len() * start.units());
+        }
+        Target::GaussNewton(steps, start) => {
+            assert_eq!(Some(steps.initial().len()), steps.model().parameters());
+            assert!((1..=MAX_UNITS).contains(&start.units()));
+            assert_eq!(start.hidden.len(), 3 * corrected * start.units());
+            assert_eq!(start.output.len(), steps.initial().len() * start.units());
+            let readings = steps.virtual_readings();
+            assert_eq!(readings.center().len(), readings.len());
+            assert_eq!(readings.rows().len(), readings.len() * corrected);
+            assert!(steps.reading_weight() > 0.0 && steps.error_scale() > 0.0);
         }
     }
 }
@@ -142,7 +162,13 @@ fn check_copies(recipe: &Recipe<'_>, bytes: &[u8]) {
     let required = copy.sections().count() - optional.len();
     assert_eq!(reduced.sections().count(), required);
     let method_sections = match recipe.method() {
-        FitMethod::Completed(completed) if matches!(completed.target(), Target::Descent(..)) => 3,
+        FitMethod::Completed(completed) => {
+            let target = match completed.target() {
+                Target::Linear(_) => 0,
+                Target::Descent(..) | Target::GaussNewton(..) => 2,
+            };
+            1 + target + usize::from(completed.correction().is_some())
+        }
         _ => 1,
     };
     // The pattern has one section.

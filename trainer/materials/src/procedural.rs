@@ -145,7 +145,7 @@ const CLASSES: [ClassRanges; 9] = [
     ClassRanges {
         class: Class::PearlescentPaint,
         share: 0.12,
-        roughness: [0.002, 0.05],
+        roughness: [0.004, 0.05],
         haze_roughness_ratio: [4.0, 60.0],
         haze_share: [0.3, 0.95],
         fresnel: [0.02, 0.06],
@@ -156,7 +156,7 @@ const CLASSES: [ClassRanges; 9] = [
     ClassRanges {
         class: Class::CoatedMetal,
         share: 0.06,
-        roughness: [0.002, 0.05],
+        roughness: [0.004, 0.05],
         haze_roughness_ratio: [3.0, 40.0],
         haze_share: [0.5, 0.95],
         fresnel: [0.02, 0.06],

@@ -18,7 +18,7 @@ use glimpse_training::meta::run::{TrainError, train as meta_train};
 use glimpse_training::recipe::{PackError, RecipeFile, pack_recipe};
 use pyo3::prelude::*;
 
-use crate::choices::{EFFORTS, MODELS, SCHEDULES, choose, limits};
+use crate::choices::{EFFORTS, MODELS, REFINEMENTS, SCHEDULES, choose, limits};
 use crate::error::{GlimpseError, reject, to_exception};
 use crate::interruptible::run_interruptible;
 use crate::recipe::PyRecipe;
@@ -101,7 +101,8 @@ impl From<Failure> for PyErr {
 /// `additive` is the standard deviation of additive noise, as a share of the BRDF of a white surface, 1/pi. `levels` is
 /// the number of quantization levels of the sensor, 0 for none. `procedural` is the share of training tasks that are
 /// procedural materials (default 0.4). The limits of the machine are `max_theta_i_degrees` (default 90),
-/// `max_theta_o_degrees` (default 90) and `min_separation_degrees` (default 0).
+/// `max_theta_o_degrees` (default 90) and `min_separation_degrees` (default 0). `refinement` is the fit that follows the
+/// completion for models other than linear: "gauss-newton" (the default) or "sgd".
 ///
 /// Two options require the model linear and schedule="joint" or "paper". `bases` is the number of principal components.
 /// `eta` is the precision of their coefficients.
@@ -115,7 +116,7 @@ impl From<Failure> for PyErr {
 #[pyo3(signature = (
     model, materials = None, *, samples = 8, schedule = "prior", effort = "standard", seed = 0, share = None,
     missing = None, noise = None, additive = None, levels = None, procedural = None,
-    max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, bases = None, eta = None,
+    max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, refinement = None, bases = None, eta = None,
     checkpoint = None, checkpoint_every_seconds = 10.0, resume = false, progress = None,
 ))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
@@ -136,6 +137,7 @@ pub(crate) fn train(
     max_theta_i_degrees: Option<f64>,
     max_theta_o_degrees: Option<f64>,
     min_separation_degrees: Option<f64>,
+    refinement: Option<&str>,
     bases: Option<usize>,
     eta: Option<f64>,
     checkpoint: Option<PathBuf>,
@@ -158,7 +160,13 @@ pub(crate) fn train(
             ("max_theta_i_degrees", max_theta_i_degrees.is_some()),
             ("max_theta_o_degrees", max_theta_o_degrees.is_some()),
             ("min_separation_degrees", min_separation_degrees.is_some()),
+            ("refinement", refinement.is_some()),
         ],
+    )?;
+    reject_unused(
+        model == ModelKind::Linear,
+        "it requires another model than linear",
+        &[("refinement", refinement.is_some())],
     )?;
     let linear_options = [("bases", bases.is_some()), ("eta", eta.is_some())];
     reject_unused(
@@ -191,6 +199,10 @@ pub(crate) fn train(
                 max_theta_o_degrees,
                 min_separation_degrees,
             ),
+            refinement: match refinement {
+                Some(name) => choose("refinement", name, &REFINEMENTS)?,
+                None => default.refinement,
+            },
         },
         checkpoints: checkpoints(checkpoint, checkpoint_every_seconds, resume)?,
         ..Options::new(

@@ -3,6 +3,7 @@
 use anyhow::bail;
 use clap::Args;
 use glimpse_core::gonio::Limits;
+use glimpse_core::model::ModelKind;
 use glimpse_training::meta::options::{CompletionOptions, RefinementMethod};
 use glimpse_training::meta::plan::Schedule;
 
@@ -51,10 +52,11 @@ impl CompletionArgs {
     /// Returns the options of a training, with defaults for this number of samples.
     ///
     /// # Errors
-    /// If an option was given for another schedule, or a value is out of range.
+    /// If an option was given for another schedule or model, or a value is out of range.
     pub(crate) fn options_for(
         self,
         schedule: Schedule,
+        model: ModelKind,
         samples: usize,
     ) -> anyhow::Result<CompletionOptions> {
         let default = CompletionOptions::for_samples(samples);
@@ -73,6 +75,9 @@ impl CompletionArgs {
             && let Some((name, _)) = options.iter().find(|(_, is_set)| *is_set)
         {
             bail!("{name} has no effect: it applies to --schedule prior only; remove it");
+        }
+        if model == ModelKind::Linear && self.refinement.is_some() {
+            bail!("--refinement has no effect: it does not apply to the model linear; remove it");
         }
         let completion_options = CompletionOptions {
             missing: self.missing.unwrap_or(default.missing),

@@ -191,7 +191,11 @@ impl Train {
         Ok(TrainingRun {
             options: Options {
                 prior: self.linear_prior.or(default)?,
-                completion_options: self.completion_args.options_for(self.schedule, samples)?,
+                completion_options: self.completion_args.options_for(
+                    self.schedule,
+                    model.into(),
+                    samples,
+                )?,
                 ..Options::new(model.into(), samples, self.schedule, self.effort, seed)
             },
             data,

@@ -338,6 +338,10 @@ impl<'a> CompletionObjective<'a> {
                         .pattern
                         .gradient_by_angles(&refined.samples, sample);
                     add_scaled(sum, weight, &by_sample);
+                    let by_octet = refined.samples[sample / WIDTH].measured;
+                    for (by_channel, slopes) in by_octet.iter().zip(&readings[sample].slopes) {
+                        add_scaled(sum, weight * by_channel.0[sample % WIDTH], slopes);
+                    }
                 }
             }
         }

