@@ -39,7 +39,7 @@ pub enum RecipeError {
     BelowHorizon(u16),
     /// The buffer for a recipe is too small.
     BufferTooSmall,
-    /// The recipe has a descent, but a descent cannot fit this model.
+    /// The recipe has a descent or Gauss-Newton steps, which cannot fit this model.
     Model(ModelKind),
     /// A field that must be positive holds 0 or less.
     NotPositive(Field),
@@ -61,7 +61,7 @@ pub enum RecipeError {
     Required(Kind),
     /// A section of this kind cannot be combined with a ridge solve.
     Beside(Kind),
-    /// A field must be 0 or empty in a completion with a start, but is not.
+    /// A field must be 0 or empty in a completion with a start or a correction, but is not.
     Unused(Field),
 }
 
@@ -128,7 +128,10 @@ impl core::fmt::Display for RecipeError {
             }
             Self::BufferTooSmall => f.write_str("the buffer is too small for the recipe"),
             Self::Model(model) => {
-                write!(f, "the recipe has a descent, which cannot fit {model}")
+                write!(
+                    f,
+                    "the recipe has a descent or Gauss-Newton steps, which cannot fit {model}"
+                )
             }
             Self::NotPositive(field) => {
                 write!(
@@ -189,8 +192,9 @@ impl core::fmt::Display for RecipeError {
             Self::Unused(field) => {
                 write!(
                     f,
-                    "the recipe's field `{field}` has to be 0 or empty with a section {}",
-                    Kind::START
+                    "the recipe's field `{field}` has to be 0 or empty with a section {} or {}",
+                    Kind::START,
+                    Kind::CORRECTION
                 )
             }
         }

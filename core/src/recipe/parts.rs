@@ -54,7 +54,7 @@ impl<'a> RecipeParts<'a> {
 
 /// The method that fits parameters to readings, as bytes.
 #[derive(Clone, Copy, Debug)]
-#[allow(clippy::large_enum_variant)] // only one exists at a time, and there is no allocator
+#[allow(clippy::large_enum_variant)] // only one exists at a time, without an allocator
 pub enum PackedMethod<'a> {
     /// A few steps of SGD.
     Descent(PackedDescent<'a>),

@@ -203,7 +203,11 @@ const fn gauss_newton(bytes: &[u8], counts: Counts) -> Option<Counts> {
 const fn correction(bytes: &[u8], counts: Counts) -> Option<Counts> {
     let (_rows, rest) = some!(list(bytes));
     let (scales, _) = some!(list(rest));
-    let words = correction_words(scales.len() / 4);
+    let components = scales.len() / 4;
+    if components > MAX_COMPONENTS {
+        return None;
+    }
+    let words = correction_words(components);
     let completion = counts.completion.saturating_add(words);
     Some(Counts {
         completion,

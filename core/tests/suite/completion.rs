@@ -1,13 +1,17 @@
-//! Recipes that complete readings: the net from readings to coefficients, the net from coefficients to initial values
-//! of a descent, their adjoints, scans with missing readings, and errors.
+//! Recipes that complete readings: the net from readings to coefficients, their correction, the net from coefficients to
+//! initial values, Gauss-Newton steps, adjoints, scans with missing readings, and errors.
 
 #[cfg(feature = "libm")] // f64 implements `Scalar` only with the feature libm
 mod adjoint;
 pub(crate) mod contents;
+mod correction;
 mod errors;
 mod forward;
+#[cfg(feature = "libm")] // f64 implements `Scalar` only with the feature libm
+mod gauss_newton;
 mod missing;
 mod prediction;
 mod reference;
+mod refinement_errors;
 mod round_trip;
 mod scans;

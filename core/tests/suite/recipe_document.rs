@@ -3,9 +3,10 @@
 use glimpse_core::fit::{MAX_ROWS, MAX_UNITS};
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Effort, ExpectedLoss, Field, HEADER_BYTES, Kind, MAX_BASIS, MAX_COMPONENTS, MAX_INNER_STEPS,
-    MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, Noise, Origin,
-    PackedMethod, PackedRidge, Parts, Provenance, Recipe, RecipeParts, Schedule, Training,
+    Effort, ExpectedLoss, Field, HEADER_BYTES, Kind, MAX_BASIS, MAX_COMPONENTS,
+    MAX_GAUSS_NEWTON_STEPS, MAX_INNER_STEPS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION,
+    MAX_READING_WEIGHT, MAX_SAMPLES, MAX_VIRTUAL_READINGS, MAX_WEIGHT, MIN_PRECISION, Noise,
+    Origin, PackedMethod, PackedRidge, Parts, Provenance, Recipe, RecipeParts, Schedule, Training,
     TrainingSource, TrainingSources, VERSION, ValidationSplit,
 };
 use serde::de::DeserializeOwned;
@@ -133,6 +134,21 @@ fn document_lists_kinds_and_bounds() {
         ("center", format!("-{MAX_MEAN} to {MAX_MEAN}")),
         ("bias", format!("1 to {MAX_ROWS} ")),
         ("bias", format!("1 to {MAX_UNITS} ")),
+        ("steps", format!("1 to {MAX_GAUSS_NEWTON_STEPS} ")),
+        (
+            "precision",
+            format!("7, 22, 8 of them, {MIN_PRECISION:e} to {MAX_PRECISION:e}"),
+        ),
+        (
+            "reading_weight",
+            format!("above 0, to {MAX_READING_WEIGHT:e}"),
+        ),
+        ("error_scale", format!("above 0, to {MAX_READING_WEIGHT:e}")),
+        ("directions", format!("1 to {MAX_VIRTUAL_READINGS} ")),
+        (
+            "precision",
+            format!("m to {MAX_COMPONENTS} of them, {MIN_PRECISION:e} to {MAX_PRECISION:e}"),
+        ),
     ] {
         let beginning = format!("| {field} |");
         let mut rows = DOCUMENT.lines().filter(|line| line.starts_with(&beginning));
@@ -217,6 +233,28 @@ fn field_names_match_document() {
                 Field::StartBias,
                 Field::StartOutput,
                 Field::StartOutputScales,
+            ],
+        ),
+        (
+            Kind::GAUSS_NEWTON,
+            &[
+                Field::StepCount,
+                Field::StepInitial,
+                Field::StepPrecision,
+                Field::ReadingWeight,
+                Field::ErrorScale,
+                Field::VirtualDirections,
+                Field::VirtualCenter,
+                Field::VirtualRows,
+                Field::VirtualRowScales,
+            ],
+        ),
+        (
+            Kind::CORRECTION,
+            &[
+                Field::CorrectionRows,
+                Field::CorrectionRowScales,
+                Field::CorrectionPrecision,
             ],
         ),
         (Kind::TRAINING, &[Field::Share]),

@@ -12,7 +12,7 @@ use glimpse_core::recipe::{
 };
 use proptest::prelude::*;
 
-use crate::completion::contents::CompletedContents;
+use crate::completion::contents::{CORRECTED, CompletedContents};
 use crate::recipes::{
     Sections, linear, packed, parsed, recipe_with, section_mut, sections_of, with_header, write,
 };
@@ -174,7 +174,7 @@ fn skips_or_rejects_unknown_kinds() {
     assert!(recipe.sections().any(|section| section == unknown));
     assert_eq!(Kind::new(135).name(), None);
 
-    for kind in [5, 127].map(Kind::new) {
+    for kind in [7, 127].map(Kind::new) {
         let mut sections = sections.clone();
         sections.insert(2, (kind, Vec::new()));
         let error = parse_error(&sections);
@@ -207,7 +207,10 @@ fn rejects_duplicate_or_unordered_kinds() {
 #[test]
 fn rejects_cut_or_padded_section() {
     let completed = CompletedContents::small(ModelKind::Phong, MissingPolicy::Scaled);
-    for all in [full_sections(), sections_of(&completed.write().unwrap())] {
+    let corrected = completed.clone().corrected(CORRECTED).stepped();
+    let [completed, corrected] =
+        [completed, corrected].map(|contents| sections_of(&contents.write().unwrap()));
+    for all in [full_sections(), completed, corrected] {
         for index in 0..all.len() {
             let error = RecipeError::Section(all[index].0);
             for length in 0..all[index].1.len() {
@@ -335,7 +338,7 @@ fn copy_omits_only_named_sections() {
     // A section that the recipe lacks is ignored.
     assert_eq!(copy(&[Kind::new(999)]).unwrap(), bytes);
     assert_eq!(copy(&[]).unwrap(), bytes);
-    for kind in [Kind::PATTERN, Kind::DESCENT, Kind::RIDGE, Kind::new(5)] {
+    for kind in [Kind::PATTERN, Kind::DESCENT, Kind::RIDGE, Kind::new(7)] {
         let error = copy(&[Kind::NOISE, kind]).unwrap_err();
         assert_eq!(error, RecipeError::Required(kind));
     }

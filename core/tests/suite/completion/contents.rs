@@ -3,12 +3,13 @@
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    ExpectedLoss, PackedCoefficientNet, PackedDescent, PackedInitNet, PackedMethod, PackedTarget,
-    Recipe, RecipeError, RecipeParts,
+    ExpectedLoss, PackedCoefficientNet, PackedCorrection, PackedDescent, PackedGaussNewton,
+    PackedInitNet, PackedMethod, PackedTarget, Recipe, RecipeError, RecipeParts,
 };
 
 use crate::random::Random;
 use crate::recipes::{packed, parsed, write};
+use crate::scanning::MODELS;
 
 fn weights(random: &mut Random, count: usize) -> Vec<i8> {
     (0..count).map(|_| random.bits() as i8).collect()
@@ -18,6 +19,12 @@ fn weights(random: &mut Random, count: usize) -> Vec<i8> {
 fn scales(random: &mut Random, count: usize, size: f32) -> Vec<f32> {
     let mut scale = || size / 127.0 * (0.7 + 0.3 * random.number()) * random.number().signum();
     (0..count).map(|_| scale()).collect()
+}
+
+/// Numbers from half of `size` to `size`.
+fn positive(random: &mut Random, count: usize, size: f32) -> Vec<f32> {
+    let numbers = random.numbers(count, 0.25 * size).into_iter();
+    numbers.map(|number| 0.75 * size + number).collect()
 }
 
 /// The contents of section 1.
@@ -37,6 +44,30 @@ pub(crate) struct InitNetPart {
     pub(crate) bias: Vec<f32>,
     pub(crate) output: Vec<i8>,
     pub(crate) output_scales: Vec<f32>,
+}
+
+/// The contents of section 5.
+#[derive(Clone)]
+pub(crate) struct GaussNewtonPart {
+    pub(crate) model: ModelKind,
+    pub(crate) steps: u16,
+    pub(crate) initial: Vec<f32>,
+    pub(crate) precision: Vec<f32>,
+    pub(crate) reading_weight: f32,
+    pub(crate) error_scale: f32,
+    /// V triples (theta_h, theta_d, phi_d).
+    pub(crate) directions: Vec<f32>,
+    pub(crate) center: Vec<f32>,
+    pub(crate) rows: Vec<i8>,
+    pub(crate) row_scales: Vec<f32>,
+}
+
+/// The contents of section 6.
+#[derive(Clone)]
+pub(crate) struct CorrectionPart {
+    pub(crate) rows: Vec<i8>,
+    pub(crate) row_scales: Vec<f32>,
+    pub(crate) precision: Vec<f32>,
 }
 
 /// The contents of a recipe that completes readings.
@@ -59,29 +90,43 @@ pub(crate) struct CompletedContents {
     pub(crate) basis_checksum: u32,
     /// The contents of section 133, if present.
     pub(crate) prediction: Option<Vec<f32>>,
-    pub(crate) descent: Option<(DescentPart, InitNetPart)>,
+    pub(crate) descent: Option<DescentPart>,
+    /// Present with a descent or with Gauss-Newton steps.
+    pub(crate) init_net: Option<InitNetPart>,
+    pub(crate) gauss_newton: Option<GaussNewtonPart>,
+    pub(crate) correction: Option<CorrectionPart>,
 }
 
 /// The numbers of samples n, components m, hidden units h, and units of an init net g.
 pub(crate) type Shape = [usize; 4];
 pub(crate) const SMALL: Shape = [SAMPLES, 4, 5, 3];
+/// K of small recipes with a correction.
+pub(crate) const CORRECTED: usize = 6;
 /// n of small recipes.
 pub(crate) const SAMPLES: usize = 6;
+/// V, the number of virtual readings.
+pub(crate) const VIRTUAL_READINGS: usize = 7;
+
+/// The triples (theta_h, theta_d, phi_d) of `count` directions above the horizon.
+fn directions(count: usize, factors: [f32; 2]) -> Vec<f32> {
+    let [by_theta_h, by_theta_d] = factors;
+    let angles = (0..count).flat_map(|k| {
+        let k = k as f32;
+        let (theta_h, theta_d) = ((by_theta_h * k).fract(), (by_theta_d * k).fract());
+        [0.05 + 0.5 * theta_h, 0.1 + 0.7 * theta_d, 0.4 * k]
+    });
+    angles.collect()
+}
 
 impl CompletedContents {
     /// Contents of pseudo-random numbers.
     pub(crate) fn new(model: ModelKind, shape: Shape, missing: MissingPolicy) -> Self {
         let [n, m, h, g] = shape;
         let mut random = Random(7 + model as u64);
-        let pattern = (0..n).flat_map(|k| {
-            let k = k as f32;
-            let (theta_h, theta_d) = ((0.618 * k).fract(), (0.311 * k).fract());
-            [0.05 + 0.5 * theta_h, 0.1 + 0.7 * theta_d, 0.4 * k]
-        });
         let rows = if model == ModelKind::Linear { m } else { 0 };
         let reading = 0.5 / n as f32;
         Self {
-            pattern: pattern.collect(),
+            pattern: directions(n, [0.618, 0.311]),
             components: m,
             missing: missing as u8,
             center: random.numbers(n, 2.0).iter().map(|x| x + 4.0).collect(),
@@ -95,23 +140,65 @@ impl CompletedContents {
             row_scales: scales(&mut random, rows, 0.5),
             basis_checksum: if rows > 0 { 0xfeed_beef } else { 0 },
             prediction: None,
-            descent: model.parameters().map(|parameters| {
-                let descent_part = DescentPart {
-                    model,
-                    inner_steps: 3,
-                    initial: random.numbers(parameters, 0.4),
-                    step_sizes: random.numbers(parameters, 0.05),
-                };
-                let init_net_part = InitNetPart {
-                    hidden: weights(&mut random, g * 3 * m),
-                    hidden_scales: scales(&mut random, g, 0.3),
-                    bias: random.numbers(g, 0.4),
-                    output: weights(&mut random, parameters * g),
-                    output_scales: scales(&mut random, parameters, 0.2),
-                };
-                (descent_part, init_net_part)
+            descent: model.parameters().map(|parameters| DescentPart {
+                model,
+                inner_steps: 3,
+                initial: random.numbers(parameters, 0.4),
+                step_sizes: random.numbers(parameters, 0.05),
             }),
+            init_net: model.parameters().map(|parameters| InitNetPart {
+                hidden: weights(&mut random, g * 3 * m),
+                hidden_scales: scales(&mut random, g, 0.3),
+                bias: random.numbers(g, 0.4),
+                output: weights(&mut random, parameters * g),
+                output_scales: scales(&mut random, parameters, 0.2),
+            }),
+            gauss_newton: None,
+            correction: None,
         }
+    }
+
+    /// Adds a correction with K components.
+    pub(crate) fn corrected(mut self, components: usize) -> Self {
+        let mut random = Random(17 + components as u64);
+        let samples = self.center.len();
+        self.rows.clear();
+        self.row_scales.clear();
+        if let Some(init_net_part) = &mut self.init_net {
+            let units = init_net_part.bias.len();
+            init_net_part.hidden = weights(&mut random, units * 3 * components);
+        }
+        self.correction = Some(CorrectionPart {
+            rows: weights(&mut random, samples * components),
+            row_scales: scales(&mut random, components, 0.5),
+            precision: positive(&mut random, components, 1.0),
+        });
+        self
+    }
+
+    /// Replaces the descent by Gauss-Newton steps.
+    pub(crate) fn stepped(mut self) -> Self {
+        let DescentPart { model, initial, .. } = self.descent.take().unwrap();
+        let mut random = Random(27 + model as u64);
+        let active = match model {
+            ModelKind::Neural => 22,
+            _ => initial.len(),
+        };
+        let components = self.fitted_components();
+        let center = random.numbers(VIRTUAL_READINGS, 2.0).into_iter();
+        self.gauss_newton = Some(GaussNewtonPart {
+            model,
+            steps: 3,
+            initial,
+            precision: positive(&mut random, active, 0.02),
+            reading_weight: 0.8,
+            error_scale: 0.2,
+            directions: directions(VIRTUAL_READINGS, [0.445, 0.273]),
+            center: center.map(|x| x + 4.0).collect(),
+            rows: weights(&mut random, VIRTUAL_READINGS * components),
+            row_scales: scales(&mut random, components, 0.8),
+        });
+        self
     }
 
     /// Contents of a small recipe.
@@ -119,9 +206,44 @@ impl CompletedContents {
         Self::new(model, SMALL, missing)
     }
 
+    /// Contents of small recipes: each model with a descent and with Gauss-Newton steps, with and without a correction.
+    pub(crate) fn all_small(missing: MissingPolicy) -> Vec<Self> {
+        let plain = MODELS.map(|model| Self::small(model, missing));
+        let corrected = plain.clone().map(|contents| contents.corrected(CORRECTED));
+        let descents = plain.into_iter().chain(corrected);
+        let with_steps = descents.flat_map(|contents| {
+            let steps = contents
+                .descent
+                .is_some()
+                .then(|| contents.clone().stepped());
+            [contents].into_iter().chain(steps)
+        });
+        with_steps.collect()
+    }
+
     pub(crate) fn model(&self) -> ModelKind {
-        let descent = self.descent.as_ref();
-        descent.map_or(ModelKind::Linear, |(descent_part, _)| descent_part.model)
+        match (&self.descent, &self.gauss_newton) {
+            (Some(descent_part), _) => descent_part.model,
+            (_, Some(steps_part)) => steps_part.model,
+            _ => ModelKind::Linear,
+        }
+    }
+
+    /// The parameters before the offsets of the init net. Empty for Linear.
+    pub(crate) fn initial(&self) -> &[f32] {
+        match (&self.descent, &self.gauss_newton) {
+            (Some(descent_part), _) => &descent_part.initial,
+            (_, Some(steps_part)) => &steps_part.initial,
+            _ => &[],
+        }
+    }
+
+    /// The number of coefficients of a channel: m, or K with a correction.
+    pub(crate) fn fitted_components(&self) -> usize {
+        let correction = self.correction.as_ref();
+        correction.map_or(self.components, |correction_part| {
+            correction_part.precision.len()
+        })
     }
 
     /// The number of hidden units, h.
@@ -130,23 +252,18 @@ impl CompletedContents {
     }
 
     pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
-        let target = self.descent.as_ref().map(|(descent_part, init_net_part)| {
-            let descent = PackedDescent {
-                model: descent_part.model,
-                inner_steps: descent_part.inner_steps,
-                initial: packed(&descent_part.initial).leak(),
-                step_sizes: packed(&descent_part.step_sizes).leak(),
-            };
-            let start = PackedInitNet {
-                hidden: signed(&init_net_part.hidden).leak(),
-                hidden_scales: packed(&init_net_part.hidden_scales).leak(),
-                bias: packed(&init_net_part.bias).leak(),
-                output: signed(&init_net_part.output).leak(),
-                output_scales: packed(&init_net_part.output_scales).leak(),
-            };
-            PackedTarget::Descent(descent, start)
-        });
-        let target = target.unwrap_or(PackedTarget::Linear);
+        let start = self.init_net.as_ref().map(InitNetPart::packed);
+        let target = match (&self.descent, &self.gauss_newton, start) {
+            (None, None, None) => PackedTarget::Linear,
+            (Some(descent_part), None, Some(start)) => {
+                PackedTarget::Descent(descent_part.packed(), start)
+            }
+            (None, Some(steps_part), Some(start)) => {
+                PackedTarget::GaussNewton(steps_part.packed(), start)
+            }
+            _ => panic!("no recipe has these sections"),
+        };
+        let correction = self.correction.as_ref().map(CorrectionPart::packed);
         let completion = PackedCoefficientNet {
             components: self.components as u16,
             missing: self.missing,
@@ -171,12 +288,65 @@ impl CompletedContents {
                 materials: 0,
                 on: "nothing",
             }),
-            ..RecipeParts::new(&pattern, PackedMethod::Completed(completion, None, target))
+            ..RecipeParts::new(
+                &pattern,
+                PackedMethod::Completed(completion, correction, target),
+            )
         })
     }
 
     pub(crate) fn recipe(&self) -> Recipe<'static> {
         parsed(self.write().unwrap())
+    }
+}
+
+impl DescentPart {
+    fn packed(&self) -> PackedDescent<'static> {
+        PackedDescent {
+            model: self.model,
+            inner_steps: self.inner_steps,
+            initial: packed(&self.initial).leak(),
+            step_sizes: packed(&self.step_sizes).leak(),
+        }
+    }
+}
+
+impl InitNetPart {
+    fn packed(&self) -> PackedInitNet<'static> {
+        PackedInitNet {
+            hidden: signed(&self.hidden).leak(),
+            hidden_scales: packed(&self.hidden_scales).leak(),
+            bias: packed(&self.bias).leak(),
+            output: signed(&self.output).leak(),
+            output_scales: packed(&self.output_scales).leak(),
+        }
+    }
+}
+
+impl GaussNewtonPart {
+    fn packed(&self) -> PackedGaussNewton<'static> {
+        PackedGaussNewton {
+            model: self.model,
+            steps: self.steps,
+            initial: packed(&self.initial).leak(),
+            precision: packed(&self.precision).leak(),
+            reading_weight: self.reading_weight,
+            error_scale: self.error_scale,
+            directions: packed(&self.directions).leak(),
+            center: packed(&self.center).leak(),
+            rows: signed(&self.rows).leak(),
+            row_scales: packed(&self.row_scales).leak(),
+        }
+    }
+}
+
+impl CorrectionPart {
+    fn packed(&self) -> PackedCorrection<'static> {
+        PackedCorrection {
+            rows: signed(&self.rows).leak(),
+            row_scales: packed(&self.row_scales).leak(),
+            precision: packed(&self.precision).leak(),
+        }
     }
 }
 

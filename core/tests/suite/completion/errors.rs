@@ -3,9 +3,9 @@
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::fit::{MAX_ROWS, MAX_UNITS};
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Field, HEADER_BYTES, Kind, Recipe, RecipeError, VERSION};
+use glimpse_core::recipe::{Field, HEADER_BYTES, Kind, Recipe, RecipeError, VERSION, memory_words};
 
-use super::contents::{CompletedContents, DescentPart, InitNetPart, SAMPLES};
+use super::contents::{CORRECTED, CompletedContents, DescentPart, InitNetPart, SAMPLES};
 use crate::recipes::{
     Change, Sections, body_of, parse_error, recipe_with, section_mut, sections_of, with_header,
 };
@@ -25,11 +25,11 @@ fn small(model: ModelKind) -> CompletedContents {
 }
 
 fn descent_mut(contents: &mut CompletedContents) -> &mut DescentPart {
-    &mut contents.descent.as_mut().unwrap().0
+    contents.descent.as_mut().unwrap()
 }
 
 fn init_net_mut(contents: &mut CompletedContents) -> &mut InitNetPart {
-    &mut contents.descent.as_mut().unwrap().1
+    contents.init_net.as_mut().unwrap()
 }
 
 /// Checks that each change to a recipe of these models is rejected with an error of its field.
@@ -308,13 +308,17 @@ fn names_missing_and_extra_sections() {
 /// sections suffice.
 #[test]
 fn rejects_cut_body() {
-    for (model, last) in [
-        (ModelKind::Linear, &[Kind::COMPLETION][..]),
+    let [linear, phong] = [ModelKind::Linear, ModelKind::Phong].map(small);
+    for (contents, last) in [
+        (linear.clone(), &[Kind::COMPLETION][..]),
+        (linear.corrected(CORRECTED), &[Kind::CORRECTION]),
         // The section of the descent alone is sufficient, too.
-        (ModelKind::Phong, &[Kind::DESCENT, Kind::START]),
+        (phong.clone(), &[Kind::DESCENT, Kind::START]),
+        (phong.clone().stepped(), &[Kind::GAUSS_NEWTON]),
+        (phong.corrected(CORRECTED).stepped(), &[Kind::CORRECTION]),
     ] {
-        let bytes = small(model).write().unwrap();
-        let sections = sections(model);
+        let bytes = contents.write().unwrap();
+        let sections = sections_of(&bytes);
         let body = body_of(&sections);
         assert_eq!(body, bytes[HEADER_BYTES..]);
         let valid_lengths: Vec<usize> = last
@@ -334,14 +338,18 @@ fn rejects_cut_body() {
 /// A recipe with a changed byte and a matching header is either rejected or valid, so that it can be copied.
 #[test]
 fn altered_bytes_are_rejected_or_valid() {
-    for model in [ModelKind::Linear, ModelKind::Phong] {
-        let mut body = body_of(&sections(model));
+    let [linear, phong] = [ModelKind::Linear, ModelKind::Phong].map(small);
+    let corrected = [linear.clone(), phong.clone()].map(|each| each.corrected(CORRECTED));
+    let [corrected_linear, corrected_phong] = corrected;
+    for contents in [linear, phong, corrected_linear, corrected_phong.stepped()] {
+        let mut body = body_of(&sections_of(&contents.write().unwrap()));
         for index in 0..body.len() {
             let before = body[index];
             for after in [0, 0x7F, 0x80, 0xFF, before ^ 1] {
                 body[index] = after;
                 let bytes = with_header(VERSION, &body);
                 if let Ok(recipe) = Recipe::parse(&bytes) {
+                    assert_eq!(memory_words(&[&bytes]), recipe.memory_words());
                     let mut buffer = vec![0; bytes.len()];
                     assert_eq!(recipe.copy_without(&[], &mut buffer), Ok(&bytes[..]));
                 }

@@ -122,8 +122,8 @@ fn reference_depends_on_order_of_weights() {
         |contents| contents.output.swap(0, 1),
         |contents| contents.center.swap(0, 1),
         |contents| contents.bias.swap(4, 5),
-        |contents| contents.descent.as_mut().unwrap().1.hidden.swap(3, 4),
-        |contents| contents.descent.as_mut().unwrap().1.output.swap(0, 1),
+        |contents| contents.init_net.as_mut().unwrap().hidden.swap(3, 4),
+        |contents| contents.init_net.as_mut().unwrap().output.swap(0, 1),
     ];
     for (index, change) in changes.into_iter().enumerate() {
         let mut other = contents.clone();

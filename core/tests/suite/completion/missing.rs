@@ -6,7 +6,7 @@ use glimpse_core::scan::{FitError, Reading, Scan, SkipError};
 use super::contents::{CompletedContents, SAMPLES};
 use super::reference::{Readings, all_readings, assert_close, color, some_readings};
 use super::scans::{Any, full_scan_by_type};
-use crate::scanning::{MODELS, Outcome, fit, record};
+use crate::scanning::{Outcome, fit, record};
 
 /// The readings of a bit mask.
 fn subset(present: u32) -> Readings {
@@ -24,10 +24,9 @@ fn saturated(index: u16) -> Reading {
     }
 }
 
-/// Calls `check` with an empty scan for a recipe of each model.
-fn for_each_model(missing: MissingPolicy, check: impl Fn(&CompletedContents, &mut Scan<'_, Any>)) {
-    for kind in MODELS {
-        let contents = CompletedContents::small(kind, missing);
+/// Calls `check` with an empty scan for each small recipe.
+fn for_each_recipe(missing: MissingPolicy, check: impl Fn(&CompletedContents, &mut Scan<'_, Any>)) {
+    for contents in CompletedContents::all_small(missing) {
         let recipe = contents.recipe();
         let mut memory = vec![0.0; recipe.memory_words()];
         check(&contents, &mut Scan::new(recipe, &mut memory).unwrap());
@@ -36,7 +35,7 @@ fn for_each_model(missing: MissingPolicy, check: impl Fn(&CompletedContents, &mu
 
 #[test]
 fn names_missing_required_reading() {
-    for_each_model(MissingPolicy::AllRequired, |contents, scan| {
+    for_each_recipe(MissingPolicy::AllRequired, |contents, scan| {
         for index in [0, 2, 1, 5, 4, 3] {
             let (first, _) = scan.next_pending().unwrap();
             let missing = scan.pending().count() as u16;
@@ -54,27 +53,24 @@ fn names_missing_required_reading() {
 /// The policy has no effect if no reading is missing.
 #[test]
 fn policies_agree_with_all_readings() {
-    for kind in MODELS {
-        let [without, alike, more] = [
-            MissingPolicy::AllRequired,
-            MissingPolicy::Unscaled,
-            MissingPolicy::Scaled,
-        ]
-        .map(|missing| {
-            full_scan_by_type(
-                &CompletedContents::small(kind, missing),
-                &all_readings(SAMPLES),
-            )
-        });
-        assert_eq!(alike, without);
-        assert_eq!(more, without);
-    }
+    let [without, alike, more] = [
+        MissingPolicy::AllRequired,
+        MissingPolicy::Unscaled,
+        MissingPolicy::Scaled,
+    ]
+    .map(|missing| {
+        let all = CompletedContents::all_small(missing).into_iter();
+        let outcomes = all.map(|contents| full_scan_by_type(&contents, &all_readings(SAMPLES)));
+        outcomes.collect::<Vec<_>>()
+    });
+    assert_eq!(alike, without);
+    assert_eq!(more, without);
 }
 
 /// Each fit uses the recorded readings, in any order.
 #[test]
 fn each_reading_changes_fit() {
-    for_each_model(MissingPolicy::Scaled, |contents, scan| {
+    for_each_recipe(MissingPolicy::Scaled, |contents, scan| {
         let (missing, first) = (SAMPLES as u16, 0);
         let error = FitError::Incomplete { missing, first };
         assert_eq!(scan.fit().err(), Some(error));
@@ -120,7 +116,7 @@ fn dropout_gain_matches_formula() {
 
 #[test]
 fn omits_saturated_readings() {
-    for_each_model(MissingPolicy::Scaled, |contents, scan| {
+    for_each_recipe(MissingPolicy::Scaled, |contents, scan| {
         record(scan, [0, 2, 3, 5], unsaturated);
         record(scan, [1, 4], saturated);
         let outcome = fit(scan, &[5]);
@@ -137,7 +133,7 @@ fn omits_saturated_readings() {
 
 #[test]
 fn uses_saturated_readings_without_others() {
-    for_each_model(MissingPolicy::Scaled, |contents, scan| {
+    for_each_recipe(MissingPolicy::Scaled, |contents, scan| {
         record(scan, [2, 3], saturated);
         let outcome = fit(scan, &[5]);
         let unsaturated_ones = full_scan_by_type(contents, &subset(0b1100));
@@ -154,7 +150,7 @@ fn uses_saturated_readings_without_others() {
 
 #[test]
 fn required_saturated_readings_count() {
-    for_each_model(MissingPolicy::AllRequired, |contents, scan| {
+    for_each_recipe(MissingPolicy::AllRequired, |contents, scan| {
         record(scan, [0], unsaturated);
         record(scan, 1..6, saturated);
         let outcome = fit(scan, &[5]);
@@ -166,7 +162,7 @@ fn required_saturated_readings_count() {
 
 #[test]
 fn restart_discards_readings() {
-    for_each_model(MissingPolicy::Scaled, |contents, scan| {
+    for_each_recipe(MissingPolicy::Scaled, |contents, scan| {
         // The fit rejects such large readings.
         record(scan, 0..6, |_| Reading::new([1e4; 3]));
         assert_eq!(fit(scan, &[5]), Outcome::TooLarge);
@@ -184,7 +180,7 @@ fn restart_discards_readings() {
 /// Counts instead of BRDFs are rejected with few readings too.
 #[test]
 fn rejects_raw_counts_in_few_readings() {
-    for_each_model(MissingPolicy::Scaled, |_, scan| {
+    for_each_recipe(MissingPolicy::Scaled, |_, scan| {
         for index in [0, 2, 3, 5] {
             assert!(scan.fit().is_ok() || index == 0);
             scan.record(index, Reading::new([1e4; 3])).unwrap();
@@ -196,7 +192,7 @@ fn rejects_raw_counts_in_few_readings() {
 /// The mean is over the recorded readings, not over the pattern.
 #[test]
 fn residual_averages_recorded_readings() {
-    for_each_model(MissingPolicy::Scaled, |_, scan| {
+    for_each_recipe(MissingPolicy::Scaled, |_, scan| {
         scan.record(4, unsaturated(4)).unwrap();
         let residual = fit(scan, &[5]).residual();
         assert_eq!((residual.mean, residual.worst_index), (residual.worst, 4));
@@ -211,7 +207,7 @@ fn residual_averages_recorded_readings() {
 
 #[test]
 fn fit_omits_skipped_samples() {
-    for_each_model(MissingPolicy::Scaled, |contents, scan| {
+    for_each_recipe(MissingPolicy::Scaled, |contents, scan| {
         for index in [0, 2, 3, 5] {
             scan.record(index, unsaturated(index)).unwrap();
         }
@@ -228,7 +224,7 @@ fn fit_omits_skipped_samples() {
 
 #[test]
 fn early_finish_uses_recorded_readings() {
-    for_each_model(MissingPolicy::Scaled, |contents, scan| {
+    for_each_recipe(MissingPolicy::Scaled, |contents, scan| {
         scan.finish_early().unwrap();
         let nothing = FitError::Incomplete {
             missing: SAMPLES as u16,
@@ -249,12 +245,12 @@ fn early_finish_uses_recorded_readings() {
 
 #[test]
 fn required_readings_cannot_be_skipped() {
-    for_each_model(MissingPolicy::AllRequired, |_, scan| {
+    for_each_recipe(MissingPolicy::AllRequired, |_, scan| {
         assert_eq!(scan.skip(0), Err(SkipError::Required));
         assert_eq!(scan.finish_early(), Err(SkipError::Required));
         assert_eq!(scan.pending().count(), SAMPLES);
     });
-    for_each_model(MissingPolicy::Unscaled, |_, scan| {
+    for_each_recipe(MissingPolicy::Unscaled, |_, scan| {
         let (index, samples) = (SAMPLES as u16, SAMPLES as u16);
         let error = SkipError::Index { index, samples };
         assert_eq!(scan.skip(index), Err(error));

@@ -8,12 +8,9 @@ use glimpse_core::recipe::{
 use glimpse_core::scan::Scan;
 
 use super::contents::{CompletedContents, SAMPLES};
-use super::reference::{
-    Readings, TOLERANCE, all_readings, coefficients, network_inputs, some_readings,
-};
+use super::reference::{Readings, TOLERANCE, all_readings, fitted_coefficients, some_readings};
 use super::scans::{Any, record_readings};
 use crate::recipes::{Change, packed, write};
-use crate::scanning::MODELS;
 
 /// The largest relative error: that of the coefficients, [`TOLERANCE`], times their weights.
 const MAX_RELATIVE_ERROR: f64 = if TOLERANCE < 1e-5 { 2e-5 } else { TOLERANCE };
@@ -39,15 +36,18 @@ fn predicted(contents: &CompletedContents, readings: &Readings, budget: u32) -> 
 
 #[test]
 fn prediction_matches_formula() {
-    for model in MODELS {
-        let contents = contents(model);
+    for contents in CompletedContents::all_small(MissingPolicy::Scaled) {
+        let model = contents.model();
+        let contents = CompletedContents {
+            prediction: Some(PREDICTION.to_vec()),
+            ..contents
+        };
         let readings = [
             all_readings(SAMPLES),
             some_readings(SAMPLES, |k| k != 1 && k != 4),
         ];
         let [with_all, with_some] = readings.map(|readings| {
-            let network_inputs = network_inputs(&contents, &contents.recipe(), &readings);
-            let [red, green, blue] = coefficients(&contents, &network_inputs);
+            let [red, green, blue] = fitted_coefficients(&contents, &contents.recipe(), &readings);
             let mut sum = f64::from(PREDICTION[0]);
             for (k, weight) in PREDICTION[1..].iter().enumerate() {
                 sum += f64::from(*weight) * (red[k] + green[k] + blue[k]) / 3.0;
@@ -69,8 +69,7 @@ fn prediction_matches_formula() {
 
 #[test]
 fn no_prediction_without_section() {
-    for model in MODELS {
-        let contents = CompletedContents::small(model, MissingPolicy::Scaled);
+    for contents in CompletedContents::all_small(MissingPolicy::Scaled) {
         assert_eq!(predicted(&contents, &all_readings(SAMPLES), 5), None);
     }
 }

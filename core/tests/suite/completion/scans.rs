@@ -9,7 +9,7 @@ use glimpse_core::model::{
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Scan, ScanError};
 
-use super::contents::{CompletedContents, SAMPLES};
+use super::contents::{CORRECTED, CompletedContents, SAMPLES, VIRTUAL_READINGS};
 use super::reference::{
     Readings, TOLERANCE, all_readings, assert_close, expected_values, residuals, some_readings,
 };
@@ -47,7 +47,7 @@ pub(crate) fn full_scan_by_type(contents: &CompletedContents, readings: &Reading
 }
 
 /// All readings, half of them, and one.
-fn cases() -> [Readings; 3] {
+pub(crate) fn cases() -> [Readings; 3] {
     [
         all_readings(SAMPLES),
         some_readings(SAMPLES, |sample| sample % 2 == 1),
@@ -56,9 +56,9 @@ fn cases() -> [Readings; 3] {
 }
 
 /// A recipe with steps of size 0, so that its fit ends with the initial values.
-fn without_steps(contents: &CompletedContents) -> CompletedContents {
+pub(crate) fn without_steps(contents: &CompletedContents) -> CompletedContents {
     let mut contents = contents.clone();
-    if let Some((descent_part, _)) = &mut contents.descent {
+    if let Some(descent_part) = &mut contents.descent {
         descent_part.step_sizes.fill(0.0);
     }
     contents
@@ -96,7 +96,7 @@ fn check_descent<M: Model + Fitter>() {
         });
         let slots: Vec<Slot> = slots.collect();
         let samples = Samples::new(&slots, 1.0 / (3.0 * read as f32));
-        let (descent, _) = contents.descent.as_ref().unwrap();
+        let descent = contents.descent.as_ref().unwrap();
         let mut parameters = M::Parameters::filled(0.0);
         for (parameter, value) in parameters.as_mut_slice().iter_mut().zip(&start) {
             *parameter = *value;
@@ -124,23 +124,43 @@ fn descent_continues_from_initial_values() {
     check_descent::<Neural>();
 }
 
-fn check_slices<K: Fitter>(kind: ModelKind) {
-    let contents = CompletedContents::small(kind, MissingPolicy::Scaled);
+/// The units of work of a fit.
+///
+/// The completion has one for each reading, one for the hidden units, and one for each channel. A correction has one for
+/// each reading, each component and each channel. An init net has one for its units and one for each 64 parameters.
+/// Gradients have one for each reading. A Gauss-Newton step has one for each reading, virtual or not, and for each system.
+fn units_of_work(contents: &CompletedContents) -> usize {
+    let mut total = SAMPLES + 1 + 3;
+    if contents.correction.is_some() {
+        total += SAMPLES + contents.fitted_components() + 3;
+    }
+    if contents.init_net.is_some() {
+        total += 1 + contents.initial().len().div_ceil(64);
+    }
+    if let Some(descent_part) = &contents.descent {
+        total += usize::from(descent_part.inner_steps) * SAMPLES;
+    }
+    if let Some(steps_part) = &contents.gauss_newton {
+        let systems = if contents.model() == ModelKind::Neural {
+            3
+        } else {
+            1
+        };
+        total += usize::from(steps_part.steps) * (SAMPLES + VIRTUAL_READINGS + systems);
+    }
+    total
+}
+
+fn check_slices<K: Fitter>(contents: &CompletedContents) {
     let recipe = contents.recipe();
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<K>::new(recipe, &mut memory).unwrap();
     for readings in cases() {
-        let expected = full_scan_by_type(&contents, &readings);
+        let expected = full_scan_by_type(contents, &readings);
         scan.restart();
         record_readings(&mut scan, &readings);
-        // Units of work: one for each reading, one for the hidden units, one for each channel. An init net adds one for
-        // its units and one for each 64 parameters. Three rounds of gradients follow.
-        let start = kind.parameters().map_or(0, |parameters| {
-            let started = parameters.div_ceil(64) as u32;
-            1 + started + 3 * SAMPLES as u32
-        });
         let total = scan.fit().unwrap().progress().total;
-        assert_eq!(total, SAMPLES as u32 + 1 + 3 + start);
+        assert_eq!(total as usize, units_of_work(contents));
         for budgets in [&[1][..], &[2, 3], &[7], &[1, 100], &[u32::MAX]] {
             assert_eq!(fit(&mut scan, budgets), expected);
         }
@@ -157,42 +177,45 @@ fn check_slices<K: Fitter>(kind: ModelKind) {
 
 #[test]
 fn slicing_keeps_result() {
-    check_slices::<Linear>(ModelKind::Linear);
-    check_slices::<Phong>(ModelKind::Phong);
-    check_slices::<CookTorrance>(ModelKind::CookTorrance);
-    check_slices::<Neural>(ModelKind::Neural);
-    for kind in MODELS {
-        check_slices::<Any>(kind);
+    for contents in CompletedContents::all_small(MissingPolicy::Scaled) {
+        match contents.model() {
+            ModelKind::Phong => check_slices::<Phong>(&contents),
+            ModelKind::CookTorrance => check_slices::<CookTorrance>(&contents),
+            ModelKind::Neural => check_slices::<Neural>(&contents),
+            _ => check_slices::<Linear>(&contents),
+        }
+        check_slices::<Any>(&contents);
     }
 }
 
 /// The same memory serves recipes of all models, one after the other.
 #[test]
 fn memory_is_reusable() {
-    let recipes = MODELS.map(|kind| CompletedContents::small(kind, MissingPolicy::Scaled).recipe());
+    let mut all = CompletedContents::all_small(MissingPolicy::Scaled);
+    all[0].missing = MissingPolicy::AllRequired as u8;
+    let recipes: Vec<Recipe<'_>> = all.iter().map(CompletedContents::recipe).collect();
     let words = recipes.iter().map(Recipe::memory_words).max().unwrap();
     let mut memory = vec![0.0; words];
-    for kind in MODELS.into_iter().chain(MODELS) {
-        let missing = match kind {
-            ModelKind::Phong => MissingPolicy::AllRequired,
-            _ => MissingPolicy::Scaled,
-        };
-        let contents = CompletedContents::small(kind, missing);
+    for contents in all.iter().chain(&all) {
         let mut scan = Scan::<Any>::new(contents.recipe(), &mut memory).unwrap();
         record_readings(&mut scan, &all_readings(SAMPLES));
-        let expected = full_scan_by_type(&contents, &all_readings(SAMPLES));
+        let expected = full_scan_by_type(contents, &all_readings(SAMPLES));
         assert_eq!(fit(&mut scan, &[5]), expected);
     }
 }
 
 #[test]
 fn linear_residual_matches_formula() {
-    let contents = CompletedContents::small(ModelKind::Linear, MissingPolicy::Scaled);
-    for readings in cases() {
-        let outcome = full_scan::<Linear>(&contents, &readings);
+    let plain = CompletedContents::small(ModelKind::Linear, MissingPolicy::Scaled);
+    let corrected = plain.clone().corrected(CORRECTED);
+    for (contents, readings) in [plain, corrected]
+        .iter()
+        .flat_map(|contents| cases().map(|readings| (contents, readings)))
+    {
+        let outcome = full_scan::<Linear>(contents, &readings);
         let values: Vec<f64> = outcome.values().into_iter().map(f64::from).collect();
         let residual = outcome.residual();
-        let errors = residuals(&contents, &contents.recipe(), &values, &readings);
+        let errors = residuals(contents, &contents.recipe(), &values, &readings);
         let read: Vec<f64> = errors.iter().flatten().copied().collect();
         let mean = read.iter().sum::<f64>() / read.len() as f64;
         let worst = read.iter().copied().fold(0.0, f64::max);
@@ -208,15 +231,15 @@ fn linear_residual_matches_formula() {
 /// A fit detects an overflow at the net's input, because activations are at most 1 and therefore hide it.
 #[test]
 fn huge_reading_diverges() {
-    for kind in MODELS {
+    for contents in CompletedContents::all_small(MissingPolicy::Scaled) {
         for channel in 0..3 {
-            let contents = CompletedContents::small(kind, MissingPolicy::Scaled);
             let mut readings = all_readings(SAMPLES);
             readings[2].as_mut().unwrap()[channel] = 3e38;
             assert_eq!(
                 full_scan::<Any>(&contents, &readings),
                 Outcome::Diverged,
-                "{kind}"
+                "{}",
+                contents.model()
             );
         }
     }
@@ -250,8 +273,7 @@ fn rejects_recipe_for_other_firmware() {
 /// A reading that would make the argument of a logarithm negative is clamped, and does not give a NaN.
 #[test]
 fn clamps_dark_readings() {
-    for kind in MODELS {
-        let contents = CompletedContents::small(kind, MissingPolicy::Scaled);
+    for contents in CompletedContents::all_small(MissingPolicy::Scaled) {
         let recipe = contents.recipe();
         let mut memory = vec![0.0; recipe.memory_words()];
         let mut scan = Scan::<Any>::new(recipe, &mut memory).unwrap();

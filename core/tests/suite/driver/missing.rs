@@ -12,15 +12,15 @@ use super::bench::{
 };
 use super::failures::check_failure;
 use crate::completion::contents::CompletedContents;
-use crate::scanning::{Any, MODELS, fit, new_scan, record, synthetic_reading};
+use crate::scanning::{Any, fit, new_scan, record, synthetic_reading};
 
 /// n of the recipes that tolerate missing readings.
 const SAMPLES: u16 = 6;
 
-/// A recipe of each model that tolerates missing readings.
+/// Recipes of each model that tolerate missing readings.
 pub(crate) fn tolerant_recipes() -> impl Iterator<Item = Recipe<'static>> {
-    let models = MODELS.into_iter();
-    models.map(|model| CompletedContents::small(model, MissingPolicy::Scaled).recipe())
+    let all = CompletedContents::all_small(MissingPolicy::Scaled).into_iter();
+    all.map(|contents| contents.recipe())
 }
 
 /// The bits of a fit with only these readings.

@@ -41,8 +41,8 @@ fn assert_gray<K: Fitter>(recipe: &Recipe<'_>) {
 #[test]
 fn monochrome_readings_give_gray_material() {
     let synthetic = MODELS.map(recipe_for);
-    let completed =
-        MODELS.map(|model| CompletedContents::small(model, MissingPolicy::AllRequired).recipe());
+    let completed = CompletedContents::all_small(MissingPolicy::AllRequired);
+    let completed: Vec<_> = completed.iter().map(CompletedContents::recipe).collect();
     let trained = SCAN_RECIPES.map(|bytes| parsed(bytes.to_vec()));
     for recipe in synthetic.iter().chain(&completed).chain(&trained) {
         match recipe.model() {
