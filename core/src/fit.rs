@@ -29,7 +29,7 @@ pub(crate) use linear::linear_words;
 pub(crate) use refined::refined_words;
 
 internal! { algorithm::{Algorithm, Channels, ModelMismatch} }
-internal! { completed::{Completed, Components, InitNet, MAX_ROWS, MAX_UNITS, Target} }
+internal! { completed::{Completed, Components, InitNet, MAX_ROWS, MAX_UNITS, Target, Uncertainty} }
 internal! { learned::{Descent, Ridge} }
 pub(crate) use method::{COMPLETION, RIDGE};
 

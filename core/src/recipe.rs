@@ -28,9 +28,9 @@ internal! { crate::numeric::Floats }
 pub use error::RecipeError;
 pub use field::Field;
 pub use format::{
-    HEADER_BYTES, MAGIC, MAX_BASIS, MAX_COMPONENTS, MAX_GAUSS_NEWTON_STEPS, MAX_INNER_STEPS,
-    MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_PREDICTION, MAX_READING_WEIGHT, MAX_SAMPLES,
-    MAX_VIRTUAL_READINGS, MAX_WEIGHT, MIN_PRECISION, VERSION,
+    HEADER_BYTES, MAGIC, MAX_BASIS, MAX_COMPONENTS, MAX_EXPONENT, MAX_GAUSS_NEWTON_STEPS,
+    MAX_INNER_STEPS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_PREDICTION, MAX_READING_WEIGHT,
+    MAX_SAMPLES, MAX_VIRTUAL_READINGS, MAX_WEIGHT, MIN_PRECISION, VERSION,
 };
 pub use kind::Kind;
 pub use metadata::Metadata;
@@ -88,7 +88,11 @@ impl<'a> Recipe<'a> {
         let CheckedBody { checksum, body } = header::read(bytes)?;
         let contents = Contents::from_body(body)?;
         let pattern = check::pattern(contents.pattern)?;
-        let method = check::method(contents.method, contents.prediction, pattern.len())?;
+        let method = check::method(
+            contents.method,
+            (contents.prediction, contents.uncertainty),
+            pattern.len(),
+        )?;
         Ok(Self {
             pattern,
             method,

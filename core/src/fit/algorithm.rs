@@ -48,10 +48,15 @@ pub trait Algorithm {
     /// Returns the current values: the parameters in the first list, or the coefficients of each channel.
     fn values<'w>(words: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; 3];
 
-    /// Returns the loss of the complete fit, predicted from its readings. None if the recipe has no prediction.
+    /// Returns the loss of the complete fit, predicted from its readings, without the factor of its residual. None if the
+    /// recipe has no prediction.
     ///
     /// If the coefficients of a completion are not finite, a model that descends returns NaN even without a prediction.
     fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32>;
+
+    /// Returns the innovation of the complete fit: the mean difference of logarithms between the readings and the
+    /// completion before its correction. None if the fit does not keep it.
+    fn innovation(words: &[f32], method: &FitMethod<'_>) -> Option<f32>;
 
     /// Returns the modeled BRDF (linear RGB, sr^-1, not times the cosine) at a sample of the pattern.
     fn at_sample(

@@ -85,6 +85,11 @@ impl Algorithm for AnyModel {
     }
 
     #[inline]
+    fn innovation(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
+        dispatch!(method, innovation(words, method))
+    }
+
+    #[inline]
     fn at_sample(
         words: &[f32],
         method: &FitMethod<'_>,

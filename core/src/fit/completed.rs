@@ -8,7 +8,8 @@ use super::gauss_newton::GaussNewton;
 use super::learned::Descent;
 use crate::model::{ModelKind, Sample, Samples};
 use crate::numeric::Floats;
-use crate::numeric::math::exp;
+use crate::numeric::math::{exp, ln};
+use serde::{Deserialize, Serialize};
 
 /// The largest number of rows of a completion: coefficients and hidden units.
 pub const MAX_ROWS: usize = 96;
@@ -27,7 +28,36 @@ pub struct Completed<'a> {
     pub(crate) correction: Option<Correction<'a>>,
     /// A bias, and a weight for each component; empty without a prediction.
     pub(crate) prediction: Floats<'a>,
+    pub(crate) uncertainty: Option<Uncertainty>,
     pub(crate) target: Target<'a>,
+}
+
+/// The evidence of the readings for the loss of a fit.
+///
+/// The predicted loss is that of the coefficients times (s + 1e-3)^`innovation` (r + 1e-4)^`residual`. s is the
+/// [innovation](super::correction::Correction), and r is the mean residual of the fit.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Uncertainty {
+    /// The exponent of the innovation.
+    pub innovation: f32,
+    /// The exponent of the residual.
+    pub residual: f32,
+    /// The ratio of the upper bound to the predicted loss. The bound holds for 90 % of materials.
+    pub bound: f32,
+    /// The largest innovation of a material like those of the training.
+    pub max_innovation: f32,
+}
+
+impl Uncertainty {
+    /// Added to the innovation, so that 0 has a logarithm.
+    pub const MIN_INNOVATION: f32 = 1e-3;
+    /// Added to the residual.
+    pub const MIN_RESIDUAL: f32 = 1e-4;
+
+    /// Returns the factor of the predicted loss that the mean residual determines.
+    pub(crate) fn residual_factor(&self, residual: f32) -> f32 {
+        exp(self.residual * ln(residual + Self::MIN_RESIDUAL))
+    }
 }
 
 /// The use of a completion's coefficients.
@@ -117,15 +147,33 @@ impl<'a> Completed<'a> {
         self.prediction
     }
 
-    /// Returns the predicted loss of a fit with these coefficients of red, green and blue. None without a prediction.
+    /// The evidence of the readings for the loss, if the recipe has it.
+    #[must_use]
+    pub fn uncertainty(&self) -> Option<Uncertainty> {
+        self.uncertainty
+    }
+
+    /// The innovation, in the memory of a finished completion. None without a correction.
+    pub(super) fn innovation(&self, words: &[f32]) -> Option<f32> {
+        let correction = self.correction.as_ref()?;
+        let words = words.get(self.coefficient_net.words()..self.coefficient_words())?;
+        correction.innovation(words)
+    }
+
+    /// Returns the predicted loss, without the factor of the residual, in the memory of a finished completion. None
+    /// without a prediction.
     ///
     /// Not inlined, because it runs once per fit.
     #[inline(never)]
-    pub(super) fn predicted_loss(&self, [red, green, blue]: [&[f32]; 3]) -> Option<f32> {
+    pub(super) fn predicted_loss(&self, words: &[f32]) -> Option<f32> {
+        let [red, green, blue] = self.coefficients(words);
         let mut weights = self.prediction.iter();
         let mut sum = weights.next()?;
         for (weight, ((red, green), blue)) in weights.zip(red.iter().zip(green).zip(blue)) {
             sum += weight * (red + green + blue) * (1.0 / 3.0);
+        }
+        if let Some((uncertainty, innovation)) = self.uncertainty.zip(self.innovation(words)) {
+            sum += uncertainty.innovation * ln(innovation + Uncertainty::MIN_INNOVATION);
         }
         Some(exp(sum))
     }

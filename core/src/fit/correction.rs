@@ -28,9 +28,12 @@ pub struct Correction<'a> {
     pub(crate) precision: Floats<'a>,
 }
 
-/// Returns the memory of a correction in words: the packed triangle of the system, and a list for each channel.
+/// Returns the memory of a correction in words: the packed triangle of the system, a list for each channel, and the
+/// innovation.
 pub(crate) const fn correction_words(components: usize) -> usize {
-    packed_length(components).saturating_add(CHANNELS.saturating_mul(components))
+    packed_length(components)
+        .saturating_add(CHANNELS.saturating_mul(components))
+        .saturating_add(1)
 }
 
 impl<'a> Correction<'a> {
@@ -79,6 +82,11 @@ impl<'a> Correction<'a> {
         [(); CHANNELS].map(|()| lists.next().unwrap_or_default())
     }
 
+    /// The innovation, in the memory of a finished correction: the mean of |r| over the present readings and channels.
+    pub(super) fn innovation(&self, words: &[f32]) -> Option<f32> {
+        words.last().copied()
+    }
+
     /// Does a unit of work. `words` are 0 before the first unit. `initial` is c_0 of each channel.
     ///
     /// Not inlined, so that its stack is released between slices.
@@ -92,13 +100,17 @@ impl<'a> Correction<'a> {
         words: &mut [f32],
     ) {
         let components = self.components();
+        let Some((innovation, words)) = words.split_last_mut() else {
+            return;
+        };
         let Some((packed, lists)) = words.split_at_mut_checked(packed_length(components)) else {
             return;
         };
         if let Some(sample) = samples.get(unit) {
             if sample.weight > 0.0 {
                 let center = center.iter().nth(unit).unwrap_or_default();
-                self.add_reading(unit, &sample, center, initial, packed, lists);
+                let sum = self.add_reading(unit, &sample, center, initial, packed, lists);
+                *innovation += sum * sample.weight;
             }
             return;
         }
@@ -116,7 +128,7 @@ impl<'a> Correction<'a> {
         }
     }
 
-    /// Adds a reading to the system and to the right-hand side of each channel.
+    /// Adds a reading to the system and to the right-hand side of each channel. Returns the sum of |r| over the channels.
     fn add_reading(
         &self,
         index: usize,
@@ -125,7 +137,8 @@ impl<'a> Correction<'a> {
         initial: [&[f32]; CHANNELS],
         packed: &mut [f32],
         lists: &mut [f32],
-    ) {
+    ) -> f32 {
+        let mut innovation = 0.0;
         let weight = sample.at.cos_theta_i() * sample.at.cos_theta_o();
         let lists = lists.chunks_exact_mut(self.components().max(1));
         for ((list, initial), measured) in lists.zip(initial).zip(sample.measured) {
@@ -133,6 +146,7 @@ impl<'a> Correction<'a> {
             for (entry, coefficient) in self.row(index).zip(initial) {
                 residual -= entry * coefficient;
             }
+            innovation += residual.abs();
             for (sum, entry) in list.iter_mut().zip(self.row(index)) {
                 *sum += residual * entry;
             }
@@ -142,13 +156,14 @@ impl<'a> Correction<'a> {
             let Some((line, after)) =
                 core::mem::take(&mut rest).split_at_mut_checked(k.saturating_add(1))
             else {
-                return;
+                break;
             };
             rest = after;
             for (sum, entry) in line.iter_mut().zip(self.row(index)) {
                 *sum += left * entry;
             }
         }
+        innovation
     }
 
     /// Adds a precision to the diagonal, and factorizes its row.

@@ -108,6 +108,10 @@ impl<M: Model> Algorithm for M {
         predicted_loss(words, method)
     }
 
+    fn innovation(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
+        Refined::of(method)?.innovation(words)
+    }
+
     fn at_sample(words: &[f32], _: &FitMethod<'_>, _: usize, at: &HalfDifference<f32>) -> [f32; 3] {
         parameters_of::<M>(words).map_or([0.0; 3], |parameters| brdf::<M>(parameters, at))
     }
@@ -326,7 +330,7 @@ pub(super) fn activate(
     if !(coefficients.into_iter().all(is_finite) && is_finite(activations)) {
         return f32::NAN;
     }
-    completed.predicted_loss(coefficients).unwrap_or_default()
+    completed.predicted_loss(state).unwrap_or_default()
 }
 
 /// Takes one step, and sets the gradient to 0. Not inlined, so firmware contains it once and not for each model.

@@ -123,9 +123,14 @@ impl Algorithm for Linear {
 
     fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
         match method {
-            FitMethod::Completed(completed) if COMPLETION => {
-                completed.predicted_loss(completed.coefficients(words))
-            }
+            FitMethod::Completed(completed) if COMPLETION => completed.predicted_loss(words),
+            _ => None,
+        }
+    }
+
+    fn innovation(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
+        match method {
+            FitMethod::Completed(completed) if COMPLETION => completed.innovation(words),
             _ => None,
         }
     }

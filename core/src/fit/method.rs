@@ -2,7 +2,7 @@
 //!
 //! [`Recipe::parse`](crate::recipe::Recipe::parse) creates it and checks its invariants. Its lists are read in place.
 
-use super::completed::{Completed, Target};
+use super::completed::{Completed, Target, Uncertainty};
 use super::learned::{Descent, Ridge};
 use crate::model::ModelKind;
 
@@ -47,6 +47,15 @@ impl FitMethod<'_> {
             },
         };
         components.saturating_mul(3)
+    }
+
+    /// The evidence of the readings for the loss of a fit. None if the recipe has none.
+    #[must_use]
+    pub fn uncertainty(&self) -> Option<Uncertainty> {
+        match self {
+            Self::Completed(completed) => completed.uncertainty,
+            _ => None,
+        }
     }
 
     /// Returns true if a fit tolerates missing readings.

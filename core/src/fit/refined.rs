@@ -80,6 +80,13 @@ impl<'m, 'a> Refined<'m, 'a> {
         })
     }
 
+    /// The innovation of a finished fit.
+    pub(super) fn innovation(&self, words: &[f32]) -> Option<f32> {
+        let (systems, count) = (self.active.systems(), self.active.count());
+        let before = self.steps.initial.len() + systems * (count + system_length(count));
+        self.completed.innovation(words.get(before..)?)
+    }
+
     /// The units of work before the steps.
     fn units_before(&self, samples: usize) -> u32 {
         let parameters = self.steps.initial.len().div_ceil(PARAMETERS_PER_UNIT);

@@ -14,7 +14,7 @@ use crate::fit::coefficient_net::{CoefficientNet, MissingPolicy};
 use crate::fit::correction::Correction;
 use crate::fit::gauss_newton::{GaussNewton, VirtualReadings};
 use crate::fit::ridge::Problem;
-use crate::fit::{COMPLETION, RIDGE};
+use crate::fit::{COMPLETION, RIDGE, Uncertainty};
 use crate::fit::{
     Completed, Components, Descent, FitMethod, InitNet, MAX_ROWS, MAX_UNITS, Ridge, Target,
 };
@@ -65,14 +65,18 @@ fn first_below_horizon(packed: &[PackedAngles]) -> Option<usize> {
 /// Checks the method for a pattern of `samples` samples, and the prediction of its loss.
 pub(super) fn method<'a>(
     packed: PackedMethod<'a>,
-    prediction: Option<&'a [u8]>,
+    (prediction, uncertainty): (Option<&'a [u8]>, Option<Uncertainty>),
     samples: usize,
 ) -> Result<FitMethod<'a>, RecipeError> {
     match packed {
         PackedMethod::Descent(packed) => descent(packed).map(FitMethod::Descent),
         PackedMethod::Ridge(packed) if RIDGE => ridge(packed, samples).map(FitMethod::Ridge),
         PackedMethod::Completed(packed, correction, target) if COMPLETION => {
-            completed(&packed, correction, target, prediction, samples).map(FitMethod::Completed)
+            let estimate = (
+                prediction,
+                uncertainty.map(checked_uncertainty).transpose()?,
+            );
+            completed(&packed, correction, target, estimate, samples).map(FitMethod::Completed)
         }
         // `Contents` has already refused these sections.
         PackedMethod::Ridge(_) => Err(RecipeError::Unknown(Kind::RIDGE)),
@@ -119,7 +123,7 @@ fn completed<'a>(
     packed: &PackedCoefficientNet<'a>,
     packed_correction: Option<PackedCorrection<'a>>,
     target: PackedTarget<'a>,
-    prediction: Option<&'a [u8]>,
+    (prediction, uncertainty): (Option<&'a [u8]>, Option<Uncertainty>),
     samples: usize,
 ) -> Result<Completed<'a>, RecipeError> {
     let components = usize::from(packed.components);
@@ -208,8 +212,17 @@ fn completed<'a>(
                 list(packed, entries, Field::Prediction, in_range)?
             }
         },
+        uncertainty,
         target,
     })
+}
+
+fn checked_uncertainty(uncertainty: Uncertainty) -> Result<Uncertainty, RecipeError> {
+    in_range(uncertainty.innovation, Field::InnovationExponent)?;
+    in_range(uncertainty.residual, Field::ResidualExponent)?;
+    positive(uncertainty.bound, Field::Bound)?;
+    positive(uncertainty.max_innovation, Field::MaxInnovation)?;
+    Ok(uncertainty)
 }
 
 /// Checks a correction of at least `components` components.

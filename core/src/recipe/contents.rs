@@ -5,13 +5,14 @@ use super::error::RecipeError;
 use super::kind::Kind;
 use super::parts::{PackedMethod, PackedTarget};
 use super::sections::Sections;
-use crate::fit::{COMPLETION, RIDGE};
+use crate::fit::{COMPLETION, RIDGE, Uncertainty};
 
 /// The sections that a fit needs.
 pub(super) struct Contents<'a> {
     pub(super) pattern: &'a [u8],
     pub(super) method: PackedMethod<'a>,
     pub(super) prediction: Option<&'a [u8]>,
+    pub(super) uncertainty: Option<Uncertainty>,
 }
 
 impl<'a> Contents<'a> {
@@ -25,6 +26,7 @@ impl<'a> Contents<'a> {
         let mut gauss_newton = None;
         let mut correction = None;
         let mut prediction = None;
+        let mut uncertainty = None;
         let mut previous = None;
         let mut sections = Sections::new(body);
         for (kind, bytes) in &mut sections {
@@ -43,6 +45,7 @@ impl<'a> Contents<'a> {
                 Kind::CORRECTION if COMPLETION => correction = Some(decode(kind, bytes)?),
                 // Optional, but a fit with a completion uses it.
                 Kind::PREDICTION if COMPLETION => prediction = Some(decode(kind, bytes)?),
+                Kind::UNCERTAINTY if COMPLETION => uncertainty = Some(decode(kind, bytes)?),
                 _ if kind.is_required() => return Err(RecipeError::Unknown(kind)),
                 _ => {}
             }
@@ -85,6 +88,7 @@ impl<'a> Contents<'a> {
                 (_, _, _, (None, _)) => return Err(RecipeError::Missing(Kind::START)),
             },
             prediction,
+            uncertainty,
         })
     }
 }

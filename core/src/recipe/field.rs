@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::format::{
-    MAX_ANGLE, MAX_BASIS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_PREDICTION, MAX_READING_WEIGHT,
-    MAX_WEIGHT, MIN_PRECISION,
+    MAX_ANGLE, MAX_BASIS, MAX_EXPONENT, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION, MAX_PREDICTION,
+    MAX_READING_WEIGHT, MAX_WEIGHT, MIN_PRECISION,
 };
 
 /// A field of the recipe, which errors name.
@@ -102,6 +102,14 @@ pub enum Field {
     CorrectionRowScales,
     /// Of a correction: the precision of each component.
     CorrectionPrecision,
+    /// The exponent of the innovation in the predicted loss.
+    InnovationExponent,
+    /// The exponent of the residual in the predicted loss.
+    ResidualExponent,
+    /// The ratio of the upper bound to the predicted loss.
+    Bound,
+    /// The largest innovation of a material like those of the training.
+    MaxInnovation,
 }
 
 impl Field {
@@ -155,6 +163,10 @@ impl Field {
             Self::CorrectionRows => "correction.rows",
             Self::CorrectionRowScales => "correction.row_scales",
             Self::CorrectionPrecision => "correction.precision",
+            Self::InnovationExponent => "uncertainty.innovation",
+            Self::ResidualExponent => "uncertainty.residual",
+            Self::Bound => "uncertainty.bound",
+            Self::MaxInnovation => "uncertainty.max_innovation",
         }
     }
 
@@ -166,6 +178,7 @@ impl Field {
             Self::Basis => (-MAX_BASIS, MAX_BASIS),
             Self::Prediction => (-MAX_PREDICTION, MAX_PREDICTION),
             Self::Missing => (0.0, 2.0),
+            Self::InnovationExponent | Self::ResidualExponent => (-MAX_EXPONENT, MAX_EXPONENT),
             Self::Share => (0.0, 1.0),
             Self::ReadingWeight | Self::ErrorScale => (0.0, MAX_READING_WEIGHT),
             Self::Mean | Self::Center | Self::VirtualCenter => (-MAX_MEAN, MAX_MEAN),

@@ -27,6 +27,8 @@ pub const MAX_BASIS: f32 = 1e4;
 pub const MAX_MEAN: f32 = 100.0;
 /// The largest absolute weight in the prediction of the loss.
 pub const MAX_PREDICTION: f32 = 1e4;
+/// The largest absolute exponent in the prediction of the loss.
+pub const MAX_EXPONENT: f32 = 100.0;
 /// The largest median of the BRDF in sr^-1, not times the cosine.
 pub const MAX_MEDIAN: f32 = 1e6;
 /// The largest weight of a sample, cos(theta_i) cos(theta_o), with a margin for rounding.

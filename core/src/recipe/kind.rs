@@ -42,6 +42,8 @@ impl Kind {
     pub const PREDICTION: Self = Self(133);
     /// The settings of the training, for programs.
     pub const TRAINING: Self = Self(134);
+    /// The evidence of the readings for the loss of a completed fit.
+    pub const UNCERTAINTY: Self = Self(135);
 
     const FIRST_OPTIONAL: Self = Self(128);
 
@@ -81,6 +83,7 @@ impl Kind {
             Self::MATERIALS => "materials",
             Self::PREDICTION => "prediction",
             Self::TRAINING => "training",
+            Self::UNCERTAINTY => "uncertainty",
             _ => return None,
         })
     }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::training::Training;
 use crate::fit::gauss_newton::GaussNewton;
-use crate::fit::{Descent, FitMethod, InitNet, Target};
+use crate::fit::{Descent, FitMethod, InitNet, Target, Uncertainty};
 use crate::gonio::Limits;
 use crate::model::ModelKind;
 
@@ -32,6 +32,8 @@ pub struct RecipeParts<'a> {
     pub prediction: Option<&'a [u8]>,
     /// The settings of the training, for programs.
     pub training: Option<Training<'a>>,
+    /// The evidence of the readings for the loss of a completed fit.
+    pub uncertainty: Option<Uncertainty>,
 }
 
 impl<'a> RecipeParts<'a> {
@@ -48,6 +50,7 @@ impl<'a> RecipeParts<'a> {
             materials: &[],
             prediction: None,
             training: None,
+            uncertainty: None,
         }
     }
 }

@@ -70,6 +70,9 @@ impl<'b> Writer<'b> {
         if let Some(training) = &parts.training {
             self.section(Kind::TRAINING, training)?;
         }
+        if let Some(uncertainty) = &parts.uncertainty {
+            self.section(Kind::UNCERTAINTY, uncertainty)?;
+        }
         Ok(())
     }
 

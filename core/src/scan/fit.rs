@@ -170,6 +170,9 @@ fn check_finished(
         return None;
     }
     let albedo = plausibility::albedo(|at| (functions.brdf)(words, method, basis, at));
+    let uncertainty = method.uncertainty();
+    let factor = uncertainty.map_or(1.0, |each| each.residual_factor(sum.residual.mean));
+    let predicted = predicted.map(|loss| loss * factor);
     let expected = predicted.or_else(|| recipe.expected_loss());
     sum.residual.implausible = plausibility::check(&sum, expected, albedo);
     Some(sum.residual)
@@ -242,8 +245,30 @@ impl<K: Fitter> Fitted<'_, K> {
     /// [`expected_loss`](Fitted::expected_loss). A material unlike all training materials may have a larger loss.
     #[must_use]
     pub fn predicted_loss(&self) -> Option<f32> {
-        let predicted = K::predicted_loss(self.words, &self.recipe.method);
-        predicted.filter(|loss| loss.is_finite())
+        let method = &self.recipe.method;
+        let predicted = K::predicted_loss(self.words, method)?;
+        let factor = method
+            .uncertainty()
+            .map_or(1.0, |each| each.residual_factor(self.residual.mean));
+        Some(predicted * factor).filter(|loss| loss.is_finite())
+    }
+
+    /// The upper bound of the loss, which holds for 90 % of materials. None if the recipe does not state it, or if it
+    /// overflows.
+    #[must_use]
+    pub fn loss_bound(&self) -> Option<f32> {
+        let uncertainty = self.recipe.method.uncertainty()?;
+        let bound = self.predicted_loss()? * uncertainty.bound;
+        Some(bound).filter(|bound| bound.is_finite())
+    }
+
+    /// Returns true if the readings are unlike those of all training materials, so that the predicted loss is uncertain.
+    /// None if the recipe cannot tell.
+    #[must_use]
+    pub fn is_unlike_training(&self) -> Option<bool> {
+        let method = &self.recipe.method;
+        let innovation = K::innovation(self.words, method)?;
+        Some(innovation > method.uncertainty()?.max_innovation)
     }
 
     /// The expected loss on a material outside the training set. None if the recipe states none.

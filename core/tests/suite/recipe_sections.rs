@@ -86,6 +86,7 @@ fn full_parts() -> RecipeParts<'static> {
         materials: &MATERIALS,
         prediction: None,
         training: Some(TRAINING),
+        uncertainty: None,
     }
 }
 
@@ -166,13 +167,13 @@ fn names_missing_required_section() {
 #[test]
 fn skips_or_rejects_unknown_kinds() {
     let mut sections = full_sections();
-    sections.push((Kind::new(135), b"from the future".to_vec()));
+    sections.push((Kind::new(136), b"from the future".to_vec()));
     sections.push((Kind::new(u16::MAX), Vec::new()));
     let recipe = parsed(recipe_with(&sections));
     assert!(recipe.metadata().unwrap().materials.eq(MATERIALS));
-    let unknown = (Kind::new(135), &b"from the future"[..]);
+    let unknown = (Kind::new(136), &b"from the future"[..]);
     assert!(recipe.sections().any(|section| section == unknown));
-    assert_eq!(Kind::new(135).name(), None);
+    assert_eq!(Kind::new(136).name(), None);
 
     for kind in [7, 127].map(Kind::new) {
         let mut sections = sections.clone();

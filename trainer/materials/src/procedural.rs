@@ -45,7 +45,7 @@ struct ClassRanges {
 }
 
 /// A class of materials.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 enum Class {
     Metal,
     MetallicPaint,
@@ -181,6 +181,7 @@ const CLASSES: [ClassRanges; 9] = [
 #[derive(Clone, Debug)]
 pub struct Procedural {
     name: String,
+    class: Class,
     /// Diffuse albedo, in linear RGB.
     diffuse: [f64; 3],
     /// F90 of Burley's diffuse term. Grazing angles are darker with a value below 1, and brighter with a value above 1.
@@ -309,6 +310,12 @@ impl Procedural {
         Self::from_ranges(ranges, name, random)
     }
 
+    /// Returns the index of the material's class, for splits by class.
+    #[must_use]
+    pub fn class_index(&self) -> usize {
+        self.class as usize
+    }
+
     fn from_ranges(ranges: &ClassRanges, name: String, random: &mut ChaCha8Rng) -> Self {
         let base_color = match ranges.class {
             Class::Metal | Class::CoatedMetal => metal_tint(random),
@@ -367,6 +374,7 @@ impl Procedural {
         ];
         Self {
             name,
+            class: ranges.class,
             diffuse: scaled(base_color, log_uniform(random, ranges.diffuse)),
             diffuse_grazing: uniform(random, 0.4, 1.8),
             lobes,

@@ -101,6 +101,14 @@ fn describe_completed(completed: &Completed<'_>, samples: usize) -> String {
         true => "any reading may be missing",
         false => "all readings are needed",
     };
+    let uncertainty = match completed.uncertainty() {
+        Some(each) => format!(
+            "upper bound of the loss {:.2} times the prediction; innovation to {:.3} is usual; exponents {:.2} and \
+             {:.2}",
+            each.bound, each.max_innovation, each.innovation, each.residual,
+        ),
+        None => "none".to_owned(),
+    };
     let correction = match completed.correction() {
         Some(correction) => format!(
             "{} components, precision {}",
@@ -142,6 +150,7 @@ fn describe_completed(completed: &Completed<'_>, samples: usize) -> String {
          samples        {samples}; {missing}\n\
          completion     {} components, {} hidden units\n\
          correction     {correction}\n\
+         uncertainty    {uncertainty}\n\
          {target}",
         completed.model(),
         net.components,

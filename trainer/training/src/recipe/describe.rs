@@ -60,6 +60,7 @@ pub fn pack_recipe(
             provenance: Some(provenance(options, data, materials.len(), &schedule)),
             materials: &materials,
             prediction: prediction.as_deref(),
+            uncertainty: learned.loss_predictor.as_ref().map(|each| each.uncertainty),
             training: Some(Training {
                 schedule: options.schedule.into(),
                 effort: options.effort.into(),

@@ -5,9 +5,10 @@ use std::sync::OnceLock;
 
 use glimpse_core::fit::ridge::{factorize_row, packed_length, solve_factorized};
 use glimpse_core::geometry::Angles;
+use glimpse_core::model::linear::unmap;
 use glimpse_materials::basis::{Basis, angles_to_f64};
 
-use super::reading::{LOG_SCALE, Reading};
+use super::reading::{LOG_SCALE, Reading, Standardization};
 
 const CHANNELS: usize = 3;
 
@@ -45,6 +46,16 @@ pub struct CorrectionGradient {
     pub precision: Vec<f32>,
     /// With respect to the angles of each sample.
     pub angles: Vec<[f32; 3]>,
+}
+
+impl Corrected {
+    /// Returns the innovation: the mean of |r| over the present readings and channels.
+    #[must_use]
+    pub fn innovation(&self, present: &[bool]) -> f32 {
+        let count = present.iter().filter(|present| **present).count().max(1);
+        let sum: f32 = self.residuals.iter().flatten().map(|r| r.abs()).sum();
+        sum / (CHANNELS * count) as f32
+    }
 }
 
 impl Correction {
@@ -93,6 +104,23 @@ impl Correction {
             factorize_row(above, row, *precision);
         }
         packed
+    }
+
+    /// Returns the BRDF of coefficients at a sample, sr⁻¹.
+    #[must_use]
+    pub fn brdf(
+        &self,
+        sample: usize,
+        standardization: &Standardization,
+        coefficients: &[f32],
+    ) -> [f32; CHANNELS] {
+        let row = &self.rows[sample * self.components..][..self.components];
+        let (mean, cosines) = standardization.mean_and_cosines(sample);
+        let mut channels = coefficients.chunks_exact(self.components);
+        [(); CHANNELS].map(|()| {
+            let list = channels.next().unwrap_or_default();
+            unmap(mean + dot(row, list), 0.0, cosines)
+        })
     }
 
     /// Corrects the completed coefficients of a task.

@@ -29,6 +29,8 @@ pub struct Dataset {
     pub training_count: usize,
     /// The groups that tasks are drawn from.
     pub groups: Vec<MaterialGroup>,
+    /// The class of each additional material.
+    pub classes: Vec<usize>,
     /// The augmentation of tasks.
     pub augmentation_options: AugmentationOptions,
     /// All materials at the directions of training tasks. The training materials have all highlight warps.
@@ -73,6 +75,7 @@ impl Dataset {
             materials,
             training_count,
             groups,
+            classes: Vec::new(),
             augmentation_options,
         }
     }

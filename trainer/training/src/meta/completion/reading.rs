@@ -53,6 +53,19 @@ impl Standardization {
         Self(all.collect())
     }
 
+    /// Returns the mean of a sample, and its cos(theta_i) cos(theta_o).
+    #[must_use]
+    pub fn mean_and_cosines(&self, sample: usize) -> (f32, f32) {
+        let SampleStandardization { cosines, mean, .. } = self.0[sample];
+        (mean.value, cosines.value)
+    }
+
+    /// Returns cos(theta_i) of a sample.
+    #[must_use]
+    pub fn cos_theta_i(&self, sample: usize) -> f32 {
+        self.0[sample].cos_theta_i
+    }
+
     /// Returns the mean of each sample.
     #[must_use]
     pub fn means(&self) -> Vec<f32> {

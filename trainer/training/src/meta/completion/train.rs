@@ -12,7 +12,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::dataset::{Dataset, Subset};
-use super::loss_predictor::{HeldOutLoss, LossPredictor};
+use super::loss_predictor::{HeldOutLoss, HeldOutOrigin, LossPredictor};
 use super::objective::{CompletionObjective, hyperparameters};
 use super::reading::{LOG_SCALE, Standardization};
 use super::refinement::Refinement;
@@ -109,7 +109,12 @@ pub fn train(
     let mut held_out_losses = Vec::new();
     let mut correction = FoldCorrection::default();
     for (index, fold) in folds.iter().enumerate() {
-        let subset = Subset::without(&dataset, components, fold);
+        // The classes of procedural materials that are left out with the fold.
+        let classes: Vec<usize> = (dataset.training_count..dataset.materials.len())
+            .filter(|each| dataset.classes[each - dataset.training_count] % FOLDS == index)
+            .collect();
+        let held_out = [&fold[..], &classes].concat();
+        let subset = Subset::without(&dataset, components, &held_out);
         let (fold_objective, outcome) =
             session.run(&subset, &fold_plan, Some(&values.pattern), index + 1)?;
         let others: Vec<usize> = training_materials
@@ -121,33 +126,45 @@ pub fn train(
             others.iter().map(|index| full_losses[*index]),
             fold_objective.material_losses(&outcome.values, &others),
         );
-        let plain_tasks: Vec<Task> = fold
-            .iter()
-            .map(|each| Task::plain(*each, options.samples, 0))
-            .collect();
+        let plain_tasks = |materials: &[usize]| -> Vec<Task> {
+            let tasks = materials.iter();
+            tasks
+                .map(|each| Task::plain(*each, options.samples, 0))
+                .collect()
+        };
         let augmented_tasks = augmented_tasks(&dataset, fold, index, options);
-        for (tasks, losses, plain) in [
+        for (tasks, losses, origin) in [
             (
-                &plain_tasks,
+                &plain_tasks(fold),
                 fold_objective.material_losses(&outcome.values, fold),
-                true,
+                HeldOutOrigin::Material,
+            ),
+            (
+                &plain_tasks(&classes),
+                fold_objective.material_losses(&outcome.values, &classes),
+                HeldOutOrigin::Class,
             ),
             (
                 &augmented_tasks,
                 fold_objective.task_losses(&outcome.values, &augmented_tasks),
-                false,
+                HeldOutOrigin::Augmentation,
             ),
         ] {
             let results = objective
                 .mean_coefficients(&values, tasks)
                 .into_iter()
+                .zip(fold_objective.evidence(&outcome.values, tasks))
                 .zip(losses);
-            held_out_losses.extend(results.map(|(coefficients, loss)| HeldOutLoss {
-                coefficients,
-                loss,
-                plain,
-                fold: index,
-            }));
+            held_out_losses.extend(results.map(
+                |((coefficients, [innovation, residual]), loss)| HeldOutLoss {
+                    coefficients,
+                    innovation,
+                    residual,
+                    loss,
+                    origin,
+                    fold: index,
+                },
+            ));
         }
     }
     for held_out_loss in &mut held_out_losses {
@@ -255,7 +272,9 @@ fn augmented_tasks(
 
 /// Returns the mean held-out loss of plain materials, or the loss on all training materials without folds.
 fn validated_loss(training_loss: LossEstimate, held_out_losses: &[HeldOutLoss]) -> ValidatedLoss {
-    let plain = held_out_losses.iter().filter(|each| each.plain);
+    let plain = held_out_losses
+        .iter()
+        .filter(|each| each.origin == HeldOutOrigin::Material);
     let losses: Vec<f64> = plain.map(|each| f64::from(each.loss)).collect();
     if losses.is_empty() {
         return ValidatedLoss {
@@ -282,6 +301,7 @@ fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset 
             .collect(),
     };
     let mut groups = Vec::new();
+    let mut classes = Vec::new();
     let mut first = 0;
     for (materials, share) in sources {
         groups.push(MaterialGroup {
@@ -292,7 +312,9 @@ fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset 
     }
     if completion_options.procedural > 0.0 {
         let (count, seed) = CompletionOptions::PROCEDURAL_SET;
-        let set = Procedural::set(count, seed).into_iter();
+        let set = Procedural::set(count, seed);
+        classes.extend(set.iter().map(Procedural::class_index));
+        let set = set.into_iter();
         materials.extend(set.map(|each| Box::new(each) as Box<dyn Material>));
         groups.push(MaterialGroup {
             materials: (training_count..materials.len()).collect(),
@@ -305,14 +327,16 @@ fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset 
         ..AugmentationOptions::default()
     };
     let size = pool_size(training_count, augmentation_options.warps.len());
-    Dataset::new(
+    let mut dataset = Dataset::new(
         materials,
         training_count,
         groups,
         augmentation_options,
         size,
         options.seed,
-    )
+    );
+    dataset.classes = classes;
+    dataset
 }
 
 /// Returns the number of directions of the training and the validation pool. It is halved until the values of both
