@@ -13,7 +13,7 @@ pub(crate) const RIDGE: bool = cfg!(feature = "ridge");
 
 /// The method that fits parameters to readings.
 #[derive(Clone, Copy, Debug)]
-#[allow(clippy::large_enum_variant)] // a scan has one, and there is no allocator
+#[allow(clippy::large_enum_variant)] // a scan has one, without an allocator
 pub enum FitMethod<'a> {
     /// A few steps of SGD.
     Descent(Descent<'a>),

@@ -19,7 +19,7 @@ use crate::linear::principal_components;
 const SPHERE_SHARE: f32 = 0.25;
 
 /// The number of virtual readings.
-const VIRTUAL_READINGS: usize = 128;
+const VIRTUAL_READINGS: usize = 96;
 
 /// The training materials with their BRDF at many directions.
 pub struct Dataset {
