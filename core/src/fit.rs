@@ -8,6 +8,7 @@ mod algorithm;
 mod any;
 internal! { mod coefficient_net }
 mod completed;
+internal! { mod component_rows }
 internal! { mod correction }
 mod descent;
 mod fitter;
@@ -17,6 +18,7 @@ mod linear;
 mod method;
 mod refined;
 internal! { mod ridge }
+mod start;
 
 pub use any::AnyModel;
 pub use fitter::{Fitter, Progress};

@@ -225,7 +225,7 @@ impl<'a> Recipe<'a> {
 
     /// The angles of the directions to measure, in radians. Both directions of each sample are above the horizon.
     pub fn pattern(&self) -> impl ExactSizeIterator<Item = Angles<f32>> + Clone + 'a {
-        self.pattern.iter().map(check::angles)
+        self.pattern.iter().map(Angles::from_le_bytes)
     }
 
     /// The directions to measure, as unit vectors. Each pair has its index in the pattern.

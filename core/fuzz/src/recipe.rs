@@ -109,16 +109,14 @@ fn check_completed(recipe: &Recipe<'_>, completed: &Completed<'_>) {
     let corrected = completed.components();
     if let Some(correction) = completed.correction() {
         assert!(corrected >= components && correction.components() == corrected);
-        assert_eq!(correction.rows().len(), samples * corrected);
-        assert_eq!(correction.scales().len(), corrected);
+        assert_eq!(correction.at_samples().rows().len(), samples * corrected);
+        assert_eq!(correction.at_samples().scales().len(), corrected);
+    }
+    if let Some(at_samples) = completed.at_samples() {
+        assert_eq!(at_samples.rows().len(), samples * corrected);
     }
     match completed.target() {
         Target::Linear(linear) => {
-            let rows = match completed.correction() {
-                Some(_) => 0,
-                None => samples * components,
-            };
-            assert_eq!(linear.rows().len(), rows);
             assert_eq!(linear.basis_checksum(), recipe.method().basis_checksum());
         }
         Target::Descent(descent, start) => {
@@ -133,7 +131,10 @@ fn check_completed(recipe: &Recipe<'_>, completed: &Completed<'_>) {
             assert_eq!(start.output.len(), steps.initial().len() * start.units());
             let readings = steps.virtual_readings();
             assert_eq!(readings.center().len(), readings.len());
-            assert_eq!(readings.rows().len(), readings.len() * corrected);
+            assert_eq!(
+                readings.components().rows().len(),
+                readings.len() * corrected
+            );
             assert!(steps.reading_weight() > 0.0 && steps.error_scale() > 0.0);
         }
     }

@@ -3,6 +3,7 @@
 use super::coefficient_net::{
     CHANNELS, CoefficientNet, Input, MissingPolicy, Packed, standardized,
 };
+use super::component_rows::ComponentRows;
 use super::correction::{Correction, correction_words};
 use super::gauss_newton::GaussNewton;
 use super::learned::Descent;
@@ -77,8 +78,8 @@ pub type InitNet<'a> = super::coefficient_net::InitNet<'a, f32, Packed>;
 /// The components of the model Linear at the pattern's samples.
 #[derive(Clone, Copy, Debug)]
 pub struct Components<'a> {
-    pub(crate) rows: &'a [u8],
-    pub(crate) scales: Floats<'a>,
+    /// Without components if the completion has a correction, which has them.
+    pub(crate) at_samples: ComponentRows<'a>,
     pub(crate) basis_checksum: u32,
 }
 
@@ -105,6 +106,17 @@ impl<'a> Completed<'a> {
     #[must_use]
     pub fn correction(&self) -> Option<Correction<'a>> {
         self.correction
+    }
+
+    /// The components at the samples of the pattern: those of the correction or of the model Linear. None for a descent
+    /// without a correction.
+    #[must_use]
+    pub fn at_samples(&self) -> Option<ComponentRows<'a>> {
+        match (&self.correction, &self.target) {
+            (Some(correction), _) => Some(correction.at_samples),
+            (None, Target::Linear(components)) => Some(components.at_samples),
+            (None, _) => None,
+        }
     }
 
     /// The number of coefficients of a channel.
@@ -277,19 +289,7 @@ fn input(sample: &Sample<f32>, center: f32, scale: f32) -> Input<f32> {
     }
 }
 
-impl<'a> Components<'a> {
-    /// The weights of the components: for each sample of the pattern a signed byte for each component.
-    #[must_use]
-    pub fn rows(&self) -> &'a [u8] {
-        self.rows
-    }
-
-    /// The factor of each component.
-    #[must_use]
-    pub fn scales(&self) -> Floats<'a> {
-        self.scales
-    }
-
+impl Components<'_> {
     /// The CRC-32 of the host's whole basis file, which turns coefficients into a BRDF. None without a basis.
     #[must_use]
     pub fn basis_checksum(&self) -> Option<u32> {

@@ -10,7 +10,8 @@
 //! is the residual of the reading y of a channel, and w = cos(theta_i) cos(theta_o). Q has at least as many components
 //! as c_0, whose further coefficients are 0. The channels share the system.
 
-use super::ridge::{factorize_row, packed_length, solve_factorized};
+use super::component_rows::ComponentRows;
+use super::ridge::{add_outer_product, factorize_row_with, packed_length, solve_factorized};
 use crate::model::linear::map;
 use crate::model::{Sample, Samples};
 use crate::numeric::Floats;
@@ -21,10 +22,8 @@ const CHANNELS: usize = 3;
 /// A correction, read in place from a recipe.
 #[derive(Clone, Copy, Debug)]
 pub struct Correction<'a> {
-    /// The components at the samples: n rows of K signed bytes.
-    pub(crate) rows: &'a [u8],
-    /// The factor of each component.
-    pub(crate) scales: Floats<'a>,
+    /// K components at the n samples.
+    pub(crate) at_samples: ComponentRows<'a>,
     pub(crate) precision: Floats<'a>,
 }
 
@@ -43,29 +42,16 @@ impl<'a> Correction<'a> {
         self.precision.len()
     }
 
-    /// The components at the samples of the pattern: for each sample a signed byte for each component.
+    /// The components at the samples of the pattern.
     #[must_use]
-    pub fn rows(&self) -> &'a [u8] {
-        self.rows
-    }
-
-    /// The factor of each component.
-    #[must_use]
-    pub fn scales(&self) -> Floats<'a> {
-        self.scales
+    pub fn at_samples(&self) -> ComponentRows<'a> {
+        self.at_samples
     }
 
     /// The precision of each component.
     #[must_use]
     pub fn precision(&self) -> Floats<'a> {
         self.precision
-    }
-
-    /// The components at a sample.
-    pub(super) fn row(&self, sample: usize) -> impl Iterator<Item = f32> + Clone {
-        let row = self.rows.chunks_exact(self.components().max(1)).nth(sample);
-        let entries = row.unwrap_or_default().iter().zip(self.scales.iter());
-        entries.map(|(entry, scale)| f32::from(entry.cast_signed()) * scale)
     }
 
     /// The units of work: one for each reading, one for each row of the system, and one for each channel.
@@ -116,7 +102,8 @@ impl<'a> Correction<'a> {
         }
         let unit = unit.saturating_sub(samples.len());
         let Some(channel) = unit.checked_sub(components) else {
-            self.factorize(unit, packed);
+            let precision = self.precision.iter().nth(unit).unwrap_or(1.0);
+            factorize_row_with(packed, unit, precision);
             return;
         };
         let list = lists.chunks_exact_mut(components.max(1)).nth(channel);
@@ -142,41 +129,14 @@ impl<'a> Correction<'a> {
         let weight = sample.at.cos_theta_i() * sample.at.cos_theta_o();
         let lists = lists.chunks_exact_mut(self.components().max(1));
         for ((list, initial), measured) in lists.zip(initial).zip(sample.measured) {
-            let mut residual = map(measured, 0.0, weight) - center;
-            for (entry, coefficient) in self.row(index).zip(initial) {
-                residual -= entry * coefficient;
-            }
+            let completed = self.at_samples.combine(index, center, initial);
+            let residual = map(measured, 0.0, weight) - completed;
             innovation += residual.abs();
-            for (sum, entry) in list.iter_mut().zip(self.row(index)) {
+            for (sum, entry) in list.iter_mut().zip(self.at_samples.row(index)) {
                 *sum += residual * entry;
             }
         }
-        let mut rest = packed;
-        for (k, left) in self.row(index).enumerate() {
-            let Some((line, after)) =
-                core::mem::take(&mut rest).split_at_mut_checked(k.saturating_add(1))
-            else {
-                break;
-            };
-            rest = after;
-            for (sum, entry) in line.iter_mut().zip(self.row(index)) {
-                *sum += left * entry;
-            }
-        }
+        add_outer_product(packed, self.at_samples.row(index), 1.0);
         innovation
-    }
-
-    /// Adds a precision to the diagonal, and factorizes its row.
-    fn factorize(&self, index: usize, packed: &mut [f32]) {
-        let precision = self.precision.iter().nth(index).unwrap_or(1.0);
-        let Some((above, rest)) = packed.split_at_mut_checked(packed_length(index)) else {
-            return;
-        };
-        if let Some(row) = rest.get_mut(..=index) {
-            if let Some(diagonal) = row.last_mut() {
-                *diagonal += precision;
-            }
-            factorize_row(above, row, precision);
-        }
     }
 }

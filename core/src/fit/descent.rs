@@ -5,15 +5,16 @@
 
 use core::ops::Range;
 
-use super::algorithm::{Algorithm, Channels, ModelMismatch, is_finite};
-use super::completed::{Completed, InitNet, PARAMETERS_PER_UNIT, Target};
+use super::algorithm::{Algorithm, Channels, ModelMismatch};
+use super::completed::{Completed, PARAMETERS_PER_UNIT, Target};
 use super::gauss_newton;
 use super::learned::Descent;
 use super::method::{COMPLETION, FitMethod};
 use super::refined::{Refined, refined_words};
+use super::start::{activate, add_offsets, keep_gray};
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
-use crate::model::{Model, ModelKind, ParameterSet, Samples};
+use crate::model::{Model, ParameterSet, Samples};
 use crate::numeric::Floats;
 
 /// Returns the memory of a descent in words: the parameters, their gradient, and the predicted loss.
@@ -216,18 +217,6 @@ fn advance(
     done
 }
 
-/// Replaces the parameters of the three channels by their mean if the readings are gray.
-pub(super) fn keep_gray(words: &mut [f32], model: ModelKind, channels: Channels) {
-    if channels == Channels::Color {
-        return;
-    }
-    let colors = words.get_mut(model.colors()).unwrap_or_default();
-    for triple in colors.as_chunks_mut().0 {
-        let [red, green, blue] = *triple;
-        *triple = [(red + green + blue) * (1.0 / 3.0); 3];
-    }
-}
-
 /// Returns the descent of a method, if it has one.
 fn descent_of<'m, 'a>(method: &'m FitMethod<'a>) -> Option<&'m Descent<'a>> {
     match method {
@@ -295,42 +284,6 @@ fn advance_completion(
             }
         }
     }
-}
-
-/// Adds the init net's offsets to up to [`PARAMETERS_PER_UNIT`] parameters, from index `first`.
-#[inline(never)]
-pub(super) fn add_offsets(
-    parameters: &mut [f32],
-    init_net: &InitNet<'_>,
-    first: usize,
-    activations: &[f32],
-) {
-    let mut offsets = [0.0; PARAMETERS_PER_UNIT];
-    init_net.offsets(first, activations, &mut offsets);
-    for (parameter, offset) in parameters.iter_mut().zip(offsets) {
-        *parameter += offset;
-    }
-}
-
-/// Computes the activations of the init net. Also returns the predicted loss, because the descent overwrites the
-/// coefficients.
-///
-/// The result is NaN if a coefficient or an activation is not finite. Later steps cannot detect this: activations are
-/// rounded to integers, even those of NaN, and an infinite coefficient results in activations of 1. Not inlined, so
-/// that its stack is released between slices.
-#[inline(never)]
-pub(super) fn activate(
-    completed: &Completed<'_>,
-    init_net: &InitNet<'_>,
-    state: &[f32],
-    activations: &mut [f32],
-) -> f32 {
-    let coefficients = completed.coefficients(state);
-    init_net.activate(coefficients, activations);
-    if !(coefficients.into_iter().all(is_finite) && is_finite(activations)) {
-        return f32::NAN;
-    }
-    completed.predicted_loss(state).unwrap_or_default()
 }
 
 /// Takes one step, and sets the gradient to 0. Not inlined, so firmware contains it once and not for each model.

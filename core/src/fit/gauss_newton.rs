@@ -21,7 +21,8 @@
 //! of V virtual readings, and w / k for each of k readings of the pattern. w and e are learned. With this factor, steps
 //! minimize squares of errors far below e, and absolute errors far above.
 
-use super::ridge::{Real, factorize_row, packed_length, solve_factorized};
+use super::component_rows::ComponentRows;
+use super::ridge::{Real, add_outer_product, factorize_row_with, packed_length, solve_factorized};
 use crate::geometry::{Angles, HalfDifference};
 use crate::model::linear::unmap;
 use crate::model::{Active, Model, ModelKind};
@@ -47,8 +48,7 @@ pub struct GaussNewton<'a> {
 pub struct VirtualReadings<'a> {
     pub(crate) directions: &'a [[u8; 12]],
     pub(crate) center: Floats<'a>,
-    pub(crate) rows: &'a [u8],
-    pub(crate) scales: Floats<'a>,
+    pub(crate) components: ComponentRows<'a>,
 }
 
 impl<'a> GaussNewton<'a> {
@@ -120,16 +120,10 @@ impl<'a> VirtualReadings<'a> {
         self.center
     }
 
-    /// The weights of the components: for each direction a signed byte for each component.
+    /// The components at the directions.
     #[must_use]
-    pub fn rows(&self) -> &'a [u8] {
-        self.rows
-    }
-
-    /// The factor of each component.
-    #[must_use]
-    pub fn scales(&self) -> Floats<'a> {
-        self.scales
+    pub fn components(&self) -> ComponentRows<'a> {
+        self.components
     }
 
     /// Returns a direction and the BRDF there (sr^-1, not times the cosine) of the coefficients of red, green and blue.
@@ -142,28 +136,15 @@ impl<'a> VirtualReadings<'a> {
         index: usize,
         coefficients: [&[f32]; 3],
     ) -> Option<(HalfDifference<f32>, [f32; 3])> {
-        let at = HalfDifference::from_angles(angles(self.directions.get(index)?));
+        let angles = Angles::from_le_bytes(self.directions.get(index)?);
+        let at = HalfDifference::from_angles(angles);
         let weight = at.cos_theta_i() * at.cos_theta_o();
         let center = self.center.iter().nth(index)?;
-        let row = self.rows.chunks_exact(self.scales.len().max(1)).nth(index)?;
         let brdf = coefficients.map(|coefficients| {
-            let mut mapped = center;
-            for ((entry, scale), a) in row.iter().zip(self.scales.iter()).zip(coefficients) {
-                mapped += f32::from(entry.cast_signed()) * scale * a;
-            }
+            let mapped = self.components.combine(index, center, coefficients);
             unmap(mapped, 0.0, weight)
         });
         Some((at, brdf))
-    }
-}
-
-/// Unpacks (theta_h, theta_d, phi_d).
-fn angles(packed: &[u8; 12]) -> Angles<f32> {
-    let [a, b, c, d, e, f, g, h, i, j, k, l] = *packed;
-    Angles {
-        theta_h: f32::from_le_bytes([a, b, c, d]),
-        theta_d: f32::from_le_bytes([e, f, g, h]),
-        phi_d: f32::from_le_bytes([i, j, k, l]),
     }
 }
 
@@ -208,23 +189,14 @@ pub fn add_reading<M: Model, S: Real>(
 /// Adds a row of the Jacobian, times `slope`, with its residual. `scaled` is the weight times the slope.
 #[inline(never)]
 fn add_row<S: Real>(row: &[S], scaled: S, slope: S, residual: S, system: &mut [S]) {
-    let Some((mut lines, right)) = system.split_at_mut_checked(packed_length(row.len())) else {
+    let Some((packed, right)) = system.split_at_mut_checked(packed_length(row.len())) else {
         return;
     };
-    for (index, (entry, left)) in right.iter_mut().zip(row).enumerate() {
-        let left = *left * scaled;
-        *entry = entry.plus_product(left, residual);
-        let left = left * slope;
-        let Some((line, rest)) =
-            core::mem::take(&mut lines).split_at_mut_checked(index.saturating_add(1))
-        else {
-            return;
-        };
-        lines = rest;
-        for (entry, other) in line.iter_mut().zip(row) {
-            *entry = entry.plus_product(left, *other);
-        }
+    let by_residual = scaled * residual;
+    for (entry, value) in right.iter_mut().zip(row) {
+        *entry = entry.plus_product(by_residual, *value);
     }
+    add_outer_product(packed, row.iter().copied(), scaled * slope);
 }
 
 /// Factorizes one system, replaces its right-hand side by delta, and adds delta to the parameters.
@@ -251,15 +223,7 @@ pub fn take_step<S: Real>(
         }
     }
     for (k, precision) in precision.take(count).enumerate() {
-        let Some((above, rest)) = packed.split_at_mut_checked(packed_length(k)) else {
-            return;
-        };
-        if let Some(row) = rest.get_mut(..=k) {
-            if let Some(diagonal) = row.last_mut() {
-                *diagonal = *diagonal + precision;
-            }
-            factorize_row(above, row, precision);
-        }
+        factorize_row_with(packed, k, precision);
     }
     solve_factorized(packed, right);
     for (k, delta) in right.iter().enumerate() {

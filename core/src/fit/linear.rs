@@ -1,7 +1,6 @@
 //! The model Linear: a ridge solve or a completion, in slices of work and in the caller's memory.
 
 use super::algorithm::{Algorithm, Channels, ModelMismatch};
-use super::completed::{Completed, Components, Target};
 use super::learned::Ridge;
 use super::method::{COMPLETION, FitMethod, RIDGE};
 use super::ridge::{dot, factor_length, scratch_length};
@@ -146,11 +145,12 @@ impl Algorithm for Linear {
         let channels = channels(words, method);
         if COMPLETION
             && let FitMethod::Completed(completed) = method
-            && let Target::Linear(components) = &completed.target
+            && let Some(at_samples) = completed.at_samples()
         {
             let weight = at.cos_theta_i() * at.cos_theta_o();
+            let center = completed.center.iter().nth(index).unwrap_or_default();
             for (f, coefficients) in modeled.iter_mut().zip(channels) {
-                let mapped = mapped_at(completed, components, index, coefficients);
+                let mapped = at_samples.combine(index, center, coefficients);
                 *f = unmap(mapped, 0.0, weight);
             }
         }
@@ -194,31 +194,6 @@ fn channels<'w>(words: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; CHANNEL
         FitMethod::Completed(completed) => completed.coefficients(words),
         FitMethod::Descent(_) => [&[]; CHANNELS],
     }
-}
-
-/// Returns the mapped BRDF of some coefficients at a sample of the pattern. Not inlined, so that firmware contains it
-/// once and its stack is released afterwards.
-#[inline(never)]
-fn mapped_at(
-    completed: &Completed<'_>,
-    components: &Components<'_>,
-    index: usize,
-    coefficients: &[f32],
-) -> f32 {
-    let mut sum = completed.center.iter().nth(index).unwrap_or_default();
-    if let Some(correction) = &completed.correction {
-        for (entry, a) in correction.row(index).zip(coefficients) {
-            sum += entry * a;
-        }
-        return sum;
-    }
-    let length = components.scales.len();
-    if let Some(row) = components.rows.chunks_exact(length.max(1)).nth(index) {
-        for ((entry, scale), a) in row.iter().zip(components.scales.iter()).zip(coefficients) {
-            sum += f32::from(entry.cast_signed()) * scale * a;
-        }
-    }
-    sum
 }
 
 /// Computes the coefficients of a channel with the factorized problem. Not inlined, so that its stack is released

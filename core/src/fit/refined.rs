@@ -6,9 +6,9 @@ use core::ops::Range;
 
 use super::algorithm::Channels;
 use super::completed::{Completed, InitNet, PARAMETERS_PER_UNIT, Target};
-use super::descent::{activate, add_offsets, keep_gray};
 use super::gauss_newton::{GaussNewton, system_length, take_step};
 use super::method::{COMPLETION, FitMethod};
+use super::start::{activate, add_offsets, keep_gray};
 use crate::geometry::HalfDifference;
 use crate::model::{Active, Samples};
 

@@ -53,7 +53,7 @@ mod solve;
 pub use error::{Part, RidgeError};
 pub use problem::{Problem, factor_length, scratch_length};
 pub use solve::{Factors, RidgeGradient};
-pub use ldl::{factorize_row, packed_length, solve as solve_factorized};
+pub use ldl::{add_outer_product, factorize_row_with, packed_length, solve as solve_factorized};
 
 use crate::numeric::Scalar;
 

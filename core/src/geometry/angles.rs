@@ -12,3 +12,15 @@ pub struct Angles<T> {
     /// Azimuth of the incoming direction about the half vector.
     pub phi_d: T,
 }
+
+impl Angles<f32> {
+    /// Unpacks theta_h, theta_d and phi_d from little-endian bytes.
+    pub(crate) fn from_le_bytes(packed: &[u8; 12]) -> Self {
+        let [a, b, c, d, e, f, g, h, i, j, k, l] = *packed;
+        Self {
+            theta_h: f32::from_le_bytes([a, b, c, d]),
+            theta_d: f32::from_le_bytes([e, f, g, h]),
+            phi_d: f32::from_le_bytes([i, j, k, l]),
+        }
+    }
+}

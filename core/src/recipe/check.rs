@@ -11,6 +11,7 @@ use super::parts::{
     PackedMethod, PackedRidge, PackedTarget,
 };
 use crate::fit::coefficient_net::{CoefficientNet, MissingPolicy};
+use crate::fit::component_rows::ComponentRows;
 use crate::fit::correction::Correction;
 use crate::fit::gauss_newton::{GaussNewton, VirtualReadings};
 use crate::fit::ridge::Problem;
@@ -23,16 +24,6 @@ use crate::numeric::Floats;
 
 /// The three angles of a sample, packed as in a recipe.
 pub(super) type PackedAngles = [u8; 12];
-
-/// Unpacks (theta_h, theta_d, phi_d).
-pub(super) fn angles(packed: &PackedAngles) -> Angles<f32> {
-    let [a, b, c, d, e, f, g, h, i, j, k, l] = *packed;
-    Angles {
-        theta_h: f32::from_le_bytes([a, b, c, d]),
-        theta_d: f32::from_le_bytes([e, f, g, h]),
-        phi_d: f32::from_le_bytes([i, j, k, l]),
-    }
-}
 
 /// Checks the directions to measure.
 pub(super) fn pattern(packed: &[u8]) -> Result<&[PackedAngles], RecipeError> {
@@ -59,7 +50,7 @@ fn directions(packed: &[u8], max: usize, field: Field) -> Result<&[PackedAngles]
 fn first_below_horizon(packed: &[PackedAngles]) -> Option<usize> {
     packed
         .iter()
-        .position(|packed| !HalfDifference::from_angles(angles(packed)).is_valid())
+        .position(|packed| !HalfDifference::from_angles(Angles::from_le_bytes(packed)).is_valid())
 }
 
 /// Checks the method for a pattern of `samples` samples, and the prediction of its loss.
@@ -162,12 +153,14 @@ fn completed<'a>(
     let row_components = if has_rows { components } else { 0 };
     let target = match target {
         PackedTarget::Linear => Target::Linear(Components {
-            rows: bytes(
-                packed.rows,
-                samples.saturating_mul(row_components),
-                Field::Rows,
-            )?,
-            scales: list(packed.row_scales, row_components, Field::RowScales, finite)?,
+            at_samples: ComponentRows {
+                rows: bytes(
+                    packed.rows,
+                    samples.saturating_mul(row_components),
+                    Field::Rows,
+                )?,
+                scales: list(packed.row_scales, row_components, Field::RowScales, finite)?,
+            },
             basis_checksum: packed.basis_checksum,
         }),
         PackedTarget::Descent(descent, init_net) => {
@@ -237,8 +230,10 @@ fn correction<'a>(
     }
     let rows = samples.saturating_mul(count);
     Ok(Correction {
-        rows: bytes(packed.rows, rows, Field::CorrectionRows)?,
-        scales: list(packed.row_scales, count, Field::CorrectionRowScales, finite)?,
+        at_samples: ComponentRows {
+            rows: bytes(packed.rows, rows, Field::CorrectionRows)?,
+            scales: list(packed.row_scales, count, Field::CorrectionRowScales, finite)?,
+        },
         precision: list(
             packed.precision,
             count,
@@ -285,13 +280,15 @@ fn gauss_newton<'a>(
         virtual_readings: VirtualReadings {
             directions,
             center: list(packed.center, readings, Field::VirtualCenter, in_range)?,
-            rows: bytes(packed.rows, rows, Field::VirtualRows)?,
-            scales: list(
-                packed.row_scales,
-                components,
-                Field::VirtualRowScales,
-                finite,
-            )?,
+            components: ComponentRows {
+                rows: bytes(packed.rows, rows, Field::VirtualRows)?,
+                scales: list(
+                    packed.row_scales,
+                    components,
+                    Field::VirtualRowScales,
+                    finite,
+                )?,
+            },
         },
     })
 }

@@ -218,8 +218,8 @@ impl<'a> PackedGaussNewton<'a> {
             error_scale: steps.error_scale(),
             directions: readings.directions().as_flattened(),
             center: readings.center().words().as_flattened(),
-            rows: readings.rows(),
-            row_scales: readings.scales().words().as_flattened(),
+            rows: readings.components().rows(),
+            row_scales: readings.components().scales().words().as_flattened(),
         }
     }
 }
@@ -246,8 +246,9 @@ impl<'a> From<FitMethod<'a>> for PackedMethod<'a> {
                 let net = completed.coefficient_net();
                 let (rows, row_scales, target): (&[u8], &[u8], _) = match completed.target() {
                     Target::Linear(components) => {
-                        let scales = components.scales().words().as_flattened();
-                        (components.rows(), scales, PackedTarget::Linear)
+                        let rows = components.at_samples;
+                        let scales = rows.scales().words().as_flattened();
+                        (rows.rows(), scales, PackedTarget::Linear)
                     }
                     Target::Descent(descent, init_net) => {
                         let (descent, init_net) =
@@ -276,8 +277,8 @@ impl<'a> From<FitMethod<'a>> for PackedMethod<'a> {
                     basis_checksum: method.basis_checksum().unwrap_or_default(),
                 };
                 let correction = completed.correction().map(|each| PackedCorrection {
-                    rows: each.rows(),
-                    row_scales: each.scales().words().as_flattened(),
+                    rows: each.at_samples().rows(),
+                    row_scales: each.at_samples().scales().words().as_flattened(),
                     precision: each.precision().words().as_flattened(),
                 });
                 Self::Completed(packed, correction, target)

@@ -1,6 +1,7 @@
 //! Export of a recipe as JSON, complete enough to reimplement the fit.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
+use glimpse_core::fit::component_rows::ComponentRows;
 use glimpse_core::fit::{InitNet, Target};
 use glimpse_core::geometry::ArmAngles;
 use glimpse_core::gonio::Limits;
@@ -175,15 +176,14 @@ fn add_completed(value: &mut Value, completed: &Completed<'_>) {
         "bias": floats(completion.bias),
         "output": output.chunks(hidden).collect::<Vec<_>>(),
     });
+    if let Some(at_samples) = completed.at_samples() {
+        value["basis"] = component_rows(at_samples);
+    }
     if let Some(correction) = completed.correction() {
-        value["basis"] = rows_at_samples(correction.rows(), correction.scales());
         value["correction"] = json!({ "precision": list(correction.precision()) });
     }
     match completed.target() {
         Target::Linear(linear) => {
-            if completed.correction().is_none() {
-                value["basis"] = rows_at_samples(linear.rows(), linear.scales());
-            }
             value["basis_checksum"] = checksum(linear.basis_checksum());
         }
         Target::Descent(descent, start) => {
@@ -208,7 +208,7 @@ fn add_completed(value: &mut Value, completed: &Completed<'_>) {
                 "error_scale": steps.error_scale(),
                 "directions": directions,
                 "center": list(readings.center()),
-                "rows": rows_at_samples(readings.rows(), readings.scales()),
+                "rows": component_rows(readings.components()),
             });
             add_start(value, start, components);
         }
@@ -229,9 +229,9 @@ fn add_start(value: &mut Value, start: &InitNet<'_>, components: usize) {
 }
 
 /// Returns the components at each of some directions, as in the fit.
-fn rows_at_samples(rows: &[u8], scales: Floats<'_>) -> Value {
-    let scales: Vec<f32> = scales.iter().collect();
-    let rows = scaled_weights(rows, &|index| scales[index % scales.len()]);
+fn component_rows(components: ComponentRows<'_>) -> Value {
+    let scales: Vec<f32> = components.scales().iter().collect();
+    let rows = scaled_weights(components.rows(), &|index| scales[index % scales.len()]);
     json!(rows.chunks(scales.len()).collect::<Vec<_>>())
 }
 

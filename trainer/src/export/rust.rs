@@ -138,8 +138,13 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
              mean over channels).";
         add_list(source, predicted, "PREDICTION", completed.prediction());
     }
+    if let Some(at_samples) = completed.at_samples() {
+        let basis = "The components at the directions of `PATTERN`.";
+        add_bytes(source, basis, "BASIS", at_samples.rows());
+        let scales = "The scale of each component at these directions.";
+        add_list(source, scales, "BASIS_SCALES", at_samples.scales());
+    }
     if let Some(correction) = completed.correction() {
-        add_rows(source, correction.rows(), correction.scales());
         let precision = "The precision of each component in the correction.";
         add_list(
             source,
@@ -150,9 +155,6 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
     }
     match completed.target() {
         Target::Linear(components) => {
-            if completed.correction().is_none() {
-                add_rows(source, components.rows(), components.scales());
-            }
             add_basis_checksum(source, components.basis_checksum());
         }
         Target::Descent(descent, start) => {
@@ -164,13 +166,6 @@ fn add_completed(source: &mut String, completed: &Completed<'_>) {
             add_start(source, start);
         }
     }
-}
-
-fn add_rows(source: &mut String, rows: &[u8], scales: Floats<'_>) {
-    let basis = "The components at the directions of `PATTERN`.";
-    add_bytes(source, basis, "BASIS", rows);
-    let documentation = "The scale of each component at these directions.";
-    add_list(source, documentation, "BASIS_SCALES", scales);
 }
 
 fn add_start(source: &mut String, start: &InitNet<'_>) {
@@ -214,9 +209,14 @@ fn add_steps(source: &mut String, steps: &GaussNewton<'_>) {
     let center = "The mean of the mapped training columns at these directions.";
     add_list(source, center, "VIRTUAL_CENTER", readings.center());
     let rows = "The components at these directions.";
-    add_bytes(source, rows, "VIRTUAL_ROWS", readings.rows());
+    add_bytes(source, rows, "VIRTUAL_ROWS", readings.components().rows());
     let scales = "The scale of each component at these directions.";
-    add_list(source, scales, "VIRTUAL_ROW_SCALES", readings.scales());
+    add_list(
+        source,
+        scales,
+        "VIRTUAL_ROW_SCALES",
+        readings.components().scales(),
+    );
 }
 
 /// Adds an array of signed bytes.

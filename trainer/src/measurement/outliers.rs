@@ -17,7 +17,6 @@
 //! A wrong reading also distorts the predictions of the others, but has the largest z-score itself. Therefore the
 //! reading with the largest z-score is removed and the others are predicted again.
 
-use glimpse_core::fit::Target;
 use glimpse_core::fit::coefficient_net::standardized;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::unmap;
@@ -340,12 +339,9 @@ impl NormalGroup {
         let FitMethod::Completed(completed) = recipe.method() else {
             return None;
         };
-        let (rows, scales) = match (completed.correction(), completed.target()) {
-            (Some(correction), _) => (correction.rows(), correction.scales()),
-            (None, Target::Linear(components)) => (components.rows(), components.scales()),
-            (None, _) => return None,
-        };
-        let scales: Vec<f64> = scales.iter().map(f64::from).collect();
+        let at_samples = completed.at_samples()?;
+        let rows = at_samples.rows();
+        let scales: Vec<f64> = at_samples.scales().iter().map(f64::from).collect();
         let loading = |sample: usize, component: usize| {
             let byte = rows.get(sample * scales.len() + component);
             f64::from(byte.copied().unwrap_or_default().cast_signed()) * scales[component]

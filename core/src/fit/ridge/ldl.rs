@@ -41,7 +41,7 @@ fn dot<S: Real>(a: &[S], b: &[S]) -> S {
 /// Overwrites a row of a matrix with the row of its factors. The rows above must be factorized.
 ///
 /// A pivot that is below `min_pivot` or NaN becomes `min_pivot`.
-pub fn factorize_row<S: Real>(above: &[S], row: &mut [S], min_pivot: S) {
+pub(super) fn factorize_row<S: Real>(above: &[S], row: &mut [S], min_pivot: S) {
     let Some((pivot, row)) = row.split_last_mut() else {
         return;
     };
@@ -64,6 +64,42 @@ pub fn factorize_row<S: Real>(above: &[S], row: &mut [S], min_pivot: S) {
     let is_valid = *pivot >= min_pivot; // false for a NaN
     if !is_valid {
         *pivot = min_pivot;
+    }
+}
+
+/// Adds a precision to the diagonal of row `index`, and factorizes the row. The rows above must be factorized.
+///
+/// The precision is the smallest pivot.
+pub fn factorize_row_with<S: Real>(packed: &mut [S], index: usize, precision: S) {
+    let Some((above, rest)) = packed.split_at_mut_checked(packed_length(index)) else {
+        return;
+    };
+    if let Some(row) = rest.get_mut(..=index) {
+        if let Some(diagonal) = row.last_mut() {
+            *diagonal = *diagonal + precision;
+        }
+        factorize_row(above, row, precision);
+    }
+}
+
+/// Adds a row's outer product with itself, times `factor`, to a packed triangle.
+pub fn add_outer_product<S: Real>(
+    packed: &mut [S],
+    row: impl Iterator<Item = S> + Clone,
+    factor: S,
+) {
+    let mut rest = packed;
+    for (k, left) in row.clone().enumerate() {
+        let Some((line, after)) =
+            core::mem::take(&mut rest).split_at_mut_checked(k.saturating_add(1))
+        else {
+            return;
+        };
+        rest = after;
+        let left = left * factor;
+        for (sum, right) in line.iter_mut().zip(row.clone()) {
+            *sum = sum.plus_product(left, right);
+        }
     }
 }
 

@@ -72,16 +72,22 @@ fn check_round_trip(contents: &CompletedContents, missing: MissingPolicy) {
     if let Some(correction_part) = &contents.correction {
         let correction = completed.correction().unwrap();
         assert_eq!(correction.components(), correction_part.precision.len());
-        assert_weights(correction.rows(), &correction_part.rows);
-        assert_list(correction.scales(), &correction_part.row_scales);
+        assert_weights(correction.at_samples().rows(), &correction_part.rows);
+        assert_list(
+            correction.at_samples().scales(),
+            &correction_part.row_scales,
+        );
         assert_list(correction.precision(), &correction_part.precision);
     } else {
         assert!(completed.correction().is_none());
     }
     let start = match completed.target() {
         Target::Linear(components) => {
-            assert_weights(components.rows(), &contents.rows);
-            assert_list(components.scales(), &contents.row_scales);
+            if contents.correction.is_none() {
+                let at_samples = completed.at_samples().unwrap();
+                assert_weights(at_samples.rows(), &contents.rows);
+                assert_list(at_samples.scales(), &contents.row_scales);
+            }
             assert_eq!(components.basis_checksum(), Some(0xfeed_beef));
             assert_eq!(recipe.method().basis_checksum(), Some(0xfeed_beef));
             let values = 3 * contents.fitted_components();
@@ -110,8 +116,11 @@ fn check_round_trip(contents: &CompletedContents, missing: MissingPolicy) {
                 packed(&steps_part.directions)
             );
             assert_list(virtual_readings.center(), &steps_part.center);
-            assert_weights(virtual_readings.rows(), &steps_part.rows);
-            assert_list(virtual_readings.scales(), &steps_part.row_scales);
+            assert_weights(virtual_readings.components().rows(), &steps_part.rows);
+            assert_list(
+                virtual_readings.components().scales(),
+                &steps_part.row_scales,
+            );
             start
         }
     };

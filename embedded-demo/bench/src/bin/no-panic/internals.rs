@@ -70,10 +70,12 @@ pub(crate) fn recipe() {
             black_box((completed.center(), completed.scale()));
             let completion = completed.coefficient_net();
             black_box((completion.rows(), completion.hidden(), completion.words()));
+            if let Some(at_samples) = completed.at_samples() {
+                black_box((at_samples.rows(), at_samples.scales()));
+            }
             match completed.target() {
                 Target::Linear(components) => {
-                    black_box((components.rows(), components.scales()));
-                    black_box(components.basis_checksum());
+                                        black_box(components.basis_checksum());
                 }
                 Target::Descent(descent, start) => {
                     black_box((descent.initial(), start.units()));
@@ -81,7 +83,7 @@ pub(crate) fn recipe() {
                 Target::GaussNewton(steps, start) => {
                     let readings = steps.virtual_readings();
                     black_box((steps.initial(), steps.precision(), start.units()));
-                    black_box((readings.center(), readings.rows(), readings.scales()));
+                    black_box((readings.center(), readings.components().rows(), readings.components().scales()));
                     black_box(readings.get(any(3), [numbers(); 3].map(|_| &[][..])));
                 }
             }

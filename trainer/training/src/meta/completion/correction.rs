@@ -3,7 +3,9 @@
 
 use std::sync::OnceLock;
 
-use glimpse_core::fit::ridge::{factorize_row, packed_length, solve_factorized};
+use glimpse_core::fit::ridge::{
+    add_outer_product, factorize_row_with, packed_length, solve_factorized,
+};
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::linear::unmap;
 use glimpse_materials::basis::{Basis, angles_to_f64};
@@ -90,18 +92,10 @@ impl Correction {
     fn factors(&self, present: &[bool]) -> Vec<f32> {
         let mut packed = vec![0.0; packed_length(self.components)];
         for (_, row) in self.present_rows(present) {
-            let mut rest = &mut packed[..];
-            for (k, left) in row.iter().enumerate() {
-                let (line, after) = rest.split_at_mut(k + 1);
-                add_scaled(line, *left, row);
-                rest = after;
-            }
+            add_outer_product(&mut packed, row.iter().copied(), 1.0);
         }
         for (index, precision) in self.precision.iter().enumerate() {
-            let (above, rest) = packed.split_at_mut(packed_length(index));
-            let row = &mut rest[..=index];
-            row[index] += precision;
-            factorize_row(above, row, *precision);
+            factorize_row_with(&mut packed, index, *precision);
         }
         packed
     }

@@ -166,7 +166,7 @@ fn reference(case: &Case) -> Outcome {
     let gradients = score.backward();
     let gradient = |tensor: &Matrix| match tensor.grad(&gradients) {
         Some(gradient) => to_vec(gradient),
-        // The placeholder of a matrix without columns has no gradient.
+        // A matrix without columns has no gradient.
         None => Vec::new(),
     };
     let [readings, bias, output] = coefficient_net_weights.each_ref().map(gradient);
