@@ -215,6 +215,20 @@ fn load<L: Lanes>(list: &[Octet], length: usize, first: usize, octets: usize, en
     L::load(sources)
 }
 
+/// Loads all entries of a list, as [`load`] does.
+#[inline(always)]
+fn load_list<L: Lanes>(
+    list: &[Octet],
+    length: usize,
+    first: usize,
+    octets: usize,
+    values: &mut [L],
+) {
+    for (entry, value) in values.iter_mut().enumerate() {
+        *value = load(list, length, first, octets, entry);
+    }
+}
+
 /// Stores what [`load`] loads, without the lanes past the end.
 #[inline(always)]
 fn store<L: Lanes>(
@@ -317,9 +331,7 @@ impl Kernel for Activate<'_, '_> {
         let mut state = vec![L::constant(0.0); state_len];
         let mut units = vec![L::constant(0.0); shape.units];
         for first in (0..octets).step_by(L::OCTETS) {
-            for (entry, value) in state.iter_mut().enumerate() {
-                *value = load(&batch.state, state_len, first, octets, entry);
-            }
+            load_list(&batch.state, state_len, first, octets, &mut state);
             init_net.activate(coefficient_net.coefficients(&state), &mut units);
             for (unit, value) in units.iter().enumerate() {
                 store(*value, &mut batch.units, shape.units, first, octets, unit);
@@ -377,15 +389,9 @@ impl Kernel for InitNetAdjoint<'_, '_, '_> {
         let mut sums = vec![L::zero_sum(); by_init_net.len()];
         for first in (0..octets).step_by(L::OCTETS) {
             let valid = valid_lanes::<L>(first, octets);
-            for (entry, value) in state.iter_mut().enumerate() {
-                *value = load(&batch.state, state_len, first, octets, entry);
-            }
-            for (entry, value) in by_state.iter_mut().enumerate() {
-                *value = load(&batch.by_state, state_len, first, octets, entry);
-            }
-            for (unit, value) in units.iter_mut().enumerate() {
-                *value = load(&batch.units, shape.units, first, octets, unit);
-            }
+            load_list(&batch.state, state_len, first, octets, &mut state);
+            load_list(&batch.by_state, state_len, first, octets, &mut by_state);
+            load_list(&batch.units, shape.units, first, octets, &mut units);
             for (parameter, value) in by_offsets.iter_mut().enumerate() {
                 let list = &batch.by_offsets;
                 *value = load::<L>(list, shape.parameters, first, octets, parameter) * valid;
@@ -442,9 +448,7 @@ impl Kernel for Adjoint<'_, '_, '_> {
         for first in (0..octets).step_by(L::OCTETS) {
             let valid = valid_lanes::<L>(first, octets);
             load_inputs(batch, first, &mut inputs);
-            for (entry, value) in state.iter_mut().enumerate() {
-                *value = load(&batch.state, state_len, first, octets, entry);
-            }
+            load_list(&batch.state, state_len, first, octets, &mut state);
             for (entry, value) in by_state.iter_mut().enumerate() {
                 *value = load::<L>(&batch.by_state, state_len, first, octets, entry) * valid;
             }

@@ -10,6 +10,7 @@
 
 pub mod correction;
 pub mod dataset;
+mod evidence;
 pub mod highlight_warp;
 mod initial_weights;
 pub mod loss_predictor;

@@ -61,17 +61,17 @@ pub(super) struct Directions<'a> {
 pub(super) struct PreparedParameters<'v> {
     values: &'v Groups<Vec<f32>>,
     weights: CompletionWeights<'v>,
-    hyperparameters: Vec<f32>,
+    pub(super) hyperparameters: Vec<f32>,
     pub(super) pattern: Pattern,
-    standardization: Standardization,
-    correction: Correction,
+    pub(super) standardization: Standardization,
+    pub(super) correction: Correction,
 }
 
 /// A batch of tasks with completed coefficients.
-struct CompletedBatch {
+pub(super) struct CompletedBatch {
     batch: Batch,
-    present: Vec<Vec<bool>>,
-    corrected: Vec<Corrected>,
+    pub(super) present: Vec<Vec<bool>>,
+    pub(super) corrected: Vec<Corrected>,
 }
 
 /// The result of one task.
@@ -185,7 +185,11 @@ impl<'a> CompletionObjective<'a> {
         )
     }
 
-    fn read_all(&self, prepared: &PreparedParameters<'_>, tasks: &[Task]) -> Vec<Vec<Reading>> {
+    pub(super) fn read_all(
+        &self,
+        prepared: &PreparedParameters<'_>,
+        tasks: &[Task],
+    ) -> Vec<Vec<Reading>> {
         tasks.iter().map(|task| self.read(prepared, task)).collect()
     }
 
@@ -196,7 +200,7 @@ impl<'a> CompletionObjective<'a> {
     }
 
     /// Computes the coefficients of tasks from their readings.
-    fn complete(
+    pub(super) fn complete(
         &self,
         prepared: &PreparedParameters<'_>,
         tasks: &[Task],
@@ -235,7 +239,7 @@ impl<'a> CompletionObjective<'a> {
     }
 
     /// Returns theta_0 of a task: the shared initial parameters plus the output of the InitNet.
-    fn initial_parameters(
+    pub(super) fn initial_parameters(
         prepared: &PreparedParameters<'_>,
         completed: &CompletedBatch,
         index: usize,
@@ -455,85 +459,6 @@ impl<'a> CompletionObjective<'a> {
             self.training_directions(),
         );
         losses.iter().map(|each| each.loss).collect()
-    }
-
-    /// Returns the innovation and the mean residual at the readings of each task.
-    #[must_use]
-    pub fn evidence(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<[f32; 2]> {
-        let prepared = self.prepare(values, self.reachable_pattern(values));
-        let evaluate_chunk = |tasks: &[Task]| -> Vec<[f32; 2]> {
-            let readings = self.read_all(&prepared, tasks);
-            let completed = self.complete(&prepared, tasks, &readings);
-            let each = readings.iter().enumerate().map(|(index, readings)| {
-                let present = &completed.present[index];
-                let corrected = &completed.corrected[index];
-                let residual = self.residual(&prepared, &completed, readings, index);
-                [corrected.innovation(present), residual]
-            });
-            each.collect()
-        };
-        tasks
-            .par_chunks(CHUNK)
-            .flat_map_iter(evaluate_chunk)
-            .collect()
-    }
-
-    /// Returns the mean residual of a task's fit at its readings.
-    fn residual(
-        &self,
-        prepared: &PreparedParameters<'_>,
-        completed: &CompletedBatch,
-        readings: &[Reading],
-        index: usize,
-    ) -> f32 {
-        let present = &completed.present[index];
-        let coefficients = &completed.corrected[index].coefficients;
-        let inner = PresentReadings::new(readings, present);
-        let octets = inner.octets(&prepared.pattern);
-        let Some(refinement) = self.refinement else {
-            let count = present.iter().filter(|present| **present).count().max(1);
-            let errors = readings.iter().enumerate().filter(|(i, _)| present[*i]);
-            let errors = errors.map(|(sample, reading)| {
-                let modeled =
-                    prepared
-                        .correction
-                        .brdf(sample, &prepared.standardization, coefficients);
-                let cosine = prepared.standardization.cos_theta_i(sample);
-                let channels = modeled.iter().zip(&reading.brdf);
-                channels
-                    .map(|(f, y)| ((1.0 + f * cosine) / (1.0 + y * cosine)).ln().abs())
-                    .sum::<f32>()
-            });
-            return errors.sum::<f32>() / (3 * count) as f32;
-        };
-        let parameters = refinement.fit(&RefinementInputs {
-            initial: &Self::initial_parameters(prepared, completed, index),
-            hyperparameters: &prepared.hyperparameters,
-            coefficients,
-            readings: &octets,
-            virtual_readings: &self.subset.virtual_readings,
-        });
-        refinement.loss(&parameters, &octets)
-    }
-
-    /// Returns the corrected coefficients of each task that the net completes, averaged over channels.
-    #[must_use]
-    pub fn mean_coefficients(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<Vec<f32>> {
-        let prepared = self.prepare(values, self.reachable_pattern(values));
-        let evaluate_chunk = |tasks: &[Task]| -> Vec<Vec<f32>> {
-            let completed = self.complete(&prepared, tasks, &self.read_all(&prepared, tasks));
-            let components = self.subset.basis.components();
-            let each = completed.corrected.iter().map(|corrected| {
-                let all = &corrected.coefficients;
-                let mean = |k| (all[k] + all[components + k] + all[2 * components + k]) / 3.0;
-                (0..self.shape.components).map(mean).collect()
-            });
-            each.collect()
-        };
-        tasks
-            .par_chunks(CHUNK)
-            .flat_map_iter(evaluate_chunk)
-            .collect()
     }
 
     /// Returns the unweighted loss of training materials at the validation directions, without augmentation.

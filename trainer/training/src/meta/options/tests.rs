@@ -1,0 +1,143 @@
+//! Tests of the options.
+
+use std::collections::HashSet;
+use std::time::Duration;
+
+use super::*;
+use glimpse_materials::Source;
+
+fn pattern_only(first: f32) -> TrainedParts {
+    TrainedParts::PatternOnly(PretrainedInit {
+        initial: vec![first; 7],
+        step_sizes: vec![0.5; 7],
+    })
+}
+
+fn options(model: ModelKind, schedule: Schedule) -> Options {
+    let source = |text: &str, share| SourceShare {
+        share,
+        ..SourceShare::single(&Source(text.into()), 12)
+    };
+    Options {
+        source_shares: vec![source("MERL", 0.25), source("procedural:12", 0.75)],
+        ..Options::new(model, 8, schedule, Effort::Quick, 0)
+    }
+}
+
+type Change = fn(&mut Options);
+
+#[test]
+fn effective_options_change_digest() {
+    let changes: &[Change] = &[
+        |_| {},
+        |o| o.model = ModelKind::Neural,
+        |o| o.samples = 9,
+        |o| o.schedule = Schedule::Paper,
+        |o| o.schedule = Schedule::Joint,
+        |o| o.effort = Effort::Long,
+        |o| o.parts = TrainedParts::AllTwice,
+        |o| o.parts = TrainedParts::WithoutPattern,
+        |o| o.parts = pattern_only(0.5),
+        |o| o.parts = pattern_only(0.25),
+        |o| o.prior.components = 5,
+        |o| o.prior.eta = Some(40.0),
+        |o| o.completion_options.missing = 0.5,
+        |o| o.completion_options.noise = 0.02,
+        |o| o.completion_options.additive = 0.02,
+        |o| o.completion_options.levels = 20,
+        |o| o.completion_options.procedural = 0.5,
+        |o| o.completion_options.limits.max_theta_i = 1.25,
+        |o| o.completion_options.limits.max_theta_o = 1.25,
+        |o| o.completion_options.limits.min_separation = 0.25,
+        |o| o.completion_options.limits.in_plane = true,
+        |o| o.completion_options.refinement = RefinementMethod::Sgd,
+        |o| o.source_shares.clear(),
+        |o| o.source_shares.reverse(),
+        |o| o.source_shares[0].label = "RGL".into(),
+        |o| o.source_shares[0].origin = Origin::BuiltIn,
+        |o| o.source_shares[0].materials = 13,
+        |o| o.source_shares[0].share = 0.5,
+        |o| o.seed = 1,
+    ];
+    let digests: HashSet<u64> = changes
+        .iter()
+        .map(|change| {
+            let mut options = options(ModelKind::Linear, Schedule::Prior);
+            change(&mut options);
+            options.digest()
+        })
+        .collect();
+    assert_eq!(digests.len(), changes.len());
+}
+
+#[test]
+fn ineffective_options_keep_digest() {
+    let changes: [(ModelKind, Schedule, Change); 4] = [
+        (ModelKind::Linear, Schedule::Prior, |_| {}),
+        (ModelKind::Phong, Schedule::Prior, |o| {
+            o.prior = Prior::PAPER;
+        }),
+        (ModelKind::Linear, Schedule::Joint, |o| {
+            o.completion_options.noise = 0.02;
+        }),
+        (ModelKind::Phong, Schedule::Prior, |o| {
+            o.checkpoints = Some(CheckpointOptions {
+                directory: "elsewhere".into(),
+                interval: Duration::ZERO,
+                resume: true,
+            });
+        }),
+    ];
+    for (model, schedule, change) in changes {
+        let mut changed = options(model, schedule);
+        change(&mut changed);
+        assert_eq!(changed.digest(), options(model, schedule).digest());
+    }
+}
+
+#[test]
+fn identity_depends_on_options_and_materials() {
+    let material = |name: &str, digest| Identity {
+        name: name.into(),
+        digest,
+    };
+    let options = options(ModelKind::Phong, Schedule::Prior);
+    let identity = options.identity(&[material("brass", 1), material("felt", 2)]);
+    assert_eq!(identity.options_digest, options.digest());
+    assert_eq!(identity.materials, 2);
+    for other in [
+        [material("brass", 1), material("felt", 3)],
+        [material("brass", 1), material("silk", 2)],
+        [material("felt", 2), material("brass", 1)],
+    ] {
+        let other = options.identity(&other);
+        assert_ne!(identity.materials_digest, other.materials_digest);
+        assert_eq!(identity.options_digest, other.options_digest);
+    }
+}
+
+#[test]
+fn source_shares_sum_to_one() {
+    for (schedule, shares) in [
+        (Schedule::Joint, &[0.25, 0.75][..]),
+        (Schedule::Prior, &[0.15, 0.45, 0.4]),
+    ] {
+        let options = options(ModelKind::Phong, schedule);
+        let sources = options.sources();
+        assert_eq!(sources.len(), shares.len());
+        for (source, share) in sources.iter().zip(shares) {
+            assert!((source.share - share).abs() < 1e-6, "{source:?}");
+        }
+        assert_eq!(sources[0].origin, Origin::Files);
+        let others = &sources[1..];
+        assert!(others.iter().all(|each| each.origin == Origin::BuiltIn));
+    }
+    let (count, seed) = CompletionOptions::PROCEDURAL_SET;
+    let label = format!("procedural:{count}:{seed}");
+    assert_eq!(CompletionOptions::PROCEDURAL_LABEL, label);
+    let unknown = Options {
+        source_shares: Vec::new(),
+        ..options(ModelKind::Phong, Schedule::Prior)
+    };
+    assert!(unknown.sources().is_empty());
+}
