@@ -75,7 +75,7 @@ pub(crate) fn recipe() {
             }
             match completed.target() {
                 Target::Linear(components) => {
-                                        black_box(components.basis_checksum());
+                    black_box(components.basis_checksum());
                 }
                 Target::Descent(descent, start) => {
                     black_box((descent.initial(), start.units()));
@@ -83,7 +83,11 @@ pub(crate) fn recipe() {
                 Target::GaussNewton(steps, start) => {
                     let readings = steps.virtual_readings();
                     black_box((steps.initial(), steps.precision(), start.units()));
-                    black_box((readings.center(), readings.components().rows(), readings.components().scales()));
+                    black_box((
+                        readings.center(),
+                        readings.components().rows(),
+                        readings.components().scales(),
+                    ));
                     black_box(readings.get(any(3), [numbers(); 3].map(|_| &[][..])));
                 }
             }
