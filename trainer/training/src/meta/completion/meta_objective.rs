@@ -22,6 +22,22 @@ const INITIAL_PRECISION: f32 = 3.0;
 /// The stride of the validation octets that are used to sort samples. A subset is accurate enough.
 const ORDER_OCTET_STRIDE: usize = 8;
 
+impl CompletionObjective<'_> {
+    /// Returns the hyperparameters before training: those of the refinement, then the precisions of the correction. A fold
+    /// may have fewer components than an earlier run.
+    fn initial_hyperparameters(&self) -> Vec<f32> {
+        let refinement = self.refinement.map(Refinement::initial_hyperparameters);
+        let refinement = refinement.unwrap_or_default();
+        let count = refinement.len() + self.subset.basis.components();
+        if let Some(earlier) = self.earlier {
+            return earlier.hyperparameters[..count].to_vec();
+        }
+        let mut all = refinement;
+        all.resize(count, INITIAL_PRECISION);
+        all.into_iter().map(|value| ENCODING.encode(value)).collect()
+    }
+}
+
 impl MetaObjective for CompletionObjective<'_> {
     fn initial_values(&self, guess: u64) -> Groups<Vec<f32>> {
         let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess_seed(guess));
@@ -31,15 +47,10 @@ impl MetaObjective for CompletionObjective<'_> {
             None => Vec::new(),
         };
         Groups {
-            hyperparameters: {
-                let refinement = self.refinement.map(Refinement::initial_hyperparameters);
-                let precisions = vec![INITIAL_PRECISION; self.subset.basis.components()];
-                let all = refinement.into_iter().flatten().chain(precisions);
-                all.map(|value| ENCODING.encode(value)).collect()
-            },
+            hyperparameters: self.initial_hyperparameters(),
             initial,
-            pattern: match self.pattern {
-                Some(pattern) => pattern.to_vec(),
+            pattern: match self.earlier {
+                Some(earlier) => earlier.pattern.clone(),
                 None => self.streams.initial_pattern(guess, self.shape.samples),
             },
             coefficient_net,

@@ -46,8 +46,8 @@ pub struct CompletionObjective<'a> {
     pub auxiliary_weight: f32,
     /// The limits of the goniometer.
     pub limits: Limits,
-    /// The fixed initial pattern; None draws one per guess.
-    pub pattern: Option<&'a [f32]>,
+    /// The values of an earlier run, whose pattern and hyperparameters a run starts with; None draws a pattern per guess.
+    pub earlier: Option<&'a Groups<Vec<f32>>>,
 }
 
 /// The directions of the loss, and the components at them.

@@ -7,6 +7,7 @@ use glimpse_core::recipe::ValidationSplit;
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Identity, Material, Procedural};
+use glimpse_optimizer::Groups;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -116,7 +117,7 @@ pub fn train(
         let held_out = [&fold[..], &classes].concat();
         let subset = Subset::without(&dataset, components, &held_out);
         let (fold_objective, outcome) =
-            session.run(&subset, &fold_plan, Some(&values.pattern), index + 1)?;
+            session.run(&subset, &fold_plan, Some(&values), index + 1)?;
         let others: Vec<usize> = training_materials
             .iter()
             .copied()
@@ -382,7 +383,7 @@ impl<'s> Session<'s, '_> {
         &mut self,
         subset: &'a Subset,
         plan: &Plan,
-        pattern: Option<&'a [f32]>,
+        earlier: Option<&'a Groups<Vec<f32>>>,
         stage: usize,
     ) -> Result<(CompletionObjective<'a>, Outcome), RunError>
     where
@@ -407,7 +408,7 @@ impl<'s> Session<'s, '_> {
             refinement: self.refinement,
             auxiliary_weight: AUXILIARY_WEIGHT,
             limits: self.options.completion_options.limits,
-            pattern,
+            earlier,
         };
         let outer_loop = OuterLoop {
             objective: &objective,

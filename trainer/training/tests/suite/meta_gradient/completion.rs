@@ -101,7 +101,7 @@ fn with_objective<T>(
             min_separation: 0.2,
             ..Limits::NONE
         },
-        pattern: None,
+        earlier: None,
     };
     function(&objective, &plan)
 }
