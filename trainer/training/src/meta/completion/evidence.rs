@@ -3,6 +3,7 @@
 use glimpse_optimizer::Groups;
 use rayon::prelude::*;
 
+use super::loss_predictor::Evidence;
 use super::objective::{CHUNK, CompletedBatch, CompletionObjective, PreparedParameters};
 use super::reading::{PresentReadings, Reading};
 use super::refinement::RefinementInputs;
@@ -11,16 +12,19 @@ use super::task::Task;
 impl CompletionObjective<'_> {
     /// Returns the innovation and the mean residual at the readings of each task.
     #[must_use]
-    pub fn evidence(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<[f32; 2]> {
+    pub fn evidence(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<Evidence> {
         let prepared = self.prepare(values, self.reachable_pattern(values));
-        let evaluate_chunk = |tasks: &[Task]| -> Vec<[f32; 2]> {
+        let evaluate_chunk = |tasks: &[Task]| -> Vec<Evidence> {
             let readings = self.read_all(&prepared, tasks);
             let completed = self.complete(&prepared, tasks, &readings);
             let each = readings.iter().enumerate().map(|(index, readings)| {
                 let present = &completed.present[index];
                 let corrected = &completed.corrected[index];
                 let residual = self.residual(&prepared, &completed, readings, index);
-                [corrected.innovation(present), residual]
+                Evidence {
+                    innovation: corrected.innovation(present),
+                    residual,
+                }
             });
             each.collect()
         };

@@ -34,7 +34,9 @@ impl CompletionObjective<'_> {
         }
         let mut all = refinement;
         all.resize(count, INITIAL_PRECISION);
-        all.into_iter().map(|value| ENCODING.encode(value)).collect()
+        all.into_iter()
+            .map(|value| ENCODING.encode(value))
+            .collect()
     }
 }
 

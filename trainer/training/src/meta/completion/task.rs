@@ -7,8 +7,8 @@ use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::recipe::Noise;
 use glimpse_kernels::lanes::WIDTH;
 use glimpse_kernels::samples::OctetRgb;
-use rand::Rng;
 use rand::seq::SliceRandom;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::highlight_warp::HighlightWarp;
@@ -158,6 +158,43 @@ pub struct Task {
     pub noise: Vec<[[f32; 3]; 2]>,
     /// The octets of pool directions at which the loss is evaluated.
     pub octets: Vec<u32>,
+    /// The roughness of the BRDF; None for a smooth one.
+    pub roughness: Option<Roughness>,
+}
+
+/// A random factor of the BRDF at each direction, independent of the factors at all other directions. It imitates
+/// structure and measurement noise that the training materials do not have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Roughness {
+    /// The standard deviation of the logarithm of the factor that all channels share.
+    deviation: f32,
+    /// The seed of the factors at the directions of the loss.
+    seed: u64,
+}
+
+impl Roughness {
+    /// The range of deviations.
+    const DEVIATIONS: [f32; 2] = [0.1, 0.6];
+    /// The deviation of a channel from the shared factor, as a share of the deviation.
+    const CHANNEL_SHARE: f32 = 0.3;
+
+    /// Draws a deviation with a uniform logarithm, and a seed.
+    fn random(random: &mut ChaCha8Rng) -> Self {
+        let [min, max] = Self::DEVIATIONS;
+        Self {
+            deviation: min * (max / min).powf(random.random()),
+            seed: random.random(),
+        }
+    }
+
+    /// Draws the factor of each channel at a direction.
+    fn factors(self, random: &mut ChaCha8Rng) -> [f32; 3] {
+        let shared = standard_normal(random);
+        [(); 3].map(|()| {
+            let own = Self::CHANNEL_SHARE * standard_normal(random);
+            (self.deviation * (shared + own)).exp()
+        })
+    }
 }
 
 impl Task {
@@ -175,6 +212,7 @@ impl Task {
             present: vec![true; samples],
             noise: Vec::new(),
             octets: (0..octets as u32).collect(),
+            roughness: None,
         }
     }
 
@@ -233,7 +271,22 @@ impl Task {
             present,
             noise,
             octets: loss_octets.collect(),
+            roughness: None,
         }
+    }
+
+    /// Makes the BRDF rough, at the samples and at the directions of the loss.
+    #[must_use]
+    pub fn with_roughness(mut self, random: &mut ChaCha8Rng) -> Self {
+        let roughness = Roughness::random(random);
+        self.noise.resize(self.present.len(), [[1.0; 3], [0.0; 3]]);
+        for [factors, _] in &mut self.noise {
+            for (noise, factor) in factors.iter_mut().zip(roughness.factors(random)) {
+                *noise *= factor;
+            }
+        }
+        self.roughness = Some(roughness);
+        self
     }
 
     /// Returns the square root of the share of present readings, as a weight of the loss. Fewer readings cause a larger
@@ -261,6 +314,9 @@ impl Task {
     pub fn values(&self, pool: &WarpedPool) -> Vec<OctetRgb> {
         let own = pool.values(self.material, self.warps[0]);
         let partner = pool.values(self.partner, self.warps[1]);
+        let mut roughness = self
+            .roughness
+            .map(|roughness| (roughness, ChaCha8Rng::seed_from_u64(roughness.seed)));
         let octets = self.octets.iter().map(|octet| {
             let (own, partner) = (&own[*octet as usize], &partner[*octet as usize]);
             let mut values = OctetRgb::default();
@@ -282,6 +338,13 @@ impl Task {
                     values.0[lane] = factor[lane] * (gain * own[lane] + share * partner[lane]);
                 }
             }
+            if let Some((roughness, random)) = &mut roughness {
+                for lane in 0..WIDTH {
+                    for (values, factor) in values.iter_mut().zip(roughness.factors(random)) {
+                        values.0[lane] *= factor;
+                    }
+                }
+            }
             values
         });
         octets.collect()
@@ -290,8 +353,6 @@ impl Task {
 
 #[cfg(test)]
 mod tests {
-    use rand::SeedableRng;
-
     use super::*;
 
     const SAMPLES: usize = 12;

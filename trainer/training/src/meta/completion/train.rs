@@ -13,7 +13,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::dataset::{Dataset, Subset};
-use super::loss_predictor::{HeldOutLoss, HeldOutOrigin, LossPredictor};
+use super::loss_predictor::{Evidence, HeldOutLoss, HeldOutOrigin, LossPredictor};
 use super::objective::{CompletionObjective, hyperparameters};
 use super::reading::{LOG_SCALE, Standardization};
 use super::refinement::Refinement;
@@ -55,10 +55,10 @@ const MAX_POOL_BYTES: usize = 3 << 30;
 const FOLDS: usize = 4;
 /// The minimum number of materials to form folds.
 const MIN_MATERIALS_FOR_FOLDS: usize = 10;
-/// The number of augmented tasks per fold for the loss predictor.
-const AUGMENTED_TASKS: usize = 1_024;
-/// The number of outer samples of each augmented task.
-const AUGMENTED_OUTER_SAMPLES: usize = 1_024;
+/// The number of rough tasks per fold for the loss predictor.
+const ROUGH_TASKS: usize = 1_024;
+/// The number of outer samples of each rough task.
+const ROUGH_OUTER_SAMPLES: usize = 1_024;
 
 /// Trains a recipe on all materials. Then trains once per fold on the materials outside the fold, to estimate the loss
 /// on unseen materials.
@@ -133,7 +133,11 @@ pub fn train(
                 .map(|each| Task::plain(*each, options.samples, 0))
                 .collect()
         };
-        let augmented_tasks = augmented_tasks(&dataset, fold, index, options);
+        let evidence = EvidenceCorrection::new(
+            &objective.evidence(&values, &plain_tasks(&others)),
+            &fold_objective.evidence(&outcome.values, &plain_tasks(&others)),
+        );
+        let rough_tasks = rough_tasks(&dataset, [fold, &classes], index, options);
         for (tasks, losses, origin) in [
             (
                 &plain_tasks(fold),
@@ -146,9 +150,9 @@ pub fn train(
                 HeldOutOrigin::Class,
             ),
             (
-                &augmented_tasks,
-                fold_objective.task_losses(&outcome.values, &augmented_tasks),
-                HeldOutOrigin::Augmentation,
+                &rough_tasks,
+                fold_objective.task_losses(&outcome.values, &rough_tasks),
+                HeldOutOrigin::Rough,
             ),
         ] {
             let results = objective
@@ -156,16 +160,13 @@ pub fn train(
                 .into_iter()
                 .zip(fold_objective.evidence(&outcome.values, tasks))
                 .zip(losses);
-            held_out_losses.extend(results.map(
-                |((coefficients, [innovation, residual]), loss)| HeldOutLoss {
-                    coefficients,
-                    innovation,
-                    residual,
-                    loss,
-                    origin,
-                    fold: index,
-                },
-            ));
+            held_out_losses.extend(results.map(|((coefficients, each), loss)| HeldOutLoss {
+                coefficients,
+                evidence: evidence.correct(each),
+                loss,
+                origin,
+                fold: index,
+            }));
         }
     }
     for held_out_loss in &mut held_out_losses {
@@ -242,33 +243,65 @@ impl FoldCorrection {
     }
 }
 
-/// Draws augmented tasks of a fold's materials.
-fn augmented_tasks(
+/// The factors between the evidence of the full run and that of a fold's shorter run: means of logarithms over materials
+/// that both runs train on. The evidence of held-out materials is multiplied by them.
+struct EvidenceCorrection(Evidence);
+
+impl EvidenceCorrection {
+    fn new(full: &[Evidence], fold: &[Evidence]) -> Self {
+        let mean = |list: &[Evidence], value: fn(&Evidence) -> f32| {
+            let sum: f32 = list.iter().map(value).sum();
+            sum / list.len().max(1) as f32
+        };
+        let factor = |value| (mean(full, value) - mean(fold, value)).exp();
+        Self(Evidence {
+            innovation: factor(Evidence::log_innovation),
+            residual: factor(Evidence::log_residual),
+        })
+    }
+
+    fn correct(&self, evidence: Evidence) -> Evidence {
+        Evidence {
+            innovation: evidence.innovation * self.0.innovation,
+            residual: evidence.residual * self.0.residual,
+        }
+    }
+}
+
+/// Draws augmented, rough tasks of a fold's materials and procedural classes, in equal shares.
+fn rough_tasks(
     dataset: &Dataset,
-    fold: &[usize],
+    held_out: [&[usize]; 2],
     index: usize,
     options: &Options,
 ) -> Vec<Task> {
-    let group = MaterialGroup {
-        materials: fold.to_vec(),
-        share: 1.0,
-    };
+    let groups: Vec<&[usize]> = held_out
+        .into_iter()
+        .filter(|each| !each.is_empty())
+        .collect();
+    let groups: Vec<MaterialGroup> = groups
+        .iter()
+        .map(|materials| MaterialGroup {
+            materials: materials.to_vec(),
+            share: 1.0 / groups.len() as f32,
+        })
+        .collect();
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);
     random.set_stream(u64::MAX - 1 - index as u64);
-    let sizes = [options.samples, AUGMENTED_OUTER_SAMPLES];
+    let sizes = [options.samples, ROUGH_OUTER_SAMPLES];
     let draw = |_| {
-        let groups = std::slice::from_ref(&group);
         let (pool, augmentation_options) = (&dataset.pool, &dataset.augmentation_options);
         Task::random(
             pool,
-            groups,
+            &groups,
             augmentation_options,
             sizes,
             Dropout::TailOrFew,
             &mut random,
         )
+        .with_roughness(&mut random)
     };
-    (0..AUGMENTED_TASKS).map(draw).collect()
+    (0..ROUGH_TASKS).map(draw).collect()
 }
 
 /// Returns the mean held-out loss of plain materials, or the loss on all training materials without folds.

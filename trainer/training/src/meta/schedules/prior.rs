@@ -29,9 +29,9 @@ impl EffortSettings {
             match (effort, has_init_net(model)) {
                 (Effort::Brief, true) => (0, 0, 1_000, 400, [250, 100]),
                 (Effort::Brief, false) => (0, 0, 1_000, 0, [250, 0]),
-                (Effort::Quick, true) => (2, 500, 6_000, 2_500, [1_500, 500]),
+                (Effort::Quick, true) => (2, 500, 6_000, 2_500, [1_500, 1_000]),
                 (Effort::Quick, false) => (2, 500, 6_000, 0, [1_500, 0]),
-                (Effort::Standard, true) => (6, 1_500, 30_000, 4_000, [4_000, 1_000]),
+                (Effort::Standard, true) => (6, 1_500, 30_000, 4_000, [4_000, 2_500]),
                 (Effort::Standard, false) => (16, 3_000, 80_000, 0, [10_000, 0]),
                 (Effort::Long, true) => (16, 3_000, 100_000, 60_000, [20_000, 10_000]),
                 (Effort::Long, false) => (16, 3_000, 200_000, 0, [20_000, 0]),
