@@ -4,10 +4,29 @@ use super::encoding::{Encoding, Plain};
 use super::tanh;
 use crate::numeric::Scalar;
 
-/// The map from coefficients to initial parameters: theta_0 = Phi + U tanh(P a + p).
+/// The largest root mean square of the coefficients that the map distinguishes. Those of the training set have 1.
+pub const MAX_RMS: f64 = 1.2;
+
+/// Returns s, and the square of the length of a.
+#[inline(always)]
+fn limit<S: Scalar>(coefficients: [&[S]; 3]) -> (S, S) {
+    let one = S::constant(1.0);
+    let [mut sum, mut max] = [S::constant(0.0); 2];
+    for coefficient in coefficients.into_iter().flatten() {
+        sum = sum.plus_product(*coefficient, *coefficient);
+        max = max + S::constant(MAX_RMS * MAX_RMS);
+    }
+    let is_above = sum - max;
+    let excess = is_above.if_positive(sum, max) / max;
+    let factor = (S::constant(-0.5) * excess.ln()).exp();
+    (is_above.if_positive(factor, one), sum)
+}
+
+/// The map from coefficients to initial parameters: theta_0 = Phi + U tanh(s P a + p).
 ///
-/// a is the list of the coefficients of red, of green, and of blue. Phi are the initial parameters in the recipe's
-/// descent.
+/// a is the list of the coefficients of red, of green, and of blue. The factor s limits the length of s a to
+/// [`MAX_RMS`] times that of a list of ones: far from the training set, the map would be arbitrary. Phi are the initial
+/// parameters in the recipe's descent.
 #[derive(Debug)]
 pub struct InitNet<'a, S: Scalar, E: Encoding<S>> {
     /// P, g rows of 3 m.
@@ -36,7 +55,7 @@ impl<S: Scalar, E: Encoding<S>> InitNet<'_, S, E> {
         self.bias.len()
     }
 
-    /// Computes tanh(P a + p) from the coefficients of each channel, for as many units as `units` has room for.
+    /// Computes tanh(s P a + p) from the coefficients of each channel, for as many units as `units` has room for.
     #[inline(always)]
     pub fn activate(&self, coefficients: [&[S]; 3], units: &mut [S]) {
         // Three times one length, because the compiler does not see that the sum of three lengths is not 0.
@@ -53,8 +72,9 @@ impl<S: Scalar, E: Encoding<S>> InitNet<'_, S, E> {
             E::add_products(weights, inputs, self.hidden_scales, coefficients, units);
             weights = weights.get(components..).unwrap_or_default();
         }
+        let (factor, _) = limit(coefficients);
         for (unit, bias) in units.iter_mut().zip(self.bias) {
-            *unit = tanh(*unit + E::number(*bias));
+            *unit = tanh(factor * *unit + E::number(*bias));
         }
     }
 
@@ -124,6 +144,9 @@ impl<S: Scalar> InitNet<'_, S, Plain> {
             *by_unit = *by_unit * (one - *unit * *unit);
         }
         S::add_all(gradient.bias, by_units);
+        let (factor, squares) = limit(coefficients);
+        // The derivative of s with respect to a is -s a / |a|^2 above the limit.
+        let mut by_factor = S::constant(0.0);
         let inputs: usize = coefficients.iter().map(|list| list.len()).sum();
         let rows = self.hidden.chunks_exact(inputs.max(1));
         let rows = rows.zip(gradient.hidden.chunks_exact_mut(inputs.max(1)));
@@ -131,13 +154,23 @@ impl<S: Scalar> InitNet<'_, S, Plain> {
         for ((weights, by_weights), by_unit) in rows.zip(&*by_units) {
             let mut weights = weights.iter();
             let mut by_weights = by_weights.iter_mut();
+            let by_product = factor * *by_unit;
             for (values, by_values) in coefficients.iter().zip(&mut by_coefficients) {
                 for (value, by_value) in values.iter().zip(by_values.iter_mut()) {
                     if let (Some(weight), Some(by_weight)) = (weights.next(), by_weights.next()) {
-                        S::add_product(by_weight, *by_unit, *value);
-                        *by_value = by_value.plus_product(*by_unit, S::broadcast(*weight));
+                        let weight = S::broadcast(*weight);
+                        S::add_product(by_weight, by_product, *value);
+                        *by_value = by_value.plus_product(by_product, weight);
+                        by_factor = by_factor.plus_product(by_product * weight, *value);
                     }
                 }
+            }
+        }
+        let is_above = one - factor;
+        let share = is_above.if_positive(by_factor / squares, S::constant(0.0));
+        for (values, by_values) in coefficients.iter().zip(&mut by_coefficients) {
+            for (value, by_value) in values.iter().zip(by_values.iter_mut()) {
+                *by_value = *by_value - share * *value;
             }
         }
     }
