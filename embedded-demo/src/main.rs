@@ -109,6 +109,7 @@ fn run(board: &mut Board, mut driver: Driver<'static, Model>, mut storage: Optio
             (Action::Forget, Some(storage)) => storage.clear(),
             (Action::Finished(residual), _) => {
                 defmt::info!("finished: {}", residual);
+                log_loss(&driver);
                 profiler.report();
             }
             (Action::Failed(failure), _) => {
@@ -118,6 +119,22 @@ fn run(board: &mut Board, mut driver: Driver<'static, Model>, mut storage: Optio
             // The host has the arms and the sensor, and this firmware stores no other recipe.
             _ => {}
         }
+    }
+}
+
+/// Logs the predicted loss of a finished fit and its bound as `name=value` lines, as far as the recipe states them.
+fn log_loss(driver: &Driver<'_, Model>) {
+    let Some(fitted) = driver.scan().ok().and_then(Scan::fitted) else {
+        return;
+    };
+    if let Some(loss) = fitted.predicted_loss() {
+        defmt::info!("predicted_loss={=f32}", loss);
+    }
+    if let Some(bound) = fitted.loss_bound() {
+        defmt::info!("loss_bound={=f32}", bound);
+    }
+    if fitted.is_unlike_training() == Some(true) {
+        defmt::warn!("the readings are unlike those of the training: the predicted loss is uncertain");
     }
 }
 

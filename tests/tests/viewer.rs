@@ -181,6 +181,11 @@ fn fits_and_pictures_match_core_on_host() {
         assert_close(&core.numbers(count as usize), &expected, &name);
         let predicted: f32 = core.call("predicted_loss", ());
         let expected = fitted.predicted_loss().unwrap_or(f32::NAN);
+        let bound: f32 = core.call("loss_bound", ());
+        let expected_bound = fitted.loss_bound().unwrap_or(f32::NAN);
+        assert_eq!(bound.to_bits(), expected_bound.to_bits());
+        let unlike: u32 = core.call("is_unlike_training", ());
+        assert_eq!(unlike == 1, fitted.is_unlike_training() == Some(true));
         assert_eq!(predicted.is_nan(), expected.is_nan(), "{name}");
         if !expected.is_nan() {
             assert_close(&[predicted], &[expected], &name);

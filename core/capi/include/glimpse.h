@@ -384,6 +384,35 @@ typedef int32_t glimpse_model;
 #endif // __cplusplus
 
 /**
+ * An answer that may be unknown. Compare it with these values: GLIMPSE_ANSWER_UNKNOWN is not 0, either.
+ */
+enum glimpse_answer
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * No.
+     */
+    GLIMPSE_ANSWER_NO = 0,
+    /**
+     * Yes.
+     */
+    GLIMPSE_ANSWER_YES = 1,
+    /**
+     * The recipe cannot tell.
+     */
+    GLIMPSE_ANSWER_UNKNOWN = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum glimpse_answer glimpse_answer;
+#else
+typedef int32_t glimpse_answer;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
  * Kinds of glimpse_action. Ignore unknown kinds.
  */
 enum glimpse_action_kind
@@ -999,6 +1028,30 @@ glimpse_status glimpse_fitted_residual(const struct glimpse_scan *scan,
  */
 glimpse_status glimpse_fitted_predicted_loss(const struct glimpse_scan *scan,
                                              float *loss);
+
+/**
+ * Returns the upper bound of this material's loss, which holds for 90 % of materials. Only recipes that
+ * predict the loss can state it.
+ *
+ * @param scan   The scan.
+ * @param bound  Receives the bound of the mean that glimpse_fitted_predicted_loss() predicts; NAN if the
+ *               recipe does not state it, or if it is too large for a float.
+ * @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading.
+ */
+glimpse_status glimpse_fitted_loss_bound(const struct glimpse_scan *scan,
+                                         float *bound);
+
+/**
+ * Compares this material's readings with those of the training. If they are unlike those of all training
+ * materials, the predicted loss and its bound are uncertain.
+ *
+ * @param scan    The scan.
+ * @param unlike  Receives GLIMPSE_ANSWER_YES if the readings are unlike, GLIMPSE_ANSWER_NO if not;
+ *                GLIMPSE_ANSWER_UNKNOWN if the recipe cannot tell.
+ * @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading.
+ */
+glimpse_status glimpse_fitted_is_unlike_training(const struct glimpse_scan *scan,
+                                                 glimpse_answer *unlike);
 
 /**
  * Returns the fitted material's BRDF.

@@ -9,7 +9,7 @@ use crate::configuration::CScan;
 use crate::pointer::{Out, copy_of, exclusive, shared, status};
 use crate::scan::glimpse_scan;
 use crate::status::glimpse_status;
-use crate::types::{glimpse_directions, glimpse_progress, glimpse_residual};
+use crate::types::{glimpse_answer, glimpse_directions, glimpse_progress, glimpse_residual};
 
 /// Begins a fit of all readings. An earlier fit is dropped.
 ///
@@ -134,6 +134,50 @@ pub unsafe extern "C" fn glimpse_fitted_predicted_loss(
         let fitted = scan.fitted().ok_or(glimpse_status::NotFitted);
         let out = out?;
         out.put(fitted?.predicted_loss().unwrap_or(f32::NAN));
+        Ok(())
+    }))
+}
+
+/// Returns the upper bound of this material's loss, which holds for 90 % of materials. Only recipes that
+/// predict the loss can state it.
+///
+/// @param scan   The scan.
+/// @param bound  Receives the bound of the mean that glimpse_fitted_predicted_loss() predicts; NAN if the
+///               recipe does not state it, or if it is too large for a float.
+/// @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_fitted_loss_bound(
+    scan: *const glimpse_scan,
+    bound: *mut f32,
+) -> glimpse_status {
+    // SAFETY: the C caller keeps the contract of the header.
+    let (scan, out) = unsafe { (shared(scan.cast::<CScan>()), Out::new(bound)) };
+    status(scan.and_then(|scan| {
+        let fitted = scan.fitted().ok_or(glimpse_status::NotFitted);
+        let out = out?;
+        out.put(fitted?.loss_bound().unwrap_or(f32::NAN));
+        Ok(())
+    }))
+}
+
+/// Compares this material's readings with those of the training. If they are unlike those of all training
+/// materials, the predicted loss and its bound are uncertain.
+///
+/// @param scan    The scan.
+/// @param unlike  Receives GLIMPSE_ANSWER_YES if the readings are unlike, GLIMPSE_ANSWER_NO if not;
+///                GLIMPSE_ANSWER_UNKNOWN if the recipe cannot tell.
+/// @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_fitted_is_unlike_training(
+    scan: *const glimpse_scan,
+    unlike: *mut glimpse_answer,
+) -> glimpse_status {
+    // SAFETY: the C caller keeps the contract of the header.
+    let (scan, out) = unsafe { (shared(scan.cast::<CScan>()), Out::new(unlike)) };
+    status(scan.and_then(|scan| {
+        let fitted = scan.fitted().ok_or(glimpse_status::NotFitted);
+        let out = out?;
+        out.put(fitted?.is_unlike_training().into());
         Ok(())
     }))
 }

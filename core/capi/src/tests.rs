@@ -109,8 +109,17 @@ pub(crate) fn record_all(scan: *mut glimpse_scan) -> usize {
     count
 }
 
-/// Fits the same readings with core. Returns the bits of the values, and the predicted loss.
-pub(crate) fn fit_with_core(recipe: &[u8]) -> (Vec<u32>, Option<f32>) {
+/// A fit with core.
+pub(crate) struct CoreFit {
+    /// The bits of the values.
+    pub(crate) values: Vec<u32>,
+    pub(crate) predicted_loss: Option<f32>,
+    pub(crate) loss_bound: Option<f32>,
+    pub(crate) is_unlike_training: Option<bool>,
+}
+
+/// Fits the same readings with core.
+pub(crate) fn fit_with_core(recipe: &[u8]) -> CoreFit {
     use glimpse_core::recipe::Recipe;
     use glimpse_core::scan::Scan;
 
@@ -123,13 +132,17 @@ pub(crate) fn fit_with_core(recipe: &[u8]) -> (Vec<u32>, Option<f32>) {
     let mut fit = scan.fit().unwrap();
     while !fit.advance(u32::MAX).is_complete() {}
     let fitted = fit.finish().unwrap();
-    let values = fitted.values().map(f32::to_bits).collect();
-    (values, fitted.predicted_loss())
+    CoreFit {
+        values: fitted.values().map(f32::to_bits).collect(),
+        predicted_loss: fitted.predicted_loss(),
+        loss_bound: fitted.loss_bound(),
+        is_unlike_training: fitted.is_unlike_training(),
+    }
 }
 
 /// Fits the same readings with core. Returns the bits of the values.
 pub(crate) fn values_with_core(recipe: &[u8]) -> Vec<u32> {
-    fit_with_core(recipe).0
+    fit_with_core(recipe).values
 }
 
 pub(crate) static MIRROR: glimpse_directions = glimpse_directions {

@@ -122,6 +122,18 @@ pub enum glimpse_model {
     Linear = 3,
 }
 
+/// An answer that may be unknown. Compare it with these values: GLIMPSE_ANSWER_UNKNOWN is not 0, either.
+#[repr(i32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum glimpse_answer {
+    /// No.
+    No = 0,
+    /// Yes.
+    Yes = 1,
+    /// The recipe cannot tell.
+    Unknown = 2,
+}
+
 /// Description of a recipe.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -357,6 +369,16 @@ impl From<glimpse_limits> for Limits {
             max_theta_o: limits.max_theta_o,
             min_separation: limits.min_separation,
             in_plane: limits.in_plane != 0,
+        }
+    }
+}
+
+impl From<Option<bool>> for glimpse_answer {
+    fn from(answer: Option<bool>) -> Self {
+        match answer {
+            Some(false) => Self::No,
+            Some(true) => Self::Yes,
+            None => Self::Unknown,
         }
     }
 }

@@ -21,7 +21,7 @@ mod missing;
 
 pub use adjoint::CoefficientNetGradient;
 pub use encoding::{Encoding, Packed, Plain};
-pub use init_net::{InitNet, InitNetGradient};
+pub use init_net::{InitNet, InitNetGradient, MAX_RMS};
 pub use missing::{MissingPolicy, dropout_gain};
 
 use crate::model::linear::map;

@@ -29,8 +29,19 @@ pub struct ScanOutcome {
     pub values: Vec<f32>,
     /// The residual of the readings.
     pub residual: Residual,
-    /// The predicted loss of the fit, if the recipe has a loss predictor.
-    pub predicted_loss: Option<f32>,
+    /// The prediction of the fit's loss, if the recipe has a loss predictor.
+    pub prediction: Option<Prediction>,
+}
+
+/// The loss that a recipe predicts from readings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prediction {
+    /// The expected loss.
+    pub loss: f32,
+    /// The upper bound, which holds for 90 % of materials; None if the recipe has none.
+    pub bound: Option<f32>,
+    /// True if the readings are unlike those of all training materials; None if the recipe cannot tell.
+    pub unlike_training: Option<bool>,
 }
 
 /// A function that reads a sample, given its index and its angles in radians. It returns the BRDF in linear RGB, sr^-1
@@ -75,6 +86,10 @@ pub fn scan_with_missing(
     Ok(ScanOutcome {
         values: fitted.values().collect(),
         residual: fitted.residual(),
-        predicted_loss: fitted.predicted_loss(),
+        prediction: fitted.predicted_loss().map(|loss| Prediction {
+            loss,
+            bound: fitted.loss_bound(),
+            unlike_training: fitted.is_unlike_training(),
+        }),
     })
 }

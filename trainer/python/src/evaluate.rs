@@ -117,8 +117,11 @@ fn to_json(
 ) -> serde_json::Result<String> {
     let mut value = serde_json::to_value(report)?;
     for (index, material) in report.materials.iter().enumerate() {
-        // The report omits a loss that is not predicted.
-        value["materials"][index]["predicted_loss"] = json!(material.predicted_loss);
+        // The report omits what is not predicted.
+        let entry = &mut value["materials"][index];
+        entry["predicted_loss"] = json!(material.predicted_loss);
+        entry["loss_bound"] = json!(material.loss_bound);
+        entry["unlike_training"] = json!(material.unlike_training);
     }
     let names = |kind: TrainingOverlap| -> Value {
         let Some(overlaps) = &overlaps else {

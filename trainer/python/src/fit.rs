@@ -153,7 +153,20 @@ impl PyFittedMaterial {
     /// The loss of the fit, predicted from its readings, or None if the recipe cannot predict it.
     #[getter]
     fn predicted_loss(&self) -> Option<f32> {
-        self.fit.predicted_loss
+        self.fit.prediction.map(|prediction| prediction.loss)
+    }
+
+    /// The upper bound of the loss, which holds for 90 % of materials, or None if the recipe has none.
+    #[getter]
+    fn loss_bound(&self) -> Option<f32> {
+        self.fit.prediction?.bound
+    }
+
+    /// True if the readings are unlike those of all training materials, so that the loss may be larger than predicted. None
+    /// if the recipe cannot tell.
+    #[getter]
+    fn unlike_training(&self) -> Option<bool> {
+        self.fit.prediction?.unlike_training
     }
 
     /// The status of each sample's reading: "used", "missing", "saturated" or "excluded" (an outlier).

@@ -93,6 +93,12 @@ impl MethodReport {
                 "mean loss predicted from the readings: {mean:.4}{rank}"
             ));
         }
+        if let Some(coverage) = self.report.bound_coverage() {
+            remarks.push(format!(
+                "the loss is at most its bound for {:.0} % of the materials (expected: 90 %)",
+                100.0 * coverage
+            ));
+        }
         if let Some(stated) = &self.stated_loss {
             remarks.push(format!("expected loss of the recipe: {}", stated.text));
         }
@@ -115,32 +121,35 @@ impl MethodReport {
             "L2",
             "PSNR",
             "delta E",
-            if self.prediction().is_some() {
-                "  predicted loss"
-            } else {
-                ""
+            match (self.prediction(), report.bound_coverage()) {
+                (None, _) => "",
+                (Some(_), None) => "  predicted loss",
+                (Some(_), Some(_)) => "  predicted loss  at most",
             }
         );
         let materials = report.materials.iter().enumerate();
         let rows = materials.map(|(index, material)| {
-            let mark = match self.overlap(index) {
-                Some(TrainingOverlap::SameBrdf) => "  training material",
-                Some(TrainingOverlap::SameName) => "  same name as a training material",
-                None => "",
+            let mark = match (self.overlap(index), material.unlike_training) {
+                (Some(TrainingOverlap::SameBrdf), _) => "  training material",
+                (Some(TrainingOverlap::SameName), _) => "  same name as a training material",
+                (None, Some(true)) => "  unlike the training",
+                (None, _) => "",
             };
             (
                 &material.name[..],
                 material.metrics,
-                material.predicted_loss,
+                [material.predicted_loss, material.loss_bound],
                 mark,
             )
         });
         let predicted = self.prediction().map(|(mean, _)| mean);
-        let mean = [("mean", report.metrics, predicted, "")];
+        let mean = [("mean", report.metrics, [predicted, None], "")];
         for (name, scores, predicted, mark) in rows.chain(mean) {
+            let [predicted, bound] = predicted;
             let predicted = predicted.map_or(String::new(), |loss| format!("  {loss:14.4}"));
+            let bound = bound.map_or(String::new(), |bound| format!("  {bound:7.4}"));
             text += &format!(
-                "{name:width$} {:8.4} {:8.4} {:9.6} {:7.2} {:8.4}{predicted}{mark}\n",
+                "{name:width$} {:8.4} {:8.4} {:9.6} {:7.2} {:8.4}{predicted}{bound}{mark}\n",
                 scores.loss, scores.dssim, scores.l2, scores.psnr, scores.delta_e
             );
         }
@@ -170,6 +179,7 @@ impl MethodReport {
         value["prediction"] = json!(self.prediction().map(|(mean, rank)| json!({
             "loss": mean,
             "rank_correlation": rank,
+            "bound_coverage": self.report.bound_coverage(),
         })));
         value["promise"] = json!(self.stated_loss.as_ref().map(|stated| &stated.json));
         let names = |kind: TrainingOverlap| {

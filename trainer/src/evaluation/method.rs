@@ -4,7 +4,7 @@ use glimpse_core::fit::{Algorithm, Channels};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, ModelKind, Sample, Samples, Slot, slot_of};
 use glimpse_core::recipe::{Descent, FitMethod, Recipe};
-use glimpse_kernels::scan::scan_with_missing;
+use glimpse_kernels::scan::{Prediction, scan_with_missing};
 use glimpse_kernels::with_model;
 use glimpse_materials::basis::{Basis, Coefficients};
 use glimpse_materials::sampling::uniform_valid;
@@ -303,7 +303,7 @@ impl<'a> Method<'a> {
         Ok(self.fit_and_predict(material, seed)?.0)
     }
 
-    /// Fits a material, and returns the loss that the recipe predicts, if it can.
+    /// Fits a material, and returns the recipe's prediction of the loss, if it has one.
     ///
     /// # Errors
     /// [`EvaluationError::Ridge`]
@@ -311,8 +311,8 @@ impl<'a> Method<'a> {
         &self,
         material: &dyn Material,
         seed: u64,
-    ) -> Result<(FittedBrdf, Option<f32>), EvaluationError> {
-        let mut predicted_loss = None;
+    ) -> Result<(FittedBrdf, Option<Prediction>), EvaluationError> {
+        let mut prediction = None;
         let drawn;
         let angles = match &self.directions {
             SampleDirections::Pattern(pattern) => pattern,
@@ -325,11 +325,11 @@ impl<'a> Method<'a> {
             FitAlgorithm::Scan(recipe, basis) => {
                 let mut read = self.degradation.reader(material, recipe.samples(), seed);
                 let result = scan_with_missing(recipe, &mut read)?;
-                predicted_loss = result.predicted_loss;
+                prediction = result.prediction;
                 match (recipe.model(), basis) {
                     (ModelKind::Linear, Some(basis)) => {
                         let coefficients = basis.channels(&result.values)?;
-                        return Ok((self.reconstruct(basis, &coefficients), predicted_loss));
+                        return Ok((self.reconstruct(basis, &coefficients), prediction));
                     }
                     _ => result.values,
                 }
@@ -366,7 +366,7 @@ impl<'a> Method<'a> {
         };
         let fitted =
             FittedBrdf::new(self.model(), parameters, None).ok_or(EvaluationError::Basis)?;
-        Ok((fitted, predicted_loss))
+        Ok((fitted, prediction))
     }
 }
 

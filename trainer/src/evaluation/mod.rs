@@ -16,6 +16,7 @@ pub use method::{Method, measure};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glimpse_core::geometry::HalfDifference;
+use glimpse_kernels::scan::Prediction;
 use glimpse_materials::loss::{loss_directions, mean_log_error};
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 use glimpse_materials::{FittedBrdf, Material};
@@ -124,6 +125,13 @@ pub struct MaterialMetrics {
     /// The loss that the recipe predicts from the readings, averaged over the seeds; None if it cannot predict one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub predicted_loss: Option<f64>,
+    /// The upper bound of the loss for 90 % of materials, averaged over the seeds; None if the recipe has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loss_bound: Option<f64>,
+    /// True if the readings are unlike those of all training materials, for at least half of the seeds; None if the
+    /// recipe cannot tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unlike_training: Option<bool>,
 }
 
 /// The metrics of a method.
@@ -156,6 +164,18 @@ impl Report {
         losses.collect()
     }
 
+    /// Returns the share of materials whose loss does not exceed its upper bound, if the recipe has bounds.
+    #[must_use]
+    pub fn bound_coverage(&self) -> Option<f64> {
+        let holds = self
+            .materials
+            .iter()
+            .map(|each| Some(each.metrics.loss <= each.loss_bound?));
+        let holds: Option<Vec<bool>> = holds.collect();
+        let holds = holds.filter(|list| !list.is_empty())?;
+        Some(holds.iter().filter(|holds| **holds).count() as f64 / holds.len() as f64)
+    }
+
     /// Returns the predicted loss of each material, if the recipe predicts losses.
     #[must_use]
     pub fn predicted_losses(&self) -> Option<Vec<f64>> {
@@ -165,6 +185,18 @@ impl Report {
             .map(|material| material.predicted_loss);
         predicted.collect()
     }
+}
+
+/// Returns the mean of a value of predictions; None if one has no such value.
+fn mean(
+    predictions: &[Option<Prediction>],
+    value: impl Fn(&Prediction) -> Option<f32>,
+) -> Option<f64> {
+    let values = predictions
+        .iter()
+        .map(|each| value(each.as_ref()?).map(f64::from));
+    let sum: Option<f64> = values.sum();
+    sum.map(|sum| sum / predictions.len() as f64)
 }
 
 impl<'a> Evaluator<'a> {
@@ -256,7 +288,7 @@ impl<'a> Evaluator<'a> {
         stop: &AtomicBool,
     ) -> Result<Report, EvaluationError> {
         let seeds = if method.is_random() { seeds.max(1) } else { 1 };
-        let fits_by_material: Vec<Vec<(Metrics, Option<f64>)>> = (0..self.materials.len())
+        let fits_by_material: Vec<Vec<(Metrics, Option<Prediction>)>> = (0..self.materials.len())
             .into_par_iter()
             .map(|material| {
                 let fits = (0..seeds)
@@ -269,7 +301,7 @@ impl<'a> Evaluator<'a> {
                         let (fitted, predicted) =
                             method.fit_and_predict(&*self.materials[material], seed)?;
                         let (metrics, _) = self.compare(material, &fitted)?;
-                        Ok((metrics, predicted.map(f64::from)))
+                        Ok((metrics, predicted))
                     })
                     .collect();
                 done();
@@ -280,15 +312,21 @@ impl<'a> Evaluator<'a> {
             .materials
             .iter()
             .zip(&fits_by_material)
-            .map(|(material, fits)| MaterialMetrics {
-                name: material.name().to_owned(),
-                metrics: Metrics::mean_of_repetitions(fits.iter().map(|(metrics, _)| *metrics))
-                    .unwrap_or_default(),
-                predicted_loss: fits
-                    .iter()
-                    .map(|(_, predicted)| *predicted)
-                    .sum::<Option<f64>>()
-                    .map(|sum| sum / fits.len() as f64),
+            .map(|(material, fits)| {
+                let predictions: Vec<Option<Prediction>> =
+                    fits.iter().map(|(_, predicted)| *predicted).collect();
+                MaterialMetrics {
+                    name: material.name().to_owned(),
+                    metrics: Metrics::mean_of_repetitions(fits.iter().map(|(metrics, _)| *metrics))
+                        .unwrap_or_default(),
+                    predicted_loss: mean(&predictions, |each| Some(each.loss)),
+                    loss_bound: mean(&predictions, |each| each.bound),
+                    unlike_training: mean(&predictions, |each| {
+                        each.unlike_training
+                            .map(|unlike| if unlike { 1.0 } else { 0.0 })
+                    })
+                    .map(|share| share >= 0.5),
+                }
             })
             .collect();
         let mean_losses_by_seed: Vec<f64> = (0..seeds as usize)

@@ -190,6 +190,8 @@ pub(super) fn blank_evaluation(seeds: u64, materials: &[Box<dyn Material>]) -> E
         name: material.name().to_owned(),
         metrics,
         predicted_loss: None,
+        loss_bound: None,
+        unlike_training: None,
     });
     Evaluation {
         metrics,

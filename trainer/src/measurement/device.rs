@@ -205,7 +205,7 @@ impl DeviceReport {
         let fit = Fit {
             values: self.values,
             residual: self.residual,
-            predicted_loss: None,
+            prediction: None,
             statuses,
             outlier_report: find_outliers(recipe, &measurements),
         };

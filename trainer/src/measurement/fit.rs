@@ -3,7 +3,7 @@
 use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
-use glimpse_kernels::scan::{HostScanError, scan_with_missing};
+use glimpse_kernels::scan::{HostScanError, Prediction, scan_with_missing};
 use glimpse_materials::display_with_setting_names;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 use serde::Serialize;
@@ -47,8 +47,8 @@ pub struct Fit {
     pub values: Vec<f32>,
     /// The residual at the used readings; None if a device did not report it.
     pub residual: Option<Residual>,
-    /// The loss that the recipe predicts from the readings; None if it has no loss predictor.
-    pub predicted_loss: Option<f32>,
+    /// The recipe's prediction of the loss; None if it has no loss predictor.
+    pub prediction: Option<Prediction>,
     /// The status of each sample's reading.
     pub statuses: Vec<ReadingStatus>,
     /// The outliers among the readings.
@@ -151,7 +151,7 @@ pub fn fit(
     Ok(Fit {
         values: result.values,
         residual: Some(result.residual),
-        predicted_loss: result.predicted_loss,
+        prediction: result.prediction,
         statuses,
         outlier_report,
     })

@@ -57,6 +57,8 @@ class Core {
   lobe(theta, steps) { return this.read(steps, 3, () => this.exports.lobe(theta, steps)); }
   loss() { return this.exports.loss(); }
   predictedLoss() { return this.exports.predicted_loss(); }
+  lossBound() { return this.exports.loss_bound(); }
+  isUnlikeTraining() { return this.exports.is_unlike_training() === 1; }
   residual() { return this.exports.residual(); }
   // Returns rows of a sphere's picture, as a view that is valid until the next call.
   shade(size, first, end, light) {

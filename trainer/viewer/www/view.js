@@ -42,13 +42,15 @@ const start = async () => {
     readings.firstFit ||= scan.samples.map((_, i) => Array.from(flat.slice(3 * i, 3 * i + 3)));
     method.loss = referenceValues ? core.loss() : NaN;
     method.predicted = core.predictedLoss();
+    method.bound = core.lossBound();
+    method.isUnlike = core.isUnlikeTraining();
     method.residual = core.residual();
   };
   const formatLoss = (loss) => (Number.isNaN(loss) ? null : loss.toFixed(4));
   const updateFacts = (method) => {
-    const { loss, predicted, residual, scan, facts } = method;
+    const { loss, predicted, bound, isUnlike, residual, scan, facts } = method;
     const expected = scan.expected_loss === null ? NaN : scan.expected_loss;
-    const list = [["Loss", formatLoss(loss)], ["predicted", formatLoss(predicted)], ["at readings", formatLoss(residual)], ["trained on", scan.trained_on]];
+    const list = [["Loss", formatLoss(loss)], ["predicted", formatLoss(predicted)], ["at most (90 %)", formatLoss(bound)], ["at readings", formatLoss(residual)], ["trained on", scan.trained_on], ["note", isUnlike ? "readings unlike the training" : null]];
     if (Number.isNaN(predicted)) list[1] = ["expected", formatLoss(expected)];
     facts.replaceChildren(...list.filter(([, text]) => text).flatMap(([name, text]) => {
       const [dt, dd] = [document.createElement("dt"), document.createElement("dd")];
@@ -208,6 +210,7 @@ const start = async () => {
       csv: () => method.readings.toCsv(),
       loss: () => method.loss,
       predictedLoss: () => method.predicted,
+      lossBound: () => method.bound,
     })),
     frames: () => frames,
     isResting: () => isResting,

@@ -13,6 +13,7 @@ use crate::driver::{
 };
 use crate::fit::{
     glimpse_fit_advance, glimpse_fit_begin, glimpse_fit_finish, glimpse_fitted_brdf,
+    glimpse_fitted_is_unlike_training, glimpse_fitted_loss_bound, glimpse_fitted_predicted_loss,
     glimpse_fitted_residual, glimpse_fitted_values,
 };
 use crate::recipe::glimpse_recipe_describe;
@@ -94,6 +95,7 @@ fn rejects_null_and_misaligned_pointers() {
     let mut sample = glimpse_sample::default();
     let (mut brdf, mut count) = ([0.0; 3], 0);
     let mut residual = core::mem::MaybeUninit::uninit();
+    let mut unlike = core::mem::MaybeUninit::uninit();
     let misaligned_out = (&raw mut sample).wrapping_byte_add(1);
     unsafe {
         for (scan, expected) in [(null_mut(), Status::Null), (misaligned, Status::Misaligned)] {
@@ -110,8 +112,11 @@ fn rejects_null_and_misaligned_pointers() {
                 glimpse_fitted_brdf(scan, &raw const MIRROR, &raw mut brdf),
                 glimpse_fitted_values(scan, brdf.as_mut_ptr(), 3, &raw mut count),
                 glimpse_fitted_residual(scan, residual.as_mut_ptr()),
+                glimpse_fitted_predicted_loss(scan, brdf.as_mut_ptr()),
+                glimpse_fitted_loss_bound(scan, brdf.as_mut_ptr()),
+                glimpse_fitted_is_unlike_training(scan, unlike.as_mut_ptr()),
             ];
-            assert_eq!(found, [expected; 12]);
+            assert_eq!(found, [expected; 15]);
         }
         for (out, expected) in [
             (null_mut(), Status::Null),
@@ -122,10 +127,13 @@ fn rejects_null_and_misaligned_pointers() {
                 glimpse_scan_record(scan, 0, out.cast(), null_mut()),
                 glimpse_scan_reading(scan, 0, out.cast()),
                 glimpse_fitted_residual(scan, out.cast()),
+                glimpse_fitted_predicted_loss(scan, out.cast()),
+                glimpse_fitted_loss_bound(scan, out.cast()),
+                glimpse_fitted_is_unlike_training(scan, out.cast()),
                 glimpse_fitted_brdf(scan, &raw const MIRROR, out.cast()),
                 glimpse_fitted_values(scan, null_mut(), 0, out.cast()),
             ];
-            assert_eq!(found, [expected; 6]);
+            assert_eq!(found, [expected; 9]);
         }
         let described = glimpse_recipe_describe(NEURAL.as_ptr(), NEURAL.len(), null_mut());
         assert_eq!(described, Status::Null);

@@ -2,12 +2,17 @@
 
 use core::ptr::{null, null_mut};
 use std::vec;
+use std::vec::Vec;
+
+use glimpse_core::fit::Uncertainty;
+use glimpse_core::recipe::{PackedCorrection, PackedMethod, Recipe, RecipeParts};
 
 use super::fit::finish;
-use super::{AlignedMemory, MIRROR, RECIPES, begin, fit_with_core, reading, record_all};
+use super::{AlignedMemory, CoreFit, MIRROR, RECIPES, begin, fit_with_core, reading, record_all};
 use crate::fit::{
     glimpse_fit_advance, glimpse_fit_begin, glimpse_fit_finish, glimpse_fitted_brdf,
-    glimpse_fitted_predicted_loss, glimpse_fitted_residual, glimpse_fitted_values,
+    glimpse_fitted_is_unlike_training, glimpse_fitted_loss_bound, glimpse_fitted_predicted_loss,
+    glimpse_fitted_residual, glimpse_fitted_values,
 };
 use crate::recipe::glimpse_recipe_describe;
 use crate::scan::{
@@ -16,8 +21,8 @@ use crate::scan::{
 };
 use crate::status::glimpse_status as Status;
 use crate::types::{
-    glimpse_directions_of, glimpse_model, glimpse_reading, glimpse_recipe, glimpse_recorded,
-    glimpse_residual, glimpse_sample,
+    glimpse_answer, glimpse_directions_of, glimpse_model, glimpse_reading, glimpse_recipe,
+    glimpse_recorded, glimpse_residual, glimpse_sample,
 };
 
 /// Fits in small steps and returns the residual.
@@ -38,6 +43,28 @@ pub(super) fn describe(recipe: &[u8]) -> glimpse_recipe {
     }
 }
 
+/// Asserts that predicted loss, bound and similarity to the training equal core's.
+fn assert_errors_match(scan: *const glimpse_scan, expected: &CoreFit) {
+    let (mut loss, mut bound, mut unlike) = (0.0, 0.0, glimpse_answer::No);
+    let found = unsafe {
+        [
+            glimpse_fitted_predicted_loss(scan, &raw mut loss),
+            glimpse_fitted_loss_bound(scan, &raw mut bound),
+            glimpse_fitted_is_unlike_training(scan, &raw mut unlike),
+        ]
+    };
+    assert_eq!(found, [Status::Ok; 3]);
+    let bits = |value: Option<f32>| value.unwrap_or(f32::NAN).to_bits();
+    assert_eq!(loss.to_bits(), bits(expected.predicted_loss));
+    assert_eq!(bound.to_bits(), bits(expected.loss_bound));
+    let expected_answer = match expected.is_unlike_training {
+        Some(false) => glimpse_answer::No,
+        Some(true) => glimpse_answer::Yes,
+        None => glimpse_answer::Unknown,
+    };
+    assert_eq!(unlike, expected_answer);
+}
+
 /// Fits with all models and kinds of recipes, one after the other in the same memory, have the same bits as core's.
 #[test]
 fn every_recipe_matches_core() {
@@ -50,15 +77,14 @@ fn every_recipe_matches_core() {
         assert_eq!(record_all(scan), usize::from(described.samples));
         let residual = fit(scan);
         assert!(residual.mean > 0.0 && residual.worst >= residual.mean);
-        let (expected, predicted) = fit_with_core(recipe);
+        let core_fit = fit_with_core(recipe);
+        let expected = &core_fit.values;
         assert_eq!(expected.len(), usize::from(described.values));
-        let (mut again, mut loss) = (glimpse_residual::default(), 0.0);
+        let mut again = glimpse_residual::default();
         let mut values = vec![f32::NAN; expected.len() + 1];
         let (pointer, mut count) = (values.as_mut_ptr(), 0);
         unsafe {
             let status = glimpse_fitted_residual(scan, &raw mut again);
-            assert_eq!(status, Status::Ok);
-            let status = glimpse_fitted_predicted_loss(scan, &raw mut loss);
             assert_eq!(status, Status::Ok);
             let status = glimpse_fitted_values(scan, pointer, expected.len() - 1, &raw mut count);
             assert_eq!((status, count), (Status::BufferTooSmall, expected.len()));
@@ -67,11 +93,11 @@ fn every_recipe_matches_core() {
             assert_eq!(status, Status::Ok);
         }
         assert_eq!(again, residual);
-        assert_eq!(loss.to_bits(), predicted.unwrap_or(f32::NAN).to_bits());
-        predicted_count += usize::from(predicted.is_some());
+        assert_errors_match(scan, &core_fit);
+        predicted_count += usize::from(core_fit.predicted_loss.is_some());
         assert!(values.pop().unwrap().is_nan());
         let bits: vec::Vec<u32> = values.iter().map(|value| value.to_bits()).collect();
-        assert_eq!(bits, expected);
+        assert_eq!(&bits, expected);
 
         let mut brdf = [0.0; 3];
         let status = unsafe { glimpse_fitted_brdf(scan, &raw const MIRROR, &raw mut brdf) };
@@ -83,6 +109,63 @@ fn every_recipe_matches_core() {
         }
     }
     assert!(predicted_count > 0 && predicted_count < RECIPES.len());
+}
+
+/// Returns a recipe with an uncertainty, and with a correction, without which the similarity to the training is unknown.
+/// The bundled recipes have neither.
+fn with_uncertainty(recipe: &[u8], max_innovation: f32, is_corrected: bool) -> Vec<u8> {
+    let recipe = Recipe::parse(recipe).unwrap();
+    let pattern: Vec<u8> = recipe
+        .pattern()
+        .flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    let mut method = recipe.method().into();
+    let PackedMethod::Completed(net, correction, _) = &mut method else {
+        panic!("the recipe has no completion");
+    };
+    let precision = 1_f32.to_le_bytes().repeat(usize::from(net.components));
+    if is_corrected {
+        *correction = Some(PackedCorrection {
+            rows: core::mem::take(&mut net.rows),
+            row_scales: core::mem::take(&mut net.row_scales),
+            precision: &precision,
+        });
+    }
+    let prediction = recipe.completed().unwrap().prediction();
+    let parts = RecipeParts {
+        prediction: Some(prediction.words().as_flattened()),
+        uncertainty: Some(Uncertainty {
+            innovation: 0.5,
+            residual: 0.25,
+            bound: 2.0,
+            max_innovation,
+        }),
+        ..RecipeParts::new(&pattern, method)
+    };
+    let mut buffer = vec![0; 1 << 16];
+    Recipe::write(&parts, &mut buffer).unwrap().to_vec()
+}
+
+#[test]
+fn bound_and_similarity_to_training_match_core() {
+    let mut memory = AlignedMemory::for_scan();
+    let [.., linear] = RECIPES;
+    for (max_innovation, is_corrected, expected) in [
+        (1.0, false, None),
+        (1e-6, true, Some(true)),
+        (1e6, true, Some(false)),
+    ] {
+        let recipe = with_uncertainty(linear, max_innovation, is_corrected);
+        let (status, scan) = begin(&mut memory, &recipe);
+        assert_eq!(status, Status::Ok);
+        assert_eq!(record_all(scan), 8);
+        fit(scan);
+        let core_fit = fit_with_core(&recipe);
+        assert_eq!(core_fit.is_unlike_training, expected);
+        assert!(core_fit.loss_bound > core_fit.predicted_loss);
+        assert_errors_match(scan, &core_fit);
+    }
 }
 
 #[test]
@@ -149,14 +232,18 @@ fn rejects_wrong_order_of_calls() {
     let mut residual = glimpse_residual::default();
     let mut brdf = [0.0; 3];
     let mut count = 0;
+    let (mut loss, mut unlike) = (0.0, glimpse_answer::No);
     unsafe {
         let mut assert_not_fitted = || {
             let found = [
                 glimpse_fitted_residual(scan, &raw mut residual),
                 glimpse_fitted_brdf(scan, &raw const MIRROR, &raw mut brdf),
                 glimpse_fitted_values(scan, null_mut(), 0, &raw mut count),
+                glimpse_fitted_predicted_loss(scan, &raw mut loss),
+                glimpse_fitted_loss_bound(scan, &raw mut loss),
+                glimpse_fitted_is_unlike_training(scan, &raw mut unlike),
             ];
-            assert_eq!(found, [Status::NotFitted; 3]);
+            assert_eq!(found, [Status::NotFitted; 6]);
         };
         assert_not_fitted();
         assert_eq!(glimpse_fit_begin(scan), Status::Incomplete);

@@ -250,41 +250,47 @@ fn init_net_adjoint_matches_differences() {
         (3, 2, 7, 1),
         (2, 4, 8, 3),
     ] {
-        let case = InitNetCase::new(components, units, parameters, capacity);
-        let mut hidden = vec![0.0; case.hidden.len()];
-        let (mut bias, mut output) = (vec![0.0; units], vec![0.0; case.output.len()]);
-        // `adjoint` adds all derivatives. Two equal calls double them.
-        let mut by_coefficients = vec![0.0; 3 * components];
-        for _ in 0..2 {
-            let mut by_units = vec![f64::NAN; capacity];
-            let mut gradient = InitNetGradient {
-                hidden: &mut hidden,
-                bias: &mut bias,
-                output: &mut output,
-            };
-            let (red, rest) = by_coefficients.split_at_mut(components);
-            let (green, blue) = rest.split_at_mut(components);
-            case.init_net().adjoint(
-                case.channels(),
-                &case.units(),
-                &case.lambda,
-                &mut by_units,
-                &mut gradient,
-                [red, green, blue],
+        // Coefficients below the limit of the net, and far above.
+        for scale in [1.0, 3.0] {
+            let mut case = InitNetCase::new(components, units, parameters, capacity);
+            for coefficient in &mut case.coefficients {
+                *coefficient *= scale;
+            }
+            let mut hidden = vec![0.0; case.hidden.len()];
+            let (mut bias, mut output) = (vec![0.0; units], vec![0.0; case.output.len()]);
+            // `adjoint` adds all derivatives. Two equal calls double them.
+            let mut by_coefficients = vec![0.0; 3 * components];
+            for _ in 0..2 {
+                let mut by_units = vec![f64::NAN; capacity];
+                let mut gradient = InitNetGradient {
+                    hidden: &mut hidden,
+                    bias: &mut bias,
+                    output: &mut output,
+                };
+                let (red, rest) = by_coefficients.split_at_mut(components);
+                let (green, blue) = rest.split_at_mut(components);
+                case.init_net().adjoint(
+                    case.channels(),
+                    &case.units(),
+                    &case.lambda,
+                    &mut by_units,
+                    &mut gradient,
+                    [red, green, blue],
+                );
+            }
+            halve(&mut [&mut hidden, &mut bias, &mut output, &mut by_coefficients]);
+            assert_gradient(
+                &case,
+                InitNetCase::loss,
+                &[
+                    ("hidden", &hidden, |case| &mut case.hidden),
+                    ("bias", &bias, |case| &mut case.bias),
+                    ("output", &output, |case| &mut case.output),
+                    ("coefficients", &by_coefficients, |case| {
+                        &mut case.coefficients
+                    }),
+                ],
             );
         }
-        halve(&mut [&mut hidden, &mut bias, &mut output, &mut by_coefficients]);
-        assert_gradient(
-            &case,
-            InitNetCase::loss,
-            &[
-                ("hidden", &hidden, |case| &mut case.hidden),
-                ("bias", &bias, |case| &mut case.bias),
-                ("output", &output, |case| &mut case.output),
-                ("coefficients", &by_coefficients, |case| {
-                    &mut case.coefficients
-                }),
-            ],
-        );
     }
 }

@@ -1,5 +1,6 @@
 //! The formulas of `docs/recipe.md`, directly in f64.
 
+use glimpse_core::fit::coefficient_net::MAX_RMS;
 use glimpse_core::recipe::Recipe;
 
 use super::contents::CompletedContents;
@@ -116,7 +117,13 @@ pub(crate) fn coefficients(
 /// The units tanh(P a + p).
 pub(crate) fn units(contents: &CompletedContents, coefficients: &[Vec<f64>; 3]) -> Vec<f64> {
     let init_net_part = contents.init_net.as_ref().unwrap();
-    let a = coefficients.concat();
+    let mut a = coefficients.concat();
+    let squares: f64 = a.iter().map(|a| a * a).sum();
+    let rms = (squares / a.len() as f64).sqrt();
+    let factor = (MAX_RMS / rms).min(1.0);
+    for entry in &mut a {
+        *entry *= factor;
+    }
     let rows = init_net_part
         .bias
         .iter()

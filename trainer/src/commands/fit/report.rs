@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Implausible, Residual};
+use glimpse_kernels::scan::Prediction;
 use glimpse_trainer::measurement::{
     AngularDistance, Fit, MAX_SAMPLES, Measurements, OutlierReport, ReadingQuantity, ReadingStatus,
     coefficient_of_variation,
@@ -112,6 +113,11 @@ struct ResidualSummary {
 struct FitLoss {
     loss: f32,
     source: LossSource,
+    /// With [`LossSource::Readings`]: the upper bound for 90 % of materials, if the recipe has one.
+    bound: Option<f32>,
+    /// With [`LossSource::Readings`]: true if the readings are unlike those of all training materials; null if the recipe
+    /// cannot tell.
+    unlike_training: Option<bool>,
     /// With [`LossSource::Validation`]: the standard error over the materials, if there were several.
     standard_error: Option<f32>,
     /// With [`LossSource::Validation`]: the number of materials of the mean; 0 if it is not stated.
@@ -437,14 +443,32 @@ fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<FitLos
     ) {
         return Ok(None);
     }
-    if let Some(loss) = fit.predicted_loss {
+    if let Some(Prediction {
+        loss,
+        bound,
+        unlike_training,
+    }) = fit.prediction
+    {
         let caution = caution(recipe)?.map_or_else(String::new, |caution| format!("; {caution}"));
+        let at_most = bound.map_or_else(String::new, |bound| {
+            format!(" (at most {bound:.4} for 90 % of materials)")
+        });
+        let unlike = match unlike_training {
+            Some(true) => {
+                "; the readings are unlike those of all training materials, so the loss may be larger"
+            }
+            _ => "",
+        };
         return Ok(Some(FitLoss {
             loss,
             source: LossSource::Readings,
+            bound,
+            unlike_training,
             standard_error: None,
             materials: None,
-            text: format!("{loss:.4}, predicted by the recipe from these readings{caution}"),
+            text: format!(
+                "{loss:.4}{at_most}, predicted by the recipe from these readings{unlike}{caution}"
+            ),
         }));
     }
     let stated = recipe.metadata()?.expectation;
@@ -453,6 +477,8 @@ fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<FitLos
         .map(|(stated, text)| FitLoss {
             loss: stated.loss,
             source: LossSource::Validation,
+            bound: None,
+            unlike_training: None,
             standard_error: stated.standard_error,
             materials: Some(stated.materials),
             text,

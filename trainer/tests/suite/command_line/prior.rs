@@ -62,6 +62,9 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
             [first, &report["prediction"]["loss"]].map(number)
         };
         let few = folder.succeed_as_json(&format!("{evaluate} --first 2 --noise 0.02"));
+        let first = &report["materials"][0];
+        assert!(number(&first["loss_bound"]) >= number(&first["predicted_loss"]));
+        assert!(first["unlike_training"].is_boolean());
         for (all, few) in predicted(&report).into_iter().zip(predicted(&few)) {
             assert!((0.0005..0.1).contains(&all) && all != few, "{all} {few}");
         }

@@ -96,6 +96,18 @@ pub extern "C" fn predicted_loss() -> f32 {
     SCENE.with(|scene| scene.predicted_loss())
 }
 
+/// Returns the upper bound of the fit's loss, which holds for 90 % of materials; NaN if the recipe has none.
+#[unsafe(no_mangle)]
+pub extern "C" fn loss_bound() -> f32 {
+    SCENE.with(|scene| scene.loss_bound())
+}
+
+/// Returns 1 if the readings are unlike those of all training materials; 0 if not, or if the recipe cannot tell.
+#[unsafe(no_mangle)]
+pub extern "C" fn is_unlike_training() -> u32 {
+    SCENE.with(|scene| u32::from(scene.is_unlike_training()))
+}
+
 /// Returns the mean cosine-weighted logarithmic error of the fit at its readings; NaN without a fit.
 #[unsafe(no_mangle)]
 pub extern "C" fn residual() -> f32 {

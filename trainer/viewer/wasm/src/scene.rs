@@ -165,6 +165,18 @@ impl Scene {
         predicted.unwrap_or(f32::NAN)
     }
 
+    pub(crate) fn loss_bound(&self) -> f32 {
+        let fitted = self.scan.as_ref().and_then(Scan::fitted);
+        let bound = fitted.and_then(|fitted| fitted.loss_bound());
+        bound.unwrap_or(f32::NAN)
+    }
+
+    pub(crate) fn is_unlike_training(&self) -> bool {
+        let fitted = self.scan.as_ref().and_then(Scan::fitted);
+        let unlike = fitted.and_then(|fitted| fitted.is_unlike_training());
+        unlike.unwrap_or(false)
+    }
+
     pub(crate) fn residual(&self) -> f32 {
         let fitted = self.scan.as_ref().and_then(Scan::fitted);
         fitted.map_or(f32::NAN, |fitted| fitted.residual().mean)

@@ -235,6 +235,7 @@ fn scan<K: Fitter>() {
     {
         black_box((fitted.brdf(&directions()), fitted.residual()));
         black_box((fitted.expected_loss(), fitted.predicted_loss()));
+        black_box((fitted.loss_bound(), fitted.is_unlike_training()));
         fitted.values().for_each(|value| {
             black_box(value);
         });
