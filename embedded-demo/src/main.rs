@@ -124,7 +124,7 @@ fn run(board: &mut Board, mut driver: Driver<'static, Model>, mut storage: Optio
 
 /// Logs the predicted loss of a finished fit and its bound as `name=value` lines, as far as the recipe states them.
 fn log_loss(driver: &Driver<'_, Model>) {
-    let Some(fitted) = driver.scan().ok().and_then(Scan::fitted) else {
+    let Some(fitted) = driver.scan().ok().and_then(|scan| scan.fitted()) else {
         return;
     };
     if let Some(loss) = fitted.predicted_loss() {
@@ -134,7 +134,9 @@ fn log_loss(driver: &Driver<'_, Model>) {
         defmt::info!("loss_bound={=f32}", bound);
     }
     if fitted.is_unlike_training() == Some(true) {
-        defmt::warn!("the readings are unlike those of the training: the predicted loss is uncertain");
+        defmt::warn!(
+            "the readings are unlike those of the training: the predicted loss is uncertain"
+        );
     }
 }
 

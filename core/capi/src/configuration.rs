@@ -48,7 +48,7 @@ pub(crate) const ALIGNMENT: usize = 8;
 
 /// `GLIMPSE_SCAN_BYTES(words)`; None if it overflows.
 pub(crate) const fn scan_bytes(words: usize) -> Option<usize> {
-    const HANDLE_BYTES: usize = 48 * size_of::<usize>() + 64;
+    const HANDLE_BYTES: usize = 64 * size_of::<usize>() + 64;
     match words.checked_mul(size_of::<f32>()) {
         Some(bytes) => bytes.checked_add(HANDLE_BYTES),
         None => None,

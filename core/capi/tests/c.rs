@@ -132,7 +132,7 @@ fn header_sizes_fit_library() {
 
 /// Evaluates the header's formulas for pointers of `pointer_bytes` bytes.
 fn sizes(words: usize, pointer_bytes: usize) -> [usize; 2] {
-    let scan = 48 * pointer_bytes + 64 + 4 * words;
+    let scan = 64 * pointer_bytes + 64 + 4 * words;
     [scan, scan + 640]
 }
 

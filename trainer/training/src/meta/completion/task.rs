@@ -174,7 +174,7 @@ pub struct Roughness {
 
 impl Roughness {
     /// The range of deviations.
-    const DEVIATIONS: [f32; 2] = [0.1, 0.6];
+    const DEVIATIONS: [f32; 2] = [0.12, 0.7];
     /// The deviation of a channel from the shared factor, as a share of the deviation.
     const CHANNEL_SHARE: f32 = 0.3;
 
