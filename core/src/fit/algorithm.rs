@@ -55,7 +55,7 @@ pub trait Algorithm {
     fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32>;
 
     /// Returns the innovation of the complete fit: the mean difference of logarithms between the readings and the
-    /// completion before its correction. None if the fit does not keep it.
+    /// completion before its correction. None without a correction.
     fn innovation(words: &[f32], method: &FitMethod<'_>) -> Option<f32>;
 
     /// Returns the modeled BRDF (linear RGB, sr^-1, not times the cosine) at a sample of the pattern.

@@ -19,12 +19,18 @@ use crate::numeric::Floats;
 
 /// Returns the memory of a descent in words: the parameters, their gradient, and the predicted loss.
 ///
-/// The completion of readings precedes the descent, and uses the memory of the gradient.
-pub(crate) const fn descent_words(parameters: usize, completion: usize) -> usize {
-    let gradient = if completion > parameters {
+/// The completion of readings precedes the descent, and uses the memory of the gradient. If it has a correction, its
+/// innovation is in the last word of that memory, after the gradient.
+pub(crate) const fn descent_words(
+    parameters: usize,
+    completion: usize,
+    has_correction: bool,
+) -> usize {
+    let gradient = parameters.saturating_add(has_correction as usize);
+    let gradient = if completion > gradient {
         completion
     } else {
-        parameters
+        gradient
     };
     parameters.saturating_add(gradient).saturating_add(1)
 }
@@ -32,7 +38,7 @@ pub(crate) const fn descent_words(parameters: usize, completion: usize) -> usize
 /// The memory of a descent, split into its parts.
 struct Parts<'w> {
     parameters: &'w mut [f32],
-    /// The memory of a completion, then the gradient.
+    /// The memory of a completion, then the gradient and the innovation.
     completion_or_gradient: &'w mut [f32],
     predicted_loss: &'w mut f32,
 }
@@ -67,13 +73,13 @@ impl<M: Model> Algorithm for M {
         if firmware != recipe {
             return Err(ModelMismatch { firmware, recipe });
         }
-        let completion = match method {
-            FitMethod::Completed(completed) => completed.words(),
-            _ => 0,
+        let (completion, has_correction) = match method {
+            FitMethod::Completed(completed) => (completed.words(), completed.correction.is_some()),
+            _ => (0, false),
         };
         Ok(match Refined::of(method) {
             Some(_) => refined_words(M::PARAMETERS, M::ACTIVE, completion),
-            None => descent_words(M::PARAMETERS, completion),
+            None => descent_words(M::PARAMETERS, completion, has_correction),
         })
     }
 
@@ -110,7 +116,7 @@ impl<M: Model> Algorithm for M {
     }
 
     fn innovation(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
-        Refined::of(method)?.innovation(words)
+        innovation(words, method)
     }
 
     fn at_sample(words: &[f32], _: &FitMethod<'_>, _: usize, at: &HalfDifference<f32>) -> [f32; 3] {
@@ -150,6 +156,20 @@ fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
     };
     let predicted = words.last().copied();
     predicted.filter(|loss| loss.is_nan() || !completed.prediction.is_empty())
+}
+
+fn innovation(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
+    if let Some(refined) = Refined::of(method) {
+        return refined.innovation(words);
+    }
+    match method {
+        FitMethod::Completed(completed) if COMPLETION => {
+            completed.correction.as_ref()?;
+            let (_, before) = words.split_last()?;
+            before.last().copied()
+        }
+        _ => None,
+    }
 }
 
 #[inline(never)]
@@ -280,7 +300,14 @@ fn advance_completion(
             let parameters = parts.parameters.get_mut(first..).unwrap_or_default();
             add_offsets(parameters, init_net, first, activations);
             if first.saturating_add(PARAMETERS_PER_UNIT) >= count {
-                parts.completion_or_gradient.fill(0.0); // from here on, it is the gradient
+                let innovation = completed.innovation(state);
+                // From here on, it is the gradient and the innovation.
+                parts.completion_or_gradient.fill(0.0);
+                if let Some((last, innovation)) =
+                    parts.completion_or_gradient.last_mut().zip(innovation)
+                {
+                    *last = innovation;
+                }
             }
         }
     }

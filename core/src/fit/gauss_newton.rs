@@ -171,7 +171,7 @@ pub fn add_reading<M: Model, S: Real>(
     let [red, green, blue] = &mut rows;
     let modeled = M::jacobian(parameters, at, [red, green, blue]);
     let cosine = at.cos_theta_i().relu();
-    let mut systems = systems.chunks_exact_mut(system_length(count));
+    let mut systems = systems.chunks_exact_mut(system_length(count).max(1));
     let mut system = systems.next().unwrap_or_default();
     for (channel, ((row, f), y)) in rows.iter().zip(modeled).zip(measured).enumerate() {
         if channel > 0 && matches!(M::ACTIVE, Active::PerChannel { .. }) {

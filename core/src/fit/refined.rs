@@ -220,7 +220,7 @@ impl<'m, 'a> Refined<'m, 'a> {
     /// Solves a system, changes its parameters, and sets the system to 0.
     fn solve(&self, parts: Parts<'_>, index: usize) {
         let count = self.active.count();
-        let mut systems = parts.systems.chunks_exact_mut(system_length(count));
+        let mut systems = parts.systems.chunks_exact_mut(system_length(count).max(1));
         let mut initial = parts.initial.chunks_exact(count.max(1));
         if let Some((system, initial)) = systems.nth(index).zip(initial.nth(index)) {
             let precision = self.steps.precision.iter();

@@ -86,6 +86,7 @@ struct Counts {
     completion: usize,
     /// Units of the init net.
     units: usize,
+    has_correction: bool,
 }
 
 /// Unwraps an option, or returns None.
@@ -111,6 +112,7 @@ const fn recipe_size(recipe: &[u8]) -> Option<Size> {
         steps: None,
         completion: 0,
         units: 0,
+        has_correction: false,
     };
     let mut rest = body;
     while !rest.is_empty() {
@@ -145,7 +147,7 @@ const fn recipe_size(recipe: &[u8]) -> Option<Size> {
     let completion = counts.completion.saturating_add(counts.units);
     let work = match (counts.steps, counts.parameters, counts.components) {
         (Some((parameters, active)), _, _) => refined_words(parameters, active, completion),
-        (None, Some(parameters), _) => descent_words(parameters, completion),
+        (None, Some(parameters), _) => descent_words(parameters, completion, counts.has_correction),
         (None, None, Some(components)) => linear_words(counts.samples, components),
         (None, None, None) => completion,
     };
@@ -211,6 +213,7 @@ const fn correction(bytes: &[u8], counts: Counts) -> Option<Counts> {
     let completion = counts.completion.saturating_add(words);
     Some(Counts {
         completion,
+        has_correction: true,
         ..counts
     })
 }

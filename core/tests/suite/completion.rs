@@ -15,3 +15,4 @@ mod reference;
 mod refinement_errors;
 mod round_trip;
 mod scans;
+mod uncertainty;

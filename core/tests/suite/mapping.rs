@@ -26,6 +26,17 @@ proptest! {
     }
 }
 
+/// The sign bit of a NaN depends on the machine.
+#[test]
+fn unmap_keeps_nan() {
+    for mapped in [f32::NAN, -f32::NAN] {
+        for weight in [0.0, 0.5] {
+            assert!(unmap(mapped, 0.0, weight).is_nan());
+        }
+    }
+    assert_eq!(unmap(-1e30, 0.0, 0.5), 0.0);
+}
+
 #[cfg(feature = "libm")]
 proptest! {
     #[test]

@@ -343,8 +343,8 @@ impl PyRecipe {
     /// `dark` is the number of counts without light (default 0). `white_reflectance` is the reflectance of the
     /// reference (default 0.99). `saturation` is the count at which the sensor saturates.
     ///
-    /// A recipe that tolerates missing readings excludes saturated readings and outliers from the fit, unless
-    /// `keep_all` is True.
+    /// A recipe that tolerates missing readings excludes saturated readings from the fit. It also excludes the worst
+    /// outlier, if the other readings agree better without it, unless `keep_all` is True.
     #[pyo3(signature = (
         readings, directions = None, *, quantity = None, name = "fitted", tolerance_degrees = None,
         saturated = None, white = None, white_directions = None, footprint = None, dark = None,

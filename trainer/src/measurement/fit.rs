@@ -104,8 +104,8 @@ fn samples_were(indices: &[usize]) -> String {
 
 /// Finds outliers and fits the readings as a device does.
 ///
-/// If the recipe tolerates missing readings, the fit does not use saturated readings. It does not use outliers either,
-/// unless `keep_all` is true.
+/// If the recipe tolerates missing readings, the fit does not use saturated readings. It does not use the worst outlier
+/// either, if the other readings agree better without it, unless `keep_all` is true.
 ///
 /// # Errors
 /// If readings that the recipe needs are missing, or the fit fails as it would on a device.
@@ -131,7 +131,7 @@ pub fn fit(
             ReadingStatus::Missing
         } else if tolerates_missing && any_unsaturated && sample.saturated() {
             ReadingStatus::Saturated
-        } else if tolerates_missing && !keep_all && outlier_report.is_outlier(index) {
+        } else if tolerates_missing && !keep_all && outlier_report.excluded == Some(index) {
             ReadingStatus::Excluded
         } else {
             ReadingStatus::Used

@@ -16,6 +16,9 @@
 //! A constant variance is added to the diagonal of each covariance, because no material can be predicted more exactly.
 //! A wrong reading also distorts the predictions of the others, but has the largest z-score itself. Therefore the
 //! reading with the largest z-score is removed and the others are predicted again.
+//!
+//! A reading of an unusual material is improbable, too, but it helps to predict the others. Only the worst outlier is
+//! excluded from the fit, and only if the others predict each other better without it.
 
 use glimpse_core::fit::coefficient_net::standardized;
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -31,6 +34,11 @@ pub const MAX_SAMPLES: usize = 512;
 /// The minimum number of readings per outlier. Detection stops at this ratio, because predictions from too few
 /// remaining readings are unreliable.
 const READINGS_PER_OUTLIER: usize = 4;
+/// The gain above which the worst outlier is excluded from the fit.
+///
+/// With recipes of 16 readings, it excludes few correct readings of unusual materials, and most readings that are ten
+/// times too large.
+const MIN_GAIN: f64 = 0.5;
 /// The number of procedural materials in the mixture.
 const PROCEDURAL_MATERIALS: usize = 500;
 /// The seed of these materials.
@@ -80,6 +88,8 @@ pub struct OutlierReport {
     pub predictions: Vec<Option<Prediction>>,
     /// The outliers, worst first.
     pub outliers: Vec<Outlier>,
+    /// The sample of the worst outlier, if the other readings predict each other better without it.
+    pub excluded: Option<usize>,
     /// The z-score above which a reading is an outlier.
     pub threshold: f64,
 }
@@ -90,13 +100,9 @@ impl OutlierReport {
         Self {
             predictions: vec![None; samples],
             outliers: Vec::new(),
+            excluded: None,
             threshold: f64::INFINITY,
         }
-    }
-
-    /// Returns true if a sample's reading is an outlier.
-    pub(super) fn is_outlier(&self, sample: usize) -> bool {
-        self.outliers.iter().any(|outlier| outlier.sample == sample)
     }
 }
 
@@ -190,9 +196,16 @@ impl Distribution {
                     for outlier in &outliers {
                         all_predictions[outlier.sample] = Some(outlier.prediction);
                     }
+                    let all: Vec<usize> = (0..self.weights.len())
+                        .filter(|sample| all_predictions[*sample].is_some())
+                        .collect();
+                    let worst = outliers.first().map(|outlier| outlier.sample);
+                    let excluded = worst
+                        .filter(|worst| self.gain_without(*worst, &all, &logarithms) > MIN_GAIN);
                     return OutlierReport {
                         predictions: all_predictions,
                         outliers,
+                        excluded,
                         threshold,
                     };
                 }
@@ -200,15 +213,42 @@ impl Distribution {
         }
     }
 
+    /// Returns how much better the other readings predict each other without the reading of `candidate`: the sum over them
+    /// of the differences of the logarithm of their conditional density, averaged over the channels.
+    fn gain_without(&self, candidate: usize, present: &[usize], logarithms: &[[f64; 3]]) -> f64 {
+        let others: Vec<usize> = present
+            .iter()
+            .copied()
+            .filter(|sample| *sample != candidate)
+            .collect();
+        let sum = |present: &[usize]| -> f64 {
+            let marginals = self.marginals(present);
+            (0..3)
+                .map(|channel| {
+                    let values = present.iter().map(|sample| logarithms[*sample][channel]);
+                    let observed = DVector::from_iterator(present.len(), values);
+                    let densities = conditional_log_densities(&marginals, present, &observed);
+                    let each = present.iter().zip(densities);
+                    each.filter(|(sample, _)| **sample != candidate)
+                        .map(|(_, density)| density)
+                        .sum::<f64>()
+                })
+                .sum::<f64>()
+                / 3.0
+        };
+        sum(&others) - sum(present)
+    }
+
+    /// Returns the marginal distributions at the present samples.
+    fn marginals(&self, present: &[usize]) -> Vec<Marginal<'_>> {
+        // With its floor, each covariance has an inverse.
+        let each = self.groups.iter().map(|group| group.marginal(present));
+        each.collect::<Option<_>>().unwrap_or_default()
+    }
+
     /// Predicts each of the present samples from the others.
     fn predict(&self, present: &[usize], logarithms: &[[f64; 3]]) -> Vec<Prediction> {
-        // With its floor, each covariance has an inverse.
-        let marginals: Vec<Marginal<'_>> = self
-            .groups
-            .iter()
-            .map(|group| group.marginal(present))
-            .collect::<Option<_>>()
-            .unwrap_or_default();
+        let marginals = self.marginals(present);
         let observed_values = |value: fn(&[f64; 3]) -> f64| {
             let values = present.iter().map(|sample| value(&logarithms[*sample]));
             DVector::from_iterator(present.len(), values)
@@ -243,38 +283,78 @@ impl Distribution {
     }
 }
 
+/// A normal distribution of the mixture at the present samples, given observed values.
+struct Component {
+    /// The logarithm of the density of all samples.
+    log_density: f64,
+    /// The logarithm of the density of all samples but one, for each sample.
+    log_density_of_others: DVector<f64>,
+    /// The mean of each sample conditioned on the others.
+    conditional_mean: DVector<f64>,
+}
+
+/// Returns all normal distributions of the mixture. Their log densities omit the same constant for each sample.
+fn components(
+    marginals: &[Marginal<'_>],
+    present: &[usize],
+    observed: &DVector<f64>,
+) -> Vec<Component> {
+    let means = marginals.iter().flat_map(|marginal| {
+        let means = marginal.group.means.iter();
+        means.map(move |mean| (marginal, mean))
+    });
+    let all = means.map(|(marginal, mean)| {
+        let difference = observed - mean.select_rows(present);
+        let scaled_difference = &marginal.precision * &difference;
+        let log_density = -0.5 * (difference.dot(&scaled_difference) + marginal.log_determinant)
+            - (marginal.group.means.len() as f64).ln();
+        let diagonal = marginal.precision.diagonal();
+        let log_density_of_others =
+            scaled_difference.zip_map(&diagonal, |scaled_difference, precision| {
+                log_density
+                    + 0.5 * (scaled_difference * scaled_difference / precision - precision.ln())
+            });
+        Component {
+            log_density,
+            log_density_of_others,
+            conditional_mean: observed - scaled_difference.component_div(&diagonal),
+        }
+    });
+    all.collect()
+}
+
+/// Returns the logarithm of the density of each present sample conditioned on the others, without a constant.
+fn conditional_log_densities(
+    marginals: &[Marginal<'_>],
+    present: &[usize],
+    observed: &DVector<f64>,
+) -> Vec<f64> {
+    let components = components(marginals, present, observed);
+    let log_sum = |values: &dyn Fn(&Component) -> f64| {
+        let max = components
+            .iter()
+            .map(values)
+            .fold(f64::NEG_INFINITY, f64::max);
+        let sum: f64 = components
+            .iter()
+            .map(|each| (values(each) - max).exp())
+            .sum();
+        max + sum.ln()
+    };
+    let joint = log_sum(&|each| each.log_density);
+    let positions = 0..present.len();
+    positions
+        .map(|position| joint - log_sum(&|each| each.log_density_of_others[position]))
+        .collect()
+}
+
 /// Returns the mean and the standard deviation of each present sample's logarithm, conditioned on the others.
 fn conditional_moments(
     marginals: &[Marginal<'_>],
     present: &[usize],
     observed: &DVector<f64>,
 ) -> Vec<(f64, f64)> {
-    // For each normal distribution and each sample: the log density of the other samples, and the conditional mean.
-    let components: Vec<(DVector<f64>, DVector<f64>)> = marginals
-        .iter()
-        .flat_map(|marginal| {
-            marginal
-                .group
-                .means
-                .iter()
-                .map(move |mean| (marginal, mean))
-        })
-        .map(|(marginal, mean)| {
-            let difference = observed - mean.select_rows(present);
-            let scaled_difference = &marginal.precision * &difference;
-            let log_density = -0.5
-                * (difference.dot(&scaled_difference) + marginal.log_determinant)
-                - (marginal.group.means.len() as f64).ln();
-            let diagonal = marginal.precision.diagonal();
-            let log_density_of_others =
-                scaled_difference.zip_map(&diagonal, |scaled_difference, precision| {
-                    log_density
-                        + 0.5 * (scaled_difference * scaled_difference / precision - precision.ln())
-                });
-            let conditional_mean = observed - scaled_difference.component_div(&diagonal);
-            (log_density_of_others, conditional_mean)
-        })
-        .collect();
+    let components = components(marginals, present, observed);
     let variances = marginals.iter().flat_map(|marginal| {
         let variances = marginal.precision.diagonal().map(f64::recip);
         std::iter::repeat_n(variances, marginal.group.means.len())
@@ -284,13 +364,13 @@ fn conditional_moments(
         .map(|position| {
             let log_densities = components
                 .iter()
-                .map(|(log_density, _)| log_density[position]);
+                .map(|each| each.log_density_of_others[position]);
             let max = log_densities.fold(f64::NEG_INFINITY, f64::max);
             let (mut sum_of_weights, mut sum, mut sum_of_squares) = (0.0, 0.0, 0.0);
-            for ((log_density, conditional_mean), variance) in components.iter().zip(&variances) {
-                let weight = (log_density[position] - max).exp();
+            for (each, variance) in components.iter().zip(&variances) {
+                let weight = (each.log_density_of_others[position] - max).exp();
                 // Relative to the reading, to avoid cancellation.
-                let expected = conditional_mean[position] - observed[position];
+                let expected = each.conditional_mean[position] - observed[position];
                 sum_of_weights += weight;
                 sum += weight * expected;
                 sum_of_squares += weight * (variance[position] + expected * expected);

@@ -24,12 +24,13 @@ pub fn map<S: Scalar>(brdf: S, median: S, weight: S) -> S {
 
 /// The inverse of [`map`]: max(((median w + e) exp(mapped) - e) / w, 0), a BRDF in sr^-1, not times a cosine.
 ///
-/// If w is below 1e-6, the divisor is 1e-6.
+/// If w is below 1e-6, the divisor is 1e-6. The result is NaN if `mapped` is NaN or infinite.
 #[inline(always)]
 pub fn unmap<S: Scalar>(mapped: S, median: S, weight: S) -> S {
     let epsilon = S::constant(EPSILON);
     let min_weight = S::constant(MIN_WEIGHT);
     let scaled = epsilon.plus_product(median, weight) * mapped.exp() - epsilon;
     let divisor = (weight - min_weight).if_positive(weight, min_weight);
-    (scaled / divisor).relu()
+    // The last term is 0, or NaN: the relu of f32 returns 0 for a NaN whose sign bit is set, as that of x86.
+    (scaled / divisor).relu() + (mapped - mapped)
 }

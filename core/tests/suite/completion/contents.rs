@@ -1,5 +1,6 @@
 //! Synthetic recipes that complete readings, with accessible fields.
 
+use glimpse_core::fit::Uncertainty;
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
@@ -90,6 +91,8 @@ pub(crate) struct CompletedContents {
     pub(crate) basis_checksum: u32,
     /// The contents of section 133, if present.
     pub(crate) prediction: Option<Vec<f32>>,
+    /// The contents of section 135, if present.
+    pub(crate) uncertainty: Option<Uncertainty>,
     pub(crate) descent: Option<DescentPart>,
     /// Present with a descent or with Gauss-Newton steps.
     pub(crate) init_net: Option<InitNetPart>,
@@ -140,6 +143,7 @@ impl CompletedContents {
             row_scales: scales(&mut random, rows, 0.5),
             basis_checksum: if rows > 0 { 0xfeed_beef } else { 0 },
             prediction: None,
+            uncertainty: None,
             descent: model.parameters().map(|parameters| DescentPart {
                 model,
                 inner_steps: 3,
@@ -282,6 +286,7 @@ impl CompletedContents {
         let prediction = self.prediction.as_deref().map(packed);
         write(&RecipeParts {
             prediction: prediction.as_deref(),
+            uncertainty: self.uncertainty,
             expectation: Some(ExpectedLoss {
                 loss: 0.03,
                 standard_error: None,

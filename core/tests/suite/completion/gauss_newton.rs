@@ -221,6 +221,51 @@ fn overflow_diverges() {
     }
 }
 
+/// Coefficients of 1, which the net has without readings and without hidden units.
+fn with_coefficients_of_1(mut contents: CompletedContents) -> CompletedContents {
+    contents.readings.fill(0);
+    contents.output.fill(0);
+    contents.bias.fill(1.0);
+    if let Some(correction_part) = &mut contents.correction {
+        correction_part.rows.fill(0);
+    }
+    contents
+}
+
+/// A virtual reading that is NaN does not count as 0. All coefficients are finite.
+#[test]
+fn nan_virtual_reading_diverges() {
+    let readings = all_readings(SAMPLES);
+    for model in STEPPED {
+        for contents in contents(model).map(with_coefficients_of_1) {
+            for weight in [0, 127] {
+                let mut contents = contents.clone();
+                let steps = steps_mut(&mut contents);
+                let components = steps.row_scales.len();
+                steps.row_scales.fill(f32::MAX);
+                // The sum of both products is infinity minus infinity, or 0.
+                for row in steps.rows.chunks_exact_mut(components) {
+                    row.fill(0);
+                    [row[0], row[1]] = [weight, -weight];
+                }
+                let outcome = full_scan::<Any>(&contents, &readings);
+                assert_eq!(outcome == Outcome::Diverged, weight != 0, "{model}");
+            }
+        }
+    }
+}
+
+#[test]
+fn overflow_of_correction_diverges() {
+    for model in STEPPED {
+        let [_, mut contents] = contents(model);
+        // The squares of the components overflow.
+        contents.correction.as_mut().unwrap().row_scales.fill(1e30);
+        let outcome = full_scan::<Any>(&contents, &all_readings(SAMPLES));
+        assert_eq!(outcome, Outcome::Diverged, "{model}");
+    }
+}
+
 proptest! {
     /// Random valid recipes give finite values, or a reported divergence.
     #[test]

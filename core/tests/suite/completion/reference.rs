@@ -233,6 +233,27 @@ pub(crate) fn fitted_coefficients(
     coefficients
 }
 
+/// s, the mean of |r| over the present readings and channels. The recipe has a correction.
+pub(crate) fn innovation(
+    contents: &CompletedContents,
+    recipe: &Recipe<'_>,
+    readings: &Readings,
+) -> f64 {
+    let correction_part = contents.correction.as_ref().unwrap();
+    let coefficients = coefficients(contents, &network_inputs(contents, recipe, readings));
+    let logarithms = centered_logarithms(contents, recipe, readings);
+    let (mut sum, mut count) = (0.0, 0);
+    for (sample, logarithms) in logarithms.iter().enumerate() {
+        for (logarithm, a) in logarithms.iter().flatten().zip(&coefficients) {
+            let row = scaled(&correction_part.rows, &correction_part.row_scales, sample);
+            let predicted: f64 = row.iter().zip(a).map(|(q, a)| q * a).sum();
+            sum += (logarithm - predicted).abs();
+            count += 1;
+        }
+    }
+    sum / f64::from(count)
+}
+
 /// The values of a fit without steps: Linear's coefficients, or the initial values of a descent or of Gauss-Newton steps.
 pub(crate) fn expected_values(
     contents: &CompletedContents,

@@ -245,6 +245,24 @@ fn huge_reading_diverges() {
     }
 }
 
+/// A BRDF of Linear that is NaN at a sample does not count as 0. All coefficients are finite.
+#[test]
+fn nan_at_sample_diverges() {
+    let mut contents = CompletedContents::small(ModelKind::Linear, MissingPolicy::Scaled);
+    contents.readings.fill(0);
+    contents.output.fill(0);
+    contents.bias.fill(1.0); // coefficients of 1
+    contents.row_scales.fill(f32::MAX);
+    for weight in [0, 127] {
+        // The sum of both products is infinity minus infinity, or 0.
+        for row in contents.rows.as_chunks_mut().0 {
+            *row = [weight, -weight, 0, 0];
+        }
+        let outcome = full_scan::<Linear>(&contents, &all_readings(SAMPLES));
+        assert_eq!(outcome == Outcome::Diverged, weight != 0);
+    }
+}
+
 /// `Scan::accept` checks a recipe before a scan begins.
 #[test]
 fn rejects_recipe_for_other_firmware() {

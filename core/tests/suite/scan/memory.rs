@@ -6,7 +6,7 @@ use glimpse_core::model::{ModelKind, Neural};
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
 use glimpse_core::scan::{Reading, Scan, ScanError};
 
-use crate::completion::contents::CompletedContents;
+use crate::completion::contents::{self as completion, CORRECTED, CompletedContents};
 use crate::recipes::{linear, parsed};
 use crate::scanning::{
     MODELS, SAMPLES, encoded_recipe, fit, full_scan, recipe_for, record, synthetic_reading,
@@ -54,6 +54,24 @@ fn memory_words_match_recipe() {
         memory_words(&[b"not a recipe, but long enough"]),
         usize::MAX
     );
+}
+
+/// The innovation of a correction has its own word in a descent whose gradient takes more words than the completion.
+#[test]
+fn descent_keeps_innovation_in_one_word() {
+    for model in [ModelKind::Phong, ModelKind::CookTorrance, ModelKind::Neural] {
+        let plain = CompletedContents::small(model, MissingPolicy::Scaled);
+        let corrected = plain.clone().corrected(CORRECTED);
+        let parameters = model.parameters().unwrap();
+        let slots = 9 * completion::SAMPLES;
+        let [_, m, h, g] = completion::SMALL;
+        let net = 4 * (m + h) + g;
+        let correction = CORRECTED * (CORRECTED + 1) / 2 + 3 * CORRECTED + 1;
+        let expected = [parameters.max(net), (parameters + 1).max(net + correction)];
+        let words = [plain, corrected].map(|contents| contents.recipe().memory_words());
+        let with_rest = |words| slots + parameters + words + 1;
+        assert_eq!(words, expected.map(with_rest));
+    }
 }
 
 /// In version 0.1, a workspace could not be reused for a second recipe at run time.

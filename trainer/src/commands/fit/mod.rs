@@ -43,8 +43,8 @@ use super::{print, read_recipe};
 /// angle.
 ///
 /// OUTLIERS. Each reading is predicted from the others. Readings far from their prediction are
-/// reported as outliers. If the recipe tolerates missing readings, the fit excludes outliers, at most
-/// a quarter of the readings, unless --keep-all is given.
+/// reported as outliers. If the recipe tolerates missing readings, the fit excludes the worst one,
+/// unless it helps to predict the others or --keep-all is given.
 ///
 /// OUTPUT. The folder DIR gets
 ///
@@ -90,7 +90,7 @@ pub(crate) struct Fit {
     /// Formats of additional files of the material in DIR/formats
     #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT,...")]
     format: Vec<FormatName>,
-    /// Keep outliers in the fit
+    /// Keep all readings in the fit
     #[arg(long, conflicts_with = "values")]
     keep_all: bool,
     /// Replace the results of an earlier run in DIR

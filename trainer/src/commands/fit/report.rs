@@ -283,7 +283,7 @@ impl FitReport {
             ) {
                 (true, _) => "left out",
                 (false, true) => "kept by --keep-all",
-                (false, false) if recipe.takes_missing => "used in the device's fit",
+                (false, false) if recipe.takes_missing => "used",
                 (false, false) => "used, since the recipe needs all readings: measure it again",
             };
             lines.push(("outlier", format!("{}; {status}", outlier.to_text())));
