@@ -50,14 +50,15 @@
 #define GLIMPSE_DRIVER_BYTES(words) (GLIMPSE_SCAN_BYTES(words) + 640)
 
 /** Maximum memory, in words, of a Phong recipe with up to the given number of samples. Use it for firmware
-    whose recipe is replaced in the field. With several models use the largest of these values. */
-#define GLIMPSE_PHONG_WORDS(samples) (9 * (samples) + 424)
+    whose recipe is replaced in the field. With several models use the largest of these values. A recipe
+    may have a correction of up to 24 components, as those of the trainer, and Gauss-Newton steps. */
+#define GLIMPSE_PHONG_WORDS(samples) (9 * (samples) + 839)
 
 /** The same for Cook-Torrance. */
-#define GLIMPSE_COOK_TORRANCE_WORDS(samples) (9 * (samples) + 425)
+#define GLIMPSE_COOK_TORRANCE_WORDS(samples) (9 * (samples) + 850)
 
 /** The same for Neural. */
-#define GLIMPSE_NEURAL_WORDS(samples) (9 * (samples) + 1351)
+#define GLIMPSE_NEURAL_WORDS(samples) (9 * (samples) + 2356)
 
 /** Declares memory: static GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(1423)); */
 #ifdef __cplusplus

@@ -30,9 +30,10 @@ use glimpse_core::fit::AnyModel;
 /// such as `Neural`.
 pub type Model = AnyModel;
 
-/// Words of the memory of scan and fit: 8 KiB.
+/// Words of the memory of scan and fit: 12 KiB.
 ///
 /// The memory cannot grow when a host sends a larger recipe, so it is larger than the bundled recipe needs: 1,423 words
 /// by [`memory_words`](glimpse_core::recipe::memory_words). It is enough for every recipe in `trainer/recipes`; the
-/// largest needs 1,639 words. The firmware rejects a recipe that needs more and keeps the present one.
-pub const MEMORY_WORDS: usize = 2048;
+/// largest needs 1,639 words. It is also enough for the trainer's recipes of Neural with Gauss-Newton steps, which need
+/// 2,900 words with 64 samples. The firmware rejects a recipe that needs more and keeps the present one.
+pub const MEMORY_WORDS: usize = 3072;

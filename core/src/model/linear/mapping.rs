@@ -31,6 +31,7 @@ pub fn unmap<S: Scalar>(mapped: S, median: S, weight: S) -> S {
     let min_weight = S::constant(MIN_WEIGHT);
     let scaled = epsilon.plus_product(median, weight) * mapped.exp() - epsilon;
     let divisor = (weight - min_weight).if_positive(weight, min_weight);
-    // The last term is 0, or NaN: the relu of f32 returns 0 for a NaN whose sign bit is set, as that of x86.
-    (scaled / divisor).relu() + (mapped - mapped)
+    // The product is 0, or NaN: the relu of f32 returns 0 for a NaN whose sign bit is set, as that of x86.
+    let zero = S::constant(0.0);
+    (scaled / divisor).relu().plus_product(mapped, zero)
 }

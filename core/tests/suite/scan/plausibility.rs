@@ -103,7 +103,7 @@ fn counts_relative_to_full_scale_are_implausible() {
 fn unexplained_readings_are_implausible() {
     let bytes = include_bytes!("../../../../trainer/recipes/completed/neural-n8.recipe");
     let inconsistent =
-        |index: u16| Reading::monochrome([0.02, 0.5, 0.4, 0.01][usize::from(index % 4)]);
+        |index: u16| Reading::monochrome([0.002, 3.0, 2.0, 0.01][usize::from(index % 4)]);
     assert_eq!(
         implausible_reason(bytes, inconsistent),
         Some(Implausible::Residual)
