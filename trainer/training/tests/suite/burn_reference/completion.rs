@@ -7,6 +7,7 @@ mod implementation;
 use std::sync::PoisonError;
 
 use burn::tensor::Tensor;
+use glimpse_core::fit::coefficient_net::MAX_RMS;
 use glimpse_kernels::completion::Shape;
 
 use self::case::{Case, EPSILON};
