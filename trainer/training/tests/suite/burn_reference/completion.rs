@@ -141,8 +141,10 @@ fn init_net(case: &Case, coefficients: Matrix) -> (Matrix, [Matrix; 3]) {
     let bias = matrix(bias, [1, units]).require_grad();
     let output = matrix(output, [parameters, units]).require_grad();
     let initial = matrix(&case.initial, [1, parameters]);
-    let squares = (coefficients.clone() * coefficients.clone()).mean_dim(1);
-    let excess = (squares / (MAX_RMS * MAX_RMS)).clamp_min(1.0);
+    // Burn rounds scalars in derivatives to single precision, also those of its mean.
+    let squares = (coefficients.clone() * coefficients.clone()).sum_dim(1);
+    let max = MAX_RMS * MAX_RMS * (3 * components) as f64;
+    let excess = (squares / matrix(&[max], [1, 1])).clamp_min(1.0);
     let coefficients = coefficients / excess.sqrt();
     let activations = (coefficients.matmul(hidden.clone().transpose()) + bias.clone()).tanh();
     let initial = initial + activations.matmul(output.clone().transpose());
