@@ -99,6 +99,8 @@ class _MaterialReport(TypedDict):
     psnr: float
     delta_e: float
     predicted_loss: Optional[float]
+    loss_bound: Optional[float]
+    unlike_training: Optional[bool]
 
 @type_check_only
 class _Report(TypedDict):
@@ -143,6 +145,10 @@ class FittedMaterial(Material):
     def parameters(self) -> _Float32Array: ...
     @property
     def predicted_loss(self) -> Optional[float]: ...
+    @property
+    def loss_bound(self) -> Optional[float]: ...
+    @property
+    def unlike_training(self) -> Optional[bool]: ...
     @property
     def residual(self) -> Optional[_Residual]: ...
     @property
