@@ -11,6 +11,7 @@ use glimpse_materials::files::{check_writable, is_stream};
 use glimpse_materials::{MaterialsAndShares, Source, SourceShare, Sources};
 use glimpse_training::linear::Prior;
 use glimpse_training::meta::checkpoint::Checkpoint;
+use glimpse_training::meta::objective::LossEstimate;
 use glimpse_training::meta::options::Options;
 use glimpse_training::meta::outer::CheckpointOptions;
 use glimpse_training::meta::plan::{Effort, Schedule};
@@ -152,6 +153,16 @@ impl Train {
             begin.elapsed().as_secs_f64(),
             expected_loss.unwrap_or_else(|| "not stated".into()),
         );
+        for (label, estimate) in &trained.source_losses {
+            let error = estimate.standard_error;
+            let error = error.map_or(String::new(), |error| {
+                format!(" (standard error {error:.4})")
+            });
+            eprintln!(
+                "expected loss on {label}: {:.4}{error}, {} materials",
+                estimate.loss, estimate.materials
+            );
+        }
         if let Some(correlation) = trained.rank_correlation {
             eprintln!(
                 "loss prediction: rank correlation {correlation:.2} between predicted and true losses in \
@@ -224,6 +235,8 @@ pub(super) struct TrainedRecipe {
     pub(super) file: RecipeFile,
     /// Rank correlation of predicted and true losses, if the recipe predicts losses.
     rank_correlation: Option<f64>,
+    /// The label and the held-out loss of each source; empty for a single source.
+    source_losses: Vec<(String, LossEstimate)>,
 }
 
 impl TrainingRun {
@@ -347,11 +360,13 @@ impl TrainingRun {
         }
         write_file_forced(&self.out, file.bytes(), true)?;
         self.remove_checkpoint();
+        let predictor = learned.loss_predictor.as_ref();
+        let source_losses = predictor.map_or(&[][..], |predictor| &predictor.source_losses);
+        let labels = options.source_shares.iter().map(|each| each.label.clone());
         Ok(TrainedRecipe {
             file,
-            rank_correlation: learned
-                .loss_predictor
-                .and_then(|predictor| predictor.rank_correlation),
+            rank_correlation: predictor.and_then(|predictor| predictor.rank_correlation),
+            source_losses: labels.zip(source_losses.iter().copied()).collect(),
         })
     }
 

@@ -4,6 +4,8 @@ use glimpse_core::fit::Uncertainty;
 use glimpse_core::recipe::MAX_PREDICTION;
 use nalgebra::{DMatrix, DVector};
 
+use crate::meta::objective::LossEstimate;
+
 /// The ridge penalty of the weights of coefficients, for features normalized to a mean square of 1. The weights of the
 /// evidence have almost none.
 const RIDGE: f64 = 0.01;
@@ -49,6 +51,8 @@ pub struct HeldOutLoss {
     pub evidence: Evidence,
     /// The loss.
     pub loss: f32,
+    /// The index of the material among all of the training; for an augmentation, that of its first material.
+    pub material: usize,
     /// The origin of the material.
     pub origin: HeldOutOrigin,
     /// The index of the fold that contains the material.
@@ -115,6 +119,8 @@ pub struct LossPredictor {
     pub rank_correlation: Option<f64>,
     /// The evidence of the readings.
     pub uncertainty: Uncertainty,
+    /// The mean held-out loss of the materials of each source. Empty for a single source.
+    pub source_losses: Vec<LossEstimate>,
 }
 
 impl LossPredictor {
@@ -156,6 +162,7 @@ impl LossPredictor {
         weights.iter().all(is_in_range).then(|| Self {
             rank_correlation: rank_correlation(&predicted, &actual),
             weights,
+            source_losses: Vec::new(),
             uncertainty: Uncertainty {
                 innovation,
                 residual,
@@ -163,6 +170,27 @@ impl LossPredictor {
                 max_innovation: (max_innovation as f32).max(f32::MIN_POSITIVE),
             },
         })
+    }
+
+    /// Adds the mean held-out loss of each source, given their numbers of materials in order.
+    #[must_use]
+    pub fn with_sources(mut self, held_out: &[HeldOutLoss], counts: &[usize]) -> Self {
+        if counts.len() < 2 {
+            return self;
+        }
+        let mut first = 0;
+        for count in counts {
+            let range = first..first + count;
+            first = range.end;
+            let of_source = held_out.iter().filter(|each| {
+                each.origin == HeldOutOrigin::Material && range.contains(&each.material)
+            });
+            let losses: Vec<f64> = of_source.map(|each| f64::from(each.loss)).collect();
+            let mean = losses.iter().sum::<f64>() / losses.len() as f64;
+            self.source_losses
+                .push(LossEstimate::new(mean as f32, losses.into_iter()));
+        }
+        self
     }
 
     /// Returns the predicted loss of a held-out material.
@@ -309,6 +337,7 @@ mod tests {
                 let coefficients = vec![wave(index, 0.7), wave(index, 1.3), wave(index, 2.9)];
                 let log_loss = 0.8 * coefficients[0] - 0.3 * coefficients[2] - 4.0;
                 HeldOutLoss {
+                    material: index,
                     loss: (log_loss + noise * wave(index, 37.1)).exp(),
                     coefficients,
                     evidence: Evidence {

@@ -159,13 +159,17 @@ pub fn train(
                 .mean_coefficients(&values, tasks)
                 .into_iter()
                 .zip(fold_objective.evidence(&outcome.values, tasks))
-                .zip(losses);
-            held_out_losses.extend(results.map(|((coefficients, each), loss)| HeldOutLoss {
-                coefficients,
-                evidence: evidence.correct(each),
-                loss,
-                origin,
-                fold: index,
+                .zip(losses)
+                .zip(tasks);
+            held_out_losses.extend(results.map(|(((coefficients, each), loss), task)| {
+                HeldOutLoss {
+                    material: task.material,
+                    coefficients,
+                    evidence: evidence.correct(each),
+                    loss,
+                    origin,
+                    fold: index,
+                }
             }));
         }
     }
@@ -206,7 +210,10 @@ pub fn train(
     Ok(LearnedRecipe {
         pattern,
         fit: LearnedFit::Completed(coefficient_net, correction, target),
-        loss_predictor: LossPredictor::new(&held_out_losses, FOLDS),
+        loss_predictor: LossPredictor::new(&held_out_losses, FOLDS).map(|predictor| {
+            let counts = options.source_shares.iter().map(|each| each.materials);
+            predictor.with_sources(&held_out_losses, &counts.collect::<Vec<_>>())
+        }),
         basis,
         expected_loss,
         materials: identities,
