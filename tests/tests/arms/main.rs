@@ -153,7 +153,8 @@ fn board_firmware_has_expected_size() {
     let text = firmware.section_bytes(".text") + firmware.section_bytes(".rodata");
     let ram = firmware.section_bytes(".data") + firmware.section_bytes(".bss");
     println!("arms-board.text_bytes={text}\narms-board.static_ram_bytes={ram}");
-    // Safe paths, checks of the switches, and skipped samples take 7 KiB of the text.
-    assert!((20_000..106 * 1024).contains(&text), "{text}");
+    // Safe paths, checks of the switches, and skipped samples take 7 KiB of the text; corrections and Gauss-Newton steps
+    // of all models take 12.
+    assert!((20_000..118 * 1024).contains(&text), "{text}");
     assert!((10_000..64 * 1024).contains(&ram), "{ram}");
 }
