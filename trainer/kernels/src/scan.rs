@@ -30,12 +30,12 @@ pub struct ScanOutcome {
     /// The residual of the readings.
     pub residual: Residual,
     /// The prediction of the fit's loss, if the recipe has a loss predictor.
-    pub prediction: Option<Prediction>,
+    pub prediction: Option<LossPrediction>,
 }
 
 /// The loss that a recipe predicts from readings.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Prediction {
+pub struct LossPrediction {
     /// The expected loss.
     pub loss: f32,
     /// The upper bound, which holds for 90 % of materials; None if the recipe has none.
@@ -86,7 +86,7 @@ pub fn scan_with_missing(
     Ok(ScanOutcome {
         values: fitted.values().collect(),
         residual: fitted.residual(),
-        prediction: fitted.predicted_loss().map(|loss| Prediction {
+        prediction: fitted.predicted_loss().map(|loss| LossPrediction {
             loss,
             bound: fitted.loss_bound(),
             unlike_training: fitted.is_unlike_training(),

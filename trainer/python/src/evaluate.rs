@@ -31,8 +31,9 @@ enum Failure {
 ///
 /// Returns a dict of means over the materials: loss (see `loss`); dssim, l2, psnr and delta_e (mean CIEDE2000 over the
 /// sphere's disc) of a rendered sphere of 128 x 128 pixels; loss_standard_error; and loss_spread, the standard
-/// deviation over seeds. Its entry `materials` is a list of dicts of name, loss, dssim, l2, psnr, delta_e and
-/// predicted_loss. Its entry `trained_on` lists the materials that are training materials of the recipe.
+/// deviation over seeds. Its entry `materials` is a list of dicts of name, loss, dssim, l2, psnr, delta_e,
+/// predicted_loss, loss_bound (holds for 90 % of materials) and unlike_training. The last three are None if the recipe
+/// does not predict them. Its entry `trained_on` lists the materials that are training materials of the recipe.
 /// `namesakes_trained_on` lists the materials that have only the name of a training material. The losses of both are
 /// not estimates for unseen materials. Both entries are None if the recipe does not list its training materials.
 #[pyfunction]

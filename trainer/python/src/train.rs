@@ -116,7 +116,8 @@ impl From<Failure> for PyErr {
 #[pyo3(signature = (
     model, materials = None, *, samples = 8, schedule = "prior", effort = "standard", seed = 0, share = None,
     missing = None, noise = None, additive = None, levels = None, procedural = None,
-    max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, refinement = None, bases = None, eta = None,
+    max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, refinement = None,
+    bases = None, eta = None,
     checkpoint = None, checkpoint_every_seconds = 10.0, resume = false, progress = None,
 ))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]

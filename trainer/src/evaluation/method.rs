@@ -4,7 +4,7 @@ use glimpse_core::fit::{Algorithm, Channels};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, ModelKind, Sample, Samples, Slot, slot_of};
 use glimpse_core::recipe::{Descent, FitMethod, Recipe};
-use glimpse_kernels::scan::{Prediction, scan_with_missing};
+use glimpse_kernels::scan::{LossPrediction, scan_with_missing};
 use glimpse_kernels::with_model;
 use glimpse_materials::basis::{Basis, Coefficients};
 use glimpse_materials::sampling::uniform_valid;
@@ -311,7 +311,7 @@ impl<'a> Method<'a> {
         &self,
         material: &dyn Material,
         seed: u64,
-    ) -> Result<(FittedBrdf, Option<Prediction>), EvaluationError> {
+    ) -> Result<(FittedBrdf, Option<LossPrediction>), EvaluationError> {
         let mut prediction = None;
         let drawn;
         let angles = match &self.directions {

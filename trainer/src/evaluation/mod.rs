@@ -16,7 +16,7 @@ pub use method::{Method, measure};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_kernels::scan::Prediction;
+use glimpse_kernels::scan::LossPrediction;
 use glimpse_materials::loss::{loss_directions, mean_log_error};
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 use glimpse_materials::{FittedBrdf, Material};
@@ -189,8 +189,8 @@ impl Report {
 
 /// Returns the mean of a value of predictions; None if one has no such value.
 fn mean(
-    predictions: &[Option<Prediction>],
-    value: impl Fn(&Prediction) -> Option<f32>,
+    predictions: &[Option<LossPrediction>],
+    value: impl Fn(&LossPrediction) -> Option<f32>,
 ) -> Option<f64> {
     let values = predictions
         .iter()
@@ -288,32 +288,33 @@ impl<'a> Evaluator<'a> {
         stop: &AtomicBool,
     ) -> Result<Report, EvaluationError> {
         let seeds = if method.is_random() { seeds.max(1) } else { 1 };
-        let fits_by_material: Vec<Vec<(Metrics, Option<Prediction>)>> = (0..self.materials.len())
-            .into_par_iter()
-            .map(|material| {
-                let fits = (0..seeds)
-                    .map(|offset| {
-                        if stop.load(Ordering::Relaxed) {
-                            return Err(EvaluationError::Stopped);
-                        }
-                        // Each material and each repetition draws different samples.
-                        let seed = seed.wrapping_add((offset << 32) | material as u64);
-                        let (fitted, predicted) =
-                            method.fit_and_predict(&*self.materials[material], seed)?;
-                        let (metrics, _) = self.compare(material, &fitted)?;
-                        Ok((metrics, predicted))
-                    })
-                    .collect();
-                done();
-                fits
-            })
-            .collect::<Result<_, EvaluationError>>()?;
+        let fits_by_material: Vec<Vec<(Metrics, Option<LossPrediction>)>> =
+            (0..self.materials.len())
+                .into_par_iter()
+                .map(|material| {
+                    let fits = (0..seeds)
+                        .map(|offset| {
+                            if stop.load(Ordering::Relaxed) {
+                                return Err(EvaluationError::Stopped);
+                            }
+                            // Each material and each repetition draws different samples.
+                            let seed = seed.wrapping_add((offset << 32) | material as u64);
+                            let (fitted, predicted) =
+                                method.fit_and_predict(&*self.materials[material], seed)?;
+                            let (metrics, _) = self.compare(material, &fitted)?;
+                            Ok((metrics, predicted))
+                        })
+                        .collect();
+                    done();
+                    fits
+                })
+                .collect::<Result<_, EvaluationError>>()?;
         let materials: Vec<MaterialMetrics> = self
             .materials
             .iter()
             .zip(&fits_by_material)
             .map(|(material, fits)| {
-                let predictions: Vec<Option<Prediction>> =
+                let predictions: Vec<Option<LossPrediction>> =
                     fits.iter().map(|(_, predicted)| *predicted).collect();
                 MaterialMetrics {
                     name: material.name().to_owned(),

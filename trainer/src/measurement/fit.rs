@@ -3,7 +3,7 @@
 use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
-use glimpse_kernels::scan::{HostScanError, Prediction, scan_with_missing};
+use glimpse_kernels::scan::{HostScanError, LossPrediction, scan_with_missing};
 use glimpse_materials::display_with_setting_names;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 use serde::Serialize;
@@ -48,7 +48,7 @@ pub struct Fit {
     /// The residual at the used readings; None if a device did not report it.
     pub residual: Option<Residual>,
     /// The recipe's prediction of the loss; None if it has no loss predictor.
-    pub prediction: Option<Prediction>,
+    pub prediction: Option<LossPrediction>,
     /// The status of each sample's reading.
     pub statuses: Vec<ReadingStatus>,
     /// The outliers among the readings.

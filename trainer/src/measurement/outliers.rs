@@ -34,10 +34,8 @@ pub const MAX_SAMPLES: usize = 512;
 /// The minimum number of readings per outlier. Detection stops at this ratio, because predictions from too few
 /// remaining readings are unreliable.
 const READINGS_PER_OUTLIER: usize = 4;
-/// The gain above which the worst outlier is excluded from the fit.
-///
-/// With recipes of 16 readings, it excludes few correct readings of unusual materials, and most readings that are ten
-/// times too large.
+/// The gain above which the worst outlier is excluded from the fit. It was chosen with a recipe of 16 readings on 16
+/// networks of MERL materials and 17 measurements of RGL.
 const MIN_GAIN: f64 = 0.5;
 /// The number of procedural materials in the mixture.
 const PROCEDURAL_MATERIALS: usize = 500;

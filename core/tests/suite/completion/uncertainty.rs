@@ -99,7 +99,7 @@ fn predicted_loss_matches_formula() {
     }
 }
 
-/// Without a correction there is no innovation, and without section 135 nothing to compare it with.
+/// The comparison with the training needs the innovation of a correction and the limit in section 135.
 #[test]
 fn no_comparison_without_correction_or_section() {
     let readings = &cases()[0];

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Implausible, Residual};
-use glimpse_kernels::scan::Prediction;
+use glimpse_kernels::scan::LossPrediction;
 use glimpse_trainer::measurement::{
     AngularDistance, Fit, MAX_SAMPLES, Measurements, OutlierReport, ReadingQuantity, ReadingStatus,
     coefficient_of_variation,
@@ -443,7 +443,7 @@ fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<FitLos
     ) {
         return Ok(None);
     }
-    if let Some(Prediction {
+    if let Some(LossPrediction {
         loss,
         bound,
         unlike_training,
