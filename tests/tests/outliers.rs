@@ -98,7 +98,7 @@ fn exclusion_of_one_reading_pays() {
                     readings[sample].filter(|_| Some(sample) != without)
                 });
                 let fitted = FittedBrdf::new(recipe.model(), outcome.unwrap().values, None);
-                f64::from(mean_log_error(&fitted.unwrap(), &at, &values))
+                mean_log_error(&fitted.unwrap(), &at, &values)
             };
             let readings: Vec<Option<[f32; 3]>> = recipe
                 .pattern()
