@@ -1,59 +1,37 @@
-//! Prints `trainer/recipes/losses.csv`: the mean loss of each bundled recipe on 40 unseen procedural materials, and on
-//! the materials of two folders.
+//! Prints `trainer/recipes/losses.csv`: the mean loss of each bundled recipe on 40 unseen procedural materials, and its
+//! mean loss and color error on the materials of a folder.
 //!
-//!     cargo run --release -p glimpse-tests --example recipe_losses -- MERL-networks/ RGL/
+//!     cargo run --release -p glimpse-tests --example recipe_losses -- MERL-networks/
 
 use std::env;
 use std::error::Error;
 
+use glimpse_materials::Source;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::loss::loss_between;
-use glimpse_materials::{Material, Source};
-use glimpse_trainer::bundled::{self, BundledRecipe};
-use glimpse_trainer::evaluation::Method;
-use rayon::prelude::*;
+use glimpse_trainer::bundled;
+use glimpse_trainer::evaluation::{Evaluator, Method};
 
 /// Procedural materials with a seed that no recipe is trained on.
 const UNSEEN: &str = "procedural:40:4242";
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let folders: Vec<String> = env::args().skip(1).collect();
-    let [merl, rgl] = &folders[..] else {
-        return Err("two arguments are needed: pass the folder of MERL's networks and the folder of RGL's files".into());
+    let Some(merl) = env::args().nth(1) else {
+        return Err("an argument is needed: pass the folder of MERL's networks".into());
     };
-    let sets = [UNSEEN, merl, rgl].map(|source| Source(source.to_owned()).load());
-    let [procedural, merl, rgl] = sets;
-    let sets = [procedural?, merl?, rgl?];
+    let procedural = Source(UNSEEN.to_owned()).load()?;
+    let merl = Source(merl).load()?;
+    let (procedural, merl) = (Evaluator::new(&procedural), Evaluator::new(&merl));
     let basis = Basis::from_compact_bytes(bundled::BASIS)?;
-    println!("recipe,procedural,merl,rgl");
+    println!("recipe,procedural,merl,merl color error");
     for bundled in bundled::ALL {
-        print!("{}", bundled.name);
-        for set in &sets {
-            print!(",{:.4}", mean_loss(bundled, &basis, set)?);
-        }
-        println!();
+        let recipe = bundled.recipe()?;
+        let method = Method::ours(&recipe, bundled.basis().map(|_| &basis))?;
+        let on_procedural = procedural.evaluate(&method, 0, 1)?.metrics;
+        let on_merl = merl.evaluate(&method, 0, 1)?.metrics;
+        println!(
+            "{},{:.4},{:.4},{:.2}",
+            bundled.name, on_procedural.loss, on_merl.loss, on_merl.delta_e
+        );
     }
     Ok(())
-}
-
-fn mean_loss(
-    bundled: &BundledRecipe,
-    basis: &Basis,
-    materials: &[Box<dyn Material>],
-) -> Result<f64, Box<dyn Error>> {
-    let recipe = bundled.recipe()?;
-    let basis = bundled.basis().map(|_| basis);
-    let method = Method::ours(&recipe, basis)?;
-    let losses: Result<Vec<f64>, _> = materials
-        .par_iter()
-        .map(|material| {
-            let fitted = method.fit(&**material, 0)?;
-            Ok::<_, glimpse_trainer::evaluation::EvaluationError>(loss_between(
-                &fitted,
-                &**material,
-            ))
-        })
-        .collect();
-    let losses = losses?;
-    Ok(losses.iter().sum::<f64>() / losses.len() as f64)
 }

@@ -1,13 +1,13 @@
-//! Bundled recipes. They are trained only on the built-in procedural materials, not on measured data, so they can be
-//! redistributed. `trainer/recipes/README.md` describes their training.
+//! Bundled recipes. They are trained on the built-in procedural materials and on 17 materials that RGL published in the
+//! public domain (CC0), so they can be redistributed. `trainer/recipes/README.md` describes their training.
 
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Recipe, RecipeError};
 
 /// The compact basis of all bundled recipes of the model Linear.
 pub static BASIS: &[u8] = include_bytes!("../recipes/linear.basis24");
-/// The losses of the bundled recipes, one per line: the name, then the mean losses on unseen procedural materials, on
-/// networks of 80 MERL materials, and on 17 RGL materials.
+/// The accuracy of the bundled recipes, one per line: the name, the mean losses on unseen procedural materials and on
+/// networks of 80 MERL materials, and the mean color error on the latter.
 const LOSSES: &str = include_str!("../recipes/losses.csv");
 /// The cycles of a fit on a Cortex-M4F for some of the bundled recipes, one per line: the name and the number. They are
 /// those of `core/docs/costs.md`.
@@ -22,15 +22,15 @@ pub struct BundledRecipe {
     pub bytes: &'static [u8],
 }
 
-/// The mean losses of a bundled recipe over unseen materials.
+/// The accuracy of a bundled recipe on unseen materials.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Losses {
     /// The mean loss on 40 procedural materials.
     pub procedural: f64,
     /// The mean loss on networks of 80 MERL materials.
     pub merl: f64,
-    /// The mean loss on 17 RGL materials.
-    pub rgl: f64,
+    /// The mean color error of the same materials' spheres, CIEDE2000.
+    pub merl_color: f64,
 }
 
 macro_rules! bundled {
@@ -122,7 +122,7 @@ impl BundledRecipe {
             Some(Losses {
                 procedural: loss()?,
                 merl: loss()?,
-                rgl: loss()?,
+                merl_color: loss()?,
             })
         })
     }

@@ -13,24 +13,23 @@ pub(super) fn expected_loss(recipe: &Recipe<'_>) -> Result<Option<String>, Recip
     Ok(expectation.map(|expectation| describe(expectation, &metadata, caution.as_deref())))
 }
 
-/// A caution about a recipe that was trained on built-in materials only. None for other recipes, and for recipes
-/// that do not state their training sources.
+/// A caution about a bundled recipe, or one that was trained on built-in materials only. None for other recipes, and
+/// for recipes that do not state their training sources.
 pub(super) fn caution(recipe: &Recipe<'_>) -> Result<Option<String>, RecipeError> {
-    let training = recipe.metadata()?.training;
-    if !training.is_some_and(|training| is_built_in(&training)) {
-        return Ok(None);
-    }
     let losses = bundled::find_by_checksum(recipe.checksum()).and_then(|bundled| bundled.losses());
-    let measured = match losses {
-        Some(losses) => format!(
-            "its mean loss is {:.4} on 80 materials of MERL and {:.4} on 17 of RGL",
-            losses.merl, losses.rgl
-        ),
-        None => "the loss on measured materials may be several times larger".to_owned(),
-    };
-    Ok(Some(format!(
-        "the recipe was trained on built-in materials only, and {measured}"
-    )))
+    if let Some(losses) = losses {
+        return Ok(Some(format!(
+            "the mean loss of this bundled recipe on 80 other materials, MERL's, is {:.4}",
+            losses.merl
+        )));
+    }
+    let training = recipe.metadata()?.training;
+    let is_built_in = training.is_some_and(|training| is_built_in(&training));
+    Ok(is_built_in.then(|| {
+        "the recipe was trained on built-in materials only, and the loss on measured materials may be several times \
+         larger"
+            .to_owned()
+    }))
 }
 
 /// Returns true if no material came from a file.
@@ -135,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn caution_about_built_in_materials() {
+    fn caution_about_built_in_materials_and_bundled_recipes() {
         let is_built_in = |origins: &[Origin]| {
             // The label must not matter, only the origin.
             let sources: Vec<TrainingSource<'_>> = origins

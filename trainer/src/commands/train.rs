@@ -153,22 +153,7 @@ impl Train {
             begin.elapsed().as_secs_f64(),
             expected_loss.unwrap_or_else(|| "not stated".into()),
         );
-        for (label, estimate) in &trained.source_losses {
-            let error = estimate.standard_error;
-            let error = error.map_or(String::new(), |error| {
-                format!(" (standard error {error:.4})")
-            });
-            eprintln!(
-                "expected loss on {label}: {:.4}{error}, {} materials",
-                estimate.loss, estimate.materials
-            );
-        }
-        if let Some(correlation) = trained.rank_correlation {
-            eprintln!(
-                "loss prediction: rank correlation {correlation:.2} between predicted and true losses in \
-                 cross-validation"
-            );
-        }
+        trained.print_cross_validation();
         Ok(())
     }
 
@@ -237,6 +222,29 @@ pub(super) struct TrainedRecipe {
     rank_correlation: Option<f64>,
     /// The label and the held-out loss of each source; empty for a single source.
     source_losses: Vec<(String, LossEstimate)>,
+}
+
+impl TrainedRecipe {
+    /// Prints to standard error what cross-validation measured: the loss on each source, and how well the recipe
+    /// predicts losses. Prints nothing for recipes without cross-validation.
+    pub(super) fn print_cross_validation(&self) {
+        for (label, estimate) in &self.source_losses {
+            let error = estimate.standard_error;
+            let error = error.map_or(String::new(), |error| {
+                format!(" (standard error {error:.4})")
+            });
+            eprintln!(
+                "expected loss on {label}: {:.4}{error}, {} materials",
+                estimate.loss, estimate.materials
+            );
+        }
+        if let Some(correlation) = self.rank_correlation {
+            eprintln!(
+                "loss prediction: rank correlation {correlation:.2} between predicted and true losses in \
+                 cross-validation"
+            );
+        }
+    }
 }
 
 impl TrainingRun {

@@ -89,7 +89,7 @@ fn lists_recipes_as_json() {
             "loss": {
                 "procedural": losses.procedural,
                 "merl": losses.merl,
-                "rgl": losses.rgl,
+                "merl_color": losses.merl_color,
             },
         });
         assert_eq!(*entry, expected);
