@@ -320,6 +320,7 @@ def train(
     max_theta_i_degrees: Optional[float] = None,
     max_theta_o_degrees: Optional[float] = None,
     min_separation_degrees: Optional[float] = None,
+    refinement: Optional[Literal["gauss-newton", "sgd"]] = None,
     bases: Optional[int] = None,
     eta: Optional[float] = None,
     checkpoint: Optional[_Path] = None,
