@@ -22,7 +22,7 @@ fn retrained_recipe_matches_bundled_one() {
     let directory = scratch.path();
     trainer(
         directory,
-        "train --model phong --samples 1 --effort quick --data procedural:400 --noise 0.02 \
+        "train --model phong --samples 1 --effort standard --data procedural:400 --noise 0.02 \
          --min-separation 10 --max-theta-i 80 --max-theta-o 80 --out retrained.recipe",
     );
     trainer(

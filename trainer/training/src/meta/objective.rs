@@ -20,6 +20,12 @@ pub trait MetaObjective: Sync {
         values
     }
 
+    /// Returns meta-parameters with the best of several draws of initial parameters, given the other meta-parameters. By
+    /// default, they are kept.
+    fn choose_initial(&self, values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
+        values
+    }
+
     /// Returns the weighted mean outer loss over a step's batch of tasks, and its gradient. The gradient includes the
     /// [barrier](super::pattern::Pattern::barrier), the loss does not.
     fn gradient(

@@ -318,6 +318,9 @@ impl OuterLoop<'_> {
                 state.restart(self.objective.initial_values(guess))
             }
             (Initialization::Best, Some(best)) => state.restart(best.values.clone()),
+            (Initialization::BestRedrawn, Some(best)) => {
+                state.restart(self.objective.choose_initial(best.values.clone()));
+            }
             (Initialization::BestReordered, Some(best)) => {
                 state.restart(self.objective.reorder_samples(best.values.clone()));
             }

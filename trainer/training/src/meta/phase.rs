@@ -28,6 +28,9 @@ pub enum Initialization {
     /// The best meta-parameters so far, with the samples sorted by importance; see
     /// [`MetaObjective::reorder_samples`](super::objective::MetaObjective::reorder_samples).
     BestReordered,
+    /// The best meta-parameters so far, with the best of several draws of initial parameters; see
+    /// [`MetaObjective::choose_initial`](super::objective::MetaObjective::choose_initial).
+    BestRedrawn,
     /// The final meta-parameters of the previous phase, but a new random pattern at each epoch.
     RandomPatterns,
 }

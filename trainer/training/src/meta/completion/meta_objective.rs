@@ -21,6 +21,12 @@ use crate::meta::phase::{OuterStep, Phase};
 const INITIAL_PRECISION: f32 = 3.0;
 /// The stride of the validation octets that are used to sort samples. A subset is accurate enough.
 const ORDER_OCTET_STRIDE: usize = 8;
+/// The number of draws of initial parameters that are compared.
+const INITIAL_DRAWS: usize = 16;
+/// The number of materials for their comparison.
+const INITIAL_TASKS: usize = 32;
+/// The random number stream of these draws.
+const INITIAL_STREAM: u64 = u64::MAX - 100;
 
 impl CompletionObjective<'_> {
     /// Returns the hyperparameters before training: those of the refinement, then the precisions of the correction. A fold
@@ -95,6 +101,39 @@ impl MetaObjective for CompletionObjective<'_> {
         });
         reorder(&mut values.pattern, 3, &order);
         reorder(&mut values.coefficient_net, 3 * self.shape.rows(), &order);
+        values
+    }
+
+    /// Compares the losses after the fit. Some draws of Neural have hidden units that hardly differ between directions, and
+    /// training does not recover from that.
+    fn choose_initial(&self, mut values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
+        let Some(refinement) = self.refinement else {
+            return values;
+        };
+        let stride = self.subset.validation.len().div_ceil(INITIAL_TASKS);
+        let materials = self.subset.validation.iter().copied().step_by(stride);
+        let mut tasks = self.plain_tasks(&materials.collect::<Vec<_>>());
+        for task in &mut tasks {
+            let octets = task.octets.iter().copied();
+            task.octets = octets.step_by(ORDER_OCTET_STRIDE).collect();
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(self.streams.seed);
+        random.set_stream(INITIAL_STREAM);
+        let mut best = (f32::INFINITY, values.initial.clone());
+        for draw in 0..INITIAL_DRAWS {
+            if draw > 0 {
+                values.initial = initial_guess(refinement.model(), &mut random);
+            }
+            let prepared = self.prepare(&values, self.reachable_pattern(&values));
+            let directions = self.validation_directions();
+            let losses = self.losses(&prepared, &tasks, self.refinement, directions);
+            let loss = weighted_mean(&losses);
+            // Always false for NaN.
+            if loss < best.0 {
+                best = (loss, values.initial.clone());
+            }
+        }
+        values.initial = best.1;
         values
     }
 

@@ -100,7 +100,7 @@ fn init_net(model: ModelKind, samples: usize, steps: usize) -> Phase {
     };
     Phase {
         name: "initialization network",
-        initialization: Initialization::Best,
+        initialization: Initialization::BestRedrawn,
         samples_ordered: true,
         selection: Selection::Last,
         rates: Groups {
