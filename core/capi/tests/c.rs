@@ -73,11 +73,12 @@ fn examples_match_core() {
 }
 
 /// Recipes in the README's table.
-const RECIPES: [&str; 6] = [
+const RECIPES: [&str; 7] = [
     "neural-n8",
     "phong-n8",
     "cook-torrance-n8",
     "linear-n8",
+    "completed/neural-n8",
     "completed/neural-n32",
     "completed/linear-n32",
 ];

@@ -111,8 +111,8 @@ fn every_recipe_matches_core() {
     assert!(predicted_count > 0 && predicted_count < RECIPES.len());
 }
 
-/// Returns a recipe with an uncertainty, and with a correction, without which the similarity to the training is unknown.
-/// The bundled recipes have neither.
+/// Returns a recipe of Linear with another uncertainty, and with or without its correction. Without it, the similarity to
+/// the training is unknown.
 fn with_uncertainty(recipe: &[u8], max_innovation: f32, is_corrected: bool) -> Vec<u8> {
     let recipe = Recipe::parse(recipe).unwrap();
     let pattern: Vec<u8> = recipe
@@ -124,13 +124,12 @@ fn with_uncertainty(recipe: &[u8], max_innovation: f32, is_corrected: bool) -> V
     let PackedMethod::Completed(net, correction, _) = &mut method else {
         panic!("the recipe has no completion");
     };
-    let precision = 1_f32.to_le_bytes().repeat(usize::from(net.components));
-    if is_corrected {
-        *correction = Some(PackedCorrection {
-            rows: core::mem::take(&mut net.rows),
-            row_scales: core::mem::take(&mut net.row_scales),
-            precision: &precision,
-        });
+    if !is_corrected {
+        // Without a correction, the net has the components at the samples.
+        let PackedCorrection {
+            rows, row_scales, ..
+        } = correction.take().expect("a correction");
+        (net.rows, net.row_scales) = (rows, row_scales);
     }
     let prediction = recipe.completed().unwrap().prediction();
     let parts = RecipeParts {
