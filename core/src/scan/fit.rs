@@ -170,9 +170,8 @@ fn check_finished(
         return None;
     }
     let albedo = plausibility::albedo(|at| (functions.brdf)(words, method, basis, at));
-    let uncertainty = method.uncertainty();
-    let factor = uncertainty.map_or(1.0, |each| each.residual_factor(sum.residual.mean));
-    let predicted = predicted.map(|loss| loss * factor);
+    // A prediction that follows the residual cannot show that the residual is too large.
+    let predicted = predicted.filter(|_| method.uncertainty().is_none());
     let expected = predicted.or_else(|| recipe.expected_loss());
     sum.residual.implausible = plausibility::check(&sum, expected, albedo);
     Some(sum.residual)
