@@ -262,10 +262,10 @@ def main():
     trainer = Path(arguments[0] if arguments else ROOT / "target/release/trainer").resolve()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
-        assert printed_loss(run(trainer, "convert", "procedural:1:3", "material.binary")) < 0.005
-        assert printed_loss(run(trainer, "convert", "procedural:1:3", "material_rgb.bsdf")) < 0.001
+        assert printed_loss(run(trainer, "convert", "procedural:1:5", "material.binary")) < 0.005
+        assert printed_loss(run(trainer, "convert", "procedural:1:5", "material_rgb.bsdf")) < 0.001
         assert printed_loss(run(trainer, "convert", "material.binary", "material", "--format", "nbrdf")) < 0.02
-        run(trainer, "convert", "procedural:1:3", "material", "--format", "pab")
+        run(trainer, "convert", "procedural:1:5", "material", "--format", "pab")
         check_programs_of_document(trainer)
         compare_picture_errors(trainer)
         compare_with_radiance(trainer)
