@@ -19,9 +19,9 @@ use super::{print, print_json};
 /// List or write the bundled recipes, which need no training.
 ///
 /// They were trained on the built-in procedural materials and on 17 of RGL's (CC0), so you may
-/// redistribute them with your firmware. They are for arms that reach 80 degrees from the normal and stay 10 degrees apart,
-/// and for readings with 2 % noise. A recipe trained on materials like yours has a lower loss: see
-/// `trainer train`.
+/// redistribute them with your firmware. They are for arms that reach 80 degrees from the normal and
+/// stay 10 degrees apart, and for readings with 2 % noise. A recipe trained on materials like yours
+/// has a lower loss: see `trainer train`.
 ///
 /// Example: trainer recipes list
 ///          trainer recipes get neural-n8 --out recipes/
