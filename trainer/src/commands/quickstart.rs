@@ -220,7 +220,7 @@ fn explain_methods() -> String {
         "Random starts from random parameters, and draws random directions once for each material. Meta has \
          learned initial parameters and step sizes, and random directions. Ours has learned directions too. \
          These three take {INNER_STEPS} steps. At effort standard, schedule paper takes 1/{} of the paper's \
-         steps. Completed obtains its initial parameters from the readings by learned maps, and takes one step. \
+         steps. Completed obtains its initial parameters from the readings by learned maps, and takes two Gauss-Newton steps. \
          Its recipe allows for noisy readings and limited arms; the recipes of the paper's methods do not.",
         Effort::Standard.paper_step_divisor()
     )
