@@ -68,6 +68,8 @@ pub struct Driver<'a, K: Fitter> {
     values_sent: u16,
     /// Number of invalid readings in a row.
     invalid_readings: u8,
+    /// True if a fit of the recorded readings did not reach the target loss.
+    is_target_missed: bool,
     /// True if the firmware has to delete its saved readings.
     forgets: bool,
     /// Checksum of the last fetched recipe that was unusable; the driver does not fetch it again.
@@ -103,6 +105,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
             phase: Phase::Hello,
             values_sent: 0,
             invalid_readings: 0,
+            is_target_missed: false,
             forgets: false,
             declined: None,
             next: None,
@@ -163,6 +166,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
         match scan.record(index, reading) {
             Ok(_) => {
                 self.invalid_readings = 0;
+                self.is_target_missed = false;
                 self.next = Some(Action::Save { index, reading });
             }
             Err(error) => {

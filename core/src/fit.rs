@@ -15,6 +15,7 @@ mod fitter;
 internal! { mod gauss_newton }
 mod learned;
 mod linear;
+mod loss_estimate;
 mod method;
 mod refined;
 internal! { mod ridge }
@@ -31,8 +32,9 @@ pub(crate) use linear::linear_words;
 pub(crate) use refined::refined_words;
 
 internal! { algorithm::{Algorithm, Channels, ModelMismatch} }
-internal! { completed::{Completed, Components, InitNet, MAX_ROWS, MAX_UNITS, Target, Uncertainty} }
+internal! { completed::{Completed, Components, InitNet, MAX_ROWS, MAX_UNITS, Target} }
 internal! { learned::{Descent, Ridge} }
+internal! { loss_estimate::{PartialLoss, Uncertainty} }
 pub(crate) use method::{COMPLETION, RIDGE};
 
 internal! { method::FitMethod }

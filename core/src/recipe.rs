@@ -34,9 +34,9 @@ pub use format::{
 };
 pub use kind::Kind;
 pub use metadata::Metadata;
-pub use parts::{ExpectedLoss, Noise, Provenance};
+pub use parts::{ExpectedLoss, Noise, Provenance, ScanTime};
 internal! { parts::{PackedCoefficientNet, PackedDescent, PackedGaussNewton, PackedInitNet} }
-internal! { parts::PackedCorrection }
+internal! { parts::{PackedCorrection, PackedPartialLoss} }
 internal! { parts::{PackedMethod, PackedRidge, PackedTarget, RecipeParts} }
 pub use sections::{Materials, Sections};
 pub use size::{max_samples, memory_words};
@@ -88,11 +88,7 @@ impl<'a> Recipe<'a> {
         let CheckedBody { checksum, body } = header::read(bytes)?;
         let contents = Contents::from_body(body)?;
         let pattern = check::pattern(contents.pattern)?;
-        let method = check::method(
-            contents.method,
-            (contents.prediction, contents.uncertainty),
-            pattern.len(),
-        )?;
+        let method = check::method(contents.method, contents.estimate, pattern.len())?;
         Ok(Self {
             pattern,
             method,
@@ -162,6 +158,13 @@ impl<'a> Recipe<'a> {
     #[must_use]
     pub fn tolerates_missing(&self) -> bool {
         self.method.tolerates_missing()
+    }
+
+    /// Returns true if the recipe bounds the loss of a fit with some of the readings, so that a scan may stop at a
+    /// [target loss](crate::driver::Config::target_loss).
+    #[must_use]
+    pub fn bounds_partial_loss(&self) -> bool {
+        self.method.bounds_partial_loss()
     }
 
     /// The CRC-32 of the host's basis file, which turns Linear's coefficients into a BRDF. None without a basis.
@@ -259,6 +262,14 @@ impl<'a> Recipe<'a> {
     #[must_use]
     pub fn expected_loss(&self) -> Option<f32> {
         Some(metadata::read_expectation(self.sections)?.loss)
+    }
+
+    /// Returns true if the samples are in the order of a path that takes little time, which the recipe
+    /// [states](Metadata::scan_time). Read such a recipe's samples in its own order.
+    #[must_use]
+    pub fn is_in_path_order(&self) -> bool {
+        let mut sections = self.sections;
+        sections.any(|(kind, _)| kind == Kind::SCAN_TIME)
     }
 
     /// All sections with their postcard bytes, also those of unknown kinds.

@@ -156,7 +156,8 @@ impl<'a, K: Fitter> Scan<'a, K> {
     /// The pending samples in the recipe's order: index and directions.
     ///
     /// Read them in any order; [`Machine::nearest`](crate::gonio::Machine::nearest) returns the sample that the arms
-    /// reach first. If the recipe [tolerates missing readings](Recipe::tolerates_missing), the first samples are the
+    /// reach first. A recipe [in path order](Recipe::is_in_path_order) takes less time in its own order. If another recipe
+    /// [tolerates missing readings](Recipe::tolerates_missing), the first samples are the
     /// most informative, and the scan may finish early.
     pub fn pending(&self) -> impl Iterator<Item = (u16, Directions<f32>)> {
         memory::pending(self.slots())
@@ -270,7 +271,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         Ok(self.fit_from(Fitting {
             done: 0,
             channels,
-            weight: 1.0 / (3.0 * counted as f32),
+            readings: counted as u16, // at most MAX_SAMPLES
         }))
     }
 
@@ -301,7 +302,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
     /// The fitted material. None if no fit was finished since the last reading.
     #[must_use]
     pub fn fitted(&self) -> Option<Fitted<'_, K>> {
-        let Stage::Fitted(residual) = self.stage else {
+        let Stage::Fitted { residual, readings } = self.stage else {
             return None;
         };
         let memory = self.memory.get(..self.needed).unwrap_or_default();
@@ -310,6 +311,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
             basis: self.basis,
             words: split(memory, self.recipe.samples()).1,
             residual,
+            readings,
             model: PhantomData,
         })
     }

@@ -760,6 +760,13 @@ typedef struct glimpse_config {
      * Maximum size of a recipe that the device can store, in bytes. 0 if it stores none.
      */
     uint32_t recipe_bytes;
+    /**
+     * Loss at which a scan stops before all samples are read; 0 for none. After each reading, the driver
+     * fits the readings that it has. If glimpse_fitted_loss_bound() is at most this loss, it skips the
+     * pending samples, and this fit is the result. Each fit takes as many units as one of all readings. It
+     * has no effect with recipes that do not bound the loss of such fits.
+     */
+    float target_loss;
 } glimpse_config;
 
 /**
@@ -1098,7 +1105,7 @@ size_t glimpse_driver_bytes(const uint8_t *recipe,
 
 /**
  * Returns the default options: no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, a timeout
- * of 2 s for replies and of 60 s for readings, three attempts, and no storage for recipes.
+ * of 2 s for replies and of 60 s for readings, three attempts, no storage for recipes, and no target loss.
  *
  * @param host  One of glimpse_host.
  */
@@ -1122,7 +1129,8 @@ struct glimpse_config glimpse_config_default(int32_t host);
  * @param saved_count   Number of saved readings.
  * @param driver        Receives the handle, a pointer into the memory; null after an error.
  * @return GLIMPSE_STATUS_MEMORY_TOO_SMALL if the memory is too small for any driver;
- *         GLIMPSE_STATUS_ARGUMENT if the host is unknown, or if the limits are invalid.
+ *         GLIMPSE_STATUS_ARGUMENT if the host is unknown, the limits are invalid, or the target loss is
+ *         negative or NaN.
  */
 glimpse_status glimpse_driver_begin(void *memory,
                                     size_t memory_bytes,

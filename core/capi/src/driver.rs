@@ -38,7 +38,7 @@ pub unsafe extern "C" fn glimpse_driver_bytes(recipe: *const u8, count: usize) -
 }
 
 /// Returns the default options: no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, a timeout
-/// of 2 s for replies and of 60 s for readings, three attempts, and no storage for recipes.
+/// of 2 s for replies and of 60 s for readings, three attempts, no storage for recipes, and no target loss.
 ///
 /// @param host  One of glimpse_host.
 #[unsafe(no_mangle)]
@@ -55,6 +55,7 @@ pub extern "C" fn glimpse_config_default(host: i32) -> glimpse_config {
         reply_timeout_ms: config.reply_timeout_ms,
         measure_timeout_ms: config.measure_timeout_ms,
         recipe_bytes: config.recipe_bytes,
+        target_loss: config.target_loss.unwrap_or_default(),
     }
 }
 
@@ -78,6 +79,10 @@ impl glimpse_config {
         config.measure_timeout_ms = self.measure_timeout_ms;
         config.attempts = self.attempts;
         config.recipe_bytes = self.recipe_bytes;
+        if self.target_loss.is_nan() || self.target_loss < 0.0 {
+            return Err(glimpse_status::Argument);
+        }
+        config.target_loss = Some(self.target_loss).filter(|target| *target > 0.0);
         Ok(config)
     }
 }
@@ -99,7 +104,8 @@ impl glimpse_config {
 /// @param saved_count   Number of saved readings.
 /// @param driver        Receives the handle, a pointer into the memory; null after an error.
 /// @return GLIMPSE_STATUS_MEMORY_TOO_SMALL if the memory is too small for any driver;
-///         GLIMPSE_STATUS_ARGUMENT if the host is unknown, or if the limits are invalid.
+///         GLIMPSE_STATUS_ARGUMENT if the host is unknown, the limits are invalid, or the target loss is
+///         negative or NaN.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_begin(
     memory: *mut c_void,

@@ -214,6 +214,11 @@ pub struct glimpse_config {
     pub measure_timeout_ms: u32,
     /// Maximum size of a recipe that the device can store, in bytes. 0 if it stores none.
     pub recipe_bytes: u32,
+    /// Loss at which a scan stops before all samples are read; 0 for none. After each reading, the driver
+    /// fits the readings that it has. If glimpse_fitted_loss_bound() is at most this loss, it skips the
+    /// pending samples, and this fit is the result. Each fit takes as many units as one of all readings. It
+    /// has no effect with recipes that do not bound the loss of such fits.
+    pub target_loss: f32,
 }
 
 /// Kinds of glimpse_action. Ignore unknown kinds.

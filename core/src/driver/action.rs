@@ -15,7 +15,7 @@ use crate::scan::{Reading, Residual};
 pub enum Action {
     /// Sleep until a byte arrives or can be sent, or [`Driver::poll_delay`] has passed.
     Wait,
-    /// Poll again soon: the driver did a slice of the fit, or handled a reply.
+    /// Poll again soon: the driver did a slice of a fit, or handled a reply.
     Continue,
     /// Move the arms, read the sensor, and call [`Driver::record`]. If only this sample cannot be read, call
     /// [`Driver::skip`]. If arms or sensor failed, or the recipe needs every reading, call [`Driver::fail`]. The driver

@@ -52,11 +52,22 @@ pub struct Config {
     /// Size of the largest recipe that the device can store, in bytes. 0: the device stores no recipe and requests
     /// none.
     pub recipe_bytes: u32,
+    /// The loss, above 0, at which a scan stops before all samples are read. After each reading, also after restored
+    /// ones, the driver fits the readings that it has. If the [bound of the loss](crate::scan::Fitted::loss_bound) is
+    /// at most the target, the driver skips the pending samples, and this fit is the result. If the fit fails or is
+    /// implausible, the scan continues.
+    ///
+    /// Each of these fits takes as many steps as a fit of all readings. The host receives no progress of them. The
+    /// bound assumes that the samples are read in the recipe's order.
+    ///
+    /// None, 0, a negative number or NaN: the scan reads all samples. The target has no effect if the recipe does not
+    /// [bound the loss](crate::recipe::Recipe::bounds_partial_loss) of such fits.
+    pub target_loss: Option<f32>,
 }
 
 impl Config {
     /// Returns options with no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, timeouts of 2 s and of
-    /// 60 s for readings, three attempts, and no storage for recipes.
+    /// 60 s for readings, three attempts, no storage for recipes, and no target loss.
     #[must_use]
     pub const fn new(host: Host) -> Self {
         Self {
@@ -69,6 +80,7 @@ impl Config {
             measure_timeout_ms: 60_000,
             attempts: 3,
             recipe_bytes: 0,
+            target_loss: None,
         }
     }
 }

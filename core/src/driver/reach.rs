@@ -10,6 +10,7 @@ impl<K: Fitter> Driver<'_, K> {
     pub(super) fn begin_scan(&mut self) {
         self.phase = Phase::Scan;
         self.values_sent = 0;
+        self.is_target_missed = false;
         let (Ok(scan), Some(limits)) = (&mut self.scan, &self.config.limits) else {
             return;
         };

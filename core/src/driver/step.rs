@@ -95,9 +95,24 @@ impl<K: Fitter> Driver<'_, K> {
             }
         };
         let host = self.config.host;
+        let next = scan.next_pending();
+        // While samples are pending, a fit checks the target. Afterwards, a fit is the result.
+        let can_stop = next.is_some() && scan.recipe().bounds_partial_loss();
+        let target = self.config.target_loss;
+        let target = target.filter(|target| can_stop && *target > 0.0);
         if let Some(mut fit) = scan.fit_under_way() {
             let progress = fit.advance(self.config.steps_per_poll.max(1));
-            if let Err(FinishError::Diverged) = fit.finish() {
+            let finished = fit.finish();
+            if let Some(target) = target {
+                let is_unfinished = matches!(finished, Err(FinishError::Unfinished(_)));
+                let bound = finished.ok().and_then(|fitted| fitted.loss_bound());
+                // The fit stays valid, because it does not use the pending samples.
+                let is_reached =
+                    bound.is_some_and(|bound| bound <= target) && scan.finish_early().is_ok();
+                self.is_target_missed = !(is_unfinished || is_reached);
+                return Action::Continue;
+            }
+            if let Err(FinishError::Diverged) = finished {
                 return self.fail_now(Failure::Diverged);
             }
             return match host {
@@ -105,7 +120,9 @@ impl<K: Fitter> Driver<'_, K> {
                 Host::Measures | Host::Listens => self.request(Request::Progress(progress), now),
             };
         }
-        if let Some(fitted) = scan.fitted() {
+        if target.is_none()
+            && let Some(fitted) = scan.fitted()
+        {
             if host == Host::Absent {
                 self.phase = Phase::End;
                 return Action::Finished(fitted.residual());
@@ -113,7 +130,9 @@ impl<K: Fitter> Driver<'_, K> {
             let request = values_request(&fitted, self.values_sent);
             return self.request(request, now);
         }
-        if let Some((index, directions)) = scan.next_pending() {
+        if let Some((index, directions)) = next
+            && (target.is_none() || self.is_target_missed)
+        {
             return match host {
                 Host::Measures => self.request(Request::Measure { index, directions }, now),
                 Host::Listens | Host::Absent => Action::Measure { index, directions },
@@ -122,6 +141,10 @@ impl<K: Fitter> Driver<'_, K> {
         self.values_sent = 0;
         match scan.fit() {
             Ok(_) => Action::Continue,
+            Err(_) if target.is_some() => {
+                self.is_target_missed = true;
+                Action::Continue
+            }
             Err(error) => self.fail_now(Failure::Fit(error)),
         }
     }

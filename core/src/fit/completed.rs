@@ -7,10 +7,10 @@ use super::component_rows::ComponentRows;
 use super::correction::{Correction, correction_words};
 use super::gauss_newton::GaussNewton;
 use super::learned::Descent;
+use super::loss_estimate::{PartialLoss, Uncertainty};
 use crate::model::{ModelKind, Sample, Samples};
 use crate::numeric::Floats;
 use crate::numeric::math::{exp, ln};
-use serde::{Deserialize, Serialize};
 
 /// The largest number of rows of a completion: coefficients and hidden units.
 pub const MAX_ROWS: usize = 96;
@@ -30,35 +30,8 @@ pub struct Completed<'a> {
     /// A bias, and a weight for each component; empty without a prediction.
     pub(crate) prediction: Floats<'a>,
     pub(crate) uncertainty: Option<Uncertainty>,
+    pub(crate) partial: Option<PartialLoss<'a>>,
     pub(crate) target: Target<'a>,
-}
-
-/// The evidence of the readings for the loss of a fit.
-///
-/// The predicted loss is that of the coefficients times (s + 1e-3)^`innovation` (r + 1e-4)^`residual`. s is the
-/// [innovation](super::correction::Correction), and r is the mean residual of the fit.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Uncertainty {
-    /// The exponent of the innovation.
-    pub innovation: f32,
-    /// The exponent of the residual.
-    pub residual: f32,
-    /// The ratio of the upper bound to the predicted loss. The bound holds for 90 % of materials.
-    pub bound: f32,
-    /// The largest innovation of a material like those of the training.
-    pub max_innovation: f32,
-}
-
-impl Uncertainty {
-    /// Added to the innovation, so that 0 has a logarithm.
-    pub const MIN_INNOVATION: f32 = 1e-3;
-    /// Added to the residual.
-    pub const MIN_RESIDUAL: f32 = 1e-4;
-
-    /// Returns the factor of the predicted loss that the mean residual determines.
-    pub(crate) fn residual_factor(&self, residual: f32) -> f32 {
-        exp(self.residual * ln(residual + Self::MIN_RESIDUAL))
-    }
 }
 
 /// The use of a completion's coefficients.
@@ -163,6 +136,12 @@ impl<'a> Completed<'a> {
     #[must_use]
     pub fn uncertainty(&self) -> Option<Uncertainty> {
         self.uncertainty
+    }
+
+    /// The loss of fits with some of the readings, if the recipe has it.
+    #[must_use]
+    pub fn partial(&self) -> Option<PartialLoss<'a>> {
+        self.partial
     }
 
     /// The innovation, in the memory of a finished completion. None without a correction.

@@ -2,9 +2,12 @@
 //!
 //! [`Recipe::parse`](crate::recipe::Recipe::parse) creates it and checks its invariants. Its lists are read in place.
 
-use super::completed::{Completed, Target, Uncertainty};
+use super::completed::{Completed, Target};
 use super::learned::{Descent, Ridge};
+use super::loss_estimate::{PartialLoss, Uncertainty};
 use crate::model::ModelKind;
+use crate::numeric::Floats;
+use crate::numeric::math::{exp, ln};
 
 /// True if the crate fits recipes with a completion.
 pub(crate) const COMPLETION: bool = cfg!(feature = "completion");
@@ -49,15 +52,6 @@ impl FitMethod<'_> {
         components.saturating_mul(3)
     }
 
-    /// The evidence of the readings for the loss of a fit. None if the recipe has none.
-    #[must_use]
-    pub fn uncertainty(&self) -> Option<Uncertainty> {
-        match self {
-            Self::Completed(completed) => completed.uncertainty,
-            _ => None,
-        }
-    }
-
     /// Returns true if a fit tolerates missing readings.
     #[must_use]
     pub fn tolerates_missing(&self) -> bool {
@@ -78,5 +72,55 @@ impl FitMethod<'_> {
             },
             Self::Descent(_) => None,
         }
+    }
+}
+
+impl<'a> FitMethod<'a> {
+    fn completed(&self) -> Option<&Completed<'a>> {
+        match self {
+            Self::Completed(completed) => Some(completed),
+            _ => None,
+        }
+    }
+
+    /// The evidence of the readings for the loss of a fit. None if the recipe has none.
+    #[must_use]
+    pub fn uncertainty(&self) -> Option<Uncertainty> {
+        self.completed()?.uncertainty
+    }
+
+    /// Returns the factor of the predicted loss that the mean residual and the number of readings determine.
+    pub(crate) fn loss_factor(&self, residual: f32, readings: u16) -> f32 {
+        let Some(uncertainty) = self.uncertainty() else {
+            return 1.0;
+        };
+        let exponent = uncertainty.residual * ln(residual + Uncertainty::MIN_RESIDUAL);
+        let partial = self.partial(|partial| partial.loss, readings);
+        exp(exponent + partial.unwrap_or_default())
+    }
+
+    /// Returns the ratio of the upper bound to the predicted loss for this number of readings. None without an
+    /// [`Uncertainty`].
+    pub(crate) fn bound_ratio(&self, readings: u16) -> Option<f32> {
+        let uncertainty = self.uncertainty()?;
+        let partial = self.partial(|partial| partial.bound, readings);
+        Some(partial.unwrap_or(uncertainty.bound))
+    }
+
+    /// Returns the entry of a list of [`PartialLoss`] for this number of readings.
+    fn partial(&self, list: fn(&PartialLoss<'a>) -> Floats<'a>, readings: u16) -> Option<f32> {
+        let list = list(self.completed()?.partial.as_ref()?);
+        let index = usize::from(readings).checked_sub(1)?;
+        Some(f32::from_le_bytes(*list.words().get(index)?))
+    }
+
+    /// Returns true if the recipe bounds the loss of a fit with some of the readings.
+    pub(crate) fn bounds_partial_loss(&self) -> bool {
+        self.completed().is_some_and(|completed| {
+            completed.tolerates_missing()
+                && !completed.prediction.is_empty()
+                && completed.uncertainty.is_some()
+                && completed.partial.is_some()
+        })
     }
 }

@@ -1,5 +1,6 @@
 //! Checks of a recipe's numbers.
 
+use super::contents::PackedEstimate;
 use super::error::RecipeError;
 use super::field::Field;
 use super::format::{
@@ -8,7 +9,7 @@ use super::format::{
 use super::kind::Kind;
 use super::parts::{
     PackedCoefficientNet, PackedCorrection, PackedDescent, PackedGaussNewton, PackedInitNet,
-    PackedMethod, PackedRidge, PackedTarget,
+    PackedMethod, PackedPartialLoss, PackedRidge, PackedTarget,
 };
 use crate::fit::coefficient_net::{CoefficientNet, MissingPolicy};
 use crate::fit::component_rows::ComponentRows;
@@ -17,7 +18,8 @@ use crate::fit::gauss_newton::{GaussNewton, VirtualReadings};
 use crate::fit::ridge::Problem;
 use crate::fit::{COMPLETION, RIDGE, Uncertainty};
 use crate::fit::{
-    Completed, Components, Descent, FitMethod, InitNet, MAX_ROWS, MAX_UNITS, Ridge, Target,
+    Completed, Components, Descent, FitMethod, InitNet, MAX_ROWS, MAX_UNITS, PartialLoss, Ridge,
+    Target,
 };
 use crate::geometry::{Angles, HalfDifference};
 use crate::numeric::Floats;
@@ -53,20 +55,16 @@ fn first_below_horizon(packed: &[PackedAngles]) -> Option<usize> {
         .position(|packed| !HalfDifference::from_angles(Angles::from_le_bytes(packed)).is_valid())
 }
 
-/// Checks the method for a pattern of `samples` samples, and the prediction of its loss.
+/// Checks the method for a pattern of `samples` samples, and the estimate of its loss.
 pub(super) fn method<'a>(
     packed: PackedMethod<'a>,
-    (prediction, uncertainty): (Option<&'a [u8]>, Option<Uncertainty>),
+    estimate: PackedEstimate<'a>,
     samples: usize,
 ) -> Result<FitMethod<'a>, RecipeError> {
     match packed {
         PackedMethod::Descent(packed) => descent(packed).map(FitMethod::Descent),
         PackedMethod::Ridge(packed) if RIDGE => ridge(packed, samples).map(FitMethod::Ridge),
         PackedMethod::Completed(packed, correction, target) if COMPLETION => {
-            let estimate = (
-                prediction,
-                uncertainty.map(checked_uncertainty).transpose()?,
-            );
             completed(&packed, correction, target, estimate, samples).map(FitMethod::Completed)
         }
         // `Contents` has already refused these sections.
@@ -114,7 +112,7 @@ fn completed<'a>(
     packed: &PackedCoefficientNet<'a>,
     packed_correction: Option<PackedCorrection<'a>>,
     target: PackedTarget<'a>,
-    (prediction, uncertainty): (Option<&'a [u8]>, Option<Uncertainty>),
+    estimate: PackedEstimate<'a>,
     samples: usize,
 ) -> Result<Completed<'a>, RecipeError> {
     let components = usize::from(packed.components);
@@ -198,14 +196,18 @@ fn completed<'a>(
         correction,
         missing: MissingPolicy::from_number(packed.missing)
             .ok_or(RecipeError::Range(Field::Missing))?,
-        prediction: match prediction {
+        prediction: match estimate.prediction {
             None => Floats::EMPTY,
             Some(packed) => {
                 let entries = components.saturating_add(1);
                 list(packed, entries, Field::Prediction, in_range)?
             }
         },
-        uncertainty,
+        uncertainty: estimate.uncertainty.map(checked_uncertainty).transpose()?,
+        partial: match estimate.partial {
+            None => None,
+            Some(packed) => Some(partial_loss(packed, samples)?),
+        },
         target,
     })
 }
@@ -216,6 +218,16 @@ fn checked_uncertainty(uncertainty: Uncertainty) -> Result<Uncertainty, RecipeEr
     positive(uncertainty.bound, Field::Bound)?;
     positive(uncertainty.max_innovation, Field::MaxInnovation)?;
     Ok(uncertainty)
+}
+
+fn partial_loss(
+    packed: PackedPartialLoss<'_>,
+    samples: usize,
+) -> Result<PartialLoss<'_>, RecipeError> {
+    Ok(PartialLoss {
+        loss: list(packed.loss, samples, Field::PartialLoss, in_range)?,
+        bound: list(packed.bound, samples, Field::PartialBound, positive)?,
+    })
 }
 
 /// Checks a correction of at least `components` components.

@@ -3,7 +3,7 @@
 use super::decode::decode;
 use super::error::RecipeError;
 use super::kind::Kind;
-use super::parts::{PackedMethod, PackedTarget};
+use super::parts::{PackedMethod, PackedPartialLoss, PackedTarget};
 use super::sections::Sections;
 use crate::fit::{COMPLETION, RIDGE, Uncertainty};
 
@@ -11,8 +11,15 @@ use crate::fit::{COMPLETION, RIDGE, Uncertainty};
 pub(super) struct Contents<'a> {
     pub(super) pattern: &'a [u8],
     pub(super) method: PackedMethod<'a>,
+    pub(super) estimate: PackedEstimate<'a>,
+}
+
+/// The sections that estimate the loss of a completed fit.
+#[derive(Clone, Copy, Default)]
+pub(super) struct PackedEstimate<'a> {
     pub(super) prediction: Option<&'a [u8]>,
     pub(super) uncertainty: Option<Uncertainty>,
+    pub(super) partial: Option<PackedPartialLoss<'a>>,
 }
 
 impl<'a> Contents<'a> {
@@ -25,8 +32,7 @@ impl<'a> Contents<'a> {
         let mut init_net = None;
         let mut gauss_newton = None;
         let mut correction = None;
-        let mut prediction = None;
-        let mut uncertainty = None;
+        let mut estimate = PackedEstimate::default();
         let mut previous = None;
         let mut sections = Sections::new(body);
         for (kind, bytes) in &mut sections {
@@ -43,9 +49,12 @@ impl<'a> Contents<'a> {
                 Kind::START if COMPLETION => init_net = Some(decode(kind, bytes)?),
                 Kind::GAUSS_NEWTON if COMPLETION => gauss_newton = Some(decode(kind, bytes)?),
                 Kind::CORRECTION if COMPLETION => correction = Some(decode(kind, bytes)?),
-                // Optional, but a fit with a completion uses it.
-                Kind::PREDICTION if COMPLETION => prediction = Some(decode(kind, bytes)?),
-                Kind::UNCERTAINTY if COMPLETION => uncertainty = Some(decode(kind, bytes)?),
+                // Optional, but a fit with a completion uses them.
+                Kind::PREDICTION if COMPLETION => estimate.prediction = Some(decode(kind, bytes)?),
+                Kind::UNCERTAINTY if COMPLETION => {
+                    estimate.uncertainty = Some(decode(kind, bytes)?)
+                }
+                Kind::PARTIAL if COMPLETION => estimate.partial = Some(decode(kind, bytes)?),
                 _ if kind.is_required() => return Err(RecipeError::Unknown(kind)),
                 _ => {}
             }
@@ -87,8 +96,7 @@ impl<'a> Contents<'a> {
                 (_, _, None, _) => return Err(RecipeError::Missing(Kind::COMPLETION)),
                 (_, _, _, (None, _)) => return Err(RecipeError::Missing(Kind::START)),
             },
-            prediction,
-            uncertainty,
+            estimate,
         })
     }
 }

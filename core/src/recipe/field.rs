@@ -110,6 +110,16 @@ pub enum Field {
     Bound,
     /// The largest innovation of a material like those of the training.
     MaxInnovation,
+    /// A speed of the machine that a pattern was trained for.
+    Speed,
+    /// Seconds to settle and to read at each sample.
+    Settle,
+    /// The longest time of a scan, seconds.
+    Seconds,
+    /// The logarithm of a factor of the predicted loss, for each number of readings.
+    PartialLoss,
+    /// The ratio of the upper bound to the predicted loss, for each number of readings.
+    PartialBound,
 }
 
 impl Field {
@@ -167,6 +177,11 @@ impl Field {
             Self::ResidualExponent => "uncertainty.residual",
             Self::Bound => "uncertainty.bound",
             Self::MaxInnovation => "uncertainty.max_innovation",
+            Self::Speed => "scan_time.speeds",
+            Self::Settle => "scan_time.settle",
+            Self::Seconds => "scan_time.seconds",
+            Self::PartialLoss => "partial.loss",
+            Self::PartialBound => "partial.bound",
         }
     }
 
@@ -178,7 +193,9 @@ impl Field {
             Self::Basis => (-MAX_BASIS, MAX_BASIS),
             Self::Prediction => (-MAX_PREDICTION, MAX_PREDICTION),
             Self::Missing => (0.0, 2.0),
-            Self::InnovationExponent | Self::ResidualExponent => (-MAX_EXPONENT, MAX_EXPONENT),
+            Self::InnovationExponent | Self::ResidualExponent | Self::PartialLoss => {
+                (-MAX_EXPONENT, MAX_EXPONENT)
+            }
             Self::Share => (0.0, 1.0),
             Self::ReadingWeight | Self::ErrorScale => (0.0, MAX_READING_WEIGHT),
             Self::Mean | Self::Center | Self::VirtualCenter => (-MAX_MEAN, MAX_MEAN),
@@ -187,7 +204,12 @@ impl Field {
             Self::Precision | Self::StepPrecision | Self::CorrectionPrecision => {
                 (MIN_PRECISION, MAX_PRECISION)
             }
-            Self::StandardError | Self::Multiplicative | Self::Additive => (0.0, f32::MAX),
+            Self::StandardError
+            | Self::Multiplicative
+            | Self::Additive
+            | Self::Speed
+            | Self::Settle
+            | Self::Seconds => (0.0, f32::MAX),
             _ => (f32::MIN, f32::MAX),
         }
     }

@@ -44,6 +44,10 @@ impl Kind {
     pub const TRAINING: Self = Self(134);
     /// The evidence of the readings for the loss of a completed fit.
     pub const UNCERTAINTY: Self = Self(135);
+    /// The time of a scan that the pattern was trained for, and the machine that takes this time.
+    pub const SCAN_TIME: Self = Self(136);
+    /// The loss of completed fits with some of the readings.
+    pub const PARTIAL: Self = Self(137);
 
     const FIRST_OPTIONAL: Self = Self(128);
 
@@ -84,6 +88,8 @@ impl Kind {
             Self::PREDICTION => "prediction",
             Self::TRAINING => "training",
             Self::UNCERTAINTY => "uncertainty",
+            Self::SCAN_TIME => "scan_time",
+            Self::PARTIAL => "partial",
             _ => return None,
         })
     }

@@ -7,7 +7,7 @@ use super::decode::decode;
 use super::error::RecipeError;
 use super::field::Field;
 use super::kind::Kind;
-use super::parts::{ExpectedLoss, Noise, Provenance};
+use super::parts::{ExpectedLoss, Noise, Provenance, ScanTime};
 use super::sections::{Materials, Sections};
 use super::training::Training;
 use crate::gonio::Limits;
@@ -27,6 +27,8 @@ pub struct Metadata<'a> {
     pub materials: Materials<'a>,
     /// The settings of the training, for programs.
     pub training: Option<Training<'a>>,
+    /// The time of a scan that the pattern was trained for.
+    pub scan_time: Option<ScanTime>,
 }
 
 /// Decodes and checks the metadata among these sections.
@@ -51,6 +53,7 @@ fn decode_all(sections: Sections<'_>) -> Result<Metadata<'_>, RecipeError> {
     for (kind, bytes) in sections {
         match kind {
             Kind::LIMITS => metadata.limits = Some(decode(kind, bytes)?),
+            Kind::SCAN_TIME => metadata.scan_time = Some(decode(kind, bytes)?),
             Kind::NOISE => metadata.noise = Some(decode(kind, bytes)?),
             Kind::EXPECTATION => metadata.expectation = Some(decode(kind, bytes)?),
             Kind::PROVENANCE => metadata.provenance = Some(decode(kind, bytes)?),
@@ -74,6 +77,18 @@ fn check(metadata: &Metadata<'_>) -> Result<(), RecipeError> {
     if let Some(noise) = &metadata.noise {
         not_negative(noise.multiplicative, Field::Multiplicative)?;
         not_negative(noise.additive, Field::Additive)?;
+    }
+    if let Some(ScanTime {
+        speeds,
+        settle,
+        seconds,
+    }) = &metadata.scan_time
+    {
+        for speed in [speeds.theta_i, speeds.phi_i, speeds.theta_o, speeds.phi_o] {
+            not_negative(speed, Field::Speed)?;
+        }
+        not_negative(*settle, Field::Settle)?;
+        not_negative(*seconds, Field::Seconds)?;
     }
     if let Some(expectation) = &metadata.expectation {
         check_expectation(expectation)?;

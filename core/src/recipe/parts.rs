@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::training::Training;
 use crate::fit::gauss_newton::GaussNewton;
 use crate::fit::{Descent, FitMethod, InitNet, Target, Uncertainty};
-use crate::gonio::Limits;
+use crate::gonio::{Limits, Speeds};
 use crate::model::ModelKind;
 
 /// The parts of a recipe, for [`Recipe::write`](super::Recipe::write).
@@ -34,6 +34,10 @@ pub struct RecipeParts<'a> {
     pub training: Option<Training<'a>>,
     /// The evidence of the readings for the loss of a completed fit.
     pub uncertainty: Option<Uncertainty>,
+    /// The time of a scan that the pattern was trained for.
+    pub scan_time: Option<ScanTime>,
+    /// The loss of completed fits with some of the readings. It has no effect without [`Self::uncertainty`].
+    pub partial: Option<PackedPartialLoss<'a>>,
 }
 
 impl<'a> RecipeParts<'a> {
@@ -51,6 +55,8 @@ impl<'a> RecipeParts<'a> {
             prediction: None,
             training: None,
             uncertainty: None,
+            scan_time: None,
+            partial: None,
         }
     }
 }
@@ -80,6 +86,16 @@ pub struct PackedCorrection<'a> {
     pub row_scales: &'a [u8],
     /// The precision of each component, K.
     pub precision: &'a [u8],
+}
+
+/// The loss of completed fits with some of the readings, as bytes. Each list is packed little-endian f32, and has an
+/// entry for each number of readings from 1 to n.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct PackedPartialLoss<'a> {
+    /// The logarithm of a factor of the predicted loss, -100 to 100.
+    pub loss: &'a [u8],
+    /// The ratio of the upper bound to the predicted loss, above 0.
+    pub bound: &'a [u8],
 }
 
 /// The use of a completion's coefficients, as bytes.
@@ -308,6 +324,21 @@ pub struct Noise {
     /// Number of levels of the sensor between darkness and a white surface (BRDF 1/pi) that faces the light; 0 without
     /// quantization.
     pub levels: u32,
+}
+
+/// The time of a scan that a pattern was trained for, and the machine that takes this time.
+///
+/// The arms start along the normal with opposite azimuths, and visit the samples in the recipe's order. Each move takes
+/// as long as its slowest axis; both azimuths change at once, the shorter way around.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ScanTime {
+    /// The speeds of the machine's axes, radians per second.
+    pub speeds: Speeds,
+    /// Seconds to settle and to read at each sample; not negative.
+    pub settle: f32,
+    /// The longest time from the start to the last reading in seconds, motion and settling together; not negative.
+    pub seconds: f32,
 }
 
 /// The expected loss on a material that was not in the training data.

@@ -73,6 +73,12 @@ impl<'b> Writer<'b> {
         if let Some(uncertainty) = &parts.uncertainty {
             self.section(Kind::UNCERTAINTY, uncertainty)?;
         }
+        if let Some(scan_time) = &parts.scan_time {
+            self.section(Kind::SCAN_TIME, scan_time)?;
+        }
+        if let Some(partial) = &parts.partial {
+            self.section(Kind::PARTIAL, partial)?;
+        }
         Ok(())
     }
 

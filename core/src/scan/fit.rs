@@ -52,13 +52,9 @@ impl<'s, K: Fitter> Fit<'s, K> {
     /// Does at most `budget` units of work. A unit is the gradient of one sample, a row or a channel of Linear's solve,
     /// or a part of a completion. The result does not depend on the budgets.
     pub fn advance(&mut self, budget: u32) -> Progress {
-        let Fitting {
-            done,
-            channels,
-            weight,
-        } = self.fitting;
+        let Fitting { done, channels, .. } = self.fitting;
         let method = self.recipe.method;
-        let samples = Samples::new(self.slots, weight);
+        let samples = Samples::new(self.slots, self.fitting.weight());
         self.fitting.done = K::advance(self.words, &method, samples, channels, done, budget);
         *self.stage = Stage::Fitting(self.fitting);
         self.progress()
@@ -95,7 +91,8 @@ impl<'s, K: Fitter> Fit<'s, K> {
             *self.stage = Stage::Reading;
             return Err(FinishError::Diverged);
         };
-        *self.stage = Stage::Fitted(residual);
+        let Fitting { readings, .. } = self.fitting;
+        *self.stage = Stage::Fitted { residual, readings };
         match residual.implausible {
             Some(reason) => Err(FinishError::Implausible(reason)),
             None => Ok(Fitted {
@@ -103,6 +100,7 @@ impl<'s, K: Fitter> Fit<'s, K> {
                 basis: self.basis,
                 words: self.words,
                 residual,
+                readings,
                 model: PhantomData,
             }),
         }
@@ -209,6 +207,8 @@ pub struct Fitted<'s, K: Fitter> {
     pub(super) basis: Option<Basis<'s>>,
     pub(super) words: &'s [f32],
     pub(super) residual: Residual,
+    /// Number of readings that count in the fit.
+    pub(super) readings: u16,
     pub(super) model: PhantomData<K>,
 }
 
@@ -246,18 +246,20 @@ impl<K: Fitter> Fitted<'_, K> {
     pub fn predicted_loss(&self) -> Option<f32> {
         let method = &self.recipe.method;
         let predicted = K::predicted_loss(self.words, method)?;
-        let factor = method
-            .uncertainty()
-            .map_or(1.0, |each| each.residual_factor(self.residual.mean));
+        let factor = method.loss_factor(self.residual.mean, self.readings);
         Some(predicted * factor).filter(|loss| loss.is_finite())
     }
 
     /// The upper bound of the loss, which holds for 90 % of materials. None if the recipe does not state it, or if it
     /// overflows.
+    ///
+    /// If the recipe [bounds the loss](Recipe::bounds_partial_loss) of fits with some of the readings, the bound and
+    /// [`predicted_loss`](Fitted::predicted_loss) depend on the number of readings that count in the fit. They are then for
+    /// the first readings in the recipe's order, and for materials like those of the training.
     #[must_use]
     pub fn loss_bound(&self) -> Option<f32> {
-        let uncertainty = self.recipe.method.uncertainty()?;
-        let bound = self.predicted_loss()? * uncertainty.bound;
+        let ratio = self.recipe.method.bound_ratio(self.readings)?;
+        let bound = self.predicted_loss()? * ratio;
         Some(bound).filter(|bound| bound.is_finite())
     }
 

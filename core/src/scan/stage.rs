@@ -10,8 +10,8 @@ pub(super) enum Stage {
     Reading,
     /// A fit is in progress.
     Fitting(Fitting),
-    /// The fit is complete and was checked.
-    Fitted(Residual),
+    /// The fit of this number of readings is complete and was checked.
+    Fitted { residual: Residual, readings: u16 },
 }
 
 /// A fit in progress.
@@ -20,6 +20,13 @@ pub(super) struct Fitting {
     /// Number of completed units of work.
     pub(super) done: u32,
     pub(super) channels: Channels,
-    /// Weight of a sample that counts: 1 / (3 n).
-    pub(super) weight: f32,
+    /// Number of readings that count in the fit.
+    pub(super) readings: u16,
+}
+
+impl Fitting {
+    /// Weight of a reading that counts.
+    pub(super) fn weight(&self) -> f32 {
+        1.0 / (3.0 * f32::from(self.readings))
+    }
 }

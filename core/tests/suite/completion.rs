@@ -10,6 +10,7 @@ mod forward;
 #[cfg(feature = "libm")] // f64 implements `Scalar` only with the feature libm
 mod gauss_newton;
 mod missing;
+pub(crate) mod partial;
 mod prediction;
 mod reference;
 mod refinement_errors;

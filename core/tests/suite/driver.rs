@@ -10,4 +10,5 @@ mod reach;
 mod recipe_update;
 mod reset;
 mod stale_replies;
+mod target_loss;
 mod timeouts;

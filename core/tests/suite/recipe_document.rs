@@ -258,6 +258,20 @@ fn field_names_match_document() {
             ],
         ),
         (Kind::TRAINING, &[Field::Share]),
+        (
+            Kind::UNCERTAINTY,
+            &[
+                Field::InnovationExponent,
+                Field::ResidualExponent,
+                Field::Bound,
+                Field::MaxInnovation,
+            ],
+        ),
+        (
+            Kind::SCAN_TIME,
+            &[Field::Speed, Field::Settle, Field::Seconds],
+        ),
+        (Kind::PARTIAL, &[Field::PartialLoss, Field::PartialBound]),
     ] {
         let section = section(kind);
         for field in fields {

@@ -3,18 +3,19 @@
 mod training;
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
-use glimpse_core::gonio::{Limits, LimitsError};
+use glimpse_core::gonio::{Limits, LimitsError, Speeds};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
     Effort, ExpectedLoss, Field, HEADER_BYTES, Kind, Metadata, Noise, Origin, PackedDescent,
-    PackedMethod, Parts, Provenance, Recipe, RecipeError, RecipeParts, Schedule, Training,
-    TrainingSource, TrainingSources, VERSION, ValidationSplit,
+    PackedMethod, Parts, Provenance, Recipe, RecipeError, RecipeParts, ScanTime, Schedule,
+    Training, TrainingSource, TrainingSources, VERSION, ValidationSplit,
 };
 use proptest::prelude::*;
 
 use crate::completion::contents::{CORRECTED, CompletedContents};
 use crate::recipes::{
-    Sections, linear, packed, parsed, recipe_with, section_mut, sections_of, with_header, write,
+    Change, Sections, linear, packed, parsed, recipe_with, section_mut, sections_of, with_header,
+    write,
 };
 use crate::scanning::{encoded_recipe, recipe_for};
 
@@ -44,6 +45,17 @@ const PROVENANCE: Provenance<'_> = Provenance {
     options: "no options",
 };
 const MATERIALS: [(&str, u32); 3] = [("alum-bronze", 1), ("", u32::MAX), ("Stoff für Bühnen", 0)];
+
+const SCAN_TIME: ScanTime = ScanTime {
+    speeds: Speeds {
+        theta_i: 0.5,
+        phi_i: 0.0,
+        theta_o: 0.25,
+        phi_o: 1.5,
+    },
+    settle: 0.1,
+    seconds: 60.0,
+};
 
 const fn source(label: &str, origin: Origin, materials: u32, share: f32) -> TrainingSource<'_> {
     TrainingSource {
@@ -87,6 +99,8 @@ fn full_parts() -> RecipeParts<'static> {
         prediction: None,
         training: Some(TRAINING),
         uncertainty: None,
+        scan_time: Some(SCAN_TIME),
+        partial: None,
     }
 }
 
@@ -114,8 +128,9 @@ fn section_round_trip() {
     assert_eq!(metadata.materials.len(), 3);
     assert!(metadata.materials.eq(MATERIALS));
     assert_eq!(metadata.training, Some(TRAINING));
+    assert_eq!(metadata.scan_time, Some(SCAN_TIME));
     let kinds: Vec<u16> = recipe.sections().map(|(kind, _)| kind.number()).collect();
-    assert_eq!(kinds, [0, 1, 128, 129, 130, 131, 132, 134]);
+    assert_eq!(kinds, [0, 1, 128, 129, 130, 131, 132, 134, 136]);
     // The test's own writer gives the same bytes.
     assert_eq!(recipe_with(&full_sections()), bytes);
 }
@@ -135,6 +150,7 @@ fn optional_sections_may_be_missing() {
         assert_eq!(metadata.provenance, None);
         assert_eq!(metadata.materials.count(), 0);
         assert_eq!(metadata.training, None);
+        assert_eq!(metadata.scan_time, None);
         assert_eq!(recipe.expected_loss(), None);
     }
 }
@@ -167,13 +183,13 @@ fn names_missing_required_section() {
 #[test]
 fn skips_or_rejects_unknown_kinds() {
     let mut sections = full_sections();
-    sections.push((Kind::new(136), b"from the future".to_vec()));
+    sections.push((Kind::new(138), b"from the future".to_vec()));
     sections.push((Kind::new(u16::MAX), Vec::new()));
     let recipe = parsed(recipe_with(&sections));
     assert!(recipe.metadata().unwrap().materials.eq(MATERIALS));
-    let unknown = (Kind::new(136), &b"from the future"[..]);
+    let unknown = (Kind::new(138), &b"from the future"[..]);
     assert!(recipe.sections().any(|section| section == unknown));
-    assert_eq!(Kind::new(136).name(), None);
+    assert_eq!(Kind::new(138).name(), None);
 
     for kind in [7, 127].map(Kind::new) {
         let mut sections = sections.clone();
@@ -298,6 +314,15 @@ fn rejects_invalid_metadata_fields() {
     assert_eq!(actual, Err(RecipeError::Negative(Field::StandardError)));
     let actual = with_expectation(|each, _| each.standard_error = None, 0.0);
     assert_eq!(actual, Ok(()));
+    let changes: [Change<Field, ScanTime>; 3] = [
+        (Field::Speed, |scan_time| scan_time.speeds.phi_o = -1.0),
+        (Field::Settle, |scan_time| scan_time.settle = -1.0),
+        (Field::Seconds, |scan_time| scan_time.seconds = -1.0),
+    ];
+    for (field, change) in changes {
+        let actual = write_changed(&|parts| change(parts.scan_time.as_mut().unwrap()));
+        assert_eq!(actual, Err(RecipeError::Negative(field)));
+    }
 }
 
 /// A scan does not need metadata. Invalid metadata only matters when it is read.
@@ -328,7 +353,7 @@ fn copy_omits_only_named_sections() {
         let copy = recipe.copy_without(kinds, &mut buffer);
         copy.map(<[u8]>::to_vec)
     };
-    let optional = [128, 129, 130, 131, 132, 134, 1000].map(Kind::new);
+    let optional = [128, 129, 130, 131, 132, 134, 136, 1000].map(Kind::new);
     for kind in optional {
         let copied = copy(&[kind]).unwrap();
         let mut expected = sections.clone();
@@ -379,7 +404,7 @@ fn rejects_list_of_four_billion_materials() {
 proptest! {
     #[test]
     fn noise_section_is_rejected_or_valid(
-        which in 0..8usize,
+        which in 0..9usize,
         noise in prop::collection::vec(any::<u8>(), 0..80),
     ) {
         let mut sections = full_sections();

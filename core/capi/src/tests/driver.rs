@@ -3,12 +3,16 @@
 use core::cell::Cell;
 use core::mem::MaybeUninit;
 use core::ptr::{null, null_mut};
-use std::thread_local;
 use std::vec::Vec;
+use std::{thread_local, vec};
 
+use glimpse_core::fit::Uncertainty;
 use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Refusal, Reply, Request, Server};
+use glimpse_core::recipe::{PackedPartialLoss, Recipe, RecipeParts};
+use glimpse_core::scan::Scan;
 
-use super::{AlignedMemory, RECIPES, reading, values_with_core};
+use super::{AlignedMemory, MASKED, RECIPES, WORDS, reading, values_with_core};
+use crate::configuration::Fitter;
 use crate::driver::{
     glimpse_config_default, glimpse_driver, glimpse_driver_begin, glimpse_driver_fail,
     glimpse_driver_outgoing, glimpse_driver_poll, glimpse_driver_poll_delay,
@@ -312,4 +316,97 @@ fn driver_reports_insufficient_memory() {
     let driver = begin(&mut memory, RECIPES[2], glimpse_host::Absent, &[]);
     let mut host = TestHost::new();
     assert_eq!(poll_until_failed(driver, &mut host), Status::Memory);
+}
+
+/// The bound of the loss for each number of readings is this multiple of the predicted loss.
+const BOUNDS: [f32; 16] = [
+    9.0, 8.0, 7.0, 6.0, 5.0, 4.0, 3.5, 3.0, 2.9, 2.8, 2.7, 2.6, 2.5, 2.4, 2.3, 2.2,
+];
+
+/// The recipe [`MASKED`], with bounds of the loss for each number of readings.
+fn recipe_with_bounds() -> Vec<u8> {
+    let recipe = Recipe::parse(MASKED).unwrap();
+    let pattern: Vec<u8> = recipe
+        .pattern()
+        .flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
+        .flat_map(f32::to_le_bytes)
+        .collect();
+    let components = recipe.completed().unwrap().coefficient_net().components;
+    let mut prediction = vec![0.0; components + 1];
+    prediction[0] = -4_f32;
+    let prediction: Vec<u8> = prediction.into_iter().flat_map(f32::to_le_bytes).collect();
+    let bound = BOUNDS.map(f32::to_le_bytes);
+    let parts = RecipeParts {
+        prediction: Some(&prediction),
+        uncertainty: Some(Uncertainty {
+            innovation: 0.5,
+            residual: 0.25,
+            bound: 2.0,
+            max_innovation: 1.0,
+        }),
+        partial: Some(PackedPartialLoss {
+            loss: &[0; 64],
+            bound: bound.as_flattened(),
+        }),
+        ..RecipeParts::new(&pattern, recipe.method().into())
+    };
+    let mut buffer = vec![0; 1 << 16];
+    Recipe::write(&parts, &mut buffer).unwrap().to_vec()
+}
+
+/// Fits the first readings with core. Returns the bits of the values, and the bound of the loss.
+fn fit_first_with_core(recipe: &[u8], count: u16) -> (Vec<u32>, f32) {
+    let mut memory = vec![0.0; WORDS];
+    let recipe = Recipe::parse(recipe).unwrap();
+    let mut scan = Scan::<Fitter>::new(recipe, &mut memory).unwrap();
+    for index in 0..count {
+        scan.record(index, reading(index).into()).unwrap();
+    }
+    let mut fit = scan.fit().unwrap();
+    while !fit.advance(u32::MAX).is_complete() {}
+    let fitted = fit.finish().unwrap();
+    let values = fitted.values().map(f32::to_bits).collect();
+    (values, fitted.loss_bound().unwrap())
+}
+
+/// A scan stops at the first reading after which the bound is at most the target.
+#[test]
+fn driver_stops_at_target_loss() {
+    let recipe = recipe_with_bounds();
+    let fits: Vec<_> = (1..=16)
+        .map(|count| fit_first_with_core(&recipe, count))
+        .collect();
+    let mut memory = AlignedMemory::for_driver();
+    let mut config = glimpse_config_default(glimpse_host::Absent as i32);
+    assert_eq!(config.target_loss, 0.0);
+    let mut counts = Vec::new();
+    for target in fits.iter().map(|(_, bound)| *bound).chain([0.0]) {
+        config.target_loss = target;
+        let driver = begin_with(&mut memory, &recipe, &config, &[]);
+        let mut count = 0;
+        loop {
+            let action = poll(driver);
+            match action.kind {
+                Kind::Measure => {
+                    assert_eq!(usize::from(action.index), count);
+                    count += 1;
+                    let reading = reading(action.index);
+                    let status =
+                        unsafe { glimpse_driver_record(driver, action.index, &raw const reading) };
+                    assert_eq!(status, Status::Ok);
+                }
+                Kind::Finished => break,
+                Kind::Failed => panic!("{:?}", action.failure),
+                _ => {}
+            }
+        }
+        let expected = fits.iter().position(|(_, bound)| *bound <= target);
+        let expected = expected.unwrap_or(15);
+        assert_eq!(count, expected + 1);
+        assert_eq!(values(driver), fits[expected].0);
+        counts.push(count);
+    }
+    assert_eq!(counts.last(), Some(&16));
+    counts.dedup();
+    assert!(counts.len() > 4, "{counts:?}");
 }

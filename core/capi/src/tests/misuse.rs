@@ -187,6 +187,11 @@ fn driver_rejects_invalid_arguments() {
             invalid.has_limits = 1;
             assert_eq!(begin(&raw const invalid, null(), 0, out), Status::Argument);
         }
+        for target_loss in [-0.1, f32::NEG_INFINITY, f32::NAN] {
+            let mut invalid = config;
+            invalid.target_loss = target_loss;
+            assert_eq!(begin(&raw const invalid, null(), 0, out), Status::Argument);
+        }
         assert_eq!(begin(&raw const config, null(), 1, out), Status::Null);
         let status = begin(&raw const config, null(), 0, null_mut());
         assert_eq!(status, Status::Null);

@@ -5,7 +5,7 @@ use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
     ExpectedLoss, PackedCoefficientNet, PackedCorrection, PackedDescent, PackedGaussNewton,
-    PackedInitNet, PackedMethod, PackedTarget, Recipe, RecipeError, RecipeParts,
+    PackedInitNet, PackedMethod, PackedPartialLoss, PackedTarget, Recipe, RecipeError, RecipeParts,
 };
 
 use crate::random::Random;
@@ -71,6 +71,13 @@ pub(crate) struct CorrectionPart {
     pub(crate) precision: Vec<f32>,
 }
 
+/// The contents of section 137.
+#[derive(Clone)]
+pub(crate) struct PartialPart {
+    pub(crate) loss: Vec<f32>,
+    pub(crate) bound: Vec<f32>,
+}
+
 /// The contents of a recipe that completes readings.
 #[derive(Clone)]
 pub(crate) struct CompletedContents {
@@ -93,6 +100,8 @@ pub(crate) struct CompletedContents {
     pub(crate) prediction: Option<Vec<f32>>,
     /// The contents of section 135, if present.
     pub(crate) uncertainty: Option<Uncertainty>,
+    /// The contents of section 137, if present.
+    pub(crate) partial: Option<PartialPart>,
     pub(crate) descent: Option<DescentPart>,
     /// Present with a descent or with Gauss-Newton steps.
     pub(crate) init_net: Option<InitNetPart>,
@@ -144,6 +153,7 @@ impl CompletedContents {
             basis_checksum: if rows > 0 { 0xfeed_beef } else { 0 },
             prediction: None,
             uncertainty: None,
+            partial: None,
             descent: model.parameters().map(|parameters| DescentPart {
                 model,
                 inner_steps: 3,
@@ -287,6 +297,7 @@ impl CompletedContents {
         write(&RecipeParts {
             prediction: prediction.as_deref(),
             uncertainty: self.uncertainty,
+            partial: self.partial.as_ref().map(PartialPart::packed),
             expectation: Some(ExpectedLoss {
                 loss: 0.03,
                 standard_error: None,
@@ -341,6 +352,15 @@ impl GaussNewtonPart {
             center: packed(&self.center).leak(),
             rows: signed(&self.rows).leak(),
             row_scales: packed(&self.row_scales).leak(),
+        }
+    }
+}
+
+impl PartialPart {
+    fn packed(&self) -> PackedPartialLoss<'static> {
+        PackedPartialLoss {
+            loss: packed(&self.loss).leak(),
+            bound: packed(&self.bound).leak(),
         }
     }
 }

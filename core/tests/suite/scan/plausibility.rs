@@ -101,7 +101,7 @@ fn counts_relative_to_full_scale_are_implausible() {
 /// Readings that belong to other directions: no fit explains them.
 #[test]
 fn unexplained_readings_are_implausible() {
-    let bytes = include_bytes!("../../../../trainer/recipes/completed/neural-n8.recipe");
+    let bytes = include_bytes!("../../../../trainer/recipes/completed/neural-n16.recipe");
     let inconsistent =
         |index: u16| Reading::monochrome([0.002, 3.0, 2.0, 0.01][usize::from(index % 4)]);
     assert_eq!(

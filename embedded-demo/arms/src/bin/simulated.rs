@@ -28,8 +28,10 @@ use glimpse_core::scan::Residual;
 static RECIPE: &[u8] = include_bytes!("../../../../trainer/recipes/neural-n8.recipe");
 /// The memory is large enough for the bundled recipe.
 const _: () = assert!(memory_words(&[RECIPE]) <= MEMORY_WORDS);
-/// Two sectors for readings, and two for each of two recipes.
-const FLASH_BYTES: usize = 6 * SECTOR_BYTES;
+/// The largest recipe that the flash stores.
+const RECIPE_BYTES: usize = 3 * SECTOR_BYTES;
+/// Two sectors for readings, and three for each of two recipes.
+const FLASH_BYTES: usize = 8 * SECTOR_BYTES;
 /// Number of steps that an arm loses per command.
 const LOST_STEPS: u32 = 40;
 /// Value that marks initialized state.
@@ -53,7 +55,7 @@ unsafe extern "C" {
 #[entry]
 fn main() -> ! {
     static mut MEMORY: [f32; MEMORY_WORDS] = [0.0; MEMORY_WORDS];
-    static mut BUFFER: [u8; 2 * SECTOR_BYTES] = [0; 2 * SECTOR_BYTES];
+    static mut BUFFER: [u8; RECIPE_BYTES] = [0; RECIPE_BYTES];
 
     // SAFETY: the linker script reserves these bytes for this static alone, there is room for it, any bits are valid,
     // and this is the only reference, because `main` runs once.
@@ -82,7 +84,7 @@ fn main() -> ! {
         sectors.start * SECTOR_BYTES as u32..sectors.end * SECTOR_BYTES as u32
     };
     let readings = Readings::mount(&mut flash, [sector(0..1), sector(1..2)]);
-    let recipes = Recipes::mount(&mut flash, [sector(2..4), sector(4..6)], BUFFER);
+    let recipes = Recipes::mount(&mut flash, [sector(2..5), sector(5..8)], BUFFER);
     let (Ok(mut readings), Ok(recipes)) = (readings, recipes) else {
         defmt::error!("the flash cannot be read");
         reset()

@@ -1,5 +1,7 @@
 //! Tasks of a scan: moves to samples, homing, and the handling of their results.
 
+use core::iter;
+
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_storage::nor_flash::NorFlash;
 use glimpse_core::driver::Driver;
@@ -23,7 +25,7 @@ where
     L: OutputPin,
     F: NorFlash,
 {
-    /// Sends the arms home or to the nearest unread sample.
+    /// Sends the arms home or to the next unread sample: the nearest one, or the next one of a recipe in path order.
     pub(super) fn begin_next_task<K: Fitter>(
         &mut self,
         driver: &Driver<'_, K>,
@@ -52,17 +54,20 @@ where
             return Ok(self.station.go_home()?);
         }
         let (readings, flash) = (&self.readings, &mut self.flash);
-        let nearest = self.station.nearest(
-            scan.pending()
-                .filter(|(index, _)| matches!(readings.get(flash, *index), Ok(None))),
-        );
-        let nearest = nearest.and_then(|nearest| {
+        let mut pending = scan
+            .pending()
+            .filter(|(index, _)| matches!(readings.get(flash, *index), Ok(None)));
+        let next = match scan.recipe().is_in_path_order() {
+            true => pending.find_map(|sample| self.station.nearest(iter::once(sample))),
+            false => self.station.nearest(pending),
+        };
+        let next = next.and_then(|next| {
             let mut pending = scan.pending();
-            let (_, directions) = pending.find(|(index, _)| *index == nearest.index)?;
-            Some((nearest, directions))
+            let (_, directions) = pending.find(|(index, _)| *index == next.index)?;
+            Some((next, directions))
         });
-        match (nearest, unread) {
-            (Some((nearest, directions)), _) => Ok(self.station.read(nearest, directions)?),
+        match (next, unread) {
+            (Some((next, directions)), _) => Ok(self.station.read(next, directions)?),
             // The sample is within the limits, but needs a turn that an azimuth axis cannot make.
             (None, Some(index)) => Err(ScannerError::Scan(Failure::OutOfReach { index, count })),
             (None, None) => Ok(()),

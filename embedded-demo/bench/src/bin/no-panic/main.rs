@@ -245,6 +245,7 @@ fn scan<K: Fitter>() {
     let mut config = Config::new(any(Host::Measures));
     config.limits = any(Some(Limits::NONE));
     (config.recipe_bytes, config.sequence_seed) = (any(1), any(7));
+    config.target_loss = any(Some(0.1));
     drive(&mut Driver::<K>::without_scan(
         any(Failure::Machine),
         config,
