@@ -166,6 +166,11 @@ impl Optimizer {
         self.groups.as_ref().map(|(values, _)| values.clone())
     }
 
+    /// Returns the pattern, for a projection onto its constraints after a step.
+    pub fn pattern_mut(&mut self) -> &mut [f32] {
+        &mut self.groups.pattern.0
+    }
+
     /// Takes one step of Adam with a learning rate for each group. A rate of 0 leaves a group unchanged.
     pub fn step(&mut self, gradients: Groups<Vec<f32>>, rates: &Groups<f64>) {
         let groups = self.groups.each_mut().into_iter();
@@ -178,6 +183,38 @@ impl Optimizer {
             let gradient = tensor(gradient.clone());
             let (values, state) = self.adam.step(*rate, tensor(values), gradient, state);
             *group = (to_vec(values), state);
+        }
+    }
+
+    /// Applies a rearrangement of numbers to the values, and to the moments. It must keep all lengths, and is also called
+    /// with empty lists.
+    pub fn rearrange(&mut self, rearrange: impl Fn(Groups<Vec<f32>>) -> Groups<Vec<f32>>) {
+        let Record(record) = self.record();
+        let moments = |list: fn(&Moments) -> &Vec<f32>| {
+            let groups = record.as_ref().map(|group| &group.moments);
+            rearrange(groups.map(|moments| {
+                moments
+                    .as_ref()
+                    .map_or(Vec::new(), |each| list(each).clone())
+            }))
+        };
+        let first = moments(|moments| &moments.first);
+        let second = moments(|moments| &moments.second);
+        let values = rearrange(self.values());
+        let lists = values
+            .each()
+            .into_iter()
+            .zip(first.each().into_iter().zip(second.each()));
+        let groups = self.groups.each_mut().into_iter().zip(record.each());
+        for ((group, record), (values, (first, second))) in groups.zip(lists) {
+            let state = record.moments.as_ref().map(|moments| {
+                AdamState::new(AdaptiveMomentumState::new(
+                    moments.steps as usize,
+                    tensor(first.clone()),
+                    tensor(second.clone()),
+                ))
+            });
+            *group = (values.clone(), state);
         }
     }
 
@@ -240,6 +277,25 @@ mod tests {
         assert_eq!(restored.record(), original.record());
         assert_eq!(original.values().pattern, groups(0.3).pattern);
         assert_ne!(original.values().initial, groups(0.3).initial);
+    }
+
+    #[test]
+    fn rearranged_optimizer_steps_like_rearranged_original() {
+        let reversed =
+            |groups: Groups<Vec<f32>>| groups.map(|list| list.into_iter().rev().collect());
+        let ramp = |scale: f32| {
+            groups(1.0).map(|list: Vec<f32>| (0..list.len()).map(|i| scale * i as f32).collect())
+        };
+        let mut original = Optimizer::new(ramp(0.1));
+        original.step(ramp(0.7), &RATES);
+        let mut rearranged = Optimizer::new(ramp(0.1));
+        rearranged.step(ramp(0.7), &RATES);
+        rearranged.rearrange(reversed);
+        assert_eq!(rearranged.values(), reversed(original.values()));
+        assert_ne!(rearranged.values(), original.values());
+        original.step(ramp(-0.3), &RATES);
+        rearranged.step(reversed(ramp(-0.3)), &RATES);
+        assert_eq!(rearranged.values(), reversed(original.values()));
     }
 
     #[test]

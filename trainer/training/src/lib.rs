@@ -2,6 +2,7 @@
 //!
 //! Modules in order of dependency; each module imports only earlier ones:
 //!
+//! - [`route`]: the order in which a machine's arms visit samples
 //! - [`linear`]: principal components of materials, for the model Linear
 //! - [`meta`]: meta-learning with the schedules `paper`, `joint` and `prior`, and checkpoints
 //! - [`recipe`]: recipe files, and the conversion of a training result to a recipe
@@ -9,3 +10,4 @@
 pub mod linear;
 pub mod meta;
 pub mod recipe;
+pub mod route;

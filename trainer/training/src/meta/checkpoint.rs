@@ -18,7 +18,7 @@ const FILE_STEM: &str = "checkpoint";
 const FILE_EXTENSION: &str = "bin";
 /// A file starts with the magic bytes, one format byte, and the CRC-32 of the rest, little-endian.
 const MAGIC: [u8; 3] = *b"GLC";
-const FORMAT: u8 = b'3';
+const FORMAT: u8 = b'4';
 const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 /// The maximum size of a file in bytes, hundreds of times the size for the largest network.
 const MAX_BYTES: u64 = 1 << 30;

@@ -17,5 +17,6 @@ pub mod phase;
 pub mod plan;
 pub mod pool;
 pub mod run;
+pub mod scan_budget;
 pub mod schedules;
 pub mod state;

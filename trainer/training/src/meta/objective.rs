@@ -8,11 +8,24 @@ use rand_chacha::ChaCha8Rng;
 
 use super::pattern::logits_from_angles;
 use super::phase::{OuterStep, Phase};
+use super::scan_budget::Motion;
 
 /// A differentiable function of the meta-parameters, evaluated on batches of tasks.
 pub trait MetaObjective: Sync {
     /// Returns initial meta-parameters. `guess` is the index of an independent initialization.
     fn initial_values(&self, guess: u64) -> Groups<Vec<f32>>;
+
+    /// Returns the motion of a scan, if its time has a budget.
+    fn motion(&self) -> Option<&Motion> {
+        None
+    }
+
+    /// Returns meta-parameters, or their moments, with the samples in another order, given as indices. A list may be
+    /// empty. By default, only the pattern depends on the order.
+    fn permute_samples(&self, mut values: Groups<Vec<f32>>, order: &[usize]) -> Groups<Vec<f32>> {
+        permute(&mut values.pattern, 3, order);
+        values
+    }
 
     /// Returns meta-parameters with the samples sorted by importance, for scans that may end early. By default, the
     /// order is kept.
@@ -43,6 +56,15 @@ pub trait MetaObjective: Sync {
 
     /// Returns the unweighted mean loss on the validation materials: an estimate for an unseen material.
     fn expected_loss(&self, values: &Groups<Vec<f32>>) -> LossEstimate;
+}
+
+/// Reorders a list with `width` entries per sample.
+pub(super) fn permute(list: &mut [f32], width: usize, order: &[usize]) {
+    let original = list.to_vec();
+    let entries = order.iter().zip(list.chunks_exact_mut(width));
+    for (sample, entry) in entries {
+        entry.copy_from_slice(&original[sample * width..][..width]);
+    }
 }
 
 /// An estimate of the loss on an unseen material.

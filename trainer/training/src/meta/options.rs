@@ -13,6 +13,7 @@ use serde::Serialize;
 use super::identity::{RunIdentity, digest};
 use super::outer::CheckpointOptions;
 use super::plan::{Effort, PretrainedInit, Schedule};
+use super::scan_budget::{Motion, ScanBudget};
 use crate::linear::Prior;
 
 /// The options of a training run.
@@ -86,6 +87,8 @@ pub struct CompletionOptions {
     pub limits: Limits,
     /// The fit from completed coefficients; ignored by the model Linear.
     pub refinement: RefinementMethod,
+    /// The budget for the time of a scan; None for any time.
+    pub scan: Option<ScanBudget>,
 }
 
 /// The fit of a model other than Linear that follows the completion.
@@ -107,6 +110,7 @@ impl Default for CompletionOptions {
             procedural: 0.4,
             limits: Limits::NONE,
             refinement: RefinementMethod::GaussNewton,
+            scan: None,
         }
     }
 }
@@ -226,6 +230,7 @@ impl fmt::Display for CompletionOptions {
             procedural,
             limits,
             refinement,
+            scan,
         } = self;
         write!(f, "missing readings {missing}, noise {noise}")?;
         if *additive > 0.0 {
@@ -246,6 +251,9 @@ impl fmt::Display for CompletionOptions {
         }
         if *refinement == RefinementMethod::Sgd {
             write!(f, ", refined by SGD")?;
+        }
+        if let Some(scan) = scan {
+            write!(f, ", scans of {} s", scan.seconds)?;
         }
         Ok(())
     }
@@ -354,6 +362,13 @@ impl Options {
         };
         let has_procedural = procedural_share > 0.0 && !self.source_shares.is_empty();
         own.chain(has_procedural.then_some(procedural)).collect()
+    }
+
+    /// Returns the motion of a scan, if its time has a budget.
+    #[must_use]
+    pub fn motion(&self) -> Option<Motion> {
+        let CompletionOptions { limits, scan, .. } = self.completion_options()?;
+        Some(Motion::new(scan?, limits, self.samples))
     }
 
     /// Returns the options of schedule prior, or None for other schedules.

@@ -16,6 +16,7 @@ use super::objective::{LossEstimate, MetaObjective, RandomStreams};
 use super::pattern::{Pattern, logits_from_angles};
 use super::phase::{AddedSamples, Initialization, OuterStep, Phase, SearchMethod, Selection};
 use super::plan::Plan;
+use super::scan_budget::{REORDER_INTERVAL, ScanBudgetError};
 use super::state::{BestValues, RunState};
 
 /// The number of validations per phase.
@@ -72,6 +73,9 @@ pub enum RunError {
     /// A checkpoint cannot be written or read.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
+    /// No pattern within the budget for the time of a scan was found.
+    #[error(transparent)]
+    ScanBudget(#[from] ScanBudgetError),
     /// The observer stopped the run. With checkpoints, the state was saved.
     #[error("stopped after {0} outer steps")]
     Stopped(usize),
@@ -155,10 +159,13 @@ impl OuterLoop<'_> {
                 return Err(RunError::Stopped(state.run.done));
             }
         }
-        let values = match state.run.best {
+        let mut values = match state.run.best {
             Some(best) => best.values,
             None => state.optimizer.values(),
         };
+        if let Some(motion) = self.objective.motion() {
+            motion.shorten(&mut values.pattern)?;
+        }
         Ok(Outcome {
             expected_loss: self.objective.expected_loss(&values),
             values,
@@ -245,7 +252,12 @@ impl OuterLoop<'_> {
                         SearchMethod::Gradient => state.optimizer.values(),
                         SearchMethod::Evolution(_) => values,
                     };
-                    state.store_if_better(self.objective.validation_loss(&values), values);
+                    let factor = match self.objective.motion() {
+                        Some(motion) => motion.selection_factor(&values.pattern),
+                        None => 1.0,
+                    };
+                    let loss = factor * self.objective.validation_loss(&values);
+                    state.store_if_better(loss, values);
                 }
             }
             Selection::BestEpoch => {
@@ -270,8 +282,26 @@ impl OuterLoop<'_> {
     /// Runs a step of Adam. Returns the loss of the values before the step, and these values.
     fn descend(&self, state: &mut State, outer_step: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
         let OuterStep { phase, step, .. } = outer_step;
+        let motion = self
+            .objective
+            .motion()
+            .filter(|_| phase.rates.pattern > 0.0);
+        if let Some(motion) = motion
+            && step.is_multiple_of(REORDER_INTERVAL)
+            && let Some(order) = motion.faster_order(&state.optimizer.values().pattern, step == 0)
+        {
+            let permute = |values| self.objective.permute_samples(values, &order);
+            state.optimizer.rearrange(permute);
+        }
         let values = state.optimizer.values();
         let (loss, mut gradient) = self.objective.gradient(&values, outer_step);
+        if let Some(motion) = motion {
+            let weight = &mut state.run.motion_weight;
+            let by_logits = motion.weighted_gradient(&values.pattern, outer_step, weight);
+            for (sum, derivative) in gradient.pattern.iter_mut().zip(by_logits) {
+                *sum += derivative;
+            }
+        }
         for (gradient, values) in gradient.each_mut().into_iter().zip(values.each()) {
             clip(gradient, phase.max_gradient_norm);
             for (entry, value) in gradient.iter_mut().zip(values) {
@@ -279,6 +309,9 @@ impl OuterLoop<'_> {
             }
         }
         state.optimizer.step(gradient, &phase.rates_at(step));
+        if let Some(motion) = motion {
+            motion.project(state.optimizer.pattern_mut(), outer_step);
+        }
         (loss, values)
     }
 

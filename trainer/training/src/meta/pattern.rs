@@ -54,9 +54,17 @@ fn is_valid_within(direction: &HalfDifference<f32>, limits: &Limits) -> bool {
 /// Converts the angles of a sample to logits. Angles at a bound of their range are moved inside by 0.1 % of the range.
 #[must_use]
 pub fn logits_from_angles(angles: Angles<f32>) -> [f32; 3] {
+    logits_from_reachable(angles, &Limits::NONE)
+}
+
+/// Converts angles within the limits of a goniometer to logits, like [`logits_from_angles`].
+#[must_use]
+pub fn logits_from_reachable(angles: Angles<f32>, limits: &Limits) -> [f32; 3] {
     let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
+    let min = min_angles(limits);
     [0, 1, 2].map(|i| {
-        let share = (angles[i] / RANGE[i]).clamp(1e-3, 1.0 - 1e-3);
+        let share = (angles[i] - min[i]) / (RANGE[i] - min[i]);
+        let share = share.clamp(1e-3, 1.0 - 1e-3);
         (share / (1.0 - share)).ln()
     })
 }
@@ -206,14 +214,21 @@ impl Pattern {
                 let slope = 2.0 * BARRIER;
                 [slope * angles.theta_h, slope * angles.theta_d, 0.0]
             };
-            let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
-            let ranges = min_angles(&self.limits).into_iter().zip(RANGE);
-            for ((by_angle, angle), (min, max)) in by_angles.iter().zip(angles).zip(ranges) {
-                let offset = angle - min;
-                by_logits.push(by_angle * offset * (1.0 - offset / (max - min)));
-            }
+            by_logits.extend(self.by_logits(index, by_angles));
         }
         by_logits
+    }
+
+    /// Converts derivatives with respect to the angles of a sample to derivatives with respect to its logits.
+    #[must_use]
+    pub fn by_logits(&self, index: usize, by_angles: [f32; 3]) -> [f32; 3] {
+        let angles = self.angles[index];
+        let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
+        let min = min_angles(&self.limits);
+        std::array::from_fn(|i| {
+            let offset = angles[i] - min[i];
+            by_angles[i] * offset * (1.0 - offset / (RANGE[i] - min[i]))
+        })
     }
 
     /// Converts the gradient with respect to the half and difference vectors of all samples to the gradient with

@@ -25,6 +25,7 @@ use super::outer::{Observer, Outcome, OuterLoop, RunError};
 use super::pattern::angles_above_horizon;
 use super::plan::{Plan, Schedule};
 use super::pool::Pool;
+use super::scan_budget::ScanBudgetError;
 use crate::linear::principal_components;
 use crate::linear::{Columns, RecipeBasis};
 
@@ -58,6 +59,9 @@ pub enum TrainError {
     /// The options of schedule prior are invalid.
     #[error(transparent)]
     CompletionOptions(#[from] CompletionOptionsError),
+    /// The budget for the time of a scan is impossible.
+    #[error(transparent)]
+    ScanBudget(#[from] ScanBudgetError),
     /// A value of the finished recipe is not finite.
     #[error("training did not converge: {0}; train with another seed")]
     Diverged(#[from] glimpse_core::fit::ridge::RidgeError),
@@ -73,6 +77,7 @@ impl From<RunError> for TrainError {
     fn from(error: RunError) -> Self {
         match error {
             RunError::Checkpoint(error) => Self::Checkpoint(error),
+            RunError::ScanBudget(error) => Self::ScanBudget(error),
             RunError::Stopped(done) => Self::Stopped(done),
         }
     }
@@ -97,6 +102,9 @@ pub fn train(
         return Err(TrainError::Samples(options.samples));
     }
     options.completion_options.validate()?;
+    if let Some(scan) = &options.completion_options.scan {
+        scan.validate(options.completion_options.limits, options.samples)?;
+    }
     check_source_shares(&options.source_shares, materials.len())?;
     // Run on a thread of the rayon pool: other threads would pass each parallel loop to the pool and wait.
     rayon::scope(|_| {

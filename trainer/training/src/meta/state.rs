@@ -4,6 +4,7 @@ use glimpse_optimizer::Groups;
 use serde::{Deserialize, Serialize};
 
 use super::evolution::Evolution;
+use super::scan_budget::INITIAL_WEIGHT;
 
 /// The best values of all groups so far, with their loss.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -15,7 +16,7 @@ pub struct BestValues {
 }
 
 /// The state of a run, except the meta-parameters and the optimizer.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunState {
     /// The number of completed outer steps of all phases.
     pub done: usize,
@@ -23,8 +24,23 @@ pub struct RunState {
     pub smoothed_loss: f32,
     /// The sum of losses over the steps of the current epoch, including the barriers.
     pub epoch_loss: f32,
+    /// The weight of a second of motion, for a run with a [scan budget](super::scan_budget).
+    pub motion_weight: f32,
     /// The best values so far.
     pub best: Option<BestValues>,
     /// The state of evolution, during a phase with [`SearchMethod::Evolution`](super::phase::SearchMethod::Evolution).
     pub evolution: Option<Evolution>,
+}
+
+impl Default for RunState {
+    fn default() -> Self {
+        Self {
+            done: 0,
+            smoothed_loss: 0.0,
+            epoch_loss: 0.0,
+            motion_weight: INITIAL_WEIGHT,
+            best: None,
+            evolution: None,
+        }
+    }
 }

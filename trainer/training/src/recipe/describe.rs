@@ -3,8 +3,8 @@
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    ExpectedLoss, Noise, Provenance, RecipeError, RecipeParts, Training, TrainingSources,
-    ValidationSplit,
+    ExpectedLoss, Noise, PackedPartialLoss, Provenance, RecipeError, RecipeParts, Training,
+    TrainingSources, ValidationSplit,
 };
 
 use super::file::RecipeFile;
@@ -45,6 +45,9 @@ pub fn pack_recipe(
         .loss_predictor
         .as_ref()
         .map(|each| pack_values(&each.weights));
+    let partial = learned.loss_predictor.as_ref();
+    let partial = partial.and_then(|each| each.partial.as_ref());
+    let partial = partial.map(|each| [&each.loss, &each.bound].map(|list| pack_values(list)));
     let pattern = pack_pattern(&learned.pattern);
     let file = pack_fit(&learned.fit, |fit| {
         RecipeFile::write(&RecipeParts {
@@ -60,6 +63,13 @@ pub fn pack_recipe(
             provenance: Some(provenance(options, data, materials.len(), &schedule)),
             materials: &materials,
             prediction: prediction.as_deref(),
+            partial: partial
+                .as_ref()
+                .map(|[loss, bound]| PackedPartialLoss { loss, bound }),
+            scan_time: completion_options
+                .scan
+                .filter(|_| is_completed)
+                .map(|scan| scan.to_recipe()),
             uncertainty: learned.loss_predictor.as_ref().map(|each| each.uncertainty),
             training: Some(Training {
                 schedule: options.schedule.into(),

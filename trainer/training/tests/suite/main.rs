@@ -5,4 +5,5 @@ mod gauss_newton;
 mod linear;
 mod meta_gradient;
 mod problem;
+mod scan_budget;
 mod support;

@@ -16,6 +16,9 @@ const EVIDENCE: usize = 2;
 /// The share of held-out tasks for which the upper bound holds. It exceeds the stated 90 %, for materials less like the
 /// training than all held-out ones.
 const COVERAGE: f64 = 0.94;
+/// The share of held-out tasks for which the upper bound after some of the readings holds. It is larger, because a scan may
+/// end after each of its readings.
+const PARTIAL_COVERAGE: f64 = 0.97;
 /// The share of materials like those of the training whose innovation is not unusual.
 const LIKE_TRAINING: f64 = 0.99;
 
@@ -64,6 +67,8 @@ pub struct HeldOutLoss {
 pub enum HeldOutOrigin {
     /// A training material.
     Material,
+    /// A training material of a source that was left out.
+    Source,
     /// A procedural material of a class that was left out.
     Class,
     /// An augmentation of either with a rough BRDF.
@@ -71,14 +76,20 @@ pub enum HeldOutOrigin {
 }
 
 impl HeldOutOrigin {
-    const ALL: [Self; 3] = [Self::Material, Self::Class, Self::Rough];
+    const ALL: [Self; 4] = [Self::Material, Self::Source, Self::Class, Self::Rough];
 
-    /// Returns the weight of all losses of this origin. Most are rough, because the materials of users rarely come from
-    /// the source of the training.
+    /// Returns true for materials of the training set, and false for procedural and augmented ones.
+    #[must_use]
+    pub fn is_training_material(self) -> bool {
+        matches!(self, Self::Material | Self::Source)
+    }
+
+    /// Returns the weight of all losses of this origin. Materials of another source and rough ones weigh most, because the
+    /// materials of users rarely come from the source of the training.
     fn weight(self) -> f64 {
         match self {
             Self::Material | Self::Class => 1.0 / 6.0,
-            Self::Rough => 2.0 / 3.0,
+            Self::Source | Self::Rough => 2.0 / 3.0,
         }
     }
 }
@@ -121,6 +132,17 @@ pub struct LossPredictor {
     pub uncertainty: Uncertainty,
     /// The mean held-out loss of the materials of each source. Empty for a single source.
     pub source_losses: Vec<LossEstimate>,
+    /// The prediction for scans that end early. None if the recipe needs all readings.
+    pub partial: Option<PartialPrediction>,
+}
+
+/// The prediction for scans that end early: a number for each number of readings, 1 to n.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartialPrediction {
+    /// The logarithm of the factor of the predicted loss.
+    pub loss: Vec<f32>,
+    /// The ratio of the upper bound to the predicted loss.
+    pub bound: Vec<f32>,
 }
 
 impl LossPredictor {
@@ -153,7 +175,7 @@ impl LossPredictor {
         let max_innovation = quantile(innovations.collect(), LIKE_TRAINING)?;
         let (actual, predicted): (Vec<f64>, Vec<f64>) = pairs
             .iter()
-            .filter(|((_, each), _)| each.origin == HeldOutOrigin::Material)
+            .filter(|((_, each), _)| each.origin.is_training_material())
             .map(|(_, [actual, predicted])| (*actual, *predicted))
             .unzip();
         let residual = weights.pop()?;
@@ -163,6 +185,7 @@ impl LossPredictor {
             rank_correlation: rank_correlation(&predicted, &actual),
             weights,
             source_losses: Vec::new(),
+            partial: None,
             uncertainty: Uncertainty {
                 innovation,
                 residual,
@@ -183,7 +206,7 @@ impl LossPredictor {
             let range = first..first + count;
             first = range.end;
             let of_source = held_out.iter().filter(|each| {
-                each.origin == HeldOutOrigin::Material && range.contains(&each.material)
+                each.origin.is_training_material() && range.contains(&each.material)
             });
             let losses: Vec<f64> = of_source.map(|each| f64::from(each.loss)).collect();
             let mean = losses.iter().sum::<f64>() / losses.len() as f64;
@@ -193,12 +216,67 @@ impl LossPredictor {
         self
     }
 
+    /// Adds the prediction for scans that end early, given the held-out losses for some numbers of readings, in ascending
+    /// order. Other numbers of readings are interpolated.
+    ///
+    /// `held_out` has materials of the training's sources and classes only: with rough ones, few scans would end early. The
+    /// prediction for all readings remains unchanged.
+    #[must_use]
+    pub fn with_partial(mut self, held_out: &[(usize, Vec<HeldOutLoss>)], samples: usize) -> Self {
+        let known = held_out.iter().filter_map(|(count, held_out)| {
+            let held_out = weigh(held_out);
+            let pairs = held_out
+                .iter()
+                .map(|(weight, each)| (*weight, f64::from(each.loss), self.loss(each)));
+            let mean = |value: fn((f64, f64, f64)) -> f64| pairs.clone().map(value).sum::<f64>();
+            let factor = mean(|(weight, loss, _)| weight * loss)
+                / mean(|(weight, _, predicted)| weight * predicted);
+            let ratios = pairs
+                .clone()
+                .map(|(weight, loss, predicted)| (weight, loss / (factor * predicted)));
+            let bound = quantile(ratios.collect(), PARTIAL_COVERAGE)?.max(1.0);
+            Some((*count, [factor.ln() as f32, bound as f32]))
+        });
+        let known: Vec<(usize, [f32; 2])> = known.collect();
+        if known.is_empty()
+            || known
+                .iter()
+                .flat_map(|(_, pair)| pair)
+                .any(|each| !each.is_finite())
+        {
+            return self;
+        }
+        let partial = (1..samples).map(|count| interpolate(&known, count));
+        let complete = [0.0, self.uncertainty.bound];
+        let all = partial.chain([complete]);
+        let (loss, bound) = all.map(|[loss, bound]| (loss, bound)).unzip();
+        self.partial = Some(PartialPrediction { loss, bound });
+        self
+    }
+
     /// Returns the predicted loss of a held-out material.
     #[must_use]
     pub fn loss(&self, held_out: &HeldOutLoss) -> f64 {
         let mut weights = self.weights.clone();
         weights.extend([self.uncertainty.innovation, self.uncertainty.residual]);
         predict(&weights, &held_out.features())
+    }
+}
+
+/// Interpolates pairs of numbers, known for some counts in ascending order.
+fn interpolate(known: &[(usize, [f32; 2])], count: usize) -> [f32; 2] {
+    let next = known.partition_point(|(known, _)| *known < count);
+    match (
+        next.checked_sub(1).map(|previous| known[previous]),
+        known.get(next),
+    ) {
+        (Some((from, low)), Some((to, high))) => {
+            let share = (count - from) as f32 / (to - from) as f32;
+            [0, 1].map(|i| low[i] + share * (high[i] - low[i]))
+        }
+        (None, Some((_, pair))) => *pair,
+        (Some((_, pair)), None) => pair,
+        (None, None) => [0.0, 1.0],
     }
 }
 
@@ -396,5 +474,30 @@ mod tests {
         );
         assert_eq!(LossPredictor::new(&[], 4), None);
         assert_eq!(ranks(&[3.0, 1.0, 2.0]), [2.0, 0.0, 1.0]);
+    }
+
+    /// Losses that are twice and 1.5 times as large after 1 and 3 of 4 readings.
+    #[test]
+    fn predicts_loss_of_scans_that_end_early() {
+        let complete = held_out(0.2);
+        let scaled = |factor: f32| {
+            let scaled = complete.iter().map(|each| HeldOutLoss {
+                loss: factor * each.loss,
+                ..each.clone()
+            });
+            scaled.collect::<Vec<_>>()
+        };
+        let predictor = LossPredictor::new(&complete, 4).expect("there are enough materials");
+        let bound = predictor.uncertainty.bound;
+        let partial = predictor
+            .with_partial(&[(1, scaled(2.0)), (3, scaled(1.5))], 4)
+            .partial
+            .expect("the losses are known");
+        let factors: Vec<f32> = partial.loss.iter().map(|loss| loss.exp()).collect();
+        for (factor, expected) in factors.iter().zip([2.0, 3.0_f32.sqrt(), 1.5, 1.0]) {
+            assert!((factor / expected - 1.0).abs() < 0.05, "{factors:?}");
+        }
+        assert!(partial.bound.iter().all(|each| (1.0..2.0).contains(each)));
+        assert_eq!(partial.bound.last(), Some(&bound));
     }
 }

@@ -9,13 +9,14 @@ use super::initial_weights::initial_weights;
 use super::objective::{CHUNK, CompletionObjective, ENCODING, add_scaled};
 use super::reading::Reading;
 use super::refinement::Refinement;
-use super::sample_order::{greedy_order, reorder};
+use super::sample_order::greedy_order;
 use super::task::{Dropout, Task};
 use super::weighted_loss::{mean, weighted_mean};
 use crate::meta::initialization::initial_guess;
-use crate::meta::objective::{LossEstimate, MetaObjective};
+use crate::meta::objective::{LossEstimate, MetaObjective, permute};
 use crate::meta::pattern::Pattern;
 use crate::meta::phase::{OuterStep, Phase};
+use crate::meta::scan_budget::Motion;
 
 /// The initial precision of a component in the correction.
 const INITIAL_PRECISION: f32 = 3.0;
@@ -66,9 +67,21 @@ impl MetaObjective for CompletionObjective<'_> {
         }
     }
 
+    fn motion(&self) -> Option<&Motion> {
+        self.motion.as_ref()
+    }
+
+    fn permute_samples(&self, mut values: Groups<Vec<f32>>, order: &[usize]) -> Groups<Vec<f32>> {
+        permute(&mut values.pattern, 3, order);
+        permute(&mut values.coefficient_net, 3 * self.shape.rows(), order);
+        values
+    }
+
     /// Sorts samples by the loss of the completed coefficients on the validation materials.
-    fn reorder_samples(&self, mut values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
-        if self.dataset.augmentation_options.missing_share == 0.0 {
+    ///
+    /// With a budget for the time of a scan, the order is that of the path instead.
+    fn reorder_samples(&self, values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
+        if self.dataset.augmentation_options.missing_share == 0.0 || self.motion.is_some() {
             return values;
         }
         let prepared = self.prepare(&values, self.reachable_pattern(&values));
@@ -99,9 +112,7 @@ impl MetaObjective for CompletionObjective<'_> {
             });
             weighted_mean(&losses.collect::<Vec<_>>())
         });
-        reorder(&mut values.pattern, 3, &order);
-        reorder(&mut values.coefficient_net, 3 * self.shape.rows(), &order);
-        values
+        self.permute_samples(values, &order)
     }
 
     /// Compares the losses after the fit. They differ by a factor of two between draws of Neural; Phong and Cook-Torrance

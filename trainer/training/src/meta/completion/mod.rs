@@ -11,6 +11,7 @@
 pub mod correction;
 pub mod dataset;
 mod evidence;
+mod held_out;
 pub mod highlight_warp;
 mod initial_weights;
 pub mod loss_predictor;

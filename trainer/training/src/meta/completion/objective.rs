@@ -20,6 +20,7 @@ use crate::meta::objective::RandomStreams;
 use crate::meta::pattern::{Pattern, reachable_angles};
 use crate::meta::phase::StepSizeEncoding;
 use crate::meta::plan::LossWeights;
+use crate::meta::scan_budget::Motion;
 
 /// The number of tasks that a thread processes together.
 pub(super) const CHUNK: usize = 16;
@@ -46,6 +47,8 @@ pub struct CompletionObjective<'a> {
     pub auxiliary_weight: f32,
     /// The limits of the goniometer.
     pub limits: Limits,
+    /// The motion of a scan, if its time has a budget.
+    pub motion: Option<Motion>,
     /// The values of an earlier run, whose pattern and hyperparameters a run starts with; None draws a pattern per guess.
     pub earlier: Option<&'a Groups<Vec<f32>>>,
 }
@@ -464,11 +467,16 @@ impl<'a> CompletionObjective<'a> {
     /// Returns the unweighted loss of training materials at the validation directions, without augmentation.
     #[must_use]
     pub fn material_losses(&self, values: &Groups<Vec<f32>>, materials: &[usize]) -> Vec<f32> {
-        let tasks = self.plain_tasks(materials);
+        self.validation_losses(values, &self.plain_tasks(materials))
+    }
+
+    /// Returns the unweighted loss of tasks at the validation directions.
+    #[must_use]
+    pub fn validation_losses(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<f32> {
         let prepared = self.prepare(values, self.reachable_pattern(values));
         let losses = self.losses(
             &prepared,
-            &tasks,
+            tasks,
             self.refinement,
             self.validation_directions(),
         );
@@ -476,7 +484,8 @@ impl<'a> CompletionObjective<'a> {
     }
 
     /// Returns tasks without augmentation, at all validation directions.
-    pub(super) fn plain_tasks(&self, materials: &[usize]) -> Vec<Task> {
+    #[must_use]
+    pub fn plain_tasks(&self, materials: &[usize]) -> Vec<Task> {
         let octets = self.validation_directions().pool.octet_count();
         let plain = |material: &usize| Task::plain(*material, self.shape.samples, octets);
         materials.iter().map(plain).collect()

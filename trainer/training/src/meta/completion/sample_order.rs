@@ -30,15 +30,6 @@ pub(super) fn greedy_order(samples: usize, mut loss: impl FnMut(&[bool]) -> f32)
     order
 }
 
-/// Reorders a list with `width` entries per sample.
-pub(super) fn reorder(list: &mut [f32], width: usize, order: &[usize]) {
-    let original = list.to_vec();
-    let entries = order.iter().zip(list.chunks_exact_mut(width));
-    for (sample, entry) in entries {
-        entry.copy_from_slice(&original[sample * width..][..width]);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -75,12 +66,5 @@ mod tests {
         let (first, rest) = order.split_at(MAX_SORTED);
         assert_eq!(first[..4], [63, 64, 65, 66]);
         assert!(rest.is_sorted() && rest.len() == samples - MAX_SORTED);
-    }
-
-    #[test]
-    fn reorder_moves_entries_with_samples() {
-        let mut list = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 9.0];
-        reorder(&mut list, 2, &[2, 0, 1]);
-        assert_eq!(list, [2.0, 2.5, 0.0, 0.5, 1.0, 1.5, 9.0]);
     }
 }

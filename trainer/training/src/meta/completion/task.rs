@@ -275,6 +275,15 @@ impl Task {
         }
     }
 
+    /// Ends the scan after its first `count` readings, all of which are present.
+    #[must_use]
+    pub fn ending_after(mut self, count: usize) -> Self {
+        for (index, present) in self.present.iter_mut().enumerate() {
+            *present = index < count;
+        }
+        self
+    }
+
     /// Makes the BRDF rough, at the samples and at the directions of the loss.
     #[must_use]
     pub fn with_roughness(mut self, random: &mut ChaCha8Rng) -> Self {

@@ -6,18 +6,19 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::ValidationSplit;
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::{Identity, Material, Procedural};
+use glimpse_materials::{Identity, Material, Procedural, SourceShare};
 use glimpse_optimizer::Groups;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::dataset::{Dataset, Subset};
-use super::loss_predictor::{Evidence, HeldOutLoss, HeldOutOrigin, LossPredictor};
+use super::held_out::{HeldOut, TrainedFold};
+use super::loss_predictor::{HeldOutLoss, HeldOutOrigin, LossPredictor};
 use super::objective::{CompletionObjective, hyperparameters};
 use super::reading::{LOG_SCALE, Standardization};
 use super::refinement::Refinement;
-use super::task::{AugmentationOptions, Dropout, MaterialGroup, Task};
+use super::task::{AugmentationOptions, MaterialGroup};
 use crate::linear::RecipeBasis;
 use crate::meta::identity::RunIdentity;
 use crate::meta::learned::{
@@ -53,12 +54,10 @@ const MAX_POOL_SIZE: usize = 8_192;
 const MAX_POOL_BYTES: usize = 3 << 30;
 /// The number of folds.
 const FOLDS: usize = 4;
+/// The minimum number of materials of a source that is a fold.
+const MIN_SOURCE: usize = 5;
 /// The minimum number of materials to form folds.
 const MIN_MATERIALS_FOR_FOLDS: usize = 10;
-/// The number of rough tasks per fold for the loss predictor.
-const ROUGH_TASKS: usize = 1_024;
-/// The number of outer samples of each rough task.
-const ROUGH_OUTER_SAMPLES: usize = 1_024;
 
 /// Trains a recipe on all materials. Then trains once per fold on the materials outside the fold, to estimate the loss
 /// on unseen materials.
@@ -78,7 +77,7 @@ pub fn train(
         .collect();
     let identity = options.identity(&identities);
     let dataset = dataset(materials, options);
-    let folds = folds(dataset.training_count, options.seed);
+    let folds = folds(dataset.training_count, &options.source_shares, options.seed);
     let fold_plan = Plan::for_fold(
         options.effort,
         options.model,
@@ -105,78 +104,26 @@ pub fn train(
         },
     ) = session.run(&all, plan, None, 0)?;
     let shape = objective.shape;
-    let training_materials: Vec<usize> = (0..dataset.training_count).collect();
-    let full_losses = objective.material_losses(&values, &training_materials);
-    let mut held_out_losses = Vec::new();
-    let mut correction = FoldCorrection::default();
-    for (index, fold) in folds.iter().enumerate() {
+    let mut held_out = HeldOut::new(&dataset, options);
+    for (index, Fold { materials, origin }) in folds.iter().enumerate() {
         // The classes of procedural materials that are left out with the fold.
         let classes: Vec<usize> = (dataset.training_count..dataset.materials.len())
             .filter(|each| dataset.classes[each - dataset.training_count] % FOLDS == index)
             .collect();
-        let held_out = [&fold[..], &classes].concat();
-        let subset = Subset::without(&dataset, components, &held_out);
+        let subset = Subset::without(&dataset, components, &[&materials[..], &classes].concat());
         let (fold_objective, outcome) =
             session.run(&subset, &fold_plan, Some(&values), index + 1)?;
-        let others: Vec<usize> = training_materials
-            .iter()
-            .copied()
-            .filter(|material| !fold.contains(material))
-            .collect();
-        correction.add(
-            others.iter().map(|index| full_losses[*index]),
-            fold_objective.material_losses(&outcome.values, &others),
-        );
-        let plain_tasks = |materials: &[usize]| -> Vec<Task> {
-            let tasks = materials.iter();
-            tasks
-                .map(|each| Task::plain(*each, options.samples, 0))
-                .collect()
-        };
-        let evidence = EvidenceCorrection::new(
-            &objective.evidence(&values, &plain_tasks(&others)),
-            &fold_objective.evidence(&outcome.values, &plain_tasks(&others)),
-        );
-        let rough_tasks = rough_tasks(&dataset, [fold, &classes], index, options);
-        for (tasks, losses, origin) in [
-            (
-                &plain_tasks(fold),
-                fold_objective.material_losses(&outcome.values, fold),
-                HeldOutOrigin::Material,
-            ),
-            (
-                &plain_tasks(&classes),
-                fold_objective.material_losses(&outcome.values, &classes),
-                HeldOutOrigin::Class,
-            ),
-            (
-                &rough_tasks,
-                fold_objective.task_losses(&outcome.values, &rough_tasks),
-                HeldOutOrigin::Rough,
-            ),
-        ] {
-            let results = objective
-                .mean_coefficients(&values, tasks)
-                .into_iter()
-                .zip(fold_objective.evidence(&outcome.values, tasks))
-                .zip(losses)
-                .zip(tasks);
-            held_out_losses.extend(results.map(|(((coefficients, each), loss), task)| {
-                HeldOutLoss {
-                    material: task.material,
-                    coefficients,
-                    evidence: evidence.correct(each),
-                    loss,
-                    origin,
-                    fold: index,
-                }
-            }));
-        }
+        held_out.add(&TrainedFold {
+            index,
+            full: (&objective, &values),
+            fold: (&fold_objective, &outcome.values),
+            materials,
+            origin: *origin,
+            classes: &classes,
+        });
     }
-    for held_out_loss in &mut held_out_losses {
-        held_out_loss.loss *= correction.ratio();
-    }
-    let expected_loss = validated_loss(expected_loss, &held_out_losses);
+    let held_out = held_out.finish();
+    let expected_loss = validated_loss(expected_loss, &held_out.complete);
     let pattern = reachable_angles(&values.pattern, &options.completion_options.limits);
     let hyperparameters = hyperparameters(&values);
     let standardization = Standardization::new(&all.basis, &pattern);
@@ -210,9 +157,11 @@ pub fn train(
     Ok(LearnedRecipe {
         pattern,
         fit: LearnedFit::Completed(coefficient_net, correction, target),
-        loss_predictor: LossPredictor::new(&held_out_losses, FOLDS).map(|predictor| {
+        loss_predictor: LossPredictor::new(&held_out.complete, FOLDS).map(|predictor| {
             let counts = options.source_shares.iter().map(|each| each.materials);
-            predictor.with_sources(&held_out_losses, &counts.collect::<Vec<_>>())
+            predictor
+                .with_sources(&held_out.complete, &counts.collect::<Vec<_>>())
+                .with_partial(&held_out.partial, options.samples)
         }),
         basis,
         expected_loss,
@@ -228,94 +177,11 @@ fn corrected_components(options: &Options) -> usize {
     }
 }
 
-/// The ratio of the losses of two recipes: the full run, and the shorter runs of folds. The losses are summed over
-/// materials that both runs train on. Held-out losses are multiplied by this ratio.
-#[derive(Default)]
-struct FoldCorrection {
-    full_sum: f32,
-    fold_sum: f32,
-}
-
-impl FoldCorrection {
-    fn add(&mut self, full_losses: impl Iterator<Item = f32>, fold_losses: Vec<f32>) {
-        self.full_sum += full_losses.sum::<f32>();
-        self.fold_sum += fold_losses.iter().sum::<f32>();
-    }
-
-    fn ratio(&self) -> f32 {
-        match self.fold_sum > 0.0 {
-            true => self.full_sum / self.fold_sum,
-            false => 1.0,
-        }
-    }
-}
-
-/// The factors between the evidence of the full run and that of a fold's shorter run: means of logarithms over materials
-/// that both runs train on. The evidence of held-out materials is multiplied by them.
-struct EvidenceCorrection(Evidence);
-
-impl EvidenceCorrection {
-    fn new(full: &[Evidence], fold: &[Evidence]) -> Self {
-        let mean = |list: &[Evidence], value: fn(&Evidence) -> f32| {
-            let sum: f32 = list.iter().map(value).sum();
-            sum / list.len().max(1) as f32
-        };
-        let factor = |value| (mean(full, value) - mean(fold, value)).exp();
-        Self(Evidence {
-            innovation: factor(Evidence::log_innovation),
-            residual: factor(Evidence::log_residual),
-        })
-    }
-
-    fn correct(&self, evidence: Evidence) -> Evidence {
-        Evidence {
-            innovation: evidence.innovation * self.0.innovation,
-            residual: evidence.residual * self.0.residual,
-        }
-    }
-}
-
-/// Draws augmented, rough tasks of a fold's materials and procedural classes, in equal shares.
-fn rough_tasks(
-    dataset: &Dataset,
-    held_out: [&[usize]; 2],
-    index: usize,
-    options: &Options,
-) -> Vec<Task> {
-    let groups: Vec<&[usize]> = held_out
-        .into_iter()
-        .filter(|each| !each.is_empty())
-        .collect();
-    let groups: Vec<MaterialGroup> = groups
-        .iter()
-        .map(|materials| MaterialGroup {
-            materials: materials.to_vec(),
-            share: 1.0 / groups.len() as f32,
-        })
-        .collect();
-    let mut random = ChaCha8Rng::seed_from_u64(options.seed);
-    random.set_stream(u64::MAX - 1 - index as u64);
-    let sizes = [options.samples, ROUGH_OUTER_SAMPLES];
-    let draw = |_| {
-        let (pool, augmentation_options) = (&dataset.pool, &dataset.augmentation_options);
-        Task::random(
-            pool,
-            &groups,
-            augmentation_options,
-            sizes,
-            Dropout::TailOrFew,
-            &mut random,
-        )
-        .with_roughness(&mut random)
-    };
-    (0..ROUGH_TASKS).map(draw).collect()
-}
-
 /// Returns the mean held-out loss of plain materials, or the loss on all training materials without folds.
 fn validated_loss(training_loss: LossEstimate, held_out_losses: &[HeldOutLoss]) -> ValidatedLoss {
     let plain = held_out_losses
         .iter()
-        .filter(|each| each.origin == HeldOutOrigin::Material);
+        .filter(|each| each.origin.is_training_material());
     let losses: Vec<f64> = plain.map(|each| f64::from(each.loss)).collect();
     if losses.is_empty() {
         return ValidatedLoss {
@@ -392,17 +258,53 @@ fn pool_size(materials: usize, warps: usize) -> usize {
     size
 }
 
-/// Returns the materials of each fold. The list is empty for too few materials.
-fn folds(materials: usize, seed: u64) -> Vec<Vec<usize>> {
+/// The materials of a fold.
+struct Fold {
+    materials: Vec<usize>,
+    /// [`HeldOutOrigin::Source`] if the fold is a whole source, otherwise [`HeldOutOrigin::Material`].
+    origin: HeldOutOrigin,
+}
+
+/// Returns the folds. The list is empty for too few materials. With several sources, the smallest one is a fold of its own
+/// if it has at least [`MIN_SOURCE`] materials and at most a quarter of all: its losses are those of materials of another
+/// origin.
+fn folds(materials: usize, sources: &[SourceShare], seed: u64) -> Vec<Fold> {
     if materials < MIN_MATERIALS_FOR_FOLDS {
         return Vec::new();
     }
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(u64::MAX);
-    let mut order: Vec<usize> = (0..materials).collect();
+    let smallest = sources.iter().map(|source| source.materials).min();
+    let smallest = smallest
+        .filter(|count| sources.len() > 1 && (MIN_SOURCE..=materials / FOLDS).contains(count));
+    let mut first = 0;
+    let mut source = 0..0;
+    for each in sources {
+        if Some(each.materials) == smallest {
+            source = first..first + each.materials;
+        }
+        first += each.materials;
+    }
+    let mut order: Vec<usize> = (0..materials)
+        .filter(|material| !source.contains(material))
+        .collect();
     order.shuffle(&mut random);
-    let fold = |first| order.iter().copied().skip(first).step_by(FOLDS).collect();
-    (0..FOLDS).map(fold).collect()
+    let count = match source.is_empty() {
+        true => FOLDS,
+        false => FOLDS - 1,
+    };
+    let fold = |first| Fold {
+        materials: order.iter().copied().skip(first).step_by(count).collect(),
+        origin: HeldOutOrigin::Material,
+    };
+    let mut folds: Vec<Fold> = (0..count).map(fold).collect();
+    if !source.is_empty() {
+        folds.push(Fold {
+            materials: source.collect(),
+            origin: HeldOutOrigin::Source,
+        });
+    }
+    folds
 }
 
 /// Several runs that are reported to the observer as one run.
@@ -448,6 +350,7 @@ impl<'s> Session<'s, '_> {
             refinement: self.refinement,
             auxiliary_weight: AUXILIARY_WEIGHT,
             limits: self.options.completion_options.limits,
+            motion: self.options.motion(),
             earlier,
         };
         let outer_loop = OuterLoop {
@@ -478,11 +381,46 @@ impl<'s> Session<'s, '_> {
 
 #[cfg(test)]
 mod tests {
+    use glimpse_materials::Source;
+
     use super::*;
 
     #[test]
     fn pool_shrinks_for_thousands_of_materials() {
         let sizes = [1, 100, 4_096, 4_097, 10_000, 1_000_000].map(|count| pool_size(count, 7));
         assert_eq!(sizes, [8_192, 8_192, 8_192, 4_096, 2_048, 512]);
+    }
+
+    /// The smallest of several sources is a fold, unless it is too small or too large.
+    #[test]
+    fn smallest_source_is_a_fold() {
+        let sources = |counts: &[usize]| -> Vec<SourceShare> {
+            let source = |materials: &usize| SourceShare {
+                materials: *materials,
+                ..SourceShare::single(&Source("a".to_owned()), 1)
+            };
+            counts.iter().map(source).collect()
+        };
+        for (counts, expected) in [
+            (&[100, 12][..], Some(100..112)),
+            (&[12, 100], Some(0..12)),
+            (&[100, 4], None),
+            (&[60, 50], None),
+            (&[110], None),
+            (&[20, 200, 20], Some(220..240)),
+        ] {
+            let count = counts.iter().sum();
+            let folds = folds(count, &sources(counts), 3);
+            assert_eq!(folds.len(), FOLDS);
+            let source = folds
+                .iter()
+                .find(|fold| fold.origin == HeldOutOrigin::Source);
+            let source = source.map(|fold| fold.materials.clone());
+            assert_eq!(source, expected.map(Iterator::collect), "{counts:?}");
+            let mut all: Vec<usize> = folds.into_iter().flat_map(|fold| fold.materials).collect();
+            all.sort_unstable();
+            assert!(all.into_iter().eq(0..count), "{counts:?}");
+        }
+        assert!(folds(MIN_MATERIALS_FOR_FOLDS - 1, &[], 0).is_empty());
     }
 }

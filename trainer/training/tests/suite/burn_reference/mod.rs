@@ -30,18 +30,18 @@ use crate::problem::{
 use glimpse_gradcheck::cases::{Variables, cook_torrance, neural, phong};
 
 type AutodiffBackend = Autodiff<NdArray<f64>>;
-type Matrix = Tensor<AutodiffBackend, 2>;
+pub(crate) type Matrix = Tensor<AutodiffBackend, 2>;
 
 /// The largest permitted error, relative to the largest derivative of the same kind.
 const TOLERANCE: f64 = 1e-10;
 
-fn matrix(values: &[f64], shape: [usize; 2]) -> Matrix {
+pub(crate) fn matrix(values: &[f64], shape: [usize; 2]) -> Matrix {
     let data = TensorData::new(values.to_vec(), shape);
     Tensor::from_data(data, (&NdArrayDevice::Cpu, DType::F64))
 }
 
 /// Returns all entries, row by row.
-fn to_vec<B: Backend>(matrix: Tensor<B, 2>) -> Vec<f64> {
+pub(crate) fn to_vec<B: Backend>(matrix: Tensor<B, 2>) -> Vec<f64> {
     matrix.into_data().iter::<f64>().collect()
 }
 
@@ -319,7 +319,7 @@ struct Gradients {
 
 /// Serializes tests: burn 0.21 loses gradients if two threads build or differentiate graphs at the same time
 /// (tracel-ai/burn#5573).
-static BURN_LOCK: Mutex<()> = Mutex::new(());
+pub(crate) static BURN_LOCK: Mutex<()> = Mutex::new(());
 
 fn reference<P: TensorModel>(problem: &Problem) -> Gradients {
     let _lock = BURN_LOCK.lock().unwrap_or_else(PoisonError::into_inner);

@@ -29,7 +29,9 @@ use glimpse_training::meta::pattern::Pattern;
 use glimpse_training::meta::phase::{Initialization, OuterStep};
 use glimpse_training::meta::plan::{Effort, LossWeights, Plan, Schedule};
 use glimpse_training::meta::run::{TrainError, train};
+use glimpse_training::meta::scan_budget::ScanBudget;
 use glimpse_training::recipe::pack_recipe;
+use glimpse_training::route::Axes;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use crate::support::{assert_independent_of_threads, procedural, run_bits};
@@ -101,6 +103,7 @@ fn with_objective<T>(
             min_separation: 0.2,
             ..Limits::NONE
         },
+        motion: None,
         earlier: None,
     };
     function(&objective, &plan)
@@ -282,16 +285,32 @@ fn training_is_independent_of_threads() {
 /// The run is stopped in its last phase.
 #[test]
 fn resumed_run_matches_uninterrupted_run() {
+    assert_resumed_run_matches(None, 0.75);
+}
+
+/// The run is stopped while the budget's weight and the order of the samples change.
+#[test]
+fn resumed_run_with_a_budget_matches_uninterrupted_run() {
+    let scan = ScanBudget {
+        seconds: 8.0,
+        speeds: Axes::from_array([10.0; 4]),
+        settle: 0.5,
+    };
+    assert_resumed_run_matches(Some(scan), 0.25);
+}
+
+fn assert_resumed_run_matches(scan: Option<ScanBudget>, stop_at: f64) {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let options = |checkpoints| Options {
         completion_options: CompletionOptions {
             missing: 0.5,
             noise: 0.02,
             procedural: 0.0,
+            scan,
             ..CompletionOptions::default()
         },
         checkpoints,
-        ..Options::new(ModelKind::Phong, 2, Schedule::Prior, Effort::Brief, 3)
+        ..Options::new(ModelKind::Phong, 3, Schedule::Prior, Effort::Brief, 3)
     };
     let never_stop = &mut |_: &_| ControlFlow::Continue(());
     let expected = train(&options(None), procedural(10, 3), never_stop).expect("training succeeds");
@@ -299,7 +318,7 @@ fn resumed_run_matches_uninterrupted_run() {
     let stopped = train(
         &options,
         procedural(10, 3),
-        &mut |progress| match 4 * progress.done > 3 * progress.total {
+        &mut |progress| match progress.done as f64 > stop_at * progress.total as f64 {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         },

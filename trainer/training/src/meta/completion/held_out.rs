@@ -1,0 +1,255 @@
+//! Losses of materials that were held out of training: the data of the loss predictor.
+
+use glimpse_optimizer::Groups;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::dataset::Dataset;
+use super::loss_predictor::{Evidence, HeldOutLoss, HeldOutOrigin};
+use super::objective::CompletionObjective;
+use super::task::{Dropout, MaterialGroup, Task};
+use crate::meta::options::Options;
+
+/// The number of rough tasks per fold.
+const ROUGH_TASKS: usize = 1_024;
+/// The number of outer samples of each rough task.
+const ROUGH_OUTER_SAMPLES: usize = 1_024;
+/// The maximum number of measured prefixes.
+const MAX_PARTIAL_COUNTS: usize = 16;
+/// The stride of the validation octets for scans that end early. A subset is accurate enough.
+const PARTIAL_OCTET_STRIDE: usize = 4;
+
+/// The objective and the values of a run.
+type Trained<'t> = (&'t CompletionObjective<'t>, &'t Groups<Vec<f32>>);
+
+/// A fold, and the run without its materials.
+pub(super) struct TrainedFold<'t> {
+    /// The index of the fold.
+    pub(super) index: usize,
+    /// The run on all materials.
+    pub(super) full: Trained<'t>,
+    /// The shorter run without the fold's materials.
+    pub(super) fold: Trained<'t>,
+    /// The training materials of the fold.
+    pub(super) materials: &'t [usize],
+    /// The origin of these materials.
+    pub(super) origin: HeldOutOrigin,
+    /// The materials of procedural classes that are left out with the fold.
+    pub(super) classes: &'t [usize],
+}
+
+/// The losses of held-out materials.
+pub(super) struct HeldOut<'t> {
+    dataset: &'t Dataset,
+    options: &'t Options,
+    correction: FoldCorrection,
+    losses: HeldOutLosses,
+}
+
+/// The losses of held-out materials.
+#[derive(Default)]
+pub(super) struct HeldOutLosses {
+    /// Scans with all readings, rough materials included.
+    pub(super) complete: Vec<HeldOutLoss>,
+    /// Scans that end early, by their number of readings, without rough materials. Empty if the recipe needs all readings.
+    pub(super) partial: Vec<(usize, Vec<HeldOutLoss>)>,
+}
+
+impl<'t> HeldOut<'t> {
+    pub(super) fn new(dataset: &'t Dataset, options: &'t Options) -> Self {
+        let counts = match options.completion_options.missing > 0.0 {
+            true => partial_counts(options.samples),
+            false => Vec::new(),
+        };
+        Self {
+            dataset,
+            options,
+            correction: FoldCorrection::default(),
+            losses: HeldOutLosses {
+                complete: Vec::new(),
+                partial: counts
+                    .into_iter()
+                    .map(|count| (count, Vec::new()))
+                    .collect(),
+            },
+        }
+    }
+
+    /// Adds the losses of a fold's materials.
+    pub(super) fn add(&mut self, trained: &TrainedFold<'_>) {
+        let ((full, values), (fold, fold_values)) = (trained.full, trained.fold);
+        let others: Vec<usize> = (0..self.dataset.training_count)
+            .filter(|material| !trained.materials.contains(material))
+            .collect();
+        self.correction.add(
+            &full.material_losses(values, &others),
+            &fold.material_losses(fold_values, &others),
+        );
+        let plain = full.plain_tasks(&others);
+        let evidence = EvidenceCorrection::new(
+            &full.evidence(values, &plain),
+            &fold.evidence(fold_values, &plain),
+        );
+        let plain_tasks = [
+            (fold.plain_tasks(trained.materials), trained.origin),
+            (fold.plain_tasks(trained.classes), HeldOutOrigin::Class),
+        ];
+        let rough_tasks = self.rough_tasks(trained);
+        let measure = |tasks: &[Task], origin| -> Vec<HeldOutLoss> {
+            let losses = match origin {
+                HeldOutOrigin::Rough => fold.task_losses(fold_values, tasks),
+                HeldOutOrigin::Material | HeldOutOrigin::Source | HeldOutOrigin::Class => {
+                    fold.validation_losses(fold_values, tasks)
+                }
+            };
+            let results = full
+                .mean_coefficients(values, tasks)
+                .into_iter()
+                .zip(fold.evidence(fold_values, tasks))
+                .zip(losses)
+                .zip(tasks);
+            let results = results.map(|(((coefficients, each), loss), task)| HeldOutLoss {
+                material: task.material,
+                coefficients,
+                evidence: evidence.correct(each),
+                loss,
+                origin,
+                fold: trained.index,
+            });
+            results.collect()
+        };
+        let complete = &mut self.losses.complete;
+        for (tasks, origin) in &plain_tasks {
+            complete.extend(measure(tasks, *origin));
+        }
+        complete.extend(measure(&rough_tasks, HeldOutOrigin::Rough));
+        for (count, losses) in &mut self.losses.partial {
+            let ended_early = |task: &Task| task.clone().ending_after(*count);
+            for (tasks, origin) in &plain_tasks {
+                let mut tasks: Vec<Task> = tasks.iter().map(ended_early).collect();
+                for task in &mut tasks {
+                    let octets = task.octets.iter().copied();
+                    task.octets = octets.step_by(PARTIAL_OCTET_STRIDE).collect();
+                }
+                losses.extend(measure(&tasks, *origin));
+            }
+        }
+    }
+
+    /// Returns the losses, corrected for the shorter runs of folds.
+    pub(super) fn finish(self) -> HeldOutLosses {
+        let mut losses = self.losses;
+        let partial = losses.partial.iter_mut().flat_map(|(_, list)| list);
+        for held_out in losses.complete.iter_mut().chain(partial) {
+            held_out.loss *= self.correction.ratio();
+        }
+        losses
+    }
+
+    /// Draws augmented, rough tasks of a fold's materials and procedural classes, in equal shares. All readings are
+    /// present.
+    fn rough_tasks(&self, trained: &TrainedFold<'_>) -> Vec<Task> {
+        let held_out = [trained.materials, trained.classes].into_iter();
+        let groups: Vec<&[usize]> = held_out.filter(|each| !each.is_empty()).collect();
+        let groups: Vec<MaterialGroup> = groups
+            .iter()
+            .map(|materials| MaterialGroup {
+                materials: materials.to_vec(),
+                share: 1.0 / groups.len() as f32,
+            })
+            .collect();
+        let mut random = ChaCha8Rng::seed_from_u64(self.options.seed);
+        random.set_stream(u64::MAX - 1 - trained.index as u64);
+        let samples = self.options.samples;
+        let draw = |_| {
+            Task::random(
+                &self.dataset.pool,
+                &groups,
+                &self.dataset.augmentation_options,
+                [samples, ROUGH_OUTER_SAMPLES],
+                Dropout::TailOrFew,
+                &mut random,
+            )
+            .with_roughness(&mut random)
+            .ending_after(samples)
+        };
+        (0..ROUGH_TASKS).map(draw).collect()
+    }
+}
+
+/// Returns the numbers of readings below `samples` at which scans that end early are measured, in ascending order: all
+/// for few samples, otherwise a geometric sequence from 1 to `samples` - 1.
+fn partial_counts(samples: usize) -> Vec<usize> {
+    if samples <= MAX_PARTIAL_COUNTS {
+        return (1..samples).collect();
+    }
+    let ratio = (samples as f64 - 1.0).ln() / (MAX_PARTIAL_COUNTS - 1) as f64;
+    let counts = (0..MAX_PARTIAL_COUNTS).map(|index| (ratio * index as f64).exp().round() as usize);
+    let mut counts: Vec<usize> = counts.collect();
+    counts.dedup();
+    counts
+}
+
+/// The ratio of the losses of two recipes: the full run, and the shorter runs of folds. The losses are summed over
+/// materials that both runs train on. Held-out losses are multiplied by this ratio.
+#[derive(Default)]
+struct FoldCorrection {
+    full_sum: f32,
+    fold_sum: f32,
+}
+
+impl FoldCorrection {
+    fn add(&mut self, full_losses: &[f32], fold_losses: &[f32]) {
+        self.full_sum += full_losses.iter().sum::<f32>();
+        self.fold_sum += fold_losses.iter().sum::<f32>();
+    }
+
+    fn ratio(&self) -> f32 {
+        match self.fold_sum > 0.0 {
+            true => self.full_sum / self.fold_sum,
+            false => 1.0,
+        }
+    }
+}
+
+/// The factors between the evidence of the full run and that of a fold's shorter run: means of logarithms over materials
+/// that both runs train on. The evidence of held-out materials is multiplied by them.
+struct EvidenceCorrection(Evidence);
+
+impl EvidenceCorrection {
+    fn new(full: &[Evidence], fold: &[Evidence]) -> Self {
+        let mean = |list: &[Evidence], value: fn(&Evidence) -> f32| {
+            let sum: f32 = list.iter().map(value).sum();
+            sum / list.len().max(1) as f32
+        };
+        let factor = |value| (mean(full, value) - mean(fold, value)).exp();
+        Self(Evidence {
+            innovation: factor(Evidence::log_innovation),
+            residual: factor(Evidence::log_residual),
+        })
+    }
+
+    fn correct(&self, evidence: Evidence) -> Evidence {
+        Evidence {
+            innovation: evidence.innovation * self.0.innovation,
+            residual: evidence.residual * self.0.residual,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn partial_counts_include_one_and_ascend() {
+        assert_eq!(partial_counts(1), [0; 0]);
+        assert_eq!(partial_counts(5), [1, 2, 3, 4]);
+        for samples in [17, 64, 512, 4_096] {
+            let counts = partial_counts(samples);
+            assert!(counts.len() <= MAX_PARTIAL_COUNTS && counts[0] == 1);
+            assert!(counts.is_sorted_by(|one, next| one < next));
+            assert!(counts.last().is_some_and(|last| *last < samples));
+        }
+    }
+}

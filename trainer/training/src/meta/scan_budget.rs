@@ -1,0 +1,359 @@
+//! A budget for the time of a scan, as a constraint of training.
+//!
+//! The arms visit the samples in the recipe's own order. The objective is the loss plus a weight times the seconds of
+//! motion. The weight rises while a scan takes longer than the budget, and falls while it takes less time. From time to
+//! time the samples are put into the fastest order.
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::gonio::{Limits, Speeds};
+use glimpse_core::recipe::ScanTime;
+use glimpse_kernels::Dual;
+use serde::Serialize;
+
+use super::pattern::{Pattern, logits_from_reachable, reachable_angles};
+use super::phase::{Initialization, OuterStep};
+use crate::route::{self, Axes, Machine, MachineError, axes_from_angles};
+
+/// A budget for the time of a scan, and the machine that scans.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ScanBudget {
+    /// The maximum time of motion and settling from [`Machine::default`]'s start to the last reading, in seconds.
+    pub seconds: f64,
+    /// The speeds of the axes in degrees per second, with the range of [`Machine::speeds`].
+    pub speeds: Axes,
+    /// The time to settle and to read at each sample, in seconds.
+    pub settle: f64,
+}
+
+/// An error of a [`ScanBudget`].
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ScanBudgetError {
+    /// The machine is invalid.
+    #[error(transparent)]
+    Machine(#[from] MachineError),
+    /// The samples take as long as the whole scan without any motion.
+    #[error(
+        "a scan of {samples} samples takes {settling} s without motion, and the budget is {seconds} s; allow more \
+         seconds, fewer samples, or less time at each"
+    )]
+    NoMotion {
+        /// The number of samples.
+        samples: usize,
+        /// The time at the samples, in seconds.
+        settling: f64,
+        /// The budget, in seconds.
+        seconds: f64,
+    },
+    /// The arms cannot move as fast.
+    #[error(
+        "the fastest pattern that was found takes {reached:.1} s, and the budget is {seconds} s; allow more seconds or \
+         fewer samples"
+    )]
+    TooFast {
+        /// The time of the fastest pattern, in seconds.
+        reached: f64,
+        /// The budget, in seconds.
+        seconds: f64,
+    },
+}
+
+impl ScanBudget {
+    /// Returns the machine, with these limits.
+    #[must_use]
+    pub fn machine(&self, limits: Limits) -> Machine {
+        Machine {
+            speeds: self.speeds,
+            settle: self.settle,
+            limits,
+            ..Machine::default()
+        }
+    }
+
+    /// Returns the corresponding part of a recipe.
+    #[must_use]
+    pub fn to_recipe(&self) -> ScanTime {
+        let [theta_i, phi_i, theta_o, phi_o] = self
+            .speeds
+            .to_array()
+            .map(|speed| speed.to_radians() as f32);
+        ScanTime {
+            speeds: Speeds {
+                theta_i,
+                phi_i,
+                theta_o,
+                phi_o,
+            },
+            settle: self.settle as f32,
+            seconds: self.seconds as f32,
+        }
+    }
+
+    /// Checks the machine, and that the time is sufficient for motion to a pattern near the start.
+    ///
+    /// # Errors
+    /// All errors of [`ScanBudgetError`].
+    pub fn validate(&self, limits: Limits, samples: usize) -> Result<(), ScanBudgetError> {
+        self.machine(limits).validate()?;
+        let settling = self.settle * samples as f64;
+        // This form of the condition rejects NaN too.
+        match self.seconds > settling {
+            true => {}
+            false => {
+                return Err(ScanBudgetError::NoMotion {
+                    samples,
+                    settling,
+                    seconds: self.seconds,
+                });
+            }
+        }
+        // All samples near the start, as close to each other as the limits permit.
+        let nearest = logits_from_reachable(Angles::default(), &limits);
+        let mut logits = nearest.repeat(samples);
+        Motion::new(*self, limits, samples).shorten(&mut logits)
+    }
+}
+
+/// The time of a path through all samples in their order, and its gradient.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PathTime {
+    /// Seconds of motion.
+    pub seconds: f64,
+    /// The derivatives with respect to the angles of each sample, in seconds per radian. A move takes as long as its
+    /// slowest axis, so the derivative is that of this axis.
+    pub by_angles: Vec<[f32; 3]>,
+}
+
+/// The motion of a scan within a budget.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    budget: ScanBudget,
+    machine: Machine,
+    /// The budget for motion, in seconds.
+    seconds: f64,
+}
+
+/// The weight of a second of motion before the first step.
+pub const INITIAL_WEIGHT: f32 = 1e-4;
+/// The change of the weight's logarithm in a step, at twice the budget.
+const WEIGHT_RATE: f64 = 0.01;
+/// The additional logarithm of the weight at twice the budget. It damps oscillations.
+const DAMPING: f64 = 4.0;
+/// The range of the weight.
+const WEIGHTS: [f32; 2] = [1e-7, 10.0];
+/// The share of the budget that training aims at. The last steps overshoot by less than the rest.
+const AIM: f64 = 0.99;
+/// The multiples of the budget at the start of a first guess and of other phases. Patterns spread before they contract.
+const INITIAL_ALLOWANCES: [f64; 2] = [3.0, 1.3];
+/// The share of a phase after which the budget is the given one.
+const CONTRACTION: f64 = 0.4;
+/// The slope of the factor of validation losses beyond the budget.
+const SELECTION_SLOPE: f32 = 20.0;
+/// The number of steps between two searches for a faster order.
+pub const REORDER_INTERVAL: usize = 50;
+/// The smallest gain of a new order, in seconds.
+const MIN_GAIN: f64 = 1e-3;
+/// The share of the budget that a finished pattern keeps within, so that rounding does not exceed it.
+const SHORTENED: f64 = 1.0 - 1e-5;
+/// The largest number of steps that shorten a finished pattern.
+const SHORTENING_STEPS: usize = 20_000;
+/// The largest number of such steps after a step of training.
+const PROJECTION_STEPS: usize = 100;
+/// The length of such a step, radians.
+const SHORTENING: f32 = 5e-4;
+
+impl Motion {
+    /// Creates the motion of a valid budget for `samples` samples.
+    #[must_use]
+    pub fn new(budget: ScanBudget, limits: Limits, samples: usize) -> Self {
+        Self {
+            budget,
+            machine: budget.machine(limits),
+            seconds: budget.seconds - budget.settle * samples as f64,
+        }
+    }
+
+    /// Returns the time of the path through these samples in their order, and its gradient.
+    #[must_use]
+    pub fn path(&self, angles: &[Angles<f32>]) -> PathTime {
+        let mut time = PathTime {
+            seconds: 0.0,
+            by_angles: vec![[0.0; 3]; angles.len()],
+        };
+        let turns = self.machine.turn_seconds();
+        let start = self.machine.axis_seconds(&self.machine.start);
+        let mut from = start.map(Dual::from_value);
+        for (index, angles) in angles.iter().enumerate() {
+            let to = self.axis_seconds(*angles);
+            let mut longest = (0.0, [0.0; 3], [0.0; 3]);
+            for ((from, to), turn) in from.iter().zip(&to).zip(turns) {
+                let change = to.value - from.value;
+                let direct = change.abs();
+                let (seconds, sign) = match direct <= turn - direct {
+                    true => (direct, change.signum()),
+                    false => (turn - direct, -change.signum()),
+                };
+                if seconds > longest.0 {
+                    let signed = |tangent: [f64; 3]| tangent.map(|by_angle| sign * by_angle);
+                    longest = (seconds, signed(from.tangent), signed(to.tangent));
+                }
+            }
+            let (seconds, by_previous, by_own) = longest;
+            time.seconds += seconds;
+            for (sum, by_angle) in time.by_angles[index].iter_mut().zip(by_own) {
+                *sum += by_angle as f32;
+            }
+            if index > 0 {
+                for (sum, by_angle) in time.by_angles[index - 1].iter_mut().zip(by_previous) {
+                    *sum -= by_angle as f32;
+                }
+            }
+            from = to;
+        }
+        time
+    }
+
+    /// Returns [`Machine::axis_seconds`] of a sample, with derivatives with respect to its angles.
+    fn axis_seconds(&self, angles: Angles<f32>) -> [Dual<f64, 3>; 4] {
+        let values = self.machine.axis_seconds(&axes_from_angles(angles));
+        let directions = HalfDifference::from_angles(Dual::variables(Angles {
+            theta_h: f64::from(angles.theta_h),
+            theta_d: f64::from(angles.theta_d),
+            phi_d: f64::from(angles.phi_d),
+        }))
+        .directions();
+        let [[theta_i, phi_i], [theta_o, phi_o]] =
+            [directions.incoming, directions.outgoing].map(spherical_tangents);
+        let speeds = &self.machine.speeds;
+        let per_second = |tangent: f64, speed: f64| tangent.to_degrees() / speed;
+        let azimuth_speed = speeds.phi_i + speeds.phi_o;
+        let tangents = [
+            theta_i.map(|tangent| per_second(tangent, speeds.theta_i)),
+            theta_o.map(|tangent| per_second(tangent, speeds.theta_o)),
+            std::array::from_fn(|i| per_second(phi_o[i] - phi_i[i], azimuth_speed)),
+            [0.0; 3],
+        ];
+        std::array::from_fn(|axis| Dual {
+            value: values[axis],
+            tangent: tangents[axis],
+        })
+    }
+
+    /// Returns the gradient of the weighted time of a path with respect to the pattern's logits. Updates `weight`, that of
+    /// a second, for the next step.
+    #[must_use]
+    pub fn weighted_gradient(
+        &self,
+        logits: &[f32],
+        outer_step: OuterStep<'_>,
+        weight: &mut f32,
+    ) -> Vec<f32> {
+        let allowance = allowance(outer_step);
+        let pattern = Pattern::from_logits_within(logits, self.machine.limits);
+        let path = self.path(pattern.angles());
+        let excess = (path.seconds / (allowance * AIM * self.seconds) - 1.0).clamp(-1.0, 1.0);
+        let damped = *weight * (DAMPING * excess).exp() as f32;
+        let [min, max] = WEIGHTS;
+        *weight = (*weight * (WEIGHT_RATE * excess).exp() as f32).clamp(min, max);
+        let by_angles = path.by_angles.iter().enumerate();
+        by_angles
+            .flat_map(|(index, by_angles)| {
+                pattern.by_logits(index, by_angles.map(|by_angle| damped * by_angle))
+            })
+            .collect()
+    }
+
+    /// Returns the factor of a validation loss. It exceeds 1 for patterns beyond the budget, by a fifth for each percent.
+    #[must_use]
+    pub fn selection_factor(&self, logits: &[f32]) -> f32 {
+        let angles = reachable_angles(logits, &self.machine.limits);
+        let excess = self.path(&angles).seconds / self.seconds - 1.0;
+        1.0 + SELECTION_SLOPE * excess.max(0.0) as f32
+    }
+
+    /// Returns a faster order of the samples, as indices; None if none was found. `thorough` selects a longer search.
+    #[must_use]
+    pub fn faster_order(&self, logits: &[f32], thorough: bool) -> Option<Vec<usize>> {
+        let angles = reachable_angles(logits, &self.machine.limits);
+        let arms: Vec<Axes> = angles.iter().copied().map(axes_from_angles).collect();
+        let order = route::fast_order(&self.machine, &arms, thorough);
+        let sorted: Vec<Angles<f32>> = order.iter().map(|index| angles[*index]).collect();
+        let gain = self.path(&angles).seconds - self.path(&sorted).seconds;
+        (gain > MIN_GAIN).then_some(order)
+    }
+
+    /// Moves the samples of a finished pattern until its path is within the budget. A pattern within the budget is
+    /// unchanged.
+    ///
+    /// # Errors
+    /// [`ScanBudgetError::TooFast`] if no such pattern is found.
+    pub fn shorten(&self, logits: &mut [f32]) -> Result<(), ScanBudgetError> {
+        self.shorten_within(SHORTENING_STEPS, logits)
+    }
+
+    /// Shortens a pattern after a step, if the budget is the given one by then. The completion then learns for a pattern within
+    /// the budget: it is sensitive to the directions of samples that are close to each other.
+    pub fn project(&self, logits: &mut [f32], outer_step: OuterStep<'_>) {
+        if allowance(outer_step) <= 1.0 {
+            // The finished pattern is shortened further, or refused.
+            let _ = self.shorten_within(PROJECTION_STEPS, logits);
+        }
+    }
+
+    fn shorten_within(&self, steps: usize, logits: &mut [f32]) -> Result<(), ScanBudgetError> {
+        let limits = self.machine.limits;
+        for _ in 0..steps {
+            let angles = reachable_angles(logits, &limits);
+            let path = self.path(&angles);
+            if path.seconds <= SHORTENED * self.seconds {
+                return Ok(());
+            }
+            let samples = logits.as_chunks_mut::<3>().0.iter_mut();
+            for ((logits, angles), slopes) in samples.zip(angles).zip(&path.by_angles) {
+                let norm = slopes.iter().map(|slope| slope * slope).sum::<f32>().sqrt();
+                if norm > 0.0 {
+                    let step = SHORTENING / norm;
+                    let shorter = Angles {
+                        theta_h: angles.theta_h - step * slopes[0],
+                        theta_d: angles.theta_d - step * slopes[1],
+                        phi_d: angles.phi_d - step * slopes[2],
+                    };
+                    *logits = logits_from_reachable(shorter, &limits);
+                }
+            }
+        }
+        let angles = reachable_angles(logits, &limits);
+        let settling = self.budget.seconds - self.seconds;
+        Err(ScanBudgetError::TooFast {
+            reached: self.path(&angles).seconds + settling,
+            seconds: self.budget.seconds,
+        })
+    }
+}
+
+/// Returns the current budget as a multiple of the given one.
+fn allowance(OuterStep { phase, step, .. }: OuterStep<'_>) -> f64 {
+    let [guess, other] = INITIAL_ALLOWANCES;
+    let initial = match phase.initialization {
+        Initialization::Guess(_) => guess,
+        _ => other,
+    };
+    let progress = step as f64 / phase.steps as f64;
+    1.0 + (initial - 1.0) * (1.0 - progress / CONTRACTION).max(0.0)
+}
+
+/// Returns the derivatives of the polar angle and of the azimuth of a direction. They are 0 along the normal, where
+/// neither has one.
+fn spherical_tangents([x, y, z]: [Dual<f64, 3>; 3]) -> [[f64; 3]; 2] {
+    /// The square of the sine of the polar angle below which a direction counts as the normal.
+    const POLE: f64 = 1e-8;
+    let square = x.value * x.value + y.value * y.value;
+    if square < POLE {
+        return [[0.0; 3]; 2];
+    }
+    let sine = square.sqrt();
+    let radial = |i: usize| (x.value * x.tangent[i] + y.value * y.tangent[i]) / sine;
+    [
+        std::array::from_fn(|i| z.value * radial(i) - sine * z.tangent[i]),
+        std::array::from_fn(|i| (x.value * y.tangent[i] - y.value * x.tangent[i]) / square),
+    ]
+}

@@ -1,0 +1,323 @@
+//! A machine with two arms and the time of its moves.
+
+use std::ops::RangeInclusive;
+
+use glimpse_core::gonio::Limits;
+use glimpse_core::recipe::{Metadata, ScanTime};
+
+use super::axes::{Axes, wrapped};
+
+/// A machine with two arms.
+///
+/// All axes move at the same time. Acceleration is neglected: the time of a move is that of its slowest axis at full
+/// speed.
+/// Collisions during a move are not checked.
+///
+/// # Azimuths
+///
+/// The BRDF of an isotropic sample depends only on the *difference* of the azimuths. The two azimuth axes turn in
+/// opposite directions, in proportion to their speeds, and arrive at the same time. No other choice of azimuths takes
+/// less time, because the difference cannot change faster than both axes together, and the times do not depend on
+/// earlier moves. The difference changes in the shorter direction.
+///
+/// An arm along the normal could have any azimuth. It keeps the pattern's azimuth, so that the time of a move never
+/// depends on earlier moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Machine {
+    /// The axis speeds in degrees per second, 0.001 to 1,000,000. If the sample is isotropic, one azimuth may have the
+    /// speed 0, which means that the machine lacks that axis.
+    pub speeds: Axes,
+    /// The time to settle and to read at each sample, in seconds, 0 to 86,400.
+    pub settle: f64,
+    /// The start position in degrees; polar angles are -180 to 180.
+    pub start: Axes,
+    /// The limits of the arms.
+    pub limits: Limits,
+    /// True if the sample is isotropic, so that only the difference of the azimuths matters.
+    pub isotropic: bool,
+    /// True if azimuths turn without a limit. Otherwise their difference, or each of them for an anisotropic sample,
+    /// stays within -180 to 180 degrees, so that no cable winds up.
+    pub full_turns: bool,
+}
+
+impl Default for Machine {
+    /// 10 degrees per second for each axis, 0.5 s at each sample, both arms along the normal with opposite azimuths at the
+    /// start, no limits, an isotropic sample, and full turns.
+    fn default() -> Self {
+        Self {
+            speeds: Axes::from_array([10.0; 4]),
+            settle: 0.5,
+            start: Axes::from_array([0.0, 0.0, 0.0, 180.0]),
+            limits: Limits::NONE,
+            isotropic: true,
+            full_turns: true,
+        }
+    }
+}
+
+/// The range of speeds, in degrees per second. Other values are probably typing errors.
+const SPEEDS: RangeInclusive<f64> = 1e-3..=1e6;
+/// The longest time at a sample, in seconds: one day.
+const MAX_SETTLE: f64 = 86_400.0;
+
+/// An error of an invalid [`Machine`].
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MachineError {
+    /// A speed is out of range or NaN.
+    #[error("the speed of {axis} is {value}; give degrees per second, 0.001 to 1,000,000")]
+    Speed {
+        /// The axis.
+        axis: &'static str,
+        /// The invalid value.
+        value: f64,
+    },
+    /// The speeds of both azimuths are 0.
+    #[error(
+        "the speeds of phi_i and phi_o are both 0; give at least one of them, 0.001 to 1,000,000 degrees per second"
+    )]
+    NoAzimuth,
+    /// The sample is anisotropic, and the speed of an azimuth is 0.
+    #[error(
+        "the speed of {axis} is 0, but an anisotropic sample needs both azimuths; give 0.001 to 1,000,000 degrees per \
+         second"
+    )]
+    MissingAzimuth {
+        /// The axis.
+        axis: &'static str,
+    },
+    /// The time at each sample is out of range or NaN.
+    #[error("the time at each sample is {0}; give seconds, 0 to 86,400")]
+    Settle(f64),
+    /// A start position is out of range or NaN.
+    #[error("the start of {axis} is {value}; give {range}")]
+    Start {
+        /// The axis.
+        axis: &'static str,
+        /// The invalid value.
+        value: f64,
+        /// The valid range.
+        range: &'static str,
+    },
+    /// The start position is impossible without full turns.
+    #[error(
+        "the start azimuths differ by {0} degrees, but without full turns the maximum is 180; give phi_i and phi_o \
+         that are closer"
+    )]
+    WoundUp(f64),
+    /// The limits are invalid.
+    #[error(transparent)]
+    Limits(#[from] glimpse_core::gonio::LimitsError),
+}
+
+impl Machine {
+    /// Returns the machine that a recipe was trained for. Fields that the recipe does not state have their defaults.
+    #[must_use]
+    pub fn of_recipe(metadata: &Metadata<'_>) -> Self {
+        let default = Self {
+            limits: metadata.limits.unwrap_or(Limits::NONE),
+            ..Self::default()
+        };
+        let Some(ScanTime { speeds, settle, .. }) = metadata.scan_time else {
+            return default;
+        };
+        // Recipes hold single precision, about seven digits.
+        let rounded = |value: f64| format!("{value:.6e}").parse().unwrap_or(value);
+        let degrees = |radians: f32| rounded(f64::from(radians).to_degrees());
+        Self {
+            speeds: Axes::from_array(
+                [speeds.theta_i, speeds.phi_i, speeds.theta_o, speeds.phi_o].map(degrees),
+            ),
+            settle: rounded(f64::from(settle)),
+            ..default
+        }
+    }
+
+    /// Checks the ranges of all fields.
+    ///
+    /// # Errors
+    /// The first field that is out of range, and its value.
+    pub fn validate(&self) -> Result<(), MachineError> {
+        self.limits.validate()?;
+        for (axis, value) in Axes::NAMES.into_iter().zip(self.speeds.to_array()) {
+            let is_absent = axis.starts_with("phi") && value == 0.0;
+            if !(SPEEDS.contains(&value) || is_absent) {
+                return Err(MachineError::Speed { axis, value });
+            }
+            if is_absent && !self.isotropic {
+                return Err(MachineError::MissingAzimuth { axis });
+            }
+        }
+        if self.speeds.phi_i + self.speeds.phi_o == 0.0 {
+            return Err(MachineError::NoAzimuth);
+        }
+        if !(0.0..=MAX_SETTLE).contains(&self.settle) {
+            return Err(MachineError::Settle(self.settle));
+        }
+        // More turns are probably a typing error, and reduce precision.
+        const MAX_AZIMUTH: f64 = 3_600.0;
+        for (axis, value) in Axes::NAMES.into_iter().zip(self.start.to_array()) {
+            let (max, range) = match axis.starts_with("phi") {
+                true if !self.isotropic && !self.full_turns => (180.0, "degrees from -180 to 180"),
+                true => (MAX_AZIMUTH, "degrees from -3,600 to 3,600"),
+                false => (180.0, "degrees from -180 to 180"),
+            };
+            if !(-max..=max).contains(&value) {
+                return Err(MachineError::Start { axis, value, range });
+            }
+        }
+        let difference = (self.start.phi_o - self.start.phi_i).abs();
+        if self.isotropic && !self.full_turns && difference > 180.0 {
+            return Err(MachineError::WoundUp(difference));
+        }
+        Ok(())
+    }
+
+    /// Returns the same machine with the pattern's own azimuths instead of optimized ones. A machine that lacks an
+    /// azimuth axis still uses only the difference.
+    #[must_use]
+    pub fn naive(&self) -> Self {
+        let lacks_axis = self.speeds.phi_i == 0.0 || self.speeds.phi_o == 0.0;
+        Self {
+            isotropic: self.isotropic && lacks_axis,
+            ..*self
+        }
+    }
+
+    /// Converts a position to the seconds that each axis takes from 0: theta_i, theta_o, phi_i and phi_o. For an
+    /// isotropic sample, the third entry is that of the difference of the azimuths, and the fourth is 0. Azimuths are
+    /// wrapped to -180 to 180 degrees.
+    ///
+    /// The time of a move is the largest difference of the entries, each modulo [`turn_seconds`](Self::turn_seconds).
+    pub(crate) fn axis_seconds(&self, arms: &Axes) -> [f64; 4] {
+        let speeds = &self.speeds;
+        let [phi_i, phi_o] = match self.isotropic {
+            true => [
+                wrapped(arms.phi_o - arms.phi_i) / (speeds.phi_i + speeds.phi_o),
+                0.0,
+            ],
+            false => [
+                wrapped(arms.phi_i) / speeds.phi_i,
+                wrapped(arms.phi_o) / speeds.phi_o,
+            ],
+        };
+        [
+            arms.theta_i / speeds.theta_i,
+            arms.theta_o / speeds.theta_o,
+            phi_i,
+            phi_o,
+        ]
+    }
+
+    /// Returns the seconds of a full turn for each entry of [`axis_seconds`](Self::axis_seconds); infinite for an axis
+    /// without full turns.
+    pub(crate) fn turn_seconds(&self) -> [f64; 4] {
+        const NO_TURN: f64 = f64::INFINITY;
+        let speeds = &self.speeds;
+        match (self.full_turns, self.isotropic) {
+            (false, _) => [NO_TURN; 4],
+            (true, true) => [
+                NO_TURN,
+                NO_TURN,
+                360.0 / (speeds.phi_i + speeds.phi_o),
+                NO_TURN,
+            ],
+            (true, false) => [NO_TURN, NO_TURN, 360.0 / speeds.phi_i, 360.0 / speeds.phi_o],
+        }
+    }
+
+    /// Returns the axis positions after a move, in degrees. `from` and `to` are poses with azimuths modulo a full turn.
+    /// `position` holds the axis positions at `from` with all turns.
+    #[must_use]
+    pub fn arrival(&self, position: &Axes, from: &Axes, to: &Axes) -> Axes {
+        let shorter_way = |change: f64| match self.full_turns {
+            true => wrapped(change),
+            false => change,
+        };
+        let [change_i, change_o] = match self.isotropic {
+            true => {
+                let difference = |arms: &Axes| wrapped(arms.phi_o - arms.phi_i);
+                let change = shorter_way(difference(to) - difference(from));
+                let change_i =
+                    -change * self.speeds.phi_i / (self.speeds.phi_i + self.speeds.phi_o);
+                [change_i, change + change_i]
+            }
+            false => [(from.phi_i, to.phi_i), (from.phi_o, to.phi_o)]
+                .map(|(from, to)| shorter_way(wrapped(to) - wrapped(from))),
+        };
+        Axes {
+            theta_i: to.theta_i,
+            phi_i: position.phi_i + change_i,
+            theta_o: to.theta_o,
+            phi_o: position.phi_o + change_o,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glimpse_core::gonio::LimitsError;
+
+    use super::*;
+
+    type Change = fn(&mut Machine);
+
+    #[test]
+    fn rejects_invalid_machines() {
+        let valid = Machine::default();
+        assert_eq!(valid.validate(), Ok(()));
+        let speed = |axis, value| MachineError::Speed { axis, value };
+        let cases: [(Change, MachineError); 8] = [
+            (
+                |machine| machine.speeds.theta_i = 0.0,
+                speed("theta_i", 0.0),
+            ),
+            (
+                |machine| machine.speeds.theta_o = -1.0,
+                speed("theta_o", -1.0),
+            ),
+            (
+                |machine| (machine.speeds.phi_i, machine.speeds.phi_o) = (0.0, 0.0),
+                MachineError::NoAzimuth,
+            ),
+            (
+                |machine| (machine.isotropic, machine.speeds.phi_i) = (false, 0.0),
+                MachineError::MissingAzimuth { axis: "phi_i" },
+            ),
+            (|machine| machine.settle = -0.5, MachineError::Settle(-0.5)),
+            (
+                |machine| (machine.full_turns, machine.start.phi_o) = (false, 190.0),
+                MachineError::WoundUp(190.0),
+            ),
+            (
+                |machine| machine.limits.max_theta_i = 2.0,
+                MachineError::Limits(LimitsError::MaxThetaI),
+            ),
+            (
+                |machine| machine.speeds.phi_o = f64::INFINITY,
+                speed("phi_o", f64::INFINITY),
+            ),
+        ];
+        for (change, expected) in cases {
+            let mut machine = valid;
+            change(&mut machine);
+            assert_eq!(machine.validate(), Err(expected));
+        }
+        let starts: [(&str, Change); 2] = [
+            ("theta_i", |machine| machine.start.theta_i = 181.0),
+            ("phi_i", |machine| machine.start.phi_i = f64::INFINITY),
+        ];
+        for (expected, change) in starts {
+            let mut machine = valid;
+            change(&mut machine);
+            let error = machine.validate().expect_err("the value is out of range");
+            let is_named = matches!(error, MachineError::Start { axis, .. } if axis == expected);
+            assert!(is_named, "{error}");
+        }
+        let mut machine = valid;
+        machine.speeds.phi_o = f64::NAN;
+        let error = machine.validate().expect_err("the value is not a speed");
+        let is_speed =
+            matches!(error, MachineError::Speed { axis: "phi_o", value } if value.is_nan());
+        assert!(is_speed, "{error}");
+    }
+}

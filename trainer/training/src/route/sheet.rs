@@ -1,0 +1,140 @@
+//! Export of a route as CSV, JSON, and a blank sheet for readings.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use super::axes::Axes;
+use super::machine::Machine;
+use super::visit::{Route, Visit};
+
+/// Rounds an angle in degrees to four decimals, finer than the resolution of arms, and removes the sign of -0.
+fn round(angle: f64) -> f64 {
+    (1e4 * angle).round() / 1e4 + 0.0
+}
+
+fn csv_angles(arms: &Axes) -> String {
+    arms.to_array()
+        .map(|angle| format!("{:.4}", round(angle)))
+        .join(",")
+}
+
+/// Returns CSV with one row per visit. `header` names the columns after the angles, and `last_cells` returns their
+/// cells.
+fn csv_rows(header: &str, visits: &[Visit], last_cells: impl Fn(&Visit) -> String) -> String {
+    let mut csv = format!("index,{},{header}\n", Axes::NAMES.join(","));
+    for visit in visits {
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            csv,
+            "{},{},{}",
+            visit.index,
+            csv_angles(&visit.arms),
+            last_cells(visit)
+        );
+    }
+    csv
+}
+
+/// Returns a CSV sheet for readings, `index,theta_i,phi_i,theta_o,phi_o,r,g,b`, with one row per visit: the sample's
+/// index from 0, the axis positions in degrees, and three empty cells.
+#[must_use]
+pub fn blank_sheet(visits: &[Visit]) -> String {
+    csv_rows("r,g,b", visits, |_| ",,".to_owned())
+}
+
+impl Route {
+    /// Returns CSV, `index,theta_i,phi_i,theta_o,phi_o,swapped,seconds`, with one row per visit: the sample's index
+    /// from 0, the axis positions in degrees, true if light and sensor are exchanged, and the time of the reading in
+    /// seconds after the start.
+    #[must_use]
+    pub fn to_csv(&self) -> String {
+        csv_rows("swapped,seconds", &self.visits, |visit| {
+            format!("{},{:.3}", visit.swapped, visit.seconds)
+        })
+    }
+
+    /// Returns JSON with the visits, the times of this route and of the naive one, and the machine. Angles are in
+    /// degrees, times in seconds.
+    #[must_use]
+    pub fn to_json(&self, machine: &Machine) -> Value {
+        let axes = |axes: &Axes| -> Value {
+            let named = Axes::NAMES.into_iter().zip(axes.to_array());
+            named
+                .map(|(name, value)| (name.to_owned(), json!(round(value))))
+                .collect()
+        };
+        let limits = &machine.limits;
+        let degrees = |radians: f32| round(f64::from(radians).to_degrees());
+        let visits: Vec<Value> = self
+            .visits
+            .iter()
+            .map(|visit| {
+                let mut row = axes(&visit.arms);
+                row["index"] = json!(visit.index);
+                row["swapped"] = json!(visit.swapped);
+                row["seconds"] = json!(visit.seconds);
+                row
+            })
+            .collect();
+        json!({
+            "order": self.order.name(),
+            "is_best": self.is_best,
+            "samples": self.visits.len(),
+            "seconds": self.total(),
+            "moving_seconds": self.travel,
+            "settling_seconds": self.settling,
+            "naive_seconds": self.naive_total(),
+            "naive_moving_seconds": self.naive_travel,
+            "machine": {
+                "degrees_per_second": axes(&machine.speeds),
+                "settle_seconds": machine.settle,
+                "start": axes(&machine.start),
+                "isotropic": machine.isotropic,
+                "full_turns": machine.full_turns,
+                "max_theta_i": degrees(limits.max_theta_i),
+                "max_theta_o": degrees(limits.max_theta_o),
+                "min_separation": degrees(limits.min_separation),
+                "in_plane": limits.in_plane,
+            },
+            "visits": visits,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glimpse_core::recipe::Recipe;
+
+    use super::super::stop::stops;
+    use super::super::visit::Order;
+    use super::*;
+
+    const NEURAL: &[u8] = include_bytes!("../../../../core/examples/recipes/neural-n8.recipe");
+
+    #[test]
+    fn blank_sheet_has_one_row_per_visit() {
+        let recipe = Recipe::parse(NEURAL).expect("the recipe is valid");
+        let machine = Machine::default();
+        let stops = stops(&recipe, &machine.limits, false).expect("all samples are within reach");
+        let route = Route::new(&machine, &stops, Order::Travel, 0);
+        let sheet = blank_sheet(&route.visits);
+        let mut reader = csv::Reader::from_reader(sheet.as_bytes());
+        let header = reader.headers().expect("the file has a header").clone();
+        assert_eq!(
+            header.iter().collect::<Vec<_>>(),
+            [
+                "index", "theta_i", "phi_i", "theta_o", "phi_o", "r", "g", "b"
+            ]
+        );
+        for (row, visit) in reader.records().zip(&route.visits) {
+            let row = row.expect("a row");
+            assert_eq!(row[0], visit.index.to_string());
+            let theta_o: f64 = row[3].parse().expect("a number");
+            assert!((theta_o - visit.arms.theta_o).abs() < 1e-4);
+            assert!(row.iter().skip(5).all(str::is_empty));
+        }
+        assert_eq!(route.to_csv().lines().count(), 9);
+        assert!(!sheet.contains("-0.0000"));
+    }
+}

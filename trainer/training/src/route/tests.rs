@@ -1,0 +1,309 @@
+//! Tests of routes against independent computations.
+
+use glimpse_core::geometry::{ArmAngles, Spherical};
+use glimpse_core::gonio::{self, Limits, Speeds};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use super::points::Points;
+use super::search::{EFFORT, search};
+use super::*;
+
+/// Returns random stops. If `swap` is true, each has a second pose with light and sensor exchanged.
+fn random_stops(count: usize, swap: bool, random: &mut ChaCha8Rng) -> Vec<Stop> {
+    let mut draw = |min: f64, max: f64| random.random_range(min..max);
+    let stop = |index| {
+        let arms = Axes::from_array([
+            draw(0.0, 90.0),
+            draw(-180.0, 180.0),
+            draw(0.0, 90.0),
+            draw(-180.0, 180.0),
+        ]);
+        let poses = [(arms, false), (arms.swapped(), true)];
+        let poses = poses.map(|(arms, swapped)| Pose { arms, swapped });
+        Stop {
+            index,
+            poses: poses[..1 + usize::from(swap)].to_vec(),
+        }
+    };
+    (0..count).map(stop).collect()
+}
+
+/// The speed of the light's azimuth in [`machines`], in degrees per second.
+const AZIMUTH_SPEED: f64 = 19.0;
+
+/// Returns machines for isotropic and anisotropic samples, with and without full turns, and one without the light's
+/// azimuth axis. Each axis has a different speed.
+fn machines() -> Vec<Machine> {
+    let machine = |isotropic, full_turns, phi_i| Machine {
+        speeds: Axes::from_array([7.0, phi_i, 11.0, 25.0]),
+        start: Axes::from_array([80.0, 10.0, 5.0, 130.0]),
+        isotropic,
+        full_turns,
+        ..Machine::default()
+    };
+    vec![
+        machine(true, true, AZIMUTH_SPEED),
+        machine(true, false, AZIMUTH_SPEED),
+        machine(true, true, 0.0),
+        machine(false, true, AZIMUTH_SPEED),
+        machine(false, false, AZIMUTH_SPEED),
+    ]
+}
+
+/// Returns the shortest time over all orders and poses, by exhaustive search.
+fn exhaustive_shortest(points: &Points) -> f64 {
+    fn visit(
+        points: &Points,
+        from: Option<usize>,
+        visited: usize,
+        elapsed: f64,
+        shortest: &mut f64,
+    ) {
+        if visited + 1 == 1 << points.stop_count() {
+            *shortest = shortest.min(elapsed);
+        }
+        for stop in (0..points.stop_count()).filter(|stop| visited >> stop & 1 == 0) {
+            for point in points.stop_points(stop) {
+                let arrival = elapsed + points.seconds_between(from, Some(point));
+                visit(points, Some(point), visited | 1 << stop, arrival, shortest);
+            }
+        }
+    }
+    let mut shortest = f64::INFINITY;
+    visit(points, None, 0, 0.0, &mut shortest);
+    shortest
+}
+
+#[test]
+fn exact_route_matches_exhaustive_search() {
+    let mut random = ChaCha8Rng::seed_from_u64(1);
+    for machine in machines() {
+        for (count, swap) in [(1, true), (2, false), (5, true), (6, true), (7, false)] {
+            let stops = random_stops(count, swap, &mut random);
+            let route = Route::new(&machine, &stops, Order::Travel, 0);
+            let shortest = exhaustive_shortest(&Points::new(&machine, &stops));
+            assert!(route.is_best);
+            assert!(
+                (route.travel - shortest).abs() < 1e-9,
+                "{count} {machine:?}: {} and {shortest}",
+                route.travel
+            );
+            let mut indices: Vec<usize> = route.visits.iter().map(|visit| visit.index).collect();
+            indices.sort_unstable();
+            assert_eq!(indices, (0..count).collect::<Vec<_>>());
+            let progressive = Route::new(&machine, &stops, Order::Progressive, 0);
+            assert!(
+                progressive
+                    .visits
+                    .iter()
+                    .map(|visit| visit.index)
+                    .eq(0..count)
+            );
+            assert!(progressive.travel >= shortest - 1e-9);
+        }
+    }
+}
+
+#[test]
+fn progressive_route_chooses_fastest_poses() {
+    let mut random = ChaCha8Rng::seed_from_u64(2);
+    for machine in machines() {
+        let stops = random_stops(6, true, &mut random);
+        let points = Points::new(&machine, &stops);
+        let shortest = (0..1_usize << stops.len())
+            .map(|choice| {
+                let path: Vec<usize> = (0..stops.len())
+                    .map(|stop| points.stop_points(stop).start + (choice >> stop & 1))
+                    .collect();
+                points.path_seconds(&path)
+            })
+            .fold(f64::INFINITY, f64::min);
+        let route = Route::new(&machine, &stops, Order::Progressive, 0);
+        assert!((route.travel - shortest).abs() < 1e-9);
+    }
+}
+
+/// Returns the angle between two azimuths, in degrees.
+fn azimuth_distance(one: f64, other: f64) -> f64 {
+    let difference = (one - other).rem_euclid(360.0);
+    difference.min(360.0 - difference)
+}
+
+/// Compares the azimuths that [`Machine`] chooses for isotropic samples with those of a search. At each stop, the
+/// search tries a grid of common rotations of both arms.
+#[test]
+fn no_azimuths_are_faster_than_the_chosen_ones() {
+    const STEPS: usize = 90;
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    for machine in machines()
+        .into_iter()
+        .filter(|machine| machine.isotropic && machine.full_turns && machine.speeds.phi_i > 0.0)
+    {
+        let stops = random_stops(6, false, &mut random);
+        let chosen = Route::new(&machine, &stops, Order::Progressive, 0).travel;
+        let speeds = machine.speeds.to_array();
+        let move_time = |from: &Axes, to: &Axes| {
+            let (from, to) = (from.to_array(), to.to_array());
+            let changes = [
+                (from[0] - to[0]).abs(),
+                azimuth_distance(from[1], to[1]),
+                (from[2] - to[2]).abs(),
+                azimuth_distance(from[3], to[3]),
+            ];
+            changes
+                .iter()
+                .zip(speeds)
+                .fold(0.0, |max: f64, (change, speed)| max.max(change / speed))
+        };
+        // Positions at the current stop, each with its earliest arrival time in seconds.
+        let mut arrivals = vec![(machine.start, 0.0)];
+        for stop in &stops {
+            let rotated = |step: usize| {
+                let rotation = 360.0 * step as f64 / STEPS as f64;
+                let arms = stop.poses[0].arms;
+                Axes {
+                    phi_i: arms.phi_i + rotation,
+                    phi_o: arms.phi_o + rotation,
+                    ..arms
+                }
+            };
+            arrivals = (0..STEPS)
+                .map(|step| {
+                    let to = rotated(step);
+                    let times = arrivals
+                        .iter()
+                        .map(|(from, time)| time + move_time(from, &to));
+                    (to, times.fold(f64::INFINITY, f64::min))
+                })
+                .collect();
+        }
+        let shortest = arrivals
+            .iter()
+            .fold(f64::INFINITY, |shortest, (_, time)| shortest.min(*time));
+        // The search is never faster. Its grid spacing of 4 degrees may cost time at each of the six stops.
+        assert!(
+            chosen <= shortest + 1e-9 && shortest < chosen + 6.0 * 4.0 / AZIMUTH_SPEED,
+            "{chosen} {shortest}"
+        );
+    }
+}
+
+/// Compares travel times and azimuths with those of the device's implementation.
+#[test]
+fn agrees_with_device_implementation() {
+    let mut random = ChaCha8Rng::seed_from_u64(4);
+    let radians = |degrees: f64| degrees.to_radians() as f32;
+    let arm_angles = |arms: &Axes| {
+        let arm = |theta, phi| Spherical {
+            theta: radians(theta),
+            phi: radians(phi),
+        };
+        ArmAngles {
+            incoming: arm(arms.theta_i, arms.phi_i),
+            outgoing: arm(arms.theta_o, arms.phi_o),
+        }
+    };
+    for machine in machines().into_iter().filter(|machine| machine.full_turns) {
+        let speeds = &machine.speeds;
+        let device = gonio::Machine {
+            speeds: Speeds {
+                theta_i: radians(speeds.theta_i),
+                phi_i: radians(speeds.phi_i),
+                theta_o: radians(speeds.theta_o),
+                phi_o: radians(speeds.phi_o),
+            },
+            limits: Limits::NONE,
+            isotropic: machine.isotropic,
+            through_normal: false,
+        };
+        let stops = random_stops(40, false, &mut random);
+        let route = Route::new(&machine, &stops, Order::Progressive, 0);
+        let (mut position, mut previous_seconds) = (machine.start, 0.0);
+        for (visit, stop) in route.visits.iter().zip(&stops) {
+            let to = arm_angles(&stop.poses[0].arms).directions();
+            let nearest = device
+                .nearest(std::iter::once((0, to)), &arm_angles(&position))
+                .expect("the sample is within reach");
+            let seconds = visit.seconds - previous_seconds - machine.settle;
+            assert!(
+                (f64::from(nearest.seconds) - seconds).abs() < 1e-3,
+                "{nearest:?} {visit:?}"
+            );
+            for (device, planned) in [
+                (nearest.arms.incoming.phi, visit.arms.phi_i),
+                (nearest.arms.outgoing.phi, visit.arms.phi_o),
+            ] {
+                assert!((f64::from(device).to_degrees() - planned).abs() < 1e-2);
+            }
+            (position, previous_seconds) = (visit.arms, visit.seconds);
+        }
+    }
+}
+
+/// Checks that axis positions give the sample's directions, up to a common rotation if the sample is isotropic.
+#[test]
+fn axis_positions_match_sample_directions() {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    for machine in machines() {
+        let stops = random_stops(12, true, &mut random);
+        for visit in Route::new(&machine, &stops, Order::Travel, 0).visits {
+            let poses = &stops[visit.index].poses;
+            let expected = poses[usize::from(visit.swapped)].arms;
+            assert_eq!(
+                (visit.arms.theta_i, visit.arms.theta_o),
+                (expected.theta_i, expected.theta_o)
+            );
+            let difference = |arms: &Axes| arms.phi_o - arms.phi_i;
+            assert!(azimuth_distance(difference(&visit.arms), difference(&expected)) < 1e-9);
+            if !machine.isotropic {
+                assert!(azimuth_distance(visit.arms.phi_i, expected.phi_i) < 1e-9);
+            }
+            if machine.speeds.phi_i == 0.0 {
+                assert_eq!(visit.arms.phi_i, machine.start.phi_i);
+            }
+            if !machine.full_turns && machine.isotropic {
+                assert!(difference(&visit.arms).abs() < 180.0 + 1e-9);
+            } else if !machine.full_turns {
+                assert!(visit.arms.phi_i.abs().max(visit.arms.phi_o.abs()) < 180.0 + 1e-9);
+            }
+        }
+    }
+}
+
+/// Compares the search for 64 stops, whose fastest order is unknown, with longer searches from other seeds.
+#[test]
+fn search_of_64_stops_is_within_5_percent_of_longer_searches() {
+    let stops = random_stops(64, true, &mut ChaCha8Rng::seed_from_u64(6));
+    let machine = Machine::default();
+    let route = Route::new(&machine, &stops, Order::Travel, 0);
+    assert!(!route.is_best);
+    let points = Points::new(&machine, &stops);
+    let longer = [1, 2]
+        .map(|seed| points.path_seconds(&search(&points, seed, 3 * EFFORT)))
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
+    assert!(
+        route.travel <= 1.05 * longer,
+        "{} and {longer}",
+        route.travel
+    );
+    assert_eq!(route, Route::new(&machine, &stops, Order::Travel, 0));
+}
+
+/// Compares the search with the exact algorithm for few stops.
+#[test]
+fn search_of_12_stops_is_within_1_percent_of_exact() {
+    let mut random = ChaCha8Rng::seed_from_u64(7);
+    for machine in machines() {
+        let stops = random_stops(12, true, &mut random);
+        let points = Points::new(&machine, &stops);
+        let best = points.path_seconds(&exact::fastest_path(&points));
+        let searched = points.path_seconds(&search(&points, 0, EFFORT / 20));
+        assert!(
+            searched >= best - 1e-9,
+            "the search beats the exact algorithm: {searched} < {best}"
+        );
+        assert!(searched <= 1.01 * best, "{searched} and {best}");
+    }
+}

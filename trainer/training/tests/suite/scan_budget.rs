@@ -1,0 +1,379 @@
+//! Tests of the budget for the time of a scan: the gradient of a path's time, and trained patterns within a budget.
+
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+use std::sync::PoisonError;
+
+use burn::tensor::Tensor;
+use glimpse_core::geometry::Angles;
+use glimpse_core::gonio::Limits;
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::Recipe;
+use glimpse_training::meta::learned::LearnedRecipe;
+use glimpse_training::meta::options::{CompletionOptions, Options};
+use glimpse_training::meta::pattern::{Pattern, logits_from_reachable};
+use glimpse_training::meta::phase::OuterStep;
+use glimpse_training::meta::plan::{Effort, Plan, Schedule};
+use glimpse_training::meta::run::{TrainError, train};
+use glimpse_training::meta::scan_budget::{Motion, ScanBudget, ScanBudgetError};
+use glimpse_training::recipe::pack_recipe;
+use glimpse_training::route::{Axes, Machine, Order, Route, stops};
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::burn_reference::{BURN_LOCK, Matrix, matrix, to_vec};
+use crate::support::{procedural, to_f64};
+
+const SPEEDS: [f64; 4] = [10.0, 15.0, 8.0, 12.0];
+/// The number of samples of a path.
+const SAMPLES: usize = 6;
+
+fn budget(seconds: f64, settle: f64) -> ScanBudget {
+    ScanBudget {
+        seconds,
+        speeds: Axes::from_array(SPEEDS),
+        settle,
+    }
+}
+
+fn random_angles(random: &mut ChaCha8Rng) -> Vec<Angles<f32>> {
+    let mut draw = || Angles {
+        theta_h: random.random_range(0.05..0.6_f32),
+        theta_d: random.random_range(0.1..0.8_f32),
+        phi_d: random.random_range(0.1..3.0_f32),
+    };
+    (0..SAMPLES).map(|_| draw()).collect()
+}
+
+/// Returns the position of the arms in degrees, by rotations of the light's direction and of its mirror image: theta_i,
+/// theta_o, and the difference of the azimuths.
+fn arms([theta_h, theta_d, phi_d]: [f64; 3]) -> [f64; 3] {
+    let turned = |phi: f64| {
+        let (sin_d, cos_d) = theta_d.sin_cos();
+        let [x, y, z] = [sin_d * phi.cos(), sin_d * phi.sin(), cos_d];
+        let (sin_h, cos_h) = theta_h.sin_cos();
+        [x * cos_h + z * sin_h, y, z * cos_h - x * sin_h]
+    };
+    let [[ix, iy, iz], [ox, oy, oz]] = [turned(phi_d), turned(phi_d + PI)];
+    [
+        iz.acos(),
+        oz.acos(),
+        (ix * oy - iy * ox).atan2(ix * ox + iy * oy),
+    ]
+    .map(f64::to_degrees)
+}
+
+/// Returns the durations of the three axes' moves along a path.
+fn moves(path: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let [theta_i, phi_i, theta_o, phi_o] = SPEEDS;
+    let mut position = [0.0, 0.0, 180.0];
+    let mut moves = Vec::new();
+    for angles in path {
+        let next = arms(*angles);
+        let turn = (next[2] - position[2]).rem_euclid(360.0);
+        moves.push([
+            (next[0] - position[0]).abs() / theta_i,
+            (next[1] - position[1]).abs() / theta_o,
+            turn.min(360.0 - turn) / (phi_i + phi_o),
+        ]);
+        position = next;
+    }
+    moves
+}
+
+fn seconds(path: &[[f64; 3]]) -> f64 {
+    let moves = moves(path);
+    moves
+        .iter()
+        .map(|[one, two, three]| one.max(*two).max(*three))
+        .sum()
+}
+
+/// Calls a function with random paths on which no two axes of a move take almost the same time.
+fn for_each_path(mut function: impl FnMut(&[Angles<f32>], &[[f64; 3]])) {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut paths = 0;
+    while paths < 20 {
+        let angles = random_angles(&mut random);
+        let path: Vec<[f64; 3]> = angles
+            .iter()
+            .map(|each| [each.theta_h, each.theta_d, each.phi_d].map(f64::from))
+            .collect();
+        let is_smooth = moves(&path).iter().all(|durations| {
+            let mut sorted = *durations;
+            sorted.sort_by(f64::total_cmp);
+            sorted[2] - sorted[1] > 1e-3 && sorted[2] > 1e-3
+        });
+        if is_smooth {
+            function(&angles, &path);
+            paths += 1;
+        }
+    }
+}
+
+#[test]
+fn gradient_of_path_time_matches_differences() {
+    let motion = Motion::new(budget(10.0, 0.0), Limits::NONE, SAMPLES);
+    for_each_path(|angles, path| {
+        let time = motion.path(angles);
+        assert!((time.seconds - seconds(path)).abs() < 1e-9);
+        for sample in 0..SAMPLES {
+            for (index, derivative) in time.by_angles[sample].iter().enumerate() {
+                let shifted = |by: f64| {
+                    let mut shifted = path.to_vec();
+                    shifted[sample][index] += by;
+                    seconds(&shifted)
+                };
+                let difference = (shifted(1e-5) - shifted(-1e-5)) / 2e-5;
+                let error = (f64::from(*derivative) - difference).abs();
+                assert!(
+                    error < 1e-5 * difference.abs().max(1.0),
+                    "{derivative} and {difference}"
+                );
+            }
+        }
+    });
+}
+
+/// The gradient with respect to the logits, within limits: at the budget, it is the weight times that of the seconds.
+#[test]
+fn weighted_gradient_matches_differences() {
+    let limits = Limits {
+        max_theta_i: 1.4,
+        max_theta_o: 1.4,
+        min_separation: 0.1,
+        ..Limits::NONE
+    };
+    let plan = Plan::new(
+        Schedule::Prior,
+        Effort::Quick,
+        ModelKind::Linear,
+        SAMPLES,
+        12,
+    );
+    let phase_index = plan.phases.len() - 1;
+    let phase = &plan.phases[phase_index];
+    let outer_step = OuterStep {
+        phase,
+        phase_index,
+        step: phase.steps - 1,
+    };
+    for_each_path(|angles, path| {
+        let logits: Vec<f32> = angles
+            .iter()
+            .flat_map(|angles| logits_from_reachable(*angles, &limits))
+            .collect();
+        let motion = Motion::new(budget(seconds(path), 0.0), limits, SAMPLES);
+        let mut weight = 0.5;
+        let gradient = motion.weighted_gradient(&logits, outer_step, &mut weight);
+        // The aim is slightly below the budget, so the weight rises.
+        assert!((0.5..0.52).contains(&weight), "{weight}");
+        let seconds_after = |index: usize, by: f32| {
+            let mut moved = logits.clone();
+            moved[index] += by;
+            let pattern = Pattern::from_logits_within(&moved, limits);
+            motion.path(pattern.angles()).seconds
+        };
+        let slopes: Vec<f64> = (0..logits.len())
+            .map(|index| (seconds_after(index, 1e-3) - seconds_after(index, -1e-3)) / 2e-3)
+            .collect();
+        let norm = |list: &[f64]| list.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let gradient: Vec<f64> = gradient.into_iter().map(f64::from).collect();
+        let products = gradient.iter().zip(&slopes).map(|(one, other)| one * other);
+        let cosine = products.sum::<f64>() / (norm(&gradient) * norm(&slopes));
+        assert!(cosine > 0.999, "{gradient:?} {slopes:?}");
+        let ratio = norm(&gradient) / norm(&slopes);
+        assert!((0.48..0.55).contains(&ratio), "{ratio}");
+    });
+}
+
+/// Returns the positions of the arms as columns: cos theta_i, cos theta_o, and cosine and sine of the azimuths'
+/// difference.
+fn arm_tensors(angles: &Matrix) -> [Matrix; 4] {
+    let column = |index| angles.clone().narrow(1, index, 1);
+    let [h, d, p] = [column(0), column(1), column(2)];
+    let along = d.clone().sin() * p.clone().cos() * h.clone().cos();
+    let up = d.clone().cos() * h.clone().sin();
+    let y = d.clone().sin() * p.clone().sin();
+    let vertical = d.clone().cos() * h.clone().cos();
+    let tilt = d.sin() * p.cos() * h.sin();
+    let (ix, ox) = (up.clone() + along.clone(), up - along);
+    let cosine = ix.clone() * ox.clone() - y.clone() * y.clone();
+    let sine = -(ix * y.clone()) - y * ox;
+    [
+        vertical.clone() - tilt.clone(),
+        vertical + tilt,
+        cosine,
+        sine,
+    ]
+}
+
+#[test]
+fn gradient_of_path_time_matches_burn() {
+    let _lock = BURN_LOCK.lock().unwrap_or_else(PoisonError::into_inner);
+    let motion = Motion::new(budget(10.0, 0.0), Limits::NONE, SAMPLES);
+    for_each_path(|angles, path| {
+        let variables = matrix(path.as_flattened(), [SAMPLES, 3]).require_grad();
+        let [theta_i, theta_o, cosine, sine] = arm_tensors(&variables);
+        // Each move is the change of one axis: its sign and the axis are those of the values.
+        let degrees = 180.0 / PI;
+        let polar = |cosine: Matrix| cosine.acos() * degrees;
+        let azimuth = sine.atan2(cosine) * degrees;
+        let columns = Tensor::cat(vec![polar(theta_i), polar(theta_o), azimuth], 1);
+        let start = matrix(&[0.0, 0.0, 180.0], [1, 3]);
+        let from = Tensor::cat(vec![start, columns.clone().narrow(0, 0, SAMPLES - 1)], 0);
+        let change = columns - from;
+        let changes = to_vec(change.clone());
+        let mut weights = Vec::new();
+        for (changes, durations) in changes.chunks(3).zip(moves(path)) {
+            let slowest = (0..3).max_by(|a, b| durations[*a].total_cmp(&durations[*b]));
+            let slowest = slowest.expect("three axes");
+            for axis in 0..3 {
+                let [theta_i, phi_i, theta_o, phi_o] = SPEEDS;
+                let speed = [theta_i, theta_o, phi_i + phi_o][axis];
+                let is_direct = axis < 2 || changes[axis].abs() <= 180.0;
+                let sign = changes[axis].signum() * if is_direct { 1.0 } else { -1.0 };
+                weights.push(if axis == slowest { sign / speed } else { 0.0 });
+            }
+        }
+        let total = (change * matrix(&weights, [SAMPLES, 3])).sum();
+        let gradients = total.backward();
+        let expected = to_vec(variables.grad(&gradients).expect("a gradient"));
+        let by_angles = motion.path(angles).by_angles;
+        for (derivative, expected) in to_f64(by_angles.as_flattened()).iter().zip(expected) {
+            let error = (derivative - expected).abs();
+            assert!(
+                error < 1e-5 * expected.abs().max(1.0),
+                "{derivative} and {expected}"
+            );
+        }
+    });
+}
+
+#[test]
+fn faster_order_shortens_path_and_shortened_pattern_is_within_budget() {
+    let mut random = ChaCha8Rng::seed_from_u64(8);
+    let limits = Limits {
+        max_theta_i: 1.4,
+        max_theta_o: 1.3,
+        min_separation: 0.2,
+        in_plane: false,
+    };
+    let motion = Motion::new(budget(12.0, 0.5), limits, 12);
+    let mut logits: Vec<f32> = (0..36).map(|_| random.random_range(-2.0..2.0)).collect();
+    let path = |logits: &[f32]| {
+        let angles = glimpse_training::meta::pattern::reachable_angles(logits, &limits);
+        motion.path(&angles).seconds
+    };
+    let before = path(&logits);
+    let order = motion.faster_order(&logits, true).expect("a faster order");
+    let sorted: Vec<f32> = order
+        .iter()
+        .flat_map(|sample| logits[3 * sample..][..3].to_vec())
+        .collect();
+    assert!(path(&sorted) < before);
+    assert_eq!(motion.faster_order(&sorted, true), None);
+    logits = sorted;
+    assert!(path(&logits) > 6.0);
+    motion
+        .shorten(&mut logits)
+        .expect("a pattern within the budget");
+    assert!(path(&logits) <= 6.0);
+    let unchanged = logits.clone();
+    motion
+        .shorten(&mut logits)
+        .expect("a pattern within the budget");
+    assert_eq!(logits, unchanged);
+    // The samples are at least 0.2 rad apart, and the arms start at the normal.
+    let impossible = Motion::new(budget(6.01, 0.5), limits, 12);
+    let error = impossible
+        .shorten(&mut logits)
+        .expect_err("too little time");
+    assert!(matches!(error, ScanBudgetError::TooFast { reached, .. } if reached > 6.01));
+}
+
+fn train_within(model: ModelKind, missing: f32, scan: ScanBudget) -> (Options, LearnedRecipe) {
+    let options = Options {
+        completion_options: CompletionOptions {
+            missing,
+            scan: Some(scan),
+            limits: Limits {
+                max_theta_i: 80_f32.to_radians(),
+                ..Limits::NONE
+            },
+            ..CompletionOptions::default()
+        },
+        ..Options::new(model, 5, Schedule::Prior, Effort::Brief, 2)
+    };
+    let learned = train(&options, procedural(10, 3), &mut |_| {
+        ControlFlow::Continue(())
+    });
+    (options, learned.expect("training succeeds"))
+}
+
+#[test]
+fn trained_recipes_of_all_models_keep_their_budget() {
+    let scan = budget(9.0, 0.5);
+    for (model, missing) in [
+        (ModelKind::Linear, 0.0),
+        (ModelKind::Phong, 0.5),
+        (ModelKind::CookTorrance, 0.0),
+        (ModelKind::Neural, 0.5),
+    ] {
+        let (options, learned) = train_within(model, missing, scan);
+        let file = pack_recipe(&learned, &options, "procedural").expect("a recipe");
+        let recipe: Recipe<'_> = file.recipe();
+        let metadata = recipe.metadata().expect("valid metadata");
+        let stated = metadata.scan_time.expect("the recipe states its time");
+        assert_eq!((stated.seconds, stated.settle), (9.0, 0.5));
+        let machine = Machine::of_recipe(&metadata);
+        assert_eq!(machine, scan.machine(options.completion_options.limits));
+        let stops = stops(&recipe, &machine.limits, false).expect("samples within reach");
+        // The recipe's own order is within the budget, not only the planned one.
+        let [own, planned] = [Order::Progressive, Order::Travel]
+            .map(|order| Route::new(&machine, &stops, order, 0).total());
+        assert!(own <= 9.0 + 1e-6, "{model}: {own}");
+        assert!(
+            planned <= own + 1e-9 && planned > 6.0,
+            "{model}: {planned} and {own}"
+        );
+        assert_eq!(
+            learned
+                .loss_predictor
+                .expect("a predictor")
+                .partial
+                .is_some(),
+            missing > 0.0
+        );
+    }
+}
+
+#[test]
+fn impossible_budgets_are_refused() {
+    let options = |scan| Options {
+        completion_options: CompletionOptions {
+            scan: Some(scan),
+            ..CompletionOptions::default()
+        },
+        ..Options::new(ModelKind::Linear, 8, Schedule::Prior, Effort::Brief, 2)
+    };
+    let error = |scan| {
+        let result = train(&options(scan), procedural(2, 3), &mut |_| {
+            ControlFlow::Continue(())
+        });
+        match result {
+            Err(TrainError::ScanBudget(error)) => error,
+            other => panic!("{:?}", other.map(drop)),
+        }
+    };
+    let no_motion = |seconds| {
+        let error = error(budget(seconds, 0.5));
+        matches!(error, ScanBudgetError::NoMotion { samples: 8, .. })
+    };
+    assert!(no_motion(4.0) && no_motion(-1.0) && no_motion(f64::NAN));
+    let slow = ScanBudget {
+        speeds: Axes::from_array([0.0; 4]),
+        ..budget(10.0, 0.5)
+    };
+    assert!(matches!(error(slow), ScanBudgetError::Machine(_)));
+}
