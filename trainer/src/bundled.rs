@@ -16,7 +16,8 @@ const CYCLES: &str = include_str!("../recipes/cycles.csv");
 /// A bundled, pre-trained recipe.
 #[derive(Clone, Copy, Debug)]
 pub struct BundledRecipe {
-    /// The name: model and n, such as `neural-n8`. The suffix `-masked` means that readings may be missing.
+    /// The name: model and n, such as `neural-n8`. With the suffix `-masked`, readings may be missing. With the suffix
+    /// `-16s`, they may be missing too, and the recipe was trained for a scan of 16 seconds.
     pub name: &'static str,
     /// The recipe's file.
     pub bytes: &'static [u8],
@@ -51,6 +52,7 @@ pub static ALL: &[BundledRecipe] = bundled![
     "linear-n16" in "completed/linear-n16",
     "linear-n32" in "completed/linear-n32",
     "linear-n16-masked" in "masked/linear-n16",
+    "linear-n16-16s" in "timed/linear-n16",
     "phong-n1" in "completed/phong-n1",
     "phong-n2" in "completed/phong-n2",
     "phong-n4" in "completed/phong-n4",
@@ -58,6 +60,7 @@ pub static ALL: &[BundledRecipe] = bundled![
     "phong-n16" in "completed/phong-n16",
     "phong-n32" in "completed/phong-n32",
     "phong-n16-masked" in "masked/phong-n16",
+    "phong-n16-16s" in "timed/phong-n16",
     "cook-torrance-n1" in "completed/cook-torrance-n1",
     "cook-torrance-n2" in "completed/cook-torrance-n2",
     "cook-torrance-n4" in "completed/cook-torrance-n4",
@@ -65,6 +68,7 @@ pub static ALL: &[BundledRecipe] = bundled![
     "cook-torrance-n16" in "completed/cook-torrance-n16",
     "cook-torrance-n32" in "completed/cook-torrance-n32",
     "cook-torrance-n16-masked" in "masked/cook-torrance-n16",
+    "cook-torrance-n16-16s" in "timed/cook-torrance-n16",
     "neural-n1" in "completed/neural-n1",
     "neural-n2" in "completed/neural-n2",
     "neural-n4" in "completed/neural-n4",
@@ -72,6 +76,7 @@ pub static ALL: &[BundledRecipe] = bundled![
     "neural-n16" in "completed/neural-n16",
     "neural-n32" in "completed/neural-n32",
     "neural-n16-masked" in "masked/neural-n16",
+    "neural-n16-16s" in "timed/neural-n16",
 ];
 
 /// A recipe that was trained with the paper's schedule, for comparison.
@@ -147,8 +152,13 @@ mod tests {
         let basis = linear::Basis::parse(BASIS).expect("the basis is valid");
         for bundled in ALL {
             let recipe = bundled.recipe().expect("the recipe is valid");
-            let is_masked = recipe.tolerates_missing();
-            let suffix = if is_masked { "-masked" } else { "" };
+            let metadata = recipe.metadata().expect("the metadata are valid");
+            let suffix = match (metadata.scan_time, recipe.tolerates_missing()) {
+                (Some(scan_time), true) => format!("-{}s", scan_time.seconds),
+                (None, true) => "-masked".to_owned(),
+                (None, false) => String::new(),
+                (Some(_), false) => panic!("{}: needs all readings", bundled.name),
+            };
             let name = format!("{}-n{}{suffix}", recipe.model().name(), recipe.samples());
             assert_eq!(bundled.name, name);
             assert!(

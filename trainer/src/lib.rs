@@ -11,7 +11,6 @@
 //! - [`evaluation`]: fitting methods and their errors on materials
 //! - [`conversion`]: materials in the formats of other programs
 //! - [`scanner`]: the virtual scanner
-//! - [`route`]: the order in which a machine's arms visit a recipe's samples
 //! - [`report`]: tables, plots, pages
 //! - [`benchmark`]: timing of the computations that dominate training
 //! - `commit` (program only): its version
@@ -31,5 +30,4 @@ pub mod measurement;
 pub mod metrics;
 pub mod render;
 pub mod report;
-pub mod route;
 pub mod scanner;

@@ -1,11 +1,13 @@
 //! Options of schedule prior: readings, materials and limits that the completion is trained for.
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::Args;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_training::meta::options::{CompletionOptions, RefinementMethod};
 use glimpse_training::meta::plan::Schedule;
+use glimpse_training::meta::scan_budget::ScanBudget;
+use glimpse_training::route::{Axes, Machine};
 
 use super::numbers;
 
@@ -13,8 +15,8 @@ use super::numbers;
 #[derive(Args, Clone, Copy)]
 pub(crate) struct CompletionArgs {
     /// Schedule prior: share of training tasks with missing readings, 0 to 1. If it is above 0, for
-    /// example 0.5, the recipe tolerates missing readings. The first samples of its pattern are then
-    /// the most informative, for scans that end early [default: 0; 0.5 for more than 32 samples, where
+    /// example 0.5, the recipe tolerates missing readings. Without --scan-seconds, the first samples of
+    /// its pattern are then the most informative, for scans that end early [default: 0; 0.5 for more than 32 samples, where
     /// it lowers the loss]
     #[arg(long, value_name = "SHARE", value_parser = numbers::share)]
     missing: Option<f32>,
@@ -46,6 +48,23 @@ pub(crate) struct CompletionArgs {
     /// Schedule prior, except for linear: fit that follows the completion [default: gauss-newton]
     #[arg(long, value_name = "METHOD")]
     refinement: Option<RefinementMethod>,
+    /// Schedule prior: longest time of a scan in seconds, by the rules of `trainer plan`: motion, and
+    /// settling at each sample. The pattern and its order are trained to keep within it [default: any
+    /// time]
+    #[arg(long, value_name = "SECONDS", value_parser = numbers::number(0.001..=1e6))]
+    scan_seconds: Option<f64>,
+    /// With --scan-seconds: speeds of the axes theta_i, phi_i, theta_o, phi_o in degrees per second, as
+    /// in `trainer plan`: one number for all axes, or four [default: 10]
+    #[arg(long, value_name = "DEGREES/S", value_parser = numbers::speeds, requires = "scan_seconds")]
+    speed: Option<Axes>,
+    /// With --scan-seconds: seconds for settling and reading at each sample, 0 to 86400 [default: 0.5]
+    #[arg(
+        long,
+        value_name = "SECONDS",
+        value_parser = numbers::number(0.0..=86_400.0),
+        requires = "scan_seconds"
+    )]
+    settle: Option<f64>,
 }
 
 impl CompletionArgs {
@@ -70,6 +89,7 @@ impl CompletionArgs {
             ("--max-theta-o", self.max_theta_o.is_some()),
             ("--min-separation", self.min_separation.is_some()),
             ("--refinement", self.refinement.is_some()),
+            ("--scan-seconds", self.scan_seconds.is_some()),
         ];
         if schedule != Schedule::Prior
             && let Some((name, _)) = options.iter().find(|(_, is_set)| *is_set)
@@ -87,9 +107,23 @@ impl CompletionArgs {
             procedural: self.procedural.unwrap_or(default.procedural),
             limits: self.limits(),
             refinement: self.refinement.unwrap_or(default.refinement),
+            scan: self.scan_seconds.map(|seconds| self.scan_budget(seconds)),
         };
         completion_options.validate()?;
+        if let Some(scan) = &completion_options.scan {
+            scan.validate(completion_options.limits, samples)
+                .context("--scan-seconds, --speed and --settle")?;
+        }
         Ok(completion_options)
+    }
+
+    fn scan_budget(&self, seconds: f64) -> ScanBudget {
+        let Machine { speeds, settle, .. } = Machine::default();
+        ScanBudget {
+            seconds,
+            speeds: self.speed.unwrap_or(speeds),
+            settle: self.settle.unwrap_or(settle),
+        }
     }
 
     fn limits(&self) -> Limits {

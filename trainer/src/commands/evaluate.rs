@@ -62,6 +62,7 @@ pub(crate) enum MethodName {
 /// Example: trainer evaluate --recipe neural-n8.recipe --test MERL-test/
 ///          trainer evaluate --recipe old.recipe new.recipe --test MERL-test/
 ///          trainer evaluate --recipe neural-n16-masked.recipe --first 4 --noise 0.02 --test MERL-test/
+///          trainer evaluate --recipe linear-n16-masked.recipe --target 0.01 --test MERL-test/
 ///          trainer evaluate --method random --model neural --samples 8 --test MERL-test/
 #[derive(Args)]
 #[command(
@@ -130,6 +131,16 @@ pub(crate) struct Evaluate {
         value_parser = numbers::integer(0..=u32::MAX)
     )]
     levels: Option<u32>,
+    /// Also scan each material in the recipe's order until the upper bound of its loss is at most L, above
+    /// 0; the recipe must tolerate missing readings
+    #[arg(
+        long,
+        value_name = "L",
+        requires = "recipe",
+        conflicts_with_all = ["first", "lose"],
+        value_parser = numbers::number(1e-6..=10.0)
+    )]
+    target: Option<f64>,
     /// Number of repetitions with random methods, or with dropped or noisy readings, 1 to 10000
     /// [default: 5]
     #[arg(long, value_name = "COUNT", value_parser = numbers::seeds)]
@@ -186,9 +197,14 @@ impl Evaluate {
                 Some(compact) => method.with_compact_basis(compact)?,
                 None => method,
             };
+            let report = evaluate(&method)?;
+            let target = self.target.map(|target| {
+                evaluator.evaluate_target(&recipe, &method, degradation, target, seed)
+            });
             all.push(MethodReport {
                 recipe: path.clone(),
-                report: evaluate(&method)?,
+                target: target.transpose()?,
+                report,
                 overlaps: training_overlaps(
                     TrainingMaterials::from_recipe(&recipe)?.as_ref(),
                     &materials,
@@ -204,6 +220,7 @@ impl Evaluate {
                 report,
                 overlaps: training_overlaps(Some(&trained_on), &materials),
                 stated_loss: None,
+                target: None,
             });
         }
         let text = match (&all[..], self.json) {
@@ -225,9 +242,12 @@ impl Evaluate {
             );
         }
         ensure!(
-            self.recipe.len() <= 1 || self.basis.is_none(),
-            "--basis applies to a single --recipe: evaluate the recipes one by one"
+            self.recipe.len() <= 1 || (self.basis.is_none() && self.target.is_none()),
+            "--basis and --target apply to a single --recipe: evaluate the recipes one by one"
         );
+        if method_name != MethodName::Ours && self.target.is_some() {
+            bail!("--target has no effect with --method {method}: remove it");
+        }
         if method_name != MethodName::Ours && self.degradation() != Degradation::default() {
             bail!(
                 "--first, --lose, --noise, --additive and --levels have no effect with --method {method}: \

@@ -1,7 +1,7 @@
 //! Reports of evaluations as text and as JSON, with standard errors and warnings about training materials.
 
 use glimpse_core::recipe::{Recipe, RecipeError};
-use glimpse_trainer::evaluation::{Estimate, Report, TrainingOverlap};
+use glimpse_trainer::evaluation::{Estimate, Report, TargetReport, TrainingOverlap};
 use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 use glimpse_training::meta::completion::loss_predictor::rank_correlation;
 use serde_json::{Value, json};
@@ -18,6 +18,8 @@ pub(super) struct MethodReport {
     pub(super) overlaps: Option<Vec<Option<TrainingOverlap>>>,
     /// The expected loss that the recipe states.
     pub(super) stated_loss: Option<StatedLoss>,
+    /// Scans that end at a target loss.
+    pub(super) target: Option<TargetReport>,
 }
 
 /// The expected loss that a recipe states.
@@ -99,6 +101,7 @@ impl MethodReport {
                 100.0 * coverage
             ));
         }
+        remarks.extend(self.target.as_ref().map(describe_target));
         if let Some(stated) = &self.stated_loss {
             remarks.push(format!("expected loss of the recipe: {}", stated.text));
         }
@@ -187,6 +190,9 @@ impl MethodReport {
             let of_kind = all.filter(|(overlap, _)| **overlap == Some(kind));
             Some(of_kind.map(|(_, name)| name).collect::<Vec<_>>())
         };
+        if let Some(target) = &self.target {
+            value["target"] = serde_json::to_value(target)?;
+        }
         value["trained_on"] = json!(names(TrainingOverlap::SameBrdf));
         value["namesakes_trained_on"] = json!(names(TrainingOverlap::SameName));
         if let Some((count, estimate)) = self.unseen_loss() {
@@ -203,6 +209,26 @@ impl MethodReport {
         }
         Ok(value)
     }
+}
+
+fn describe_target(report: &TargetReport) -> String {
+    let held = match (report.early_held, report.early_seconds) {
+        (Some(held), Some(seconds)) => format!(
+            ", after {seconds:.1} seconds on average; {:.0} % of these have at most this loss",
+            100.0 * held
+        ),
+        _ => String::new(),
+    };
+    format!(
+        "scans that end at a bound of {}: {:.1} of {} readings and {:.1} of {:.1} seconds on average; {:.0} % end \
+         early{held}",
+        report.target,
+        report.readings,
+        report.samples,
+        report.seconds,
+        report.plan_seconds,
+        100.0 * report.early_share,
+    )
 }
 
 fn describe_estimate(estimate: Estimate) -> String {

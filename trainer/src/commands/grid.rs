@@ -17,6 +17,7 @@ use super::cell_list::{
 use super::existing_output::ExistingOutput;
 use super::lock::Lock;
 use super::message::message;
+use super::numbers::SampleCount;
 use super::output::create_out_folder;
 use super::progress::{catch_interrupts, interrupted};
 use super::train::{Train, TrainingRun};
@@ -44,7 +45,7 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
     let csv = train.out.join("grid.csv");
     let mut cells = Vec::new();
     let earlier_seconds = recorded_seconds(&csv);
-    for (model, samples) in models_and_samples(train) {
+    for (model, samples) in models_and_samples(train)? {
         let name = ModelKind::from(model).name();
         let seconds = earlier_seconds.get(&(name.to_owned(), samples));
         cells.push(GridCell {
@@ -100,19 +101,25 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
 }
 
 /// Returns every model at every n.
-fn models_and_samples(train: &Train) -> Vec<(ModelName, usize)> {
+fn models_and_samples(train: &Train) -> anyhow::Result<Vec<(ModelName, usize)>> {
     let models = match &train.model[..] {
         [] => ModelName::value_variants(),
         some => some,
     };
-    let samples = match &train.samples[..] {
-        [] => (0..10).map(|k| 1 << k).collect(),
-        some => some.to_vec(),
+    let given = train.samples.iter().map(|samples| match samples {
+        SampleCount::Count(samples) => Ok(*samples),
+        SampleCount::Auto => {
+            bail!("--samples auto does not apply to a grid: give numbers, or omit --grid")
+        }
+    });
+    let samples = match given.collect::<anyhow::Result<Vec<usize>>>()? {
+        given if given.is_empty() => (0..10).map(|k| 1 << k).collect(),
+        given => given,
     };
     let pairs = models
         .iter()
         .flat_map(|model| samples.iter().map(move |samples| (*model, *samples)));
-    pairs.collect()
+    Ok(pairs.collect())
 }
 
 fn recipe_path(train: &Train, model: &str, samples: usize) -> PathBuf {
@@ -127,7 +134,7 @@ pub(crate) fn list(train: &Train, seed: u64, line: &CommandLine) -> anyhow::Resu
     let counts = counts.collect::<Result<Vec<usize>, _>>()?;
     let source_shares = sources.source_shares(&counts);
     let mut cells = Vec::new();
-    for (model, samples) in models_and_samples(train) {
+    for (model, samples) in models_and_samples(train)? {
         let name = ModelKind::from(model).name();
         let out = recipe_path(train, name, samples);
         let run = train.training_run(model, samples, out, sources.label(), seed)?;

@@ -6,11 +6,11 @@ use clap::Args;
 use glimpse_core::fit::Target;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Completed, Descent, FitMethod, Floats, Materials, Noise, Recipe, RecipeError, Ridge,
+    Completed, Descent, FitMethod, Floats, Materials, Metadata, Noise, Recipe, RecipeError, Ridge,
 };
 use glimpse_trainer::export::{eta, to_json};
-use glimpse_trainer::route::axes_from_angles;
 use glimpse_training::recipe::RecipeFile;
+use glimpse_training::route::{Machine, Order, Route, axes_from_angles};
 
 use super::expected_loss::expected_loss;
 use super::limits::describe;
@@ -158,6 +158,29 @@ fn describe_completed(completed: &Completed<'_>, samples: usize) -> String {
     )
 }
 
+/// Describes the time of a scan, on the machine that the recipe was trained for.
+fn describe_scan(recipe: &Recipe<'_>, metadata: &Metadata<'_>) -> String {
+    let machine = Machine::of_recipe(metadata);
+    let Some(route) = Route::of_recipe(recipe, Order::Travel) else {
+        return "some samples exceed the limits".to_owned();
+    };
+    let trained = match metadata.scan_time {
+        Some(scan_time) => format!("; trained for at most {} seconds", scan_time.seconds),
+        None => String::new(),
+    };
+    format!(
+        "{:.1} seconds, including {:.1} of motion, at {} degrees/s with {} seconds at each sample{trained}",
+        route.total(),
+        route.travel,
+        machine
+            .speeds
+            .to_array()
+            .map(|speed| speed.to_string())
+            .join(","),
+        machine.settle,
+    )
+}
+
 /// Maximum number of printed names of training materials.
 const MAX_NAMES: usize = 3;
 
@@ -171,6 +194,7 @@ fn describe_metadata(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
             expected_loss(recipe)?.unwrap_or_else(unstated),
         ),
         ("limits", metadata.limits.map_or_else(unstated, describe)),
+        ("scan", describe_scan(recipe, &metadata)),
         (
             "noise",
             metadata.noise.map_or_else(unstated, describe_noise),

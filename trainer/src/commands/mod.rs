@@ -1,5 +1,6 @@
 //! The subcommands, one file each. Results go to stdout or --out, messages to stderr.
 
+mod auto_samples;
 pub(crate) mod bench;
 pub(crate) mod cell_list;
 mod completion_args;

@@ -8,7 +8,7 @@ use std::thread::available_parallelism;
 use std::time::Duration;
 
 use clap::{Arg, Command};
-use glimpse_trainer::route::Axes;
+use glimpse_training::route::Axes;
 
 use glimpse_core::recipe::MAX_SAMPLES;
 
@@ -49,6 +49,23 @@ pub(crate) fn samples(text: &str) -> Result<usize, String> {
             .filter(|samples| (1..=MAX_SAMPLES).contains(samples))
             .ok_or_else(|| format!("{text} is out of range: give 1 to {MAX_SAMPLES} samples")),
         Err(_) => Err(format!("not an integer: give 1 to {MAX_SAMPLES} samples")),
+    }
+}
+
+/// The number of samples of a training.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SampleCount {
+    /// The number with the lowest expected loss.
+    Auto,
+    /// This number.
+    Count(usize),
+}
+
+/// Parses the number of samples of a training.
+pub(crate) fn sample_count(text: &str) -> Result<SampleCount, String> {
+    match text {
+        "auto" => Ok(SampleCount::Auto),
+        _ => samples(text).map(SampleCount::Count),
     }
 }
 
@@ -174,6 +191,20 @@ where
     move |text| {
         let value = text.parse().ok().filter(|value| range.contains(value));
         value.ok_or_else(|| format!("give {kind} from {} to {}", range.start(), range.end()))
+    }
+}
+
+/// Parses one speed for all axes, or four speeds.
+pub(super) fn speeds(text: &str) -> Result<Axes, String> {
+    match list(text)[..] {
+        [Some(all)] => Ok(Axes::from_array([all; 4])),
+        [Some(theta_i), Some(phi_i), Some(theta_o), Some(phi_o)] => {
+            Ok(Axes::from_array([theta_i, phi_i, theta_o, phi_o]))
+        }
+        _ => Err(
+            "give one number for all axes, or four numbers such as 20,10,20,10, in degrees per second"
+                .to_owned(),
+        ),
     }
 }
 

@@ -4,11 +4,10 @@ use std::path::{Path, PathBuf, absolute};
 
 use anyhow::{Error, bail, ensure};
 use clap::{ArgGroup, Args};
-use glimpse_core::gonio::Limits;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::has_content;
-use glimpse_trainer::route::{self, Axes, Machine, MachineError, Order, Route, stops};
 use glimpse_training::recipe::RecipeFile;
+use glimpse_training::route::{self, Axes, Machine, MachineError, Order, Route, stops};
 
 use super::limits::{LimitArgs, describe};
 use super::output::{is_same_file, write_file_forced};
@@ -20,8 +19,7 @@ enum OrderName {
     /// Shortest time: the optimum for up to 16 samples, otherwise the best result of a search of
     /// about one second.
     Travel,
-    /// The recipe's own order. With a recipe trained with --missing, the most informative samples
-    /// come first, so that a scan may end early.
+    /// The recipe's own order, in which a scan with a recipe trained with --missing may end early
     Progressive,
 }
 
@@ -47,33 +45,24 @@ enum OrderName {
 pub(crate) struct Plan {
     /// Recipe file
     recipe: PathBuf,
-    /// Order of the samples
-    #[arg(long, value_enum, default_value_t = OrderName::Travel)]
-    order: OrderName,
+    /// Order of the samples [default: progressive for recipes trained with --scan-seconds, whose own
+    /// order is a fast path; travel for others]
+    #[arg(long, value_enum)]
+    order: Option<OrderName>,
     /// Speeds of the axes theta_i, phi_i, theta_o, phi_o in degrees per second, 0.001 to 1,000,000: one
     /// number for all axes, or four, for example 20,10,20,10. Speed 0 marks an azimuth axis that the
-    /// machine does not have
-    #[arg(
-        long,
-        value_name = "DEGREES/S",
-        default_value = "10",
-        value_parser = speeds
-    )]
-    speed: Axes,
-    /// Seconds for settling and reading at each sample, 0 to 86400
-    #[arg(
-        long,
-        value_name = "SECONDS",
-        default_value_t = 0.5,
-        value_parser = numbers::number(0.0..=86_400.0)
-    )]
-    settle: f64,
+    /// machine does not have [default: the recipe's, or else 10]
+    #[arg(long, value_name = "DEGREES/S", value_parser = numbers::speeds)]
+    speed: Option<Axes>,
+    /// Seconds for settling and reading at each sample, 0 to 86400 [default: the recipe's, or else 0.5]
+    #[arg(long, value_name = "SECONDS", value_parser = numbers::number(0.0..=86_400.0))]
+    settle: Option<f64>,
     /// Initial angles of the axes theta_i, phi_i, theta_o, phi_o in degrees, for example 0,0,0,180: polar
     /// angles from -180 to 180, azimuths from -3600 to 3600
     #[arg(
         long,
         value_name = "DEGREES",
-        default_value = "0,0,0,0",
+        default_value = "0,0,0,180",
         value_parser = start
     )]
     start: Axes,
@@ -110,12 +99,12 @@ impl Plan {
         self.refuse_inputs()?;
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe();
-        let stated = recipe.metadata()?.limits;
+        let stated = Machine::of_recipe(&recipe.metadata()?);
         let machine = Machine {
-            speeds: self.speed,
-            settle: self.settle,
+            speeds: self.speed.unwrap_or(stated.speeds),
+            settle: self.settle.unwrap_or(stated.settle),
             start: self.start,
-            limits: self.limits.or(stated.unwrap_or(Limits::NONE))?,
+            limits: self.limits.or(stated.limits)?,
             isotropic: !self.anisotropic,
             full_turns: !self.no_full_turns,
         };
@@ -145,13 +134,14 @@ impl Plan {
             }
         };
         let order = match self.order {
-            OrderName::Travel => Order::Travel,
-            OrderName::Progressive => Order::Progressive,
+            Some(OrderName::Travel) => Order::Travel,
+            Some(OrderName::Progressive) => Order::Progressive,
+            None => Order::of_recipe(&recipe),
         };
         let takes_missing = recipe
             .completed()
             .is_some_and(|own| own.tolerates_missing());
-        if order == Order::Progressive && !takes_missing {
+        if self.order == Some(OrderName::Progressive) && !takes_missing {
             eprintln!(
                 "note: this recipe needs all readings, so a scan cannot end early; --order travel takes \
                  less time"
@@ -223,20 +213,6 @@ impl Plan {
                  --min-separation)"
             }
         }
-    }
-}
-
-/// Parses one speed for all axes, or four speeds.
-fn speeds(text: &str) -> Result<Axes, String> {
-    match numbers::list(text)[..] {
-        [Some(all)] => Ok(Axes::from_array([all; 4])),
-        [Some(theta_i), Some(phi_i), Some(theta_o), Some(phi_o)] => {
-            Ok(Axes::from_array([theta_i, phi_i, theta_o, phi_o]))
-        }
-        _ => Err(
-            "give one number for all axes, or four numbers such as 20,10,20,10, in degrees per second"
-                .to_owned(),
-        ),
     }
 }
 

@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, anyhow};
 use clap::Args;
-use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::files::check_writable;
@@ -17,9 +16,9 @@ use glimpse_trainer::render::Picture;
 use glimpse_trainer::report::{
     Cell, Column, Compare, Gallery, GalleryRow, Highlight, Page, Table, Tile, pattern_svg,
 };
-use glimpse_trainer::route::{Machine, Order, Route, stops};
 use glimpse_training::meta::plan::Effort;
 use glimpse_training::meta::run::INNER_STEPS;
+use glimpse_training::route::{Machine, Order, Route};
 use rayon::prelude::*;
 
 use super::lock::Lock;
@@ -29,12 +28,13 @@ use super::{load, print};
 /// Number of test materials.
 const MATERIAL_COUNT: usize = 8;
 /// Bundled recipes in the order of n.
-const RECIPES_BY_SAMPLES: [&str; 5] = [
+const RECIPES_BY_SAMPLES: [&str; 6] = [
     "neural-n1",
     "neural-n2",
     "neural-n4",
     "neural-n8",
     "neural-n16",
+    "neural-n16-16s",
 ];
 /// The bundled recipe that is compared with the paper's methods, and written to the output folder.
 const MAIN_RECIPE: &str = "neural-n8";
@@ -44,8 +44,9 @@ const MAIN_RECIPE: &str = "neural-n8";
 /// The command measures eight procedural materials, and fits them as a scanner's microcontroller
 /// does. No bundled recipe was trained on these materials. The page DIR/index.html shows
 ///
-/// - recipes of the model neural for n = 1, 2, 4, 8 and 16 measurements: errors, duration of the
-///   scan in seconds (as in `trainer plan`) and cycles of the fit on a Cortex-M4F;
+/// - recipes of the model neural for n = 1, 2, 4, 8 and 16 measurements, and for 16 in 16 seconds:
+///   errors, duration of the scan in seconds (as in `trainer plan`) and cycles of the fit on a
+///   Cortex-M4F;
 /// - the paper's methods at n = 8, trained with the paper's schedule, and the recipe for n = 8.
 ///
 /// The command trains nothing and takes a few seconds. DIR/neural-n8.recipe is the bundled recipe
@@ -88,7 +89,7 @@ impl Quickstart {
         );
         let mut by_samples = Vec::new();
         for name in RECIPES_BY_SAMPLES {
-            by_samples.push(ComparedMethod::from_bundled(find_bundled(name)?, seed)?);
+            by_samples.push(ComparedMethod::from_bundled(find_bundled(name)?)?);
         }
         let scans_by_samples = scan_all(&evaluator, &by_samples, seed)?;
 
@@ -112,11 +113,11 @@ impl Quickstart {
             },
             ComparedMethod {
                 label: "Ours (paper)".into(),
-                ..ComparedMethod::from_bundled(paper, seed)?
+                ..ComparedMethod::from_bundled(paper)?
             },
             ComparedMethod {
                 label: "Completed (prior)".into(),
-                ..ComparedMethod::from_bundled(main_recipe, seed)?
+                ..ComparedMethod::from_bundled(main_recipe)?
             },
         ];
         let scans_of_methods = scan_all(&evaluator, &methods, seed)?;
@@ -195,13 +196,13 @@ impl Quickstart {
 
 const INTRODUCTION: &str = "A recipe holds learned directions of measurement, and learned initial \
     parameters of a small network that is fitted to the readings. This page shows scans of eight unseen \
-    materials with bundled recipes for 1, 2, 4, 8 and 16 pairs of directions. Each material is measured \
+    materials with bundled recipes for 1, 2, 4, 8 and 16 pairs of directions, and for 16 pairs in 16 seconds. Each material is measured \
     without noise and fitted as on a scanner's microcontroller.";
 const BEST_MARK: &str = "An asterisk marks the best value of a column.";
 const NEXT_STEP: &str =
     "Train a recipe for your own materials at standard effort, in about two minutes on two cores:";
 const TRAIN_COMMAND: &str =
-    "trainer train --model neural --samples 8 --data YOUR/ --out mine.recipe";
+    "trainer train --model neural --samples 16 --scan-seconds 16 --data YOUR/ --out mine.recipe";
 
 fn explain_columns() -> String {
     let machine = Machine::default();
@@ -209,7 +210,7 @@ fn explain_columns() -> String {
         "The loss is that of the paper: the mean cosine-weighted logarithmic error over directions that are \
          uniform in (theta_h, theta_d, phi_d). DSSIM and PSNR compare the pictures below, of {SPHERE_SIZE} x \
          {SPHERE_SIZE} pixels. The duration of a scan covers motion and settling in the fastest order, at {} degrees per second \
-         and with {} s at each sample. All axes start at 0 degrees. The cycles are those of one fit on a Cortex-M4F, \
+         and with {} s at each sample. The arms start along the normal, with opposite azimuths. The cycles are those of one fit on a Cortex-M4F, \
          for recipes that the firmware's tests measure. {BEST_MARK}",
         machine.speeds.theta_i, machine.settle
     )
@@ -244,14 +245,14 @@ struct ComparedMethod<'a> {
 
 impl ComparedMethod<'static> {
     /// Creates the method of a bundled recipe without a basis.
-    fn from_bundled(bundled: &'static BundledRecipe, seed: u64) -> anyhow::Result<Self> {
+    fn from_bundled(bundled: &'static BundledRecipe) -> anyhow::Result<Self> {
         let recipe = bundled.recipe()?;
         Ok(Self {
             label: bundled.name.into(),
             method: Method::ours(&recipe, None)?,
             training: Some(describe_training(&recipe)?),
             bundled: Some(bundled),
-            seconds: Some(scan_seconds(&recipe, seed)?),
+            seconds: Route::of_recipe(&recipe, Order::Travel).map(|route| route.total()),
         })
     }
 }
@@ -287,18 +288,6 @@ fn describe_trainings(methods: &[ComparedMethod<'_>]) -> String {
         .into_iter()
         .map(|(training, labels)| format!("{} {training}", labels.join(", ")));
     parts.collect::<Vec<_>>().join("; ")
-}
-
-/// Returns the duration of a scan on the default machine in seconds, within the recipe's limits.
-fn scan_seconds(recipe: &Recipe<'_>, seed: u64) -> anyhow::Result<f64> {
-    let machine = Machine {
-        limits: recipe.metadata()?.limits.unwrap_or(Limits::NONE),
-        ..Machine::default()
-    };
-    let Ok(stops) = stops(recipe, &machine.limits, false) else {
-        bail!("a bundled recipe exceeds its own limits");
-    };
-    Ok(Route::new(&machine, &stops, Order::Travel, seed).total())
 }
 
 /// The results of all methods on a material.

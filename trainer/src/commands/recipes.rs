@@ -11,6 +11,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_trainer::bundled::{self, BundledRecipe};
 use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
+use glimpse_training::route::{Order, Route};
 use serde_json::{Value, json};
 
 use super::output::{create_out_folder, write_files_forced};
@@ -22,6 +23,10 @@ use super::{print, print_json};
 /// redistribute them with your firmware. They are for arms that reach 80 degrees from the normal and
 /// stay 10 degrees apart, and for readings with 2 % noise. A recipe trained on materials like yours
 /// has a lower loss: see `trainer train`.
+///
+/// Names are MODEL-nN for N samples. `-masked` recipes tolerate missing readings. So do `-16s`
+/// recipes, which were trained for a scan of 16 s at 10 degrees per second, with 0.5 s at each
+/// sample.
 ///
 /// Example: trainer recipes list
 ///          trainer recipes get neural-n8 --out recipes/
@@ -128,6 +133,11 @@ fn recipe_of(bundled: &BundledRecipe) -> anyhow::Result<Recipe<'static>> {
     recipe.with_context(|| format!("the bundled recipe {}", bundled.name))
 }
 
+/// Returns the seconds of a scan on the machine that the recipe was trained for, or else on the default one.
+fn scan_seconds(recipe: &Recipe<'_>) -> Option<f64> {
+    Route::of_recipe(recipe, Order::Travel).map(|route| route.total())
+}
+
 fn list_as_json() -> anyhow::Result<Value> {
     let entry = |bundled: &BundledRecipe| -> anyhow::Result<Value> {
         let recipe = recipe_of(bundled)?;
@@ -146,6 +156,7 @@ fn list_as_json() -> anyhow::Result<Value> {
             "checksum": format!("{:08x}", recipe.checksum()),
             "bytes": bundled.bytes.len(),
             "basis_bytes": bundled.basis().map(<[u8]>::len),
+            "seconds": scan_seconds(&recipe),
             "loss": losses,
         }))
     };
@@ -159,6 +170,7 @@ fn list_as_table() -> anyhow::Result<Table> {
             Cell::Text(bundled.name.to_owned()),
             Cell::Number(recipe.samples() as f64),
             Cell::Number(bundled.bytes.len() as f64),
+            scan_seconds(&recipe).map_or(Cell::Missing, Cell::Number),
         ];
         if let Some(losses) = bundled.losses() {
             let losses = [losses.procedural, losses.merl, losses.merl_color];
@@ -176,6 +188,7 @@ fn list_as_table() -> anyhow::Result<Table> {
             Column::text("Recipe"),
             Column::number("n", 0, Highlight::None),
             Column::number("Bytes", 0, Highlight::None),
+            Column::number("Seconds of a scan", 1, Highlight::None),
             Column::number("Loss: procedural", 4, Highlight::None),
             Column::number("MERL", 4, Highlight::None),
             Column::number("Color error: MERL", 1, Highlight::None),

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
@@ -17,10 +17,12 @@ use glimpse_training::meta::outer::CheckpointOptions;
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::recipe::{RecipeFile, pack_recipe};
 
+use super::auto_samples::choose_samples;
 use super::completion_args::CompletionArgs;
 use super::existing_output::{ExistingOutput, existing_output};
 use super::expected_loss::expected_loss;
 use super::lock::Lock;
+use super::numbers::SampleCount;
 use super::output::write_file_forced;
 use super::progress::train_with_progress;
 use super::{LinearPriorArgs, ModelName, load_all, numbers};
@@ -50,6 +52,7 @@ use super::{LinearPriorArgs, ModelName, load_all, numbers};
 /// write the same recipes as the grid does. Afterwards the command without --list prints the table.
 ///
 /// Example: trainer train --model neural --samples 8 --data MERL/ --out neural-n8.recipe
+///          trainer train --model linear --samples auto --scan-seconds 12 --data MERL/ --out 12s.recipe
 ///          trainer train --grid --model phong,neural --samples 1,2,4,8 --data MERL/ --out recipes/
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
@@ -63,15 +66,18 @@ pub(crate) struct Train {
     )]
     pub(super) model: Vec<ModelName>,
     /// Number n of samples that the scanner measures, 1 to 4096; with --grid a list [default with
-    /// --grid: 1,2,4,...,512]
+    /// --grid: 1,2,4,...,512]. With --scan-seconds also `auto`: the number with the lowest expected loss,
+    /// after a quick training for each of several numbers
     #[arg(
         long,
         short = 'n',
         value_delimiter = ',',
-        value_parser = numbers::samples,
+        value_name = "N",
+        allow_negative_numbers = true,
+        value_parser = numbers::sample_count,
         required_unless_present = "grid"
     )]
-    pub(super) samples: Vec<usize>,
+    pub(super) samples: Vec<SampleCount>,
     /// Training materials; can be given several times
     #[arg(long, value_name = "SOURCE", default_value = "procedural:100")]
     data: Vec<Source>,
@@ -126,7 +132,23 @@ impl Train {
                 "several models or several numbers of samples were given: give --grid, or one of each"
             );
         };
-        let run = self.training_run(model, samples, self.out.clone(), sources.label(), seed)?;
+        let training_run =
+            |samples| self.training_run(model, samples, self.out.clone(), sources.label(), seed);
+        let samples = match samples {
+            SampleCount::Count(samples) => samples,
+            SampleCount::Auto => match self.samples_of_trained()? {
+                Some(samples) => samples,
+                None => {
+                    // Before the short trainings, which take a while.
+                    let run = training_run(1)?;
+                    run.refuse_streams(self.checkpoint.is_some())?;
+                    run.check_writable()?;
+                    run.refuse_overwrite(&ExistingOutput::Missing, self.resume, self.force)?;
+                    choose_samples(&sources, |samples| Ok(training_run(samples)?.options))?
+                }
+            },
+        };
+        let run = training_run(samples)?;
         run.refuse_streams(self.checkpoint.is_some())?;
         // An unwritable output is reported before training, not after hours of it.
         run.check_writable()?;
@@ -155,6 +177,23 @@ impl Train {
         );
         trained.print_cross_validation();
         Ok(())
+    }
+
+    /// Returns the number of samples of an existing recipe, which --resume checks or completes. None if there is none, or if
+    /// --force replaces it.
+    ///
+    /// # Errors
+    /// If a recipe exists, and neither --resume nor --force was given.
+    fn samples_of_trained(&self) -> anyhow::Result<Option<usize>> {
+        if self.force || is_stream(&self.out) || !self.out.exists() {
+            return Ok(None);
+        }
+        ensure!(
+            self.resume,
+            "{} exists: give --force to replace it, or another --out",
+            self.out.display()
+        );
+        Ok(Some(RecipeFile::read(&self.out)?.recipe().samples()))
     }
 
     /// Returns the sources of the training materials, and their shares.

@@ -51,7 +51,10 @@ impl Degradation {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let available = self.first.map_or(samples, |first| first.min(samples));
         let mut lost: Vec<usize> = (0..available).collect();
-        lost.shuffle(&mut random);
+        // Without lost readings, the noise does not depend on the number of readings.
+        if self.lost > 0 {
+            lost.shuffle(&mut random);
+        }
         lost.truncate(self.lost);
         move |index, angles| {
             let index = usize::from(index);

@@ -4,7 +4,7 @@ use glimpse_core::fit::{Algorithm, Channels};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, ModelKind, Sample, Samples, Slot, slot_of};
 use glimpse_core::recipe::{Descent, FitMethod, Recipe};
-use glimpse_kernels::scan::{LossPrediction, scan_with_missing};
+use glimpse_kernels::scan::{HostScanError, LossPrediction, ScanOutcome, scan_with_missing};
 use glimpse_kernels::with_model;
 use glimpse_materials::basis::{Basis, Coefficients};
 use glimpse_materials::sampling::uniform_valid;
@@ -303,6 +303,17 @@ impl<'a> Method<'a> {
         Ok(self.fit_and_predict(material, seed)?.0)
     }
 
+    /// Scans a material with the method's recipe, and its degradation of readings.
+    pub(super) fn scan(
+        &self,
+        recipe: &Recipe<'_>,
+        material: &dyn Material,
+        seed: u64,
+    ) -> Result<ScanOutcome, HostScanError> {
+        let mut read = self.degradation.reader(material, recipe.samples(), seed);
+        scan_with_missing(recipe, &mut read)
+    }
+
     /// Fits a material, and returns the recipe's prediction of the loss, if it has one.
     ///
     /// # Errors
@@ -323,8 +334,7 @@ impl<'a> Method<'a> {
         };
         let parameters = match &self.algorithm {
             FitAlgorithm::Scan(recipe, basis) => {
-                let mut read = self.degradation.reader(material, recipe.samples(), seed);
-                let result = scan_with_missing(recipe, &mut read)?;
+                let result = self.scan(recipe, material, seed)?;
                 prediction = result.prediction;
                 match (recipe.model(), basis) {
                     (ModelKind::Linear, Some(basis)) => {

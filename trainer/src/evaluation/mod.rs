@@ -5,6 +5,7 @@ mod degradation;
 mod estimate;
 mod leakage;
 mod method;
+mod target;
 
 pub use adam::OPTIMUM_STEPS;
 pub use degradation::Degradation;
@@ -12,6 +13,7 @@ pub use estimate::Estimate;
 pub use glimpse_kernels::scan::{ScanOutcome, scan};
 pub use leakage::{TrainingMaterials, TrainingOverlap};
 pub use method::{Method, measure};
+pub use target::{TargetReport, TargetScan};
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -71,6 +73,12 @@ pub enum EvaluationError {
     /// A material cannot be scanned with a recipe.
     #[error(transparent)]
     Scan(#[from] glimpse_kernels::scan::HostScanError),
+    /// A recipe has no upper bounds of the loss for scans that end early.
+    #[error("{}", self.message(Setting::name))]
+    NoPartialBound,
+    /// A recipe has samples that exceed its own limits.
+    #[error("the recipe has samples that exceed its own limits; train it again")]
+    Unreachable,
     /// The caller stopped the evaluation.
     #[error("stopped before all materials were evaluated")]
     Stopped,
@@ -94,6 +102,11 @@ impl SettingError for EvaluationError {
             ),
             Self::NeedsAllReadings => format!(
                 "the recipe needs all of its readings; for scans with missing readings, train a recipe with {} 0.5",
+                name(Setting::Missing)
+            ),
+            Self::NoPartialBound => format!(
+                "the recipe has no bounds of the loss for scans that end early; train one with {} 0.5, at least 2 samples \
+                 and 10 materials",
                 name(Setting::Missing)
             ),
             other => other.to_string(),
@@ -245,6 +258,12 @@ impl<'a> Evaluator<'a> {
         render_sphere(fitted, &self.environment, SPHERE_SIZE).tone_map()
     }
 
+    /// Returns the loss of a fit.
+    #[must_use]
+    pub fn loss(&self, material: usize, fitted: &FittedBrdf) -> f64 {
+        mean_log_error(fitted, &self.at, &self.references[material].values)
+    }
+
     /// Compares a fit with its material. Returns the metrics and the sphere of the fit.
     ///
     /// # Errors
@@ -255,7 +274,7 @@ impl<'a> Evaluator<'a> {
         fitted: &FittedBrdf,
     ) -> Result<(Metrics, Picture), CompareError> {
         let reference = &self.references[material];
-        let loss = mean_log_error(fitted, &self.at, &reference.values);
+        let loss = self.loss(material, fitted);
         let sphere = self.render(fitted);
         let metrics = Metrics::from_spheres(loss, &reference.sphere, &sphere)?;
         Ok((metrics, sphere))

@@ -5,6 +5,8 @@ use glimpse_core::model::ModelKind;
 use glimpse_training::linear::Prior;
 use glimpse_training::meta::options::TrainedParts;
 use glimpse_training::meta::plan::Schedule;
+use glimpse_training::meta::scan_budget::ScanBudget;
+use glimpse_training::route::Axes;
 
 /// A method that the experiments compare. A learned method contains its schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,7 +82,12 @@ pub(crate) struct Case {
     pub(crate) samples: usize,
     /// Prior of Linear.
     pub(crate) prior: Prior,
+    /// Budget for motion in the training, in seconds at [`MOTION_SPEED`], without settling. For schedule prior.
+    pub(crate) motion: Option<u32>,
 }
+
+/// The speed of all axes for [`Case::motion`], in degrees per second.
+pub(crate) const MOTION_SPEED: f64 = 10.0;
 
 impl Case {
     /// Creates a case with the paper's prior, five components and eta = 40.
@@ -90,6 +97,7 @@ impl Case {
             model,
             samples,
             prior: Prior::PAPER,
+            motion: None,
         }
     }
 
@@ -125,6 +133,8 @@ pub(crate) struct TrainingRun {
     pub(crate) schedule: Schedule,
     pub(crate) parts: TrainedParts,
     pub(crate) prior: Prior,
+    /// Budget for motion, as in [`Case::motion`].
+    pub(crate) motion: Option<u32>,
     /// Index of the repetition, which is added to the seed.
     pub(crate) repetition: u64,
     /// Name and materials of a subset to train on; None for all materials.
@@ -147,8 +157,18 @@ impl TrainingRun {
                 _ => TrainedParts::All,
             },
             prior: case.prior,
+            motion: case.motion,
             repetition: 0,
             subset: None,
+        })
+    }
+
+    /// Returns the budget for motion, if any.
+    pub(super) fn motion_budget(&self) -> Option<ScanBudget> {
+        self.motion.map(|seconds| ScanBudget {
+            seconds: f64::from(seconds),
+            speeds: Axes::from_array([MOTION_SPEED; 4]),
+            settle: 0.0,
         })
     }
 
@@ -176,6 +196,9 @@ impl TrainingRun {
             TrainedParts::WithoutPattern => "-meta",
             TrainedParts::PatternOnly(_) => "-pattern",
         };
+        if let Some(seconds) = self.motion {
+            name += &format!("-within-{seconds}s");
+        }
         if let Some((subset, _)) = &self.subset {
             name += &format!("-{subset}");
         }

@@ -9,6 +9,7 @@ mod case;
 mod convergence;
 mod curves;
 mod findings;
+mod frontier;
 mod glossiness;
 mod importance;
 mod losses;
@@ -73,6 +74,8 @@ pub(crate) enum Experiment {
     Subsets,
     /// The metrics of Linear with 5 and with 240 components.
     Bases,
+    /// Quality over the seconds of a scan, for patterns trained with and without a budget for motion.
+    Frontier,
     /// Drawings of the learned patterns.
     Patterns,
     /// Spheres of some materials with each method, for Neural at n = 64.
@@ -102,14 +105,19 @@ impl Experiment {
 
     /// Returns true if the experiment also evaluates on materials of --additional.
     pub(crate) fn evaluates_additional(self) -> bool {
-        matches!(self, Self::Additional | Self::All)
+        matches!(self, Self::Additional | Self::Frontier | Self::All)
     }
 
     /// Returns true if the experiment varies n up to --most-samples.
     pub(crate) fn varies_samples(self) -> bool {
         matches!(
             self,
-            Self::SameQuality | Self::Curves | Self::Importance | Self::Increasing | Self::All
+            Self::SameQuality
+                | Self::Curves
+                | Self::Importance
+                | Self::Increasing
+                | Self::Frontier
+                | Self::All
         )
     }
 
@@ -140,6 +148,7 @@ impl Experiment {
             Self::Importance => importance::run(store, max_samples),
             Self::Subsets => subsets::run(store),
             Self::Bases => bases::run(store),
+            Self::Frontier => frontier::run(store, max_samples),
             Self::Patterns => patterns::run(store),
             Self::Teaser => spheres::teaser(store),
             Self::Increasing => spheres::increasing(store, max_samples),

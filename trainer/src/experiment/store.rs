@@ -20,7 +20,7 @@ use glimpse_trainer::render::Environment;
 use glimpse_training::linear::{Columns, min_condition_pattern, principal_components};
 use glimpse_training::meta;
 use glimpse_training::meta::checkpoint::Checkpoint;
-use glimpse_training::meta::options::Options;
+use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::outer::CheckpointOptions;
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::run::INNER_STEPS;
@@ -286,7 +286,18 @@ impl<'a> Store<'a> {
             materials.retain(|material| names.iter().any(|name| name == material.name()));
         }
         let seed = self.settings.seed.wrapping_add(training.repetition);
+        let defaults = Options::new(
+            training.model,
+            training.samples,
+            training.schedule,
+            self.settings.effort_for(training.schedule),
+            seed,
+        );
         let options = Options {
+            completion_options: CompletionOptions {
+                scan: training.motion_budget(),
+                ..defaults.completion_options
+            },
             source_shares: vec![SourceShare::single(&self.settings.data, materials.len())],
             parts: training.parts.clone(),
             prior: training.prior,
@@ -295,13 +306,7 @@ impl<'a> Store<'a> {
                 interval: CHECKPOINT_INTERVAL,
                 resume: true,
             }),
-            ..Options::new(
-                training.model,
-                training.samples,
-                training.schedule,
-                self.settings.effort_for(training.schedule),
-                seed,
-            )
+            ..defaults
         };
         let folder = self.settings.out.join(RECIPES);
         ensure_dir_all(&folder)
@@ -353,6 +358,7 @@ impl<'a> Store<'a> {
             model,
             samples,
             prior,
+            motion: _,
         } = *case;
         if let Some(training) = TrainingRun::for_case(case) {
             let learned = self.recipe(&training)?;

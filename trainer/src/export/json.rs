@@ -4,10 +4,10 @@ use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::fit::component_rows::ComponentRows;
 use glimpse_core::fit::{InitNet, Target};
 use glimpse_core::geometry::ArmAngles;
-use glimpse_core::gonio::Limits;
+use glimpse_core::gonio::{Limits, Speeds};
 use glimpse_core::recipe::{
     Completed, Descent, ExpectedLoss, FitMethod, Floats, Materials, Noise, Provenance, Recipe,
-    RecipeError, Ridge, Training,
+    RecipeError, Ridge, ScanTime, Training,
 };
 use serde_json::{Value, json};
 
@@ -16,19 +16,21 @@ use serde_json::{Value, json};
 /// All recipes have `model`, `samples` (n), `pattern` (rows of theta_h, theta_d, phi_d in radians), `arms` (the same
 /// directions as rows of theta_i, phi_i, theta_o, phi_o in radians), `memory_words`, `expected_loss` and `checksum`.
 ///
-/// The recipe's metadata are null if the recipe does not state them: `limits` (radians), `noise`, `expectation`,
-/// `provenance` (text), `training` (schedule, effort, sources, and a hexadecimal digest) and `materials` (names and
-/// hexadecimal digests).
+/// The recipe's metadata are null if the recipe does not state them: `limits` (radians), `noise`, `scan_time` (speeds of
+/// the four axes in radians per second, and seconds), `expectation`, `provenance` (text), `training` (schedule, effort,
+/// sources, and a hexadecimal digest) and `materials` (names and hexadecimal digests).
 ///
 /// The other keys depend on the fit method. m is the number of coefficients per channel.
 /// - Descent: `inner_steps`, and `initial` parameters and `step_sizes` in the model's order.
 /// - Ridge solve: `basis` (n rows of m), `mean`, `median` BRDF and `weight` (n each), and `basis_checksum` of the whole
 ///   basis (null if there is none). The precisions are `eta` if all are equal, and `precision` (m) otherwise.
-/// - Completion: `prediction` and `completion`. Linear adds `basis` (n rows of m) and `basis_checksum`. The other
-///   models add the keys of a descent, and `start`.
+/// - Completion: `prediction`, `uncertainty`, `partial` and `completion`. Linear adds `basis` (n rows of m) and
+///   `basis_checksum`. The other models add the keys of a descent, or `initial` and `gauss_newton`, and `start`.
+///   `correction` has the `precision` (m) of a correction by the readings.
 ///
 /// `prediction` has a bias and m weights (null if there are none). They map the mean coefficients of the three channels
-/// to the logarithm of the expected loss.
+/// to the logarithm of the expected loss. `uncertainty` has `innovation`, `residual`, `bound` and `max_innovation`, and
+/// `partial` has `loss` and `bound` for 1 to n readings. Both are null if the recipe has none.
 ///
 /// `completion` has these keys; h is the number of hidden units:
 /// - `components`: m.
@@ -67,6 +69,7 @@ pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
         "checksum": format!("{:08x}", recipe.checksum()),
         "limits": metadata.limits.map(limits),
         "noise": metadata.noise.map(noise),
+        "scan_time": metadata.scan_time.map(scan_time),
         "expectation": metadata.expectation.map(expectation),
         "provenance": metadata.provenance.map(provenance),
         "training": metadata.training.map(training),
@@ -94,6 +97,20 @@ fn noise(noise: Noise) -> Value {
         "multiplicative": noise.multiplicative,
         "additive": noise.additive,
         "levels": Some(noise.levels).filter(|levels| *levels > 0),
+    })
+}
+
+fn scan_time(scan_time: ScanTime) -> Value {
+    let Speeds {
+        theta_i,
+        phi_i,
+        theta_o,
+        phi_o,
+    } = scan_time.speeds;
+    json!({
+        "speeds": [theta_i, phi_i, theta_o, phi_o],
+        "settle": scan_time.settle,
+        "seconds": scan_time.seconds,
     })
 }
 
@@ -154,6 +171,10 @@ fn add_descent(value: &mut Value, descent: &Descent<'_>) {
 fn add_completed(value: &mut Value, completed: &Completed<'_>) {
     let prediction = Some(completed.prediction()).filter(|list| !list.is_empty());
     value["prediction"] = json!(prediction.map(list));
+    value["uncertainty"] = json!(completed.uncertainty());
+    value["partial"] = json!(completed.partial().map(|partial| {
+        json!({ "loss": list(partial.loss()), "bound": list(partial.bound()) })
+    }));
     let completion = completed.coefficient_net();
     let (rows, components) = (completion.rows(), completion.components);
     let scales = floats(completion.scales);

@@ -207,6 +207,7 @@ impl DeviceReport {
             residual: self.residual,
             prediction: None,
             statuses,
+            partial_scans: Vec::new(),
             outlier_report: find_outliers(recipe, &measurements),
         };
         Ok((measurements, fit))

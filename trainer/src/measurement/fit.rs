@@ -3,7 +3,10 @@
 use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
-use glimpse_kernels::scan::{HostScanError, LossPrediction, scan_with_missing};
+use glimpse_kernels::scan::{
+    BoundedPrediction, HostScanError, LossPrediction, ScanOutcome, bounded_prediction,
+    scan_with_missing,
+};
 use glimpse_materials::display_with_setting_names;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 use serde::Serialize;
@@ -51,8 +54,22 @@ pub struct Fit {
     pub prediction: Option<LossPrediction>,
     /// The status of each sample's reading.
     pub statuses: Vec<ReadingStatus>,
+    /// The predictions after each used reading, in the recipe's order; empty if the recipe has no upper bound for scans
+    /// that end early.
+    pub partial_scans: Vec<PartialScan>,
     /// The outliers among the readings.
     pub outlier_report: OutlierReport,
+}
+
+/// The prediction for a scan that ends after its first readings.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PartialScan {
+    /// The number of readings.
+    pub readings: usize,
+    /// The expected loss.
+    pub loss: f32,
+    /// The upper bound of the loss, which holds for 90 % of materials.
+    pub bound: f32,
 }
 
 /// An error of fitting measurements.
@@ -143,18 +160,53 @@ pub fn fit(
         .enumerate()
         .map(status)
         .collect();
-    let result = scan_with_missing(recipe, &mut |index, _| {
-        let index = usize::from(index);
-        let mean = measurements.samples.get(index)?.mean()?;
-        (statuses.get(index) == Some(&ReadingStatus::Used)).then_some(mean)
-    })?;
+    let used: Vec<Option<[f32; 3]>> = measurements
+        .samples
+        .iter()
+        .zip(&statuses)
+        .map(|(sample, status)| sample.mean().filter(|_| *status == ReadingStatus::Used))
+        .collect();
+    let result = scan_first(recipe, &used, used.len())?;
     Ok(Fit {
         values: result.values,
         residual: Some(result.residual),
         prediction: result.prediction,
         statuses,
+        partial_scans: partial_scans(recipe, &used),
         outlier_report,
     })
+}
+
+/// Fits the readings among the first `count` samples.
+fn scan_first(
+    recipe: &Recipe<'_>,
+    readings: &[Option<[f32; 3]>],
+    count: usize,
+) -> Result<ScanOutcome, HostScanError> {
+    scan_with_missing(recipe, &mut |index, _| {
+        *readings[..count].get(usize::from(index))?
+    })
+}
+
+/// Fits the readings again after each of them. Empty if the recipe has no upper bound for scans that end early. Fits that a
+/// device would not use are omitted.
+fn partial_scans(recipe: &Recipe<'_>, readings: &[Option<[f32; 3]>]) -> Vec<PartialScan> {
+    let mut scans = Vec::new();
+    if !recipe.bounds_partial_loss() {
+        return scans;
+    }
+    let read = (0..readings.len()).filter(|index| readings[*index].is_some());
+    for (count, index) in (1..).zip(read) {
+        let result = scan_first(recipe, readings, index + 1);
+        if let Some(BoundedPrediction { loss, bound }) = bounded_prediction(&result) {
+            scans.push(PartialScan {
+                readings: count,
+                loss,
+                bound,
+            });
+        }
+    }
+    scans
 }
 
 /// Finds outliers among the readings. Saturated readings are skipped because their values are unknown. No reading is

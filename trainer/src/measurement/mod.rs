@@ -13,7 +13,7 @@ mod table;
 
 pub use angles::{AngleRow, AngleTable, angles_from_vectors};
 pub use device::{DeviceError, DeviceReport};
-pub use fit::{Fit, FitFailure, ReadingStatus, fit};
+pub use fit::{Fit, FitFailure, PartialScan, ReadingStatus, fit};
 pub use matching::{AngularDistance, IsotropicAngles};
 pub use measurements::{Measurements, coefficient_of_variation};
 pub use outliers::{

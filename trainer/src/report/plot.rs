@@ -99,12 +99,14 @@ pub struct PlotError {
 
 /// Width and height in pixels, without the legend and category names.
 const SIZE: (u32, u32) = (700, 400);
-/// Height of a legend line in pixels, and the number of entries per line. A phone shows only the left part of a wide
-/// drawing, where three entries fit.
+/// Height of a legend line in pixels.
 const LEGEND_LINE_HEIGHT: u32 = 24;
-const LEGEND_COLUMNS: usize = 3;
-/// Width of a legend entry in pixels. It fits a name such as "Ours, diffuse".
-const LEGEND_ENTRY_WIDTH: i32 = 150;
+/// Width of a legend in pixels. A phone shows only the left part of a wide drawing.
+const LEGEND_WIDTH: usize = 450;
+/// Smallest width of a legend entry, width of a letter, and width of the marker with its margins, in pixels.
+const LEGEND_ENTRY_WIDTH: usize = 150;
+const LEGEND_LETTER_WIDTH: usize = 8;
+const LEGEND_MARKER_WIDTH: usize = 30;
 /// Width in pixels of a letter of a category name, and the maximum number of letters. Longer names are cut.
 const LETTER_WIDTH: u32 = 6;
 const MAX_NAME_LETTERS: usize = 28;
@@ -261,8 +263,15 @@ impl Plot {
         let names_height = max_letters.map_or(0, |letters| {
             letters.min(MAX_NAME_LETTERS) as u32 * LETTER_WIDTH
         });
-        let legend_height =
-            LEGEND_LINE_HEIGHT * (self.series.len().div_ceil(LEGEND_COLUMNS) as u32) + 8;
+        let longest = self
+            .series
+            .iter()
+            .map(|series| series.name.chars().count())
+            .max();
+        let entry_width = LEGEND_MARKER_WIDTH + LEGEND_LETTER_WIDTH * longest.unwrap_or_default();
+        let entry_width = entry_width.max(LEGEND_ENTRY_WIDTH);
+        let columns = (LEGEND_WIDTH / entry_width).max(1);
+        let legend_height = LEGEND_LINE_HEIGHT * (self.series.len().div_ceil(columns) as u32) + 8;
         let size = (SIZE.0, SIZE.1 + names_height + legend_height);
         let root = SVGBackend::with_string(svg, size).into_drawing_area();
         root.fill(&WHITE)?;
@@ -327,8 +336,8 @@ impl Plot {
             for point in points {
                 draw_marker(chart.plotting_area(), series.marker, point, color)?;
             }
-            let [row, column] = [entry / LEGEND_COLUMNS, entry % LEGEND_COLUMNS];
-            let x = 20 + LEGEND_ENTRY_WIDTH * column as i32;
+            let [row, column] = [entry / columns, entry % columns];
+            let x = 20 + (entry_width * column) as i32;
             let y = LEGEND_LINE_HEIGHT as i32 * row as i32 + 10;
             draw_marker(&legend_area, series.marker, (x, y), color)?;
             legend_area.draw(&Text::new(series.name.clone(), (x + 14, y - 7), (FONT, 15)))?;

@@ -6,8 +6,8 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Implausible, Residual};
 use glimpse_kernels::scan::LossPrediction;
 use glimpse_trainer::measurement::{
-    AngularDistance, Fit, MAX_SAMPLES, Measurements, OutlierReport, ReadingQuantity, ReadingStatus,
-    coefficient_of_variation,
+    AngularDistance, Fit, MAX_SAMPLES, Measurements, OutlierReport, PartialScan, ReadingQuantity,
+    ReadingStatus, coefficient_of_variation,
 };
 use serde::Serialize;
 
@@ -26,6 +26,8 @@ pub(super) struct FitReport {
     readings: ReadingSummary,
     residual: Option<ResidualSummary>,
     expected_loss: Option<FitLoss>,
+    /// Empty if the recipe has no upper bound for scans that end early.
+    partial_scans: Vec<PartialScan>,
 }
 
 #[derive(Serialize)]
@@ -214,10 +216,12 @@ impl FitReport {
                 }
             }),
             expected_loss: expected_loss(recipe, fit)?,
+            partial_scans: fit.partial_scans.clone(),
         };
         // Expected losses hold for materials that reflect light, like all training materials.
         if report.is_mostly_dark() {
             report.expected_loss = None;
+            report.partial_scans.clear();
         }
         Ok(report)
     }
@@ -316,6 +320,17 @@ impl FitReport {
                 None => "not stated by the recipe".to_owned(),
             },
         ));
+        let some = self
+            .partial_scans
+            .iter()
+            .filter(|scan| scan.readings.is_power_of_two() || scan.readings == readings.used);
+        let bounds: Vec<String> = some
+            .map(|scan| format!("{:.4} ({})", scan.bound, scan.readings))
+            .collect();
+        if !bounds.is_empty() {
+            let text = format!("{} after readings in the recipe's order", bounds.join(", "));
+            lines.push(("early bounds", text));
+        }
         let lines = lines.iter().filter(|(_, text)| !text.is_empty());
         let lines: String = lines
             .map(|(label, text)| format!("  {label:15}{text}\n"))
@@ -437,10 +452,8 @@ fn outliers(measured: &Measurements, outlier_report: &OutlierReport) -> Vec<Outl
 
 /// Returns the loss that the recipe predicts from these readings, or else the loss that it states.
 fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<FitLoss>> {
-    if too_few(
-        samples_with(fit, ReadingStatus::Used).len(),
-        recipe.samples(),
-    ) {
+    let used = samples_with(fit, ReadingStatus::Used).len();
+    if too_few(used, recipe.samples()) && !recipe.bounds_partial_loss() {
         return Ok(None);
     }
     if let Some(LossPrediction {

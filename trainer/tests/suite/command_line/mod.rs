@@ -21,6 +21,7 @@ mod quickstart;
 mod recipes;
 mod render;
 mod reproduce;
+mod scan_time;
 mod shared;
 mod skipped_entries;
 mod view;

@@ -84,7 +84,7 @@ fn plan_beats_naive_order() {
         let angles: Vec<&str> = planned.split(',').take(5).collect();
         assert_eq!(row, angles.join(",") + ",,,");
     }
-    assert_names(&folder.succeed("plan n8.recipe"), &["28.8", "70.9"]);
+    assert_names(&folder.succeed("plan n8.recipe"), &["27.7", "66.9"]);
 }
 
 #[test]

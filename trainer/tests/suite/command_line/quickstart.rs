@@ -12,13 +12,13 @@ fn writes_page_and_recipe() {
     let bundled = bundled::find("neural-n8").expect("a bundled recipe");
     assert_eq!(folder.read("q/neural-n8.recipe"), bundled.bytes);
     let cycles = bundled.cycles().expect("recorded cycles").to_string();
-    for name in ["neural-n1", "neural-n16", "procedural:8:1", &cycles] {
+    for name in ["neural-n1", "neural-n16-16s", "procedural:8:1", &cycles] {
         assert!(printed.contains(name), "no {name} in {printed}");
     }
 
-    // For each of eight materials two pictures of itself, five of recipes, and four of methods.
+    // For each of eight materials two pictures of itself, six of recipes, and four of methods.
     let names = folder.names("q/pictures");
-    assert_eq!(names.len(), 8 * (2 + 5 + 4), "{names:?}");
+    assert_eq!(names.len(), 8 * (2 + 6 + 4), "{names:?}");
     // The mean of all bytes, 0 to 255.
     let brightness = |name: &str| {
         let pixels = pixels_of_png(&folder.at("q/pictures").join(name)).pixels;

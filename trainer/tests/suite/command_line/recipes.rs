@@ -78,6 +78,11 @@ fn lists_recipes_as_json() {
     for (entry, bundled) in list.iter().zip(bundled::ALL) {
         let recipe = bundled.recipe().expect("a valid recipe");
         let losses = bundled.losses().expect("recorded losses");
+        let seconds = number(&entry["seconds"]);
+        match recipe.metadata().expect("valid metadata").scan_time {
+            Some(scan_time) => assert!(seconds <= f64::from(scan_time.seconds), "{entry}"),
+            None => assert!(seconds > 0.5 * recipe.samples() as f64, "{entry}"),
+        }
         let expected = json!({
             "name": bundled.name,
             "model": recipe.model().name(),
@@ -86,6 +91,7 @@ fn lists_recipes_as_json() {
             "checksum": format!("{:08x}", recipe.checksum()),
             "bytes": bundled.bytes.len(),
             "basis_bytes": bundled.basis().map(<[u8]>::len),
+            "seconds": seconds,
             "loss": {
                 "procedural": losses.procedural,
                 "merl": losses.merl,

@@ -6,12 +6,45 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use super::Folder;
 use super::shared::{BASES, EXPERIMENT};
+use super::{Folder, number};
 
 fn modified(path: &Path) -> std::time::SystemTime {
     let metadata = fs::metadata(path).expect("the file exists");
     metadata.modified().expect("a modification time")
+}
+
+#[test]
+fn frontier_has_seconds_of_every_training() {
+    let folder = Folder::new();
+    folder.succeed(
+        "reproduce frontier --effort brief --most-samples 2 --data procedural:12:3 --test procedural:1:9 --out paper",
+    );
+    let json = folder.read_json("paper/frontier/findings.json");
+    let rows = json["tables"]["seconds"]["rows"]
+        .as_array()
+        .expect("a list");
+    // Two methods for samples and three budgets, each with n = 1 and 2.
+    assert_eq!(rows.len(), 10);
+    for row in rows {
+        let [samples, slow, fast] =
+            ["n", "seconds, slow", "seconds, fast"].map(|name| number(&row[name]));
+        // The same motion at a sixth of the time.
+        let motion = slow - 0.5 * samples;
+        assert!((motion / 6.0 + 0.1 * samples - fast).abs() < 1e-6, "{row}");
+        if row["Trained"]
+            .as_str()
+            .is_some_and(|name| name.contains(" 5 s"))
+        {
+            assert!(motion <= 5.0, "{row}");
+        }
+    }
+    for plot in ["slow-loss", "slow-delta-e", "fast-loss", "fast-delta-e"] {
+        assert!(
+            folder.exists(&format!("paper/frontier/{plot}.svg")),
+            "{plot}"
+        );
+    }
 }
 
 #[test]

@@ -1,0 +1,138 @@
+//! Recipes that are trained for the time of a scan, and scans that end at a target loss.
+
+use std::thread;
+use std::time::Duration;
+
+use serde_json::Value;
+
+use super::{Folder, number};
+use crate::common::assert_names;
+
+/// A brief training of a recipe that tolerates missing readings, for an uncommon machine.
+const TRAIN: &str = "train --model phong --samples 4 --effort brief --data procedural:12:3 --missing 0.5 \
+     --scan-seconds 7 --speed 20,10,20,10 --settle 0.25 --out x.recipe";
+
+fn trained() -> Folder {
+    let folder = Folder::new();
+    folder.succeed(TRAIN);
+    folder
+}
+
+#[test]
+fn scan_keeps_within_its_seconds() {
+    let folder = trained();
+    for order in ["travel", "progressive"] {
+        let plan = folder.succeed_as_json(&format!("plan x.recipe --order {order}"));
+        assert!(number(&plan["seconds"]) <= 7.0, "{plan}");
+        assert_eq!(plan["machine"]["settle_seconds"], 0.25);
+        let speeds = ["theta_i", "phi_i", "theta_o", "phi_o"]
+            .map(|axis| number(&plan["machine"]["degrees_per_second"][axis]));
+        for (speed, expected) in speeds.into_iter().zip([20.0, 10.0, 20.0, 10.0]) {
+            assert!((speed - expected).abs() < 1e-4, "{plan}");
+        }
+    }
+    let exported = folder.succeed_as_json("inspect x.recipe");
+    assert_eq!(exported["scan_time"]["seconds"], 7.0);
+    for list in ["loss", "bound"] {
+        let list = &exported["partial"][list];
+        assert_eq!(list.as_array().map(Vec::len), Some(4), "{exported}");
+    }
+    assert!(number(&exported["uncertainty"]["bound"]) > 0.0);
+    assert_names(&folder.succeed("inspect x.recipe"), &["7", "20,10,20,10"]);
+}
+
+#[test]
+fn scans_end_at_target() {
+    let folder = trained();
+    let evaluate = |target: &str| {
+        let options = format!("--recipe x.recipe --test procedural:3:9 --target {target}");
+        folder.succeed_as_json(&format!("evaluate {options}"))["target"].clone()
+    };
+    let first = evaluate("10");
+    assert_eq!([&first["readings"], &first["early_share"]], [1.0, 1.0]);
+    assert_eq!(first["early_held"], 1.0);
+    assert!(number(&first["seconds"]) < number(&first["plan_seconds"]));
+    let whole = evaluate("0.000001");
+    assert_eq!([&whole["readings"], &whole["early_share"]], [4.0, 0.0]);
+    let [seconds, plan_seconds] = ["seconds", "plan_seconds"].map(|name| number(&whole[name]));
+    assert!(
+        (seconds - plan_seconds).abs() < 1e-9 && plan_seconds <= 7.0,
+        "{whole}"
+    );
+    assert_eq!(whole["early_held"], Value::Null);
+
+    // `fit` prints the same bounds.
+    folder.succeed("plan x.recipe --out plan.csv");
+    folder.succeed("query procedural:1:9 --angles plan.csv --out read.csv");
+    let fits = folder.succeed_as_json("fit x.recipe --measurements read.csv --out fit");
+    let partial = fits[0]["partial_scans"].as_array().expect("a list");
+    assert_eq!(partial.len(), 4);
+    for (scan, readings) in partial.iter().zip(1..) {
+        assert_eq!(scan["readings"], readings);
+        assert!(number(&scan["bound"]) >= number(&scan["loss"]), "{scan}");
+    }
+    let last = number(&partial[3]["bound"]);
+    let bound = number(&fits[0]["expected_loss"]["bound"]);
+    assert!((last / bound - 1.0).abs() < 1e-6, "{last} {bound}");
+}
+
+#[test]
+fn chooses_number_of_samples() {
+    let folder = Folder::new();
+    let train = "train --model linear --data procedural:12:3 --scan-seconds 1.4 --out x.recipe";
+    let mut child = folder.start(&format!("{train} --samples auto"));
+    // The table has a row for each number, with its seconds of motion. The long training follows.
+    let rows = loop {
+        let messages = folder.read_text("stderr");
+        let cells = messages
+            .lines()
+            .map(|line| line.split_whitespace().take(2).collect::<Vec<&str>>());
+        let rows: Vec<String> = cells
+            .skip_while(|cells| cells.first() != Some(&"n"))
+            .map(|cells| cells.join(" "))
+            .collect();
+        if rows.len() > 3 {
+            break rows;
+        }
+        let ended = child.try_wait().expect("a child process");
+        assert_eq!(ended, None, "{messages}");
+        thread::sleep(Duration::from_millis(50));
+    };
+    assert_eq!(rows[1..3], ["1 0.9", "2 0.4"]);
+    child.kill().expect("the training runs");
+    child.wait().expect("the training ended");
+
+    // A finished recipe is not trained again.
+    let [one, auto] = ["1", "auto"].map(|n| format!("{train} --effort brief --samples {n}"));
+    folder.succeed(&one);
+    folder.succeed(&format!("{auto} --resume"));
+    folder.fail_naming(&auto, &["--force"]);
+}
+
+#[test]
+fn rejects_inapplicable_options() {
+    let folder = Folder::new();
+    folder.add_bundled("completed/phong-n8.recipe");
+    let train = "train --model phong --out x.recipe --data procedural:2";
+    for (options, words) in [
+        ("-n auto", "--scan-seconds"),
+        ("-n auto --scan-seconds 9 --effort quick", "--effort"),
+        ("-n auto --scan-seconds 0.5", "--scan-seconds"),
+        ("-n 4 --speed 10", "--scan-seconds"),
+        ("-n 4 --settle 1", "--scan-seconds"),
+        ("-n 4 --scan-seconds 5 --schedule joint", "--scan-seconds"),
+        ("-n 4 --scan-seconds 2", "2"),
+        ("-n 4 --scan-seconds 5 --speed 0", "theta_i"),
+    ] {
+        folder.fail_naming(&format!("{train} {options}"), &[words]);
+    }
+    let evaluate = "evaluate --test procedural:2:9 --recipe phong-n8.recipe";
+    for (options, words) in [
+        ("--target 0.01", "--missing"),
+        ("--target 0", "--target"),
+        ("--target 0.01 --first 4", "--first"),
+        ("--target 0.01 --method meta", "--target"),
+    ] {
+        folder.fail_naming(&format!("{evaluate} {options}"), &[words]);
+    }
+}
