@@ -3,9 +3,9 @@
 use glimpse_core::gonio::{Footprint, Limits, Quantity};
 use glimpse_core::model::ModelKind;
 use glimpse_materials::Format;
-use glimpse_trainer::route::Order;
 use glimpse_training::meta::options::RefinementMethod;
 use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::route::Order;
 use pyo3::prelude::*;
 
 use crate::error::reject;

@@ -169,6 +169,17 @@ impl PyFittedMaterial {
         self.fit.prediction?.unlike_training
     }
 
+    /// The upper bounds of the loss after 1, 2, ... used readings in the recipe's order, each for 90 % of materials. Empty
+    /// if the recipe has no bounds for scans that end early.
+    #[getter]
+    fn loss_bounds(&self) -> Vec<f32> {
+        self.fit
+            .partial_scans
+            .iter()
+            .map(|scan| scan.bound)
+            .collect()
+    }
+
     /// The status of each sample's reading: "used", "missing", "saturated" or "excluded" (an outlier).
     #[getter]
     fn statuses(&self) -> Vec<&'static str> {

@@ -1,8 +1,7 @@
 //! Plans of scans: the order in which a machine's arms visit a recipe's samples.
 
-use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::Recipe;
-use glimpse_trainer::route::{Axes, Machine, Route, blank_sheet, stops};
+use glimpse_training::route::{Axes, Machine, Order, Route, blank_sheet, stops};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
@@ -16,7 +15,7 @@ pub(crate) struct MachineArgs<'a, 'py> {
     /// Degrees per second: one number, or one for each axis.
     pub(crate) speeds: Option<&'a Bound<'py, PyAny>>,
     /// Time at each sample to settle and to read, seconds.
-    pub(crate) settle: f64,
+    pub(crate) settle: Option<f64>,
     /// Initial positions of the axes theta_i, phi_i, theta_o and phi_o, degrees.
     pub(crate) start: [f64; 4],
     pub(crate) isotropic: bool,
@@ -26,38 +25,37 @@ pub(crate) struct MachineArgs<'a, 'py> {
 }
 
 impl MachineArgs<'_, '_> {
-    fn machine(&self, default_limits: Limits) -> PyResult<Machine> {
-        let default = Machine::default();
+    /// Returns the machine, with defaults of the machine that a recipe was trained for.
+    fn machine(&self, default: &Machine) -> PyResult<Machine> {
         let speeds = match self.speeds {
             None => default.speeds,
-            Some(speeds) => {
-                let speeds = numbers(speeds, "speed_degrees_per_second")?;
-                match speeds.iter().copied().collect::<Vec<f64>>()[..] {
-                    [speed] => Axes::from_array([speed; 4]),
-                    [theta_i, phi_i, theta_o, phi_o] => {
-                        Axes::from_array([theta_i, phi_i, theta_o, phi_o])
-                    }
-                    _ => {
-                        return reject(format!(
-                            "speed_degrees_per_second must be one number for all axes, or four, such as \
-                             (20, 10, 20, 10), not {} numbers",
-                            speeds.len()
-                        ));
-                    }
-                }
-            }
+            Some(speeds) => parse_speeds(speeds)?,
         };
         let [max_theta_i, max_theta_o, min_separation] = self.limits;
         let machine = Machine {
             speeds,
-            settle: self.settle,
+            settle: self.settle.unwrap_or(default.settle),
             start: Axes::from_array(self.start),
-            limits: limits(default_limits, max_theta_i, max_theta_o, min_separation),
+            limits: limits(default.limits, max_theta_i, max_theta_o, min_separation),
             isotropic: self.isotropic,
             full_turns: self.full_turns,
         };
         machine.validate().map_err(to_exception)?;
         Ok(machine)
+    }
+}
+
+/// Parses degrees per second: one number for all axes, or one for each.
+pub(crate) fn parse_speeds(speeds: &Bound<'_, PyAny>) -> PyResult<Axes> {
+    let speeds = numbers(speeds, "speed_degrees_per_second")?;
+    match speeds.iter().copied().collect::<Vec<f64>>()[..] {
+        [speed] => Ok(Axes::from_array([speed; 4])),
+        [theta_i, phi_i, theta_o, phi_o] => Ok(Axes::from_array([theta_i, phi_i, theta_o, phi_o])),
+        _ => reject(format!(
+            "speed_degrees_per_second must be one number for all axes, or four, such as (20, 10, 20, 10), not {} \
+             numbers",
+            speeds.len()
+        )),
     }
 }
 
@@ -73,14 +71,17 @@ impl PyPlan {
     pub(crate) fn new(
         py: Python<'_>,
         recipe: &Recipe<'_>,
-        order: &str,
+        order: Option<&str>,
         machine: &MachineArgs<'_, '_>,
         swap: bool,
         seed: u64,
     ) -> PyResult<Self> {
-        let order = choose("order", order, &ORDERS)?;
-        let trained_limits = recipe.metadata().map_err(to_exception)?.limits;
-        let machine = machine.machine(trained_limits.unwrap_or(Limits::NONE))?;
+        let order = match order {
+            Some(name) => choose("order", name, &ORDERS)?,
+            None => Order::of_recipe(recipe),
+        };
+        let metadata = recipe.metadata().map_err(to_exception)?;
+        let machine = machine.machine(&Machine::of_recipe(&metadata))?;
         let stops = stops(recipe, &machine.limits, swap).map_err(|unreachable| {
             let lines: Vec<String> = unreachable
                 .iter()

@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
-use glimpse_trainer::route::axes_from_angles;
 use glimpse_training::recipe::RecipeFile;
+use glimpse_training::route::Machine;
+use glimpse_training::route::axes_from_angles;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
@@ -223,6 +224,22 @@ impl PyRecipe {
         Ok(Some(dict))
     }
 
+    /// The time of a scan that the recipe was trained for: a dict of speeds_degrees_per_second (of the axes theta_i, phi_i,
+    /// theta_o, phi_o), settle_seconds and seconds; or None.
+    #[getter]
+    fn scan_time<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
+        let metadata = self.file.metadata();
+        let Some(scan_time) = metadata.scan_time else {
+            return Ok(None);
+        };
+        let machine = Machine::of_recipe(&metadata);
+        let dict = PyDict::new(py);
+        dict.set_item("speeds_degrees_per_second", machine.speeds.to_array())?;
+        dict.set_item("settle_seconds", machine.settle)?;
+        dict.set_item("seconds", scan_time.seconds)?;
+        Ok(Some(dict))
+    }
+
     /// The provenance: a dict of trainer, data, materials (their number), schedule, seed and options; or None.
     #[getter]
     fn provenance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
@@ -278,11 +295,11 @@ impl PyRecipe {
 
     /// Plans a scan as `trainer plan` does: the order of the samples, and the positions and times of a machine's arms.
     ///
-    /// `order` is "travel" (the least time, default) or "progressive" (the recipe's order). A recipe that tolerates
-    /// missing readings has its most informative samples first. `speed_degrees_per_second` is one number, or four for
-    /// the axes theta_i, phi_i, theta_o, phi_o (default 10). Speed 0 means that the machine lacks that azimuth axis.
-    /// `settle_seconds` is the time spent at each sample (default 0.5). `start_degrees` is the initial position of the
-    /// axes (default 0, 0, 0, 0).
+    /// `order` is "travel" (the least time) or "progressive" (the recipe's order, in which a scan may end early). It is
+    /// progressive by default for recipes trained with `scan_seconds`, and travel for others. `speed_degrees_per_second` is one number, or four for
+    /// the axes theta_i, phi_i, theta_o, phi_o (default the recipe's, or else 10). Speed 0 means that the machine lacks
+    /// that azimuth axis. `settle_seconds` is the time spent at each sample (default the recipe's, or else 0.5).
+    /// `start_degrees` is the initial position of the axes (default 0, 0, 0, 180).
     ///
     /// With `swap`, light and sensor may be exchanged, which assumes reciprocal materials. With `isotropic`, only the
     /// difference of the azimuths is kept, because rotating both arms together does not change the readings of an
@@ -291,17 +308,17 @@ impl PyRecipe {
     ///
     /// Raises GlimpseError if samples are out of reach. The message lists them.
     #[pyo3(signature = (
-        order = "travel", *, speed_degrees_per_second = None, settle_seconds = 0.5,
-        start_degrees = [0.0; 4], swap = false, isotropic = true, full_turns = true,
+        order = None, *, speed_degrees_per_second = None, settle_seconds = None,
+        start_degrees = [0.0, 0.0, 0.0, 180.0], swap = false, isotropic = true, full_turns = true,
         max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, seed = 0,
     ))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn plan(
         &self,
         py: Python<'_>,
-        order: &str,
+        order: Option<&str>,
         speed_degrees_per_second: Option<&Bound<'_, PyAny>>,
-        settle_seconds: f64,
+        settle_seconds: Option<f64>,
         start_degrees: [f64; 4],
         swap: bool,
         isotropic: bool,

@@ -15,12 +15,15 @@ use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::outer::{self, CheckpointOptions};
 use glimpse_training::meta::plan::Schedule;
 use glimpse_training::meta::run::{TrainError, train as meta_train};
+use glimpse_training::meta::scan_budget::ScanBudget;
 use glimpse_training::recipe::{PackError, RecipeFile, pack_recipe};
+use glimpse_training::route::Machine;
 use pyo3::prelude::*;
 
 use crate::choices::{EFFORTS, MODELS, REFINEMENTS, SCHEDULES, choose, limits};
 use crate::error::{GlimpseError, reject, to_exception};
 use crate::interruptible::run_interruptible;
+use crate::plan::parse_speeds;
 use crate::recipe::PyRecipe;
 use crate::sources::MaterialArgs;
 
@@ -85,6 +88,26 @@ impl From<Failure> for PyErr {
     }
 }
 
+/// Returns the budget for the time of a scan; None without `seconds`.
+fn scan_budget(
+    seconds: Option<f64>,
+    speeds: Option<&Bound<'_, PyAny>>,
+    settle: Option<f64>,
+) -> PyResult<Option<ScanBudget>> {
+    let Some(seconds) = seconds else {
+        return Ok(None);
+    };
+    let default = Machine::default();
+    Ok(Some(ScanBudget {
+        seconds,
+        speeds: speeds
+            .map(parse_speeds)
+            .transpose()?
+            .unwrap_or(default.speeds),
+        settle: settle.unwrap_or(default.settle),
+    }))
+}
+
 /// Trains a recipe as `trainer train` does; the same options give the same bytes.
 ///
 /// `model` is "phong", "cook-torrance", "linear" or "neural". `samples` is the number of readings n (default 8).
@@ -102,7 +125,9 @@ impl From<Failure> for PyErr {
 /// the number of quantization levels of the sensor, 0 for none. `procedural` is the share of training tasks that are
 /// procedural materials (default 0.4). The limits of the machine are `max_theta_i_degrees` (default 90),
 /// `max_theta_o_degrees` (default 90) and `min_separation_degrees` (default 0). `refinement` is the fit that follows the
-/// completion for models other than linear: "gauss-newton" (the default) or "sgd".
+/// completion for models other than linear: "gauss-newton" (the default) or "sgd". `scan_seconds` is the longest time of
+/// a scan, motion and settling together (default: any time), on a machine with `speed_degrees_per_second` (default 10)
+/// and `settle_seconds` (default 0.5) as in `Recipe.plan`.
 ///
 /// Two options require the model linear and schedule="joint" or "paper". `bases` is the number of principal components.
 /// `eta` is the precision of their coefficients.
@@ -117,7 +142,7 @@ impl From<Failure> for PyErr {
     model, materials = None, *, samples = 8, schedule = "prior", effort = "standard", seed = 0, share = None,
     missing = None, noise = None, additive = None, levels = None, procedural = None,
     max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, refinement = None,
-    bases = None, eta = None,
+    scan_seconds = None, speed_degrees_per_second = None, settle_seconds = None, bases = None, eta = None,
     checkpoint = None, checkpoint_every_seconds = 10.0, resume = false, progress = None,
 ))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
@@ -139,6 +164,9 @@ pub(crate) fn train(
     max_theta_o_degrees: Option<f64>,
     min_separation_degrees: Option<f64>,
     refinement: Option<&str>,
+    scan_seconds: Option<f64>,
+    speed_degrees_per_second: Option<&Bound<'_, PyAny>>,
+    settle_seconds: Option<f64>,
     bases: Option<usize>,
     eta: Option<f64>,
     checkpoint: Option<PathBuf>,
@@ -162,6 +190,18 @@ pub(crate) fn train(
             ("max_theta_o_degrees", max_theta_o_degrees.is_some()),
             ("min_separation_degrees", min_separation_degrees.is_some()),
             ("refinement", refinement.is_some()),
+            ("scan_seconds", scan_seconds.is_some()),
+        ],
+    )?;
+    reject_unused(
+        scan_seconds.is_none(),
+        "it requires scan_seconds",
+        &[
+            (
+                "speed_degrees_per_second",
+                speed_degrees_per_second.is_some(),
+            ),
+            ("settle_seconds", settle_seconds.is_some()),
         ],
     )?;
     reject_unused(
@@ -204,6 +244,7 @@ pub(crate) fn train(
                 Some(name) => choose("refinement", name, &REFINEMENTS)?,
                 None => default.refinement,
             },
+            scan: scan_budget(scan_seconds, speed_degrees_per_second, settle_seconds)?,
         },
         checkpoints: checkpoints(checkpoint, checkpoint_every_seconds, resume)?,
         ..Options::new(
@@ -218,6 +259,10 @@ pub(crate) fn train(
         .completion_options
         .validate()
         .map_err(to_exception)?;
+    if let Some(scan) = &options.completion_options.scan {
+        let limits = options.completion_options.limits;
+        scan.validate(limits, samples).map_err(to_exception)?;
+    }
     let materials = match materials {
         Some(materials) => MaterialArgs::parse(materials)?,
         None => MaterialArgs::parse(&pyo3::types::PyString::new(py, "procedural:100"))?,

@@ -171,6 +171,8 @@ def test_fit_matches_command(trainer, tmp_path, recipe_path):
     assert fitted.residual["mean"] == pytest.approx(report["residual"]["mean"], rel=1e-6)
     if recipe.tolerates_missing and recipe.model != "phong":
         assert fitted.predicted_loss == pytest.approx(report["expected_loss"]["loss"], rel=1e-6)
+        bounds = [scan["bound"] for scan in report["partial_scans"]]
+        assert fitted.loss_bounds == pytest.approx(bounds, rel=1e-6)
         assert fitted.loss_bound == pytest.approx(report["expected_loss"]["bound"], rel=1e-6)
         assert fitted.unlike_training is report["expected_loss"]["unlike_training"]
 

@@ -26,6 +26,11 @@ from conftest import assert_names
             {"missing": 0.5, "noise": 0.02, "max_theta_i_degrees": 80, "min_separation_degrees": 10},
             ["--missing", "0.5", "--noise", "0.02", "--max-theta-i", "80", "--min-separation", "10"],
         ),
+        (
+            "phong",
+            {"scan_seconds": 9, "speed_degrees_per_second": [20, 10, 20, 10], "settle_seconds": 0.2},
+            ["--scan-seconds", "9", "--speed", "20,10,20,10", "--settle", "0.2"],
+        ),
     ],
 )
 def test_recipe_matches_train_command(trainer, tmp_path, model, options, arguments):
@@ -37,6 +42,13 @@ def test_recipe_matches_train_command(trainer, tmp_path, model, options, argumen
     if model == "linear":
         assert (tmp_path / "python.basis").read_bytes() == (tmp_path / "command.basis").read_bytes()
     assert len(recipe.trained_on) == 11
+    if "scan_seconds" in options:
+        assert recipe.plan().seconds.max() <= 9
+        assert recipe.plan().order == "progressive"
+        assert recipe.scan_time["speeds_degrees_per_second"] == [20, 10, 20, 10]
+        assert recipe.scan_time["seconds"] == 9 and recipe.scan_time["settle_seconds"] == pytest.approx(0.2)
+    else:
+        assert recipe.scan_time is None
     if "noise" in options:
         assert recipe.noise["relative"] == pytest.approx(0.02)
         assert recipe.limits["max_theta_i_degrees"] == pytest.approx(80)
@@ -208,6 +220,9 @@ def test_rejects_invalid_training():
     assert_names(train_error("phong", schedule="joint", bases=3), "bases")
     assert_names(train_error("linear", schedule="joint", eta=-1), "eta")
     assert_names(train_error("phong", resume=True), "resume")
+    assert_names(train_error("phong", settle_seconds=1), "settle_seconds", "scan_seconds")
+    assert_names(train_error("phong", schedule="joint", scan_seconds=9), "scan_seconds")
+    assert_names(train_error("phong", "procedural:3", samples=4, scan_seconds=2), 4, 2)
     assert_names(train_error("phong", share=[1]), "share")
     for share in ([1], [1, 0]):
         assert_names(train_error("phong", ["procedural:2", "procedural:3"], share=share), "share")

@@ -60,6 +60,12 @@ class _Noise(TypedDict):
     levels: int
 
 @type_check_only
+class _ScanTime(TypedDict):
+    speeds_degrees_per_second: list[float]
+    settle_seconds: float
+    seconds: float
+
+@type_check_only
 class _Provenance(TypedDict):
     trainer: str
     data: str
@@ -148,6 +154,8 @@ class FittedMaterial(Material):
     @property
     def loss_bound(self) -> Optional[float]: ...
     @property
+    def loss_bounds(self) -> list[float]: ...
+    @property
     def unlike_training(self) -> Optional[bool]: ...
     @property
     def residual(self) -> Optional[_Residual]: ...
@@ -226,6 +234,8 @@ class Recipe:
     @property
     def noise(self) -> Optional[_Noise]: ...
     @property
+    def scan_time(self) -> Optional[_ScanTime]: ...
+    @property
     def provenance(self) -> Optional[_Provenance]: ...
     @property
     def training(self) -> Optional[_Training]: ...
@@ -233,10 +243,10 @@ class Recipe:
     def trained_on(self) -> list[str]: ...
     def plan(
         self,
-        order: Literal["travel", "progressive"] = "travel",
+        order: Optional[Literal["travel", "progressive"]] = None,
         *,
         speed_degrees_per_second: Optional[npt.ArrayLike] = None,
-        settle_seconds: float = 0.5,
+        settle_seconds: Optional[float] = None,
         start_degrees: Sequence[float] = ...,
         swap: bool = False,
         isotropic: bool = True,
@@ -321,6 +331,9 @@ def train(
     max_theta_o_degrees: Optional[float] = None,
     min_separation_degrees: Optional[float] = None,
     refinement: Optional[Literal["gauss-newton", "sgd"]] = None,
+    scan_seconds: Optional[float] = None,
+    speed_degrees_per_second: Optional[npt.ArrayLike] = None,
+    settle_seconds: Optional[float] = None,
     bases: Optional[int] = None,
     eta: Optional[float] = None,
     checkpoint: Optional[_Path] = None,
