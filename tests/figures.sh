@@ -14,6 +14,12 @@ figures() {
     if [[ quickstart == *"$word"* ]]; then
         update_readme_picture
     fi
+    if [[ frontier == *"$word"* && -d "$OUT-quick/frontier" ]]; then
+        local plot
+        for plot in {slow,fast}-{loss,delta-e}; do
+            run cp "$OUT-quick/frontier/$plot.svg" "trainer/pictures/frontier-$plot.svg"
+        done
+    fi
 }
 
 # Updates one document. It is written at the end, so a failing command leaves it unchanged.

@@ -1,7 +1,7 @@
 //! Prints `trainer/recipes/losses.csv`: the mean loss of each bundled recipe on 40 unseen procedural materials, and its
-//! mean loss and color error on the materials of a folder.
+//! mean loss and color error on the materials of a folder. Names of recipes after the folder select rows.
 //!
-//!     cargo run --release -p glimpse-tests --example recipe_losses -- MERL-networks/
+//!     cargo run --release -p glimpse-tests --example recipe_losses -- MERL-networks/ [NAME...]
 
 use std::env;
 use std::error::Error;
@@ -24,7 +24,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let merl = Evaluator::new(&merl);
     let basis = Basis::from_compact_bytes(bundled::BASIS)?;
     println!("recipe,procedural,merl,merl color error");
-    for bundled in bundled::ALL {
+    let names: Vec<String> = env::args().skip(2).collect();
+    let selected = |name: &str| names.is_empty() || names.iter().any(|each| each == name);
+    for bundled in bundled::ALL.iter().filter(|each| selected(each.name)) {
         let recipe = bundled.recipe()?;
         let method = Method::ours(&recipe, bundled.basis().map(|_| &basis))?;
         let mut on_procedural = 0.0;

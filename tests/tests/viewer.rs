@@ -99,7 +99,7 @@ fn recipes() -> Vec<PathBuf> {
         let entries = fs::read_dir(folder).expect("a folder of recipes");
         entries.map(|entry| entry.expect("an entry").path())
     };
-    let folders = ["", "completed", "masked"].map(|name| folder.join(name));
+    let folders = ["", "completed", "masked", "timed"].map(|name| folder.join(name));
     let files = folders.into_iter().flat_map(files);
     files
         .filter(|path| {
@@ -128,7 +128,7 @@ fn assert_close(actual: &[f32], expected: &[f32], name: &str) {
 fn fits_and_pictures_match_core_on_host() {
     let material = &Procedural::set(4, 77)[3];
     let recipes = recipes();
-    assert_eq!(recipes.len(), 32);
+    assert_eq!(recipes.len(), 36);
     for (wasm, path) in modules()
         .iter()
         .flat_map(|wasm| recipes.iter().map(move |path| (wasm, path)))

@@ -6,12 +6,13 @@ mod log;
 
 use std::io::Write;
 
-use glimpse_core::model::Neural;
+use glimpse_core::fit::AnyModel;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 use glimpse_tests::RECIPE;
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
+use glimpse_trainer::bundled;
 use log::{
     FINISHED, LoggedReading, NEW_RECIPE, NO_HOST, RESUMED, SAVED, indices, lost_steps, readings,
     values,
@@ -27,10 +28,10 @@ fn boot() -> Emulator {
 }
 
 /// Returns the host's fit of the last reading of each sample.
-fn fit(readings: &[LoggedReading]) -> Vec<u32> {
-    let recipe = Recipe::parse(RECIPE).unwrap();
+fn fit(recipe: &[u8], readings: &[LoggedReading]) -> Vec<u32> {
+    let recipe = Recipe::parse(recipe).unwrap();
     let mut memory = vec![0.0; recipe.memory_words()];
-    let mut scan = Scan::<Neural>::new(recipe, &mut memory).unwrap();
+    let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
     for LoggedReading { index, reading } in readings {
         scan.record(*index, *reading).unwrap();
     }
@@ -46,7 +47,7 @@ fn assert_complete_scan(log: &[String]) {
     let mut samples = indices(&readings);
     samples.sort_unstable();
     assert_eq!(samples, [0, 1, 2, 3, 4, 5, 6, 7]);
-    assert_eq!(values(log), fit(&readings));
+    assert_eq!(values(log), fit(RECIPE, &readings));
     assert!(lost_steps(log).is_empty());
 }
 
@@ -117,7 +118,7 @@ fn lost_steps_are_reported_and_affected_samples_are_read_again() {
     let readings = readings(&log);
     assert!(readings.len() > 8);
     // The fit uses the readings after the loss was detected.
-    assert_eq!(values(&log), fit(&readings));
+    assert_eq!(values(&log), fit(RECIPE, &readings));
 }
 
 /// The link transfers a new recipe. A reset during the transfer keeps the old one.
@@ -144,6 +145,25 @@ fn link_replaces_recipe_and_incomplete_transfer_keeps_old_one() {
         new_checksum,
         "a reset removed the new recipe"
     );
+}
+
+/// A recipe that was trained for the seconds of a scan is read in its own order.
+#[test]
+fn timed_recipe_is_read_in_its_order() {
+    let timed = bundled::ALL
+        .iter()
+        .find(|bundled| bundled.name == "linear-n16-16s");
+    let recipe = timed.unwrap().bytes;
+    let mut emulator = boot();
+    host::offer(&mut emulator.serial, recipe, usize::MAX);
+    let _ = emulator.wait_for(NEW_RECIPE);
+    let _ = emulator.wait_for(FINISHED);
+    let log = emulator.log();
+    let start = log.iter().rposition(|line| line.starts_with(NEW_RECIPE));
+    let (_, scan) = log.split_at(start.unwrap());
+    let readings = readings(scan);
+    assert!(indices(&readings).into_iter().eq(0..16));
+    assert_eq!(values(scan), fit(recipe, &readings));
 }
 
 /// Checks the sizes of the build for the board. Tests do not run this build.
