@@ -2,8 +2,8 @@
 //! simulated. The scanner and the flash lie in memory that survives a reset.
 //!
 //! While no host replies, bytes on the UART control the simulation: `a` to `d` let an arm lose its next forty steps.
-//! While the firmware waits for a command because of saved readings, `p` is a short press of the button, and `h` a long
-//! one.
+//! While the firmware waits for a command because of saved readings or a new recipe, `p` is a short press of the button,
+//! and `h` a long one.
 
 #![no_std]
 #![no_main]
@@ -111,7 +111,7 @@ struct Simulation<'w> {
     uart: Uart,
     /// No host replies, so bytes on the UART control the simulation.
     has_no_host: bool,
-    /// The firmware has reported saved readings, and no byte was received since.
+    /// The firmware has reported saved readings or a new recipe, and no byte was received since.
     awaits_command: bool,
 }
 
@@ -153,7 +153,7 @@ impl Platform for Simulation<'_> {
         event.log();
         match event {
             Event::Ended(outcome) => self.has_no_host = outcome == Outcome::NoHost,
-            Event::Saved { .. } => self.awaits_command = true,
+            Event::Saved { .. } | Event::RecipeUpdate(Ok(())) => self.awaits_command = true,
             _ => {}
         }
     }
