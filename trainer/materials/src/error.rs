@@ -37,13 +37,13 @@ pub enum SourceError {
     },
     /// No file or directory has this path.
     #[error(
-        "{} does not exist; give a directory of materials, a single file (MERL *.binary, RGL *_rgb.bsdf, NBRDF \
+        "{} does not exist; give a directory of materials, a single file (MERL *.binary, RGL *.bsdf, NBRDF \
          NAME_fc1.npy or a fitted material.json), or procedural[:COUNT[:SEED]]", .0.display()
     )]
     NotFound(PathBuf),
     /// A file has no known format.
     #[error(
-        "{} is not a material; give a MERL (*.binary), RGL (*_rgb.bsdf) or NBRDF (NAME_fc1.npy and its five siblings) \
+        "{} is not a material; give a MERL (*.binary), RGL (*.bsdf) or NBRDF (NAME_fc1.npy and its five siblings) \
          file, a fitted material.json, a directory of those, or procedural[:COUNT[:SEED]]", .0.display()
     )]
     UnknownFormat(PathBuf),
@@ -73,7 +73,7 @@ pub enum SourceError {
     },
     /// A directory without materials.
     #[error(
-        "{} holds no materials; put MERL (*.binary), RGL (*_rgb.bsdf) or NBRDF (NAME_fc1.npy and its five siblings) \
+        "{} holds no materials; put MERL (*.binary), RGL (*.bsdf) or NBRDF (NAME_fc1.npy and its five siblings) \
          files or a fitted material.json into it", .0.display()
     )]
     Empty(PathBuf),
@@ -100,7 +100,10 @@ pub struct NotFinite {
 
 impl NotFinite {
     /// Returns an error if a channel of `brdf` is infinite or NaN. `angles` are in radians.
-    pub(super) fn check(angles: Angles<f32>, brdf: [f32; 3]) -> Result<(), Self> {
+    ///
+    /// # Errors
+    /// The first such channel.
+    pub fn check(angles: Angles<f32>, brdf: [f32; 3]) -> Result<(), Self> {
         let Some(value) = brdf.into_iter().find(|value| !value.is_finite()) else {
             return Ok(());
         };

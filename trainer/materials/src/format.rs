@@ -18,6 +18,8 @@ pub enum Format {
     Merl,
     /// RGL: a tensor file, in RGB.
     Rgl,
+    /// RGL: a tensor file of spectra.
+    RglSpectra,
     /// NBRDF: a network in six NumPy arrays.
     Nbrdf,
     /// PAB-Opto text, one file per incoming direction.
@@ -25,12 +27,13 @@ pub enum Format {
 }
 
 impl Format {
-    /// Returns the name: merl, rgl, nbrdf or pab.
+    /// Returns the name: merl, rgl, rgl-spectral, nbrdf or pab.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Merl => "merl",
             Self::Rgl => "rgl",
+            Self::RglSpectra => "rgl-spectral",
             Self::Nbrdf => "nbrdf",
             Self::Pab => "pab",
         }
@@ -55,7 +58,10 @@ impl Format {
             .read_to_end(&mut head)
             .map_err(read_error(path))?;
         if RglMeasurement::has_signature(&head) {
-            return Ok(Self::Rgl);
+            return Ok(match RglMeasurement::has_spectra(&head) {
+                true => Self::RglSpectra,
+                false => Self::Rgl,
+            });
         }
         if MerlTable::has_signature(&head) {
             return Ok(Self::Merl);

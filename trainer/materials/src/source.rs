@@ -195,7 +195,7 @@ fn read(
     Ok(match Format::detect(path)? {
         Format::Nbrdf => Box::new(NeuralBrdf::read(path)?),
         Format::Merl => Box::new(read_merl(path)?),
-        Format::Rgl => Box::new(RglMeasurement::read(path)?),
+        Format::Rgl | Format::RglSpectra => Box::new(RglMeasurement::read(path)?),
         Format::Pab => Box::new(read_pab(path)?),
     })
 }
@@ -239,6 +239,18 @@ fn list(directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
                     second: file,
                 });
             }
+        }
+    }
+    // RGL publishes the same material in both forms.
+    for (name, rgb) in &by_name {
+        let stem = name.strip_suffix("_rgb");
+        let spectral = stem.and_then(|stem| by_name.get_key_value(&format!("{stem}_spec")));
+        if let (Some(stem), Some((_, spectra))) = (stem, spectral) {
+            return Err(SourceError::DuplicateName {
+                name: stem.to_owned(),
+                first: rgb.clone(),
+                second: spectra.clone(),
+            });
         }
     }
     match by_name.is_empty() {

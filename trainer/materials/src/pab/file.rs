@@ -1,6 +1,7 @@
 //! One PAB-Opto file: a header, and values by outgoing direction.
 
-use super::{FROM_XYZ, product};
+use super::product;
+use crate::color::FROM_XYZ;
 use crate::untrusted::escaped;
 
 /// The starts of header lines that identify the format.

@@ -11,7 +11,7 @@ use super::file::{Incidence, SET_THETA_I, sample_name};
 use crate::error::read_error;
 use crate::name::{is_valid_name, name_of};
 use crate::untrusted::{escaped, read_at_most};
-use crate::{Brdf, RglMeasurement, SourceError, to_rgl};
+use crate::{Brdf, Colors, RglMeasurement, SourceError, to_rgl};
 
 /// The number of cells along each axis of the plane; see [`ScatteredValues`].
 const CELLS: usize = 60;
@@ -30,7 +30,8 @@ const HEAD_BYTES: u64 = 1 << 14;
 /// As [`PabSet::read`].
 pub fn read_pab(path: &Path) -> Result<RglMeasurement, SourceError> {
     let set = PabSet::read(path)?;
-    let bytes = to_rgl(&set.sample, &set).map_err(|error| damaged(path)(error.to_string()))?;
+    let bytes =
+        to_rgl(&set.sample, &set, Colors::Rgb).map_err(|error| damaged(path)(error.to_string()))?;
     RglMeasurement::parse(set.sample, &bytes).map_err(damaged(path))
 }
 

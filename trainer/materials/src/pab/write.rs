@@ -7,7 +7,8 @@ use glimpse_core::geometry::{Directions, HalfDifference};
 use rayon::prelude::*;
 
 use super::file::{SET_THETA_I, VALUE_COUNT};
-use super::{TO_XYZ, direction, product};
+use super::{direction, product};
+use crate::color::TO_XYZ;
 use crate::{Brdf, NotFinite, angles_of};
 
 /// The theta_i of the files, in degrees.

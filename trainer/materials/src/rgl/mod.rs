@@ -9,7 +9,9 @@
 //! - `sigma`: the projected area of these microfacets towards theta_i;
 //! - `vndf`: the density of visible normals at each node of `theta_i`. Its cumulative distribution maps
 //!   (u(theta_m), v(phi)) to a point s of the unit square. An even grid of s is dense where the material reflects most;
-//! - `rgb`: the measured factor M(s) at each node of `theta_i`, for each channel.
+//! - `rgb`: the measured factor M(s) at each node of `theta_i`, for each channel;
+//! - `spectra` instead of `rgb`, in `NAME_spec.bsdf`: the same for each of some `wavelengths` in nm. They become RGB by the
+//!   CIE 1931 observer under D65.
 //!
 //! BRDF times cos(theta_o) = M(s) D / (4 sigma), clamped to at least 0, because interpolated measurements may be
 //! negative. The resulting BRDF is not reciprocal.
@@ -18,12 +20,13 @@ mod distribution;
 mod normals;
 mod real_scalar;
 mod sample_point;
+mod spectrum;
 mod tensor_file;
 #[cfg(test)]
 mod tests;
 mod write;
 
-pub use write::to_rgl;
+pub use write::{Colors, to_rgl};
 
 use std::f32::consts::FRAC_PI_2;
 use std::f64::consts::{PI, TAU};
@@ -33,6 +36,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 
 use self::distribution::{Cell, Densities, SlicePosition, TableShape};
 use self::real_scalar::{RealScalar, unit_theta};
+use self::spectrum::rgb_weights;
 use self::tensor_file::TensorFile;
 use super::mapped::map_file;
 use super::name;
@@ -53,15 +57,14 @@ impl RglMeasurement {
     /// Reads and checks a file.
     ///
     /// # Errors
-    /// If the file cannot be read, is damaged, holds a number that is not finite, or is a spectral or anisotropic
-    /// measurement.
+    /// If the file cannot be read, is damaged, holds a number that is not finite, or is an anisotropic measurement.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let name = name::name_of(path).ok_or_else(|| SourceError::UnknownFormat(path.into()))?;
         let damaged = |defect| SourceError::Damaged {
             path: path.into(),
             defect,
         };
-        // A map reads only the pages that are used. The header suffices to reject spectral files, which are large.
+        // A map reads only the pages that are used, and spectral files are large.
         let bytes = map_file(path)?;
         Self::parse(name, &bytes).map_err(damaged)
     }
@@ -70,6 +73,14 @@ impl RglMeasurement {
     pub(super) fn parse(name: String, bytes: &[u8]) -> Result<Self, String> {
         let tensors = Tensors::parse(bytes)?;
         Ok(Self { name, tensors })
+    }
+
+    /// Returns true if the first bytes of a file, with the names of its fields, are those of a spectral file.
+    #[must_use]
+    pub fn has_spectra(bytes: &[u8]) -> bool {
+        let has = |name: &[u8]| bytes.windows(name.len()).any(|bytes| bytes == name);
+        // Names follow their lengths.
+        has(b"\x07\0spectra") && !has(b"\x03\0rgb")
     }
 
     /// Returns true if the first bytes of a file are those of a tensor file.
@@ -125,11 +136,6 @@ struct Tensors {
 impl Tensors {
     fn parse(bytes: &[u8]) -> Result<Self, String> {
         let file = TensorFile::parse(bytes)?;
-        if !file.has("rgb") && (file.has("spectra") || file.has("wavelengths")) {
-            return Err("it is a spectral measurement, and only RGB is supported; replace it with the material's \
-                 *_rgb.bsdf"
-                .to_owned());
-        }
         let ([phi_count], _) = file.floats("phi_i")?;
         // The two values of phi_i of an isotropic material are -pi and pi.
         if !(1..=2).contains(&phi_count) {
@@ -175,8 +181,11 @@ impl Tensors {
         let ([vndf_phi_count, vndf_theta_count, rows, columns], vndf) = file.floats("vndf")?;
         let vndf = check_densities("vndf", vndf)?;
         let vndf_shape = table_shape("vndf", [rows, columns])?;
-        let ([rgb_phi_count, rgb_theta_count, channels, rows, columns], rgb) =
-            file.floats("rgb")?;
+        let is_spectral = !file.has("rgb") && file.has("spectra");
+        let ([rgb_phi_count, rgb_theta_count, channels, rows, columns], rgb) = match is_spectral {
+            true => rgb_from_spectra(&file, [phi_count, theta_count])?,
+            false => file.floats("rgb")?,
+        };
         let rgb_shape = table_shape("rgb", [rows, columns])?;
         if [vndf_phi_count, vndf_theta_count] != [phi_count, theta_count]
             || [rgb_phi_count, rgb_theta_count, channels] != [phi_count, theta_count, 3]
@@ -237,6 +246,68 @@ impl Tensors {
             });
             (measured * factor).relu()
         })
+    }
+}
+
+/// The range of wavelengths that a spectrum must cover, nm: that of almost all visible light.
+const VISIBLE: [f32; 2] = [450.0, 650.0];
+
+/// The shape of `rgb`: values of phi_i and theta_i, channels, rows and columns; and its values.
+type RgbField = ([usize; 5], Vec<f32>);
+
+/// Converts the field `spectra` to `rgb`. `counts` are the numbers of phi_i and theta_i.
+fn rgb_from_spectra(file: &TensorFile<'_>, counts: [usize; 2]) -> Result<RgbField, String> {
+    let ([wavelength_count], wavelengths) = file.floats("wavelengths")?;
+    if wavelength_count < 2 || !wavelengths.is_sorted_by(|a, b| a < b) {
+        return Err(
+            "its field wavelengths must hold at least two increasing values; replace the file with an intact copy"
+                .to_owned(),
+        );
+    }
+    let [first, last] = [wavelengths[0], wavelengths[wavelength_count - 1]];
+    if !(first <= VISIBLE[0] && last >= VISIBLE[1]) {
+        let [from, to] = VISIBLE;
+        return Err(format!(
+            "its field wavelengths holds {first} to {last}, and must cover {from} to {to} nm; convert its unit to nm, or \
+             replace the file with an intact copy"
+        ));
+    }
+    let ([phi_count, theta_count, count, rows, columns], words) = file.float_words("spectra")?;
+    let shape = table_shape("spectra", [rows, columns])?;
+    if [phi_count, theta_count, count] != [counts[0], counts[1], wavelength_count] {
+        return Err(format!(
+            "it has {} values of phi_i, {} of theta_i and {wavelength_count} wavelengths, but its field spectra has \
+             {phi_count}, {theta_count} and {count}; replace the file with an intact copy",
+            counts[0], counts[1]
+        ));
+    }
+    if words.is_empty() {
+        return Err(
+            "its field spectra has no values; replace the file with an intact copy".to_owned(),
+        );
+    }
+    let weights = rgb_weights(&wavelengths);
+    let nodes = shape.nodes();
+    let mut rgb = Vec::with_capacity(3 * phi_count * theta_count * nodes);
+    // The values at one direction of the light: a table for each wavelength. Their number fits into the file.
+    for slice in words.chunks(wavelength_count * nodes) {
+        let mut sums = vec![0.0_f64; 3 * nodes];
+        for (plane, weight) in slice.chunks(nodes).zip(&weights) {
+            for (node, word) in plane.iter().enumerate() {
+                let value = f64::from(f32::from_le_bytes(*word));
+                for (channel, weight) in weight.iter().enumerate() {
+                    sums[channel * nodes + node] += weight * value;
+                }
+            }
+        }
+        rgb.extend(sums.into_iter().map(|sum| sum as f32));
+    }
+    match rgb.iter().all(|value| value.is_finite()) {
+        true => Ok(([phi_count, theta_count, 3, rows, columns], rgb)),
+        false => Err(
+            "a value of its field spectra is not finite; replace the file with an intact copy"
+                .to_owned(),
+        ),
     }
 }
 

@@ -133,6 +133,16 @@ impl<'a> TensorFile<'a> {
         }
     }
 
+    /// Returns the shape and the little-endian values of a field with `N` dimensions of 32-bit floats, for fields that are too
+    /// large for a list.
+    pub(super) fn float_words<const N: usize>(
+        &self,
+        name: &str,
+    ) -> Result<([usize; N], &'a [[u8; 4]]), String> {
+        let (shape, bytes) = self.values(name, FLOAT_32)?;
+        Ok((shape, bytes.as_chunks().0))
+    }
+
     /// Returns the value of a field of one byte.
     pub(super) fn byte(&self, name: &str) -> Result<u8, String> {
         match self.values::<1>(name, UNSIGNED_8)? {
@@ -188,7 +198,7 @@ impl Values<'_> {
 }
 
 /// Returns the bytes of a file with the given fields: name, shape and values of each.
-pub(super) fn write(fields: &[(&str, &[usize], Values<'_>)]) -> Vec<u8> {
+pub(super) fn write(fields: &[(&str, Vec<usize>, Values<'_>)]) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend(VERSION);
     bytes.extend((fields.len() as u32).to_le_bytes());
@@ -204,7 +214,7 @@ pub(super) fn write(fields: &[(&str, &[usize], Values<'_>)]) -> Vec<u8> {
         bytes.extend((shape.len() as u16).to_le_bytes());
         bytes.push(values.type_code());
         bytes.extend((offset as u64).to_le_bytes());
-        for length in *shape {
+        for length in shape {
             bytes.extend((*length as u64).to_le_bytes());
         }
         offset += values.byte_count();

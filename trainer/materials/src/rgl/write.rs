@@ -19,6 +19,7 @@ use super::distribution::{Cell, Densities, TableShape};
 use super::normals::{NDF, Normals, SIGMA};
 use super::real_scalar::unit_theta;
 use super::sample_point::{SamplePoint, coordinate, luminance, solid_angle, times_cosine};
+use super::spectrum::{PRIMARIES, WAVELENGTHS};
 use super::tensor_file::{Values, write};
 use crate::{Brdf, NotFinite};
 
@@ -32,11 +33,24 @@ const VNDF: TableShape = TableShape {
 /// The fraction of `vndf` that is based on visible normals. The rest is constant.
 const VISIBLE_FRACTION: f64 = 0.4;
 
-/// Tabulates a BRDF. Returns the bytes of a file `NAME_rgb.bsdf`, 12 MB. `description` becomes a field of the file.
+/// The colors of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Colors {
+    /// `NAME_rgb.bsdf`, in linear RGB, 12 MB.
+    Rgb,
+    /// `NAME_spec.bsdf`, with a spectrum of the same color under D65, 41 MB: the form that pbrt-v4 reads.
+    Spectra,
+}
+
+/// Tabulates a BRDF. Returns the bytes of a file. `description` becomes a field of the file.
 ///
 /// # Errors
 /// If the BRDF is not finite at a node.
-pub fn to_rgl(description: &str, brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>, NotFinite> {
+pub fn to_rgl(
+    description: &str,
+    brdf: &(impl Brdf + ?Sized),
+    colors: Colors,
+) -> Result<Vec<u8>, NotFinite> {
     let theta_i = theta_i();
     let normals = Normals::new(brdf)?;
     let slices: Vec<Slice> = theta_i
@@ -47,51 +61,76 @@ pub fn to_rgl(description: &str, brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>,
     let joined = |field: fn(&Slice) -> &Vec<f32>| -> Vec<f32> {
         slices.iter().flat_map(field).copied().collect()
     };
+    let (valid, valid_shape) = (valid_bits(&slices), vec![theta_count * SIDE * SIDE / 8]);
+    let rgb_shape = vec![1, theta_count, 3, SIDE, SIDE];
     let (vndf, luminance, rgb) = (
         joined(|slice| &slice.vndf),
         joined(|slice| &slice.luminance),
         joined(|slice| &slice.rgb),
     );
-    Ok(write(&[
+    let mut fields: Vec<(&str, Vec<usize>, Values<'_>)> = vec![
         (
             "description",
-            &[description.len()],
+            vec![description.len()],
             Values::Bytes(description.as_bytes()),
         ),
-        ("phi_i", &[1], Values::Floats(&[0.0])),
-        ("theta_i", &[theta_count], Values::Floats(&theta_i)),
+        ("phi_i", vec![1], Values::Floats(&[0.0])),
+        ("theta_i", vec![theta_count], Values::Floats(&theta_i)),
         (
             "sigma",
-            &[SIGMA.rows, SIGMA.columns],
+            vec![SIGMA.rows, SIGMA.columns],
             Values::Floats(&normals.sigma),
         ),
         (
             "ndf",
-            &[NDF.rows, NDF.columns],
+            vec![NDF.rows, NDF.columns],
             Values::Floats(&normals.ndf),
         ),
         (
             "vndf",
-            &[1, theta_count, VNDF.rows, VNDF.columns],
+            vec![1, theta_count, VNDF.rows, VNDF.columns],
             Values::Floats(&vndf),
         ),
         (
             "luminance",
-            &[1, theta_count, SIDE, SIDE],
+            vec![1, theta_count, SIDE, SIDE],
             Values::Floats(&luminance),
         ),
-        (
-            "rgb",
-            &[1, theta_count, 3, SIDE, SIDE],
-            Values::Floats(&rgb),
-        ),
-        ("jacobian", &[1], Values::Bytes(&[1])),
-        (
-            "valid",
-            &[theta_count * SIDE * SIDE / 8],
-            Values::Bytes(&valid_bits(&slices)),
-        ),
-    ]))
+        ("jacobian", vec![1], Values::Bytes(&[1])),
+        ("valid", valid_shape, Values::Bytes(&valid)),
+    ];
+    let spectra;
+    match colors {
+        Colors::Rgb => fields.push(("rgb", rgb_shape, Values::Floats(&rgb))),
+        Colors::Spectra => {
+            spectra = spectra_from_rgb(&rgb);
+            let spectra_shape = vec![1, theta_count, WAVELENGTHS.len(), SIDE, SIDE];
+            fields.push((
+                "wavelengths",
+                vec![WAVELENGTHS.len()],
+                Values::Floats(&WAVELENGTHS),
+            ));
+            fields.push(("spectra", spectra_shape, Values::Floats(&spectra)));
+        }
+    }
+    Ok(write(&fields))
+}
+
+/// Converts the values of `rgb` to spectra.
+fn spectra_from_rgb(rgb: &[f32]) -> Vec<f32> {
+    let nodes = SIDE * SIDE;
+    let slices = rgb.chunks_exact(3 * nodes);
+    let planes = slices.flat_map(|slice| {
+        PRIMARIES.iter().flat_map(move |weights| {
+            (0..nodes).map(move |node| {
+                let channels = weights.iter().enumerate();
+                channels
+                    .map(|(channel, weight)| weight * slice[channel * nodes + node])
+                    .sum()
+            })
+        })
+    });
+    planes.collect()
 }
 
 /// Returns the nodes of theta_i in radians. They are denser near the horizon. The last one is at 89.9 degrees, where

@@ -8,7 +8,7 @@ use glimpse_core::model::ParameterSet;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{
-    Material, NeuralBrdf, Procedural, RglMeasurement, to_merl, to_rgl, write_merl,
+    Colors, Material, NeuralBrdf, Procedural, RglMeasurement, to_merl, to_rgl, write_merl,
 };
 
 use crate::common::assert_names;
@@ -34,7 +34,8 @@ fn defect(name: &str, bytes: &[u8]) -> String {
 fn tensor_file_is_close_to_the_brdf() {
     let mut losses = Vec::new();
     for material in &Procedural::set(12, 5) {
-        let bytes = to_rgl("test", material as &dyn Material).expect("the BRDF is finite");
+        let bytes =
+            to_rgl("test", material as &dyn Material, Colors::Rgb).expect("the BRDF is finite");
         let read = measurement(&bytes);
         losses.push(loss_between(&read as &dyn Material, material));
         // The loss gives little weight to grazing outgoing directions, so that their error is checked separately.
@@ -65,7 +66,7 @@ fn tensor_file_is_close_to_the_brdf() {
 fn black_brdf_stays_black() {
     let black = FunctionMaterial(|_| [0.0; 3]);
     let black: &dyn Material = &black;
-    let read = measurement(&to_rgl("black", black).expect("the BRDF is finite"));
+    let read = measurement(&to_rgl("black", black, Colors::Rgb).expect("the BRDF is finite"));
     assert_eq!(loss_between(&read as &dyn Material, black), 0.0);
     let table = to_merl(black).expect("the BRDF is finite");
     let values = table[12..].as_chunks().0.iter().copied();
@@ -80,7 +81,7 @@ fn rejects_non_finite_brdf() {
     });
     let nan_material: &dyn Material = &nan_material;
     for error in [
-        to_rgl("", nan_material).expect_err("the BRDF is NaN"),
+        to_rgl("", nan_material, Colors::Rgb).expect_err("the BRDF is NaN"),
         to_merl(nan_material).expect_err("the BRDF is NaN"),
     ] {
         let [theta_h, ..] = error.angles;

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Material, RglMeasurement};
+use glimpse_materials::{Colors, Material, Procedural, RglMeasurement, to_rgl};
 
 use crate::common::assert_names;
 use crate::folder::{Folder, reported_defect};
@@ -165,14 +165,6 @@ pub(crate) fn anisotropic() -> Vec<u8> {
     valid_file(&Formula::fields(&[-1.0, 0.0, 1.0]))
 }
 
-/// Returns the file of a spectral measurement.
-pub(crate) fn spectral() -> Vec<u8> {
-    let mut fields = Formula::fields(&[0.0]);
-    let rgb = fields.iter_mut().find(|field| field.name == "rgb");
-    rgb.expect("the field exists").name = "spectra";
-    valid_file(&fields)
-}
-
 #[test]
 fn lookups_match_the_formula() {
     let material = read(&isotropic());
@@ -205,6 +197,62 @@ fn lookups_match_the_formula() {
     }
     println!("largest relative error: {largest:.1e}");
     assert!(largest < 2e-6, "{largest}");
+}
+
+/// A written spectrum has the color of the written RGB.
+#[test]
+fn spectra_have_colors_of_rgb() {
+    let material = &Procedural::set(2, 3)[1];
+    let [rgb, spectral] = [Colors::Rgb, Colors::Spectra].map(|colors| {
+        read(&to_rgl("", material as &dyn Material, colors).expect("the BRDF is finite"))
+    });
+    for angles in uniform_valid(2_000, 5) {
+        let (expected, actual) = (rgb.brdf(angles), spectral.brdf(angles));
+        let largest = expected.into_iter().fold(0.0, f32::max);
+        for (one, other) in expected.into_iter().zip(actual) {
+            assert!(
+                (one - other).abs() <= 3e-3 * largest,
+                "{expected:?} {actual:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn rejects_invalid_spectra() {
+    let mut fields = Formula::fields(&[0.0]);
+    let rgb = fields.iter_mut().find(|field| field.name == "rgb");
+    rgb.expect("the field exists").name = "spectra";
+    assert_rejected(&valid_file(&fields), &["wavelengths"]);
+    let with_wavelengths = |wavelengths: &[f32]| {
+        let mut fields = fields.clone();
+        fields.push(Field::floats(
+            "wavelengths",
+            &[wavelengths.len()],
+            wavelengths,
+        ));
+        fields
+    };
+    let three = with_wavelengths(&[400.0, 550.0, 700.0]);
+    read(&valid_file(&three));
+    for (wavelengths, words) in [
+        (&[400.0, 700.0][..], &["2", "spectra"][..]),
+        (&[700.0, 550.0, 400.0], &["wavelengths"]),
+        (&[0.4, 0.55, 0.7], &["0.4", "0.7", "nm"]),
+    ] {
+        assert_rejected(&valid_file(&with_wavelengths(wavelengths)), words);
+    }
+    let mut not_finite = three.clone();
+    let spectra = not_finite.iter_mut().find(|field| field.name == "spectra");
+    spectra.expect("the field exists").values[..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    assert_rejected(&valid_file(&not_finite), &["spectra"]);
+    // A field without values may have any dimensions.
+    let mut empty = three;
+    let spectra = empty.iter_mut().find(|field| field.name == "spectra");
+    let spectra = spectra.expect("the field exists");
+    spectra.shape = vec![0, 1, 3, 1 << 32, 1 << 31];
+    spectra.values.clear();
+    assert_rejected(&valid_file(&empty), &["spectra"]);
 }
 
 #[test]
@@ -297,7 +345,11 @@ fn rejects_invalid_fields() {
             &["phi_i", "theta_i", "2", "vndf", "rgb", "[1, 3]"],
         ),
         ("rgb", floats("rgb", &[1, 3, 4, 4, 5], 1.0), &["rgb", "4"]),
-        ("rgb", floats("spectra", &[1, 3, 3, 4, 5], 1.0), &["RGB"]),
+        (
+            "rgb",
+            floats("spectra", &[1, 3, 3, 4, 5], 1.0),
+            &["wavelengths"],
+        ),
         ("description", floats("rgb", &[1], 1.0), &["rgb"]),
     ] {
         assert_rejected(&with_field(name, field), words);

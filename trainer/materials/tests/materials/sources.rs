@@ -4,11 +4,13 @@ use std::fs;
 use std::path::Path;
 
 use glimpse_core::model::Neural;
-use glimpse_materials::{NeuralBrdf, Source, SourceError, write_merl};
+use glimpse_materials::{
+    Colors, Material, NeuralBrdf, Procedural, Source, SourceError, to_rgl, write_merl,
+};
 
 use crate::common::assert_names;
 use crate::folder::{Folder, load, reported_defect};
-use crate::rgl::{anisotropic, isotropic, spectral};
+use crate::rgl::{anisotropic, isotropic};
 use crate::{angles, network};
 
 const ARRAYS: [(&str, &[u64]); 6] = [
@@ -134,15 +136,27 @@ fn rejects_duplicate_names() {
 fn unsupported_measurements_are_errors() {
     let folder = Folder::new();
     folder.write("a_rgb.bsdf", isotropic());
-    for (file, bytes, words) in [
-        ("brushed_rgb.bsdf", anisotropic(), &["3", "phi_i"][..]),
-        ("a_spec.bsdf", spectral(), &["RGB"]),
+    let file = folder.write("brushed_rgb.bsdf", anisotropic());
+    for source in [folder.path(), &file] {
+        assert_damaged(source, &file, &["3", "phi_i"]);
+    }
+}
+
+/// RGL publishes each material in RGB and as spectra.
+#[test]
+fn both_forms_of_rgl_are_duplicates() {
+    let folder = Folder::new();
+    let material = &Procedural::set(1, 3)[0];
+    for (file, colors) in [
+        ("a_rgb.bsdf", Colors::Rgb),
+        ("a_spec.bsdf", Colors::Spectra),
     ] {
-        let file = folder.write(file, bytes);
-        for source in [folder.path(), &file] {
-            assert_damaged(source, &file, words);
-        }
-        fs::remove_file(&file).expect("the file is removed");
+        let bytes = to_rgl("", material as &dyn Material, colors).expect("the BRDF is finite");
+        folder.write(file, bytes);
+    }
+    match load(folder.path()) {
+        Err(SourceError::DuplicateName { name, .. }) => assert_eq!(name, "a"),
+        other => panic!("{:?}", other.err()),
     }
 }
 
