@@ -1,17 +1,20 @@
 //! Conversion of materials to the formats of other programs: file names and contents.
 //!
-//! The format NBRDF only holds networks, so a network is fitted to other materials.
+//! The format NBRDF only holds networks, so a network is fitted to other materials. Shading models of renderers are fitted
+//! too.
 
 use std::path::{Path, PathBuf};
 
 use glimpse_core::model::{ModelKind, NeuralParameters};
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::{
-    Format, Material, NeuralBrdf, NotFinite, Source, SourceError, pab_suffixes, to_merl, to_nbrdf,
-    to_pab, to_rgl,
+    Colors, Format, Material, NeuralBrdf, NotFinite, Source, SourceError, pab_suffixes, to_merl,
+    to_nbrdf, to_pab, to_rgl,
 };
 
-use crate::evaluation::{EvaluationError, Method, OPTIMUM_STEPS};
+use crate::evaluation::{EvaluationError, Method, OPTIMUM_STEPS, compare};
+use crate::metrics::{CompareError, Metrics};
+use crate::shading::{self, ShadingError, ShadingModel};
 
 /// An error in converting a material.
 #[derive(Debug, thiserror::Error)]
@@ -22,6 +25,12 @@ pub enum ConversionError {
     /// No network can be fitted to the material.
     #[error(transparent)]
     Fit(#[from] EvaluationError),
+    /// No shading model can be fitted to the material.
+    #[error(transparent)]
+    Shading(#[from] ShadingError),
+    /// Pictures cannot be compared. Does not happen in practice because all have the same size.
+    #[error(transparent)]
+    Compare(#[from] CompareError),
     /// The fit of a network diverged.
     #[error("the fit of a network diverged; give another seed")]
     FitDiverged,
@@ -36,31 +45,95 @@ pub enum ConversionError {
     NotNetworkFile(PathBuf),
 }
 
-/// Returns the format for the extension `.binary`, `.bsdf` or `.npy` of a file; None for other extensions.
-#[must_use]
-pub fn format_from_extension(path: &Path) -> Option<Format> {
-    match path.extension()?.to_str()? {
-        "binary" => Some(Format::Merl),
-        "bsdf" => Some(Format::Rgl),
-        "npy" => Some(Format::Nbrdf),
-        _ => None,
+/// An output format of materials.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OutputFormat {
+    /// The BRDF, in a format that the trainer also reads.
+    Brdf(Format),
+    /// The parameters of a shading model that approximates the BRDF.
+    Shading(ShadingModel),
+}
+
+impl OutputFormat {
+    /// All formats.
+    pub const ALL: [Self; 8] = [
+        Self::Brdf(Format::Merl),
+        Self::Brdf(Format::Nbrdf),
+        Self::Brdf(Format::Rgl),
+        Self::Brdf(Format::RglSpectra),
+        Self::Brdf(Format::Pab),
+        Self::Shading(ShadingModel::Principled),
+        Self::Shading(ShadingModel::Gltf),
+        Self::Shading(ShadingModel::StandardSurface),
+    ];
+
+    /// Returns the name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Brdf(format) => format.name(),
+            Self::Shading(ShadingModel::Principled) => "principled",
+            Self::Shading(ShadingModel::Gltf) => "gltf",
+            Self::Shading(ShadingModel::StandardSurface) => "materialx",
+        }
+    }
+
+    /// Returns the format with this name; None if no format has it.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|format| format.name() == name)
+    }
+
+    /// Returns the format for the ending of a file's name; None for other endings.
+    #[must_use]
+    pub fn from_extension(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()? {
+            "binary" => Some(Self::Brdf(Format::Merl)),
+            "bsdf" if has_suffix(path, "_spec") => Some(Self::Brdf(Format::RglSpectra)),
+            "bsdf" => Some(Self::Brdf(Format::Rgl)),
+            "npy" => Some(Self::Brdf(Format::Nbrdf)),
+            "gltf" => Some(Self::Shading(ShadingModel::Gltf)),
+            "mtlx" => Some(Self::Shading(ShadingModel::StandardSurface)),
+            "json" if has_suffix(path, "_principled") => {
+                Some(Self::Shading(ShadingModel::Principled))
+            }
+            _ => None,
+        }
     }
 }
 
-/// Returns the paths of a material's files. For MERL and RGL, `path` is the only file. For NBRDF, it is one of the six
+/// Returns true if the file's name without its extension has this ending, as `NAME_spec.bsdf`, RGL's name of spectral files.
+fn has_suffix(path: &Path, suffix: &str) -> bool {
+    let stem = path.file_stem().and_then(|stem| stem.to_str());
+    stem.is_some_and(|stem| stem.ends_with(suffix))
+}
+
+/// The files of a material, and their errors.
+#[derive(Clone, Debug)]
+pub struct Encoded {
+    /// Names and contents, in the order of [`output_paths`].
+    pub files: Vec<(String, Vec<u8>)>,
+    /// The errors of a shading model against the material; None for other formats.
+    pub metrics: Option<Metrics>,
+}
+
+/// Returns the paths of a material's files. For MERL, RGL and shading models, `path` is the only file. For NBRDF, it is one of the six
 /// files or their common prefix. For PAB-Opto's text, it is the common prefix.
 ///
 /// # Errors
 /// If the path has no file name, or ends in `.npy` but not like one of the six files.
-pub fn output_paths(format: Format, path: &Path) -> Result<Vec<PathBuf>, ConversionError> {
+pub fn output_paths(format: OutputFormat, path: &Path) -> Result<Vec<PathBuf>, ConversionError> {
     match format {
-        Format::Merl | Format::Rgl => Ok(vec![path.to_owned()]),
-        Format::Pab => {
+        OutputFormat::Shading(_)
+        | OutputFormat::Brdf(Format::Merl | Format::Rgl | Format::RglSpectra) => {
+            Ok(vec![path.to_owned()])
+        }
+        OutputFormat::Brdf(Format::Pab) => {
             let name = file_name(path)?;
             let names = pab_suffixes().map(|suffix| format!("{name}{suffix}"));
             Ok(names.map(|name| path.with_file_name(name)).collect())
         }
-        Format::Nbrdf => {
+        OutputFormat::Brdf(Format::Nbrdf) => {
             if let Some(files) = NeuralBrdf::files_of(path) {
                 return Ok(files.to_vec());
             }
@@ -83,13 +156,41 @@ pub fn file_name(path: &Path) -> Result<&str, ConversionError> {
     name.ok_or_else(|| ConversionError::Name(path.into()))
 }
 
-/// Encodes a material in a format. Returns the names and the bytes of its files, in the order of [`output_paths`]. The
-/// names begin with `name`. For NBRDF, a network is fitted to a material that is not a network. The fit takes a few
-/// seconds and depends on the seed.
+/// Encodes a material in a format. The names of files begin with `name`. For NBRDF, a network is fitted to a material that is
+/// not a network. The fit takes a few seconds and depends on the seed. The fit of a shading model takes a few seconds too.
 ///
 /// # Errors
-/// If the material has a value that is not finite, or no network can be fitted to it.
+/// If the material has a value that is not finite, or no network or shading model can be fitted to it.
 pub fn encode(
+    material: &dyn Material,
+    format: OutputFormat,
+    name: &str,
+    seed: u64,
+) -> Result<Encoded, ConversionError> {
+    match format {
+        OutputFormat::Brdf(format) => Ok(Encoded {
+            files: encode_brdf(material, format, name, seed)?,
+            metrics: None,
+        }),
+        OutputFormat::Shading(model) => {
+            let shading = shading::fit(material, model)?;
+            let metrics = compare(&shading, material)?;
+            let file = shading.to_file(name, &metrics);
+            Ok(Encoded {
+                files: vec![(format!("{name}{}", model.suffix()), file)],
+                metrics: Some(metrics),
+            })
+        }
+    }
+}
+
+/// Returns the description in RGL's files.
+fn describe(material: &dyn Material) -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    format!("{}, by glimpse-trainer {version}", material.name())
+}
+
+fn encode_brdf(
     material: &dyn Material,
     format: Format,
     name: &str,
@@ -97,11 +198,14 @@ pub fn encode(
 ) -> Result<Vec<(String, Vec<u8>)>, ConversionError> {
     Ok(match format {
         Format::Merl => vec![(format!("{name}.binary"), to_merl(material)?)],
-        Format::Rgl => {
-            let version = env!("CARGO_PKG_VERSION");
-            let description = format!("{}, by glimpse-trainer {version}", material.name());
-            vec![(format!("{name}_rgb.bsdf"), to_rgl(&description, material)?)]
-        }
+        Format::Rgl => vec![(
+            format!("{name}_rgb.bsdf"),
+            to_rgl(&describe(material), material, Colors::Rgb)?,
+        )],
+        Format::RglSpectra => vec![(
+            format!("{name}_spec.bsdf"),
+            to_rgl(&describe(material), material, Colors::Spectra)?,
+        )],
         Format::Nbrdf => {
             let network = match material.network() {
                 Some(network) => network,
@@ -168,7 +272,7 @@ mod tests {
             let model = method.model();
             let fitted = method.fit(&material, 1).expect("the fit succeeds");
             let path = directory.path().join("written_rgb.bsdf");
-            let bytes = to_rgl("a fit", &fitted).expect("the fit is finite");
+            let bytes = to_rgl("a fit", &fitted, Colors::Rgb).expect("the fit is finite");
             std::fs::write(&path, bytes).expect("the file can be written");
             let read = RglMeasurement::read(&path).expect("the file can be read");
             let before = loss_between(&fitted, &material);

@@ -9,9 +9,10 @@
 //! - [`render`]: images of spheres in an environment light
 //! - [`metrics`]: errors of a fit against its material
 //! - [`evaluation`]: fitting methods and their errors on materials
+//! - [`shading`]: shading models of renderers, fitted to a BRDF
 //! - [`conversion`]: materials in the formats of other programs
 //! - [`scanner`]: the virtual scanner
-//! - [`report`]: tables, plots, pages
+//! - [`report`] (feature `program`): tables, plots, pages
 //! - [`benchmark`]: timing of the computations that dominate training
 //! - `commit` (program only): its version
 //! - `experiment` (program only): the paper's tables and figures
@@ -29,5 +30,7 @@ pub mod export;
 pub mod measurement;
 pub mod metrics;
 pub mod render;
+#[cfg(feature = "program")]
 pub mod report;
 pub mod scanner;
+pub mod shading;

@@ -21,7 +21,7 @@ use commands::cell_list::CommandLine;
 ///
 /// SOURCES. Every option or argument that takes materials, such as --data SOURCE, takes one of
 ///
-/// - a directory with any mix of MERL *.binary, isotropic RGL *_rgb.bsdf, NBRDF sets
+/// - a directory with any mix of MERL *.binary, isotropic RGL *.bsdf (RGB or spectra), NBRDF sets
 ///   (NAME_fc1.npy and its five siblings) and fitted materials (material.json of `trainer fit`,
 ///   in the directory itself or in a subdirectory);
 /// - a single such file;
@@ -29,8 +29,8 @@ use commands::cell_list::CommandLine;
 ///
 /// A material has the name of its file, an NBRDF set has the name NAME, and a fitted material has
 /// the name in its file. Names within a directory must be unique. Skipped entries (other
-/// subdirectories, extensions in capitals, non-UTF-8 names) are reported on stderr. A spectral or
-/// anisotropic *.bsdf file is an error.
+/// subdirectories, extensions in capitals, non-UTF-8 names) are reported on stderr. An
+/// anisotropic *.bsdf file, and NAME_spec.bsdf beside NAME_rgb.bsdf, are errors.
 #[derive(Parser)]
 #[command(name = "trainer", version = commit::VERSION, max_term_width = 100, verbatim_doc_comment)]
 struct Cli {
@@ -67,6 +67,7 @@ enum Command {
     Render(commands::render::Render),
     Export(commands::export::Export),
     Convert(commands::convert::Convert),
+    Compare(commands::compare::Compare),
     Reproduce(commands::reproduce::Reproduce),
     VirtualScanner(commands::virtual_scanner::VirtualScanner),
     Bench(commands::bench::Bench),
@@ -118,6 +119,7 @@ fn main() -> ExitCode {
         Command::Render(command) => command.run(common.seed),
         Command::Export(command) => command.run(),
         Command::Convert(command) => command.run(common.seed),
+        Command::Compare(command) => command.run(),
         Command::Reproduce(command) if command.list => {
             command_line().and_then(|line| command.list(common.seed, &line))
         }

@@ -6,11 +6,12 @@ use std::path::PathBuf;
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_materials::files::has_content;
-use glimpse_materials::{Format, Source};
-use glimpse_trainer::conversion::{file_name, format_from_extension, loss_of_file, output_paths};
+use glimpse_materials::{Format, Material, Reciprocal, Source};
+use glimpse_trainer::conversion::{OutputFormat, file_name, loss_of_file, output_paths};
+use glimpse_trainer::metrics::Metrics;
 use serde_json::json;
 
-use super::formats::{Files, FormatName, files_of};
+use super::formats::{self, Files, files_of};
 use super::output::{file_as_json, refuse_source, write_files_forced};
 use super::{load, print, print_json};
 
@@ -21,9 +22,18 @@ use super::{load, print, print_json};
 /// already, its files are copied. For NBRDF, a network is fitted to the material in a few seconds,
 /// unless IN is a network itself. A material of `trainer fit` with the model neural is a network.
 ///
+/// The formats principled, gltf and materialx hold the parameters of a renderer's shading model that
+/// approximates IN. The loss of this approximation and its color error (mean CIEDE2000 of a sphere)
+/// are printed.
+///
+/// With --reciprocal, OUT has the mean of IN and of IN with light and sensor exchanged, as renderers
+/// expect that trace light from both ends. A network of the model neural is not reciprocal.
+///
 /// Example: trainer convert aurora_white_rgb.bsdf aurora_white.binary
 ///          trainer convert gold.binary gold_rgb.bsdf
 ///          trainer convert gold.binary gold --format nbrdf
+///          trainer convert gold.binary gold.gltf
+///          trainer convert gold/material.json gold_rgb.bsdf --reciprocal
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Convert {
@@ -33,13 +43,17 @@ pub(crate) struct Convert {
     /// File to write; for nbrdf one of the six files or NAME, for pab NAME
     #[arg(value_name = "OUT")]
     out: PathBuf,
-    /// Output format [default: by the extension of OUT: .binary, .bsdf or .npy]
-    #[arg(long, value_enum)]
-    format: Option<FormatName>,
+    /// Output format [default: by the ending of OUT: .binary, .bsdf, _spec.bsdf, .npy, .gltf, .mtlx or
+    /// _principled.json]
+    #[arg(long, value_parser = formats::parser())]
+    format: Option<OutputFormat>,
+    /// Write the mean of both orders of light and sensor
+    #[arg(long)]
+    reciprocal: bool,
     /// Replace existing files
     #[arg(long)]
     force: bool,
-    /// Print JSON: material, format, copied (true or false), files and loss
+    /// Print JSON: material, format, copied (true or false), files, loss and delta_e
     #[arg(long)]
     json: bool,
 }
@@ -59,14 +73,24 @@ impl Convert {
                 materials.len()
             );
         };
+        let mean = match self.reciprocal {
+            true => Some(self.mean(&**material, format)?),
+            false => None,
+        };
+        let material = match &mean {
+            Some(mean) => mean as &dyn Material,
+            None => &**material,
+        };
         let own = self.source.files()?;
-        let is_own = |first: &PathBuf| Format::detect(first).is_ok_and(|own| own == format);
-        let copied = own.first().is_some_and(is_own);
-        let files: Vec<Vec<u8>> = match copied {
+        let is_own = |first: &PathBuf| {
+            Format::detect(first).is_ok_and(|own| OutputFormat::Brdf(own) == format)
+        };
+        let copied = !self.reciprocal && own.first().is_some_and(is_own);
+        let (files, metrics): (Vec<Vec<u8>>, Option<Metrics>) = match copied {
             true => {
                 // Its number of files depends on its directions, so it does not match `outs`.
                 ensure!(
-                    format != Format::Pab,
+                    format != OutputFormat::Brdf(Format::Pab),
                     "{} is in PAB-Opto's format already: copy its files",
                     self.source
                 );
@@ -74,16 +98,17 @@ impl Convert {
                 let read = own.iter().map(|path| {
                     fs::read(path).with_context(|| format!("cannot read {}", path.display()))
                 });
-                read.collect::<anyhow::Result<_>>()?
+                (read.collect::<anyhow::Result<_>>()?, None)
             }
             false => {
                 // Only the names of PAB-Opto's files depend on OUT here.
                 let name = match format {
-                    Format::Pab => file_name(&self.out)?,
+                    OutputFormat::Brdf(Format::Pab) => file_name(&self.out)?,
                     _ => material.name(),
                 };
-                let files = files_of(&**material, format, name, seed)?.into_iter();
-                files.map(|(_, bytes)| bytes).collect()
+                let encoded = files_of(material, format, name, seed)?;
+                let files = encoded.files.into_iter().map(|(_, bytes)| bytes);
+                (files.collect(), encoded.metrics)
             }
         };
         let files: Files = outs.into_iter().zip(files).collect();
@@ -97,10 +122,12 @@ impl Convert {
         write_files_forced(&files, self.force)?;
         let (first, _) = &files[0];
         // A pipe cannot be read again.
-        let loss = match first.is_file() {
-            true => Some(loss_of_file(&**material, first)?),
-            false => None,
+        let loss = match metrics {
+            Some(metrics) => Some(metrics.loss),
+            None if first.is_file() => Some(loss_of_file(material, first)?),
+            None => None,
         };
+        let delta_e = metrics.map(|metrics| metrics.delta_e);
         match (self.json, loss) {
             (true, _) => print_json(&json!({
                 "material": material.name(),
@@ -108,30 +135,52 @@ impl Convert {
                 "copied": copied,
                 "files": files.iter().map(|(path, _)| file_as_json(path)).collect::<Vec<_>>(),
                 "loss": loss,
+                "delta_e": delta_e,
             })),
-            (false, Some(loss)) => print(&format!("loss {loss:.6}\n")),
+            (false, Some(loss)) => {
+                let color =
+                    delta_e.map_or(String::new(), |error| format!(", color error {error:.2}"));
+                print(&format!("loss {loss:.6}{color}\n"))
+            }
             (false, None) => Ok(()),
         }
+    }
+
+    /// Returns the mean of both orders of a material.
+    ///
+    /// # Errors
+    /// If the material is reciprocal, or the format's BRDF is not.
+    fn mean<'m>(
+        &self,
+        material: &'m dyn Material,
+        format: OutputFormat,
+    ) -> anyhow::Result<Reciprocal<'m>> {
+        ensure!(
+            format != OutputFormat::Brdf(Format::Nbrdf),
+            "a network is not reciprocal: remove --reciprocal, or give another format than nbrdf"
+        );
+        Reciprocal::of(material)
+            .with_context(|| format!("{} is reciprocal: remove --reciprocal", self.source))
     }
 
     /// Returns the format of --format, or else of the output's extension.
     ///
     /// # Errors
     /// If the two differ, since other programs detect formats by extension, or if neither is known.
-    fn format(&self) -> anyhow::Result<Format> {
-        let by_extension = format_from_extension(&self.out);
+    fn format(&self) -> anyhow::Result<OutputFormat> {
+        let by_extension = OutputFormat::from_extension(&self.out);
         let out = self.out.display();
-        match (self.format.map(Format::from), by_extension) {
+        match (self.format, by_extension) {
             (Some(format), None) => Ok(format),
             (None, Some(format)) => Ok(format),
             (Some(format), Some(other)) if format == other => Ok(format),
             (Some(_), Some(other)) => bail!(
-                "{out} has the extension of --format {}: change the extension, or remove --format",
+                "{out} has the ending of --format {}: change the ending, or remove --format",
                 other.name()
             ),
             (None, None) => bail!(
-                "the extension of {out} is not that of a format: use .binary, .bsdf or _fc1.npy, or \
-                 give --format"
+                "the extension of {out} is not that of a format: use .binary, .bsdf, _fc1.npy, .gltf or \
+                 .mtlx, or give --format"
             ),
         }
     }

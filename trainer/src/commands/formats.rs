@@ -2,29 +2,44 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glimpse_materials::{Format, Material};
-use glimpse_trainer::conversion::{self, ConversionError};
+use glimpse_trainer::conversion::{self, ConversionError, Encoded, OutputFormat};
+use glimpse_trainer::shading::ShadingModel;
 
-/// An output format of materials.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum FormatName {
-    /// NAME.binary: MERL's table of 90 x 90 x 180 values, 33 MiB.
-    Merl,
-    /// NAME_fc1.npy and its five siblings: a network of 675 weights.
-    Nbrdf,
-    /// NAME_rgb.bsdf: a tensor file for Mitsuba 3's plugin `measured`, 12 MB.
-    Rgl,
-    /// NAME_in00.txt, NAME_in10.txt, ...: PAB-Opto's text files, for Radiance's pabopto2bsdf.
-    Pab,
+/// Returns a parser of the names of output formats.
+pub(super) fn parser() -> impl TypedValueParser<Value = OutputFormat> {
+    let values = OutputFormat::ALL
+        .map(|format| PossibleValue::new(format.name()).help(describe_files(format)));
+    PossibleValuesParser::new(values)
+        .try_map(|name| OutputFormat::from_name(&name).ok_or("unknown format"))
 }
 
-impl From<FormatName> for Format {
-    fn from(name: FormatName) -> Self {
-        match name {
-            FormatName::Merl => Self::Merl,
-            FormatName::Nbrdf => Self::Nbrdf,
-            FormatName::Rgl => Self::Rgl,
-            FormatName::Pab => Self::Pab,
+fn describe_files(format: OutputFormat) -> &'static str {
+    match format {
+        OutputFormat::Brdf(Format::Merl) => {
+            "NAME.binary: MERL's table of 90 x 90 x 180 values, 33 MiB"
+        }
+        OutputFormat::Brdf(Format::Nbrdf) => {
+            "NAME_fc1.npy and its five siblings: a network of 675 weights"
+        }
+        OutputFormat::Brdf(Format::Rgl) => {
+            "NAME_rgb.bsdf: a tensor file for Mitsuba 3's plugin `measured`, 12 MB"
+        }
+        OutputFormat::Brdf(Format::RglSpectra) => {
+            "NAME_spec.bsdf: the same as spectra, for `measured` in spectral variants and for pbrt-v4, 41 MB"
+        }
+        OutputFormat::Brdf(Format::Pab) => {
+            "NAME_in00.txt, NAME_in10.txt, ...: PAB-Opto's text files, for Radiance's pabopto2bsdf"
+        }
+        OutputFormat::Shading(ShadingModel::Principled) => {
+            "NAME_principled.json: parameters of Mitsuba 3's BSDF `principled`, for load_dict"
+        }
+        OutputFormat::Shading(ShadingModel::Gltf) => {
+            "NAME.gltf: a sphere with a material of glTF 2.0"
+        }
+        OutputFormat::Shading(ShadingModel::StandardSurface) => {
+            "NAME.mtlx: parameters of MaterialX's `standard_surface`"
         }
     }
 }
@@ -35,12 +50,18 @@ pub(super) type Files = Vec<(PathBuf, Vec<u8>)>;
 /// Calls [`conversion::encode`]. Prints a message first if the conversion takes seconds.
 pub(super) fn files_of(
     material: &dyn Material,
-    format: Format,
+    format: OutputFormat,
     name: &str,
     seed: u64,
-) -> Result<Vec<(String, Vec<u8>)>, ConversionError> {
-    if format == Format::Nbrdf && material.network().is_none() {
-        eprintln!("fitting a network to {}", material.name());
+) -> Result<Encoded, ConversionError> {
+    match format {
+        OutputFormat::Brdf(Format::Nbrdf) if material.network().is_none() => {
+            eprintln!("fitting a network to {}", material.name());
+        }
+        OutputFormat::Shading(_) => {
+            eprintln!("fitting {} to {}", format.name(), material.name());
+        }
+        OutputFormat::Brdf(_) => {}
     }
     conversion::encode(material, format, name, seed)
 }

@@ -3,6 +3,7 @@
 mod auto_samples;
 pub(crate) mod bench;
 pub(crate) mod cell_list;
+pub(crate) mod compare;
 mod completion_args;
 pub(crate) mod convert;
 pub(crate) mod evaluate;

@@ -21,7 +21,7 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_kernels::scan::LossPrediction;
 use glimpse_materials::loss::{loss_directions, mean_log_error};
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
-use glimpse_materials::{FittedBrdf, Material};
+use glimpse_materials::{Brdf, Material};
 use rayon::prelude::*;
 
 use crate::metrics::{CompareError, Metrics};
@@ -212,6 +212,30 @@ fn mean(
     sum.map(|sum| sum / predictions.len() as f64)
 }
 
+impl Reference {
+    fn new(material: &dyn Material, at: &[HalfDifference<f32>], environment: &Environment) -> Self {
+        let mut values = vec![[0.0; 3]; at.len()];
+        material.brdf_batch(at, &mut values);
+        let sphere = render_sphere(material, environment, SPHERE_SIZE).tone_map();
+        Self { values, sphere }
+    }
+}
+
+/// Compares a BRDF with a material in the built-in studio.
+///
+/// # Errors
+/// None in practice: both pictures have the same size.
+pub fn compare(
+    brdf: &(impl Brdf + ?Sized),
+    material: &dyn Material,
+) -> Result<Metrics, CompareError> {
+    let (at, environment) = (loss_directions(), Environment::studio());
+    let reference = Reference::new(material, &at, &environment);
+    let loss = mean_log_error(brdf, &at, &reference.values);
+    let sphere = render_sphere(brdf, &environment, SPHERE_SIZE).tone_map();
+    Metrics::from_spheres(loss, &reference.sphere, &sphere)
+}
+
 impl<'a> Evaluator<'a> {
     /// Evaluates and renders the materials in the built-in studio.
     #[must_use]
@@ -225,12 +249,7 @@ impl<'a> Evaluator<'a> {
         let at = loss_directions();
         let references = materials
             .par_iter()
-            .map(|material| {
-                let mut values = vec![[0.0; 3]; at.len()];
-                material.brdf_batch(&at, &mut values);
-                let sphere = render_sphere(&**material, &environment, SPHERE_SIZE).tone_map();
-                Reference { values, sphere }
-            })
+            .map(|material| Reference::new(&**material, &at, &environment))
             .collect();
         Self {
             materials,
@@ -252,26 +271,26 @@ impl<'a> Evaluator<'a> {
         &self.references[material].sphere
     }
 
-    /// Renders the sphere of a fit.
+    /// Renders the sphere of a BRDF.
     #[must_use]
-    pub fn render(&self, fitted: &FittedBrdf) -> Picture {
+    pub fn render(&self, fitted: &(impl Brdf + ?Sized)) -> Picture {
         render_sphere(fitted, &self.environment, SPHERE_SIZE).tone_map()
     }
 
-    /// Returns the loss of a fit.
+    /// Returns the loss of a BRDF.
     #[must_use]
-    pub fn loss(&self, material: usize, fitted: &FittedBrdf) -> f64 {
+    pub fn loss(&self, material: usize, fitted: &(impl Brdf + ?Sized)) -> f64 {
         mean_log_error(fitted, &self.at, &self.references[material].values)
     }
 
-    /// Compares a fit with its material. Returns the metrics and the sphere of the fit.
+    /// Compares a BRDF with a material. Returns the metrics and the sphere of the BRDF.
     ///
     /// # Errors
     /// None in practice: all pictures have the same size.
     pub fn compare(
         &self,
         material: usize,
-        fitted: &FittedBrdf,
+        fitted: &(impl Brdf + ?Sized),
     ) -> Result<(Metrics, Picture), CompareError> {
         let reference = &self.references[material];
         let loss = self.loss(material, fitted);

@@ -53,7 +53,12 @@ impl Lab {
     /// Converts an 8-bit sRGB color.
     #[must_use]
     pub fn from_srgb(srgb: [u8; 3]) -> Self {
-        let linear = srgb.map(|level| LINEAR[usize::from(level)]);
+        Self::from_linear(srgb.map(|level| LINEAR[usize::from(level)]))
+    }
+
+    /// Converts linear RGB, 0 to 1.
+    #[must_use]
+    pub fn from_linear(linear: [f64; 3]) -> Self {
         let [x, y, z] = std::array::from_fn(|row| {
             let products = XYZ_OF_RGB[row].iter().zip(linear);
             let sum: f64 = products.map(|(weight, channel)| weight * channel).sum();
@@ -151,6 +156,28 @@ pub fn mean_ciede2000(
         }
     }
     Ok(sum / count.max(1) as f64)
+}
+
+/// Returns a picture of the CIEDE2000 of each pixel: black for 0, white for `white`, above 0, and more.
+///
+/// # Errors
+/// If the sizes differ.
+pub fn color_differences(
+    reference: &Picture,
+    picture: &Picture,
+    white: f64,
+) -> Result<Picture, CompareError> {
+    check_sizes(reference, picture)?;
+    let pixels = reference.pixels.iter().zip(&picture.pixels);
+    let gray = pixels.map(|(one, other)| {
+        let difference = ciede2000(Lab::from_srgb(*one), Lab::from_srgb(*other));
+        [(255.0 * (difference / white).min(1.0)).round() as u8; 3]
+    });
+    Ok(Picture {
+        width: reference.width,
+        height: reference.height,
+        pixels: gray.collect(),
+    })
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 pub mod color;
 pub mod image;
 
-pub use color::mean_ciede2000;
+pub use color::{color_differences, mean_ciede2000};
 pub use image::{CompareError, PictureErrors, psnr};
 
 use crate::render::{Picture, sphere_disc};

@@ -14,14 +14,15 @@ use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::has_content;
 use glimpse_materials::{BasisFile, FittedBrdf, FittedMaterial, Material};
-use glimpse_trainer::conversion::loss_of_file;
+use glimpse_trainer::conversion::{OutputFormat, loss_of_file};
 use glimpse_trainer::measurement::{
     DeviceReport, Fit as LabFit, Measurements, ReadingQuantity, fit,
 };
+use glimpse_trainer::metrics::Metrics;
 use options::QuantityArgs;
-use report::FitReport;
+use report::{FitReport, FormatSummary};
 
-use super::formats::{Files, FormatName, files_of};
+use super::formats::{self, Files, files_of};
 use super::lock::Lock;
 use super::output::{create_out_folder, refuse_input, write_file_forced, write_files_forced};
 use super::{print, read_recipe};
@@ -87,9 +88,9 @@ pub(crate) struct Fit {
     tolerance: Option<f32>,
     #[command(flatten)]
     quantity: QuantityArgs,
-    /// Formats of additional files of the material in DIR/formats
-    #[arg(long, value_enum, value_delimiter = ',', value_name = "FORMAT,...")]
-    format: Vec<FormatName>,
+    /// Formats of additional files of the material in DIR/formats; see `trainer convert`
+    #[arg(long, value_parser = formats::parser(), value_delimiter = ',', value_name = "FORMAT,...")]
+    format: Vec<OutputFormat>,
     /// Keep all readings in the fit
     #[arg(long, conflicts_with = "values")]
     keep_all: bool,
@@ -163,6 +164,7 @@ impl Fit {
         create_out_folder(&self.out)?;
         let _lock = Lock::of_folder(&self.out)?;
         let basis = self.copy_basis(&recipe, basis.is_some())?;
+        let mut summaries = Vec::new();
         for ((input, folder), formats) in inputs.iter().zip(&folders).zip(&formats) {
             create_out_folder(&input.folder)?;
             let basis = basis.as_ref().map(|(name, checksum)| {
@@ -170,16 +172,40 @@ impl Fit {
                 BasisFile::new(format!("{up}{name}"), *checksum)
             });
             folder.write(&input.folder, basis.as_ref(), self.force)?;
-            for files in formats {
-                create_out_folder(&input.folder.join(FORMATS))?;
-                write_files_forced(files, self.force)?;
-                if let Some((first, _)) = files.first() {
-                    let loss = loss_of_file(&folder.material, first)?;
-                    eprintln!("{}: loss {loss:.6} against the fit", first.display());
-                }
-            }
+            let formats = formats.iter().map(|(files, metrics)| {
+                self.write_format(&input.folder, &folder.material, files, *metrics)
+            });
+            summaries.push(formats.collect::<anyhow::Result<Vec<_>>>()?);
         }
-        self.print_reports(&inputs, &folders)
+        self.print_reports(&inputs, &folders, &summaries)
+    }
+
+    /// Writes the files of a format. Prints and returns its errors against the fit.
+    fn write_format(
+        &self,
+        folder: &Path,
+        material: &FittedMaterial,
+        files: &Files,
+        metrics: Option<Metrics>,
+    ) -> anyhow::Result<FormatSummary> {
+        create_out_folder(&folder.join(FORMATS))?;
+        write_files_forced(files, self.force)?;
+        let (first, _) = files.first().context("a format has no files")?;
+        let delta_e = metrics.map(|metrics| metrics.delta_e);
+        let loss = match metrics {
+            Some(metrics) => metrics.loss,
+            None => loss_of_file(material, first)?,
+        };
+        let color = delta_e.map_or(String::new(), |error| {
+            format!(" and color error {error:.2}")
+        });
+        let file = first.display().to_string();
+        eprintln!("{file}: loss {loss:.6}{color} against the fit");
+        Ok(FormatSummary {
+            file,
+            loss,
+            delta_e,
+        })
     }
 
     /// Reads and fits an input file, or reads a device's own fit.
@@ -200,22 +226,22 @@ impl Fit {
         Ok((measured, fit))
     }
 
-    /// Returns a material's files in the formats of --format, each once.
+    /// Returns a material's files in the formats of --format, each once, and the errors of shading models.
     fn formats(
         &self,
         material: &FittedMaterial,
         folder: &Path,
         seed: u64,
-    ) -> anyhow::Result<Vec<Files>> {
+    ) -> anyhow::Result<Vec<(Files, Option<Metrics>)>> {
         let folder = folder.join(FORMATS);
         let is_first =
-            |(index, format): &(usize, &FormatName)| !self.format[..*index].contains(format);
+            |(index, format): &(usize, &OutputFormat)| !self.format[..*index].contains(format);
         let distinct = self.format.iter().enumerate().filter(is_first);
         let files = distinct.map(|(_, format)| {
-            let files = files_of(material, (*format).into(), material.name(), seed)?.into_iter();
-            Ok(files
-                .map(|(name, bytes)| (folder.join(name), bytes))
-                .collect())
+            let encoded = files_of(material, *format, material.name(), seed)?;
+            let files = encoded.files.into_iter();
+            let files = files.map(|(name, bytes)| (folder.join(name), bytes));
+            Ok((files.collect(), encoded.metrics))
         });
         files.collect()
     }
@@ -322,11 +348,15 @@ impl Fit {
         &self,
         inputs: &[FitInput<'_>],
         folders: &[FitFolder<'_>],
+        formats: &[Vec<FormatSummary>],
     ) -> anyhow::Result<()> {
         let all = inputs.iter().zip(folders);
         if self.json {
             let list: Vec<_> = all
-                .map(|(input, folder)| folder.report.entry(&input.name, &input.folder))
+                .zip(formats)
+                .map(|((input, folder), formats)| {
+                    folder.report.entry(&input.name, &input.folder, formats)
+                })
                 .collect();
             return print(&(serde_json::to_string_pretty(&list)? + "\n"));
         }

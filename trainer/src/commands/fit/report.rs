@@ -139,11 +139,21 @@ enum LossSource {
     Validation,
 }
 
+/// The first file of a format, and its errors against the fit.
+#[derive(Clone, Serialize)]
+pub(super) struct FormatSummary {
+    pub(super) file: String,
+    pub(super) loss: f64,
+    pub(super) delta_e: Option<f64>,
+}
+
 /// An entry of `--json`: a report with the material's name and folder.
 #[derive(Serialize)]
 pub(super) struct ReportEntry<'a> {
     name: &'a str,
     folder: String,
+    /// The files of --format.
+    formats: Vec<FormatSummary>,
     #[serde(flatten)]
     report: &'a FitReport,
 }
@@ -227,8 +237,14 @@ impl FitReport {
     }
 
     /// Returns the entry of `--json` for a material and its folder.
-    pub(super) fn entry<'a>(&'a self, name: &'a str, folder: &Path) -> ReportEntry<'a> {
+    pub(super) fn entry<'a>(
+        &'a self,
+        name: &'a str,
+        folder: &Path,
+        formats: &[FormatSummary],
+    ) -> ReportEntry<'a> {
         ReportEntry {
+            formats: formats.to_vec(),
             name,
             folder: folder.display().to_string(),
             report: self,

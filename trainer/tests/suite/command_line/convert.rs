@@ -30,6 +30,11 @@ fn converts_between_formats() {
     let network = convert("made_rgb.bsdf net --format nbrdf");
     assert!(network < 0.02, "{network}");
     assert_eq!(convert("net_b1.npy other_fc3.npy"), 0.0);
+    // A tensor file has both orders, so it is reciprocal with this option only.
+    let tensors = convert("net_fc1.npy mean_rgb.bsdf --reciprocal");
+    assert!(tensors < 0.002, "{tensors}");
+    convert("net_fc1.npy net_rgb.bsdf");
+    folder.succeed("convert net_rgb.bsdf mean.binary --reciprocal");
     for array in ["fc1", "b1", "fc2", "b2", "fc3", "b3"] {
         let bytes = folder.read(&format!("net_{array}.npy"));
         assert!(bytes.starts_with(b"\x93NUMPY"));
@@ -56,6 +61,11 @@ fn rejects_invalid_arguments() {
         ("made_rgb.bsdf made_rgb.bsdf", &["made_rgb.bsdf"]),
         ("procedural:1 made_rgb.bsdf", &["made_rgb.bsdf", "--force"]),
         ("procedural:1 none/made.binary", &["none"]),
+        ("procedural:1 mean.binary --reciprocal", &["--reciprocal"]),
+        (
+            "made_rgb.bsdf mean --format nbrdf --reciprocal",
+            &["--reciprocal", "nbrdf"],
+        ),
     ] {
         folder.fail_naming(&format!("convert {arguments}"), words);
     }

@@ -1,0 +1,412 @@
+//! Fits of shading models by least squares (Levenberg-Marquardt), from several starts.
+
+use std::f64::consts::{PI, TAU};
+
+use glimpse_core::geometry::{Directions, HalfDifference};
+use glimpse_materials::{Brdf, NotFinite, angles_of};
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn, Vector3};
+use rayon::prelude::*;
+
+use super::cosines::Cosines;
+use super::model::{Shading, ShadingModel};
+use super::parameter::{Parameter, Role};
+use crate::metrics::color::Lab;
+
+/// An error of a fit of a shading model.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum ShadingError {
+    /// The BRDF has a value that is not finite.
+    #[error(transparent)]
+    NotFinite(#[from] NotFinite),
+    /// No minimization ended with finite errors.
+    #[error("no parameters of the shading model were found; convert to another format")]
+    Diverged,
+}
+
+/// The largest number of directions whose errors are those of the loss.
+const LOSS_DIRECTIONS: usize = 512;
+/// The number of views: directions of the sensor, each with its own direction of the sun.
+const VIEWS: usize = 192;
+/// The number of directions to the sky, and to the sun, of each view.
+const SKY_DIRECTIONS: usize = 24;
+const SUN_DIRECTIONS: usize = 6;
+const VIEW_DIRECTIONS: usize = SKY_DIRECTIONS + SUN_DIRECTIONS;
+/// The radiance of the sky, and the irradiance of a surface that faces the sun. White diffuse surfaces reflect at most 1.
+const SKY: f64 = 0.3;
+const SUN: f64 = 2.2;
+/// The radius of the sun, radians.
+const SUN_RADIUS: f64 = 0.12;
+/// A color difference with the weight of an error of 1 of the loss.
+const DELTA_E: f64 = 50.0;
+/// The number of steps of 1 in values, so that files are short.
+const STEPS_OF_VALUES: f64 = 1e5;
+/// The step of a parameter in a difference quotient, as a share of its range.
+const STEP: f64 = 1e-5;
+/// The smallest distance of a start from the bounds of a parameter, as a share of its range. At a bound, no gradient leads
+/// back.
+const MARGIN: f64 = 0.02;
+
+/// Approximates a BRDF by a shading model.
+///
+/// The errors are those of the [loss](glimpse_materials::loss), and differences of colors of surfaces that a sky and a sun
+/// light.
+///
+/// # Errors
+/// [`ShadingError`]
+pub fn fit(brdf: &(impl Brdf + ?Sized), model: ShadingModel) -> Result<Shading, ShadingError> {
+    let data = Data::new(brdf)?;
+    let fits: Vec<(f64, Vec<f64>)> = starts(model, data.diffuse(), data.albedo())
+        .into_par_iter()
+        .map(|start| {
+            let problem = Problem::new(&data, model, &start);
+            let (problem, _) = LevenbergMarquardt::new()
+                .with_patience(30)
+                .minimize(problem);
+            (problem.residuals.norm_squared(), problem.rounded_values())
+        })
+        .collect();
+    let best = fits
+        .into_iter()
+        .filter(|(error, _)| error.is_finite())
+        .min_by(|(one, _), (other, _)| one.total_cmp(other));
+    let (_, values) = best.ok_or(ShadingError::Diverged)?;
+    Ok(Shading { model, values })
+}
+
+/// The values of a BRDF at the directions of a fit: those of the loss, then [`VIEW_DIRECTIONS`] of each view.
+struct Data {
+    at: Vec<Cosines>,
+    reference: Vec<[f64; 3]>,
+    /// The number of directions of the loss.
+    loss_count: usize,
+    /// The color of each view.
+    colors: Vec<Lab>,
+}
+
+impl Data {
+    fn new(brdf: &(impl Brdf + ?Sized)) -> Result<Self, ShadingError> {
+        let loss = loss_directions();
+        let loss_count = loss.len();
+        let at = [loss, view_directions()].concat();
+        let mut values = vec![[0.0_f32; 3]; at.len()];
+        brdf.evaluate(&at, &mut values);
+        for (at, rgb) in at.iter().zip(&values) {
+            NotFinite::check(angles_of(at), *rgb)?;
+        }
+        let reference: Vec<[f64; 3]> = values
+            .into_iter()
+            .map(|rgb| rgb.map(|value| f64::from(value.max(0.0))))
+            .collect();
+        let at: Vec<Cosines> = at.iter().map(Cosines::of).collect();
+        let of_views = at.iter().zip(&reference).skip(loss_count);
+        let radiance: Vec<[f64; 3]> = of_views
+            .map(|(at, brdf)| brdf.map(|value| at.light * value))
+            .collect();
+        Ok(Self {
+            colors: radiance.chunks(VIEW_DIRECTIONS).map(color).collect(),
+            at,
+            reference,
+            loss_count,
+        })
+    }
+
+    /// Returns the albedo of a diffuse surface whose BRDF is the lower tercile of the values, for each channel.
+    fn diffuse(&self) -> [f64; 3] {
+        std::array::from_fn(|channel| {
+            let mut values: Vec<f64> = self.reference.iter().map(|rgb| rgb[channel]).collect();
+            values.sort_by(f64::total_cmp);
+            (PI * values[values.len() / 3]).clamp(0.01, 0.95)
+        })
+    }
+
+    /// Returns the mean albedo of all views, for each channel.
+    fn albedo(&self) -> [f64; 3] {
+        let of_views = self.at.iter().zip(&self.reference).skip(self.loss_count);
+        let views: Vec<_> = of_views.collect();
+        let sky = || {
+            views
+                .chunks(VIEW_DIRECTIONS)
+                .flat_map(|view| &view[..SKY_DIRECTIONS])
+        };
+        [0, 1, 2].map(|channel| {
+            let sum: f64 = sky().map(|(at, brdf)| at.light * brdf[channel]).sum();
+            (TAU * sum / sky().count() as f64).clamp(0.01, 0.95)
+        })
+    }
+
+    /// Returns the number of errors.
+    fn count(&self) -> usize {
+        3 * (self.loss_count + VIEWS)
+    }
+
+    /// Writes the errors of a model.
+    fn errors(&self, model: ShadingModel, values: &[f64], errors: &mut [f64]) {
+        let (loss_errors, color_errors) = errors.split_at_mut(3 * self.loss_count);
+        let (of_loss, of_views) = self.at.split_at(self.loss_count);
+        let radiance = |at: &Cosines| model.brdf(values, at).map(|brdf| at.light * brdf);
+        let pairs = of_loss.iter().zip(&self.reference);
+        for (errors, (at, reference)) in loss_errors.chunks_exact_mut(3).zip(pairs) {
+            let pairs = radiance(at).into_iter().zip(reference);
+            for (error, (fitted, reference)) in errors.iter_mut().zip(pairs) {
+                *error = fitted.ln_1p() - (at.light * reference).ln_1p();
+            }
+        }
+        let views = of_views.chunks(VIEW_DIRECTIONS).zip(&self.colors);
+        for (errors, (at, reference)) in color_errors.chunks_exact_mut(3).zip(views) {
+            let radiance: Vec<[f64; 3]> = at.iter().map(radiance).collect();
+            errors.copy_from_slice(&color_difference(color(&radiance), *reference));
+        }
+    }
+}
+
+/// Returns the color of a view from the BRDF times the cosine at its directions.
+fn color(brdf: &[[f64; 3]]) -> Lab {
+    let (sky, sun) = brdf.split_at(SKY_DIRECTIONS);
+    let mean = |channel: usize, part: &[[f64; 3]]| {
+        part.iter().map(|rgb| rgb[channel]).sum::<f64>() / part.len() as f64
+    };
+    // The directions to the sky are distributed evenly over solid angles.
+    Lab::from_linear(
+        [0, 1, 2]
+            .map(|channel| (SKY * TAU * mean(channel, sky) + SUN * mean(channel, sun)).min(1.0)),
+    )
+}
+
+/// Returns the differences of lightness, chroma and hue, with the weights of CIE94.
+fn color_difference(color: Lab, reference: Lab) -> [f64; 3] {
+    let chroma = reference.a.hypot(reference.b);
+    let [cosine, sine] = match chroma > 0.0 {
+        true => [reference.a / chroma, reference.b / chroma],
+        false => [1.0, 0.0],
+    };
+    let [a, b] = [color.a - reference.a, color.b - reference.b];
+    [
+        color.l - reference.l,
+        (a * cosine + b * sine) / (1.0 + 0.045 * chroma),
+        (b * cosine - a * sine) / (1.0 + 0.015 * chroma),
+    ]
+    .map(|difference| difference / DELTA_E)
+}
+
+/// Returns a subset of the directions of the loss.
+fn loss_directions() -> Vec<HalfDifference<f32>> {
+    let all = glimpse_materials::loss::coarse_directions();
+    let stride = all.len().div_ceil(LOSS_DIRECTIONS);
+    let some = all.into_iter().step_by(stride);
+    some.map(HalfDifference::from_angles).collect()
+}
+
+/// Returns the directions of all views: to the sky, then to the sun. The views are distributed as on a sphere that a distant
+/// camera sees. The sun is anywhere above the horizon, but for one view in six around the mirror direction of the sensor.
+/// Parts of the sun below the horizon are moved to its center.
+fn view_directions() -> Vec<HalfDifference<f32>> {
+    let fraction = |index: usize, step: f64| (0.5 + index as f64 * step).fract();
+    let mut all = Vec::with_capacity(VIEWS * VIEW_DIRECTIONS);
+    for view in 0..VIEWS {
+        let [u, v, w] = [0.819_172_513_396, 0.671_043_606_704, 0.549_700_477_901]
+            .map(|step| fraction(view, step));
+        // At least 2.8 degrees above the horizon.
+        let sensor = on_sphere((0.0025 + 0.9975 * u).sqrt(), 0.0);
+        let sky = (0..SKY_DIRECTIONS).map(|part| {
+            let z = 0.02 + 0.98 * (part as f64 + 0.5) / SKY_DIRECTIONS as f64;
+            on_sphere(z, TAU * (fraction(part, 0.618_033_988_749) + w))
+        });
+        let sun = match view.is_multiple_of(6) {
+            true => [-sensor[0], sensor[1], sensor[2]],
+            false => on_sphere(0.05 + 0.95 * v, TAU * w),
+        };
+        let sun = (0..SUN_DIRECTIONS).map(|part| {
+            let radius = SUN_RADIUS * ((part as f64 + 0.5) / SUN_DIRECTIONS as f64).sqrt();
+            let moved = moved(sun, radius, TAU * fraction(part, 0.618_033_988_749));
+            if moved[2] > 0.02 { moved } else { sun }
+        });
+        let directions = sky.chain(sun).map(|incoming| Directions {
+            incoming: incoming.map(|x| x as f32),
+            outgoing: sensor.map(|x| x as f32),
+        });
+        // Never None: both directions are above the horizon.
+        all.extend(
+            directions.filter_map(|directions| HalfDifference::from_directions(&directions)),
+        );
+    }
+    all
+}
+
+/// Returns a unit vector with this z and azimuth.
+fn on_sphere(z: f64, phi: f64) -> [f64; 3] {
+    let sine = (1.0 - z * z).sqrt();
+    [sine * phi.cos(), sine * phi.sin(), z]
+}
+
+/// Returns a unit vector at this angle from `center`, in a direction given by `angle`.
+fn moved(center: [f64; 3], radius: f64, angle: f64) -> [f64; 3] {
+    let center = Vector3::from(center);
+    let across = match center.x.abs() < 0.9 {
+        true => center.cross(&Vector3::x()).normalize(),
+        false => center.cross(&Vector3::y()).normalize(),
+    };
+    let along = center.cross(&across);
+    let offset = across * angle.cos() + along * angle.sin();
+    (center * radius.cos() + offset * radius.sin()).into()
+}
+
+/// Returns the starts: diffuse, glossy and metallic surfaces. Metals have the color of the albedo.
+fn starts(model: ShadingModel, diffuse: [f64; 3], albedo: [f64; 3]) -> Vec<Vec<f64>> {
+    let kinds = [
+        (0.0, 0.9, 0.0),
+        (0.0, 0.5, 0.0),
+        (0.0, 0.25, 0.0),
+        (0.0, 0.6, 0.5),
+        (0.9, 0.6, 0.0),
+        (0.9, 0.3, 0.0),
+        (0.9, 0.12, 0.0),
+        (0.5, 0.2, 0.0),
+    ];
+    let start = |(metallic, roughness, coat): (f64, f64, f64)| {
+        let mut channels = match metallic > 0.5 {
+            true => albedo.into_iter(),
+            false => diffuse.into_iter(),
+        };
+        let value = |parameter: &Parameter| match parameter.role {
+            Role::BaseColor => channels.next().unwrap_or(0.5),
+            Role::Metallic => metallic,
+            Role::Roughness => roughness,
+            Role::Coat => coat,
+            Role::Other(start) => start,
+        };
+        model.parameters().iter().map(value).collect()
+    };
+    kinds.into_iter().map(start).collect()
+}
+
+/// A least-squares problem: the logits of a model's parameters, and the errors at all directions.
+struct Problem<'d> {
+    data: &'d Data,
+    model: ShadingModel,
+    logits: DVector<f64>,
+    residuals: DVector<f64>,
+}
+
+impl<'d> Problem<'d> {
+    fn new(data: &'d Data, model: ShadingModel, start: &[f64]) -> Self {
+        let parameters = model.parameters().iter().zip(start);
+        let logits = parameters.map(|(parameter, value)| {
+            let share = (value - parameter.min) / (parameter.max - parameter.min);
+            let share = share.clamp(MARGIN, 1.0 - MARGIN);
+            (share / (1.0 - share)).ln()
+        });
+        let logits = DVector::from_iterator(start.len(), logits);
+        let mut problem = Self {
+            data,
+            model,
+            residuals: DVector::zeros(data.count()),
+            logits: DVector::zeros(start.len()),
+        };
+        problem.set_params(&logits);
+        problem
+    }
+
+    fn values(&self) -> Vec<f64> {
+        let parameters = self.model.parameters().iter().zip(self.logits.iter());
+        let values = parameters.map(|(parameter, logit)| {
+            parameter.min + (parameter.max - parameter.min) / (1.0 + (-logit).exp())
+        });
+        values.collect()
+    }
+
+    /// Returns the values as files write them.
+    fn rounded_values(&self) -> Vec<f64> {
+        let values = self.values().into_iter();
+        values
+            .map(|value| (value * STEPS_OF_VALUES).round() / STEPS_OF_VALUES)
+            .collect()
+    }
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, logits: &DVector<f64>) {
+        self.logits.copy_from(logits);
+        let values = self.values();
+        self.data
+            .errors(self.model, &values, self.residuals.as_mut_slice());
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.logits.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        Some(self.residuals.clone())
+    }
+
+    /// Returns difference quotients.
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let mut jacobian = DMatrix::zeros(self.data.count(), self.logits.len());
+        let values = self.values();
+        let mut changed = vec![0.0; self.data.count()];
+        for (index, parameter) in self.model.parameters().iter().enumerate() {
+            let range = parameter.max - parameter.min;
+            let share = (values[index] - parameter.min) / range;
+            // Away from the nearer bound.
+            let step = if share > 0.5 { -STEP } else { STEP };
+            let mut moved = values.clone();
+            moved[index] += step * range;
+            self.data.errors(self.model, &moved, &mut changed);
+            let by_logit = share * (1.0 - share) / step;
+            let mut column = jacobian.column_mut(index);
+            for ((entry, changed), residual) in
+                column.iter_mut().zip(&changed).zip(self.residuals.iter())
+            {
+                *entry = by_logit * (changed - residual);
+            }
+        }
+        Some(jacobian)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glimpse_materials::loss::mean_log_error;
+
+    use super::*;
+
+    /// Every model finds its own parameters, or others with the same BRDF.
+    #[test]
+    fn fit_reproduces_own_brdf() {
+        for model in ShadingModel::ALL {
+            for (share, color) in [(0.3, 0.6), (0.6, 0.25)] {
+                let parameters = model.parameters().iter();
+                let values = parameters.map(|parameter| match parameter.role {
+                    Role::BaseColor => color,
+                    Role::Coat => 0.0,
+                    Role::Metallic | Role::Roughness | Role::Other(_) => {
+                        parameter.min + share * (parameter.max - parameter.min)
+                    }
+                });
+                let original = Shading {
+                    model,
+                    values: values.collect(),
+                };
+                let fitted = fit(&original, model).expect("the BRDF is finite");
+                let at = loss_directions();
+                let mut reference = vec![[0.0; 3]; at.len()];
+                original.evaluate(&at, &mut reference);
+                let loss = mean_log_error(&fitted, &at, &reference);
+                assert!(loss < 2e-3, "{model:?} {share}: loss {loss}");
+            }
+        }
+    }
+
+    #[test]
+    fn rejects_values_that_are_not_finite() {
+        let nan = |_: &HalfDifference<f32>| [f32::NAN; 3];
+        let result = fit(&nan, ShadingModel::Gltf);
+        assert!(matches!(result, Err(ShadingError::NotFinite(_))));
+    }
+}

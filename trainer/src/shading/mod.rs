@@ -1,0 +1,24 @@
+//! Shading models of renderers, and their parameters that approximate a BRDF.
+//!
+//! - [`ShadingModel`]: Mitsuba's `principled`, glTF 2.0 and MaterialX's `standard_surface`;
+//! - [`Shading`]: a model with parameters, which is a BRDF;
+//! - [`fit`]: the parameters that approximate another BRDF best.
+//!
+//! All of them are isotropic and opaque. A BRDF then depends only on four cosines.
+
+mod albedo;
+mod cosines;
+mod fit;
+mod fresnel;
+mod gltf;
+mod microfacets;
+mod model;
+mod parameter;
+mod principled;
+mod sphere_mesh;
+mod standard_surface;
+mod write;
+
+pub use fit::{ShadingError, fit};
+pub use model::{Shading, ShadingModel};
+pub use parameter::Parameter;

@@ -1,0 +1,90 @@
+//! Shading models and their BRDFs.
+
+use glimpse_core::geometry::HalfDifference;
+use glimpse_materials::Brdf;
+
+use super::cosines::Cosines;
+use super::parameter::Parameter;
+use super::{gltf, principled, standard_surface};
+
+/// A shading model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShadingModel {
+    /// Mitsuba 3's BSDF `principled`, which is Disney's.
+    Principled,
+    /// The material of glTF 2.0 with the extensions `KHR_materials_specular` and `KHR_materials_clearcoat`.
+    Gltf,
+    /// MaterialX's node `standard_surface`.
+    StandardSurface,
+}
+
+impl ShadingModel {
+    /// All models.
+    pub const ALL: [Self; 3] = [Self::Principled, Self::Gltf, Self::StandardSurface];
+
+    /// Returns the parameters in order.
+    #[must_use]
+    pub fn parameters(self) -> &'static [Parameter] {
+        match self {
+            Self::Principled => &principled::PARAMETERS,
+            Self::Gltf => &gltf::PARAMETERS,
+            Self::StandardSurface => &standard_surface::PARAMETERS,
+        }
+    }
+
+    /// Returns the BRDF in linear RGB, sr^-1, not times the cosine.
+    pub(super) fn brdf(self, values: &[f64], at: &Cosines) -> [f64; 3] {
+        match self {
+            Self::Principled => principled::brdf(values, at),
+            Self::Gltf => gltf::brdf(values, at),
+            Self::StandardSurface => standard_surface::brdf(values, at),
+        }
+    }
+}
+
+/// A shading model with parameters: a BRDF.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shading {
+    pub(super) model: ShadingModel,
+    /// In the order of [`ShadingModel::parameters`].
+    pub(super) values: Vec<f64>,
+}
+
+impl Shading {
+    /// Creates a model from the shares of the parameters' ranges, each 0 to 1, in the order of
+    /// [`ShadingModel::parameters`]. None if their number or one of them is wrong.
+    #[must_use]
+    pub fn from_shares(model: ShadingModel, shares: &[f64]) -> Option<Self> {
+        let parameters = model.parameters();
+        let is_valid = shares.len() == parameters.len()
+            && shares.iter().all(|share| (0.0..=1.0).contains(share));
+        let values = parameters.iter().zip(shares);
+        let values = values
+            .map(|(parameter, share)| parameter.min + share * (parameter.max - parameter.min));
+        is_valid.then(|| Self {
+            model,
+            values: values.collect(),
+        })
+    }
+
+    /// Returns the model.
+    #[must_use]
+    pub fn model(&self) -> ShadingModel {
+        self.model
+    }
+
+    /// Returns the values of the parameters, in the order of [`ShadingModel::parameters`].
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+}
+
+impl Brdf for Shading {
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        for (at, brdf) in at.iter().zip(brdf) {
+            let values = self.model.brdf(&self.values, &Cosines::of(at));
+            *brdf = values.map(|value| value as f32);
+        }
+    }
+}

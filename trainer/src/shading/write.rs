@@ -1,0 +1,188 @@
+//! Files of shading models: a dictionary for Mitsuba, a glTF asset, a MaterialX document.
+
+use base64::Engine;
+use base64::prelude::BASE64_STANDARD;
+use serde_json::{Map, Value, json};
+
+use super::model::{Shading, ShadingModel};
+use super::sphere_mesh::SphereMesh;
+use crate::metrics::Metrics;
+
+impl ShadingModel {
+    /// Returns the ending of a file's name.
+    #[must_use]
+    pub fn suffix(self) -> &'static str {
+        match self {
+            Self::Principled => "_principled.json",
+            Self::Gltf => ".gltf",
+            Self::StandardSurface => ".mtlx",
+        }
+    }
+}
+
+impl Shading {
+    /// Writes the file of a material. glTF and MaterialX files state `metrics`, the errors against the material; Mitsuba's
+    /// dictionary has no place for them.
+    #[must_use]
+    pub fn to_file(&self, material: &str, metrics: &Metrics) -> Vec<u8> {
+        let text = match self.model {
+            ShadingModel::Principled => to_text(&self.principled()),
+            ShadingModel::Gltf => to_text(&self.gltf(material, metrics)),
+            ShadingModel::StandardSurface => self.materialx(material, metrics),
+        };
+        text.into_bytes()
+    }
+
+    /// Returns the values by name: a number, or the three channels of a color.
+    fn by_name(&self) -> Vec<(&'static str, Vec<f64>)> {
+        let mut all: Vec<(&str, Vec<f64>)> = Vec::new();
+        for (parameter, value) in self.model.parameters().iter().zip(&self.values) {
+            match all.last_mut() {
+                Some((name, list)) if *name == parameter.name => list.push(*value),
+                _ => all.push((parameter.name, vec![*value])),
+            }
+        }
+        all
+    }
+
+    /// Returns the argument of `mitsuba.load_dict`.
+    fn principled(&self) -> Value {
+        let mut dictionary = Map::new();
+        dictionary.insert("type".into(), json!("principled"));
+        for (name, list) in self.by_name() {
+            let value = match &list[..] {
+                [number] => json!(number),
+                color => json!({ "type": "rgb", "value": color }),
+            };
+            dictionary.insert(name.into(), value);
+        }
+        Value::Object(dictionary)
+    }
+
+    /// Returns an asset with a sphere of the material.
+    fn gltf(&self, material: &str, metrics: &Metrics) -> Value {
+        let (mut base, mut specular, mut clearcoat) = (Map::new(), Map::new(), Map::new());
+        for (name, list) in self.by_name() {
+            let group = match name {
+                name if name.starts_with("specular") => &mut specular,
+                name if name.starts_with("clearcoat") => &mut clearcoat,
+                _ => &mut base,
+            };
+            let value = match (name, &list[..]) {
+                ("baseColorFactor", [red, green, blue]) => json!([red, green, blue, 1.0]),
+                (_, [number]) => json!(number),
+                (_, color) => json!(color),
+            };
+            group.insert(name.into(), value);
+        }
+        let mesh = SphereMesh::new();
+        let (vertices, indices) = (mesh.vertex_bytes(), mesh.index_bytes());
+        let bytes = [&vertices[..], &indices].concat();
+        let data = BASE64_STANDARD.encode(&bytes);
+        json!({
+            "asset": { "version": "2.0", "generator": generator() },
+            "extensionsUsed": ["KHR_materials_clearcoat", "KHR_materials_specular"],
+            "scene": 0,
+            "scenes": [{ "nodes": [0] }],
+            "nodes": [{ "mesh": 0, "name": material }],
+            "meshes": [{ "primitives": [{
+                "attributes": { "POSITION": 0, "NORMAL": 0 },
+                "indices": 1,
+                "material": 0,
+            }] }],
+            "materials": [{
+                "name": material,
+                "pbrMetallicRoughness": base,
+                "extensions": {
+                    "KHR_materials_clearcoat": clearcoat,
+                    "KHR_materials_specular": specular,
+                },
+                "extras": { "loss": metrics.loss, "delta_e": metrics.delta_e },
+            }],
+            "accessors": [
+                {
+                    "bufferView": 0,
+                    "componentType": 5126,
+                    "count": mesh.vertices.len(),
+                    "type": "VEC3",
+                    "min": [-1.0, -1.0, -1.0],
+                    "max": [1.0, 1.0, 1.0],
+                },
+                {
+                    "bufferView": 1,
+                    "componentType": 5123,
+                    "count": mesh.indices.len(),
+                    "type": "SCALAR",
+                },
+            ],
+            "bufferViews": [
+                { "buffer": 0, "byteLength": vertices.len(), "target": 34962 },
+                {
+                    "buffer": 0,
+                    "byteOffset": vertices.len(),
+                    "byteLength": indices.len(),
+                    "target": 34963,
+                },
+            ],
+            "buffers": [{
+                "byteLength": bytes.len(),
+                "uri": format!("data:application/octet-stream;base64,{data}"),
+            }],
+        })
+    }
+
+    fn materialx(&self, material: &str, metrics: &Metrics) -> String {
+        let inputs = self.by_name().into_iter().map(|(name, list)| {
+            let kind = if list.len() == 3 { "color3" } else { "float" };
+            let list: Vec<String> = list.iter().map(f64::to_string).collect();
+            let value = list.join(", ");
+            format!("    <input name=\"{name}\" type=\"{kind}\" value=\"{value}\" />\n")
+        });
+        let inputs: String = inputs.collect();
+        let name = identifier(material);
+        let Metrics { loss, delta_e, .. } = metrics;
+        format!(
+            "<?xml version=\"1.0\"?>\n\
+             <materialx version=\"1.38\" colorspace=\"lin_rec709\">\n  \
+             <standard_surface name=\"SR_{name}\" type=\"surfaceshader\" \
+             doc=\"by {}; loss {loss:.4}, mean CIEDE2000 {delta_e:.2}\">\n    \
+             <input name=\"base\" type=\"float\" value=\"1\" />\n\
+             {inputs}  </standard_surface>\n  \
+             <surfacematerial name=\"{name}\" type=\"material\">\n    \
+             <input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"SR_{name}\" />\n  \
+             </surfacematerial>\n\
+             </materialx>\n",
+            generator()
+        )
+    }
+}
+
+fn generator() -> String {
+    format!("glimpse-trainer {}", env!("CARGO_PKG_VERSION"))
+}
+
+fn to_text(value: &Value) -> String {
+    format!("{value:#}\n")
+}
+
+/// Returns a name of letters, digits and underscores that does not begin with a digit.
+fn identifier(name: &str) -> String {
+    let allowed = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    let name: String = name.chars().map(allowed).collect();
+    match name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+        true => name,
+        false => format!("material_{name}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_identifiers() {
+        assert_eq!(identifier("gold"), "gold");
+        assert_eq!(identifier("2 \"red\" <p>"), "material_2__red___p_");
+        assert_eq!(identifier(""), "material_");
+    }
+}

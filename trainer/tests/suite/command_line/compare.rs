@@ -1,0 +1,87 @@
+//! `trainer compare`, and shading models of `trainer convert`.
+
+use std::fs;
+
+use serde_json::Value;
+
+use super::{Folder, number};
+use crate::common::assert_names;
+
+#[test]
+fn compares_with_reference() {
+    let folder = Folder::new();
+    let report =
+        folder.succeed_as_json("compare procedural:1:3 procedural:1:3 procedural:2:8 --out page");
+    let rows = report["materials"].as_array().expect("a list");
+    assert_eq!(rows.len(), 3);
+    let same = &rows[0];
+    assert_eq!(
+        [&same["loss"], &same["delta_e"], &same["dssim"]],
+        [0.0, 0.0, 0.0]
+    );
+    for row in &rows[1..] {
+        assert!(
+            number(&row["loss"]) > 0.0 && number(&row["delta_e"]) > 0.0,
+            "{row}"
+        );
+    }
+    // A reference, a sphere and a difference for each material.
+    assert_eq!(folder.names("page/pictures").len(), 9);
+    assert_eq!(folder.read_text("page/errors.csv").lines().count(), 4);
+    let page = folder.read_text("page/index.html");
+    assert_eq!(page.matches("<svg").count(), 2);
+    // Labels of fits with the same name contain their sources.
+    for name in ["a", "b"] {
+        fs::create_dir(folder.at(name)).expect("the folder is created");
+        folder.succeed(&format!("convert procedural:1:3 {name}/gold.binary"));
+    }
+    let printed = folder.succeed("compare procedural:1:3 a/gold.binary b/gold.binary");
+    assert_names(&printed, &["a/gold.binary", "b/gold.binary"]);
+    folder.fail_naming(
+        "compare procedural:2:3 procedural:1:3",
+        &["procedural:2:3", "2"],
+    );
+}
+
+#[test]
+fn converts_to_shading_models() {
+    let folder = Folder::new();
+    for (file, format) in [("m.gltf", ""), ("m.mtlx", ""), ("m_principled.json", "")] {
+        let printed = folder.succeed_as_json(&format!("convert procedural:1:3 {file} {format}"));
+        let [loss, color] = ["loss", "delta_e"].map(|name| number(&printed[name]));
+        assert!(
+            (1e-4..0.03).contains(&loss) && (0.01..6.0).contains(&color),
+            "{printed}"
+        );
+        if file == "m.gltf" {
+            let extras = folder.read_json(file)["materials"][0]["extras"].clone();
+            assert_eq!([&extras["loss"], &extras["delta_e"]], [loss, color]);
+        }
+    }
+    let principled: Value = folder.read_json("m_principled.json");
+    assert_eq!(principled["type"], "principled");
+    let color = principled["base_color"]["value"]
+        .as_array()
+        .expect("a color");
+    assert_eq!(color.len(), 3);
+    folder.fail_naming(
+        "convert procedural:1:3 m.gltf --format merl",
+        &["gltf", "m.gltf"],
+    );
+}
+
+#[test]
+fn spectral_file_has_colors_of_rgb_file() {
+    let folder = Folder::new();
+    folder.succeed("convert procedural:1:3 m_rgb.bsdf");
+    folder.succeed("convert procedural:1:3 m_spec.bsdf");
+    let report = folder.succeed_as_json("compare m_rgb.bsdf m_spec.bsdf");
+    let row = &report["materials"][0];
+    assert!(
+        number(&row["loss"]) < 1e-3 && number(&row["delta_e"]) < 0.3,
+        "{row}"
+    );
+    // A spectral file is not a copy of the RGB file.
+    let converted = folder.succeed_as_json("convert m_spec.bsdf again_rgb.bsdf");
+    assert_eq!(converted["copied"], false);
+}
