@@ -2,7 +2,6 @@
 
 use glimpse_core::gonio::{Footprint, Limits, Quantity};
 use glimpse_core::model::ModelKind;
-use glimpse_materials::Format;
 use glimpse_training::meta::options::RefinementMethod;
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::route::Order;
@@ -35,12 +34,6 @@ pub(crate) const EFFORTS: [(&str, Effort); 4] = [
 pub(crate) const ORDERS: [(&str, Order); 2] = [
     ("travel", Order::Travel),
     ("progressive", Order::Progressive),
-];
-pub(crate) const FORMATS: [(&str, Format); 4] = [
-    ("merl", Format::Merl),
-    ("rgl", Format::Rgl),
-    ("nbrdf", Format::Nbrdf),
-    ("pab", Format::Pab),
 ];
 pub(crate) const QUANTITIES: [(&str, Quantity); 4] = [
     ("brdf", Quantity::Brdf),

@@ -8,6 +8,7 @@
 
 mod arrays;
 mod choices;
+mod compare;
 mod error;
 mod evaluate;
 mod files;
@@ -25,6 +26,8 @@ use pyo3::prelude::*;
 
 #[pymodule]
 mod _glimpse_brdf {
+    #[pymodule_export]
+    use crate::compare::compare;
     #[pymodule_export]
     use crate::error::GlimpseError;
     #[pymodule_export]

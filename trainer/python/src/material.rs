@@ -9,7 +9,7 @@ use glimpse_core::model::NeuralParameters;
 use glimpse_materials::{
     self, Format, Material, MerlTable, Source, SourceError, digest, table_nodes,
 };
-use glimpse_trainer::conversion::{encode, file_name, format_from_extension, output_paths};
+use glimpse_trainer::conversion::{OutputFormat, encode, file_name, output_paths};
 use glimpse_trainer::measurement::angles_from_vectors;
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
@@ -19,7 +19,7 @@ use pyo3::types::PyType;
 use rayon::prelude::*;
 
 use crate::arrays::{Pairs, array, rows};
-use crate::choices::{FORMATS, choose};
+use crate::choices::choose;
 use crate::error::{reject, to_exception};
 use crate::files::write;
 use crate::interruptible::run_detached;
@@ -186,10 +186,13 @@ impl PyMaterial {
     }
 
     /// Writes the material in another program's format: "merl" (NAME.binary), "rgl" (NAME.bsdf, for Mitsuba 3's
-    /// `measured`), "nbrdf" (NAME_fc1.npy and five more) or "pab" (NAME_in00.txt and more, for Radiance).
+    /// `measured`), "rgl-spectral" (NAME_spec.bsdf, for pbrt-v4), "nbrdf" (NAME_fc1.npy and five more) or "pab" (NAME_in00.txt and more, for Radiance). Or writes the
+    /// parameters of a shading model that approximates it: "principled" (a dictionary for Mitsuba 3), "gltf" (NAME.gltf)
+    /// or "materialx" (NAME.mtlx).
     ///
     /// The ending of the file's name determines the format, unless `format` is given. For "nbrdf", a network is fitted
-    /// to a material that is not a network, which takes some seconds; `seed` is the seed of that fit (default 0).
+    /// to a material that is not a network, which takes some seconds, as does the fit of a shading model; `seed` is the seed
+    /// of the network's fit (default 0).
     /// Raises FileExistsError if a file exists with other contents, unless `overwrite` is True.
     #[pyo3(signature = (path, format = None, *, seed = 0, overwrite = false))]
     pub(crate) fn save(
@@ -200,10 +203,11 @@ impl PyMaterial {
         seed: u64,
         overwrite: bool,
     ) -> PyResult<()> {
+        let formats = OutputFormat::ALL.map(|format| (format.name(), format));
         let format = format
-            .map(|name| choose("format", name, &FORMATS))
+            .map(|name| choose("format", name, &formats))
             .transpose()?;
-        let format = match (format, format_from_extension(&path)) {
+        let format = match (format, OutputFormat::from_extension(&path)) {
             (Some(format), None) => format,
             (None, Some(format)) => format,
             (Some(format), Some(format_of_ending)) if format == format_of_ending => format,
@@ -217,7 +221,7 @@ impl PyMaterial {
             }
             (None, None) => {
                 return reject(format!(
-                    "{} does not have the ending of a format: use .binary, .bsdf or _fc1.npy (or .json for a fit), \
+                    "{} does not have the ending of a format: use .binary, .bsdf, _fc1.npy, .gltf or .mtlx (or .json for a fit), \
                      or pass format",
                     path.display()
                 ));
@@ -225,12 +229,12 @@ impl PyMaterial {
         };
         let paths = output_paths(format, &path).map_err(to_exception)?;
         let name = match format {
-            Format::Pab => file_name(&path).map_err(to_exception)?,
+            OutputFormat::Brdf(Format::Pab) => file_name(&path).map_err(to_exception)?,
             _ => self.material.name(),
         };
         let files = run_detached(py, || encode(&*self.material, format, name, seed))?
             .map_err(to_exception)?;
-        let bytes = files.into_iter().map(|(_, bytes)| bytes);
+        let bytes = files.files.into_iter().map(|(_, bytes)| bytes);
         write(&paths.into_iter().zip(bytes).collect::<Vec<_>>(), overwrite)
     }
 
@@ -292,7 +296,7 @@ impl PyMaterial {
     }
 }
 
-/// Reads the only material of a source: a file of MERL (*.binary), RGL (*_rgb.bsdf), NBRDF (NAME_fc1.npy) or PAB-Opto,
+/// Reads the only material of a source: a file of MERL (*.binary), RGL (*.bsdf), NBRDF (NAME_fc1.npy) or PAB-Opto,
 /// a material.json, or "procedural:1:SEED" for a procedural material.
 #[pyfunction]
 pub(crate) fn load_material(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResult<PyMaterial> {

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import glimpse_brdf as glimpse
 import nbformat
+from glimpse_brdf import plot
 from nbclient import NotebookClient
 
 HERE = Path(__file__).resolve().parent
@@ -24,6 +25,19 @@ def test_stubs_match_module(tmp_path):
 
 def test_types_pass_strict_checking(tmp_path):
     run_module(tmp_path, "mypy", "--strict", str(HERE / "typed.py"))
+
+
+def test_types_pass_pyright(tmp_path):
+    run_module(tmp_path, "pyright", str(HERE / "typed.py"))
+
+
+def test_plots_have_a_curve_for_each_material_and_angle(monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    materials = glimpse.load_materials("procedural:2:9")
+    axes = plot.lobes(materials, 30)
+    assert [line.get_label() for line in axes.lines] == [material.name for material in materials]
+    route = glimpse.train("phong", "procedural:3", samples=2, schedule="joint", effort="brief").plan()
+    assert len(plot.plan(route).lines) == 3
 
 
 def test_public_items_have_docstrings():

@@ -205,6 +205,17 @@ def test_evaluate_matches_command(trainer, tmp_path, trained):
             assert a["delta_e"] == pytest.approx(b["delta_e"], rel=1e-9) and a["delta_e"] > 0
 
 
+def test_compare_matches_command(trainer):
+    printed = json.loads(trainer("compare", "procedural:1:3", "procedural:2:8", "--json"))
+    rows = glimpse.compare(glimpse.load_material("procedural:1:3"), "procedural:2:8")
+    assert [row["name"] for row in rows] == [row["material"] for row in printed["materials"]]
+    for row, expected in zip(rows, printed["materials"]):
+        for key in ["loss", "dssim", "l2", "psnr", "delta_e"]:
+            assert row[key] == pytest.approx(expected[key], rel=1e-9), key
+    (same,) = glimpse.compare(glimpse.load_material("procedural:1:3"), "procedural:1:3")
+    assert same["loss"] == 0 and same["delta_e"] == 0
+
+
 def test_rejects_invalid_training():
     def train_error(*args, **options):
         with pytest.raises(glimpse.GlimpseError) as error:

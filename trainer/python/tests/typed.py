@@ -6,6 +6,7 @@ from typing import Optional
 import glimpse_brdf as glimpse
 import numpy as np
 import numpy.typing as npt
+from glimpse_brdf import plot
 
 
 def report(progress: glimpse.Progress) -> None:
@@ -28,5 +29,7 @@ def scan(path: Path) -> float:
     fitted.save(path, "rgl", overwrite=True)
     evaluation = glimpse.evaluate(recipe, "procedural:3:1")
     directions: npt.NDArray[np.float64] = glimpse.directions()
+    rows = glimpse.compare(material, [fitted, "procedural:2"])
+    print(rows[0]["name"], plot.lobes([material, fitted], 30.0), plot.plan(plan))
     loss: float = glimpse.loss(gray(directions[:, 0], directions[:, 1]), fitted)
     return loss + evaluation["loss"] + evaluation["materials"][0]["delta_e"] + (fitted.predicted_loss or 0.0)

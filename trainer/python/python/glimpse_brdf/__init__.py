@@ -3,6 +3,7 @@
 A :class:`Recipe` holds the directions to measure and the method that fits the readings; :func:`train` returns one.
 :meth:`Recipe.plan` plans the movement of a machine's arms, and :meth:`Recipe.fit` fits readings to a
 :class:`FittedMaterial`. Calling a :class:`Material` with directions returns its BRDF.
+:func:`compare` compares materials, and ``glimpse_brdf.plot`` draws them.
 
 Directions are unit vectors from the surface, z along its normal: the incoming one to the light, the outgoing one to
 the sensor. Arrays of pairs have the shape (n, 2, 3), incoming first. A BRDF is linear RGB in sr^-1, not times the
@@ -25,6 +26,7 @@ from ._glimpse_brdf import (
     Progress,
     Recipe,
     __version__,
+    compare,
     directions,
     directions_from_degrees,
     evaluate,
@@ -44,6 +46,7 @@ __all__ = [
     "Progress",
     "Recipe",
     "__version__",
+    "compare",
     "directions",
     "directions_from_degrees",
     "evaluate",

@@ -11,7 +11,7 @@ from typing_extensions import Self, disjoint_base
 __version__: str
 
 _Model = Literal["phong", "cook-torrance", "linear", "neural"]
-_Format = Literal["merl", "rgl", "nbrdf", "pab"]
+_Format = Literal["merl", "nbrdf", "rgl", "rgl-spectral", "pab", "principled", "gltf", "materialx"]
 _Path = Union[str, os.PathLike[str]]
 _Float64Array = npt.NDArray[np.float64]
 _Float32Array = npt.NDArray[np.float32]
@@ -301,6 +301,15 @@ def loss(reference: Union[Material, npt.ArrayLike], fitted: Union[Material, npt.
 def directions_from_degrees(
     theta_i: npt.ArrayLike, phi_i: npt.ArrayLike, theta_o: npt.ArrayLike, phi_o: npt.ArrayLike
 ) -> _Float64Array: ...
+class _Comparison(TypedDict):
+    name: str
+    loss: float
+    dssim: float
+    l2: float
+    psnr: float
+    delta_e: float
+
+def compare(reference: Material, materials: _Materials) -> list[_Comparison]: ...
 def evaluate(
     recipe: Recipe,
     materials: _Materials,
