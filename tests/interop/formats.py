@@ -10,27 +10,12 @@ Mitsuba 3, NumPy, scikit-image and Radiance's programs are installed from PyPI i
 - scikit-image computes the same picture errors.
 - Radiance converts PAB-Opto's text to a BSDF with the same reflectance.
 """
-import csv, json, math, os, re, subprocess, sys, tempfile, venv
+import csv, json, math, os, re, subprocess, sys, tempfile
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-ENVIRONMENT = ROOT / "target" / "interop"
+from environment import ROOT, enter_environment, run
+
 PACKAGES = ["mitsuba==3.9.1", "numpy", "pyradiance==1.3.1", "scikit-image"]
-
-
-def enter_environment():
-    """Restarts this script in the environment, which is created if it does not exist."""
-    python = ENVIRONMENT / "bin" / "python"
-    if not python.exists():
-        venv.create(ENVIRONMENT, with_pip=True)
-    subprocess.run([python, "-m", "pip", "install", "--quiet", *PACKAGES], check=True)
-    os.execv(python, [str(python), __file__, *sys.argv[1:], "--inside"])
-
-
-def run(*command):
-    """Runs a command and returns its output. The check fails if the command fails."""
-    print("==", *command, flush=True)
-    return subprocess.run([str(word) for word in command], check=True, text=True, stdout=subprocess.PIPE).stdout
 
 
 def printed_loss(output):
@@ -41,7 +26,7 @@ def check_programs_of_document(trainer):
     """Runs every program of the document, and reads the files that they write."""
     text = (ROOT / "trainer/docs/formats.md").read_text()
     programs = re.findall(r"```python\n(.*?)```", text, re.S)
-    assert len(programs) == 8, len(programs)
+    assert len(programs) == 9, len(programs)
     for program in programs:
         run(sys.executable, "-c", program)
     mirror = Path("mirror.csv")
@@ -258,14 +243,15 @@ def compare_with_radiance(trainer):
 
 
 def main():
-    arguments = [argument for argument in sys.argv[1:] if argument != "--inside"]
-    trainer = Path(arguments[0] if arguments else ROOT / "target/release/trainer").resolve()
+    enter_environment(PACKAGES)
+    trainer = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "target/release/trainer").resolve()
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         assert printed_loss(run(trainer, "convert", "procedural:1:5", "material.binary")) < 0.005
         assert printed_loss(run(trainer, "convert", "procedural:1:5", "material_rgb.bsdf")) < 0.001
         assert printed_loss(run(trainer, "convert", "material.binary", "material", "--format", "nbrdf")) < 0.02
         run(trainer, "convert", "procedural:1:5", "material", "--format", "pab")
+        run(trainer, "convert", "procedural:1:5", "material_principled.json", "--format", "principled")
         check_programs_of_document(trainer)
         compare_picture_errors(trainer)
         compare_with_radiance(trainer)
@@ -277,5 +263,4 @@ def main():
     print("all programs agree with the trainer")
 
 
-if __name__ == "__main__":
-    main() if "--inside" in sys.argv else enter_environment()
+main()
