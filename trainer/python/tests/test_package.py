@@ -28,7 +28,7 @@ def test_types_pass_strict_checking(tmp_path):
 
 
 def test_types_pass_pyright(tmp_path):
-    run_module(tmp_path, "pyright", str(HERE / "typed.py"))
+    run_module(tmp_path, "pyright", "--pythonpath", sys.executable, str(HERE / "typed.py"))
 
 
 def test_plots_have_a_curve_for_each_material_and_angle(monkeypatch):

@@ -27,6 +27,7 @@ __all__ = [
     "Progress",
     "Recipe",
     "__version__",
+    "compare",
     "directions",
     "directions_from_degrees",
     "evaluate",
