@@ -238,12 +238,8 @@ impl LossPredictor {
             Some((*count, [factor.ln() as f32, bound as f32]))
         });
         let known: Vec<(usize, [f32; 2])> = known.collect();
-        if known.is_empty()
-            || known
-                .iter()
-                .flat_map(|(_, pair)| pair)
-                .any(|each| !each.is_finite())
-        {
+        let is_finite = |(_, [factor, bound]): &(usize, [f32; 2])| (factor + bound).is_finite();
+        if known.is_empty() || !known.iter().all(is_finite) {
             return self;
         }
         let partial = (1..samples).map(|count| interpolate(&known, count));
