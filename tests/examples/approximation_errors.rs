@@ -35,7 +35,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     for index in 0..materials.len() {
         let fitted = method.fit(&*materials[index], 0)?;
         let mut errors = vec![("the fit", evaluator.compare(index, &fitted)?.0)];
-        let network = fitted.network().map(|network| NeuralBrdf::new(String::new(), network));
+        let network = fitted
+            .network()
+            .map(|network| NeuralBrdf::new(String::new(), network));
         if let Some(mean) = network.as_ref().and_then(|network| Reciprocal::of(network)) {
             let mean: &dyn Material = &mean;
             errors.push(("mean of both orders", evaluator.compare(index, mean)?.0));
