@@ -17,7 +17,10 @@ pub(crate) fn run(board: &mut Board) -> Result<Residual, Failure> {
     let mut driver = Driver::new(scan, Config::new(Host::Absent));
     loop {
         match driver.poll(board.now_ms) {
-            Action::Measure { index, directions } => driver.record(index, board.read(&directions)),
+            Action::Measure { index, directions } => {
+                // The driver requests a sample with an invalid reading again.
+                let _ = driver.record(index, board.read(&directions));
+            }
             Action::Finished(residual) => return Ok(residual),
             Action::Failed(failure) => return Err(failure),
             _ => board.sleep(driver.poll_delay(board.now_ms)),

@@ -86,15 +86,19 @@ pub(crate) fn scan(
         bytes: 0,
     };
     let mut buffer = [0; FRAME_BYTES];
+    let mut result = None;
     for now_ms in 0_u32.. {
         match driver.poll(now_ms.into()) {
             Action::Finished(residual) => {
                 let fitted = driver.scan()?.fitted();
-                let values = fitted.map(|fitted| fitted.values().collect());
-                return Ok((residual, values.unwrap_or_default(), now_ms));
+                result = fitted.map(|fitted| (residual, fitted.values().collect(), now_ms));
             }
+            // The host has the result. (This device saves no readings for resets.)
+            Action::Forget => return result.ok_or(Failure::NoReply),
+            // The host is silent: the readings are kept, and nothing moves until this call.
+            Action::Failed(Failure::NoReply) => driver.resume(),
             Action::Failed(failure) => return Err(failure),
-            _ => {} // this device saves no readings for resets
+            _ => {}
         }
         // The device sends one byte per millisecond, and the reply arrives immediately.
         let Some(byte) = driver.outgoing().first().copied() else {

@@ -18,25 +18,42 @@
 //! let mut driver = Driver::new(scan, Config::new(Host::Absent));
 //! loop {
 //!     match driver.poll(now_ms()) {
-//!         Action::Measure { index, .. } => driver.record(index, Reading::new([0.1; 3])),
+//!         Action::Measure { index, .. } => {
+//!             // Move the arms. If they fail: `driver.fail(Failure::Machine)`.
+//!             let reading = Reading::new([0.1 + 0.01 * f32::from(index); 3]);
+//!             let _ = driver.record(index, reading); // the driver requests an invalid reading again
+//!         }
 //!         Action::Finished(residual) => {
-//!             // Take the material now: the next poll returns `Forget`.
 //!             let scan = driver.scan().unwrap();
 //!             println!("{:?}", scan.fitted().unwrap().values().next());
 //!             println!("{} {:?}", residual.mean, residual.implausible);
+//!             break; // `restart` begins a scan of the next material
 //!         }
+//!         // Nothing moves until `resume`, which keeps the readings, or `restart`.
 //!         Action::Failed(failure) => panic!("{failure}"),
-//!         Action::Save { .. } => {}  // `Saved::insert` and `write`, to flash
-//!         // Erase the saved readings (`Saved::clear` and `write`). Then `restart` begins the next scan.
-//!         Action::Forget => break,
+//!         Action::Save { .. } => {} // `Saved::write`, to memory that survives a reset
+//!         Action::Forget => {}      // `Saved::clear`
 //!         Action::Wait => sleep(driver.poll_delay(now_ms())),
 //!         _ => {} // `Store` and `Install`, if the device can store recipes
 //!     }
 //! }
 //! ```
+//!
+//! # Guarantees
+//!
+//! - **Nothing moves after a failure** until [`Driver::resume`] or [`Driver::restart`]: no [`Action::Measure`], and no
+//!   request that lets a host move its arms.
+//! - **A failure keeps all readings.** [`Action::Forget`] follows only the end of a scan, [`Driver::restart`], or a host
+//!   that does not know the readings it is asked about; and only if readings were saved.
+//! - **A host that listens is optional.** If it does not answer [`Config::reply_timeout_ms`] long, the device scans
+//!   alone. It then sends `Hello` at growing intervals, at most 30 s, and the result when somebody answers.
+//! - **Retries back off.** The pause before the next `Hello` doubles with each failure from 0.5 s to 30 s, and the pause
+//!   before a recipe is fetched again to one hour, because each attempt erases flash.
 
 mod action;
 mod config;
+mod error;
+mod pause;
 mod pending_request;
 mod phase;
 mod reach;
@@ -45,17 +62,21 @@ mod step;
 
 pub use action::Action;
 pub use config::{Config, Host};
+pub use error::DriverError;
 
 use crate::fit::Fitter;
 use crate::link::{Failure, Request};
-use crate::scan::{Reading, Scan, SkipError};
+use crate::scan::{Reading, ReadingError, Scan};
+use pause::Pause;
 use pending_request::{PendingRequest, PollResult};
 use phase::Phase;
 
-/// The pause between a failure and the next attempt, in ms.
-const PAUSE_MS: u64 = 500;
+/// The longest pause before `Hello`, in ms.
+const MAX_HELLO_PAUSE_MS: u32 = 30_000;
+/// The longest pause before a recipe is fetched again, in ms.
+const MAX_FETCH_PAUSE_MS: u32 = 3_600_000;
 
-/// The main loop of a scanner: it controls a scan from `Hello` to the result, and then the next scan.
+/// The main loop of a scanner: it controls a scan from `Hello` to the result.
 ///
 /// `K` is the model, as for a [`Scan`]. The [module](self) has an example.
 pub struct Driver<'a, K: Fitter> {
@@ -64,52 +85,84 @@ pub struct Driver<'a, K: Fitter> {
     config: Config,
     pending: PendingRequest,
     phase: Phase,
+    /// True from a failure to [`Driver::resume`] or [`Driver::restart`].
+    is_halted: bool,
+    /// True if the host answers.
+    is_connected: bool,
+    /// True if [`Action::Finished`] was returned for the readings.
+    is_finished: bool,
     /// Number of the fitted values that the host has accepted.
     values_sent: u16,
-    /// Number of invalid readings in a row.
-    invalid_readings: u8,
     /// True if a fit of the recorded readings did not reach the target loss.
     is_target_missed: bool,
+    /// True if a reading may have to be saved.
+    has_unsaved: bool,
+    /// True if the firmware has saved readings.
+    has_saved: bool,
     /// True if the firmware has to delete its saved readings.
     forgets: bool,
-    /// Checksum of the last fetched recipe that was unusable; the driver does not fetch it again.
-    declined: Option<u32>,
-    /// The action that the next poll returns first.
+    /// The failure that the firmware does not know yet.
+    failure: Option<Failure>,
+    /// The action of the next poll, after those of the fields above.
     next: Option<Action>,
+    /// True if the host knows the failure that prevents a scan.
+    is_no_scan_reported: bool,
+    /// Checksum of a fetched recipe; the driver does not fetch it again.
+    declined: Option<u32>,
+    /// The pause before `Hello`.
+    pause: Pause,
+    /// The pause before a recipe is fetched.
+    fetch_pause: Pause,
     /// True if the last poll had nothing to do, and no call since then has added work.
     is_idle: bool,
+    /// The end of a pause in ms.
+    wake_at: Option<u64>,
 }
 
 impl<'a, K: Fitter> Driver<'a, K> {
-    /// Creates a driver for a scan. Record readings that survived a reset ([`Saved`](crate::scan::Saved)) with
-    /// [`Scan::record`] before this call. The driver then asks a host that measures if they are still valid.
-    ///
-    /// The scan keeps the memory borrowed. Drop the driver to use the memory for another recipe.
+    /// Creates a driver for a scan. First restore readings that survived a reset
+    /// ([`Saved::restore`](crate::scan::Saved::restore)): the driver then asks a host that measures if they are still
+    /// valid.
     #[must_use]
     pub fn new(scan: Scan<'a, K>, config: Config) -> Self {
         Self::from_result(Ok(scan), config)
     }
 
     /// Creates a driver for a device whose recipe is damaged or for another firmware. It reports the failure to the
-    /// host. If the device can store a recipe, it also asks the host for a better one.
+    /// host. If the device can store a recipe, it asks the host for another one, again and again.
     #[must_use]
     pub fn without_scan(failure: Failure, config: Config) -> Self {
         Self::from_result(Err(failure), config)
     }
 
     fn from_result(scan: Result<Scan<'a, K>, Failure>, config: Config) -> Self {
+        let samples = scan.as_ref().map_or(0, |scan| scan.recipe().samples()) as u16;
+        let is_read = |index| {
+            scan.as_ref()
+                .is_ok_and(|scan| scan.reading(index).is_some())
+        };
+        let has_saved = (0..samples).any(is_read);
         Self {
             scan,
             config,
             pending: PendingRequest::new(config.sequence_seed),
             phase: Phase::Hello,
+            is_halted: false,
+            is_connected: false,
+            is_finished: false,
             values_sent: 0,
-            invalid_readings: 0,
             is_target_missed: false,
+            has_unsaved: false,
+            has_saved,
             forgets: false,
-            declined: None,
+            failure: None,
             next: None,
+            is_no_scan_reported: false,
+            declined: None,
+            pause: Pause::new(MAX_HELLO_PAUSE_MS),
+            fetch_pause: Pause::new(MAX_FETCH_PAUSE_MS),
             is_idle: false,
+            wake_at: None,
         }
     }
 
@@ -121,15 +174,12 @@ impl<'a, K: Fitter> Driver<'a, K> {
         self.scan.as_ref().map_err(|failure| *failure)
     }
 
-    /// Excludes the recipe with this checksum from updates. Call this if the recipe was unusable for an earlier driver.
-    pub fn decline(&mut self, checksum: u32) {
-        self.declined = Some(checksum);
-    }
-
-    /// The checksum of the last fetched recipe that was unusable.
-    #[must_use]
-    pub fn declined(&self) -> Option<u32> {
-        self.declined
+    /// Returns the scan, for example to use its memory for another recipe.
+    ///
+    /// # Errors
+    /// The failure that was given to [`Driver::without_scan`].
+    pub fn into_scan(self) -> Result<Scan<'a, K>, Failure> {
+        self.scan
     }
 
     /// Receives a byte from the line.
@@ -150,75 +200,64 @@ impl<'a, K: Fitter> Driver<'a, K> {
         self.pending.sent(count);
     }
 
-    /// Records a reading of the device's own sensor. Samples may come in any order, but at most one between two polls:
-    /// the next poll returns [`Action::Save`] for the last reading only. A failed scan ignores readings.
+    /// Records a reading of the device's own sensor. Samples may come in any order.
     ///
-    /// After [`Config::attempts`] invalid readings, the driver skips the sample if the recipe tolerates missing
-    /// readings. Otherwise the scan fails.
-    pub fn record(&mut self, index: u16, reading: Reading) {
-        self.is_idle = false;
-        if self.ignores_readings() {
-            return;
-        }
-        let Ok(scan) = &mut self.scan else {
-            return;
-        };
-        match scan.record(index, reading) {
-            Ok(_) => {
-                self.invalid_readings = 0;
-                self.is_target_missed = false;
-                self.next = Some(Action::Save { index, reading });
-            }
-            Err(error) => {
-                self.invalid_readings = self.invalid_readings.saturating_add(1);
-                if self.invalid_readings < self.config.attempts {
-                    return;
-                }
-                self.invalid_readings = 0;
-                // A valid earlier reading stays in use.
-                let is_read = scan.reading(index).is_some();
-                let tolerates = scan.recipe().tolerates_missing();
-                if !(tolerates && (is_read || scan.skip(index).is_ok())) {
-                    self.fail(Failure::Reading { index, error });
-                }
-            }
-        }
-    }
-
-    /// Skips a sample that cannot be read. A later [`Driver::record`] of the sample undoes the skip. A failed scan
-    /// ignores this call.
+    /// After [`Config::attempts`] invalid readings of a sample, the driver skips it if the recipe tolerates missing
+    /// readings. Otherwise the scan fails. A valid reading of the sample resets the count, and stays in use if later ones
+    /// are invalid.
     ///
     /// # Errors
-    /// Fails like [`Scan::skip`], and with [`SkipError::Index`] without a scan.
-    pub fn skip(&mut self, index: u16) -> Result<(), SkipError> {
-        let samples = 0;
-        if self.ignores_readings() {
+    /// [`DriverError::Reading`] if the reading is invalid, or the recipe has no such sample. The latter is not an
+    /// attempt. [`DriverError::NotScanning`] if the scan takes no readings.
+    pub fn record(&mut self, index: u16, reading: Reading) -> Result<(), DriverError> {
+        self.is_idle = false;
+        let attempts = self.config.attempts.max(1);
+        let scan = self.active_scan()?;
+        let Err(error) = scan.record(index, reading) else {
+            scan.mark_unsaved(index);
+            self.has_unsaved = true;
+            self.is_target_missed = false;
+            self.pause.reset();
             return Ok(());
-        }
-        let Ok(scan) = &mut self.scan else {
-            return Err(SkipError::Index { index, samples });
         };
-        scan.skip(index)?;
-        self.invalid_readings = 0;
+        let is_attempt = !matches!(error, ReadingError::Index { .. });
+        if is_attempt && scan.count_invalid_reading(index) >= attempts {
+            scan.forget_invalid_readings(index);
+            let is_read = scan.reading(index).is_some();
+            if !is_read && scan.skip(index).is_err() {
+                self.fail(Failure::Reading { index, error });
+            }
+        }
+        Err(DriverError::Reading(error))
+    }
+
+    /// Skips a sample that cannot be read. A later [`Driver::record`] of the sample undoes the skip.
+    ///
+    /// # Errors
+    /// [`DriverError::Skip`] as [`Scan::skip`], or [`DriverError::NotScanning`].
+    pub fn skip(&mut self, index: u16) -> Result<(), DriverError> {
+        self.active_scan()?.skip(index)?;
         self.cancel_measure(Some(index));
         Ok(())
     }
 
-    /// Skips all pending samples, so that the fit uses only the recorded readings. Does nothing without a scan or after
-    /// a failure.
+    /// Skips all pending samples, so that the fit uses only the recorded readings.
     ///
     /// # Errors
-    /// Fails like [`Scan::finish_early`].
-    pub fn finish_early(&mut self) -> Result<(), SkipError> {
-        if self.ignores_readings() {
-            return Ok(());
-        }
-        if let Ok(scan) = &mut self.scan {
-            scan.finish_early()?;
-            self.invalid_readings = 0;
-            self.cancel_measure(None);
-        }
+    /// [`DriverError::Skip`] as [`Scan::finish_early`], or [`DriverError::NotScanning`].
+    pub fn finish_early(&mut self) -> Result<(), DriverError> {
+        self.active_scan()?.finish_early()?;
+        self.cancel_measure(None);
         Ok(())
+    }
+
+    /// Returns the scan if it takes readings.
+    fn active_scan(&mut self) -> Result<&mut Scan<'a, K>, DriverError> {
+        let scan = self.scan.as_mut().map_err(|_| DriverError::NotScanning)?;
+        match self.is_halted || self.is_finished {
+            true => Err(DriverError::NotScanning),
+            false => Ok(scan),
+        }
     }
 
     /// Cancels the request for the reading of a skipped sample, or of any sample if `skipped` is None.
@@ -231,59 +270,86 @@ impl<'a, K: Fitter> Driver<'a, K> {
         }
     }
 
-    /// Returns true after a failure: a reading would belong to the previous material.
-    fn ignores_readings(&self) -> bool {
-        matches!(
-            self.phase,
-            Phase::ReportFailure(_) | Phase::Pause { .. } | Phase::Rest
-        )
-    }
-
-    /// Ends the scan with a failure.
+    /// Stops the scan because of a failure, and keeps its readings. The driver returns [`Action::Failed`] and reports the
+    /// failure to the host. It requests no further move until [`Driver::resume`] or [`Driver::restart`].
+    ///
+    /// If the recipe of [`Action::Store`] or [`Action::Install`] cannot be stored ([`Failure::Storage`]), the driver
+    /// fetches it again later, after a pause that doubles with each failure. If the recipe is unusable
+    /// ([`Failure::Recipe`] or [`Failure::Scan`]), it does not fetch it again.
     pub fn fail(&mut self, failure: Failure) {
         self.is_idle = false;
         self.pending.cancel();
-        self.invalid_readings = 0;
-        self.next = Some(Action::Failed(failure));
-        if failure == Failure::NoReply {
-            // The host may return, and its readings are still valid then. The host would not recognize readings that a
-            // fit has clamped.
-            if let Ok(scan) = &mut self.scan {
-                scan.forget_clamped();
-            }
-            self.phase = Phase::Hello;
-            return;
+        self.is_halted = true;
+        self.pause.lengthen();
+        self.failure = Some(failure);
+        let is_unusable = matches!(failure, Failure::Recipe(_) | Failure::Scan(_));
+        let is_fetched = matches!(self.phase, Phase::Installed) && !is_unusable;
+        if is_fetched || matches!(self.phase, Phase::Store { .. } | Phase::Stored { .. }) {
+            self.fetch_pause.lengthen();
+            self.declined = None;
         }
-        if let Phase::Store { checksum, .. } | Phase::Stored { checksum, .. } = self.phase {
-            self.declined = Some(checksum); // storing it would fail again
-        }
-        self.forget();
-        self.phase = match self.config.host {
-            Host::Absent => Phase::Rest,
-            Host::Measures | Host::Listens => Phase::ReportFailure(failure),
+        self.next = None;
+        self.phase = match (self.config.host, failure) {
+            (Host::Absent, _) | (_, Failure::NoReply) => self.phase_after_failure(),
+            (Host::Measures | Host::Listens, _) => Phase::ReportFailure(failure),
         };
     }
 
-    /// Begins a scan of the next material.
+    /// The phase after a failure was reported. A device without a scan has nothing that moves: it asks for a recipe again.
+    fn phase_after_failure(&self) -> Phase {
+        let has_host = self.config.host != Host::Absent;
+        match self.scan.is_err() && has_host && self.config.recipe_bytes > 0 {
+            true => Phase::Hello,
+            false => Phase::Rest,
+        }
+    }
+
+    /// Continues a scan that has failed, with the readings that it has. With a host, the driver sends `Hello` after a
+    /// pause of 0.5 s, which doubles with each failure, up to 30 s. A success, such as a valid reading, ends the pauses.
+    /// Without a failure, the call has no effect.
+    pub fn resume(&mut self) {
+        if self.is_halted {
+            self.begin_again();
+        }
+    }
+
+    /// Begins a scan of the next material. If readings were saved, the next poll returns [`Action::Forget`].
     pub fn restart(&mut self) {
+        self.reset_scan();
+        self.begin_again();
+    }
+
+    fn begin_again(&mut self) {
         self.is_idle = false;
         self.pending.cancel();
-        self.forget();
-        self.invalid_readings = 0;
+        self.is_halted = false;
+        self.failure = None;
         self.next = None;
         self.phase = Phase::Hello;
     }
 
-    fn forget(&mut self) {
+    /// Deletes all readings.
+    fn reset_scan(&mut self) {
         if let Ok(scan) = &mut self.scan {
             scan.restart();
-            self.forgets = true;
         }
+        self.has_unsaved = false;
+        self.is_finished = false;
+        self.is_target_missed = false;
+        self.forget();
+    }
+
+    /// Lets the firmware delete its saved readings, if it has any.
+    fn forget(&mut self) {
+        self.forgets |= core::mem::take(&mut self.has_saved);
     }
 
     /// Does the next unit of work, and returns the next action of the firmware. `now_ms` is the time of a monotonic
     /// clock with any origin, in ms.
     pub fn poll(&mut self, now_ms: u64) -> Action {
+        self.wake_at = None;
+        self.pause.begin(now_ms);
+        self.fetch_pause.begin(now_ms);
         let action = self.next_action(now_ms);
         self.is_idle = matches!(action, Action::Wait | Action::Measure { .. });
         action
@@ -296,35 +362,46 @@ impl<'a, K: Fitter> Driver<'a, K> {
         if !self.is_idle {
             return Some(0);
         }
-        let due = match self.phase {
-            Phase::Pause { until } => until,
-            _ => self.pending.next_deadline()?,
-        };
+        let due = self.wake_at.or_else(|| self.pending.next_deadline())?;
         let delay = due.saturating_sub(now_ms);
         Some(u32::try_from(delay).unwrap_or(u32::MAX))
     }
 
     fn next_action(&mut self, now: u64) -> Action {
-        if let Some(action) = self.next.take() {
+        if let Some(action) = self.queued_action() {
             return action;
         }
-        if core::mem::take(&mut self.forgets) {
-            return Action::Forget;
-        }
-        match self.pending.poll(now, &self.config) {
-            PollResult::Idle => return self.step(now),
+        match self.pending.poll(now) {
+            PollResult::Idle => match self.step(now) {
+                Action::Continue => {}
+                action => return action,
+            },
             PollResult::Waiting => return Action::Wait,
             PollResult::Reply(request, reply) => self.handle_reply(&request, reply, now),
-            PollResult::TimedOut(Request::Failed(_)) => self.pause(now),
-            PollResult::TimedOut(_) => self.fail(Failure::NoReply),
+            PollResult::TimedOut(request) => self.handle_timeout(&request),
         }
-        self.next.take().unwrap_or(Action::Continue)
+        self.queued_action().unwrap_or(Action::Continue)
     }
 
-    fn pause(&mut self, now: u64) {
-        self.phase = Phase::Pause {
-            until: now.saturating_add(PAUSE_MS),
-        };
+    /// Returns an action that does not depend on the time: readings of the previous scan are deleted first, then new
+    /// ones are saved, then a failure is reported.
+    fn queued_action(&mut self) -> Option<Action> {
+        if core::mem::take(&mut self.forgets) {
+            return Some(Action::Forget);
+        }
+        if self.has_unsaved
+            && let Ok(scan) = &mut self.scan
+        {
+            if let Some((index, reading)) = scan.take_unsaved() {
+                self.has_saved = true;
+                return Some(Action::Save { index, reading });
+            }
+            self.has_unsaved = false;
+        }
+        if let Some(failure) = self.failure.take() {
+            return Some(Action::Failed(failure));
+        }
+        self.next.take()
     }
 }
 

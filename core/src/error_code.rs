@@ -61,6 +61,7 @@ error_codes! {
 
     Incomplete = 18, "a reading is missing";
     Unfinished = 20, "the fit is not complete";
+    NotScanning = 22, "the scan is finished, has failed, or does not exist: it takes no readings";
 
     RecipeMagic = 32, "the bytes are not a recipe";
     RecipeVersion = 33, "the recipe has an unknown format version: train again, or update the firmware";
@@ -115,6 +116,7 @@ error_codes! {
     OutOfReach = 105, "samples of the recipe are out of reach: train within the machine's limits";
     RefusedRequest = 106, "the host refused: it does not support this request";
     RefusedOther = 107, "the host refused for a reason that the device does not know";
+    Storage = 108, "the device could not store the recipe: check its flash";
 }
 
 impl core::fmt::Display for ErrorCode {

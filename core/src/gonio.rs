@@ -1,7 +1,7 @@
 //! Arithmetic of a scanner with two arms and a sensor, without I/O:
 //!
 //! - [`Limits`]: the reach of its arms;
-//! - [`Machine`]: the speeds of its axes, and the pending sample that the arms reach first;
+//! - [`Machine`]: its axes with their speeds, and the pending sample that the arms reach first;
 //! - [`Calibration`]: the conversion of counts to the BRDF, with dark and white readings;
 //! - [`Quantity`]: the BRDF, and quantities that are mistaken for it;
 //! - [`Repeated`]: mean and variance of repeated readings;
@@ -26,6 +26,7 @@ mod repeated;
 pub mod tile;
 
 pub use calibration::{Calibrated, Calibration, CalibrationError, Footprint, ReferenceCalibration};
+pub(crate) use limits::UncheckedLimits;
 pub use limits::{Limits, LimitsError, Unreachable};
 pub use nearest::{Machine, Move, Speeds};
 pub use quantity::{CosineError, Quantity};

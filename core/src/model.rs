@@ -17,7 +17,7 @@ pub use cook_torrance::CookTorrance;
 pub use kind::ModelKind;
 pub use neural::Neural;
 pub use phong::Phong;
-pub(crate) use samples::COUNTED;
+pub(crate) use samples::{COUNTED, unpack};
 
 internal! { cook_torrance::CookTorranceParameters }
 internal! { kernel::{Active, Evaluation, Model, Objective, ParameterSet, SampleGradient} }

@@ -46,7 +46,7 @@ pub use training::{
 
 use crate::fit::{Algorithm, AnyModel};
 use crate::geometry::{Angles, Directions, HalfDifference};
-use crate::gonio::{Limits, Unreachable};
+use crate::gonio::{Machine, Unreachable};
 use crate::model::{ModelKind, SLOT_WORDS};
 use check::PackedAngles;
 use contents::Contents;
@@ -252,9 +252,9 @@ impl<'a> Recipe<'a> {
     ///
     /// Call this before anything moves.
     #[must_use]
-    pub fn out_of_reach(&self, limits: &Limits) -> Option<(u16, Unreachable)> {
+    pub fn out_of_reach(&self, machine: &Machine) -> Option<(u16, Unreachable)> {
         let mut directions = self.directions();
-        directions.find_map(|(index, directions)| Some((index, limits.check(&directions).err()?)))
+        directions.find_map(|(index, directions)| Some((index, machine.check(&directions).err()?)))
     }
 
     /// The expected loss on a material that was not in the training data. None if the recipe states none or an

@@ -31,7 +31,7 @@ use crate::model::linear::Basis;
 use crate::model::{SLOT_WORDS, Slot};
 use crate::recipe::Recipe;
 use memory::{measured_brdf, split, split_mut};
-use stage::{Fitting, Stage};
+use stage::{Checks, Fitting, Stage};
 use status::Status;
 
 /// A scan of one material, recording readings.
@@ -176,9 +176,8 @@ impl<'a, K: Fitter> Scan<'a, K> {
     /// # Errors
     /// [`ReadingError`] if the index is too large or the reading is invalid. The scan is then unchanged.
     pub fn record(&mut self, index: u16, reading: Reading) -> Result<Recorded, ReadingError> {
-        let recipe = self.recipe;
         let (slots, _) = self.parts();
-        let recorded = reading::record(slots, &recipe, index, reading)?;
+        let recorded = reading::record(slots, index, reading)?;
         self.stage = Stage::Reading;
         Ok(recorded)
     }
@@ -196,7 +195,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         let Some(slot) = slots.get_mut(usize::from(index)) else {
             return Err(SkipError::Index { index, samples });
         };
-        Status::SKIPPED.put(slot);
+        Status::SKIP.put(slot);
         self.stage = Stage::Reading;
         Ok(())
     }
@@ -209,8 +208,8 @@ impl<'a, K: Fitter> Scan<'a, K> {
         self.check_tolerance()?;
         let (slots, _) = self.parts();
         for slot in slots {
-            if Status::of(slot) == Status::PENDING {
-                Status::SKIPPED.put(slot);
+            if Status::of(slot).is_pending() {
+                Status::SKIP.put(slot);
             }
         }
         Ok(())
@@ -223,7 +222,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
         }
     }
 
-    /// The recorded reading of a sample, if any. A fit clamps values that are too far below 0 for the loss.
+    /// The recorded reading of a sample, if any, unchanged by fits.
     #[must_use]
     pub fn reading(&self, index: u16) -> Option<Reading> {
         let slot = self.slots().get(usize::from(index))?;
@@ -234,20 +233,46 @@ impl<'a, K: Fitter> Scan<'a, K> {
         })
     }
 
-    /// Makes clamped samples pending again, because a fit has changed their values.
-    pub(crate) fn forget_clamped(&mut self) {
+    /// Returns true if the readings are the first ones in the recipe's order, all unsaturated, and no sample is skipped. A
+    /// [bound of their loss](Fitted::loss_bound) holds only then.
+    pub(crate) fn is_prefix(&self) -> bool {
+        memory::is_prefix(self.slots())
+    }
+
+    /// Counts an invalid reading of a sample. Returns the count since its last valid reading.
+    pub(crate) fn count_invalid_reading(&mut self, index: u16) -> u8 {
         let (slots, _) = self.parts();
-        let mut clamped = slots
-            .iter_mut()
-            .filter(|slot| Status::of(slot).is_clamped());
-        let any = clamped
-            .by_ref()
-            .map(|slot| Status::PENDING.put(slot))
-            .count()
-            > 0;
-        if any {
-            self.stage = Stage::Reading;
+        let Some(slot) = slots.get_mut(usize::from(index)) else {
+            return 0;
+        };
+        let (status, count) = Status::of(slot).with_invalid_reading();
+        status.put(slot);
+        count
+    }
+
+    /// Forgets that readings of a sample were invalid.
+    pub(crate) fn forget_invalid_readings(&mut self, index: u16) {
+        let (slots, _) = self.parts();
+        if let Some(slot) = slots.get_mut(usize::from(index)) {
+            Status::of(slot).without_invalid_readings().put(slot);
         }
+    }
+
+    /// Marks the reading of a sample as not saved.
+    pub(crate) fn mark_unsaved(&mut self, index: u16) {
+        let (slots, _) = self.parts();
+        if let Some(slot) = slots.get_mut(usize::from(index)) {
+            Status::of(slot).unsaved(true).put(slot);
+        }
+    }
+
+    /// Returns the first reading that is not saved, and marks it as saved.
+    pub(crate) fn take_unsaved(&mut self) -> Option<(u16, Reading)> {
+        let (slots, _) = self.parts();
+        let mut slots = (0..).zip(slots.iter_mut());
+        let (index, slot) = slots.find(|(_, slot)| Status::of(slot).is_unsaved())?;
+        Status::of(slot).unsaved(false).put(slot);
+        Some((index, self.reading(index)?))
     }
 
     /// Begins a fit of all readings. It discards an earlier fit, finished or not.
@@ -266,12 +291,13 @@ impl<'a, K: Fitter> Scan<'a, K> {
         if counted == 0 {
             return Err(memory::incomplete(slots));
         }
-        let channels = reading::prepare(slots, &method)?;
+        let channels = reading::check(slots)?;
         K::start(words, &method, channels);
         Ok(self.fit_from(Fitting {
             done: 0,
             channels,
             readings: counted as u16, // at most MAX_SAMPLES
+            checks: Checks::default(),
         }))
     }
 

@@ -4,9 +4,9 @@
 use super::{Driver, Host};
 use crate::geometry::Directions;
 use crate::link::{Failure, RecipeBytes};
-#[cfg(doc)]
-use crate::scan::Scan;
 use crate::scan::{Reading, Residual};
+#[cfg(doc)]
+use crate::scan::{Saved, Scan};
 
 /// The next action of the firmware. Ignore unknown actions.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,8 +18,8 @@ pub enum Action {
     /// Poll again soon: the driver did a slice of a fit, or handled a reply.
     Continue,
     /// Move the arms, read the sensor, and call [`Driver::record`]. If only this sample cannot be read, call
-    /// [`Driver::skip`]. If arms or sensor failed, or the recipe needs every reading, call [`Driver::fail`]. The driver
-    /// repeats this action until one of these calls.
+    /// [`Driver::skip`]. If arms or sensor failed, call [`Driver::fail`]. The driver repeats this action until one of
+    /// these calls.
     ///
     /// The sample is the first pending one in the pattern's order. The firmware may read any other of [`Scan::pending`]
     /// instead.
@@ -29,7 +29,7 @@ pub enum Action {
         /// Directions of light and sensor.
         directions: Directions<f32>,
     },
-    /// Save this reading in memory that survives a reset.
+    /// Save this reading in memory that survives a reset. [`Saved::write`] saves all readings of the scan.
     Save {
         /// Index of the sample in the recipe's pattern.
         index: u16,
@@ -38,29 +38,30 @@ pub enum Action {
     },
     /// Delete all saved readings.
     Forget,
-    /// Write these bytes of a new recipe, without overwriting the current one.
+    /// Write these bytes of a new recipe, without overwriting the current one. If this fails, call [`Driver::fail`] with
+    /// [`Failure::Storage`].
     Store {
         /// Position of the bytes in the recipe. Position 0 starts another recipe.
         offset: u32,
         /// The bytes.
         bytes: RecipeBytes,
     },
-    /// The new recipe is stored. Parse it. If it is valid, use it from now on with a new scan and a new driver.
-    /// Otherwise call [`Driver::fail`], and the driver does not fetch it again.
+    /// The new recipe is stored. Parse it before the next poll. If it is valid, use it from now on with a new scan and a
+    /// new driver. Otherwise call [`Driver::fail`] with the reason.
     Install {
         /// Length of the recipe in bytes.
         bytes: u32,
         /// The checksum that its header should have.
         checksum: u32,
     },
-    /// The scan is finished. The fit may be implausible: check [`Residual::implausible`] first. [`Scan::fitted`] has
-    /// the material until the next poll.
+    /// The fit is complete. It may be implausible: check [`Residual::implausible`] first. [`Scan::fitted`] has the
+    /// material until the next scan.
     ///
-    /// The next poll returns [`Action::Forget`], even after a restart. Carry it out before you stop; otherwise the next
-    /// boot continues with these readings. With [`Host::Measures`], the next scan begins automatically. Otherwise call
-    /// [`Driver::restart`].
+    /// The driver then sends the result to the host, and returns [`Action::Forget`] when the host has accepted it. After a
+    /// reset before that, restored readings are fitted again, without a move. With [`Host::Measures`], the next scan
+    /// begins afterwards. Otherwise call [`Driver::restart`].
     Finished(Residual),
-    /// The scan has failed. With a host, it begins again automatically after a pause. Otherwise call
-    /// [`Driver::restart`].
+    /// The scan has failed, or its result was refused. The readings are kept, and nothing moves until
+    /// [`Driver::resume`] or [`Driver::restart`].
     Failed(Failure),
 }

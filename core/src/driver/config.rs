@@ -1,6 +1,6 @@
 //! Options of a driver.
 
-use crate::gonio::Limits;
+use crate::gonio::Machine;
 
 /// The role of the host, at the other end of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,7 +9,7 @@ use crate::gonio::Limits;
 pub enum Host {
     /// A host moves the arms and reads the sensor, as the device requests.
     Measures,
-    /// The device moves the arms; a host receives progress and result.
+    /// The device moves the arms; a host receives progress and result. The device scans alone if none answers.
     Listens,
     /// The device moves the arms, without a host.
     Absent,
@@ -30,24 +30,25 @@ pub enum Host {
 pub struct Config {
     /// The role of the host.
     pub host: Host,
-    /// [Valid](Limits::validate) limits of the machine that measures, equal to those of its
-    /// [`Machine`](crate::gonio::Machine). The driver skips samples out of reach if the recipe tolerates missing
-    /// readings. Otherwise the scan fails before any move. None: every sample is within reach.
-    pub limits: Option<Limits>,
+    /// The machine that measures: its reach, and the axes that it lacks. The driver skips samples out of reach if the
+    /// recipe tolerates missing readings. Otherwise the scan fails before any move. None: every sample is within reach.
+    pub machine: Option<Machine>,
     /// The seed of the [sequence numbers](crate::link::Client::new). It must differ from the seeds of all earlier
     /// drivers of this device: a boot counter, a random number, or the value of a free-running timer. Unused with
     /// [`Host::Absent`].
     pub sequence_seed: u32,
     /// Units of work of the fit in one [`Driver::poll`](super::Driver::poll). 0 counts as 1.
     pub steps_per_poll: u32,
-    /// Interval of retransmissions of a request without a reply, in ms.
+    /// Interval of retransmissions of a request without a reply, in ms. The intervals of a `Hello` without a timeout
+    /// double up to 1.6 s.
     pub retransmit_interval_ms: u32,
-    /// Timeout of a reply, in ms. `Hello` has no timeout.
+    /// Timeout of a reply, in ms. After it, the scan fails with [`Host::Measures`] and continues alone with
+    /// [`Host::Listens`]. A `Hello` to a host that measures has no timeout.
     pub reply_timeout_ms: u32,
     /// Timeout of a reading by the host, in ms. It includes the motion of the arms.
     pub measure_timeout_ms: u32,
     /// Number of invalid readings of a sample after which the driver skips it, or fails if the recipe needs every
-    /// reading.
+    /// reading. 0 counts as 1.
     pub attempts: u8,
     /// Size of the largest recipe that the device can store, in bytes. 0: the device stores no recipe and requests
     /// none.
@@ -58,7 +59,8 @@ pub struct Config {
     /// implausible, the scan continues.
     ///
     /// Each of these fits takes as many steps as a fit of all readings. The host receives no progress of them. The
-    /// bound assumes that the samples are read in the recipe's order.
+    /// bound holds only for the first samples in the recipe's order, so the driver reads all samples if one was skipped,
+    /// out of reach, saturated, or read out of order.
     ///
     /// None, 0, a negative number or NaN: the scan reads all samples. The target has no effect if the recipe does not
     /// [bound the loss](crate::recipe::Recipe::bounds_partial_loss) of such fits.
@@ -66,13 +68,13 @@ pub struct Config {
 }
 
 impl Config {
-    /// Returns options with no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, timeouts of 2 s and of
+    /// Returns options without a machine, seed 0, 8 steps per poll, retransmissions after 0.1 s, timeouts of 2 s and of
     /// 60 s for readings, three attempts, no storage for recipes, and no target loss.
     #[must_use]
     pub const fn new(host: Host) -> Self {
         Self {
             host,
-            limits: None,
+            machine: None,
             sequence_seed: 0,
             steps_per_poll: 8,
             retransmit_interval_ms: 100,

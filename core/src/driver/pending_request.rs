@@ -1,7 +1,13 @@
 //! The pending request: its frame, its retransmissions and its timeout.
 
-use super::Config;
+use super::{Config, Host};
 use crate::link::{Client, FRAME_BYTES, Reply, Request};
+
+/// Intervals from this on, in ms, are not doubled.
+const MAX_DOUBLED_MS: u64 = 1_000;
+
+/// A byte after a part of a frame, so that it can never be completed.
+const DAMAGING_BYTE: u8 = 0xFF;
 
 /// State of the request after [`PendingRequest::poll`].
 pub(super) enum PollResult {
@@ -28,11 +34,13 @@ enum Exchange {
 pub(super) struct PendingRequest {
     client: Client,
     exchange: Exchange,
-    frame: [u8; FRAME_BYTES],
+    frame: [u8; FRAME_BYTES + 1],
     /// Length of the frame in bytes.
     frame_length: usize,
     /// Number of the frame's bytes that have been sent.
     sent: usize,
+    /// Interval to the next retransmission, in ms.
+    interval: u64,
     /// Time of the next retransmission, in ms.
     retransmit_at: u64,
     /// Time of the timeout, in ms; `u64::MAX` for no timeout.
@@ -44,9 +52,10 @@ impl PendingRequest {
         Self {
             client: Client::new(seed),
             exchange: Exchange::Idle,
-            frame: [0; FRAME_BYTES],
+            frame: [0; FRAME_BYTES + 1],
             frame_length: 0,
             sent: 0,
+            interval: 0,
             retransmit_at: 0,
             timeout_at: u64::MAX,
         }
@@ -54,25 +63,32 @@ impl PendingRequest {
 
     /// Begins a request. The driver sends its frame through [`PendingRequest::outgoing`].
     pub(super) fn begin(&mut self, request: Request, now: u64, config: &Config) {
-        // The buffer has room for every request.
-        let frame = self.client.request(&request, &mut self.frame);
-        self.frame_length = frame.map_or(0, <[u8]>::len);
+        // The byte of a canceled frame goes first. The buffer has room for it and for every request.
+        let start = usize::from(self.outgoing() == [DAMAGING_BYTE]);
+        let buffer = self.frame.get_mut(start..).unwrap_or_default();
+        let frame = self.client.request(&request, buffer);
+        self.frame_length = frame.map_or(0, <[u8]>::len).saturating_add(start);
         self.sent = 0;
-        self.retransmit_at = now.saturating_add(config.retransmit_interval_ms.into());
+        self.interval = config.retransmit_interval_ms.max(1).into();
+        self.retransmit_at = now.saturating_add(self.interval);
         self.timeout_at = match &request {
-            Request::Hello { .. } => u64::MAX,
+            Request::Hello { .. } if config.host == Host::Measures => u64::MAX,
             Request::Measure { .. } => now.saturating_add(config.measure_timeout_ms.into()),
             _ => now.saturating_add(config.reply_timeout_ms.into()),
         };
         self.exchange = Exchange::Waiting(request);
     }
 
-    /// Drops the request. A partly sent frame is still sent to its end: otherwise the host would wait for the rest.
+    /// Drops the request and the unsent rest of its frame, so that no host carries it out later. If a part was sent, one
+    /// more byte damages it: a zero alone, such as that of the next frame, may complete it.
     pub(super) fn cancel(&mut self) {
         self.exchange = Exchange::Idle;
-        if self.sent == 0 {
-            self.frame_length = 0;
-        }
+        let is_partly_sent = self.sent > 0 && !self.outgoing().is_empty();
+        let needs_damage = is_partly_sent || self.outgoing() == [DAMAGING_BYTE];
+        let [first, ..] = &mut self.frame;
+        *first = DAMAGING_BYTE;
+        self.frame_length = usize::from(needs_damage);
+        self.sent = 0;
     }
 
     /// Returns the request if it has no reply yet.
@@ -105,7 +121,7 @@ impl PendingRequest {
     }
 
     /// Retransmits the frame when it is due, and returns the state of the request.
-    pub(super) fn poll(&mut self, now: u64, config: &Config) -> PollResult {
+    pub(super) fn poll(&mut self, now: u64) -> PollResult {
         match core::mem::take(&mut self.exchange) {
             Exchange::Idle => PollResult::Idle,
             Exchange::Answered(request, reply) => PollResult::Reply(request, reply),
@@ -114,7 +130,7 @@ impl PendingRequest {
                 self.exchange = waiting;
                 if now >= self.retransmit_at && self.outgoing().is_empty() {
                     self.sent = 0;
-                    self.retransmit_at = self.next_retransmission(now, config);
+                    self.retransmit_at = self.next_retransmission(now);
                 }
                 PollResult::Waiting
             }
@@ -122,14 +138,16 @@ impl PendingRequest {
     }
 
     /// The time of the next retransmission, in ms. It counts from the scheduled time, so that delays do not accumulate.
-    /// Missed retransmissions are skipped.
-    fn next_retransmission(&self, now: u64, config: &Config) -> u64 {
-        let interval = config.retransmit_interval_ms.max(1).into();
-        let next = self.retransmit_at.saturating_add(interval);
+    /// Missed retransmissions are skipped. The intervals of a request without a timeout double up to 1.6 s.
+    fn next_retransmission(&mut self, now: u64) -> u64 {
+        if self.timeout_at == u64::MAX && self.interval < MAX_DOUBLED_MS {
+            self.interval = self.interval.saturating_mul(2);
+        }
+        let next = self.retransmit_at.saturating_add(self.interval);
         if next > now {
             next
         } else {
-            now.saturating_add(interval)
+            now.saturating_add(self.interval)
         }
     }
 

@@ -1,12 +1,12 @@
-//! Phases of a scan.
+//! Phases of a driver.
 
 use crate::link::Failure;
 
-/// Phase of a scan.
+/// Phase of a driver.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) enum Phase {
-    /// Sends `Hello` to the host.
+    /// Sends `Hello` to the host, after the pause.
     Hello,
     /// Requests another recipe from the host.
     Update,
@@ -18,16 +18,16 @@ pub(super) enum Phase {
     },
     /// All of that recipe is stored.
     Stored { bytes: u32, checksum: u32 },
-    /// Offers readings from before a reset to the host, from index `next` on.
+    /// The firmware was asked to install that recipe.
+    Installed,
+    /// Offers recorded readings to the host, from index `next` on.
     Offer { next: u16 },
-    /// Reads, fits, or sends the values, depending on the scan's state.
+    /// Reads, fits, or sends the result, depending on the scan's state. This is the only phase in which arms move.
     Scan,
-    /// The scan is finished.
-    End,
+    /// The host has the result.
+    Published,
     /// Reports a failure to the host.
     ReportFailure(Failure),
-    /// Waits after a failure, until a time in ms.
-    Pause { until: u64 },
-    /// Waits for a restart.
+    /// Waits for a call of the firmware.
     Rest,
 }

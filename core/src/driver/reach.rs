@@ -1,4 +1,4 @@
-//! Check of the arms' reach before any move.
+//! Check of the machine's reach before any move.
 
 use super::Driver;
 use super::phase::Phase;
@@ -10,8 +10,15 @@ impl<K: Fitter> Driver<'_, K> {
     pub(super) fn begin_scan(&mut self) {
         self.phase = Phase::Scan;
         self.values_sent = 0;
-        self.is_target_missed = false;
-        let (Ok(scan), Some(limits)) = (&mut self.scan, &self.config.limits) else {
+        let scan = match &mut self.scan {
+            Ok(scan) => scan,
+            Err(failure) => {
+                let failure = *failure;
+                self.fail_without_scan(failure);
+                return;
+            }
+        };
+        let (Some(machine), None) = (&self.config.machine, scan.fitted()) else {
             return;
         };
         let recipe = *scan.recipe();
@@ -19,7 +26,7 @@ impl<K: Fitter> Driver<'_, K> {
         let mut count: u16 = 0;
         let mut is_tolerated = true;
         for (index, directions) in recipe.directions() {
-            if scan.reading(index).is_some() || limits.check(&directions).is_ok() {
+            if scan.reading(index).is_some() || machine.check(&directions).is_ok() {
                 continue;
             }
             first = first.or(Some(index));

@@ -1,18 +1,18 @@
-//! Replies of the host.
+//! Replies of the host, and their absence.
 
 use super::phase::Phase;
-use super::{Action, Driver};
+use super::{Action, Driver, Host};
 use crate::fit::Fitter;
 use crate::link::{BYTES_PER_FRAME, Failure, PROTOCOL, RecipeBytes, Refusal, Reply, Request};
-use crate::scan::Scan;
 
 impl<K: Fitter> Driver<'_, K> {
     /// Handles the reply to a request.
     pub(super) fn handle_reply(&mut self, request: &Request, reply: Reply, now: u64) {
+        self.is_connected = true;
         match (request, reply) {
-            (Request::Failed(_), _) => self.pause(now),
+            (Request::Failed(_), _) => self.phase = self.phase_after_failure(),
             (Request::Saved { .. }, Reply::Refused(Refusal::Saved)) => {
-                self.forget();
+                self.reset_scan();
                 self.begin_scan();
             }
             (Request::Measure { index, .. }, Reply::Refused(Refusal::Directions))
@@ -20,8 +20,13 @@ impl<K: Fitter> Driver<'_, K> {
             {
                 self.skip_or_fail(*index);
             }
+            // A host that only listens was restarted. It receives the result after another hello.
+            (
+                Request::Progress(_) | Request::Values { .. } | Request::Finished(_),
+                Reply::Refused(Refusal::NoScan),
+            ) if self.config.host == Host::Listens => self.is_connected = false,
             (_, Reply::Refused(refusal)) => self.fail(Failure::Refused(refusal)),
-            (Request::Hello { .. }, Reply::Welcome { protocol }) => self.welcome(protocol),
+            (Request::Hello { .. }, Reply::Welcome { protocol }) => self.welcome(protocol, now),
             (Request::Update, Reply::Recipe { bytes, checksum })
                 if self.is_new_recipe(bytes, checksum) =>
             {
@@ -51,7 +56,10 @@ impl<K: Fitter> Driver<'_, K> {
                     next: index.saturating_add(1),
                 };
             }
-            (_, Reply::Measured { index, reading }) => self.record(index, reading),
+            (_, Reply::Measured { index, reading }) => {
+                // After an invalid reading, the driver requests the sample again, skips it, or has failed.
+                let _ = self.record(index, reading);
+            }
             (_, Reply::Skip { index }) => self.skip_or_fail(index),
             (Request::Measure { index, .. }, Reply::FinishEarly) => {
                 let finished = self.finish_early();
@@ -61,17 +69,43 @@ impl<K: Fitter> Driver<'_, K> {
                 let count = values.as_slice().len() as u16;
                 self.values_sent = offset.saturating_add(count);
             }
-            (Request::Finished(_), _) => self.finish(),
+            (Request::Finished(_), _) => {
+                self.pause.reset();
+                self.phase = Phase::Published;
+            }
             _ => {} // progress, and replies that do not answer the request
         }
     }
 
-    fn welcome(&mut self, host: u16) {
+    /// Handles a request without a reply. A host that listens is optional; one that measures is not.
+    pub(super) fn handle_timeout(&mut self, request: &Request) {
+        match (self.config.host, request) {
+            (_, Request::Failed(_)) => self.phase = self.phase_after_failure(),
+            (Host::Listens, Request::RecipePart { .. }) => {
+                self.is_connected = false;
+                self.fetch_pause.lengthen();
+                self.begin_scan();
+            }
+            (Host::Listens, Request::Hello { .. } | Request::Update) => {
+                self.is_connected = false;
+                self.begin_scan();
+            }
+            (Host::Listens, _) => self.is_connected = false,
+            (Host::Measures | Host::Absent, _) => self.fail(Failure::NoReply),
+        }
+    }
+
+    fn welcome(&mut self, host: u16, now: u64) {
         let device = PROTOCOL;
-        match self.config.recipe_bytes {
-            _ if host != device => self.fail(Failure::Protocol { device, host }),
-            0 => self.begin(),
-            _ => self.phase = Phase::Update,
+        if host != device {
+            self.fail(Failure::Protocol { device, host });
+            return;
+        }
+        // A result is sent before another recipe replaces its scan.
+        let may_fetch = self.config.recipe_bytes > 0 && !self.is_finished;
+        match may_fetch && self.fetch_pause.end(now).is_none() {
+            true => self.phase = Phase::Update,
+            false => self.begin(),
         }
     }
 
@@ -115,13 +149,5 @@ impl<K: Fitter> Driver<'_, K> {
                 checksum,
             },
         };
-    }
-
-    /// Ends the scan, unless a reading was recorded after the values were sent.
-    fn finish(&mut self) {
-        if let Some(fitted) = self.scan.as_ref().ok().and_then(Scan::fitted) {
-            self.next = Some(Action::Finished(fitted.residual()));
-            self.phase = Phase::End;
-        }
     }
 }

@@ -15,11 +15,16 @@ impl<K: Fitter> Driver<'_, K> {
             Phase::Update => self.request(Request::Update, now),
             Phase::Store { offset, .. } => self.request(Request::RecipePart { offset }, now),
             Phase::Stored { bytes, checksum } => {
-                self.declined = Some(checksum); // unless a new driver takes over
-                self.begin();
+                // Not again, unless the firmware reports that it could not store the recipe.
+                self.declined = Some(checksum);
+                self.phase = Phase::Installed;
                 Action::Install { bytes, checksum }
             }
-            Phase::Offer { next } => match self.saved_reading(next) {
+            Phase::Installed => {
+                self.begin();
+                Action::Continue
+            }
+            Phase::Offer { next } => match self.recorded_from(next) {
                 Some((index, reading)) => self.request(Request::Saved { index, reading }, now),
                 None => {
                     self.begin_scan();
@@ -27,20 +32,21 @@ impl<K: Fitter> Driver<'_, K> {
                 }
             },
             Phase::Scan => self.step_scan(now),
-            Phase::End => {
-                self.forget();
+            Phase::Published => {
                 self.phase = match self.config.host {
-                    Host::Measures => Phase::Hello,
-                    Host::Listens | Host::Absent => Phase::Rest,
+                    Host::Measures => {
+                        self.reset_scan();
+                        Phase::Hello
+                    }
+                    Host::Listens | Host::Absent => {
+                        self.forget();
+                        Phase::Rest
+                    }
                 };
                 Action::Continue
             }
             Phase::ReportFailure(failure) => self.request(Request::Failed(failure.into()), now),
-            Phase::Pause { until } if now >= until => {
-                self.phase = Phase::Hello;
-                Action::Continue
-            }
-            Phase::Pause { .. } | Phase::Rest => Action::Wait,
+            Phase::Rest => Action::Wait,
         }
     }
 
@@ -49,6 +55,10 @@ impl<K: Fitter> Driver<'_, K> {
         if self.config.host == Host::Absent {
             self.begin();
             return Action::Continue;
+        }
+        self.wake_at = self.pause.end(now);
+        if self.wake_at.is_some() {
+            return Action::Wait;
         }
         let (model, samples, recipe) = match &self.scan {
             Ok(scan) => {
@@ -69,8 +79,8 @@ impl<K: Fitter> Driver<'_, K> {
         )
     }
 
-    /// Begins after `Hello`. A host that only listens cannot validate saved readings, so the firmware does this when it
-    /// records them.
+    /// Begins after `Hello`. A host that only listens cannot validate recorded readings, so the firmware does this when
+    /// it restores them.
     pub(super) fn begin(&mut self) {
         match self.config.host {
             Host::Measures => self.phase = Phase::Offer { next: 0 },
@@ -78,8 +88,19 @@ impl<K: Fitter> Driver<'_, K> {
         }
     }
 
+    /// Fails because there is no scan. The host is told once.
+    pub(super) fn fail_without_scan(&mut self, failure: Failure) {
+        if self.is_no_scan_reported {
+            self.pause.lengthen();
+            self.phase = self.phase_after_failure();
+        } else {
+            self.is_no_scan_reported = true;
+            self.fail(failure);
+        }
+    }
+
     /// The first recorded reading from index `next` on.
-    fn saved_reading(&self, next: u16) -> Option<(u16, Reading)> {
+    fn recorded_from(&self, next: u16) -> Option<(u16, Reading)> {
         let scan = self.scan.as_ref().ok()?;
         let samples = scan.recipe().samples() as u16;
         (next..samples).find_map(|index| Some((index, scan.reading(index)?)))
@@ -87,45 +108,54 @@ impl<K: Fitter> Driver<'_, K> {
 
     /// Reads, fits or sends values, depending on the state of the scan.
     fn step_scan(&mut self, now: u64) -> Action {
-        let scan = match &mut self.scan {
-            Ok(scan) => scan,
-            Err(failure) => {
-                let failure = *failure;
-                return self.fail_now(failure);
-            }
+        let Ok(scan) = &mut self.scan else {
+            self.phase = Phase::Rest; // `begin_scan` has failed
+            return Action::Continue;
         };
         let host = self.config.host;
         let next = scan.next_pending();
-        // While samples are pending, a fit checks the target. Afterwards, a fit is the result.
-        let can_stop = next.is_some() && scan.recipe().bounds_partial_loss();
-        let target = self.config.target_loss;
-        let target = target.filter(|target| can_stop && *target > 0.0);
+        // While samples are pending, a fit checks the target, if its bound holds. Afterwards, a fit is the result.
+        let target = self.config.target_loss.filter(|target| {
+            let is_bounded = scan.recipe().bounds_partial_loss() && scan.is_prefix();
+            *target > 0.0 && next.is_some() && is_bounded
+        });
         if let Some(mut fit) = scan.fit_under_way() {
             let progress = fit.advance(self.config.steps_per_poll.max(1));
+            if !progress.is_complete() {
+                return match target.is_none() && self.is_connected {
+                    true => self.request(Request::Progress(progress), now),
+                    false => Action::Continue,
+                };
+            }
             let finished = fit.finish();
             if let Some(target) = target {
-                let is_unfinished = matches!(finished, Err(FinishError::Unfinished(_)));
                 let bound = finished.ok().and_then(|fitted| fitted.loss_bound());
                 // The fit stays valid, because it does not use the pending samples.
                 let is_reached =
                     bound.is_some_and(|bound| bound <= target) && scan.finish_early().is_ok();
-                self.is_target_missed = !(is_unfinished || is_reached);
-                return Action::Continue;
-            }
-            if let Err(FinishError::Diverged) = finished {
+                self.is_target_missed = !is_reached;
+            } else if let Err(FinishError::Diverged) = finished {
                 return self.fail_now(Failure::Diverged);
+            } else if self.is_connected {
+                return self.request(Request::Progress(progress), now);
             }
-            return match host {
-                Host::Absent => Action::Continue,
-                Host::Measures | Host::Listens => self.request(Request::Progress(progress), now),
-            };
+            return Action::Continue;
         }
         if target.is_none()
             && let Some(fitted) = scan.fitted()
         {
-            if host == Host::Absent {
-                self.phase = Phase::End;
+            if !self.is_finished {
+                self.is_finished = true;
                 return Action::Finished(fitted.residual());
+            }
+            if host == Host::Absent {
+                self.phase = Phase::Published;
+                return Action::Continue;
+            }
+            if !self.is_connected {
+                self.pause.lengthen();
+                self.phase = Phase::Hello;
+                return Action::Continue;
             }
             let request = values_request(&fitted, self.values_sent);
             return self.request(request, now);
@@ -138,7 +168,6 @@ impl<K: Fitter> Driver<'_, K> {
                 Host::Listens | Host::Absent => Action::Measure { index, directions },
             };
         }
-        self.values_sent = 0;
         match scan.fit() {
             Ok(_) => Action::Continue,
             Err(_) if target.is_some() => {
@@ -156,7 +185,7 @@ impl<K: Fitter> Driver<'_, K> {
 
     fn fail_now(&mut self, failure: Failure) -> Action {
         self.fail(failure);
-        self.next.take().unwrap_or(Action::Continue)
+        self.queued_action().unwrap_or(Action::Continue)
     }
 }
 

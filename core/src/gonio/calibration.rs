@@ -25,7 +25,7 @@ use super::quantity::{CosineError, cosine};
 use crate::geometry::{Arm, Directions};
 
 /// A calibrated reading.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Calibrated {
     /// The BRDF in sr^-1, linear RGB, not times the cosine. Noise may make it slightly negative after the dark counts
@@ -233,7 +233,7 @@ impl ReferenceCalibration {
 }
 
 /// An error in converting counts to a BRDF.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum CalibrationError {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::decimal::Decimal;
 use crate::geometry::{ArmAngles, Directions, DirectionsError};
 
-/// The reach of a machine's arms; angles in radians.
+/// The reach of a machine's arms; angles in radians. [`Limits::validate`] checks them; deserialized ones are valid.
 ///
 /// ```
 /// use glimpse_core::geometry::{ArmAngles, Spherical};
@@ -31,6 +31,7 @@ use crate::geometry::{ArmAngles, Directions, DirectionsError};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[serde(try_from = "UncheckedLimits")]
 pub struct Limits {
     /// The largest polar angle of the light's arm: above 0, at most pi/2.
     pub max_theta_i: f32,
@@ -40,6 +41,30 @@ pub struct Limits {
     pub min_separation: f32,
     /// True if light, normal and sensor always lie in one plane.
     pub in_plane: bool,
+}
+
+/// Limits as decoded, before [`Limits::validate`].
+#[derive(Deserialize)]
+pub(crate) struct UncheckedLimits {
+    max_theta_i: f32,
+    max_theta_o: f32,
+    min_separation: f32,
+    in_plane: bool,
+}
+
+impl TryFrom<UncheckedLimits> for Limits {
+    type Error = LimitsError;
+
+    fn try_from(unchecked: UncheckedLimits) -> Result<Self, LimitsError> {
+        let limits = Self {
+            max_theta_i: unchecked.max_theta_i,
+            max_theta_o: unchecked.max_theta_o,
+            min_separation: unchecked.min_separation,
+            in_plane: unchecked.in_plane,
+        };
+        limits.validate()?;
+        Ok(limits)
+    }
 }
 
 impl Default for Limits {
@@ -85,7 +110,7 @@ impl Limits {
         Ok(())
     }
 
-    /// Checks that the arms reach a pair of directions.
+    /// Checks that the arms reach a pair of directions. A limit that is NaN is exceeded.
     ///
     /// # Errors
     /// [`Unreachable`] with the first limit that is exceeded and the excess, or with the error of the directions.
@@ -93,23 +118,28 @@ impl Limits {
         directions.check().map_err(Unreachable::Directions)?;
         let arms = ArmAngles::from_directions(directions);
         let by = arms.incoming.theta - self.max_theta_i;
-        if by > Self::TOLERANCE {
+        if exceeds(by, Self::TOLERANCE) {
             return Err(Unreachable::ThetaI { by });
         }
         let by = arms.outgoing.theta - self.max_theta_o;
-        if by > Self::TOLERANCE {
+        if exceeds(by, Self::TOLERANCE) {
             return Err(Unreachable::ThetaO { by });
         }
         let by = self.min_separation - directions.separation();
-        if by > Self::TOLERANCE {
+        if exceeds(by, Self::TOLERANCE) {
             return Err(Unreachable::Separation { by });
         }
         let by = directions.out_of_plane();
-        if self.in_plane && by > Self::IN_PLANE_TOLERANCE {
+        if self.in_plane && exceeds(by, Self::IN_PLANE_TOLERANCE) {
             return Err(Unreachable::OutOfPlane { by });
         }
         Ok(())
     }
+}
+
+/// Returns true if an excess is larger than a tolerance, or NaN.
+fn exceeds(by: f32, tolerance: f32) -> bool {
+    by.is_nan() || by > tolerance
 }
 
 /// A reason why [`Limits`] are invalid.
@@ -169,6 +199,8 @@ pub enum Unreachable {
         /// Excess, radians.
         by: f32,
     },
+    /// The machine lacks an axis that the move needs.
+    MissingAxis,
 }
 
 impl core::fmt::Display for Unreachable {
@@ -196,6 +228,9 @@ impl core::fmt::Display for Unreachable {
                 "light, normal and sensor are {} degrees out of one plane, but the limit `in_plane` is set",
                 degrees(by)
             ),
+            Self::MissingAxis => {
+                f.write_str("the directions need an axis that the machine lacks: its speed is 0")
+            }
         }
     }
 }

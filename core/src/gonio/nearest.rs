@@ -1,14 +1,14 @@
-//! The pending sample that the arms reach first.
+//! A machine with two arms, its reach, and the pending sample that the arms reach first.
 
 use core::f32::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
 
-use super::Limits;
+use super::{Limits, Unreachable};
 use crate::geometry::{ArmAngles, Directions, Spherical};
 use crate::numeric::math;
 
-/// Speed of each axis in radians per second. 0: the machine lacks this axis, and the angle is fixed.
+/// Speed of each axis in radians per second. 0, a negative number or NaN: the machine lacks this axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Speeds {
@@ -31,9 +31,7 @@ pub struct Speeds {
 /// // The lamp has no azimuth axis. The sensor's azimuth is free.
 /// let machine = Machine {
 ///     speeds: Speeds { theta_i: 0.5, phi_i: 0.0, theta_o: 0.5, phi_o: 1.0 },
-///     limits: Limits::NONE,
-///     isotropic: true,
-///     through_normal: false,
+///     ..Machine::new(Limits::NONE)
 /// };
 /// let arms = |theta_i, phi_i, theta_o, phi_o| ArmAngles {
 ///     incoming: Spherical { theta: theta_i, phi: phi_i },
@@ -58,6 +56,8 @@ pub struct Machine {
     /// True if the arms swing through the normal to negative polar angles, like two arms that move in one plane.
     /// (-theta, phi) is the direction (theta, phi + pi).
     pub through_normal: bool,
+    /// Angles at which the axes that the machine lacks are fixed, radians. Those of other axes have no effect.
+    pub fixed: ArmAngles,
 }
 
 /// A move of the arms to a pending sample.
@@ -103,6 +103,60 @@ fn wrapped(angle: f32) -> f32 {
 }
 
 impl Machine {
+    /// A machine with all four axes, each at 1 rad/s, for isotropic samples. Its arms do not swing through the normal.
+    #[must_use]
+    pub const fn new(limits: Limits) -> Self {
+        let along_normal = Spherical {
+            theta: 0.0,
+            phi: 0.0,
+        };
+        Self {
+            speeds: Speeds {
+                theta_i: 1.0,
+                phi_i: 1.0,
+                theta_o: 1.0,
+                phi_o: 1.0,
+            },
+            limits,
+            isotropic: true,
+            through_normal: false,
+            fixed: ArmAngles {
+                incoming: along_normal,
+                outgoing: along_normal,
+            },
+        }
+    }
+
+    /// Checks that the machine reaches a pair of directions, within its limits and with its axes.
+    ///
+    /// # Errors
+    /// [`Unreachable`], like [`Limits::check`], or [`Unreachable::MissingAxis`].
+    pub fn check(&self, directions: &Directions<f32>) -> Result<(), Unreachable> {
+        self.limits.check(directions)?;
+        let (_, seconds) = self.fastest(&ArmAngles::from_directions(directions), &self.fixed);
+        // A duration is infinite if the move needs a missing axis.
+        match seconds.is_finite() {
+            true => Ok(()),
+            false => Err(Unreachable::MissingAxis),
+        }
+    }
+
+    /// Returns a position with the axes that the machine lacks at their fixed angles.
+    fn with_fixed_axes(&self, from: &ArmAngles) -> ArmAngles {
+        let fix = |speed: f32, angle, fixed| if speed > 0.0 { angle } else { fixed };
+        let (speeds, fixed) = (self.speeds, self.fixed);
+        ArmAngles {
+            incoming: Spherical {
+                theta: fix(speeds.theta_i, from.incoming.theta, fixed.incoming.theta),
+                phi: fix(speeds.phi_i, from.incoming.phi, fixed.incoming.phi),
+            },
+            outgoing: Spherical {
+                theta: fix(speeds.theta_o, from.outgoing.theta, fixed.outgoing.theta),
+                phi: fix(speeds.phi_o, from.outgoing.phi, fixed.outgoing.phi),
+            },
+        }
+    }
+
     /// The pending sample that the arms reach first, starting at `from`. If several take equally long, it is the first
     /// of them. Samples out of reach are ignored. None if no pending sample is within reach.
     ///
@@ -114,12 +168,13 @@ impl Machine {
         pending: impl Iterator<Item = (u16, Directions<f32>)>,
         from: &ArmAngles,
     ) -> Option<Move> {
+        let from = self.with_fixed_axes(from);
         let mut best: Option<Move> = None;
         for (index, directions) in pending {
             if self.limits.check(&directions).is_err() {
                 continue;
             }
-            let (arms, seconds) = self.fastest(&ArmAngles::from_directions(&directions), from);
+            let (arms, seconds) = self.fastest(&ArmAngles::from_directions(&directions), &from);
             // A duration is infinite if the move needs a missing axis.
             if seconds < best.map_or(f32::INFINITY, |best| best.seconds) {
                 best = Some(Move {

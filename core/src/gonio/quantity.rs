@@ -96,7 +96,7 @@ pub(super) fn cosine(at: &Directions<f32>, arm: Arm) -> Result<f32, CosineError>
 }
 
 /// The arm whose cosine is needed as a factor or divisor, but is not above 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CosineError(pub Arm);
 

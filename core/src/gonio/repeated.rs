@@ -1,7 +1,5 @@
 //! Mean and variance of repeated readings.
 
-use serde::{Deserialize, Serialize};
-
 /// The mean and the variance of repeated readings of three channels, updated reading by reading (Welford 1962).
 ///
 /// The readings may be counts or calibrated BRDFs. [`Calibration`](super::Calibration) is linear, so the BRDF of the
@@ -19,7 +17,7 @@ use serde::{Deserialize, Serialize};
 /// assert_eq!(counts.variance(), Some([8.0, 0.0, 4.5]));
 /// # Ok::<(), glimpse_core::gonio::RepeatedError>(())
 /// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Repeated {
     count: u32,
@@ -89,7 +87,7 @@ impl Repeated {
 }
 
 /// An invalid reading.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RepeatedError {

@@ -6,8 +6,6 @@
 
 use core::f32::consts::PI;
 
-use serde::{Deserialize, Serialize};
-
 use super::decimal::Decimal;
 use super::{Quantity, Repeated};
 use crate::geometry::Directions;
@@ -23,7 +21,7 @@ const MIN_OTHER_SPREAD: f32 = 0.06;
 const MIN_SPREAD_RATIO: f32 = 3.0;
 
 /// The result of the self-test.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum TileResult {
@@ -43,7 +41,7 @@ pub enum TileResult {
 }
 
 /// The reason why the self-test has no result.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum InconclusiveReason {

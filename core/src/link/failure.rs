@@ -39,6 +39,8 @@ pub enum Failure {
     Fit(FitError),
     /// The device's own arms or sensor failed.
     Machine,
+    /// The device could not store a recipe.
+    Storage,
     /// The host speaks another version of the protocol.
     Protocol {
         /// The device's version.
@@ -66,6 +68,7 @@ impl Failure {
             Self::OutOfReach { .. } => ErrorCode::OutOfReach,
             Self::Fit(error) => error.code(),
             Self::Machine => ErrorCode::Machine,
+            Self::Storage => ErrorCode::Storage,
             Self::Protocol { .. } => ErrorCode::Protocol,
             Self::Refused(refusal) => refusal.code(),
             Self::NoReply => ErrorCode::NoReply,
@@ -104,7 +107,9 @@ impl Failure {
             Self::Fit(FitError::TooLarge { limit }) => pair(limit, 0),
             Self::Protocol { device, host } => pair(device, host),
             Self::Refused(refusal) => pair(refusal.into(), 0),
-            Self::Recipe(_) | Self::Machine | Self::NoReply | Self::Diverged => pair(0, 0),
+            Self::Recipe(_) | Self::Machine | Self::Storage | Self::NoReply | Self::Diverged => {
+                pair(0, 0)
+            }
         }
     }
 }
@@ -129,7 +134,9 @@ impl core::fmt::Display for Failure {
                 "the device speaks version {device} of the protocol, the host version {host}: update one of them"
             ),
             Self::Refused(refusal) => refusal.fmt(f),
-            Self::Machine | Self::NoReply | Self::Diverged => f.write_str(self.code().text()),
+            Self::Machine | Self::Storage | Self::NoReply | Self::Diverged => {
+                f.write_str(self.code().text())
+            }
         }
     }
 }

@@ -15,21 +15,22 @@ pub struct Sample<S> {
 }
 
 /// Words of one sample.
-pub const SLOT_WORDS: usize = 9;
-/// One sample in memory: hx, hz, dx, dy, dz, the measured red, green and blue (BRDF, sr^-1, not times the
-/// cosine), and a word whose bits are flags.
+pub const SLOT_WORDS: usize = 10;
+/// One sample in memory: hx, hz, dx, dy, dz, the measured red, green and blue (BRDF, sr^-1, not times the cosine), the
+/// smallest value that the fit accepts in their place, and a word whose bits are flags.
 pub type Slot = [f32; SLOT_WORDS];
 /// Flag of a sample that counts in the loss.
 pub(crate) const COUNTED: u32 = 1;
 
-/// Returns the memory form of a sample that counts in the loss.
+/// Returns the memory form of a sample that counts in the loss. The fit does not clamp its values.
 #[must_use]
 pub fn slot_of(at: &HalfDifference<f32>, [red, green, blue]: [f32; 3]) -> Slot {
+    let HalfDifference { hx, hz, dx, dy, dz } = *at;
     let flags = f32::from_bits(COUNTED);
-    [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue, flags]
+    [hx, hz, dx, dy, dz, red, green, blue, f32::MIN, flags]
 }
 
-/// Measured samples in memory.
+/// Measured samples in memory. Values below the smallest that the fit accepts are clamped when they are used.
 #[derive(Clone, Copy, Debug)]
 pub struct Samples<'a> {
     slots: &'a [Slot],
@@ -103,23 +104,36 @@ impl<'a> Samples<'a> {
         for (weight, slot) in weight.iter_mut().zip(self.slots) {
             *weight = weight_of(slot, self.weight);
         }
-        let [hx, hz, dx, dy, dz, red, green, blue, _] = words.map(Block);
+        let [hx, hz, dx, dy, dz, measured @ .., min, _] = words;
+        let clamp = |mut values: [f32; N]| {
+            for (value, min) in values.iter_mut().zip(min) {
+                *value = clamped(*value, min);
+            }
+            Block(values)
+        };
+        let [hx, hz, dx, dy, dz] = [hx, hz, dx, dy, dz].map(Block);
         Sample {
             at: HalfDifference { hx, hz, dx, dy, dz },
-            measured: [red, green, blue],
+            measured: measured.map(clamp),
             weight: Block(weight),
         }
     }
 }
 
 #[inline(always)]
-fn unpack(slot: &Slot, weight: f32) -> Sample<f32> {
-    let [hx, hz, dx, dy, dz, red, green, blue, _] = *slot;
+pub(crate) fn unpack(slot: &Slot, weight: f32) -> Sample<f32> {
+    let [hx, hz, dx, dy, dz, measured @ .., min, _] = *slot;
     Sample {
         at: HalfDifference { hx, hz, dx, dy, dz },
-        measured: [red, green, blue],
+        measured: measured.map(|value| clamped(value, min)),
         weight: weight_of(slot, weight),
     }
+}
+
+/// Returns the larger of a measured value and the smallest that the fit accepts.
+#[inline(always)]
+fn clamped(value: f32, min: f32) -> f32 {
+    if value < min { min } else { value }
 }
 
 #[inline(always)]

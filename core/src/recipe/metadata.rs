@@ -2,7 +2,7 @@
 //!
 //! A fit needs none of it. Firmware that does not request it contains no code for it.
 
-use super::check::{finite, not_negative};
+use super::check::not_negative;
 use super::decode::decode;
 use super::error::RecipeError;
 use super::field::Field;
@@ -10,7 +10,7 @@ use super::kind::Kind;
 use super::parts::{ExpectedLoss, Noise, Provenance, ScanTime};
 use super::sections::{Materials, Sections};
 use super::training::Training;
-use crate::gonio::Limits;
+use crate::gonio::{Limits, UncheckedLimits};
 
 /// The metadata of a recipe, returned by [`Recipe::metadata`](super::Recipe::metadata).
 #[derive(Clone, Copy, Debug, Default)]
@@ -52,7 +52,10 @@ fn decode_all(sections: Sections<'_>) -> Result<Metadata<'_>, RecipeError> {
     let mut metadata = Metadata::default();
     for (kind, bytes) in sections {
         match kind {
-            Kind::LIMITS => metadata.limits = Some(decode(kind, bytes)?),
+            Kind::LIMITS => {
+                let limits: UncheckedLimits = decode(kind, bytes)?;
+                metadata.limits = Some(limits.try_into().map_err(RecipeError::Limits)?);
+            }
             Kind::SCAN_TIME => metadata.scan_time = Some(decode(kind, bytes)?),
             Kind::NOISE => metadata.noise = Some(decode(kind, bytes)?),
             Kind::EXPECTATION => metadata.expectation = Some(decode(kind, bytes)?),
@@ -71,9 +74,6 @@ fn decode_all(sections: Sections<'_>) -> Result<Metadata<'_>, RecipeError> {
 }
 
 fn check(metadata: &Metadata<'_>) -> Result<(), RecipeError> {
-    if let Some(limits) = &metadata.limits {
-        limits.validate().map_err(RecipeError::Limits)?;
-    }
     if let Some(noise) = &metadata.noise {
         not_negative(noise.multiplicative, Field::Multiplicative)?;
         not_negative(noise.additive, Field::Additive)?;
@@ -102,7 +102,7 @@ fn check(metadata: &Metadata<'_>) -> Result<(), RecipeError> {
 }
 
 fn check_expectation(expectation: &ExpectedLoss<'_>) -> Result<(), RecipeError> {
-    finite(expectation.loss, Field::ExpectedLoss)?;
+    not_negative(expectation.loss, Field::ExpectedLoss)?;
     let standard_error = expectation.standard_error.unwrap_or(0.0);
     not_negative(standard_error, Field::StandardError)
 }

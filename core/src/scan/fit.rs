@@ -2,16 +2,14 @@
 
 use core::marker::PhantomData;
 
-use super::memory::{half_difference_of, measured_brdf};
+use super::plausibility::NODES;
 use super::residual::Residual;
-use super::residual::ResidualSum;
-use super::stage::{Fitting, Stage};
-use super::status::Status;
+use super::stage::{Checks, Fitting, Stage};
 use super::{FinishError, plausibility};
 use crate::fit::{Algorithm, FitMethod, Fitter, Progress, is_finite};
 use crate::geometry::{Directions, HalfDifference};
 use crate::model::linear::Basis;
-use crate::model::{Sample, Samples, Slot};
+use crate::model::{Samples, Slot};
 use crate::recipe::Recipe;
 
 /// A fit in progress.
@@ -30,11 +28,11 @@ use crate::recipe::Recipe;
 /// }
 /// let mut fit = scan.fit()?;
 /// let progress = fit.advance(100);
-/// assert_eq!((progress.done, progress.total), (100, 160)); // 20 steps on 8 samples
+/// assert_eq!((progress.done, progress.total), (100, 185)); // 20 steps on 8 samples, then 25 checks
 /// assert!(matches!(fit.finish(), Err(FinishError::Unfinished(_))));
 ///
 /// let mut fit = scan.fit_under_way().unwrap(); // resumes the fit
-/// assert!(fit.advance(60).is_complete());
+/// assert!(fit.advance(85).is_complete());
 /// let fitted = fit.finish()?;
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
@@ -50,26 +48,50 @@ pub struct Fit<'s, K: Fitter> {
 
 impl<'s, K: Fitter> Fit<'s, K> {
     /// Does at most `budget` units of work. A unit is the gradient of one sample, a row or a channel of Linear's solve,
-    /// or a part of a completion. The result does not depend on the budgets.
+    /// a part of a completion, or a part of the checks at the end. The result does not depend on the budgets.
     pub fn advance(&mut self, budget: u32) -> Progress {
         let Fitting { done, channels, .. } = self.fitting;
         let method = self.recipe.method;
+        let total = K::total(&method, self.recipe.samples());
+        let end = done.saturating_add(budget);
         let samples = Samples::new(self.slots, self.fitting.weight());
-        self.fitting.done = K::advance(self.words, &method, samples, channels, done, budget);
+        if done < total {
+            let budget = budget.min(total.saturating_sub(done));
+            self.fitting.done = K::advance(self.words, &method, samples, channels, done, budget);
+        }
+        let end = end.min(self.progress().total);
+        let functions = Functions::of::<K>();
+        while (total..end).contains(&self.fitting.done) {
+            let unit = self.fitting.done.saturating_sub(total);
+            self.check(unit, &functions);
+            self.fitting.done = self.fitting.done.saturating_add(1);
+        }
         *self.stage = Stage::Fitting(self.fitting);
         self.progress()
+    }
+
+    fn check(&mut self, unit: u32, functions: &Functions) {
+        let fit = Unchecked {
+            method: &self.recipe.method,
+            basis: self.basis.as_ref(),
+            slots: self.slots,
+            words: self.words,
+        };
+        fit.check(unit, functions, &mut self.fitting.checks);
     }
 
     /// Progress of the fit.
     #[must_use]
     pub fn progress(&self) -> Progress {
+        let samples = self.recipe.samples();
+        let fit = K::total(&self.recipe.method, samples);
         Progress {
             done: self.fitting.done,
-            total: K::total(&self.recipe.method, self.recipe.samples()),
+            total: fit.saturating_add(check_units(samples)),
         }
     }
 
-    /// Checks that all values, and the fitted material at every reading, are finite and plausible.
+    /// Returns the fitted material, if all values, and the material at every reading, are finite and plausible.
     ///
     /// # Errors
     /// [`FinishError::Unfinished`] before the fit is complete. [`FinishError::Diverged`] if a number is not finite.
@@ -80,18 +102,14 @@ impl<'s, K: Fitter> Fit<'s, K> {
         if !progress.is_complete() {
             return Err(FinishError::Unfinished(progress));
         }
-        let checked = check_finished(
-            self.recipe,
-            self.basis.as_ref(),
-            self.slots,
-            self.words,
-            &Functions::of::<K>(),
-        );
-        let Some(residual) = checked else {
+        let Fitting {
+            readings, checks, ..
+        } = self.fitting;
+        let predicted = K::predicted_loss(self.words, &self.recipe.method);
+        let Some(residual) = residual_of(&checks, self.recipe, predicted) else {
             *self.stage = Stage::Reading;
             return Err(FinishError::Diverged);
         };
-        let Fitting { readings, .. } = self.fitting;
         *self.stage = Stage::Fitted { residual, readings };
         match residual.implausible {
             Some(reason) => Err(FinishError::Implausible(reason)),
@@ -107,7 +125,7 @@ impl<'s, K: Fitter> Fit<'s, K> {
     }
 }
 
-/// The model's functions for the check of a finished fit. The check is not generic, so that firmware contains it once.
+/// The model's functions for the checks of a fit. The checks are not generic, so that firmware contains them once.
 struct Functions {
     values: for<'w> fn(&'w [f32], &FitMethod<'_>) -> [&'w [f32]; 3],
     predicted_loss: fn(&[f32], &FitMethod<'_>) -> Option<f32>,
@@ -130,46 +148,66 @@ impl Functions {
     }
 }
 
-/// Checks all values and the fitted material at every reading. Returns the residual, or None if a number is not finite.
-#[inline(never)]
-fn check_finished(
-    recipe: &Recipe<'_>,
-    basis: Option<&Basis<'_>>,
-    slots: &[Slot],
-    words: &[f32],
-    functions: &Functions,
-) -> Option<Residual> {
-    let method = &recipe.method;
-    let predicted = (functions.predicted_loss)(words, method);
-    let mut values = (functions.values)(words, method).into_iter();
-    if predicted.is_some_and(f32::is_nan) || !values.all(is_finite) {
-        return None;
-    }
-    let mut sum = ResidualSum::default();
-    for (index, slot) in slots.iter().enumerate() {
-        let status = Status::of(slot);
-        if !status.is_read() {
-            continue;
-        }
-        if !status.counts() {
-            sum.add_omitted(status);
-            continue;
-        }
-        let sample = Sample {
-            at: half_difference_of(slot),
-            measured: measured_brdf(slot),
-            weight: 1.0 / 3.0,
+/// Number of units of the checks: one for the values, one for each sample, and one for each node of the albedo.
+fn check_units(samples: usize) -> u32 {
+    u32::from(NODES)
+        .saturating_add(1)
+        .saturating_add(samples as u32)
+}
+
+/// A complete fit before its checks.
+struct Unchecked<'s> {
+    method: &'s FitMethod<'s>,
+    basis: Option<&'s Basis<'s>>,
+    slots: &'s [Slot],
+    words: &'s [f32],
+}
+
+impl Unchecked<'_> {
+    /// Does one unit of the checks.
+    #[inline(never)]
+    fn check(&self, unit: u32, functions: &Functions, checks: &mut Checks) {
+        let Self {
+            method,
+            basis,
+            slots,
+            words,
+        } = *self;
+        let Some(index) = unit.checked_sub(1) else {
+            let predicted = (functions.predicted_loss)(words, method);
+            let mut values = (functions.values)(words, method).into_iter();
+            checks.has_overflowed = predicted.is_some_and(f32::is_nan) || !values.all(is_finite);
+            return;
         };
-        let modeled = (functions.at_sample)(words, method, index, &sample.at);
-        sum.add(index as u16, &sample, status, modeled);
+        let index = index as usize;
+        match slots.get(index) {
+            Some(slot) => checks.sum.add(index as u16, slot, |at| {
+                (functions.at_sample)(words, method, index, at)
+            }),
+            None => {
+                let node = index.saturating_sub(slots.len()) as u16; // below NODES
+                checks
+                    .albedo
+                    .add(node, |at| (functions.brdf)(words, method, basis, at));
+            }
+        }
     }
+}
+
+/// Returns the residual of a checked fit, or None if a number is not finite.
+#[inline(never)]
+fn residual_of(checks: &Checks, recipe: &Recipe<'_>, predicted: Option<f32>) -> Option<Residual> {
+    let Checks {
+        has_overflowed,
+        mut sum,
+        albedo,
+    } = *checks;
     sum.residual.mean /= f32::from(sum.read.max(1));
-    if !sum.residual.mean.is_finite() {
+    if has_overflowed || !sum.residual.mean.is_finite() {
         return None;
     }
-    let albedo = plausibility::albedo(|at| (functions.brdf)(words, method, basis, at));
     // A prediction that follows the residual cannot show that the residual is too large.
-    let predicted = predicted.filter(|_| method.uncertainty().is_none());
+    let predicted = predicted.filter(|_| recipe.method.uncertainty().is_none());
     let expected = predicted.or_else(|| recipe.expected_loss());
     sum.residual.implausible = plausibility::check(&sum, expected, albedo);
     Some(sum.residual)

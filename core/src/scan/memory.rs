@@ -22,12 +22,15 @@ pub(super) fn split_mut(memory: &mut [f32], samples: usize) -> (&mut [Slot], &mu
     (slots.as_chunks_mut().0, words)
 }
 
-/// Fills the samples with the directions of a recipe's pattern, without readings.
+/// Fills the samples with the directions of a recipe's pattern and the smallest values that its fit accepts, without
+/// readings.
 #[inline(never)]
 pub(super) fn initialize(slots: &mut [Slot], recipe: &Recipe<'_>) {
-    for (slot, angles) in slots.iter_mut().zip(recipe.pattern()) {
-        let HalfDifference { hx, hz, dx, dy, dz } = HalfDifference::from_angles(angles);
-        *slot = [hx, hz, dx, dy, dz, 0.0, 0.0, 0.0, 0.0];
+    for (index, (slot, angles)) in slots.iter_mut().zip(recipe.pattern()).enumerate() {
+        let at = HalfDifference::from_angles(angles);
+        let min = recipe.method.min_reading(index, &at);
+        let HalfDifference { hx, hz, dx, dy, dz } = at;
+        *slot = [hx, hz, dx, dy, dz, 0.0, 0.0, 0.0, min, 0.0];
     }
 }
 
@@ -37,16 +40,32 @@ pub(super) fn half_difference_of(slot: &Slot) -> HalfDifference<f32> {
     HalfDifference { hx, hz, dx, dy, dz }
 }
 
-/// The measured value of a sample: the BRDF in linear RGB, sr^-1, not times the cosine.
+/// The measured value of a sample, as recorded: the BRDF in linear RGB, sr^-1, not times the cosine.
 pub(super) fn measured_brdf(slot: &Slot) -> [f32; 3] {
-    let [_, _, _, _, _, measured @ .., _] = *slot;
+    let [_, _, _, _, _, measured @ .., _, _] = *slot;
     measured
 }
 
 /// Sets the measured value of a sample.
 pub(super) fn set_measured_brdf(slot: &mut Slot, brdf: [f32; 3]) {
-    let [_, _, _, _, _, measured @ .., _] = slot;
+    let [_, _, _, _, _, measured @ .., _, _] = slot;
     *measured = brdf;
+}
+
+/// Returns true if the fit clamps a channel of a sample's measured value.
+pub(super) fn is_clamped(slot: &Slot) -> bool {
+    let [.., min, _] = *slot;
+    measured_brdf(slot).iter().any(|value| *value < min)
+}
+
+/// Returns true if the readings are the first ones in the recipe's order, all unsaturated, and no sample is skipped.
+#[inline(never)]
+pub(super) fn is_prefix(slots: &[Slot]) -> bool {
+    let mut statuses = slots
+        .iter()
+        .map(Status::of)
+        .skip_while(|status| status.is_read() && !status.is_saturated());
+    statuses.all(Status::is_pending)
 }
 
 /// Marks the samples that count in a fit, and returns their number.
@@ -94,7 +113,7 @@ pub(super) fn incomplete(slots: &[Slot]) -> FitError {
 pub(super) fn pending(slots: &[Slot]) -> impl Iterator<Item = (u16, Directions<f32>)> {
     (0..)
         .zip(slots)
-        .filter(|(_, slot)| Status::of(slot) == Status::PENDING)
+        .filter(|(_, slot)| Status::of(slot).is_pending())
         .map(|(index, slot)| (index, half_difference_of(slot).directions()))
 }
 

@@ -24,7 +24,7 @@ const MAX_MINIMUM: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
 /// The smallest number of readings that can show a broken sensor.
 const MIN_SAMPLES: u16 = 4;
 /// Number of BRDF evaluations for an albedo.
-const NODES: u16 = 16;
+pub(super) const NODES: u16 = 16;
 
 /// Checks the readings of a fit, its albedo at normal incidence, and its residual, if the recipe states or predicts an
 /// expected loss.
@@ -32,7 +32,7 @@ const NODES: u16 = 16;
 pub(super) fn check(
     sum: &ResidualSum,
     expected_loss: Option<f32>,
-    albedo: Option<[f32; 3]>,
+    Albedo(albedo): Albedo,
 ) -> Option<Implausible> {
     let Residual {
         mean,
@@ -54,8 +54,7 @@ pub(super) fn check(
     if let (true, Some((channel, _))) = (has_enough_samples, dead) {
         return Some(Implausible::DeadChannel(channel));
     }
-    let albedos = albedo.unwrap_or_default().into_iter();
-    let too_bright = albedos.zip(sum.minima).any(|(albedo, minimum)| {
+    let too_bright = albedo.into_iter().zip(sum.minima).any(|(albedo, minimum)| {
         albedo > MAX_ALBEDO || (has_enough_samples && minimum > MAX_MINIMUM)
     });
     if too_bright {
@@ -67,11 +66,18 @@ pub(super) fn check(
         .then_some(Implausible::Residual)
 }
 
-/// The albedo at normal incidence per channel, by the midpoint rule over theta_o. `brdf` returns the BRDF in sr^-1, not
-/// times the cosine. None if `brdf` returns None.
-pub(super) fn albedo(brdf: impl Fn(&HalfDifference<f32>) -> Option<[f32; 3]>) -> Option<[f32; 3]> {
-    let mut albedo = [0.0; 3];
-    for node in 0..NODES {
+/// The albedo at normal incidence per channel, by the midpoint rule over theta_o.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Albedo([f32; 3]);
+
+impl Albedo {
+    /// Adds a node of the rule. `brdf` returns the BRDF in sr^-1, not times the cosine. A node whose BRDF is unknown adds
+    /// nothing.
+    pub(super) fn add(
+        &mut self,
+        node: u16,
+        brdf: impl FnOnce(&HalfDifference<f32>) -> Option<[f32; 3]>,
+    ) {
         // theta_h = pi/4 t^2: denser towards the highlight.
         let t = (f32::from(node) + 0.5) / f32::from(NODES);
         let theta_h = core::f32::consts::FRAC_PI_4 * t * t;
@@ -86,9 +92,8 @@ pub(super) fn albedo(brdf: impl Fn(&HalfDifference<f32>) -> Option<[f32; 3]>) ->
         let (sine, cosine) = (2.0 * hx * hz, hz * hz - hx * hx);
         // 2 pi sin cos d(theta_o), with theta_o = 2 theta_h.
         let weight = core::f32::consts::PI * core::f32::consts::PI * 2.0 * t / f32::from(NODES);
-        for (sum, f) in albedo.iter_mut().zip(brdf(&at)?) {
+        for (sum, f) in self.0.iter_mut().zip(brdf(&at).unwrap_or_default()) {
             *sum += f * sine * cosine * weight;
         }
     }
-    Some(albedo)
 }

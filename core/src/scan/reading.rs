@@ -3,13 +3,12 @@
 use serde::{Deserialize, Serialize};
 
 use super::FitError;
-use super::memory::{half_difference_of, measured_brdf, set_measured_brdf};
+use super::memory::{is_clamped, measured_brdf, set_measured_brdf};
 use super::status::Status;
 use crate::error_code::ErrorCode;
-use crate::fit::{Channels, FitMethod};
+use crate::fit::Channels;
 use crate::gonio::Calibrated;
 use crate::model::Slot;
-use crate::recipe::Recipe;
 
 /// The smallest valid reading after subtraction of the dark reading, sr^-1: three times as far below 0 as a perfect
 /// white is above it. A smaller value is not noise: the dark reading or the sign is wrong.
@@ -154,32 +153,27 @@ impl core::error::Error for ReadingError {}
 #[inline(never)]
 pub(super) fn record(
     slots: &mut [Slot],
-    recipe: &Recipe<'_>,
     index: u16,
     reading: Reading,
 ) -> Result<Recorded, ReadingError> {
-    reading.check()?;
     let samples = slots.len() as u16;
     let Some(slot) = slots.get_mut(usize::from(index)) else {
         return Err(ReadingError::Index { index, samples });
     };
-    let min = recipe
-        .method
-        .min_reading(usize::from(index), &half_difference_of(slot));
+    reading.check()?;
+    set_measured_brdf(slot, reading.brdf);
     let recorded = Recorded {
         replaced: Status::of(slot).is_read(),
-        clamped: reading.brdf.iter().any(|value| *value < min),
+        clamped: is_clamped(slot),
     };
-    set_measured_brdf(slot, reading.brdf);
-    Status::read(reading.saturated, recorded.clamped).put(slot);
+    Status::read(reading.saturated).put(slot);
     Ok(recorded)
 }
 
-/// Prepares the readings for a fit. It rejects readings that are too large for any material, such as raw counts. It
-/// marks repeated readings, and clamps values that are too far below 0 for the fit. Returns gray if all readings that
-/// count are gray.
+/// Checks the readings of a fit. It rejects readings that are too large for any material, such as raw counts. Returns
+/// gray if all readings that count are gray.
 #[inline(never)]
-pub(super) fn prepare(slots: &mut [Slot], method: &FitMethod<'_>) -> Result<Channels, FitError> {
+pub(super) fn check(slots: &[Slot]) -> Result<Channels, FitError> {
     // A sample that does not count may still hold a reading of the previous material.
     let counted = slots.iter().filter(|slot| Status::of(slot).counts());
     let values = counted.clone().flat_map(measured_brdf);
@@ -196,36 +190,9 @@ pub(super) fn prepare(slots: &mut [Slot], method: &FitMethod<'_>) -> Result<Chan
             limit: MAX_QUARTILE as u16,
         });
     }
-    mark_repeated(slots);
-    for (index, slot) in slots.iter_mut().enumerate() {
-        let status = Status::of(slot);
-        if status.is_clamped() {
-            let min = method.min_reading(index, &half_difference_of(slot));
-            set_measured_brdf(slot, measured_brdf(slot).map(|value| value.max(min)));
-            status.raised().put(slot);
-        }
-    }
     Ok(if gray {
         Channels::Gray
     } else {
         Channels::Color
     })
-}
-
-/// Marks the readings that equal the previous one in the pattern, bit for bit. If a fit has clamped either
-/// of them, its values are not those of the sensor, and an earlier mark is kept.
-fn mark_repeated(slots: &mut [Slot]) {
-    let mut previous = None;
-    for slot in slots {
-        let status = Status::of(slot);
-        if !status.is_read() {
-            continue;
-        }
-        let bits = measured_brdf(slot).map(f32::to_bits);
-        if let Some((previous_bits, was_raised)) = previous.replace((bits, status.is_raised()))
-            && !(was_raised || status.is_raised())
-        {
-            status.repeated(previous_bits == bits).put(slot);
-        }
-    }
 }

@@ -3,9 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::implausible::Implausible;
+use super::memory::{is_clamped, measured_brdf};
 use super::status::Status;
-use crate::model::Sample;
+use crate::geometry::HalfDifference;
 use crate::model::loss::cosine_weighted_log_error;
+use crate::model::{Sample, Slot, unpack};
 
 /// The residual of a fit.
 ///
@@ -27,14 +29,14 @@ pub struct Residual {
     /// Number of readings that equal the previous one in the pattern, bit for bit. A real sensor is too noisy for that.
     /// If all readings but the first are repeated, the sensor is stuck.
     pub repeated: u16,
-    /// Number of readings that were too far below 0 for the loss. The fit has clamped them.
+    /// Number of readings that were too far below 0 for the loss. The fit clamps them.
     pub clamped: u16,
     /// The reason why the fitted material is implausible, if it is.
     pub implausible: Option<Implausible>,
 }
 
 /// A residual that is being computed: its mean is still a sum.
-#[derive(Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct ResidualSum {
     pub(super) residual: Residual,
     /// Number of added readings, without the omitted ones.
@@ -43,27 +45,34 @@ pub(super) struct ResidualSum {
     pub(super) channels: [f32; 3],
     /// The minimum of each channel, sr^-1.
     pub(super) minima: [f32; 3],
+    /// The bits of the previous reading in the pattern.
+    previous: Option<[u32; 3]>,
 }
 
 impl ResidualSum {
-    /// Counts a reading that the fit omitted because of saturation.
-    pub(super) fn add_omitted(&mut self, status: Status) {
-        let saturated = &mut self.residual.saturated;
-        *saturated = saturated.saturating_add(u16::from(status.is_saturated()));
-    }
-
-    /// Adds a reading, and the fit's BRDF for it in sr^-1, not times the cosine.
+    /// Adds the reading of a sample. `modeled` returns the fit's BRDF for it in sr^-1, not times the cosine.
     #[inline(never)] // compiled once, not once per model
     pub(super) fn add(
         &mut self,
         index: u16,
-        sample: &Sample<f32>,
-        status: Status,
-        modeled: [f32; 3],
+        slot: &Slot,
+        modeled: impl FnOnce(&HalfDifference<f32>) -> [f32; 3],
     ) {
+        let status = Status::of(slot);
+        if !status.is_read() {
+            return;
+        }
+        let bits = measured_brdf(slot).map(f32::to_bits);
+        let is_repeated = self.previous.replace(bits) == Some(bits);
+        let count = |sum: u16, flag: bool| sum.saturating_add(u16::from(flag));
         let residual = &mut self.residual;
-        let cosine = sample.at.cos_theta_i();
-        let loss = cosine_weighted_log_error(sample.measured, modeled, cosine, 1.0 / 3.0);
+        residual.saturated = count(residual.saturated, status.is_saturated());
+        if !status.counts() {
+            return;
+        }
+        let Sample { at, measured, .. } = unpack(slot, 1.0);
+        let modeled = modeled(&at);
+        let loss = cosine_weighted_log_error(measured, modeled, at.cos_theta_i(), 1.0 / 3.0);
         let mut error = loss.error.value();
         // micromath's logarithms of infinities and NaNs are finite.
         if !modeled.iter().all(|f| f.is_finite()) {
@@ -74,14 +83,12 @@ impl ResidualSum {
             residual.worst = error;
             residual.worst_index = index;
         }
-        let count = |sum: u16, flag: bool| sum.saturating_add(u16::from(flag));
-        residual.repeated = count(residual.repeated, status.is_repeated());
-        residual.saturated = count(residual.saturated, status.is_saturated());
-        residual.clamped = count(residual.clamped, status.is_clamped());
+        residual.repeated = count(residual.repeated, is_repeated);
+        residual.clamped = count(residual.clamped, is_clamped(slot));
         let is_first = self.read == 0;
         self.read = self.read.saturating_add(1);
         let sums = self.channels.iter_mut().zip(&mut self.minima);
-        for ((sum, minimum), value) in sums.zip(sample.measured) {
+        for ((sum, minimum), value) in sums.zip(measured) {
             *sum += value;
             if is_first || value < *minimum {
                 *minimum = value;

@@ -1,6 +1,7 @@
 //! Stages of a scan.
 
-use super::residual::Residual;
+use super::plausibility::Albedo;
+use super::residual::{Residual, ResidualSum};
 use crate::fit::Channels;
 
 /// Stage of a scan.
@@ -22,6 +23,16 @@ pub(super) struct Fitting {
     pub(super) channels: Channels,
     /// Number of readings that count in the fit.
     pub(super) readings: u16,
+    pub(super) checks: Checks,
+}
+
+/// The checks of a fit, as far as they are done.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Checks {
+    /// True if a value or a prediction is not finite.
+    pub(super) has_overflowed: bool,
+    pub(super) sum: ResidualSum,
+    pub(super) albedo: Albedo,
 }
 
 impl Fitting {

@@ -2,29 +2,26 @@
 
 use crate::model::{COUNTED, Slot};
 
-/// State of a sample: the flags of its slot.
+/// State of a sample: the flags of its slot, and the number of its invalid readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Status(u32);
 
 impl Status {
-    /// Neither read nor skipped.
+    /// Neither read nor skipped, and without an invalid reading.
     pub(super) const PENDING: Self = Self(0);
-    /// Skipped.
-    pub(super) const SKIPPED: Self = Self(2);
+    const SKIPPED: u32 = 2;
     const READ: u32 = 4;
     const SATURATED: u32 = 8;
-    /// A channel is too far below 0 for the loss.
-    const CLAMPED: u32 = 16;
-    /// A fit has replaced such values by the smallest that the loss accepts.
-    const RAISED: u32 = 32;
-    /// Equal to the reading before it in the pattern.
-    const REPEATED: u32 = 64;
+    /// The driver has not returned the reading for saving.
+    const UNSAVED: u32 = 16;
+    /// One invalid reading. The upper bits count them.
+    const INVALID: u32 = 1 << 8;
+    /// The largest count of invalid readings.
+    const MAX_INVALID: u32 = 255;
 
-    /// The status of a sample with a reading.
-    pub(super) fn read(saturated: bool, clamped: bool) -> Self {
-        Self(Self::READ)
-            .with(Self::SATURATED, saturated)
-            .with(Self::CLAMPED, clamped)
+    /// The status of a sample with a valid reading.
+    pub(super) fn read(saturated: bool) -> Self {
+        Self(Self::READ).with(Self::SATURATED, saturated)
     }
 
     pub(super) fn of(slot: &Slot) -> Self {
@@ -49,12 +46,26 @@ impl Status {
         self.with(COUNTED, counts)
     }
 
-    pub(super) fn raised(self) -> Self {
-        self.with(Self::RAISED, true)
+    pub(super) fn unsaved(self, is_unsaved: bool) -> Self {
+        self.with(Self::UNSAVED, is_unsaved)
     }
 
-    pub(super) fn repeated(self, repeats: bool) -> Self {
-        self.with(Self::REPEATED, repeats)
+    /// The status of a skipped sample. Its reading, if any, is discarded.
+    pub(super) const SKIP: Self = Self(Self::SKIPPED);
+
+    /// Counts another invalid reading. Returns the new status and the count.
+    pub(super) fn with_invalid_reading(self) -> (Self, u8) {
+        let count = (self.0 / Self::INVALID).saturating_add(1);
+        let count = count.min(Self::MAX_INVALID);
+        let flags = self.0 % Self::INVALID;
+        // At most 255 * 256, so this does not overflow.
+        let status = Self(flags.saturating_add(count.saturating_mul(Self::INVALID)));
+        (status, count as u8)
+    }
+
+    /// The status without invalid readings.
+    pub(super) fn without_invalid_readings(self) -> Self {
+        Self(self.0 % Self::INVALID)
     }
 
     pub(super) fn counts(self) -> bool {
@@ -65,19 +76,15 @@ impl Status {
         self.0 & Self::READ != 0
     }
 
+    pub(super) fn is_pending(self) -> bool {
+        self.0 & (Self::READ | Self::SKIPPED) == 0
+    }
+
     pub(super) fn is_saturated(self) -> bool {
         self.0 & Self::SATURATED != 0
     }
 
-    pub(super) fn is_clamped(self) -> bool {
-        self.0 & Self::CLAMPED != 0
-    }
-
-    pub(super) fn is_raised(self) -> bool {
-        self.0 & Self::RAISED != 0
-    }
-
-    pub(super) fn is_repeated(self) -> bool {
-        self.0 & Self::REPEATED != 0
+    pub(super) fn is_unsaved(self) -> bool {
+        self.0 & Self::UNSAVED != 0
     }
 }

@@ -43,7 +43,7 @@ fn recovery_example_survives_power_cuts() {
     recovery::main().unwrap();
     let scan = |power_fails_after: &[usize]| {
         let mut memory = [0.0; recovery::MEMORY_WORDS];
-        let mut flash = [0; recovery::FLASH_BYTES];
+        let mut flash = [[0; recovery::SLOT_BYTES]; 2];
         let mut boots = power_fails_after.iter().map(|readings| {
             memory.fill(f32::NAN); // as after a power loss
             recovery::boot(recovery::RECIPES[0], &mut memory, &mut flash, *readings).unwrap()
@@ -63,7 +63,7 @@ fn recovery_example_survives_power_cuts() {
 fn examples_are_short() {
     for (text, lines) in [
         (include_str!("../../examples/hosted.rs"), 16),
-        (include_str!("../../examples/firmware.rs"), 26),
+        (include_str!("../../examples/firmware.rs"), 28),
         (include_str!("../../examples/recovery.rs"), 50),
     ] {
         let code = text.lines().map(str::trim_start);

@@ -90,9 +90,9 @@ fn check_descent<M: Model + Fitter>() {
                 &HalfDifference::from_angles(angles),
                 reading.unwrap_or_default(),
             );
-            let [hx, hz, dx, dy, dz, red, green, blue] = coordinates;
+            let [hx, hz, dx, dy, dz, red, green, blue, min] = coordinates;
             let flags = if reading.is_some() { flags } else { 0.0 };
-            [hx, hz, dx, dy, dz, red, green, blue, flags]
+            [hx, hz, dx, dy, dz, red, green, blue, min, flags]
         });
         let slots: Vec<Slot> = slots.collect();
         let samples = Samples::new(&slots, 1.0 / (3.0 * read as f32));
@@ -160,7 +160,7 @@ fn check_slices<K: Fitter>(contents: &CompletedContents) {
         scan.restart();
         record_readings(&mut scan, &readings);
         let total = scan.fit().unwrap().progress().total;
-        assert_eq!(total as usize, units_of_work(contents));
+        assert_eq!(total as usize, units_of_work(contents) + 17 + SAMPLES); // with the checks
         for budgets in [&[1][..], &[2, 3], &[7], &[1, 100], &[u32::MAX]] {
             assert_eq!(fit(&mut scan, budgets), expected);
         }
@@ -303,9 +303,14 @@ fn clamps_dark_readings() {
         let (_, directions) = recipe.directions().nth(3).unwrap();
         let (cosine, other) = (directions.incoming[2], directions.outgoing[2]);
         let min = (-0.0005 / (cosine * other)).max(-0.5 / cosine);
-        let actual = scan.reading(3).unwrap().brdf[0];
+        let angles = recipe.pattern().nth(3).unwrap();
+        let actual = recipe
+            .method()
+            .min_reading(3, &HalfDifference::from_angles(angles));
         let error = (actual - min).abs();
         assert!(error < 1e-6 * min.abs(), "{actual} {min}");
+        // The reading itself stays as it was.
+        assert_eq!(scan.reading(3).unwrap().brdf[0], -0.5);
         let mut readings = vec![None; SAMPLES];
         readings[3] = Some([actual, 0.1, 0.1]);
         assert_eq!(

@@ -2,7 +2,9 @@
 
 use glimpse_core::driver::{Action, Config, Driver};
 use glimpse_core::fit::Fitter;
-use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Refusal, Reply, Request, Server};
+use glimpse_core::link::{
+    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Refusal, Reply, Request, Server,
+};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Reading;
@@ -138,7 +140,8 @@ impl<'h> Bench<'h> {
             Action::Measure { index, directions } => {
                 let scan = driver.scan().unwrap();
                 assert_eq!(scan.next_pending(), Some((index, directions)));
-                driver.record(index, (self.sensor)(index));
+                // The driver requests a sample with an invalid reading again.
+                let _ = driver.record(index, (self.sensor)(index));
             }
             _ => self.actions.push((self.now, action.clone())),
         }
@@ -237,6 +240,51 @@ impl<'h> Bench<'h> {
     }
 }
 
+/// The bits of the fitted material of a driver.
+pub(crate) fn fitted_bits(driver: &AnyDriver) -> Vec<u32> {
+    let fitted = driver.scan().unwrap().fitted().unwrap();
+    let residual = fitted.residual();
+    let numbers = fitted.values().chain([residual.mean, residual.worst]);
+    numbers.map(f32::to_bits).collect()
+}
+
+/// A reply with the part of a recipe from `offset` on.
+pub(crate) fn recipe_part(recipe: &[u8], offset: u32) -> Reply {
+    let bytes = recipe.iter().skip(offset as usize).take(BYTES_PER_FRAME);
+    let bytes = RecipeBytes::take_from(bytes.copied());
+    Reply::RecipePart { offset, bytes }
+}
+
+/// The reply of a host that offers a recipe; None to other requests than those for a recipe.
+pub(crate) fn offer(recipe: &[u8], request: &Request) -> Option<Reply> {
+    match request {
+        Request::Update => Some(Reply::Recipe {
+            bytes: recipe.len() as u32,
+            checksum: Recipe::parse(recipe).unwrap().checksum(),
+        }),
+        Request::RecipePart { offset } => Some(recipe_part(recipe, *offset)),
+        _ => None,
+    }
+}
+
+/// A correct host that offers a recipe.
+pub(crate) fn offering_host(recipe: &[u8]) -> Bench<'_> {
+    Bench::new(|request| Some(offer(recipe, request).unwrap_or_else(|| default_reply(request))))
+}
+
+/// The content of the flash after these actions.
+pub(crate) fn stored_bytes(actions: &[Action]) -> Vec<u8> {
+    let mut flash = Vec::new();
+    for action in actions {
+        if let Action::Store { offset, bytes } = action {
+            flash.truncate(*offset as usize);
+            assert_eq!(flash.len(), *offset as usize);
+            flash.extend_from_slice(bytes.as_slice());
+        }
+    }
+    flash
+}
+
 pub(crate) fn is_finished(action: &Action) -> bool {
     matches!(action, Action::Finished(_))
 }
@@ -245,14 +293,18 @@ pub(crate) fn is_failed(action: &Action) -> bool {
     matches!(action, Action::Failed(_))
 }
 
+pub(crate) fn is_forget(action: &Action) -> bool {
+    *action == Action::Forget
+}
+
 pub(crate) fn is_store(action: &Action) -> bool {
     matches!(action, Action::Store { .. })
 }
 
-pub(crate) fn is_measure(request: &Request) -> bool {
-    matches!(request, Request::Measure { .. })
+pub(crate) fn is_installed(action: &Action) -> bool {
+    matches!(action, Action::Install { .. })
 }
 
-pub(crate) fn is_saved(request: &Request) -> bool {
-    matches!(request, Request::Saved { .. })
+pub(crate) fn is_measure(request: &Request) -> bool {
+    matches!(request, Request::Measure { .. })
 }

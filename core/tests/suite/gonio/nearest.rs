@@ -16,9 +16,8 @@ fn machine(isotropic: bool) -> Machine {
             theta_o: 1.0,
             phi_o: 0.6,
         },
-        limits: Limits::NONE,
         isotropic,
-        through_normal: false,
+        ..Machine::new(Limits::NONE)
     }
 }
 
@@ -131,6 +130,7 @@ fn ignores_samples_out_of_reach() {
 fn missing_axis_stays_fixed() {
     let mut machine = machine(true);
     machine.speeds.phi_i = 0.0;
+    machine.fixed.incoming.phi = 15f32.to_radians();
     let from = [30.0, 15.0, 40.0, 100.0];
     let actual = moved(&machine, [20.0, -120.0, 40.0, -20.0], from);
     assert_eq!(actual.arms.incoming.phi, 15f32.to_radians());

@@ -25,8 +25,9 @@ fn fit_needs_all_readings() {
             }
             scan.record(first, synthetic_reading(first)).unwrap();
         }
-        // Linear has 5 rows and 3 channels; a descent has 20 steps over 8 samples. None is done yet.
-        let total = recipe.descent().map_or(5 + 3, |_| 20 * 8);
+        // Linear has 5 rows and 3 channels; a descent has 20 steps over 8 samples. Checks follow: one of the values, 8 of
+        // the samples, and 16 of the albedo. None is done yet.
+        let total = recipe.descent().map_or(5 + 3, |_| 20 * 8) + 25;
         let progress = scan.fit().unwrap().progress();
         assert_eq!(progress, Progress { done: 0, total });
         assert_eq!(

@@ -15,7 +15,7 @@ use crate::scanning::{
 #[test]
 fn scan_struct_is_small() {
     let size = size_of::<Scan<'_, AnyModel>>();
-    assert!(size <= 576, "a scan has {size} bytes");
+    assert!(size <= 640, "a scan has {size} bytes");
 }
 
 /// `memory_words` equals the memory that a scan needs, with each model as type and with the model at run time.
@@ -39,11 +39,11 @@ fn memory_words_match_recipe() {
     let bytes: Vec<&[u8]> = all.iter().map(|(_, bytes)| &bytes[..]).collect();
     assert_eq!(memory_words(&bytes), max_words);
     assert_eq!(memory_words(&[]), 0);
-    // Linear's solve: nine words per sample, three channels of m, n, the factors, and scratch memory.
+    // Linear's solve: ten words per sample, three channels of m, n, the factors, and scratch memory.
     let bytes = encoded_recipe(ModelKind::Linear);
     assert_eq!(
         memory_words(&[&bytes]),
-        9 * 8 + 3 * 5 + 8 + 15 + (2 * 5 + 3 * 5)
+        10 * 8 + 3 * 5 + 8 + 15 + (2 * 5 + 3 * 5)
     );
     // In version 0.2, `linear_words(16, 24)` returned 320 words for completed recipes that need 352.
     for cut in 0..bytes.len() {
@@ -63,7 +63,7 @@ fn descent_keeps_innovation_in_one_word() {
         let plain = CompletedContents::small(model, MissingPolicy::Scaled);
         let corrected = plain.clone().corrected(CORRECTED);
         let parameters = model.parameters().unwrap();
-        let slots = 9 * completion::SAMPLES;
+        let slots = 10 * completion::SAMPLES;
         let [_, m, h, g] = completion::SMALL;
         let net = 4 * (m + h) + g;
         let correction = CORRECTED * (CORRECTED + 1) / 2 + 3 * CORRECTED + 1;

@@ -1,256 +1,222 @@
-//! A scan with a power loss at any time resumes or restarts, and gives the same bits.
+//! A reset at any byte of any write loses at most the reading that is being written.
 
-use glimpse_core::fit::Fitter;
-use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{MIN_READING, Reading, ReadingError, Saved, SavedError};
+use glimpse_core::scan::{MIN_READING, Reading, ReadingError, Saved, SavedError, Scan};
 use proptest::prelude::*;
-use serde::Serialize;
 
 use crate::recipes::{neural, parsed};
-use crate::scanning::{
-    Any, Outcome, empty_scans, fit, for_every_fitter, new_scan, recipe_for, record,
-};
+use crate::scanning::{Any, empty_scans, new_scan, record, synthetic_reading};
 
-const BYTES: usize = Saved::<8>::BYTES;
+const SLOT: usize = Saved::slot_bytes(8);
 /// The order of the readings.
 const ORDER: [u16; 8] = [5, 0, 7, 3, 1, 2, 6, 4];
 
-/// The reading of a sample of a material.
-fn reading_of(material: f32, index: u16) -> Reading {
-    let k = f32::from(index);
-    Reading {
-        brdf: [material + 0.1 * k, 0.3, 0.05 * k],
-        saturated: index == 3,
+/// Two slots of a flash, and their state in RAM.
+#[derive(Clone)]
+struct Flash {
+    slots: [[u8; SLOT]; 2],
+    saved: Saved,
+}
+
+impl Flash {
+    fn blank(byte: u8) -> Self {
+        let (slots, saved) = ([[byte; SLOT]; 2], Saved::default());
+        Self { slots, saved }
     }
-}
 
-/// The first `count` readings of a material, saved.
-fn saved(recipe: &Recipe<'_>, material: f32, count: usize) -> Saved<8> {
-    let mut saved = Saved::new(recipe);
-    for index in &ORDER[..count] {
-        saved.insert(*index, reading_of(material, *index)).unwrap();
-    }
-    saved
-}
-
-/// Overwrites the first `length` bytes of `memory` with those of `saved`.
-fn write_into(memory: &mut [u8; BYTES], saved: &Saved<8>, length: usize) {
-    let mut buffer = [0; BYTES];
-    let bytes = saved.write(&mut buffer).unwrap();
-    let length = length.min(bytes.len());
-    memory[..length].copy_from_slice(&bytes[..length]);
-}
-
-/// Runs a scan that begins with saved readings and takes the others. Returns its outcome and the number of readings
-/// that it took.
-fn resume<K: Fitter + 'static>(
-    recipe: Recipe<'static>,
-    saved: &[(u16, Reading)],
-) -> (Outcome, usize) {
-    let mut scan = new_scan::<K>(recipe);
-    for (index, reading) in saved {
-        scan.record(*index, *reading).unwrap();
-    }
-    let pending: Vec<u16> = scan.pending().map(|(index, _)| index).collect();
-    let count = pending.len();
-    record(&mut scan, pending, |index| reading_of(0.2, index));
-    (fit(&mut scan, &[7]), count)
-}
-
-fn check_resumed_scan<K: Fitter + 'static>(recipe: Recipe<'static>) {
-    let (uninterrupted, taken) = resume::<K>(recipe, &[]);
-    assert_eq!(taken, 8);
-    assert!(matches!(uninterrupted, Outcome::Fitted(..)));
-    for count in 0..=8 {
-        let resumed = resume::<K>(recipe, saved(&recipe, 0.2, count).readings());
-        assert_eq!(resumed, (uninterrupted.clone(), 8 - count));
-    }
-}
-
-#[test]
-fn resumed_scan_keeps_result() {
-    for_every_fitter!(check_resumed_scan);
-}
-
-/// Interrupts each write after each of its bytes. The first write replaces the readings of another material, and each
-/// further one adds a reading.
-#[test]
-fn interrupted_write_leaves_old_new_or_no_readings() {
-    for scan in empty_scans() {
-        let recipe = *scan.recipe();
-        let mut damaged = 0;
-        let mut before = [0xA5; BYTES];
-        let mut old = saved(&recipe, 0.7, 8);
-        write_into(&mut before, &old, BYTES);
-        for count in 0..=8 {
-            let new = saved(&recipe, 0.2, count);
-            for cut in 0..=BYTES {
-                let mut memory = before;
-                write_into(&mut memory, &new, cut);
-                match Saved::<8>::read(&memory, &recipe) {
-                    Ok(actual) if actual == new => {}
-                    // Before the first byte that differs, memory holds the old readings.
-                    Ok(actual) => assert_eq!((memory, &actual), (before, &old)),
-                    Err(error) => {
-                        assert_eq!(error, SavedError::Damaged);
-                        damaged += 1;
-                    }
-                }
+    /// Writes a scan's readings. The power fails after `cut` bytes, if they are fewer. `erase` is the content of the slot
+    /// after its erasure, None for memory without erasure. Returns the length of the write.
+    fn write(&mut self, scan: &Scan<'_, Any>, cut: usize, erase: Option<u8>) -> usize {
+        let (slots, mut buffer) = (&mut self.slots, [0; SLOT]);
+        let mut length = 0;
+        let written = self.saved.write(scan, &mut buffer, |slot, bytes| {
+            length = bytes.len();
+            if let Some(byte) = erase {
+                slots[slot].fill(byte);
             }
-            write_into(&mut before, &new, BYTES);
-            old = new;
-        }
-        assert!(damaged > 300, "{damaged}");
+            let count = cut.min(length);
+            slots[slot][..count].copy_from_slice(&bytes[..count]);
+            match count == length {
+                true => Ok(()),
+                false => Err(SavedError::Full), // the error of a flash driver
+            }
+        });
+        assert_eq!(written.is_err(), cut < length);
+        length
+    }
+
+    /// Restores the readings into a new scan.
+    fn restore(&mut self, scan: &mut Scan<'_, Any>) -> Result<usize, SavedError> {
+        let (saved, restored) = Saved::restore([&self.slots[0], &self.slots[1]], scan);
+        self.saved = saved;
+        restored
     }
 }
 
-/// An interrupted fit starts again from the readings.
+fn readings_of(scan: &Scan<'_, Any>) -> Vec<Option<Reading>> {
+    let samples = scan.recipe().samples() as u16;
+    (0..samples).map(|index| scan.reading(index)).collect()
+}
+
+/// Version 0.3 lost all readings at 116 of 123 cuts.
 #[test]
-fn power_loss_during_fit_keeps_result() {
+fn reset_at_each_byte_loses_at_most_the_last_reading() {
     for mut scan in empty_scans() {
         let recipe = *scan.recipe();
-        let uninterrupted = resume::<Any>(recipe, &[]).0;
-        let complete = saved(&recipe, 0.2, 8);
-        let mut memory = [0; BYTES];
-        write_into(&mut memory, &complete, BYTES);
-        for done in [1, 3, 7, 8, 100, 159] {
-            record(&mut scan, 0..8, |index| reading_of(0.2, index));
-            let mut fit = scan.fit().unwrap();
-            let done = done.min(fit.progress().total - 1);
-            assert_eq!(fit.advance(done).done, done);
-            // After the power loss, only `memory` remains.
-            let actual = Saved::<8>::read(&memory, &recipe).unwrap();
-            let resumed = resume::<Any>(recipe, actual.readings());
-            assert_eq!(resumed, (uninterrupted.clone(), 0));
+        for erase in [None, Some(0xFF), Some(0), Some(0xA5)] {
+            scan.restart();
+            let mut flash = Flash::blank(erase.unwrap_or(0xFF));
+            let mut cuts = 0;
+            for index in ORDER {
+                let before = readings_of(&scan);
+                record(&mut scan, [index], synthetic_reading);
+                let mut written = flash.clone();
+                written.write(&scan, usize::MAX, erase);
+                let mut cut = 0;
+                loop {
+                    let mut flash = flash.clone();
+                    let length = flash.write(&scan, cut, erase);
+                    let mut restored = new_scan::<Any>(recipe);
+                    let count = flash.restore(&mut restored).unwrap_or(0);
+                    // The last bytes may equal those that were there.
+                    let expected = match flash.slots != written.slots {
+                        true => &before,
+                        false => &readings_of(&scan),
+                    };
+                    assert_eq!(&readings_of(&restored), expected, "cut after {cut}");
+                    assert_eq!(count, expected.iter().flatten().count());
+                    // The next write after such a reset goes to the damaged slot.
+                    record(&mut restored, [index], synthetic_reading);
+                    flash.write(&restored, 3, erase);
+                    flash.restore(&mut new_scan(recipe)).unwrap_or(0);
+                    let mut again = new_scan::<Any>(recipe);
+                    assert_eq!(flash.restore(&mut again).unwrap_or(0), count);
+                    if cut >= length {
+                        break;
+                    }
+                    cut += 1;
+                    cuts += 1;
+                }
+                flash.write(&scan, usize::MAX, erase);
+            }
+            assert!(cuts > 500, "{cuts}");
+            // A failed write is repeated to the same slot.
+            for cut in 0..20 {
+                flash.write(&scan, cut, erase);
+            }
+            assert_eq!(flash.restore(&mut new_scan(recipe)), Ok(8));
         }
     }
 }
 
 #[test]
+fn cleared_readings_stay_cleared() {
+    let [mut scan, ..] = empty_scans();
+    let mut flash = Flash::blank(0xFF);
+    record(&mut scan, ORDER, synthetic_reading);
+    for _ in 0..3 {
+        flash.write(&scan, usize::MAX, None);
+        let slots = &mut flash.slots;
+        let cleared = flash.saved.clear(|slot, bytes| {
+            slots[slot][..bytes.len()].copy_from_slice(bytes);
+            Ok::<_, SavedError>(())
+        });
+        assert_eq!(cleared, Ok(()));
+        let mut restored = new_scan(*scan.recipe());
+        assert_eq!(flash.restore(&mut restored), Ok(0));
+        assert_eq!(restored.pending().count(), 8);
+    }
+}
+
+/// The latest write counts, even if it belongs to another recipe. Readings of this recipe then replace it.
+#[test]
 fn rejects_readings_of_other_recipe() {
-    let recipe = recipe_for(ModelKind::Neural);
     let mut other = neural();
     other.expected_loss *= 2.0;
-    let other = parsed(other.write().unwrap());
-    let mut memory = [0; BYTES];
-    write_into(&mut memory, &saved(&recipe, 0.2, 5), BYTES);
-    let found = recipe.checksum();
-    let actual = Saved::<8>::read(&memory, &other);
-    assert_eq!(actual, Err(SavedError::Recipe { found }));
+    let mut other = new_scan(parsed(other.write().unwrap()));
+    let [_, _, mut scan, _] = empty_scans();
+    let mut flash = Flash::blank(0xFF);
+    record(&mut scan, [2], synthetic_reading);
+    flash.write(&scan, usize::MAX, None);
+    let found = scan.recipe().checksum();
+    let error = SavedError::Recipe { found };
+    assert_eq!(flash.restore(&mut other), Err(error));
+    assert_eq!(other.pending().count(), 8);
+    record(&mut other, [1, 3], synthetic_reading);
+    flash.write(&other, usize::MAX, None);
+    assert_eq!(flash.restore(&mut new_scan(*other.recipe())), Ok(2));
 }
 
 #[test]
-fn unwritten_memory_is_damaged() {
-    let recipe = recipe_for(ModelKind::Neural);
+fn unwritten_or_short_memory_is_damaged() {
+    let [mut scan, ..] = empty_scans();
     for byte in [0, 0xFF, 0xA5] {
-        let actual = Saved::<8>::read(&[byte; BYTES], &recipe);
-        assert_eq!(actual, Err(SavedError::Damaged));
+        let restored = Flash::blank(byte).restore(&mut scan);
+        assert_eq!(restored, Err(SavedError::Damaged));
     }
-    for length in 0..6 {
-        assert!(Saved::<8>::read(&[0; 6][..length], &recipe).is_err());
+    for length in 0..20 {
+        let (_, restored) = Saved::restore([&[0; 20][..length], &[]], &mut scan);
+        assert_eq!(restored, Err(SavedError::Damaged));
+    }
+    record(&mut scan, ORDER, synthetic_reading);
+    for length in 0..SLOT {
+        let written = Saved::default().write(&scan, &mut vec![0; length], |_, _| Ok(()));
+        assert_eq!(written, Err(SavedError::Full));
     }
 }
 
-#[test]
-fn capacity_is_enforced() {
-    let recipe = recipe_for(ModelKind::Neural);
-    let mut saved = saved(&recipe, 0.2, 8);
-    assert_eq!(saved.insert(8, reading_of(0.2, 8)), Err(SavedError::Full));
-    let needed = saved.write(&mut [0; BYTES]).unwrap().len();
-    for length in 0..needed {
-        let actual = saved.write(&mut vec![0; length]).err();
-        assert_eq!(actual, Some(SavedError::Full));
-    }
-    assert!(saved.write(&mut vec![0; needed]).is_ok());
-    // Readings of a firmware with more capacity count as damaged.
-    let mut memory = [0; BYTES];
-    write_into(&mut memory, &saved, BYTES);
-    let actual = Saved::<7>::read(&memory, &recipe);
-    assert_eq!(actual, Err(SavedError::Damaged));
-    saved.clear();
-    assert_eq!(saved, Saved::new(&recipe));
-}
-
-/// A second reading of a sample replaces the first, even at full capacity.
-#[test]
-fn second_reading_replaces_first() {
-    let recipe = recipe_for(ModelKind::Neural);
-    let mut saved = saved(&recipe, 0.2, 8);
-    saved.insert(7, reading_of(0.9, 7)).unwrap();
-    let expected = ORDER.map(|index| {
-        let material = if index == 7 { 0.9 } else { 0.2 };
-        (index, reading_of(material, index))
-    });
-    assert_eq!(saved.readings(), expected);
-}
-
-/// In version 0.1, a NaN was accepted, saved and read.
+/// Bytes with a valid checksum whose readings cannot be recorded.
 #[test]
 fn rejects_invalid_saved_readings() {
-    /// The layout of `Saved`, without its checks.
-    #[derive(Serialize)]
-    struct Forged {
-        recipe: u32,
-        readings: Vec<(u16, Reading)>,
-    }
-    let recipe = recipe_for(ModelKind::Neural);
-    let read = |reading: Reading| {
-        let forged = Forged {
-            recipe: recipe.checksum(),
-            readings: vec![(4, reading_of(0.2, 4)), (2, reading)],
-        };
-        let mut buffer = [0; BYTES];
-        let length = postcard::to_slice(&forged, &mut buffer).unwrap().len();
-        let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
-        let checksum = crc.checksum(&buffer[..length]).to_le_bytes();
-        buffer[length..length + 4].copy_from_slice(&checksum);
-        Saved::<8>::read(&buffer, &recipe)
+    let [scan, ..] = empty_scans();
+    let recipe = *scan.recipe();
+    let restore = |index: u16, value: f32| {
+        let mut bytes = recipe.checksum().to_le_bytes().to_vec();
+        bytes.extend(1_u32.to_le_bytes());
+        bytes.extend(2_u16.to_le_bytes());
+        for (index, value) in [(4_u16, 0.2_f32), (index, value)] {
+            bytes.extend(index.to_le_bytes());
+            bytes.extend([0.1, value, 0.1].map(f32::to_le_bytes).concat());
+            bytes.push(0);
+        }
+        let checksum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&bytes);
+        bytes.extend(checksum.to_le_bytes());
+        let mut scan = new_scan::<Any>(recipe);
+        let (_, restored) = Saved::restore([&[], &bytes], &mut scan);
+        assert_eq!(8 - scan.pending().count(), restored.unwrap_or(0));
+        restored
     };
-    assert_eq!(read(reading_of(0.2, 2)).unwrap().readings().len(), 2);
-    for (value, error) in [
-        (f32::NAN, ReadingError::NonFinite(1)),
-        (f32::INFINITY, ReadingError::NonFinite(1)),
-        (MIN_READING.next_down(), ReadingError::Negative(1)),
+    assert_eq!(restore(2, 0.2), Ok(2));
+    let samples = 8;
+    for (index, value, error) in [
+        (2, f32::NAN, ReadingError::NonFinite(1)),
+        (2, f32::INFINITY, ReadingError::NonFinite(1)),
+        (2, MIN_READING.next_down(), ReadingError::Negative(1)),
+        (8, 0.2, ReadingError::Index { index: 8, samples }),
+        (
+            u16::MAX,
+            0.2,
+            ReadingError::Index {
+                index: u16::MAX,
+                samples,
+            },
+        ),
     ] {
-        let reading = Reading::new([0.1, value, 0.1]);
-        let mut saved = saved(&recipe, 0.2, 3);
-        let before = saved.clone();
-        assert_eq!(saved.insert(1, reading), Err(SavedError::Reading(error)));
-        assert_eq!(saved.insert(0, reading), Err(SavedError::Reading(error)));
-        assert_eq!(saved, before);
-        assert_eq!(read(reading), Err(SavedError::Reading(error)));
+        assert_eq!(restore(index, value), Err(SavedError::Reading(error)));
     }
 }
 
 proptest! {
-    #[test]
-    fn saved_readings_round_trip(
-        values in prop::collection::vec(
-            (any::<u16>(), prop::array::uniform3(-1.0..1e9_f32), any::<bool>()),
-            0..=8,
-        ),
-    ) {
-        let recipe = recipe_for(ModelKind::Neural);
-        let mut saved = Saved::<8>::new(&recipe);
-        for (index, brdf, saturated) in values {
-            saved.insert(index, Reading { brdf, saturated }).unwrap();
-        }
-        let mut memory = [0x5A; BYTES];
-        write_into(&mut memory, &saved, BYTES);
-        prop_assert_eq!(Saved::read(&memory, &recipe), Ok(saved));
-    }
-
     #[test]
     fn rejects_altered_readings(
         count in 0..=8_usize,
         index: prop::sample::Index,
         flip in 1..=255u8,
     ) {
-        let recipe = recipe_for(ModelKind::Neural);
-        let mut buffer = [0; BYTES];
-        let length = saved(&recipe, 0.2, count).write(&mut buffer).unwrap().len();
-        buffer[index.index(length)] ^= flip;
-        prop_assert!(Saved::<8>::read(&buffer, &recipe).is_err());
+        let [mut scan, ..] = empty_scans();
+        record(&mut scan, ORDER.into_iter().take(count), synthetic_reading);
+        let mut flash = Flash::blank(0xFF);
+        let length = flash.write(&scan, usize::MAX, None);
+        flash.slots[0][index.index(length)] ^= flip;
+        prop_assert!(flash.restore(&mut new_scan(*scan.recipe())).is_err());
     }
 }

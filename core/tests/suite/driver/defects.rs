@@ -1,0 +1,651 @@
+//! Defects of version 0.3's driver. Each test failed with it.
+
+use std::cell::Cell;
+
+use glimpse_core::driver::{Action, Config, Driver, DriverError, Host};
+use glimpse_core::fit::coefficient_net::MissingPolicy;
+use glimpse_core::gonio::{Limits, Machine};
+use glimpse_core::link::{Failure, PROTOCOL, Refusal, Reply, Request};
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_core::scan::{Reading, ReadingError, SkipError};
+
+use super::bench::{
+    AnyDriver, Bench, ORIGIN, default_reply, fitted_bits, is_failed, is_finished, is_forget,
+    is_installed, is_measure, is_store, new_driver, offer, phong_driver,
+};
+use crate::completion::contents::CompletedContents;
+use crate::completion::partial::with_partial;
+use crate::recipes::{neural, parsed};
+use crate::scanning::{
+    Any, SAMPLES, encoded_recipe, fit, full_scan, new_scan, recipe_for, record, synthetic_reading,
+};
+
+const HOUR_MS: u64 = 3_600_000;
+const OWN_ARMS: [Host; 2] = [Host::Listens, Host::Absent];
+
+/// A recipe that tolerates missing readings and bounds the loss of the first ones.
+fn tolerant_recipe() -> Recipe<'static> {
+    let contents = CompletedContents::small(ModelKind::Linear, MissingPolicy::Scaled);
+    with_partial(contents).recipe()
+}
+
+/// Polls until the driver requests a reading of the device's own sensor.
+fn poll_until_measure(bench: &mut Bench<'_>, driver: &mut AnyDriver) -> u16 {
+    loop {
+        let action = driver.poll(ORIGIN + bench.now);
+        let bytes = driver.outgoing().to_vec();
+        driver.sent(bytes.len());
+        for byte in bench.reply_to(&bytes) {
+            driver.receive(byte);
+        }
+        match action {
+            Action::Measure { index, .. } => return index,
+            Action::Wait => bench.now += u64::from(driver.poll_delay(ORIGIN + bench.now).unwrap()),
+            Action::Failed(failure) => panic!("{failure}"),
+            _ => {}
+        }
+    }
+}
+
+/// Checks that nothing moves and nothing is forgotten after a failure. After [`Driver::resume`], the scan finishes
+/// with the readings that it had.
+#[track_caller]
+fn check_halted(bench: &mut Bench<'_>, driver: &mut AnyDriver, failure: Failure, read: usize) {
+    assert_eq!(bench.actions.last().unwrap().1, Action::Failed(failure));
+    bench.take_actions();
+    bench.requests.clear();
+    bench.sensor = Box::new(|index| panic!("sample {index} was read"));
+    bench.wait(driver, 24 * HOUR_MS);
+    assert_eq!(bench.take_actions(), []);
+    let is_report = |request: &Request| *request == Request::Failed(failure.into());
+    assert!(bench.requests.len() <= 1 && bench.requests.iter().all(is_report));
+    assert_eq!(driver.scan().unwrap().pending().count(), SAMPLES - read);
+    let error = Err(DriverError::NotScanning);
+    assert_eq!(driver.record(7, synthetic_reading(7)), error);
+    assert_eq!((driver.skip(7), driver.finish_early()), (error, error));
+
+    bench.requests.clear();
+    bench.sensor = Box::new(synthetic_reading);
+    driver.resume();
+    bench.run(driver, is_finished);
+    let recipe = *driver.scan().unwrap().recipe();
+    let expected = full_scan::<Any>(recipe, synthetic_reading);
+    assert_eq!(fitted_bits(driver), expected.bits());
+    let measured = bench.count(is_measure) + bench.actions.iter().filter(is_save).count();
+    assert!(measured >= SAMPLES - read);
+    let saves = bench.take_actions().into_iter();
+    assert_eq!(
+        saves
+            .filter(|action| is_save(&&(0, action.clone())))
+            .count(),
+        SAMPLES - read
+    );
+}
+
+fn is_save((_, action): &&(u64, Action)) -> bool {
+    matches!(action, Action::Save { .. })
+}
+
+/// 1. A failure of the arms was followed by a restart after 515 ms, endlessly.
+#[test]
+fn nothing_moves_after_failure_of_arms() {
+    for host in [Host::Measures, Host::Listens, Host::Absent] {
+        let mut driver = phong_driver(Config::new(host));
+        let mut bench = Bench::cooperative();
+        while driver.scan().unwrap().reading(4).is_none() {
+            bench.step(&mut driver);
+        }
+        driver.fail(Failure::Machine);
+        bench.run(&mut driver, is_failed);
+        check_halted(&mut bench, &mut driver, Failure::Machine, 5);
+    }
+}
+
+/// 1. A refusal, a restart or another version of the host made the device forget its own readings and move again.
+#[test]
+fn nothing_moves_after_failure_of_host() {
+    type Wrong = fn(&Request) -> Option<Reply>;
+    let protocol = PROTOCOL + 1;
+    let device = PROTOCOL;
+    let refused = Failure::Refused(Refusal::Model);
+    let cases: [(Wrong, Failure, &[Host]); 6] = [
+        (
+            |r| {
+                matches!(r, Request::Hello { .. }).then_some(Reply::Welcome {
+                    protocol: PROTOCOL + 1,
+                })
+            },
+            Failure::Protocol {
+                device,
+                host: protocol,
+            },
+            &[Host::Measures, Host::Listens],
+        ),
+        (
+            |r| matches!(r, Request::Hello { .. }).then_some(Reply::Refused(Refusal::Model)),
+            refused,
+            &[Host::Measures, Host::Listens],
+        ),
+        (
+            |r| {
+                matches!(r, Request::Measure { index: 5, .. })
+                    .then_some(Reply::Refused(Refusal::NoScan))
+            },
+            Failure::Refused(Refusal::NoScan),
+            &[Host::Measures],
+        ),
+        (
+            |r| matches!(r, Request::Measure { index: 5, .. }).then_some(Reply::Skip { index: 5 }),
+            Failure::ReadingRequired { index: 5 },
+            &[Host::Measures],
+        ),
+        (
+            |r| matches!(r, Request::Progress(_)).then_some(Reply::Refused(Refusal::Model)),
+            refused,
+            &[Host::Measures, Host::Listens],
+        ),
+        (
+            |r| matches!(r, Request::Progress(_)).then_some(Reply::Refused(Refusal::NoScan)),
+            Failure::Refused(Refusal::NoScan),
+            &[Host::Measures],
+        ),
+    ];
+    for (wrong, failure, hosts) in cases {
+        for host in hosts {
+            let healed = Cell::new(false);
+            let mut bench = Bench::new(|request| {
+                let wrong = wrong(request).filter(|_| !healed.get());
+                Some(wrong.unwrap_or_else(|| default_reply(request)))
+            });
+            let mut scan = new_scan(recipe_for(ModelKind::Phong));
+            record(&mut scan, [0, 1], synthetic_reading); // from before a reset
+            let mut driver = Driver::new(scan, Config::new(*host));
+            bench.run(&mut driver, is_failed);
+            healed.set(true);
+            let read = SAMPLES - driver.scan().unwrap().pending().count();
+            assert!(read >= 2);
+            check_halted(&mut bench, &mut driver, failure, read);
+        }
+    }
+}
+
+/// 1. A timeout keeps the readings, and the host is asked about them after the firmware continues.
+#[test]
+fn silent_host_costs_no_reading() {
+    for last in [0, 5] {
+        let silent = Cell::new(true);
+        let mut driver = phong_driver(Config::new(Host::Measures));
+        let mut bench = Bench::new(|request| match request {
+            Request::Measure { index, .. } if *index == last && silent.get() => None,
+            _ => Some(default_reply(request)),
+        });
+        let failed = bench.run(&mut driver, is_failed);
+        assert_eq!(failed, (60_000, Action::Failed(Failure::NoReply)));
+        silent.set(false);
+        check_halted(&mut bench, &mut driver, Failure::NoReply, usize::from(last));
+        let offered = bench.count(|request| matches!(request, Request::Saved { .. }));
+        assert_eq!(offered, usize::from(last));
+    }
+}
+
+/// 1. A `Measure` whose frame was partly sent when the arms failed was completed, so that the host moved.
+#[test]
+fn canceled_request_is_never_completed() {
+    for sent in 1..30 {
+        let mut driver = phong_driver(Config::new(Host::Measures));
+        let mut bench = Bench::cooperative();
+        while bench.count(is_measure) == 0 {
+            bench.step(&mut driver);
+        }
+        let _ = driver.poll(ORIGIN);
+        let _ = driver.poll(ORIGIN);
+        let frame = driver.outgoing().to_vec();
+        assert!(frame.len() > 30);
+        driver.sent(frame.len() - sent);
+        bench.reply_to(&frame[..frame.len() - sent]);
+        driver.fail(Failure::Machine);
+        driver.resume();
+        driver.fail(Failure::Machine);
+        bench.wait(&mut driver, HOUR_MS);
+        assert_eq!(bench.count(is_measure), 1);
+        assert!(
+            bench
+                .requests
+                .contains(&Request::Failed(Failure::Machine.into()))
+        );
+    }
+}
+
+/// 2. A host that refused each `Hello` caused 7,115 `Forget` actions an hour.
+#[test]
+fn refusing_host_wears_out_no_flash() {
+    for restarts in [false, true] {
+        for host in [Host::Measures, Host::Listens] {
+            let mut driver = phong_driver(Config::new(host));
+            let mut bench = Bench::new(|request| match request {
+                Request::Hello { .. } => Some(Reply::Refused(Refusal::Model)),
+                _ => Some(default_reply(request)),
+            });
+            while bench.now < HOUR_MS {
+                bench.run(&mut driver, is_failed);
+                match restarts {
+                    true => driver.restart(),
+                    false => driver.resume(),
+                }
+            }
+            assert!(!bench.actions.iter().any(|(_, action)| is_forget(action)));
+            // Pauses of 0.5 s, 1 s, 2 s, ... and of 30 s at most.
+            let hellos = bench.count(|request| matches!(request, Request::Hello { .. }));
+            assert!((100..140).contains(&hellos), "{hellos}");
+        }
+    }
+}
+
+/// 2. Only readings that were saved are forgotten, once.
+#[test]
+fn restart_forgets_only_saved_readings() {
+    let mut driver = phong_driver(Config::new(Host::Absent));
+    for _ in 0..3 {
+        driver.restart();
+        assert!(matches!(
+            driver.poll(0),
+            Action::Continue | Action::Measure { .. }
+        ));
+    }
+    driver.record(2, synthetic_reading(2)).unwrap();
+    assert!(matches!(driver.poll(0), Action::Save { index: 2, .. }));
+    driver.restart();
+    // The new reading is saved after the old ones are forgotten.
+    driver.record(3, synthetic_reading(3)).unwrap();
+    driver.fail(Failure::Machine);
+    assert_eq!(driver.poll(0), Action::Forget);
+    assert!(matches!(driver.poll(0), Action::Save { index: 3, .. }));
+    assert_eq!(driver.poll(0), Action::Failed(Failure::Machine));
+    assert_eq!(driver.poll(0), Action::Wait);
+}
+
+/// A device that can store recipes, with a scan or without.
+fn storing_device(host: Host, has_scan: bool) -> AnyDriver {
+    let mut config = Config::new(host);
+    config.recipe_bytes = 8_192;
+    match has_scan {
+        true => phong_driver(config),
+        false => Driver::without_scan(Failure::Recipe(RecipeError::Magic), config),
+    }
+}
+
+/// 3. A refusal during a transfer and an error of the flash declined the recipe until the device was reset. A device
+/// without a scan failed endlessly with `Recipe(Magic)`.
+#[test]
+fn transient_errors_decline_no_recipe() {
+    let offered = encoded_recipe(ModelKind::Neural);
+    for host in [Host::Measures, Host::Listens] {
+        for (has_scan, flash_fails) in [(false, false), (false, true), (true, false), (true, true)]
+        {
+            let failures = Cell::new(5);
+            let mut bench = Bench::new(|request| match request {
+                Request::RecipePart { offset: 60 } if !flash_fails && failures.get() > 0 => {
+                    failures.set(failures.get() - 1);
+                    Some(Reply::Refused(Refusal::NoScan))
+                }
+                _ => Some(offer(&offered, request).unwrap_or_else(|| default_reply(request))),
+            });
+            let mut driver = storing_device(host, has_scan);
+            bench.delay = Box::new(|_| 50);
+            let mut erasures = 0;
+            loop {
+                let (_, action) = bench.run(&mut driver, |action| {
+                    is_store(action) || is_failed(action) || is_installed(action)
+                });
+                match action {
+                    Action::Store { offset: 0, .. } => {
+                        erasures += 1;
+                        if flash_fails && failures.get() > 0 {
+                            failures.set(failures.get() - 1);
+                            driver.fail(Failure::Storage);
+                        }
+                    }
+                    Action::Failed(_) => driver.resume(),
+                    Action::Install { .. } => break,
+                    _ => {}
+                }
+            }
+            assert_eq!(erasures, 6);
+            let asked = if has_scan { HOUR_MS } else { 10 * HOUR_MS };
+            assert!(bench.now < asked, "{}", bench.now);
+        }
+    }
+}
+
+/// 3. Each attempt to fetch a recipe erases flash, so attempts become rare.
+#[test]
+fn failing_transfers_become_rare() {
+    let offered = encoded_recipe(ModelKind::Neural);
+    let mut bench = Bench::new(|request| match request {
+        Request::RecipePart { offset: 60 } => Some(Reply::Refused(Refusal::NoScan)),
+        _ => Some(offer(&offered, request).unwrap_or_else(|| default_reply(request))),
+    });
+    let mut driver = storing_device(Host::Measures, false);
+    bench.wait(&mut driver, 24 * HOUR_MS);
+    let stores = bench.actions.iter().filter(|(_, action)| is_store(action));
+    assert!((20..40).contains(&stores.count()));
+}
+
+/// 3. An unusable recipe is fetched once. The present one stays in use.
+#[test]
+fn unusable_recipe_is_fetched_once() {
+    let offered = encoded_recipe(ModelKind::Neural);
+    let mut bench = Bench::new(|request| {
+        Some(offer(&offered, request).unwrap_or_else(|| default_reply(request)))
+    });
+    let mut driver = storing_device(Host::Measures, true);
+    bench.run(&mut driver, is_installed);
+    driver.fail(Failure::Recipe(RecipeError::Checksum));
+    bench.run(&mut driver, is_failed);
+    driver.resume();
+    bench.take_actions();
+    for _ in 0..3 {
+        bench.run(&mut driver, is_finished);
+        driver.restart();
+    }
+    assert!(!bench.take_actions().iter().any(is_store));
+}
+
+/// A device without a usable recipe reports that once, and asks again and again for another.
+#[test]
+fn device_without_scan_waits_for_recipe() {
+    let offered = encoded_recipe(ModelKind::Neural);
+    for host in [Host::Measures, Host::Listens] {
+        let offers = Cell::new(false);
+        let mut bench = Bench::new(|request| {
+            let offer = offer(&offered, request).filter(|_| offers.get());
+            Some(offer.unwrap_or_else(|| default_reply(request)))
+        });
+        let mut driver = storing_device(host, false);
+        bench.wait(&mut driver, HOUR_MS);
+        let failure = Failure::Recipe(RecipeError::Magic);
+        assert_eq!(bench.take_actions(), [Action::Failed(failure)]);
+        let reports = bench.count(|request| matches!(request, Request::Failed(_)));
+        let hellos = bench.count(|request| matches!(request, Request::Hello { .. }));
+        assert!(reports == 1 && (100..140).contains(&hellos), "{hellos}");
+        offers.set(true);
+        let (at, _) = bench.run(&mut driver, is_installed);
+        assert!(at <= HOUR_MS + 30_000);
+    }
+    // Without storage or host it only reports the failure.
+    let failure = Failure::Recipe(RecipeError::Magic);
+    for host in [Host::Measures, Host::Listens, Host::Absent] {
+        let mut driver = AnyDriver::without_scan(failure, Config::new(host));
+        let mut bench = Bench::cooperative();
+        bench.wait(&mut driver, HOUR_MS);
+        assert_eq!(bench.take_actions(), [Action::Failed(failure)]);
+        assert_eq!(
+            driver.record(0, synthetic_reading(0)),
+            Err(DriverError::NotScanning)
+        );
+        assert_eq!(driver.scan().err(), Some(failure));
+        assert_eq!(driver.into_scan().err(), Some(failure));
+    }
+}
+
+/// 4. `Hello` had no timeout: without its host, a device that moves its own arms never scanned.
+#[test]
+fn listening_host_is_optional() {
+    let mut driver = phong_driver(Config::new(Host::Listens));
+    let mut bench = Bench::cooperative();
+    bench.disconnected = true;
+    let (at, _) = bench.run(&mut driver, is_finished);
+    assert_eq!(at, 2_000);
+    bench.wait(&mut driver, 24 * HOUR_MS);
+    assert!(
+        !bench
+            .actions
+            .iter()
+            .any(|(_, action)| is_forget(action) || is_failed(action))
+    );
+    // Bursts of 20 frames between pauses of 30 s.
+    let frames = bench.frames.len();
+    assert!((50_000..60_000).contains(&frames), "{frames}");
+    // Somebody listens.
+    bench.disconnected = false;
+    let start = bench.now;
+    let (at, _) = bench.run(&mut driver, is_forget);
+    assert!(at <= start + 30_000);
+    let expected = full_scan::<Any>(recipe_for(ModelKind::Phong), synthetic_reading);
+    assert_eq!(bench.results(), (expected.bits().to_vec(), 1));
+    assert_eq!(fitted_bits(&driver), expected.bits());
+}
+
+/// 4. A host that disappears or restarts during the fit receives the result later.
+#[test]
+fn listening_host_may_leave_and_restart() {
+    for restarts in [false, true] {
+        for leaves_at in [4, 10, 20] {
+            let mut driver = phong_driver(Config::new(Host::Listens));
+            let requests = Cell::new(0);
+            let mut bench = Bench::new(|request| {
+                requests.set(requests.get() + 1);
+                match requests.get() == leaves_at {
+                    true if restarts => Some(Reply::Refused(Refusal::NoScan)),
+                    true => None,
+                    false => Some(default_reply(request)),
+                }
+            });
+            bench.run(&mut driver, is_forget);
+            let expected = full_scan::<Any>(recipe_for(ModelKind::Phong), synthetic_reading);
+            assert_eq!(bench.results().0, expected.bits());
+            let actions = bench.take_actions();
+            assert!(!actions.iter().any(is_failed));
+            assert_eq!(
+                actions.iter().filter(|action| is_finished(action)).count(),
+                1
+            );
+        }
+    }
+}
+
+/// 5. Attempts were counted over all samples, in a row.
+#[test]
+fn attempts_count_per_sample() {
+    let invalid = Reading::new([0.1, f32::NAN, 0.1]);
+    let error = Err(DriverError::Reading(ReadingError::NonFinite(1)));
+    for host in OWN_ARMS {
+        let mut driver = new_driver::<Any>(tolerant_recipe(), Config::new(host));
+        let mut bench = Bench::cooperative();
+        // One invalid reading each of three samples skips none of them.
+        for index in 0..3 {
+            assert_eq!(driver.record(index, invalid), error);
+        }
+        assert_eq!(poll_until_measure(&mut bench, &mut driver), 0);
+        assert_eq!(driver.scan().unwrap().pending().count(), 6);
+        // Valid readings of other samples do not reset the count.
+        assert_eq!(driver.record(1, synthetic_reading(1)), Ok(()));
+        assert_eq!(driver.record(0, invalid), error);
+        assert_eq!(driver.record(3, synthetic_reading(3)), Ok(()));
+        assert_eq!(poll_until_measure(&mut bench, &mut driver), 0);
+        assert_eq!(driver.record(0, invalid), error);
+        assert_eq!(poll_until_measure(&mut bench, &mut driver), 2);
+        // A valid reading of the sample does, and stays in use.
+        for _ in 0..5 {
+            assert_eq!(driver.record(1, invalid), error);
+        }
+        assert_eq!(
+            driver.scan().unwrap().reading(1),
+            Some(synthetic_reading(1))
+        );
+        // An unknown index is no attempt.
+        for index in [6, u16::MAX] {
+            let error = ReadingError::Index { index, samples: 6 };
+            assert_eq!(
+                driver.record(index, invalid),
+                Err(DriverError::Reading(error))
+            );
+            let error = SkipError::Index { index, samples: 6 };
+            assert_eq!(driver.skip(index), Err(DriverError::Skip(error)));
+        }
+        assert_eq!(driver.scan().unwrap().pending().count(), 3);
+    }
+}
+
+/// 5. A sample whose readings stay invalid fails the scan, if the recipe needs it.
+#[test]
+fn attempts_of_required_sample_fail() {
+    let mut driver = phong_driver(Config::new(Host::Absent));
+    let mut bench = Bench::cooperative();
+    bench.sensor = Box::new(|index| match index {
+        4 => Reading::new([-2.0; 3]),
+        _ => synthetic_reading(index),
+    });
+    let (index, error) = (4, ReadingError::Negative(0));
+    let failed = bench.run(&mut driver, is_failed).1;
+    assert_eq!(failed, Action::Failed(Failure::Reading { index, error }));
+    check_halted(
+        &mut bench,
+        &mut driver,
+        Failure::Reading { index, error },
+        4,
+    );
+}
+
+/// 7. A fit overwrote values that it clamps, so a host did not recognize them, and accepted samples were measured again.
+#[test]
+fn clamped_readings_are_kept() {
+    for recipe in [
+        recipe_for(ModelKind::Linear),
+        recipe_for(ModelKind::Phong),
+        tolerant_recipe(),
+    ] {
+        let noisy = |index| match index {
+            2 => Reading::new([-0.9, 0.1, 0.1]),
+            _ => synthetic_reading(index),
+        };
+        let silent = Cell::new(true);
+        let mut driver = new_driver::<Any>(recipe, Config::new(Host::Measures));
+        let mut bench = Bench::new(|request| match request {
+            Request::Progress(_) if silent.get() => None,
+            Request::Measure { index, .. } => {
+                let (index, reading) = (*index, noisy(*index));
+                Some(Reply::Measured { index, reading })
+            }
+            Request::Saved { index, reading } => match *reading == noisy(*index) {
+                true => Some(Reply::Accepted),
+                false => Some(Reply::Refused(Refusal::Saved)),
+            },
+            _ => Some(default_reply(request)),
+        });
+        bench.run(&mut driver, is_failed);
+        assert_eq!(driver.scan().unwrap().reading(2), Some(noisy(2)));
+        silent.set(false);
+        bench.requests.clear();
+        driver.resume();
+        bench.run(&mut driver, is_finished);
+        assert_eq!(bench.count(is_measure), 0);
+        let fitted = driver.scan().unwrap().fitted().unwrap();
+        assert_eq!(fitted.residual().clamped, 1);
+        assert_eq!(fitted_bits(&driver), full_scan::<Any>(recipe, noisy).bits());
+    }
+}
+
+/// The number of readings after which a scan with a target stops.
+fn readings_until_stop(
+    target: f32,
+    machine: Option<Machine>,
+    mut prepare: impl FnMut(&mut AnyDriver),
+    reading: fn(u16) -> Reading,
+) -> usize {
+    let mut config = Config::new(Host::Absent);
+    config.target_loss = Some(target);
+    config.machine = machine;
+    let mut driver = new_driver::<Any>(tolerant_recipe(), config);
+    prepare(&mut driver);
+    let mut bench = Bench::cooperative();
+    bench.sensor = Box::new(reading);
+    bench.run(&mut driver, is_finished);
+    let scan = driver.scan().unwrap();
+    (0..6)
+        .filter(|index| scan.reading(*index).is_some())
+        .count()
+}
+
+/// 8. A target ended a scan whose bound did not hold: after readings out of order, or without some of the samples.
+#[test]
+fn target_needs_first_readings_in_order() {
+    let reading = |index| Reading {
+        saturated: false,
+        ..synthetic_reading(index)
+    };
+    // The bound after each number of readings, by separate fits.
+    let bounds: Vec<f32> = (1..=6)
+        .map(|count| {
+            let mut scan = new_scan::<Any>(tolerant_recipe());
+            record(&mut scan, 0..count, reading);
+            fit(&mut scan, &[u32::MAX]);
+            scan.fitted().unwrap().loss_bound().unwrap()
+        })
+        .collect();
+    for target in &bounds {
+        let first = bounds.iter().position(|bound| bound <= target).unwrap();
+        assert_eq!(
+            readings_until_stop(*target, None, |_| {}, reading),
+            first + 1
+        );
+    }
+    for target in [f32::NAN, -1.0, 0.0] {
+        assert_eq!(readings_until_stop(target, None, |_| {}, reading), 6);
+    }
+    // With a target that any bound reaches:
+    let all = f32::MAX;
+    assert_eq!(readings_until_stop(all, None, |_| {}, reading), 1);
+    let skip = |driver: &mut AnyDriver| driver.skip(3).unwrap();
+    assert_eq!(readings_until_stop(all, None, skip, reading), 5);
+    let out_of_order = |driver: &mut AnyDriver| driver.record(2, reading(2)).unwrap();
+    assert!(readings_until_stop(all, None, out_of_order, reading) >= 3);
+    let saturated = |index| Reading {
+        saturated: true,
+        ..synthetic_reading(index)
+    };
+    assert_eq!(readings_until_stop(all, None, |_| {}, saturated), 6);
+    let mut thetas = tolerant_recipe()
+        .directions()
+        .map(|(_, at)| at.outgoing[2].acos());
+    let limits = Limits {
+        max_theta_o: thetas.by_ref().fold(0.0, f32::max) - 0.01,
+        ..Limits::NONE
+    };
+    assert_eq!(
+        readings_until_stop(all, Some(Machine::new(limits)), |_| {}, reading),
+        5
+    );
+}
+
+/// 9. The driver asked forever for samples that need an axis that the machine lacks. A limit that was NaN did not limit.
+#[test]
+fn reach_fails_closed() {
+    let mut fixed = Machine::new(Limits::NONE);
+    fixed.speeds.theta_o = 0.0;
+    fixed.fixed.outgoing.theta = 0.5;
+    let not_a_number = Machine::new(Limits {
+        max_theta_i: f32::NAN,
+        ..Limits::NONE
+    });
+    for machine in [fixed, not_a_number] {
+        for host in [Host::Measures, Host::Listens, Host::Absent] {
+            let mut config = Config::new(host);
+            config.machine = Some(machine);
+            let mut driver = phong_driver(config);
+            let mut bench = Bench::cooperative();
+            let (_, failed) = bench.run(&mut driver, is_failed);
+            assert!(matches!(
+                failed,
+                Action::Failed(Failure::OutOfReach { index: 0, count: 8 })
+            ));
+            assert_eq!(bench.count(is_measure), 0);
+        }
+    }
+    assert!(
+        neural()
+            .write()
+            .is_ok_and(|recipe| parsed(recipe).out_of_reach(&fixed).is_some())
+    );
+}

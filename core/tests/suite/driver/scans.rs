@@ -1,0 +1,246 @@
+//! Full scans with a host that measures, with a host that listens, and without a host. The result has the bits of a
+//! plain scan, whatever the order of the readings and the quality of the line.
+
+use glimpse_core::driver::{Action, Config, Driver, Host};
+use glimpse_core::fit::Fitter;
+use glimpse_core::link::{Failure, PROTOCOL, Request};
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::Recipe;
+use proptest::prelude::*;
+
+use super::bench::{
+    Bench, ORIGIN, is_failed, is_finished, is_forget, is_installed, is_measure, is_store,
+    new_driver, offering_host, stored_bytes,
+};
+use crate::random::Random;
+use crate::recipes::parsed;
+use crate::scanning::{
+    Any, MODELS, encoded_recipe, for_every_fitter, full_scan, recipe_for, synthetic_reading,
+};
+
+const HOSTS: [Host; 3] = [Host::Measures, Host::Listens, Host::Absent];
+const IN_ORDER: [u16; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
+
+fn fitted_bits<K: Fitter>(driver: &Driver<'_, K>) -> Vec<u32> {
+    let fitted = driver.scan().unwrap().fitted().unwrap();
+    let residual = fitted.residual();
+    let numbers = fitted.values().chain([residual.mean, residual.worst]);
+    numbers.map(f32::to_bits).collect()
+}
+
+/// Runs two scans, and checks result, actions, and the kinds of requests.
+fn check_scans<K: Fitter + 'static>(recipe: Recipe<'static>, host: Host, slice: u32) {
+    let expected = full_scan::<K>(recipe, synthetic_reading);
+    let mut config = Config::new(host);
+    config.steps_per_poll = slice;
+    let mut driver = new_driver::<K>(recipe, config);
+    let mut bench = Bench::cooperative();
+    for _ in 0..2 {
+        bench.run(&mut driver, is_finished);
+        assert_eq!(fitted_bits(&driver), expected.bits());
+        bench.run(&mut driver, is_forget);
+        let saves = IN_ORDER.map(|index| Action::Save {
+            index,
+            reading: synthetic_reading(index),
+        });
+        let end = [Action::Finished(expected.residual()), Action::Forget];
+        assert_eq!(
+            bench.take_actions(),
+            Vec::from_iter(saves.into_iter().chain(end))
+        );
+        let (measures, total) = (
+            bench.count(is_measure),
+            recipe.descent().map_or(33, |_| 185),
+        );
+        match host {
+            Host::Absent => assert!(bench.requests.is_empty() && bench.frames.is_empty()),
+            _ => {
+                let hello = Request::Hello {
+                    protocol: PROTOCOL,
+                    model: recipe.model(),
+                    samples: 8,
+                    recipe: recipe.checksum(),
+                };
+                assert_eq!(bench.requests[0], hello);
+                assert_eq!(bench.results(), (expected.bits().to_vec(), 1));
+                assert_eq!(measures, if host == Host::Measures { 8 } else { 0 });
+                let slices = bench.count(|request| matches!(request, Request::Progress(_)));
+                assert_eq!(slices as u32, u32::div_ceil(total, slice.max(1)));
+            }
+        }
+        if host == Host::Measures {
+            assert_eq!(bench.now, 0, "no time has passed");
+        } else {
+            // The material stays until the firmware begins the next scan.
+            bench.wait(&mut driver, 100_000);
+            assert_eq!(fitted_bits(&driver), expected.bits());
+            driver.restart();
+        }
+        bench.requests.clear();
+    }
+}
+
+#[test]
+fn driver_matches_plain_scan() {
+    for host in HOSTS {
+        for_every_fitter!(check_scans, host, 8);
+        for model in MODELS {
+            for slice in [0, 1_000] {
+                check_scans::<Any>(recipe_for(model), host, slice);
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(8))]
+    #[test]
+    fn own_readings_in_any_order(order in Just(IN_ORDER.to_vec()).prop_shuffle()) {
+        for host in [Host::Absent, Host::Listens] {
+            for model in MODELS {
+                let mut driver = new_driver::<Any>(recipe_for(model), Config::new(host));
+                // All between two polls.
+                for index in &order {
+                    driver.record(*index, synthetic_reading(*index)).unwrap();
+                }
+                let mut bench = Bench::cooperative();
+                bench.run(&mut driver, is_finished);
+                let expected = full_scan::<Any>(recipe_for(model), synthetic_reading);
+                assert_eq!(fitted_bits(&driver), expected.bits());
+                assert_eq!(bench.take_actions().len(), 9, "each reading is saved");
+            }
+        }
+    }
+}
+
+/// A line that loses, doubles and alters bytes only costs time: no reading is taken twice.
+#[test]
+fn noisy_line_keeps_result() {
+    for host in [Host::Measures, Host::Listens] {
+        for (model, odds) in MODELS
+            .into_iter()
+            .flat_map(|model| [(model, 200), (model, 50)])
+        {
+            let expected = full_scan::<Any>(recipe_for(model), synthetic_reading);
+            let mut time = 0;
+            for seed in 0..5 {
+                let mut driver = new_driver::<Any>(recipe_for(model), Config::new(host));
+                let mut bench = Bench::cooperative();
+                let mut random = Random(seed);
+                bench.corrupt = Box::new(move |bytes| random.corrupt(bytes, odds));
+                loop {
+                    let (_, action) =
+                        bench.run(&mut driver, |action| is_forget(action) || is_failed(action));
+                    match action {
+                        Action::Failed(Failure::NoReply) => driver.resume(),
+                        Action::Forget => break,
+                        other => panic!("{other:?}"),
+                    }
+                }
+                assert_eq!(bench.results().0, expected.bits());
+                let measures = if host == Host::Measures { 8 } else { 0 };
+                assert_eq!(bench.count(is_measure), measures);
+                time += bench.now;
+            }
+            assert!(time > 0, "no byte was corrupted");
+        }
+    }
+}
+
+/// An offered recipe arrives complete, also over a noisy line, and a new driver scans with it.
+#[test]
+fn installs_offered_recipe() {
+    for (host, odds) in [
+        (Host::Measures, 150),
+        (Host::Listens, u64::MAX),
+        (Host::Measures, u64::MAX),
+    ] {
+        let offered = encoded_recipe(ModelKind::Neural);
+        let recipe = parsed(offered.clone());
+        let mut config = Config::new(host);
+        config.recipe_bytes = offered.len() as u32;
+        let mut driver = new_driver::<Any>(recipe_for(ModelKind::Linear), config);
+        let mut bench = offering_host(&offered);
+        let mut random = Random(3);
+        bench.corrupt = Box::new(move |bytes| match odds {
+            u64::MAX => bytes,
+            odds => random.corrupt(bytes, odds),
+        });
+        let (_, installed) = bench.run(&mut driver, is_installed);
+        let (bytes, checksum) = (offered.len() as u32, recipe.checksum());
+        assert_eq!(installed, Action::Install { bytes, checksum });
+        assert_eq!(stored_bytes(&bench.take_actions()), offered);
+        // The memory of the old scan serves the new one, if it is long enough.
+        let old = driver.into_scan().unwrap().into_memory().len();
+        assert!(old < recipe.memory_words());
+        let mut driver = new_driver::<Any>(recipe, config);
+        bench.corrupt = Box::new(|bytes| bytes);
+        bench.run(&mut driver, is_finished);
+        let expected = full_scan::<Any>(recipe, synthetic_reading);
+        assert_eq!(fitted_bits(&driver), expected.bits());
+        // It is not fetched again, nor is one that does not fit.
+        assert!(!bench.take_actions().iter().any(is_store));
+        config.recipe_bytes -= 1;
+        let mut driver = new_driver::<Any>(recipe_for(ModelKind::Linear), config);
+        bench.run(&mut driver, is_finished);
+        assert!(!bench.take_actions().iter().any(is_store));
+    }
+}
+
+/// Retransmissions of a request neither drift nor accumulate, and those of a hello that waits for a host slow down.
+#[test]
+fn retransmissions_are_on_time() {
+    for period in [1_u32, 7, 99] {
+        let mut config = Config::new(Host::Listens);
+        config.reply_timeout_ms = 70_000;
+        let mut driver = new_driver::<Any>(recipe_for(ModelKind::Phong), config);
+        let mut sent = Vec::new();
+        for now in (0..70_000).step_by(period as usize) {
+            assert_eq!(driver.poll(ORIGIN + now), Action::Wait);
+            if !driver.outgoing().is_empty() {
+                sent.push(now);
+                driver.sent(1_000);
+            }
+            assert!((1..=100).contains(&driver.poll_delay(ORIGIN + now).unwrap()));
+        }
+        for (due, at) in (0..).step_by(100).zip(&sent) {
+            assert!((due..due + u64::from(period)).contains(at), "{due}, {at}");
+        }
+        assert!(sent.len() > 690, "{}", sent.len());
+    }
+    let mut driver = new_driver::<Any>(recipe_for(ModelKind::Phong), Config::new(Host::Measures));
+    let mut bench = Bench::cooperative();
+    bench.disconnected = true;
+    bench.wait(&mut driver, 3_600_000);
+    let times: Vec<u64> = bench.frames.iter().map(|(at, _)| *at).collect();
+    assert_eq!(times[..6], [0, 100, 300, 700, 1_500, 3_100]);
+    assert!(
+        times
+            .windows(2)
+            .skip(5)
+            .all(|pair| pair[1] - pair[0] == 1_600)
+    );
+    bench.disconnected = false;
+    bench.run(&mut driver, is_finished);
+}
+
+/// A frame that a slow line has not sent completely does not start again.
+#[test]
+fn unsent_frame_is_not_restarted() {
+    let mut driver = new_driver::<Any>(recipe_for(ModelKind::Phong), Config::new(Host::Measures));
+    driver.poll(0);
+    let frame = driver.outgoing().to_vec();
+    let mut sent = Vec::new();
+    for now in (0..).step_by(30).take(frame.len()) {
+        driver.poll(now);
+        sent.push(driver.outgoing()[0]);
+        driver.sent(1);
+    }
+    assert_eq!(sent, frame);
+    assert!(driver.outgoing().is_empty());
+    driver.poll(100_000);
+    assert_eq!(driver.outgoing(), frame);
+    // A larger count than the frame's length marks the whole frame as sent.
+    driver.sent(usize::MAX);
+    assert!(driver.outgoing().is_empty());
+}
