@@ -19,7 +19,7 @@ const ANGLES_BYTES: usize = 12;
 /// static RECIPE: &[u8] = include_bytes!("../../examples/recipes/phong-n8.recipe");
 /// const WORDS: usize = memory_words(&[RECIPE]);
 /// let memory = [0.0_f32; WORDS];
-/// assert_eq!(size_of_val(&memory), 348);
+/// assert_eq!(size_of_val(&memory), 380);
 /// ```
 ///
 /// If one of them is not a recipe, the result is `usize::MAX`, and memory of that size does not compile:
