@@ -72,10 +72,7 @@ fn begin_scan(memory: &'static mut [f32]) -> Result<(Scan, Storage), Failure> {
     // Hides the recipe from the compiler, because bits in flash may flip after the build.
     let recipe = Recipe::parse(black_box(RECIPE)).map_err(Failure::Recipe)?;
     let mut scan = Scan::new(recipe, memory).map_err(Failure::Scan)?;
-    let storage = Storage::load(scan.recipe());
-    for (index, reading) in storage.readings() {
-        let _ = scan.record(*index, *reading); // an invalid reading is read again
-    }
+    let storage = Storage::restore(&mut scan);
     Ok((scan, storage))
 }
 
@@ -105,7 +102,11 @@ fn run(board: &mut Board, mut driver: Driver<'static, Model>, mut storage: Optio
             (Action::Wait, _) if driver.outgoing().is_empty() => {
                 time::sleep(|| uart.has_byte());
             }
-            (Action::Save { index, reading }, Some(storage)) => storage.insert(index, reading),
+            (Action::Save { .. }, Some(storage)) => {
+                if let Ok(scan) = driver.scan() {
+                    storage.write(scan);
+                }
+            }
             (Action::Forget, Some(storage)) => storage.clear(),
             (Action::Finished(residual), _) => {
                 defmt::info!("finished: {}", residual);
@@ -115,10 +116,21 @@ fn run(board: &mut Board, mut driver: Driver<'static, Model>, mut storage: Optio
             (Action::Failed(failure), _) => {
                 defmt::error!("{}", failure);
                 profiler.restart();
+                go_on(&mut driver, failure);
             }
             // The host has the arms and the sensor, and this firmware stores no other recipe.
             _ => {}
         }
+    }
+}
+
+/// Continues after a failure. This device has no arms: an operator starts each scan at the host, whose welcome lets it
+/// begin. A device with arms of its own would wait for its operator here.
+fn go_on(driver: &mut Driver<'static, Model>, failure: Failure) {
+    match failure {
+        // The same readings would fail again.
+        Failure::Reading { .. } | Failure::Fit(_) | Failure::Diverged => driver.restart(),
+        _ => driver.resume(),
     }
 }
 

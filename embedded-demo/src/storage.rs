@@ -1,4 +1,4 @@
-//! Memory that survives a reset: the readings of the scan, and a boot counter.
+//! Memory that survives a reset: two slots for the readings of the scan, and a boot counter.
 //!
 //! After a reset (by the watchdog, the button, or a dip of the supply) an interrupted scan continues with its saved
 //! readings. RAM loses its content when power is off for longer than a moment; core's checksum detects that. If a board
@@ -7,25 +7,26 @@
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
-use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Reading, Saved};
+use glimpse_core::scan::{Saved, SavedError};
 
+use crate::Scan;
 use crate::recipe::SAMPLES;
 
-/// Bytes that `memory/` reserves: enough for 62 samples.
-const MEMORY_BYTES: usize = 1024;
+/// Bytes that `memory/` reserves: enough for 67 samples.
+const MEMORY_BYTES: usize = 2048;
 /// Bytes of the boot counter, at the end of the memory.
 const COUNTER_BYTES: usize = 4;
-const SAVED_BYTES: usize = Saved::<SAMPLES>::BYTES;
+/// Bytes of each slot. Both are at the start of the memory.
+const SLOT_BYTES: usize = Saved::slot_bytes(SAMPLES);
 const _: () = assert!(
-    SAVED_BYTES + COUNTER_BYTES <= MEMORY_BYTES,
+    2 * SLOT_BYTES + COUNTER_BYTES <= MEMORY_BYTES,
     "reserve more memory in MEMORY_BYTES and memory/"
 );
 
 // SAFETY: the linker script reserves these bytes for this static alone, and any bytes are valid `AtomicU8`s.
 unsafe extern "C" {
     /// Memory that start-up code does not initialize. Atomic, because a mutable static must be. Relaxed writes may
-    /// arrive in any order, and late: a CRC at the end of the readings detects half-written ones.
+    /// arrive in any order, and late: a CRC at the end of a slot detects half-written ones.
     #[link_name = "_retained"]
     safe static MEMORY: [AtomicU8; MEMORY_BYTES];
 }
@@ -45,50 +46,42 @@ pub fn count_boot() -> u32 {
 }
 
 /// The readings of the current scan, in memory that survives a reset.
-pub struct Storage {
-    saved: Saved<SAMPLES>,
-}
+pub struct Storage(Saved);
 
 impl Storage {
-    /// Loads the readings with this recipe that survived a reset.
-    pub fn load(recipe: &Recipe<'_>) -> Self {
-        let mut bytes = [0; MEMORY_BYTES];
-        for (byte, stored) in bytes.iter_mut().zip(&MEMORY) {
+    /// Records the readings that survived a reset.
+    pub fn restore(scan: &mut Scan) -> Self {
+        let mut slots = [[0; SLOT_BYTES]; 2];
+        for (byte, stored) in slots.as_flattened_mut().iter_mut().zip(&MEMORY) {
             *byte = stored.load(Ordering::Relaxed);
         }
-        let saved = Saved::read(&bytes, recipe).unwrap_or_else(|error| {
-            defmt::info!("no readings are saved: {}", error);
-            Saved::new(recipe)
-        });
-        defmt::info!("{=usize} readings are saved", saved.readings().len());
-        Self { saved }
+        let [first, second] = &slots;
+        let (saved, restored) = Saved::restore([first, second], scan);
+        match restored {
+            Ok(count) => defmt::info!("{=usize} readings are saved", count),
+            Err(error) => defmt::info!("no readings are saved: {}", error),
+        }
+        Self(saved)
     }
 
-    /// Returns the readings, with their indices in the recipe's pattern.
-    pub fn readings(&self) -> &[(u16, Reading)] {
-        self.saved.readings()
-    }
-
-    /// Saves a reading, or replaces the one of the same sample.
-    pub fn insert(&mut self, index: u16, reading: Reading) {
-        match self.saved.insert(index, reading) {
-            Ok(()) => self.write(),
-            Err(error) => defmt::warn!("reading {=u16} is not saved: {}", index, error),
+    /// Saves all readings of a scan.
+    pub fn write(&mut self, scan: &Scan) {
+        if let Err(error) = self.0.write(scan, &mut [0; SLOT_BYTES], store) {
+            defmt::warn!("readings are not saved: {}", error);
         }
     }
 
     /// Deletes all readings.
     pub fn clear(&mut self) {
-        self.saved.clear();
-        self.write();
+        let _ = self.0.clear(store); // `store` does not fail
         defmt::info!("all readings are deleted");
     }
+}
 
-    fn write(&self) {
-        let mut buffer = [0; SAVED_BYTES];
-        let bytes = self.saved.write(&mut buffer).unwrap_or_default(); // SAVED_BYTES are enough
-        for (stored, byte) in MEMORY.iter().zip(bytes) {
-            stored.store(*byte, Ordering::Relaxed);
-        }
+/// Writes bytes to the start of a slot.
+fn store(slot: usize, bytes: &[u8]) -> Result<(), SavedError> {
+    for (stored, byte) in MEMORY.iter().skip(slot * SLOT_BYTES).zip(bytes) {
+        stored.store(*byte, Ordering::Relaxed);
     }
+    Ok(())
 }

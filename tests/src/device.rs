@@ -141,7 +141,7 @@ impl Device {
         let mut bytes = [0; 64];
         loop {
             match driver.poll(start.elapsed().as_millis() as u64) {
-                Action::Finished(_) => return Ok(()),
+                Action::Forget => return Ok(()), // the host has the result
                 Action::Failed(failure) => return Err(io::Error::other(failure.to_string())),
                 _ => {}
             }

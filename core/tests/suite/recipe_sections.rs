@@ -312,6 +312,8 @@ fn rejects_invalid_metadata_fields() {
     assert_eq!(actual, Err(RecipeError::Negative(Field::Additive)));
     let actual = with_expectation(|each, value| each.standard_error = Some(value), -1e-9);
     assert_eq!(actual, Err(RecipeError::Negative(Field::StandardError)));
+    let actual = with_expectation(|each, value| each.loss = value, -1e-9);
+    assert_eq!(actual, Err(RecipeError::Negative(Field::ExpectedLoss)));
     let actual = with_expectation(|each, _| each.standard_error = None, 0.0);
     assert_eq!(actual, Ok(()));
     let changes: [Change<Field, ScanTime>; 3] = [

@@ -188,6 +188,8 @@ struct World {
     saved: Saved,
     reference: Reference,
     out_of_reach: BTreeSet<u16>,
+    /// True if the firmware found the offered recipe unusable since the last reset.
+    is_unusable: bool,
     counts: BTreeMap<&'static str, u64>,
 }
 
@@ -246,6 +248,7 @@ impl World {
             saved: Saved::default(),
             reference: Reference::default(),
             out_of_reach: out_of_reach.map(|(index, _)| index).collect(),
+            is_unusable: false,
             counts: BTreeMap::new(),
             random,
             config,
@@ -385,7 +388,10 @@ impl World {
                 self.count("install");
                 let unusable = Recipe::parse(b"").map(drop).unwrap_err();
                 match self.below(2) {
-                    0 => self.fail(Failure::Recipe(unusable)),
+                    0 => {
+                        self.is_unusable = true;
+                        self.fail(Failure::Recipe(unusable));
+                    }
                     _ => self.fail(Failure::Storage),
                 }
             }
@@ -631,6 +637,7 @@ impl World {
         assert_eq!(restored.unwrap_or(0), reference.saved.len());
         assert_eq!(bits(&readings_of(&scan)), bits(&reference.saved));
         self.saved = saved;
+        self.is_unusable = false;
         *reference = Reference {
             readings: reference.saved.clone(),
             saved: reference.saved.clone(),
@@ -641,11 +648,42 @@ impl World {
         self.count("reset");
     }
 
-    /// Lets host and firmware behave well until the scan finishes.
-    fn finish(&mut self) {
+    /// Lets host and firmware behave well. A recipe that was not found unusable must be fetched, after the longest pause.
+    fn fetch(&mut self) {
+        let host = self.config.host;
+        if host == Host::Absent || self.config.recipe_bytes == 0 || self.is_unusable {
+            return;
+        }
         self.host.mood = Mood::Good;
+        self.host.offered = Some(encoded_recipe(ModelKind::CookTorrance));
+        for _ in 0..MAX_POLLS {
+            let now = self.now;
+            match self.driver().poll(now) {
+                Action::Install { .. } => return,
+                Action::Failed(_) => self.driver().resume(),
+                Action::Wait if !self.driver().outgoing().is_empty() => self.now += 10,
+                _ => self.now += 500,
+            }
+            // Another hello, as at the next scan.
+            if self.below(100) == 0 {
+                self.driver().restart();
+            }
+            self.exchange();
+        }
+        panic!("the recipe is not fetched: {:?}", self.driver());
+    }
+
+    /// Lets host and firmware behave well until the scan finishes. A host that listens may be silent.
+    fn finish(&mut self) {
+        self.host.mood = match self.config.host == Host::Listens && self.below(2) == 0 {
+            true => Mood::Silent,
+            false => Mood::Good,
+        };
         self.host.offered = None;
-        self.driver().resume();
+        match self.host.mood {
+            Mood::Silent => self.driver().restart(), // a finished scan would wait for its host
+            _ => self.driver().resume(),
+        }
         for _ in 0..MAX_POLLS {
             let now = self.now;
             let action = self.driver().poll(now);
@@ -708,6 +746,7 @@ fn random_histories_keep_all_invariants() {
             for _ in 0..EVENTS {
                 world.event();
             }
+            world.fetch();
             world.finish();
         }));
         if let Err(panic) = result {

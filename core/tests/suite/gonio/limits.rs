@@ -3,10 +3,10 @@
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::{Arm, Directions, DirectionsError};
-use glimpse_core::gonio::{Limits, LimitsError, Unreachable};
+use glimpse_core::gonio::{Limits, LimitsError, Machine, Unreachable};
 use proptest::prelude::*;
 
-use super::{at, close};
+use super::{arms, at, close};
 
 fn limits() -> Limits {
     Limits {
@@ -74,6 +74,59 @@ fn rejects_invalid_directions() {
     let unreachable = Unreachable::Directions(error);
     assert_eq!(pair.check(), Err(error));
     assert_eq!(Limits::NONE.check(&pair), Err(unreachable));
+}
+
+/// A limit that is NaN was no limit, also when it was decoded.
+#[test]
+fn not_a_number_limits_everything() {
+    let fields: [fn(&mut Limits); 3] = [
+        |limits| limits.max_theta_i = f32::NAN,
+        |limits| limits.max_theta_o = f32::NAN,
+        |limits| limits.min_separation = f32::NAN,
+    ];
+    for change in fields {
+        let mut limits = limits();
+        change(&mut limits);
+        assert!(limits.check(&at([30.0, 0.0, 40.0, 180.0])).is_err());
+        let mut buffer = [0; 16];
+        let bytes = postcard::to_slice(&limits, &mut buffer).unwrap();
+        assert!(postcard::from_bytes::<Limits>(bytes).is_err());
+    }
+    let mut buffer = [0; 16];
+    let bytes = postcard::to_slice(&limits(), &mut buffer).unwrap();
+    assert_eq!(postcard::from_bytes(bytes), Ok(limits()));
+}
+
+/// Axes that a machine lacks limit its reach.
+#[test]
+fn missing_axes_limit_reach() {
+    let machine = |change: &dyn Fn(&mut Machine)| {
+        let mut machine = Machine::new(limits());
+        machine.fixed = arms([45.0, 0.0, 30.0, 90.0]);
+        change(&mut machine);
+        machine
+    };
+    let in_reach = at([45.0, 0.0, 30.0, 90.0]);
+    let missing = Err(Unreachable::MissingAxis);
+    for speed in [0.0, -1.0, f32::NAN] {
+        let lacks_theta_i = machine(&|machine| machine.speeds.theta_i = speed);
+        assert_eq!(lacks_theta_i.check(&in_reach), Ok(()));
+        assert_eq!(lacks_theta_i.check(&at([44.0, 0.0, 30.0, 90.0])), missing);
+        let lacks_azimuths = machine(&|machine| {
+            (machine.speeds.phi_i, machine.speeds.phi_o) = (speed, speed);
+        });
+        assert_eq!(lacks_azimuths.check(&in_reach), Ok(()));
+        // Only the difference of the azimuths matters.
+        assert_eq!(lacks_azimuths.check(&at([20.0, 70.0, 60.0, 160.0])), Ok(()));
+        assert_eq!(lacks_azimuths.check(&at([45.0, 0.0, 30.0, 91.0])), missing);
+        let lacks_phi_i = machine(&|machine| machine.speeds.phi_i = speed);
+        assert_eq!(lacks_phi_i.check(&at([45.0, 10.0, 30.0, 200.0])), Ok(()));
+    }
+    let beyond = at([70.0, 0.0, 30.0, 90.0]);
+    assert!(matches!(
+        machine(&|_| {}).check(&beyond),
+        Err(Unreachable::ThetaI { .. })
+    ));
 }
 
 #[test]

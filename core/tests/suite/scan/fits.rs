@@ -1,12 +1,17 @@
 //! A fit requires all readings, and its result does not depend on the budgets of its slices.
 
-use glimpse_core::fit::{Fitter, Progress};
+use std::cell::Cell;
+
+use glimpse_core::fit::{Algorithm, Channels, FitMethod, Fitter, ModelMismatch, Progress};
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::model::linear::Basis;
+use glimpse_core::model::{ModelKind, Phong, Samples};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{FinishError, FitError, Reading};
 use proptest::prelude::*;
 
 use crate::scanning::{
-    Any, SAMPLES, empty_scans, fit, for_every_fitter, full_scan, new_scan, record,
+    Any, SAMPLES, empty_scans, fit, for_every_fitter, full_scan, new_scan, recipe_for, record,
     synthetic_reading,
 };
 
@@ -138,4 +143,94 @@ proptest! {
     ) {
         for_every_fitter!(check_slices, &brdfs, &budgets);
     }
+}
+
+/// Phong, with a count of its evaluations.
+struct CountedPhong;
+
+thread_local! {
+    static EVALUATIONS: Cell<u32> = const { Cell::new(0) };
+}
+
+impl Fitter for CountedPhong {}
+
+impl Algorithm for CountedPhong {
+    fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, ModelMismatch> {
+        <Phong as Algorithm>::words(method, samples)
+    }
+
+    fn total(method: &FitMethod<'_>, samples: usize) -> u32 {
+        <Phong as Algorithm>::total(method, samples)
+    }
+
+    fn start(words: &mut [f32], method: &FitMethod<'_>, channels: Channels) {
+        <Phong as Algorithm>::start(words, method, channels);
+    }
+
+    fn advance(
+        words: &mut [f32],
+        method: &FitMethod<'_>,
+        samples: Samples<'_>,
+        channels: Channels,
+        done: u32,
+        budget: u32,
+    ) -> u32 {
+        <Phong as Algorithm>::advance(words, method, samples, channels, done, budget)
+    }
+
+    fn values<'w>(words: &'w [f32], method: &FitMethod<'_>) -> [&'w [f32]; 3] {
+        <Phong as Algorithm>::values(words, method)
+    }
+
+    fn predicted_loss(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
+        <Phong as Algorithm>::predicted_loss(words, method)
+    }
+
+    fn innovation(words: &[f32], method: &FitMethod<'_>) -> Option<f32> {
+        <Phong as Algorithm>::innovation(words, method)
+    }
+
+    fn at_sample(
+        words: &[f32],
+        method: &FitMethod<'_>,
+        index: usize,
+        at: &HalfDifference<f32>,
+    ) -> [f32; 3] {
+        EVALUATIONS.set(EVALUATIONS.get() + 1);
+        <Phong as Algorithm>::at_sample(words, method, index, at)
+    }
+
+    fn brdf(
+        words: &[f32],
+        method: &FitMethod<'_>,
+        basis: Option<&Basis<'_>>,
+        at: &HalfDifference<f32>,
+    ) -> Option<[f32; 3]> {
+        EVALUATIONS.set(EVALUATIONS.get() + 1);
+        <Phong as Algorithm>::brdf(words, method, basis, at)
+    }
+}
+
+/// `finish` did the checks at once: 24 evaluations of the BRDF, where a poll promises one per unit.
+#[test]
+fn checks_are_sliced() {
+    let mut scan = new_scan::<CountedPhong>(recipe_for(ModelKind::Phong));
+    record(&mut scan, 0..SAMPLES as u16, synthetic_reading);
+    let mut fit = scan.fit().unwrap();
+    let mut all = 0;
+    loop {
+        let is_complete = fit.advance(1).is_complete();
+        let count = EVALUATIONS.take();
+        assert!(count <= 1, "{count} evaluations in a unit");
+        all += count;
+        if is_complete {
+            break;
+        }
+    }
+    let finished = fit.finish().map(|_| ());
+    assert!(matches!(
+        finished,
+        Ok(()) | Err(FinishError::Implausible(_))
+    ));
+    assert_eq!((all, EVALUATIONS.get()), (8 + 16, 0));
 }

@@ -1,5 +1,6 @@
 //! Schedule prior on the command line.
 
+use glimpse_core::gonio::Machine;
 use glimpse_core::recipe::Recipe;
 use serde_json::Value;
 
@@ -78,7 +79,7 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
         let recipe = Recipe::parse(&bytes).expect("a valid recipe");
         let limits = recipe.metadata().expect("valid metadata").limits;
         let limits = limits.expect("stated limits");
-        assert_eq!(recipe.out_of_reach(&limits), None);
+        assert_eq!(recipe.out_of_reach(&Machine::new(limits)), None);
         assert!((limits.min_separation.to_degrees() - 10.0).abs() < 1e-4);
     }
 }

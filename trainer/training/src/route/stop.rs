@@ -112,6 +112,8 @@ pub fn stops(
 
 #[cfg(test)]
 mod tests {
+    use glimpse_core::gonio::Machine;
+
     use super::*;
 
     const NEURAL: &[u8] = include_bytes!("../../../../core/examples/recipes/neural-n8.recipe");
@@ -128,7 +130,7 @@ mod tests {
         let indices: Vec<usize> = unreachable.iter().map(|sample| sample.index).collect();
         assert_eq!(indices, [6, 7]);
         let first = recipe
-            .out_of_reach(&limits)
+            .out_of_reach(&Machine::new(limits))
             .expect("a sample is out of reach");
         assert_eq!((first.0, first.1), (6, unreachable[0].reason));
         assert!(matches!(unreachable[0].reason, Unreachable::ThetaO { .. }));

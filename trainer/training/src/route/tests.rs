@@ -213,9 +213,9 @@ fn agrees_with_device_implementation() {
                 theta_o: radians(speeds.theta_o),
                 phi_o: radians(speeds.phi_o),
             },
-            limits: Limits::NONE,
             isotropic: machine.isotropic,
-            through_normal: false,
+            fixed: arm_angles(&machine.start),
+            ..gonio::Machine::new(Limits::NONE)
         };
         let stops = random_stops(40, false, &mut random);
         let route = Route::new(&machine, &stops, Order::Progressive, 0);
