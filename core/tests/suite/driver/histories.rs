@@ -160,7 +160,7 @@ impl Computer {
     }
 }
 
-/// What must hold.
+/// The state that the driver must have.
 #[derive(Default)]
 struct Reference {
     /// All readings of the scan.
