@@ -85,7 +85,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Goniometer<S, D, H> {
     /// the lamp's, then the azimuths.
     ///
     /// # Errors
-    /// If an axis is moving, or there is no safe route. No axis moves then.
+    /// If an axis is moving, or no route is safe. No axis moves then.
     pub fn home(&mut self) -> Result<(), MotionError> {
         self.check_rest()?;
         if let Some(from) = self.angles() {
@@ -99,8 +99,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin> Goniometer<S, D, H> {
     /// Sends the axes to angles in radians along a safe route. Each may differ by a full turn.
     ///
     /// # Errors
-    /// If an axis is moving or not homed, an angle is NaN or out of reach, or there is no safe route. No axis moves
-    /// then.
+    /// If an axis is moving or not homed, an angle is NaN or out of reach, or no route is safe. No axis moves then.
     pub fn go_to(&mut self, angles: AxisAngles) -> Result<(), MotionError> {
         self.check_rest()?;
         let from = self.angles().filter(|_| self.is_homed);

@@ -48,7 +48,7 @@ impl<F: NorFlash, const SAMPLES: usize> Store<F, SAMPLES> {
     /// `buffer`, whole blocks of 32 bytes. After an error the old recipe stays active; the transfer may start again.
     ///
     /// # Errors
-    /// If there is no transfer, the bytes are not a recipe, `accepts` declines it, the buffer is too small, or the
+    /// If no transfer is under way, the bytes are not a recipe, `accepts` declines it, the buffer is too small, or the
     /// flash cannot be written.
     pub fn install<'b>(
         &mut self,
