@@ -67,27 +67,11 @@ impl Firmware {
     /// If the file does not exist, or holds another recipe than the repository.
     #[must_use]
     pub fn load() -> Self {
-        Self::read_default(
-            env::var_os("GLIMPSE_FIRMWARE").map_or_else(|| DEFAULT_PATH.into(), PathBuf::from),
+        let path = env::var_os("GLIMPSE_FIRMWARE");
+        Self::read(
+            path.map_or_else(|| DEFAULT_PATH.into(), PathBuf::from),
+            RECIPE,
         )
-    }
-
-    /// Reads the motion firmware for the simulated scanner.
-    ///
-    /// # Panics
-    /// As [`Firmware::load`].
-    #[must_use]
-    pub fn load_arms() -> Self {
-        Self::read_default(Path::new(DEFAULT_PATH).with_file_name("arms-simulated"))
-    }
-
-    /// Reads the motion firmware for a board.
-    ///
-    /// # Panics
-    /// As [`Firmware::load`].
-    #[must_use]
-    pub fn load_arms_board() -> Self {
-        Self::read_default(Path::new(DEFAULT_PATH).with_file_name("arms-board"))
     }
 
     /// Reads the firmware of a model. Its image holds the model's largest bundled recipe.
@@ -100,10 +84,6 @@ impl Firmware {
         let bundled = bundled::find(&name).unwrap_or_else(|| panic!("no bundled recipe {name}"));
         let path = format!("{DEFAULT_PATH}-{}", model.name());
         Self::read(path.into(), bundled.bytes)
-    }
-
-    fn read_default(path: PathBuf) -> Self {
-        Self::read(path, RECIPE)
     }
 
     fn read(path: PathBuf, recipe: &'static [u8]) -> Self {

@@ -1,0 +1,117 @@
+//! Settings of an axis.
+
+use core::f32::consts::TAU;
+
+use glimpse_core::gonio::Limits;
+
+use crate::error::MotionError;
+
+/// The largest step count: `f32` represents the angles of all steps up to it.
+const MAX_STEPS: f32 = 4_194_304.0;
+/// The smallest travel of an axis, steps.
+const MIN_TRAVEL: i32 = 100;
+
+/// Settings of an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Steps per radian of the arm, microsteps and gear included.
+    pub steps_per_radian: f32,
+    /// Maximum speed, steps/s.
+    pub speed: f32,
+    /// Acceleration, steps/s².
+    pub acceleration: f32,
+    /// Speed of the slow approach to the switch, steps/s. The motor must start and stop at it without a ramp.
+    pub homing_speed: f32,
+    /// Angle at which the switch opens, radians: below `min_angle` or above `max_angle` by at most a tenth of the travel.
+    /// The switch stays open beyond it.
+    pub home: f32,
+    /// Smallest angle of a sample, radians.
+    pub min_angle: f32,
+    /// Largest angle of a sample, radians.
+    pub max_angle: f32,
+    /// Tolerance of the position at which the switch opens, steps: from 0 to a twentieth of the travel.
+    pub tolerance: i32,
+    /// True if a low direction pin increases the angle.
+    pub reversed: bool,
+}
+
+impl Settings {
+    /// Part of the travel, a tenth: the maximum of lost steps with which an axis still finds its switch.
+    pub(crate) const LOST: i32 = 10;
+
+    /// Checks the ranges of all fields.
+    ///
+    /// # Errors
+    /// [`MotionError::Settings`] with the name of the first field that is NaN or out of range.
+    pub fn validate(&self) -> Result<(), MotionError> {
+        // These forms of the conditions reject NaN too.
+        let is_positive = |value: f32| value > 0.0 && value.is_finite();
+        let is_countable = |angle: f32| libm::fabsf(angle * self.steps_per_radian) <= MAX_STEPS;
+        let gap = self.distance(self.steps(self.clamp(self.home)));
+        let tolerances = 0..=self.travel() / 20;
+        let checks = [
+            ("steps_per_radian", is_positive(self.steps_per_radian)),
+            ("speed", is_positive(self.speed)),
+            ("acceleration", is_positive(self.acceleration)),
+            ("homing_speed", is_positive(self.homing_speed)),
+            ("min_angle", is_countable(self.min_angle)),
+            ("max_angle", is_countable(self.max_angle)),
+            ("max_angle", self.min_angle < self.max_angle),
+            ("home", is_countable(self.home) && gap > 0),
+            ("home", gap <= self.margin(Self::LOST)),
+            ("steps_per_radian", self.travel() >= MIN_TRAVEL),
+            ("tolerance", tolerances.contains(&self.tolerance)),
+        ];
+        let invalid = checks.into_iter().find(|(_, is_valid)| !is_valid);
+        invalid.map_or(Ok(()), |(field, _)| Err(MotionError::Settings(field)))
+    }
+
+    /// Returns the step nearest to an angle in radians.
+    pub fn steps(&self, angle: f32) -> i32 {
+        libm::roundf(angle * self.steps_per_radian) as i32
+    }
+
+    /// Returns the angle of a step, radians.
+    pub fn angle(&self, steps: i32) -> f32 {
+        steps as f32 / self.steps_per_radian
+    }
+
+    /// Returns an equivalent of this angle within the limits, radians. It may differ by a full turn, and by
+    /// [`Limits::TOLERANCE`] at a limit.
+    ///
+    /// # Errors
+    /// [`MotionError::OutOfReach`] for NaN and for angles out of reach.
+    pub fn reach(&self, angle: f32) -> Result<f32, MotionError> {
+        let reachable = self.min_angle - Limits::TOLERANCE..=self.max_angle + Limits::TOLERANCE;
+        let mut turned = [angle, angle - TAU, angle + TAU].into_iter();
+        let turned = turned.find(|angle| reachable.contains(angle));
+        Ok(self.clamp(turned.ok_or(MotionError::OutOfReach(angle))?))
+    }
+
+    /// Returns the angle within the limits that is nearest to this one.
+    pub(crate) fn clamp(&self, angle: f32) -> f32 {
+        angle.max(self.min_angle).min(self.max_angle)
+    }
+
+    /// Returns the steps between the switch and the far end of the travel.
+    pub fn travel(&self) -> i32 {
+        let distance = |end: f32| self.distance(self.steps(end));
+        distance(self.min_angle).max(distance(self.max_angle))
+    }
+
+    /// Returns true if the angle increases away from the switch.
+    pub(crate) fn is_home_low(&self) -> bool {
+        self.home < self.min_angle
+    }
+
+    /// Returns the distance of a position from the switch, steps.
+    pub(crate) fn distance(&self, position: i32) -> i32 {
+        let steps = position.saturating_sub(self.steps(self.home));
+        steps.saturating_mul(if self.is_home_low() { 1 } else { -1 })
+    }
+
+    /// Returns a part of the travel, such as a tenth for 10, but at least 2 steps, plus the tolerance.
+    pub(crate) fn margin(&self, part: i32) -> i32 {
+        (self.travel() / part).max(2).saturating_add(self.tolerance)
+    }
+}

@@ -1,0 +1,28 @@
+//! The error of a store.
+
+use glimpse_core::recipe::RecipeError;
+use glimpse_core::scan::{ReadingError, ScanError};
+
+/// Result of a call of a store.
+pub(super) type Result<T = ()> = core::result::Result<T, StoreError>;
+
+/// An error of a store, which keeps its state from before the failed call.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StoreError {
+    /// The flash could not be read, written or erased: check the layout's offset.
+    Flash,
+    /// The layout is too small or too large, or is not of whole sectors.
+    Layout,
+    /// The scan, or the recipe for its slot or buffer, is too large.
+    TooLarge,
+    /// A part of a recipe does not follow the previous part: send the recipe again from its start.
+    OutOfOrder,
+    /// The current scan has no sample with this index.
+    NoSample,
+    /// The reading is invalid: take it again.
+    Reading(ReadingError),
+    /// The bytes are not a valid recipe.
+    Recipe(RecipeError),
+    /// The recipe is valid, but the firmware declines it.
+    Declined(ScanError),
+}
