@@ -1,42 +1,87 @@
 //! The main loop of a scanner's firmware, without I/O and without a clock.
 //!
 //! A [`Driver`] receives bytes from the line, readings, and the time. It returns the next [`Action`] and the bytes to
-//! send. The firmware owns motors, sensor, UART, flash, clock and the loop:
+//! send. The firmware owns motors, sensor, UART, flash, clock and the loop. This one has three axes, a host that it does
+//! not need, and readings that survive a reset:
 //!
 //! ```
 //! use glimpse_core::driver::{Action, Config, Driver, Host};
+//! use glimpse_core::geometry::ArmAngles;
+//! use glimpse_core::gonio::{Limits, Machine, Speeds};
+//! use glimpse_core::link::Failure;
 //! use glimpse_core::model::Neural;
-//! use glimpse_core::recipe::{Recipe, memory_words};
-//! use glimpse_core::scan::{Reading, Scan};
+//! use glimpse_core::recipe::{Recipe, max_samples, memory_words};
+//! use glimpse_core::scan::{Reading, Saved, SavedError, Scan};
 //!
-//! # fn now_ms() -> u64 { 0 }
-//! # fn sleep(delay_ms: Option<u32>) {}
 //! static RECIPE: &[u8] = include_bytes!("../examples/recipes/neural-n8.recipe");
-//! let mut memory = [0.0; memory_words(&[RECIPE])];
-//! let recipe = Recipe::parse(RECIPE).unwrap(); // firmware reports errors, see `Driver::without_scan`
-//! let scan = Scan::<Neural>::new(recipe, &mut memory).unwrap();
-//! let mut driver = Driver::new(scan, Config::new(Host::Absent));
-//! loop {
-//!     match driver.poll(now_ms()) {
-//!         Action::Measure { index, .. } => {
-//!             // Move the arms. If they fail: `driver.fail(Failure::Machine)`.
-//!             let reading = Reading::new([0.1 + 0.01 * f32::from(index); 3]);
-//!             let _ = driver.record(index, reading); // the driver requests an invalid reading again
+//! const SLOT_BYTES: usize = Saved::slot_bytes(max_samples(&[RECIPE]));
+//!
+//! # struct Board { now_ms: u64, arms: ArmAngles, flash: [[u8; SLOT_BYTES]; 2] }
+//! # impl Board {
+//! #     fn boot_count(&self) -> u32 { 1 }
+//! #     fn now_ms(&mut self) -> u64 { self.now_ms += 1; self.now_ms }
+//! #     fn uart_read(&mut self) -> Option<u8> { None }
+//! #     fn uart_write(&mut self, _: u8) -> bool { true }
+//! #     fn sleep_ms(&mut self, _: Option<u32>) {}
+//! #     fn move_and_read(&mut self, to: ArmAngles) -> Option<Reading> {
+//! #         self.arms = to;
+//! #         Some(Reading::new([0.2, 0.1, 0.01 * to.incoming.theta]))
+//! #     }
+//! #     fn write_flash(&mut self, slot: usize, bytes: &[u8]) -> Result<(), SavedError> {
+//! #         self.flash[slot][..bytes.len()].copy_from_slice(bytes);
+//! #         Ok(())
+//! #     }
+//! # }
+//! fn scan_one_material(board: &mut Board) -> Result<(), Failure> {
+//!     // The lamp has no azimuth axis.
+//!     let speeds = Speeds { theta_i: 0.2, phi_i: 0.0, theta_o: 0.2, phi_o: 0.2 }; // rad/s
+//!     let machine = Machine { speeds, ..Machine::new(Limits::NONE) };
+//!     let mut config = Config::new(Host::Listens);
+//!     config.machine = Some(machine);
+//!     config.sequence_seed = board.boot_count();
+//!
+//!     let mut memory = [0.0; memory_words(&[RECIPE])]; // a static in real firmware
+//!     let recipe = Recipe::parse(RECIPE).map_err(Failure::Recipe)?;
+//!     let mut scan = Scan::<Neural>::new(recipe, &mut memory).map_err(Failure::Scan)?;
+//!     let (mut saved, _) = Saved::restore([&board.flash[0], &board.flash[1]], &mut scan);
+//!     let mut driver = Driver::new(scan, config);
+//!     loop {
+//!         while let Some(byte) = board.uart_read() {
+//!             driver.receive(byte);
 //!         }
-//!         Action::Finished(residual) => {
-//!             let scan = driver.scan().unwrap();
-//!             println!("{:?}", scan.fitted().unwrap().values().next());
-//!             println!("{} {:?}", residual.mean, residual.implausible);
-//!             break; // `restart` begins a scan of the next material
+//!         match driver.poll(board.now_ms()) {
+//!             Action::Measure { .. } => {
+//!                 let next = machine.nearest(driver.scan()?.pending(), &board.arms);
+//!                 match next.and_then(|next| Some((next.index, board.move_and_read(next.arms)?))) {
+//!                     // The driver requests a sample with an invalid reading again.
+//!                     Some((index, reading)) => _ = driver.record(index, reading),
+//!                     None => driver.fail(Failure::Machine),
+//!                 }
+//!             }
+//!             Action::Save { .. } => {
+//!                 let write = |slot: usize, bytes: &[u8]| board.write_flash(slot, bytes);
+//!                 let _ = saved.write(driver.scan()?, &mut [0; SLOT_BYTES], write); // a reset loses it
+//!             }
+//!             Action::Finished(residual) => {
+//!                 let fitted = driver.scan()?.fitted();
+//!                 println!("{} {:?}", residual.mean, fitted.and_then(|fitted| fitted.values().next()));
+//!                 return Ok(()); // or poll on: a host may listen later; `restart` begins the next scan
+//!             }
+//!             Action::Forget => _ = saved.clear(|slot, bytes| board.write_flash(slot, bytes)),
+//!             // Nothing moves until `driver.resume()`, which keeps the readings, or `driver.restart()`.
+//!             Action::Failed(failure) => return Err(failure),
+//!             Action::Wait => board.sleep_ms(driver.poll_delay(board.now_ms())),
+//!             _ => {} // `Store` and `Install`, if the device can store recipes
 //!         }
-//!         // Nothing moves until `resume`, which keeps the readings, or `restart`.
-//!         Action::Failed(failure) => panic!("{failure}"),
-//!         Action::Save { .. } => {} // `Saved::write`, to memory that survives a reset
-//!         Action::Forget => {}      // `Saved::clear`
-//!         Action::Wait => sleep(driver.poll_delay(now_ms())),
-//!         _ => {} // `Store` and `Install`, if the device can store recipes
+//!         while let Some(byte) = driver.outgoing().first()
+//!             && board.uart_write(*byte)
+//!         {
+//!             driver.sent(1);
+//!         }
 //!     }
 //! }
+//! # let mut board = Board { now_ms: 0, arms: ArmAngles::default(), flash: [[0; SLOT_BYTES]; 2] };
+//! # scan_one_material(&mut board).unwrap();
 //! ```
 //!
 //! # Guarantees
