@@ -29,6 +29,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rustc-link-search={}", out.display());
     println!("cargo::rustc-link-arg-bins=-Tlink.x");
     println!("cargo::rustc-link-arg-bins=-Tdefmt.x");
+    if env::var_os("CARGO_FEATURE_PROVE_NO_PANIC").is_some() {
+        // defmt's default handler is always linked, and panics. Nothing calls it.
+        println!("cargo::rustc-link-arg-bins=--defsym=__defmt_default_panic=Reset");
+    }
     // Sections in flash need no padding to 64 KiB pages.
     println!("cargo::rustc-link-arg-bins=--nmagic");
     Ok(())

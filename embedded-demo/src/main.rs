@@ -159,9 +159,18 @@ fn is_fitting(driver: &Driver<'_, Model>) -> bool {
         .is_ok_and(|scan| scan.next_pending().is_none() && scan.fitted().is_none())
 }
 
-/// Restarts the firmware. No code of this firmware panics, so this is a precaution.
+/// Restarts the firmware. No code of this firmware panics, so this is a precaution. With the feature `prove-no-panic` it
+/// calls an undefined function instead, so a firmware that can panic does not link.
 #[panic_handler]
 fn panic(_: &PanicInfo) -> ! {
+    #[cfg(feature = "prove-no-panic")]
+    {
+        unsafe extern "C" {
+            safe fn panic_is_reachable() -> !;
+        }
+        panic_is_reachable()
+    }
+    #[cfg(not(feature = "prove-no-panic"))]
     reset()
 }
 

@@ -30,11 +30,8 @@ fn main() {
             "static_ram_bytes",
             "stack_bytes",
         ];
-        println!(
-            "| {} | {} |",
-            name.replace('.', " | "),
-            columns.map(cell).join(" | ")
-        );
+        let (target, model) = name.rsplit_once('.').unwrap_or_default();
+        println!("| {target} | {model} | {} |", columns.map(cell).join(" | "));
     }
 }
 

@@ -22,14 +22,14 @@ pub struct FitBinary {
     builds: Builds,
 }
 
-/// The builds of a binary. On targets other than the board's, some of the fits represent all of them.
+/// The builds of a binary with libm. Some of the fits represent all of them on targets other than the board's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Builds {
-    /// For every target with libm, and for the board's target with micromath.
-    All,
-    /// For every target with libm.
+    /// For every target.
     Targets,
-    /// For the board's target with libm.
+    /// For the targets with a floating-point unit.
+    Fpu,
+    /// For the board's target.
     Board,
 }
 
@@ -47,24 +47,30 @@ impl FitBinary {
     pub fn is_built(&self, target: Target, library: MathLibrary) -> bool {
         let is_board = target == TARGETS[0];
         match library {
-            MathLibrary::Libm => is_board || self.builds != Builds::Board,
-            MathLibrary::Micromath => is_board && self.builds == Builds::All,
+            MathLibrary::Libm => match self.builds {
+                Builds::Targets => true,
+                Builds::Fpu => target.has_fpu(),
+                Builds::Board => is_board,
+            },
+            MathLibrary::Micromath => {
+                is_board && ["linear", "phong", "cook-torrance", "neural"].contains(&self.name)
+            }
         }
     }
 }
 
 /// All measured fits.
 pub const FIT_BINARIES: [FitBinary; 16] = [
-    FitBinary::new("linear", recipes::LINEAR, Builds::All),
-    FitBinary::new("phong", recipes::PHONG, Builds::All),
-    FitBinary::new("cook-torrance", recipes::COOK_TORRANCE, Builds::All),
-    FitBinary::new("neural", recipes::NEURAL, Builds::All),
+    FitBinary::new("linear", recipes::LINEAR, Builds::Targets),
+    FitBinary::new("phong", recipes::PHONG, Builds::Fpu),
+    FitBinary::new("cook-torrance", recipes::COOK_TORRANCE, Builds::Fpu),
+    FitBinary::new("neural", recipes::NEURAL, Builds::Fpu),
     FitBinary::new("linear-completed", completed::LINEAR, Builds::Targets),
-    FitBinary::new("phong-completed", completed::PHONG, Builds::Board),
+    FitBinary::new("phong-completed", completed::PHONG, Builds::Fpu),
     FitBinary::new(
         "cook-torrance-completed",
         completed::COOK_TORRANCE,
-        Builds::Board,
+        Builds::Fpu,
     ),
     FitBinary::new("neural-completed", completed::NEURAL, Builds::Targets),
     FitBinary::new("linear-masked", masked::LINEAR, Builds::Board),

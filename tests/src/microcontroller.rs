@@ -27,13 +27,23 @@ impl Target {
     pub fn has_cycle_table(&self) -> bool {
         self.triple == "thumbv7em-none-eabihf"
     }
+
+    /// Returns true if it has a floating-point unit.
+    #[must_use]
+    pub fn has_fpu(&self) -> bool {
+        self.triple.ends_with("hf")
+    }
 }
 
-/// All targets: Cortex-M4F, Cortex-M4 without its floating-point unit, Cortex-M0, and RISC-V.
-pub const TARGETS: [Target; 4] = [
+/// All targets: Cortex-M4F, Cortex-M33, Cortex-M4 without its floating-point unit, Cortex-M0, and RISC-V.
+pub const TARGETS: [Target; 5] = [
     Target {
         triple: "thumbv7em-none-eabihf",
         emulator: &["qemu-system-arm", "-machine", "netduinoplus2"],
+    },
+    Target {
+        triple: "thumbv8m.main-none-eabihf",
+        emulator: &["qemu-system-arm", "-machine", "mps2-an505"],
     },
     Target {
         triple: "thumbv7em-none-eabi",

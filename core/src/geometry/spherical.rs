@@ -39,7 +39,7 @@ impl Spherical {
 /// The angles of both arms.
 ///
 /// ```
-/// use glimpse_core::geometry::{ArmAngles, HalfDifference, Spherical};
+/// use glimpse_core::geometry::{ArmAngles, Spherical};
 ///
 /// let arms = ArmAngles {
 ///     incoming: Spherical { theta: 0.5, phi: 0.0 },
@@ -50,10 +50,9 @@ impl Spherical {
 /// // The conversion is reversible.
 /// let same = ArmAngles::from_directions(&directions);
 /// assert!((same.outgoing.phi - 3.0).abs() < 1e-6);
-/// // Turning both arms together changes neither half vector nor difference vector.
-/// let [original, turned] = [arms, arms.turned(1.0)]
-///     .map(|arms| HalfDifference::from_directions(&arms.directions()).unwrap());
-/// assert!((original.dx - turned.dx).abs() < 1e-5);
+/// // Turning both arms together keeps the angle between them.
+/// let turned = arms.turned(1.0).directions();
+/// assert!((directions.separation() - turned.separation()).abs() < 1e-5);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -1,6 +1,6 @@
 //! Instruction counter for each machine, and the peak depth of the stack.
 
-/// Instruction counter for intervals below 2^24 ticks of SysTick: 0.1 s at 168 MHz, 1 s at 16 MHz. QEMU runs with
+/// Instruction counter for intervals below 2^24 ticks of SysTick: 0.1 s at 168 MHz, 0.8 s at 20 MHz. QEMU runs with
 /// `-icount shift=0`, where each instruction takes a nanosecond.
 #[cfg(target_arch = "arm")]
 pub mod counter {
@@ -8,9 +8,11 @@ pub mod counter {
     use cortex_m::peripheral::SYST;
     use cortex_m::peripheral::syst::SystClkSource;
 
-    /// SysTick frequency of QEMU's machines: netduinoplus2, or microbit.
-    const HZ: u64 = if cfg!(target_feature = "v7") {
+    /// SysTick frequency of QEMU's machines: netduinoplus2, mps2-an505, or microbit.
+    const HZ: u64 = if cfg!(chip = "stm32f405") {
         168_000_000
+    } else if cfg!(chip = "mps2-an505") {
+        20_000_000
     } else {
         16_000_000
     };

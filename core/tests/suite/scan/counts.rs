@@ -18,7 +18,7 @@ type Any = AnyModel;
 
 /// A synthetic recipe of each model, and the recipes of the examples, which have large step sizes.
 fn recipes() -> Vec<Recipe<'static>> {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/recipes");
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/recipes");
     let files = std::fs::read_dir(folder).unwrap();
     let paths = files.map(|file| file.unwrap().path());
     let learned = paths.filter(|path| path.extension().is_some_and(|ending| ending == "recipe"));

@@ -1,0 +1,266 @@
+//! A proof: this binary links only if no function that it calls can reach a panic.
+//!
+//! It calls the public functions of `glimpse-core` that neither the C library nor the demo firmware calls. Those two are
+//! linked with the same panic handler: see `tests/capi.sh`, and `prove-no-panic` in `embedded-demo/Cargo.toml`.
+//!
+//! The panic handler calls an undefined function. All inputs are hidden from the optimizer, so any check that it
+//! removes, such as a bounds check, is unnecessary for every input. (The formatting of errors is not included: it
+//! belongs to the standard library. Overflow checks are not included either: release builds have none, and lengths and
+//! counts are bounded when a recipe is parsed.)
+
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use core::panic::PanicInfo;
+
+#[cfg(target_arch = "arm")]
+use cortex_m_rt::entry;
+#[cfg(target_arch = "riscv32")]
+use riscv_rt::entry;
+
+use glimpse_core::driver::Driver;
+use glimpse_core::error_code::ErrorCode;
+use glimpse_core::fit::{AnyModel, Fitter, Linear};
+use glimpse_core::geometry::{ArmAngles, Directions};
+use glimpse_core::gonio::{
+    Calibration, Footprint, Limits, Machine, Quantity, Repeated, Speeds, tile,
+};
+use glimpse_core::link::{Client, FRAME_BYTES, Received, Reply, Request, Server, Values};
+use glimpse_core::model::linear::Basis;
+use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
+use glimpse_core::recipe::{Field, Kind, Recipe, max_samples};
+use glimpse_core::scan::{Reading, Saved, Scan};
+
+unsafe extern "C" {
+    /// Undefined.
+    safe fn panic_is_reachable() -> !;
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    panic_is_reachable()
+}
+
+/// Bytes and numbers that are hidden from the optimizer.
+static BYTES: [u8; 64] = [0; 64];
+static NUMBERS: [f32; 32] = [0.0; 32];
+
+/// Hides a value from the optimizer. An enum may then have any variant.
+fn any<T: Copy>(value: T) -> T {
+    black_box(value)
+}
+
+fn bytes() -> &'static [u8] {
+    let length = any(64_usize);
+    black_box(&BYTES[..]).get(..length).unwrap_or_default()
+}
+
+fn numbers() -> &'static [f32] {
+    let length = any(32_usize);
+    black_box(&NUMBERS[..]).get(..length).unwrap_or_default()
+}
+
+fn reading() -> Reading {
+    Reading {
+        brdf: any([0.5; 3]),
+        saturated: any(false),
+    }
+}
+
+fn directions() -> Directions<f32> {
+    Directions {
+        incoming: any([0.0, 0.0, 1.0]),
+        outgoing: any([0.0, 0.0, 1.0]),
+    }
+}
+
+/// A scan whose model is a type. The C library takes the model from the recipe.
+#[inline(never)]
+fn scan<K: Fitter>() {
+    let (Ok(recipe), Ok(basis)) = (Recipe::parse(bytes()), Basis::parse(bytes())) else {
+        return;
+    };
+    let mut memory = [0.0; 64];
+    let memory = black_box(&mut memory)
+        .get_mut(..any(64))
+        .unwrap_or_default();
+    black_box(Scan::<K>::accept(&recipe, any(64)).is_ok());
+    let scan = Scan::<K>::new(recipe, memory);
+    let Ok(mut scan) = scan.and_then(|scan| scan.with_basis(basis)) else {
+        return;
+    };
+    scan.restart();
+    black_box((scan.next_pending(), scan.pending().count()));
+    black_box(scan.record(any(1), reading()).is_ok());
+    black_box((scan.reading(any(1)), scan.skip(any(1)).is_ok()));
+    black_box(scan.finish_early().is_ok());
+    if let Ok(mut fit) = scan.fit() {
+        black_box((fit.advance(any(8)), fit.progress()));
+    }
+    if let Some(fit) = scan.fit_under_way()
+        && let Ok(fitted) = fit.finish()
+    {
+        black_box((fitted.brdf(&directions()), fitted.residual()));
+        black_box((fitted.expected_loss(), fitted.predicted_loss()));
+        black_box((fitted.loss_bound(), fitted.is_unlike_training()));
+        fitted.values().for_each(|value| {
+            black_box(value);
+        });
+    }
+    black_box(scan.into_memory());
+}
+
+/// Functions of the driver that the C library does not call.
+#[inline(never)]
+fn driver(driver: &mut Driver<'_, AnyModel>) {
+    driver.decline(any(1));
+    black_box(driver.declined());
+}
+
+#[inline(never)]
+fn recipe() {
+    let Ok(recipe) = Recipe::parse(bytes()) else {
+        return;
+    };
+    recipe.directions().for_each(|each| {
+        black_box(each);
+    });
+    recipe.sections().for_each(|(kind, bytes)| {
+        black_box((kind.number(), kind.name(), kind.is_required(), bytes));
+    });
+    let mut buffer = [0; 64];
+    let kinds = [Kind::new(any(200)), Kind::MATERIALS];
+    let _ = black_box(recipe.copy_without(&kinds, black_box(&mut buffer[..])));
+    if let Ok(metadata) = recipe.metadata() {
+        black_box((metadata.limits, metadata.noise, metadata.training.is_some()));
+        metadata.materials.for_each(|material| {
+            black_box(material);
+        });
+    }
+    black_box((recipe.out_of_reach(&limits()), recipe.is_in_path_order()));
+    black_box((recipe.tolerates_missing(), recipe.bounds_partial_loss()));
+    black_box((recipe.basis_checksum(), max_samples(&[bytes()])));
+    let code = ErrorCode::from_code(any(32));
+    black_box(code.map(|code| (code.code(), code.text())));
+    black_box((any(ModelKind::Linear).name(), any(Field::Basis).range()));
+}
+
+#[inline(never)]
+fn saved() {
+    let Ok(recipe) = Recipe::parse(bytes()) else {
+        return;
+    };
+    let mut saved = Saved::<8>::read(bytes(), &recipe).unwrap_or_else(|_| Saved::new(&recipe));
+    black_box(saved.insert(any(1), reading()).is_ok());
+    let mut buffer = [0; Saved::<8>::BYTES];
+    let length = any(buffer.len());
+    let buffer = buffer.get_mut(..length).unwrap_or_default();
+    black_box(saved.write(buffer).is_ok());
+    saved.clear();
+    black_box(saved.readings());
+}
+
+fn limits() -> Limits {
+    Limits {
+        max_theta_i: any(1.0),
+        max_theta_o: any(1.0),
+        min_separation: any(0.1),
+        in_plane: any(true),
+    }
+}
+
+#[inline(never)]
+fn arms() {
+    let directions = directions();
+    black_box((directions.separation(), directions.out_of_plane()));
+    black_box(directions.turned(any(1.0)));
+    let arms = ArmAngles::from_directions(&directions);
+    black_box((arms.directions(), arms.turned(any(1.0))));
+    let limits = limits();
+    black_box((limits.validate().is_ok(), limits.check(&directions).is_ok()));
+    let speed = any(0.5);
+    let machine = Machine {
+        speeds: Speeds {
+            theta_i: speed,
+            phi_i: speed,
+            theta_o: speed,
+            phi_o: speed,
+        },
+        limits,
+        isotropic: any(true),
+        through_normal: any(false),
+    };
+    let pending = [directions; 8].into_iter().take(any(8));
+    black_box(machine.nearest(pending.map(|each| (any(1), each)), &arms));
+}
+
+#[inline(never)]
+fn sensor() {
+    let directions = directions();
+    let calibration = Calibration::new(any([1.0; 3]), any([2.0; 3]), any([0.9; 3]));
+    if let Ok(calibration) =
+        calibration.and_then(|calibration| calibration.saturating_at(any(4095.0)))
+    {
+        black_box(calibration.brdf(any([1.5; 3])).map(Reading::from)).ok();
+        let once = calibration.read_once_at(&directions, any(Footprint::LightLarger));
+        if let Ok(once) = once {
+            black_box(once.brdf(any([1.5; 3]), &directions)).ok();
+        }
+    }
+    let mut repeated = Repeated::new();
+    black_box(repeated.add(any([0.5; 3]), any(false))).ok();
+    black_box((repeated.mean(), repeated.variance(), repeated.count()));
+    let quantity = any(Quantity::Brdf);
+    black_box(quantity.to_brdf(any([0.5; 3]), &directions)).ok();
+    black_box(quantity.of_brdf(any([0.5; 3]), &directions)).ok();
+    let readings = [(directions, any([0.3; 3])); 8];
+    let readings = readings.get(..any(8)).unwrap_or_default();
+    black_box(tile::examine(readings, any([0.9; 3])));
+}
+
+/// The host's end of the link, and the device's without a driver.
+#[inline(never)]
+fn link() {
+    let mut frame = [0; FRAME_BYTES];
+    let length = any(frame.len());
+    let frame = frame.get_mut(..length).unwrap_or_default();
+    let mut client = Client::new(any(1));
+    let mut server = Server::new();
+    let request = black_box(Request::Values {
+        offset: any(0),
+        total: any(0),
+        values: Values::try_from(numbers()).unwrap_or_default(),
+    });
+    black_box(client.request(&request, frame).is_ok());
+    for byte in bytes() {
+        black_box(client.receive(*byte, &request).is_some());
+        if let Some(Ok(Received::New(_))) = black_box(server.receive(*byte)) {
+            let reply = black_box(Reply::Measured {
+                index: any(1),
+                reading: reading(),
+            });
+            black_box(server.reply(reply, frame).is_ok());
+        }
+    }
+}
+
+#[entry]
+fn main() -> ! {
+    scan::<Neural>();
+    scan::<Phong>();
+    scan::<CookTorrance>();
+    scan::<Linear>();
+    let mut slot = None;
+    if let Some(each) = black_box(&mut slot) {
+        driver(each);
+    }
+    recipe();
+    saved();
+    arms();
+    sensor();
+    link();
+    loop {
+        core::hint::spin_loop();
+    }
+}
