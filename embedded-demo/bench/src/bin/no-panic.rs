@@ -19,18 +19,15 @@ use cortex_m_rt::entry;
 #[cfg(target_arch = "riscv32")]
 use riscv_rt::entry;
 
-use glimpse_core::driver::Driver;
 use glimpse_core::error_code::ErrorCode;
-use glimpse_core::fit::{AnyModel, Fitter, Linear};
+use glimpse_core::fit::{Fitter, Linear};
 use glimpse_core::geometry::{ArmAngles, Directions};
-use glimpse_core::gonio::{
-    Calibration, Footprint, Limits, Machine, Quantity, Repeated, Speeds, tile,
-};
+use glimpse_core::gonio::{Limits, Machine, Quantity, tile};
 use glimpse_core::link::{Client, FRAME_BYTES, Received, Reply, Request, Server, Values};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
 use glimpse_core::recipe::{Field, Kind, Recipe, max_samples};
-use glimpse_core::scan::{Reading, Saved, Scan};
+use glimpse_core::scan::{Reading, Scan};
 
 unsafe extern "C" {
     /// Undefined.
@@ -111,13 +108,6 @@ fn scan<K: Fitter>() {
     black_box(scan.into_memory());
 }
 
-/// Functions of the driver that the C library does not call.
-#[inline(never)]
-fn driver(driver: &mut Driver<'_, AnyModel>) {
-    driver.decline(any(1));
-    black_box(driver.declined());
-}
-
 #[inline(never)]
 fn recipe() {
     let Ok(recipe) = Recipe::parse(bytes()) else {
@@ -138,36 +128,13 @@ fn recipe() {
             black_box(material);
         });
     }
-    black_box((recipe.out_of_reach(&limits()), recipe.is_in_path_order()));
+    let machine = Machine::new(any(Limits::NONE));
+    black_box((recipe.out_of_reach(&machine), recipe.is_in_path_order()));
     black_box((recipe.tolerates_missing(), recipe.bounds_partial_loss()));
     black_box((recipe.basis_checksum(), max_samples(&[bytes()])));
     let code = ErrorCode::from_code(any(32));
     black_box(code.map(|code| (code.code(), code.text())));
     black_box((any(ModelKind::Linear).name(), any(Field::Basis).range()));
-}
-
-#[inline(never)]
-fn saved() {
-    let Ok(recipe) = Recipe::parse(bytes()) else {
-        return;
-    };
-    let mut saved = Saved::<8>::read(bytes(), &recipe).unwrap_or_else(|_| Saved::new(&recipe));
-    black_box(saved.insert(any(1), reading()).is_ok());
-    let mut buffer = [0; Saved::<8>::BYTES];
-    let length = any(buffer.len());
-    let buffer = buffer.get_mut(..length).unwrap_or_default();
-    black_box(saved.write(buffer).is_ok());
-    saved.clear();
-    black_box(saved.readings());
-}
-
-fn limits() -> Limits {
-    Limits {
-        max_theta_i: any(1.0),
-        max_theta_o: any(1.0),
-        min_separation: any(0.1),
-        in_plane: any(true),
-    }
 }
 
 #[inline(never)]
@@ -177,40 +144,12 @@ fn arms() {
     black_box(directions.turned(any(1.0)));
     let arms = ArmAngles::from_directions(&directions);
     black_box((arms.directions(), arms.turned(any(1.0))));
-    let limits = limits();
-    black_box((limits.validate().is_ok(), limits.check(&directions).is_ok()));
-    let speed = any(0.5);
-    let machine = Machine {
-        speeds: Speeds {
-            theta_i: speed,
-            phi_i: speed,
-            theta_o: speed,
-            phi_o: speed,
-        },
-        limits,
-        isotropic: any(true),
-        through_normal: any(false),
-    };
-    let pending = [directions; 8].into_iter().take(any(8));
-    black_box(machine.nearest(pending.map(|each| (any(1), each)), &arms));
+    black_box(any(Limits::NONE).validate().is_ok());
 }
 
 #[inline(never)]
 fn sensor() {
     let directions = directions();
-    let calibration = Calibration::new(any([1.0; 3]), any([2.0; 3]), any([0.9; 3]));
-    if let Ok(calibration) =
-        calibration.and_then(|calibration| calibration.saturating_at(any(4095.0)))
-    {
-        black_box(calibration.brdf(any([1.5; 3])).map(Reading::from)).ok();
-        let once = calibration.read_once_at(&directions, any(Footprint::LightLarger));
-        if let Ok(once) = once {
-            black_box(once.brdf(any([1.5; 3]), &directions)).ok();
-        }
-    }
-    let mut repeated = Repeated::new();
-    black_box(repeated.add(any([0.5; 3]), any(false))).ok();
-    black_box((repeated.mean(), repeated.variance(), repeated.count()));
     let quantity = any(Quantity::Brdf);
     black_box(quantity.to_brdf(any([0.5; 3]), &directions)).ok();
     black_box(quantity.of_brdf(any([0.5; 3]), &directions)).ok();
@@ -251,12 +190,7 @@ fn main() -> ! {
     scan::<Phong>();
     scan::<CookTorrance>();
     scan::<Linear>();
-    let mut slot = None;
-    if let Some(each) = black_box(&mut slot) {
-        driver(each);
-    }
     recipe();
-    saved();
     arms();
     sensor();
     link();
