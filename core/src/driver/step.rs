@@ -88,7 +88,7 @@ impl<K: Fitter> Driver<'_, K> {
         }
     }
 
-    /// Fails because there is no scan. The host is told once.
+    /// Fails because there is no scan. The host receives the failure once.
     pub(super) fn fail_without_scan(&mut self, failure: Failure) {
         if self.is_no_scan_reported {
             self.pause.lengthen();

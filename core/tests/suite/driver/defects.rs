@@ -474,7 +474,7 @@ fn attempts_count_per_sample() {
             driver.scan().unwrap().reading(1),
             Some(synthetic_reading(1))
         );
-        // An unknown index is no attempt.
+        // An unknown index does not count as an attempt.
         for index in [6, u16::MAX] {
             let error = ReadingError::Index { index, samples: 6 };
             assert_eq!(

@@ -160,7 +160,7 @@ impl Computer {
     }
 }
 
-/// What must hold.
+/// The expected state of a driver.
 #[derive(Default)]
 struct Reference {
     /// All readings of the scan.
