@@ -6,7 +6,8 @@ macro_rules! error_codes {
         /// A stable number for each kind of error.
         ///
         /// The link transmits these numbers, and the C library returns them. The meaning of a number never changes.
-        /// Of the numbers that are not listed here, the C library uses 82, 83 and some up to 31. 49 is no longer used.
+        /// Of the numbers that are not listed here, the C library uses 82, 83, some up to 31, and negative ones. 49 is no
+        /// longer used.
         ///
         /// ```
         /// use glimpse_core::error_code::ErrorCode;

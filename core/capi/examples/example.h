@@ -29,8 +29,8 @@ static const struct {
     {"neural-completed", completed_begin, completed_end},
 };
 #define RECIPE_COUNT (sizeof RECIPES / sizeof RECIPES[0])
-/* Words of the largest recipe, as printed by trainer inspect completed/neural-n8.recipe. */
-#define RECIPE_WORDS 2396
+/* Words of the largest recipe, completed/neural-n8.recipe, as printed by trainer inspect. */
+#define RECIPE_WORDS 2404
 
 static inline float lobe(float sharpness, float theta_h)
 {
@@ -38,19 +38,36 @@ static inline float lobe(float sharpness, float theta_h)
     return 1.0f / (falloff * falloff);
 }
 
-/* Returns the reading of the simulated material: a diffuse color, and a highlight of two widths. It uses
-   only sums, products and quotients, which every machine rounds identically. A scanner would instead move
-   its arms to sample->directions, read its sensor, and divide the counts by those of a white tile. */
-static inline glimpse_reading read_sensor(const glimpse_sample *sample)
+/* Dark and white counts. The white was read once, with the light along its normal, and the light's spot is the
+   larger one. */
+static const glimpse_calibration CALIBRATION = {
+    .dark = {100, 100, 100},
+    .white = {3000, 3000, 3000},
+    .reflectance = {0.99f, 0.99f, 0.99f},
+    .saturation = 32767,
+    .footprint = GLIMPSE_FOOTPRINT_LIGHT_LARGER,
+    .reference = {{0, 0, 1}, {0.6f, 0, 0.8f}},
+};
+
+/* Reads the simulated material twice: a diffuse color, and a highlight of two widths. It uses only sums, products
+   and quotients, which every machine rounds identically. A scanner would instead move its arms to
+   sample->directions and read its sensor. */
+static inline glimpse_status read_sensor(const glimpse_sample *sample, glimpse_reading *reading)
 {
     float lobes = (8.0f * lobe(40.0f, sample->theta_h) + lobe(0.1f * 40.0f, sample->theta_h)) / 9.0f;
     float grazing = 1.0f + 0.2f * sample->theta_d * sample->theta_d;
     float highlight = 0.9f * lobes * grazing;
-    glimpse_reading reading = {
-        .brdf = {0.12f + highlight, 0.05f + highlight, 0.03f + 0.9f * highlight},
-        .saturated = 0,
-    };
-    return reading;
+    float brdf[3] = {0.12f + highlight, 0.05f + highlight, 0.03f + 0.9f * highlight};
+    glimpse_repeated repeated = {0};
+    glimpse_status status = GLIMPSE_STATUS_OK;
+    for (int time = 0; time < 2 && status == GLIMPSE_STATUS_OK; time++) {
+        float counts[3];
+        for (int channel = 0; channel < 3; channel++)
+            counts[channel] = 100.0f + (float)time + 9000.0f * brdf[channel] * sample->directions.incoming[2];
+        status = glimpse_repeated_add(&repeated, counts, 0);
+    }
+    if (status != GLIMPSE_STATUS_OK) return status;
+    return glimpse_calibrate(&CALIBRATION, repeated.mean, &sample->directions, reading);
 }
 
 /* Prints the bits of a number as hexadecimal digits, and a space. */
@@ -62,6 +79,15 @@ static inline void print_bits(float value)
     for (int digit = 0; digit < 8; digit++)
         text[digit] = "0123456789abcdef"[bits >> (28 - 4 * digit) & 15];
     print(text);
+}
+
+/* Prints a number on a line. */
+static inline void print_number(const char *name, const char *quantity, float value)
+{
+    print(name);
+    print(quantity);
+    print_bits(value);
+    print("\n");
 }
 
 /* Prints all values of a fitted material on a line. */

@@ -11,7 +11,7 @@
  *     }
  *     glimpse_fit_begin(scan);
  *     do glimpse_fit_advance(scan, 8, &progress); while (progress.done < progress.total);
- *     glimpse_fit_finish(scan, &residual);
+ *     glimpse_fit_finish(scan);
  *     glimpse_fitted_brdf(scan, &directions, &brdf);
  *
  * Rules for all functions:
@@ -21,10 +21,11 @@
  *   different memories are independent, and nothing has to be freed.
  * - Use a scan or driver from one thread at a time, and not from an interrupt handler that may interrupt a
  *   call.
- * - For a null or misaligned pointer a function returns a status. The caller guarantees that any other
- *   pointer points to the stated number of values of its type, and that a handle comes from a function
- *   that returned GLIMPSE_STATUS_OK. Pointers to results must not point into the memory of a scan or
- *   driver.
+ * - An invalid argument has a negative status that names it. A handle is refused if nothing is in use in its
+ *   memory: before begin, after end, after the memory was moved or overwritten, or if the other kind of
+ *   handle was begun there. After another begin of the same kind the handle is that of the new one.
+ * - The caller guarantees that a pointer that is neither null nor misaligned points to the stated number of
+ *   values of its type. Pointers to results must not overlap each other, or the memory of a scan or driver.
  * - No call waits. The duration of a call depends only on its work.
  *
  * This file is generated from core/capi/src by cbindgen. SPDX-License-Identifier: MIT OR Apache-2.0
@@ -44,23 +45,26 @@
 
 /** Bytes of static memory for a scan. The parameter is the recipe's memory in words of 4 bytes, as
     trainer inspect prints it. glimpse_scan_bytes() returns the exact size at run time. */
-#define GLIMPSE_SCAN_BYTES(words) (64 * sizeof(void *) + 64 + 4 * (size_t)(words))
+#define GLIMPSE_SCAN_BYTES(words) (64 * sizeof(void *) + 160 + 4 * (size_t)(words))
 
 /** Bytes of static memory for a driver. glimpse_driver_bytes() returns the exact size at run time. */
-#define GLIMPSE_DRIVER_BYTES(words) (GLIMPSE_SCAN_BYTES(words) + 640)
+#define GLIMPSE_DRIVER_BYTES(words) (GLIMPSE_SCAN_BYTES(words) + 704)
 
 /** Maximum memory, in words, of a Phong recipe with up to the given number of samples. Use it for firmware
     whose recipe is replaced in the field. With several models use the largest of these values. A recipe
     may have a correction of up to 24 components, as those of the trainer, and Gauss-Newton steps. */
-#define GLIMPSE_PHONG_WORDS(samples) (9 * (samples) + 839)
+#define GLIMPSE_PHONG_WORDS(samples) (10 * (samples) + 839)
 
 /** The same for Cook-Torrance. */
-#define GLIMPSE_COOK_TORRANCE_WORDS(samples) (9 * (samples) + 850)
+#define GLIMPSE_COOK_TORRANCE_WORDS(samples) (10 * (samples) + 850)
 
 /** The same for Neural. */
-#define GLIMPSE_NEURAL_WORDS(samples) (9 * (samples) + 2356)
+#define GLIMPSE_NEURAL_WORDS(samples) (10 * (samples) + 2356)
 
-/** Declares memory: static GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(1423)); */
+/** Bytes of a slot of saved readings, for recipes of up to the given number of samples. */
+#define GLIMPSE_SAVED_BYTES(samples) (14 + 15 * (size_t)(samples))
+
+/** Declares memory: static GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(1431)); */
 #ifdef __cplusplus
 #define GLIMPSE_MEMORY(name, bytes) unsigned char name alignas(GLIMPSE_ALIGNMENT)[bytes]
 #else
@@ -69,6 +73,10 @@
 
 /**
  * The status of a call: 0 on success. glimpse_status_text() returns its text.
+ *
+ * A negative status names an invalid argument: the program has a defect. A pointer argument is invalid if
+ * it is null although it is required, if it does not have the alignment of its type, or if its array
+ * exceeds the address space.
  *
  * After a status other than GLIMPSE_STATUS_OK nothing has changed and no result is written, unless the
  * function states otherwise. The meaning of a number never changes.
@@ -79,33 +87,102 @@ enum glimpse_status
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
+     * The argument `scan` is an invalid pointer.
+     */
+    GLIMPSE_STATUS_ARGUMENT_SCAN = -1,
+    /**
+     * The argument `driver` is an invalid pointer.
+     */
+    GLIMPSE_STATUS_ARGUMENT_DRIVER = -2,
+    /**
+     * The argument `scan` or `driver` is stale: in this memory nothing was begun, it was ended or moved, or
+     * the other kind was begun.
+     */
+    GLIMPSE_STATUS_STALE = -3,
+    /**
+     * The argument `scan` is a driver's scan, which changes only with functions of the driver.
+     */
+    GLIMPSE_STATUS_READ_ONLY = -4,
+    /**
+     * The argument `memory` is an invalid pointer, or not aligned to GLIMPSE_ALIGNMENT.
+     */
+    GLIMPSE_STATUS_ARGUMENT_MEMORY = -5,
+    /**
+     * The argument `recipe` is an invalid pointer, or it was rejected although it is usable.
+     */
+    GLIMPSE_STATUS_ARGUMENT_RECIPE = -6,
+    /**
+     * The argument `basis` is an invalid pointer.
+     */
+    GLIMPSE_STATUS_ARGUMENT_BASIS = -7,
+    /**
+     * The argument `config` is an invalid pointer.
+     */
+    GLIMPSE_STATUS_ARGUMENT_CONFIG = -8,
+    /**
+     * The host in the argument `config` is not one of glimpse_host.
+     */
+    GLIMPSE_STATUS_ARGUMENT_HOST = -9,
+    /**
+     * The target loss in the argument `config` is negative or NAN.
+     */
+    GLIMPSE_STATUS_ARGUMENT_TARGET_LOSS = -10,
+    /**
+     * The argument `machine`, or the machine in `config`, is an invalid pointer or has invalid limits.
+     */
+    GLIMPSE_STATUS_ARGUMENT_MACHINE = -11,
+    /**
+     * The argument `from` is an invalid pointer.
+     */
+    GLIMPSE_STATUS_ARGUMENT_ARMS = -12,
+    /**
+     * The argument `saved`, or one of its slots, is an invalid pointer.
+     */
+    GLIMPSE_STATUS_ARGUMENT_SAVED = -13,
+    /**
+     * The argument `reading` is an invalid pointer.
+     */
+    GLIMPSE_STATUS_ARGUMENT_READING = -14,
+    /**
+     * The argument `directions` or `at` is an invalid pointer.
+     */
+    GLIMPSE_STATUS_ARGUMENT_DIRECTIONS = -15,
+    /**
+     * The argument `bytes` is an invalid pointer.
+     */
+    GLIMPSE_STATUS_ARGUMENT_BYTES = -16,
+    /**
+     * The argument `failure` is neither GLIMPSE_STATUS_MACHINE nor GLIMPSE_STATUS_STORAGE.
+     */
+    GLIMPSE_STATUS_ARGUMENT_FAILURE = -17,
+    /**
+     * The argument `calibration` is an invalid pointer, or its footprint is not one of glimpse_footprint.
+     */
+    GLIMPSE_STATUS_ARGUMENT_CALIBRATION = -18,
+    /**
+     * The argument `counts` is an invalid pointer.
+     */
+    GLIMPSE_STATUS_ARGUMENT_COUNTS = -19,
+    /**
+     * The argument `repeated` is an invalid pointer.
+     */
+    GLIMPSE_STATUS_ARGUMENT_REPEATED = -20,
+    /**
+     * The argument `buffer` or `values` is an invalid pointer.
+     */
+    GLIMPSE_STATUS_ARGUMENT_BUFFER = -21,
+    /**
+     * An argument that receives a result is an invalid pointer.
+     */
+    GLIMPSE_STATUS_ARGUMENT_RESULT = -22,
+    /**
      * Success.
      */
     GLIMPSE_STATUS_OK = 0,
     /**
-     * A required pointer is null.
-     */
-    GLIMPSE_STATUS_NULL = 1,
-    /**
-     * A pointer does not have the alignment of its type, or the memory is not aligned to GLIMPSE_ALIGNMENT.
-     */
-    GLIMPSE_STATUS_MISALIGNED = 2,
-    /**
-     * The memory is too small for the recipe: see glimpse_scan_bytes() and glimpse_driver_bytes().
-     */
-    GLIMPSE_STATUS_MEMORY_TOO_SMALL = 3,
-    /**
-     * A length exceeds the address space.
-     */
-    GLIMPSE_STATUS_LENGTH = 4,
-    /**
-     * The buffer is too small for the result; the count is the required capacity.
+     * The buffer is too small for the result.
      */
     GLIMPSE_STATUS_BUFFER_TOO_SMALL = 5,
-    /**
-     * An argument is out of range.
-     */
-    GLIMPSE_STATUS_ARGUMENT = 6,
     /**
      * An error of glimpse-core that this library does not know.
      */
@@ -135,9 +212,29 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_NOT_FITTED = 21,
     /**
-     * The driver has no scan, because its recipe is unusable.
+     * The driver's scan is finished, has failed, or does not exist: it takes no readings.
      */
-    GLIMPSE_STATUS_NO_SCAN = 22,
+    GLIMPSE_STATUS_NOT_SCANNING = 22,
+    /**
+     * No intact readings are saved.
+     */
+    GLIMPSE_STATUS_SAVED_DAMAGED = 23,
+    /**
+     * The saved readings belong to another recipe.
+     */
+    GLIMPSE_STATUS_SAVED_RECIPE = 24,
+    /**
+     * The white's counts are not above the dark counts.
+     */
+    GLIMPSE_STATUS_WHITE_NOT_BRIGHTER = 25,
+    /**
+     * The white's reflectance is not above 0 and at most 2.
+     */
+    GLIMPSE_STATUS_WHITE_REFLECTANCE = 26,
+    /**
+     * The white is saturated.
+     */
+    GLIMPSE_STATUS_WHITE_SATURATED = 27,
     /**
      * The bytes are not a recipe.
      */
@@ -203,7 +300,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_MODEL = 48,
     /**
-     * A driver's memory is too small for its recipe.
+     * The memory is too small for the recipe: see glimpse_scan_bytes() and glimpse_driver_bytes().
      */
     GLIMPSE_STATUS_MEMORY = 50,
     /**
@@ -331,7 +428,7 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_REFUSED_RECIPE = 104,
     /**
-     * Samples of the recipe are out of reach of the arms.
+     * Samples or directions are out of reach of the arms.
      */
     GLIMPSE_STATUS_OUT_OF_REACH = 105,
     /**
@@ -342,45 +439,16 @@ enum glimpse_status
      * The host refused for a reason that the device does not know.
      */
     GLIMPSE_STATUS_REFUSED_OTHER = 107,
+    /**
+     * The device could not store a recipe.
+     */
+    GLIMPSE_STATUS_STORAGE = 108,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
 typedef enum glimpse_status glimpse_status;
 #else
 typedef int32_t glimpse_status;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * The reflectance models.
- */
-enum glimpse_model
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : int32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-    /**
-     * Phong: 7 values.
-     */
-    GLIMPSE_MODEL_PHONG = 0,
-    /**
-     * Neural network: 675 values.
-     */
-    GLIMPSE_MODEL_NEURAL = 1,
-    /**
-     * Cook-Torrance: 8 values.
-     */
-    GLIMPSE_MODEL_COOK_TORRANCE = 2,
-    /**
-     * Principal components: 3 m values, m for red, m for green, m for blue.
-     */
-    GLIMPSE_MODEL_LINEAR = 3,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum glimpse_model glimpse_model;
-#else
-typedef int32_t glimpse_model;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -430,22 +498,23 @@ enum glimpse_action_kind
      */
     GLIMPSE_ACTION_KIND_CONTINUE = 1,
     /**
-     * Move the arms to `directions`, read the sensor, then call glimpse_driver_record() with `index`, or
-     * glimpse_driver_skip(), or glimpse_driver_fail(). Other pending samples are allowed, too. The driver
-     * repeats this action until one of these calls.
+     * Move the arms to `directions`, read the sensor, then call glimpse_driver_record() with `index`. If only
+     * this sample cannot be read, call glimpse_driver_skip(). If arms or sensor failed, call
+     * glimpse_driver_fail(). The driver repeats this action until one of these calls. The firmware may read
+     * any other pending sample instead, such as that of glimpse_machine_nearest().
      */
     GLIMPSE_ACTION_KIND_MEASURE = 2,
     /**
-     * Save `index` and `reading` in memory that survives a reset.
+     * Save `index` and `reading` in memory that survives a reset: glimpse_saved_write() saves all readings.
      */
     GLIMPSE_ACTION_KIND_SAVE = 3,
     /**
-     * Delete all saved readings.
+     * Delete all saved readings: glimpse_saved_clear().
      */
     GLIMPSE_ACTION_KIND_FORGET = 4,
     /**
      * Write `byte_count` bytes of `bytes` at `offset` of a new recipe, separate from the present one. A new
-     * recipe begins at offset 0.
+     * recipe begins at offset 0. If this fails, call glimpse_driver_fail() with GLIMPSE_STATUS_STORAGE.
      */
     GLIMPSE_ACTION_KIND_STORE = 5,
     /**
@@ -455,13 +524,17 @@ enum glimpse_action_kind
      */
     GLIMPSE_ACTION_KIND_INSTALL = 6,
     /**
-     * The scan is finished, with `residual`. glimpse_driver_scan() returns the fitted material until the
-     * next poll.
+     * The fit is complete, with `residual`. It may be implausible: check residual.implausible first.
+     * glimpse_driver_scan() has the fitted material until the next scan.
+     *
+     * The driver then sends the result to the host, and returns GLIMPSE_ACTION_KIND_FORGET when the host has
+     * accepted it. With GLIMPSE_HOST_MEASURES the next scan begins afterwards. Otherwise call
+     * glimpse_driver_restart().
      */
     GLIMPSE_ACTION_KIND_FINISHED = 7,
     /**
-     * The scan has failed because of `failure`. With a host it restarts automatically after a pause.
-     * Without a host, call glimpse_driver_restart().
+     * The scan has failed because of `failure`, or its result was refused. The readings are kept, and
+     * nothing moves until glimpse_driver_resume() or glimpse_driver_restart().
      */
     GLIMPSE_ACTION_KIND_FAILED = 8,
 };
@@ -470,6 +543,39 @@ enum glimpse_action_kind
 typedef enum glimpse_action_kind glimpse_action_kind;
 #else
 typedef int32_t glimpse_action_kind;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * The reflectance models.
+ */
+enum glimpse_model
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Phong: 7 values.
+     */
+    GLIMPSE_MODEL_PHONG = 0,
+    /**
+     * Neural network: 675 values.
+     */
+    GLIMPSE_MODEL_NEURAL = 1,
+    /**
+     * Cook-Torrance: 8 values.
+     */
+    GLIMPSE_MODEL_COOK_TORRANCE = 2,
+    /**
+     * Principal components: 3 m values, m for red, m for green, m for blue.
+     */
+    GLIMPSE_MODEL_LINEAR = 3,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum glimpse_model glimpse_model;
+#else
+typedef int32_t glimpse_model;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -486,7 +592,8 @@ enum glimpse_host
      */
     GLIMPSE_HOST_MEASURES = 0,
     /**
-     * The device moves the arms; a host receives progress and result.
+     * The device moves the arms; a host receives progress and result. The device scans alone if none
+     * answers.
      */
     GLIMPSE_HOST_LISTENS = 1,
     /**
@@ -503,6 +610,35 @@ typedef int32_t glimpse_host;
 #endif // __cplusplus
 
 /**
+ * The larger spot on the sample at all angles, if the white is read at one pair of directions only.
+ */
+enum glimpse_footprint
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : int32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Any: the white is read at the directions of each sample.
+     */
+    GLIMPSE_FOOTPRINT_ANY = 0,
+    /**
+     * The light's spot: all that the sensor sees is lit. Counts are proportional to f cos(theta_i).
+     */
+    GLIMPSE_FOOTPRINT_LIGHT_LARGER = 1,
+    /**
+     * The sensor's spot: it sees all that is lit. Counts are proportional to f cos(theta_o).
+     */
+    GLIMPSE_FOOTPRINT_SENSOR_LARGER = 2,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum glimpse_footprint glimpse_footprint;
+#else
+typedef int32_t glimpse_footprint;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
  * A driver of scans, in the caller's memory. It takes received bytes, readings and the time, and returns
  * the next action. Motors, sensor, serial line, flash and clock belong to the firmware. Use it from one
  * thread at a time, and not from an interrupt handler that may interrupt a call.
@@ -510,9 +646,36 @@ typedef int32_t glimpse_host;
 typedef struct glimpse_driver glimpse_driver;
 
 /**
- * A scan of one material, in the caller's memory. Use it from one thread at a time.
+ * A scan of one material, in the caller's memory. Use it from one thread at a time, and not from an
+ * interrupt handler that may interrupt a call.
  */
 typedef struct glimpse_scan glimpse_scan;
+
+/**
+ * Description of a recipe.
+ */
+typedef struct glimpse_recipe {
+    /**
+     * The fitted model: one of glimpse_model.
+     */
+    int32_t model;
+    /**
+     * n, the number of samples of its pattern.
+     */
+    uint16_t samples;
+    /**
+     * Number of values of a fit.
+     */
+    uint16_t values;
+    /**
+     * The CRC-32 in its header. It identifies the recipe that saved readings belong to.
+     */
+    uint32_t checksum;
+    /**
+     * Expected loss on a material outside of the training set; NaN if the recipe does not include it.
+     */
+    float expected_loss;
+} glimpse_recipe;
 
 /**
  * A pair of unit directions that point away from the surface; z is the normal.
@@ -550,32 +713,6 @@ typedef struct glimpse_arms {
      */
     float phi_o;
 } glimpse_arms;
-
-/**
- * Description of a recipe.
- */
-typedef struct glimpse_recipe {
-    /**
-     * The fitted model.
-     */
-    glimpse_model model;
-    /**
-     * n, the number of samples of its pattern.
-     */
-    uint16_t samples;
-    /**
-     * Number of values of a fit.
-     */
-    uint16_t values;
-    /**
-     * The CRC-32 in its header. It identifies the recipe that saved readings belong to.
-     */
-    uint32_t checksum;
-    /**
-     * Expected loss on a material outside of the training set; NaN if the recipe does not include it.
-     */
-    float expected_loss;
-} glimpse_recipe;
 
 /**
  * A sample of the recipe's pattern.
@@ -633,10 +770,39 @@ typedef struct glimpse_recorded {
      */
     uint8_t replaced;
     /**
-     * 1 if the fit will raise a channel that is too far below 0, else 0.
+     * 1 if the fit will clamp a channel that is too far below 0, else 0.
      */
     uint8_t clamped;
 } glimpse_recorded;
+
+/**
+ * Both slots of memory that survives a reset: battery-backed RAM, or sectors of flash that are erased one at
+ * a time. Each function finds the intact slot with the later readings, so nothing else has to survive.
+ */
+typedef struct glimpse_saved {
+    /**
+     * The content of each slot: the slot itself, or a copy if it is not in the address space.
+     */
+    const uint8_t *slots[2];
+    /**
+     * Size of a slot: GLIMPSE_SAVED_BYTES of the recipe's samples, or more.
+     */
+    size_t slot_bytes;
+} glimpse_saved;
+
+/**
+ * Bytes to write to a slot.
+ */
+typedef struct glimpse_slot_write {
+    /**
+     * The slot to erase and write: 0 or 1.
+     */
+    size_t slot;
+    /**
+     * Number of bytes, from the start of the buffer to the start of the slot.
+     */
+    size_t count;
+} glimpse_slot_write;
 
 /**
  * Progress of a fit in units of work. A unit is the gradient at one sample, one row or channel of Linear's
@@ -680,7 +846,7 @@ typedef struct glimpse_residual {
      */
     uint16_t repeated;
     /**
-     * Number of readings that were too far below 0 and were raised.
+     * Number of readings that were too far below 0 for the loss. The fit clamps them.
      */
     uint16_t clamped;
     /**
@@ -689,6 +855,32 @@ typedef struct glimpse_residual {
      */
     int32_t implausible;
 } glimpse_residual;
+
+/**
+ * The fitted material's quality.
+ */
+typedef struct glimpse_fitted {
+    /**
+     * The error at the readings.
+     */
+    struct glimpse_residual residual;
+    /**
+     * The loss predicted from this material's readings: the mean of
+     * |ln(1 + f cos(theta_i)) - ln(1 + f_fitted cos(theta_i))| over all directions. NAN if the recipe does
+     * not predict it, or if it is too large for a float.
+     */
+    float predicted_loss;
+    /**
+     * The upper bound of that loss, which holds for 90 % of materials. NAN if the recipe does not state it, or
+     * if it is too large for a float.
+     */
+    float loss_bound;
+    /**
+     * GLIMPSE_ANSWER_YES if the readings are unlike those of all training materials: the predicted loss and
+     * its bound are then uncertain.
+     */
+    glimpse_answer unlike_training;
+} glimpse_fitted;
 
 /**
  * Limits of the measuring machine; angles in radians.
@@ -703,7 +895,7 @@ typedef struct glimpse_limits {
      */
     float max_theta_o;
     /**
-     * The smallest angle between light and sensor: 0 to pi.
+     * The smallest angle between light and sensor: 0 to pi, and at most the sum of both polar angles above.
      */
     float min_separation;
     /**
@@ -711,6 +903,110 @@ typedef struct glimpse_limits {
      */
     uint8_t in_plane;
 } glimpse_limits;
+
+/**
+ * A machine with two arms. glimpse_machine_default() returns one to change.
+ */
+typedef struct glimpse_machine {
+    /**
+     * The speed of each axis in rad/s. 0, a negative number or NAN: the machine lacks this axis.
+     */
+    struct glimpse_arms speeds;
+    /**
+     * Angles at which the missing axes are fixed. Those of other axes have no effect.
+     */
+    struct glimpse_arms fixed;
+    /**
+     * The reach of the arms.
+     */
+    struct glimpse_limits limits;
+    /**
+     * Not 0 if the sample is isotropic, so that both azimuths may be turned together.
+     */
+    uint8_t isotropic;
+    /**
+     * Not 0 if the arms swing through the normal to negative polar angles. (-theta, phi) is the direction
+     * (theta, phi + pi).
+     */
+    uint8_t through_normal;
+} glimpse_machine;
+
+/**
+ * A move of the arms to a pending sample.
+ */
+typedef struct glimpse_move {
+    /**
+     * Index of the sample in the pattern.
+     */
+    uint16_t index;
+    /**
+     * The new position. The azimuths are the nearest to the previous ones. After many moves they may exceed
+     * one turn, so that the machine has to unwind its cables.
+     */
+    struct glimpse_arms arms;
+    /**
+     * Duration in seconds: that of the axis that takes longest.
+     */
+    float seconds;
+} glimpse_move;
+
+/**
+ * Counts of dark and white, with the same lamp and exposure as the sample. A monochrome sensor repeats its
+ * numbers three times.
+ */
+typedef struct glimpse_calibration {
+    /**
+     * Counts without light.
+     */
+    float dark[3];
+    /**
+     * Counts of a white Lambertian tile, above the dark counts.
+     */
+    float white[3];
+    /**
+     * The tile's reflectance: above 0, at most 2 (a fraction, not per cent).
+     */
+    float reflectance[3];
+    /**
+     * Counts at and above which a reading is saturated, above those of the white. INFINITY if there are none.
+     */
+    float saturation;
+    /**
+     * One of glimpse_footprint.
+     */
+    int32_t footprint;
+    /**
+     * Directions at which the white was read. Unused with GLIMPSE_FOOTPRINT_ANY.
+     */
+    struct glimpse_directions reference;
+} glimpse_calibration;
+
+/**
+ * Mean and variance of repeated readings. All fields of a new one are 0; glimpse_repeated_add() adds to it.
+ */
+typedef struct glimpse_repeated {
+    /**
+     * Number of readings.
+     */
+    uint32_t count;
+    /**
+     * Not 0 if a reading was saturated: the mean is then too low.
+     */
+    uint8_t saturated;
+    /**
+     * The mean.
+     */
+    float mean[3];
+    /**
+     * Sums of squared distances from the mean.
+     */
+    float squares[3];
+    /**
+     * The unbiased variance of a reading; NAN after the first reading. The variance of the mean is this
+     * divided by count.
+     */
+    float variance[3];
+} glimpse_repeated;
 
 /**
  * Options of a driver. glimpse_config_default() returns the defaults.
@@ -721,20 +1017,20 @@ typedef struct glimpse_config {
      */
     int32_t host;
     /**
-     * Not 0 if `limits` are set. The driver skips samples out of reach if the recipe tolerates missing
-     * readings; else the scan fails before the first measurement. If 0, the driver assumes that all samples
-     * are within reach.
+     * Not 0 if `machine` is set. The driver skips samples out of reach if the recipe tolerates missing
+     * readings; else the scan fails before any move. If 0, the driver assumes that all samples are within
+     * reach.
      */
-    uint8_t has_limits;
+    uint8_t has_machine;
     /**
      * Number of invalid readings of a sample after which the driver skips it, or fails if the recipe needs
-     * every reading.
+     * every reading. 0 means 1.
      */
     uint8_t attempts;
     /**
-     * Limits of the measuring machine.
+     * The measuring machine: its reach, and the axes that it lacks.
      */
-    struct glimpse_limits limits;
+    struct glimpse_machine machine;
     /**
      * Seed of the sequence numbers on the link. It must differ from the seeds of all earlier
      * drivers of this device: a boot counter, a random number, or the value of a free-running timer.
@@ -745,11 +1041,13 @@ typedef struct glimpse_config {
      */
     uint32_t steps_per_poll;
     /**
-     * Interval of retransmissions of a request without a reply, in ms.
+     * Interval of retransmissions of a request without a reply, in ms. The intervals of a greeting without a
+     * timeout double up to 1.6 s.
      */
     uint32_t retransmit_interval_ms;
     /**
-     * Timeout of a reply, in ms.
+     * Timeout of a reply, in ms. After it, the scan fails with a host that measures, and continues alone with
+     * one that listens. A greeting to a host that measures has no timeout.
      */
     uint32_t reply_timeout_ms;
     /**
@@ -762,26 +1060,14 @@ typedef struct glimpse_config {
     uint32_t recipe_bytes;
     /**
      * Loss at which a scan stops before all samples are read; 0 for none. After each reading, the driver
-     * fits the readings that it has. If glimpse_fitted_loss_bound() is at most this loss, it skips the
-     * pending samples, and this fit is the result. Each fit takes as many units as one of all readings. It
-     * has no effect with recipes that do not bound the loss of such fits.
+     * fits the readings that it has. If glimpse_fitted.loss_bound is at most this loss, it skips the
+     * pending samples, and this fit is the result. Each fit takes as many units as one of all readings. The
+     * bound holds only for the first samples in the recipe's order, so the driver reads all samples if one was
+     * skipped, out of reach, saturated, or read out of order. It has no effect with recipes that do not bound
+     * the loss of such fits.
      */
     float target_loss;
 } glimpse_config;
-
-/**
- * A reading that survived a reset.
- */
-typedef struct glimpse_saved {
-    /**
-     * Index of the sample in the recipe's pattern.
-     */
-    uint16_t index;
-    /**
-     * The reading.
-     */
-    struct glimpse_reading reading;
-} glimpse_saved;
 
 /**
  * The next action of the firmware. Fields that its kind does not use are 0.
@@ -846,22 +1132,17 @@ const char *glimpse_status_text(int32_t status);
 const char *glimpse_version(void);
 
 /**
- * Returns the directions of two arms. All angles are valid; below the horizon the BRDF is undefined.
- */
-struct glimpse_directions glimpse_directions_of(struct glimpse_arms arms);
-
-/**
  * Checks a recipe and describes it.
  *
- * @param bytes   The recipe, as written by trainer, with any alignment, in flash or in RAM.
+ * @param recipe  The recipe, as written by trainer, with any alignment, in flash or in RAM.
  * @param count   Number of bytes.
- * @param recipe  Receives the description.
+ * @param result  Receives the description.
  * @return GLIMPSE_STATUS_RECIPE_... if the bytes are not a valid recipe; GLIMPSE_STATUS_MODEL if the
  *         library was built for another model.
  */
-glimpse_status glimpse_recipe_describe(const uint8_t *bytes,
+glimpse_status glimpse_recipe_describe(const uint8_t *recipe,
                                        size_t count,
-                                       struct glimpse_recipe *recipe);
+                                       struct glimpse_recipe *result);
 
 /**
  * Returns the size of the memory that glimpse_scan_begin() needs with a recipe, in bytes. Returns 0 if this
@@ -877,14 +1158,14 @@ size_t glimpse_scan_bytes(const uint8_t *recipe,
  * Begins a scan. The memory needs no initialization; its content is overwritten.
  *
  * @param memory        The caller's memory, aligned to GLIMPSE_ALIGNMENT, as declared by
- *                      GLIMPSE_MEMORY. No other code may read, write or move it while the scan is in
- *                      use. Nothing must be freed.
+ *                      GLIMPSE_MEMORY. No other code may read, write or move it until
+ *                      glimpse_scan_end().
  * @param memory_bytes  Its size: at least glimpse_scan_bytes() of the recipe.
  * @param recipe        The recipe, with any alignment. It is not copied: it must not change while the
  *                      scan is in use. It must not lie in the scan's memory.
  * @param recipe_bytes  Number of bytes of the recipe.
  * @param scan          Receives the handle, a pointer into the memory; null after an error.
- * @return As glimpse_recipe_describe(), or GLIMPSE_STATUS_MEMORY_TOO_SMALL.
+ * @return As glimpse_recipe_describe(), or GLIMPSE_STATUS_MEMORY.
  */
 glimpse_status glimpse_scan_begin(void *memory,
                                   size_t memory_bytes,
@@ -893,8 +1174,15 @@ glimpse_status glimpse_scan_begin(void *memory,
                                   struct glimpse_scan **scan);
 
 /**
+ * Ends a scan. Its memory can be used for anything else. Further calls with the handle return
+ * GLIMPSE_STATUS_STALE, as long as the memory is not overwritten with the same bytes.
+ */
+glimpse_status glimpse_scan_end(struct glimpse_scan *scan);
+
+/**
  * Sets the basis that glimpse_fitted_brdf() needs for the model Linear. The whole basis is checked, which
- * takes some milliseconds per 100 kB on a Cortex-M4F at 168 MHz.
+ * takes some milliseconds per 100 kB on a Cortex-M4F at 168 MHz. A driver's scan cannot have a basis: a
+ * host computes its BRDF from the values.
  *
  * @param scan   The scan.
  * @param basis  The output of trainer export --format basis, with any alignment. It is not copied: it
@@ -913,9 +1201,10 @@ glimpse_status glimpse_scan_set_basis(struct glimpse_scan *scan,
 glimpse_status glimpse_scan_restart(struct glimpse_scan *scan);
 
 /**
- * Returns the next pending sample in the recipe's order. Samples may be read in any order.
+ * Returns the next pending sample in the recipe's order. Samples may be read in any order:
+ * glimpse_machine_nearest() returns the one that the arms reach first.
  *
- * @param scan    The scan.
+ * @param scan    The scan, or that of a driver.
  * @param from    The smallest index to return; 0 for the first pending sample.
  * @param sample  Receives the sample.
  * @return GLIMPSE_STATUS_NONE_PENDING if all samples from this index on are read or skipped.
@@ -925,8 +1214,8 @@ glimpse_status glimpse_scan_next(const struct glimpse_scan *scan,
                                  struct glimpse_sample *sample);
 
 /**
- * Records the reading of a sample, in any order. A second reading of the same sample replaces the
- * first. A fit that is under way, or its result, is dropped.
+ * Records the reading of a sample, in any order. A second reading of the same sample replaces the first:
+ * glimpse_repeated_add() averages readings instead. A fit that is under way, or its result, is dropped.
  *
  * @param scan      The scan.
  * @param index     Index of the sample in the pattern.
@@ -952,7 +1241,7 @@ glimpse_status glimpse_scan_skip(struct glimpse_scan *scan,
                                  uint16_t index);
 
 /**
- * Skips all pending samples, so that the fit uses the readings taken so far.
+ * Skips all pending samples, so that the fit uses only the recorded readings.
  *
  * @param scan  The scan.
  * @return GLIMPSE_STATUS_READING_REQUIRED if the recipe does not tolerate missing readings.
@@ -960,9 +1249,9 @@ glimpse_status glimpse_scan_skip(struct glimpse_scan *scan,
 glimpse_status glimpse_scan_finish_early(struct glimpse_scan *scan);
 
 /**
- * Returns the reading of a sample. A fit raises readings that are too far below 0.
+ * Returns the recorded reading of a sample, unchanged by fits.
  *
- * @param scan     The scan.
+ * @param scan     The scan, or that of a driver.
  * @param index    Index of the sample in the pattern.
  * @param reading  Receives the reading.
  * @return GLIMPSE_STATUS_NOT_READ if the sample has no reading, or does not exist.
@@ -970,6 +1259,54 @@ glimpse_status glimpse_scan_finish_early(struct glimpse_scan *scan);
 glimpse_status glimpse_scan_reading(const struct glimpse_scan *scan,
                                     uint16_t index,
                                     struct glimpse_reading *reading);
+
+/**
+ * Records the readings that survived a reset. Call it after glimpse_scan_begin(); glimpse_driver_begin()
+ * does it for a driver. After an error the scan is unchanged: read all samples.
+ *
+ * @param saved  Both slots.
+ * @param scan   The scan.
+ * @param count  Receives the number of readings, or null.
+ * @return GLIMPSE_STATUS_SAVED_DAMAGED if neither slot is intact, for example because both are erased;
+ *         GLIMPSE_STATUS_SAVED_RECIPE if the readings belong to another recipe;
+ *         GLIMPSE_STATUS_READING_... if a reading is invalid.
+ */
+glimpse_status glimpse_saved_restore(const struct glimpse_saved *saved,
+                                     struct glimpse_scan *scan,
+                                     size_t *count);
+
+/**
+ * Encodes all readings of a scan for the slot that is not needed. Erase that slot, and write the bytes to
+ * its start. The other slot has the previous readings, which stay intact if this write fails or is
+ * interrupted: the next call then returns the same slot again. Skipped samples are not saved.
+ *
+ * @param saved     Both slots, as they are now. The buffer must not overlap them.
+ * @param scan      The scan, or that of a driver.
+ * @param buffer    Receives the bytes.
+ * @param capacity  Its size: GLIMPSE_SAVED_BYTES of the recipe's samples.
+ * @param write     Receives the slot and the number of bytes.
+ * @return GLIMPSE_STATUS_BUFFER_TOO_SMALL if the buffer is too small for the readings.
+ */
+glimpse_status glimpse_saved_write(const struct glimpse_saved *saved,
+                                   const struct glimpse_scan *scan,
+                                   uint8_t *buffer,
+                                   size_t capacity,
+                                   struct glimpse_slot_write *write);
+
+/**
+ * Encodes an empty list of readings, which deletes the saved ones. Write it like the result of
+ * glimpse_saved_write().
+ *
+ * @param saved     Both slots, as they are now.
+ * @param buffer    Receives the bytes.
+ * @param capacity  Its size: at least GLIMPSE_SAVED_BYTES(0).
+ * @param write     Receives the slot and the number of bytes.
+ * @return GLIMPSE_STATUS_BUFFER_TOO_SMALL if the buffer is too small.
+ */
+glimpse_status glimpse_saved_clear(const struct glimpse_saved *saved,
+                                   uint8_t *buffer,
+                                   size_t capacity,
+                                   struct glimpse_slot_write *write);
 
 /**
  * Begins a fit of all readings. An earlier fit is dropped.
@@ -1002,69 +1339,31 @@ glimpse_status glimpse_fit_advance(struct glimpse_scan *scan,
  * plausible.
  *
  * After GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER (84 to 91) the fit has a result, but it
- * is unlikely to describe a material: check the sensor. The residual is written, and the
- * glimpse_fitted_...() functions return the result, as after GLIMPSE_STATUS_OK.
+ * is unlikely to describe a material: check the sensor. The glimpse_fitted_...() functions return the result
+ * nevertheless.
  *
- * @param scan      The scan.
- * @param residual  Receives the residual, or null.
+ * @param scan  The scan.
  * @return GLIMPSE_STATUS_NO_FIT if no fit is under way; GLIMPSE_STATUS_UNFINISHED if it is not
  *         complete; GLIMPSE_STATUS_DIVERGED if a number is not finite: the readings stay, and the fit
  *         ends; GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER if the result is
  *         implausible.
  */
-glimpse_status glimpse_fit_finish(struct glimpse_scan *scan,
-                                  struct glimpse_residual *residual);
+glimpse_status glimpse_fit_finish(struct glimpse_scan *scan);
 
 /**
- * Returns the residual of the last fit.
+ * Describes the fitted material: its residual, and the expected error of its BRDF.
  *
- * @param scan      The scan.
- * @param residual  Receives the residual.
+ * @param scan    The scan, or that of a driver.
+ * @param fitted  Receives the description.
  * @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading.
  */
-glimpse_status glimpse_fitted_residual(const struct glimpse_scan *scan,
-                                       struct glimpse_residual *residual);
-
-/**
- * Returns the loss predicted from this material's readings: an error bar. Only recipes that complete
- * readings predict it.
- *
- * @param scan  The scan.
- * @param loss  Receives the mean of |ln(1 + f cos(theta_i)) - ln(1 + f_fitted cos(theta_i))| over all
- *              directions; NAN if the recipe predicts none, or if it is too large for a float.
- * @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading.
- */
-glimpse_status glimpse_fitted_predicted_loss(const struct glimpse_scan *scan,
-                                             float *loss);
-
-/**
- * Returns the upper bound of this material's loss, which holds for 90 % of materials. Only recipes that
- * predict the loss can state it.
- *
- * @param scan   The scan.
- * @param bound  Receives the bound of the mean that glimpse_fitted_predicted_loss() predicts; NAN if the
- *               recipe does not state it, or if it is too large for a float.
- * @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading.
- */
-glimpse_status glimpse_fitted_loss_bound(const struct glimpse_scan *scan,
-                                         float *bound);
-
-/**
- * Compares this material's readings with those of the training. If they are unlike those of all training
- * materials, the predicted loss and its bound are uncertain.
- *
- * @param scan    The scan.
- * @param unlike  Receives GLIMPSE_ANSWER_YES if the readings are unlike, GLIMPSE_ANSWER_NO if not;
- *                GLIMPSE_ANSWER_UNKNOWN if the recipe cannot tell.
- * @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading.
- */
-glimpse_status glimpse_fitted_is_unlike_training(const struct glimpse_scan *scan,
-                                                 glimpse_answer *unlike);
+glimpse_status glimpse_fitted_describe(const struct glimpse_scan *scan,
+                                       struct glimpse_fitted *fitted);
 
 /**
  * Returns the fitted material's BRDF.
  *
- * @param scan        The scan.
+ * @param scan        The scan, or that of a driver.
  * @param directions  Two unit directions above the horizon.
  * @param brdf        Receives linear red, green and blue, in sr^-1, not times the cosine.
  * @return GLIMPSE_STATUS_NOT_FITTED if no fit has been finished since the last reading;
@@ -1080,7 +1379,7 @@ glimpse_status glimpse_fitted_brdf(const struct glimpse_scan *scan,
  * Returns the fitted values, all finite: the model's parameters in its order, or Linear's coefficients,
  * m for red, m for green, m for blue. A host renders them.
  *
- * @param scan      The scan.
+ * @param scan      The scan, or that of a driver.
  * @param values    Receives the values; may be null if capacity is 0.
  * @param capacity  The largest number of values to write.
  * @param count     Receives the number of values, also with GLIMPSE_STATUS_BUFFER_TOO_SMALL.
@@ -1091,6 +1390,76 @@ glimpse_status glimpse_fitted_values(const struct glimpse_scan *scan,
                                      float *values,
                                      size_t capacity,
                                      size_t *count);
+
+/**
+ * Returns the directions of two arms. All angles are valid; below the horizon the BRDF is undefined.
+ */
+struct glimpse_directions glimpse_directions_of(struct glimpse_arms arms);
+
+/**
+ * Returns a machine without limits, whose four axes move at 1 rad/s, for isotropic samples. Its arms do not
+ * swing through the normal.
+ */
+struct glimpse_machine glimpse_machine_default(void);
+
+/**
+ * Checks that a machine reaches a pair of directions, within its limits and with its axes.
+ *
+ * @param machine     The machine.
+ * @param directions  The directions.
+ * @return GLIMPSE_STATUS_OUT_OF_REACH if they are out of reach; GLIMPSE_STATUS_DIRECTIONS if they have no
+ *         BRDF; GLIMPSE_STATUS_ARGUMENT_MACHINE if the limits are invalid.
+ */
+glimpse_status glimpse_machine_check(const struct glimpse_machine *machine,
+                                     const struct glimpse_directions *directions);
+
+/**
+ * Returns the pending sample of a scan that the arms reach first. Samples out of reach are ignored. A recipe
+ * in path order takes less time in its own order: use glimpse_scan_next() instead.
+ *
+ * @param machine  The machine.
+ * @param scan     The scan, or that of a driver.
+ * @param from     The position of the arms. Use the result of the previous call, so that azimuths are
+ *                 continuous.
+ * @param move     Receives the sample, the new position of the arms, and the duration.
+ * @return GLIMPSE_STATUS_NONE_PENDING if all samples are read or skipped; GLIMPSE_STATUS_OUT_OF_REACH if
+ *         all pending samples are out of reach; GLIMPSE_STATUS_ARGUMENT_MACHINE if the limits are invalid.
+ */
+glimpse_status glimpse_machine_nearest(const struct glimpse_machine *machine,
+                                       const struct glimpse_scan *scan,
+                                       const struct glimpse_arms *from,
+                                       struct glimpse_move *move);
+
+/**
+ * Converts counts of the sensor to a reading.
+ *
+ * @param calibration  Counts of dark and white, and the white's reflectance.
+ * @param counts       The three counts of the sample: red, green and blue. A monochrome sensor repeats its
+ *                     count.
+ * @param at           Directions of the sample. Unused with GLIMPSE_FOOTPRINT_ANY, and may then be null.
+ * @param reading      Receives the reading.
+ * @return GLIMPSE_STATUS_READING_NON_FINITE if counts or their BRDF are not finite;
+ *         GLIMPSE_STATUS_WHITE_... if the white is invalid; GLIMPSE_STATUS_DIRECTIONS if an arm is at or
+ *         below the horizon; GLIMPSE_STATUS_ARGUMENT_CALIBRATION if the footprint is unknown.
+ */
+glimpse_status glimpse_calibrate(const struct glimpse_calibration *calibration,
+                                 const float *counts,
+                                 const struct glimpse_directions *at,
+                                 struct glimpse_reading *reading);
+
+/**
+ * Adds a reading to the mean and variance of repeated readings. They may be counts or BRDFs. Conversion by
+ * glimpse_calibrate() is linear, so the BRDF of the mean counts is the mean of the BRDFs.
+ *
+ * @param repeated   The mean. All fields of a new one are 0.
+ * @param reading    The counts or the BRDF of the three channels.
+ * @param saturated  Not 0 if the sensor was saturated.
+ * @return GLIMPSE_STATUS_READING_NON_FINITE if a channel is not finite, or too large for the sums. Nothing
+ *         has changed then.
+ */
+glimpse_status glimpse_repeated_add(struct glimpse_repeated *repeated,
+                                    const float *reading,
+                                    uint8_t saturated);
 
 /**
  * Returns the size of the memory that glimpse_driver_begin() needs with a recipe, in bytes. Returns 0 if
@@ -1104,8 +1473,9 @@ size_t glimpse_driver_bytes(const uint8_t *recipe,
                             size_t count);
 
 /**
- * Returns the default options: no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, a timeout
+ * Returns the default options: no machine, seed 0, 8 steps per poll, retransmissions after 0.1 s, a timeout
  * of 2 s for replies and of 60 s for readings, three attempts, no storage for recipes, and no target loss.
+ * The field `machine` is that of glimpse_machine_default(), without effect until `has_machine` is set.
  *
  * @param host  One of glimpse_host.
  */
@@ -1123,14 +1493,14 @@ struct glimpse_config glimpse_config_default(int32_t host);
  * @param recipe        The recipe, which must not change while the driver is in use.
  * @param recipe_bytes  Number of bytes of the recipe.
  * @param config        The options; they are copied.
- * @param saved         Saved readings with this recipe (see glimpse_recipe.checksum); they are copied. A host
- *                      that measures confirms that they are still valid. Invalid readings are ignored.
- *                      May be null if saved_count is 0.
- * @param saved_count   Number of saved readings.
+ * @param saved         Both slots of saved readings, or null. They are restored as by
+ *                      glimpse_saved_restore(); without intact readings of this recipe, all samples are
+ *                      read. A host that measures confirms that restored readings are still valid.
+ *                      The slots are not used after this call.
  * @param driver        Receives the handle, a pointer into the memory; null after an error.
- * @return GLIMPSE_STATUS_MEMORY_TOO_SMALL if the memory is too small for any driver;
- *         GLIMPSE_STATUS_ARGUMENT if the host is unknown, the limits are invalid, or the target loss is
- *         negative or NaN.
+ * @return GLIMPSE_STATUS_MEMORY if the memory is too small for any driver;
+ *         GLIMPSE_STATUS_ARGUMENT_HOST, GLIMPSE_STATUS_ARGUMENT_MACHINE or
+ *         GLIMPSE_STATUS_ARGUMENT_TARGET_LOSS if an option is invalid.
  */
 glimpse_status glimpse_driver_begin(void *memory,
                                     size_t memory_bytes,
@@ -1138,8 +1508,13 @@ glimpse_status glimpse_driver_begin(void *memory,
                                     size_t recipe_bytes,
                                     const struct glimpse_config *config,
                                     const struct glimpse_saved *saved,
-                                    size_t saved_count,
                                     struct glimpse_driver **driver);
+
+/**
+ * Ends a driver. Its memory can be used for anything else. Further calls with the handle return
+ * GLIMPSE_STATUS_STALE, as long as the memory is not overwritten with the same bytes.
+ */
+glimpse_status glimpse_driver_end(struct glimpse_driver *driver);
 
 /**
  * Advances the driver and returns the firmware's next action. Call it repeatedly; a call takes at most the
@@ -1154,11 +1529,11 @@ glimpse_status glimpse_driver_poll(struct glimpse_driver *driver,
                                    struct glimpse_action *action);
 
 /**
- * Returns the time until the next timeout of the driver.
+ * Returns the time until the next necessary poll.
  *
  * @param driver    The driver.
  * @param now_ms    The time, as for glimpse_driver_poll().
- * @param delay_ms  Receives the time in ms. UINT32_MAX if no timeout is set: then only a received byte, a
+ * @param delay_ms  Receives the time in ms. UINT32_MAX if there is none: then only a received byte, a
  *                  sent byte or another call changes the driver's state.
  */
 glimpse_status glimpse_driver_poll_delay(const struct glimpse_driver *driver,
@@ -1197,69 +1572,85 @@ glimpse_status glimpse_driver_outgoing(const struct glimpse_driver *driver,
 glimpse_status glimpse_driver_sent(struct glimpse_driver *driver, size_t count);
 
 /**
- * Takes a reading of the device's own sensor, at most one between two polls. The driver requests an
- * invalid reading again, up to glimpse_config.attempts times. A scan that has failed ignores readings.
+ * Records a reading of the device's own sensor. Samples may come in any order. After
+ * glimpse_config.attempts invalid readings of a sample, the driver skips it if the recipe tolerates missing
+ * readings. Otherwise the scan fails.
  *
  * @param driver   The driver.
  * @param index    Index of the sample in the pattern.
  * @param reading  The reading; it is copied.
- * @return GLIMPSE_STATUS_NO_SCAN if the driver has no scan.
+ * @return GLIMPSE_STATUS_READING_... if the reading is invalid: the driver requests it again, so the
+ *         firmware may ignore this status; GLIMPSE_STATUS_NOT_SCANNING if the scan is finished, has failed
+ *         or does not exist.
  */
 glimpse_status glimpse_driver_record(struct glimpse_driver *driver,
                                      uint16_t index,
                                      const struct glimpse_reading *reading);
 
 /**
- * Skips a sample that cannot be read. A later glimpse_driver_record() of the sample undoes this. After the
- * scan has failed, this function has no effect.
+ * Skips a sample that cannot be read. A later glimpse_driver_record() of the sample undoes this.
  *
  * @param driver  The driver.
  * @param index   Index of the sample in the pattern.
- * @return As glimpse_scan_skip(), or GLIMPSE_STATUS_NO_SCAN if the driver has no scan.
+ * @return As glimpse_scan_skip(), or GLIMPSE_STATUS_NOT_SCANNING as glimpse_driver_record().
  */
-glimpse_status glimpse_driver_skip(struct glimpse_driver *driver,
-                                   uint16_t index);
+glimpse_status glimpse_driver_skip(struct glimpse_driver *driver, uint16_t index);
 
 /**
- * Skips all pending samples, so that the fit uses the readings taken so far. After the scan has failed,
- * this function has no effect.
+ * Skips all pending samples, so that the fit uses only the recorded readings.
  *
  * @param driver  The driver.
- * @return As glimpse_scan_finish_early(), or GLIMPSE_STATUS_NO_SCAN if the driver has no scan.
+ * @return As glimpse_scan_finish_early(), or GLIMPSE_STATUS_NOT_SCANNING as glimpse_driver_record().
  */
 glimpse_status glimpse_driver_finish_early(struct glimpse_driver *driver);
 
 /**
- * Ends the scan with GLIMPSE_STATUS_MACHINE, because the device's own arms or sensor failed.
+ * Stops the scan because of a failure, and keeps its readings. The driver reports the failure to the host.
+ * It requests no further move until glimpse_driver_resume() or glimpse_driver_restart().
+ *
+ * @param driver   The driver.
+ * @param failure  GLIMPSE_STATUS_MACHINE if the device's own arms or sensor failed; GLIMPSE_STATUS_STORAGE
+ *                 if it could not store a recipe, which the driver then fetches again later.
+ * @return GLIMPSE_STATUS_ARGUMENT_FAILURE for another failure: then nothing changes.
  */
-glimpse_status glimpse_driver_fail(struct glimpse_driver *driver);
+glimpse_status glimpse_driver_fail(struct glimpse_driver *driver,
+                                   int32_t failure);
 
 /**
- * Reports to the host that the stored recipe is unusable, with the reason. Call it after
- * GLIMPSE_ACTION_KIND_INSTALL if glimpse_driver_bytes() of the stored recipe is 0 or larger than this
- * driver's memory. The present recipe stays in use, and the driver does not fetch the other one again.
+ * Stops the scan like glimpse_driver_fail(), because the stored recipe is unusable, and reports the reason
+ * to the host. Call it after GLIMPSE_ACTION_KIND_INSTALL if glimpse_driver_bytes() of the stored recipe is
+ * 0 or larger than this driver's memory. The present recipe stays in use. The driver does not fetch the
+ * other one again.
  *
  * @param driver  The driver.
  * @param recipe  The stored recipe.
  * @param count   Number of bytes.
- * @return GLIMPSE_STATUS_ARGUMENT if the recipe is usable; then nothing changes.
+ * @return GLIMPSE_STATUS_ARGUMENT_RECIPE if the recipe is usable; then nothing changes.
  */
 glimpse_status glimpse_driver_reject(struct glimpse_driver *driver,
                                      const uint8_t *recipe,
                                      size_t count);
 
 /**
- * Begins a scan of the next material.
+ * Continues a scan that has failed, with the readings that it has. With a host, the driver greets it after
+ * a pause of 0.5 s, which doubles with each failure, up to 30 s. A success, such as a valid reading, ends
+ * the pauses. Without a failure, the call has no effect.
+ */
+glimpse_status glimpse_driver_resume(struct glimpse_driver *driver);
+
+/**
+ * Begins a scan of the next material. If readings were saved, the next poll returns
+ * GLIMPSE_ACTION_KIND_FORGET.
  */
 glimpse_status glimpse_driver_restart(struct glimpse_driver *driver);
 
 /**
- * Returns the driver's scan, for functions that take a const glimpse_scan. It must not be changed, and is
- * valid until the next call that changes the driver.
+ * Returns the driver's scan, for functions that take a const glimpse_scan. It shows the present state of the
+ * driver at any time. Functions that change a scan refuse it with GLIMPSE_STATUS_READ_ONLY.
  *
  * @param driver  The driver.
  * @param scan    Receives the scan; null if there is none.
- * @return GLIMPSE_STATUS_NO_SCAN if the driver has no scan, because its recipe is unusable.
+ * @return GLIMPSE_STATUS_NOT_SCANNING if the driver has no scan, because its recipe is unusable.
  */
 glimpse_status glimpse_driver_scan(const struct glimpse_driver *driver,
                                    const struct glimpse_scan **scan);

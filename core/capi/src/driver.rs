@@ -1,29 +1,24 @@
 //! The driver: the state machine of a scan, including the link to a host.
 
-use core::convert::Infallible;
 use core::ffi::c_void;
 
 use glimpse_core::driver::{Action, Config, Driver, Host};
-use glimpse_core::gonio::Limits;
+use glimpse_core::gonio::{Limits, Machine};
 use glimpse_core::link::Failure;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::Scan;
+use glimpse_core::scan::Saved;
 
-use crate::configuration::{CDriver, CScan, Fitter};
-use crate::pointer::{CallerMemory, Out, bytes_for, copy_of, exclusive, shared, slice, status};
-use crate::scan::glimpse_scan;
+use crate::handle::{
+    CDriver, CScan, Handle, Memory, bytes_for, driver as shared, driver_mut, exclusive,
+    glimpse_driver, glimpse_scan, scan as scan_of,
+};
+use crate::pointer::{Out, copy, slice, status};
+use crate::scan::slots;
 use crate::status::glimpse_status;
 use crate::types::{
-    glimpse_action, glimpse_action_kind, glimpse_config, glimpse_directions, glimpse_host,
-    glimpse_reading, glimpse_residual, glimpse_saved,
+    glimpse_action, glimpse_action_kind as Kind, glimpse_config, glimpse_host, glimpse_reading,
+    glimpse_saved,
 };
-
-/// A driver of scans, in the caller's memory. It takes received bytes, readings and the time, and returns
-/// the next action. Motors, sensor, serial line, flash and clock belong to the firmware. Use it from one
-/// thread at a time, and not from an interrupt handler that may interrupt a call.
-pub struct glimpse_driver {
-    _private: (),
-}
 
 /// Returns the size of the memory that glimpse_driver_begin() needs with a recipe, in bytes. Returns 0 if
 /// this library does not accept the recipe: glimpse_recipe_describe() returns the reason.
@@ -37,8 +32,9 @@ pub unsafe extern "C" fn glimpse_driver_bytes(recipe: *const u8, count: usize) -
     unsafe { bytes_for::<CDriver>(recipe, count) }
 }
 
-/// Returns the default options: no limits, seed 0, 8 steps per poll, retransmissions after 0.1 s, a timeout
+/// Returns the default options: no machine, seed 0, 8 steps per poll, retransmissions after 0.1 s, a timeout
 /// of 2 s for replies and of 60 s for readings, three attempts, no storage for recipes, and no target loss.
+/// The field `machine` is that of glimpse_machine_default(), without effect until `has_machine` is set.
 ///
 /// @param host  One of glimpse_host.
 #[unsafe(no_mangle)]
@@ -46,16 +42,16 @@ pub extern "C" fn glimpse_config_default(host: i32) -> glimpse_config {
     let config = Config::new(Host::Absent);
     glimpse_config {
         host,
-        has_limits: u8::from(config.limits.is_some()),
+        has_machine: 0,
         attempts: config.attempts,
-        limits: config.limits.unwrap_or(Limits::NONE).into(),
+        machine: Machine::new(Limits::NONE).into(),
         sequence_seed: config.sequence_seed,
         steps_per_poll: config.steps_per_poll,
         retransmit_interval_ms: config.retransmit_interval_ms,
         reply_timeout_ms: config.reply_timeout_ms,
         measure_timeout_ms: config.measure_timeout_ms,
         recipe_bytes: config.recipe_bytes,
-        target_loss: config.target_loss.unwrap_or_default(),
+        target_loss: 0.0,
     }
 }
 
@@ -65,12 +61,10 @@ impl glimpse_config {
             host if host == glimpse_host::Measures as i32 => Host::Measures,
             host if host == glimpse_host::Listens as i32 => Host::Listens,
             host if host == glimpse_host::Absent as i32 => Host::Absent,
-            _ => return Err(glimpse_status::Argument),
+            _ => return Err(glimpse_status::ArgumentHost),
         });
-        if self.has_limits != 0 {
-            let limits = Limits::from(self.limits);
-            limits.validate().map_err(|_| glimpse_status::Argument)?;
-            config.limits = Some(limits);
+        if self.has_machine != 0 {
+            config.machine = Some(self.machine.validated()?);
         }
         config.sequence_seed = self.sequence_seed;
         config.steps_per_poll = self.steps_per_poll;
@@ -80,9 +74,9 @@ impl glimpse_config {
         config.attempts = self.attempts;
         config.recipe_bytes = self.recipe_bytes;
         if self.target_loss.is_nan() || self.target_loss < 0.0 {
-            return Err(glimpse_status::Argument);
+            return Err(glimpse_status::ArgumentTargetLoss);
         }
-        config.target_loss = Some(self.target_loss).filter(|target| *target > 0.0);
+        config.target_loss = Some(self.target_loss);
         Ok(config)
     }
 }
@@ -98,14 +92,14 @@ impl glimpse_config {
 /// @param recipe        The recipe, which must not change while the driver is in use.
 /// @param recipe_bytes  Number of bytes of the recipe.
 /// @param config        The options; they are copied.
-/// @param saved         Saved readings with this recipe (see glimpse_recipe.checksum); they are copied. A host
-///                      that measures confirms that they are still valid. Invalid readings are ignored.
-///                      May be null if saved_count is 0.
-/// @param saved_count   Number of saved readings.
+/// @param saved         Both slots of saved readings, or null. They are restored as by
+///                      glimpse_saved_restore(); without intact readings of this recipe, all samples are
+///                      read. A host that measures confirms that restored readings are still valid.
+///                      The slots are not used after this call.
 /// @param driver        Receives the handle, a pointer into the memory; null after an error.
-/// @return GLIMPSE_STATUS_MEMORY_TOO_SMALL if the memory is too small for any driver;
-///         GLIMPSE_STATUS_ARGUMENT if the host is unknown, the limits are invalid, or the target loss is
-///         negative or NaN.
+/// @return GLIMPSE_STATUS_MEMORY if the memory is too small for any driver;
+///         GLIMPSE_STATUS_ARGUMENT_HOST, GLIMPSE_STATUS_ARGUMENT_MACHINE or
+///         GLIMPSE_STATUS_ARGUMENT_TARGET_LOSS if an option is invalid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_begin(
     memory: *mut c_void,
@@ -114,49 +108,40 @@ pub unsafe extern "C" fn glimpse_driver_begin(
     recipe_bytes: usize,
     config: *const glimpse_config,
     saved: *const glimpse_saved,
-    saved_count: usize,
     driver: *mut *mut glimpse_driver,
 ) -> glimpse_status {
-    // SAFETY: the C caller keeps the contract of the header.
-    status(unsafe {
-        Out::new(driver).and_then(|out| {
-            out.put(core::ptr::null_mut());
-            let recipe = slice(recipe, recipe_bytes)?;
-            let config = copy_of(config)?.validated()?;
-            let saved = slice(saved, saved_count)?;
-            let memory = CallerMemory::<CDriver>::new(memory, memory_bytes)?;
-            out.put(begin(memory, recipe, config, saved).cast());
-            Ok(())
-        })
+    // SAFETY: the C caller keeps the contract of the header. Recipe and memory stay valid while the handle is in use.
+    status(|| unsafe {
+        let out = Out::new(driver)?;
+        out.put(core::ptr::null_mut())?;
+        let memory = Memory::new(memory, memory_bytes)?;
+        let recipe = slice(recipe, recipe_bytes, glimpse_status::ArgumentRecipe)?;
+        let config = copy(config, glimpse_status::ArgumentConfig)?.validated()?;
+        let slots = match saved.is_null() {
+            true => [[].as_slice(); 2],
+            false => slots(saved)?,
+        };
+        let scan = accept(recipe, memory.words).and_then(|(recipe, words)| {
+            CScan::new(recipe, memory.numbers(words)).map_err(Failure::Scan)
+        });
+        let driver = match scan {
+            Ok(mut scan) => {
+                // Without intact readings, the driver reads all samples.
+                let _ = Saved::restore(slots, &mut scan);
+                Driver::new(scan, config)
+            }
+            Err(failure) => Driver::without_scan(failure, config),
+        };
+        out.put(memory.put(driver).cast())
     })
 }
 
-fn begin(
-    memory: CallerMemory<CDriver>,
-    recipe: &'static [u8],
-    config: Config,
-    saved: &[glimpse_saved],
-) -> *mut CDriver {
-    let words = memory.words();
-    let accepted = accept(recipe, words);
-    let needed = accepted.as_ref().map_or(0, |(_, needed)| *needed);
-    let handle = memory.put(needed, |numbers| {
-        let scan = accepted.and_then(|(recipe, _)| {
-            let mut scan = Scan::new(recipe, numbers).map_err(Failure::Scan)?;
-            for saved in saved {
-                let _ = scan.record(saved.index, saved.reading.into());
-            }
-            Ok(scan)
-        });
-        let driver = match scan {
-            Ok(scan) => Driver::new(scan, config),
-            Err(failure) => Driver::without_scan(failure, config),
-        };
-        Ok::<_, Infallible>(CDriver { driver, words })
-    });
-    match handle {
-        Ok(handle) => handle,
-    }
+/// Ends a driver. Its memory can be used for anything else. Further calls with the handle return
+/// GLIMPSE_STATUS_STALE, as long as the memory is not overwritten with the same bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_driver_end(driver: *mut glimpse_driver) -> glimpse_status {
+    // SAFETY: the C caller keeps the contract of the header.
+    status(|| unsafe { exclusive::<CDriver>(driver.cast()).map(Handle::end) })
 }
 
 /// Parses a recipe. Also returns the words of memory that it needs. Fails if they are more than `words`.
@@ -179,18 +164,17 @@ pub unsafe extern "C" fn glimpse_driver_poll(
     action: *mut glimpse_action,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let (driver, out) = unsafe { (exclusive(driver.cast::<CDriver>()), Out::new(action)) };
-    status(out.and_then(|out| {
-        out.put(driver?.driver.poll(now_ms).into());
-        Ok(())
-    }))
+    status(|| unsafe {
+        let (driver, out) = (driver_mut(driver)?, Out::new(action)?);
+        out.put(driver.poll(now_ms).into())
+    })
 }
 
-/// Returns the time until the next timeout of the driver.
+/// Returns the time until the next necessary poll.
 ///
 /// @param driver    The driver.
 /// @param now_ms    The time, as for glimpse_driver_poll().
-/// @param delay_ms  Receives the time in ms. UINT32_MAX if no timeout is set: then only a received byte, a
+/// @param delay_ms  Receives the time in ms. UINT32_MAX if there is none: then only a received byte, a
 ///                  sent byte or another call changes the driver's state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_poll_delay(
@@ -199,11 +183,10 @@ pub unsafe extern "C" fn glimpse_driver_poll_delay(
     delay_ms: *mut u32,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let (driver, out) = unsafe { (shared(driver.cast::<CDriver>()), Out::new(delay_ms)) };
-    status(out.and_then(|out| {
-        out.put(driver?.driver.poll_delay(now_ms).unwrap_or(u32::MAX));
-        Ok(())
-    }))
+    status(|| unsafe {
+        let (driver, out) = (shared(driver)?, Out::new(delay_ms)?);
+        out.put(driver.poll_delay(now_ms).unwrap_or(u32::MAX))
+    })
 }
 
 /// Takes bytes that were received from the serial line.
@@ -218,13 +201,13 @@ pub unsafe extern "C" fn glimpse_driver_receive(
     count: usize,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let (driver, bytes) = unsafe { (exclusive(driver.cast::<CDriver>()), slice(bytes, count)) };
-    status(driver.and_then(|driver| {
-        for byte in bytes? {
-            driver.driver.receive(*byte);
+    status(|| unsafe {
+        let driver = driver_mut(driver)?;
+        for byte in slice(bytes, count, glimpse_status::ArgumentBytes)? {
+            driver.receive(*byte);
         }
         Ok(())
-    }))
+    })
 }
 
 /// Returns the bytes to send. Send as many as possible, then call glimpse_driver_sent(). Until then the
@@ -240,14 +223,11 @@ pub unsafe extern "C" fn glimpse_driver_outgoing(
     count: *mut usize,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    status(unsafe {
-        shared(driver.cast::<CDriver>()).and_then(|driver| {
-            let (bytes, count) = (Out::new(bytes)?, Out::new(count)?);
-            let outgoing = driver.driver.outgoing();
-            bytes.put(outgoing.as_ptr());
-            count.put(outgoing.len());
-            Ok(())
-        })
+    status(|| unsafe {
+        let (driver, bytes, count) = (shared(driver)?, Out::new(bytes)?, Out::new(count)?);
+        let outgoing = driver.outgoing();
+        bytes.put(outgoing.as_ptr())?;
+        count.put(outgoing.len())
     })
 }
 
@@ -261,17 +241,19 @@ pub unsafe extern "C" fn glimpse_driver_sent(
     count: usize,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let driver = unsafe { exclusive(driver.cast::<CDriver>()) };
-    status(driver.map(|driver| driver.driver.sent(count)))
+    status(|| unsafe { driver_mut(driver).map(|driver| driver.sent(count)) })
 }
 
-/// Takes a reading of the device's own sensor, at most one between two polls. The driver requests an
-/// invalid reading again, up to glimpse_config.attempts times. A scan that has failed ignores readings.
+/// Records a reading of the device's own sensor. Samples may come in any order. After
+/// glimpse_config.attempts invalid readings of a sample, the driver skips it if the recipe tolerates missing
+/// readings. Otherwise the scan fails.
 ///
 /// @param driver   The driver.
 /// @param index    Index of the sample in the pattern.
 /// @param reading  The reading; it is copied.
-/// @return GLIMPSE_STATUS_NO_SCAN if the driver has no scan.
+/// @return GLIMPSE_STATUS_READING_... if the reading is invalid: the driver requests it again, so the
+///         firmware may ignore this status; GLIMPSE_STATUS_NOT_SCANNING if the scan is finished, has failed
+///         or does not exist.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_record(
     driver: *mut glimpse_driver,
@@ -279,74 +261,72 @@ pub unsafe extern "C" fn glimpse_driver_record(
     reading: *const glimpse_reading,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let (driver, reading) = unsafe { (with_scan(driver), copy_of(reading)) };
-    status(driver.and_then(|driver| {
-        driver.record(index, reading?.into());
-        Ok(())
-    }))
+    status(|| unsafe {
+        let driver = driver_mut(driver)?;
+        let reading = copy(reading, glimpse_status::ArgumentReading)?;
+        Ok(driver.record(index, reading.into())?)
+    })
 }
 
-/// Skips a sample that cannot be read. A later glimpse_driver_record() of the sample undoes this. After the
-/// scan has failed, this function has no effect.
+/// Skips a sample that cannot be read. A later glimpse_driver_record() of the sample undoes this.
 ///
 /// @param driver  The driver.
 /// @param index   Index of the sample in the pattern.
-/// @return As glimpse_scan_skip(), or GLIMPSE_STATUS_NO_SCAN if the driver has no scan.
+/// @return As glimpse_scan_skip(), or GLIMPSE_STATUS_NOT_SCANNING as glimpse_driver_record().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_skip(
     driver: *mut glimpse_driver,
     index: u16,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let driver = unsafe { with_scan(driver) };
-    status(driver.and_then(|driver| Ok(driver.skip(index)?)))
+    status(|| unsafe { Ok(driver_mut(driver)?.skip(index)?) })
 }
 
-/// Skips all pending samples, so that the fit uses the readings taken so far. After the scan has failed,
-/// this function has no effect.
+/// Skips all pending samples, so that the fit uses only the recorded readings.
 ///
 /// @param driver  The driver.
-/// @return As glimpse_scan_finish_early(), or GLIMPSE_STATUS_NO_SCAN if the driver has no scan.
+/// @return As glimpse_scan_finish_early(), or GLIMPSE_STATUS_NOT_SCANNING as glimpse_driver_record().
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_finish_early(
     driver: *mut glimpse_driver,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let driver = unsafe { with_scan(driver) };
-    status(driver.and_then(|driver| Ok(driver.finish_early()?)))
+    status(|| unsafe { Ok(driver_mut(driver)?.finish_early()?) })
 }
 
-/// Returns the driver behind a handle if it has a scan, else `NoScan`.
+/// Stops the scan because of a failure, and keeps its readings. The driver reports the failure to the host.
+/// It requests no further move until glimpse_driver_resume() or glimpse_driver_restart().
 ///
-/// # Safety
-/// As [`exclusive`].
-unsafe fn with_scan<'a>(
-    driver: *mut glimpse_driver,
-) -> Result<&'a mut Driver<'static, Fitter>, glimpse_status> {
-    // SAFETY: guaranteed by the caller.
-    let driver = unsafe { &mut exclusive(driver.cast::<CDriver>())?.driver };
-    match driver.scan() {
-        Ok(_) => Ok(driver),
-        Err(_) => Err(glimpse_status::NoScan),
-    }
-}
-
-/// Ends the scan with GLIMPSE_STATUS_MACHINE, because the device's own arms or sensor failed.
+/// @param driver   The driver.
+/// @param failure  GLIMPSE_STATUS_MACHINE if the device's own arms or sensor failed; GLIMPSE_STATUS_STORAGE
+///                 if it could not store a recipe, which the driver then fetches again later.
+/// @return GLIMPSE_STATUS_ARGUMENT_FAILURE for another failure: then nothing changes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn glimpse_driver_fail(driver: *mut glimpse_driver) -> glimpse_status {
+pub unsafe extern "C" fn glimpse_driver_fail(
+    driver: *mut glimpse_driver,
+    failure: i32,
+) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let driver = unsafe { exclusive(driver.cast::<CDriver>()) };
-    status(driver.map(|driver| driver.driver.fail(Failure::Machine)))
+    status(|| unsafe {
+        let driver = driver_mut(driver)?;
+        driver.fail(match failure {
+            number if number == glimpse_status::Machine as i32 => Failure::Machine,
+            number if number == glimpse_status::Storage as i32 => Failure::Storage,
+            _ => return Err(glimpse_status::ArgumentFailure),
+        });
+        Ok(())
+    })
 }
 
-/// Reports to the host that the stored recipe is unusable, with the reason. Call it after
-/// GLIMPSE_ACTION_KIND_INSTALL if glimpse_driver_bytes() of the stored recipe is 0 or larger than this
-/// driver's memory. The present recipe stays in use, and the driver does not fetch the other one again.
+/// Stops the scan like glimpse_driver_fail(), because the stored recipe is unusable, and reports the reason
+/// to the host. Call it after GLIMPSE_ACTION_KIND_INSTALL if glimpse_driver_bytes() of the stored recipe is
+/// 0 or larger than this driver's memory. The present recipe stays in use. The driver does not fetch the
+/// other one again.
 ///
 /// @param driver  The driver.
 /// @param recipe  The stored recipe.
 /// @param count   Number of bytes.
-/// @return GLIMPSE_STATUS_ARGUMENT if the recipe is usable; then nothing changes.
+/// @return GLIMPSE_STATUS_ARGUMENT_RECIPE if the recipe is usable; then nothing changes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_reject(
     driver: *mut glimpse_driver,
@@ -354,115 +334,93 @@ pub unsafe extern "C" fn glimpse_driver_reject(
     count: usize,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let (driver, recipe) = unsafe { (exclusive(driver.cast::<CDriver>()), slice(recipe, count)) };
-    status(
-        driver.and_then(|driver| match accept(recipe?, driver.words) {
-            Ok(_) => Err(glimpse_status::Argument),
-            Err(failure) => {
-                driver.driver.fail(failure);
-                Ok(())
-            }
-        }),
-    )
+    status(|| unsafe {
+        let handle = exclusive::<CDriver>(driver.cast())?;
+        let recipe = slice(recipe, count, glimpse_status::ArgumentRecipe)?;
+        let failure = accept(recipe, handle.words).err();
+        handle
+            .value
+            .fail(failure.ok_or(glimpse_status::ArgumentRecipe)?);
+        Ok(())
+    })
 }
 
-/// Begins a scan of the next material.
+/// Continues a scan that has failed, with the readings that it has. With a host, the driver greets it after
+/// a pause of 0.5 s, which doubles with each failure, up to 30 s. A success, such as a valid reading, ends
+/// the pauses. Without a failure, the call has no effect.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_driver_resume(driver: *mut glimpse_driver) -> glimpse_status {
+    // SAFETY: the C caller keeps the contract of the header.
+    status(|| unsafe { driver_mut(driver).map(Driver::resume) })
+}
+
+/// Begins a scan of the next material. If readings were saved, the next poll returns
+/// GLIMPSE_ACTION_KIND_FORGET.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_restart(driver: *mut glimpse_driver) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let driver = unsafe { exclusive(driver.cast::<CDriver>()) };
-    status(driver.map(|driver| driver.driver.restart()))
+    status(|| unsafe { driver_mut(driver).map(Driver::restart) })
 }
 
-/// Returns the driver's scan, for functions that take a const glimpse_scan. It must not be changed, and is
-/// valid until the next call that changes the driver.
+/// Returns the driver's scan, for functions that take a const glimpse_scan. It shows the present state of the
+/// driver at any time. Functions that change a scan refuse it with GLIMPSE_STATUS_READ_ONLY.
 ///
 /// @param driver  The driver.
 /// @param scan    Receives the scan; null if there is none.
-/// @return GLIMPSE_STATUS_NO_SCAN if the driver has no scan, because its recipe is unusable.
+/// @return GLIMPSE_STATUS_NOT_SCANNING if the driver has no scan, because its recipe is unusable.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_scan(
     driver: *const glimpse_driver,
     scan: *mut *const glimpse_scan,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let (driver, out) = unsafe { (shared(driver.cast::<CDriver>()), Out::new(scan)) };
-    status(out.and_then(|out| {
-        out.put(core::ptr::null());
-        let scan = driver?.driver.scan().map_err(|_| glimpse_status::NoScan)?;
-        let scan: *const CScan = scan;
-        out.put(scan.cast());
-        Ok(())
-    }))
+    status(|| unsafe {
+        let out = Out::new(scan)?;
+        out.put(core::ptr::null())?;
+        shared(driver)?;
+        scan_of(driver.cast())?;
+        out.put(driver.cast())
+    })
 }
 
 impl From<Action> for glimpse_action {
     fn from(action: Action) -> Self {
-        let nothing = Self {
-            kind: glimpse_action_kind::Continue,
-            failure: glimpse_status::Ok,
-            offset: 0,
-            checksum: 0,
-            directions: glimpse_directions::default(),
-            reading: glimpse_reading::default(),
-            residual: glimpse_residual::default(),
-            index: 0,
-            byte_count: 0,
-            bytes: [0; 60],
-        };
-        match action {
-            Action::Continue => nothing,
-            Action::Wait => Self {
-                kind: glimpse_action_kind::Wait,
-                ..nothing
-            },
-            Action::Measure { index, directions } => Self {
-                kind: glimpse_action_kind::Measure,
-                index,
-                directions: directions.into(),
-                ..nothing
-            },
-            Action::Save { index, reading } => Self {
-                kind: glimpse_action_kind::Save,
-                index,
-                reading: reading.into(),
-                ..nothing
-            },
-            Action::Forget => Self {
-                kind: glimpse_action_kind::Forget,
-                ..nothing
-            },
+        // SAFETY: 0 is a valid value of every field.
+        let mut to: Self = unsafe { core::mem::zeroed() };
+        to.kind = match action {
+            Action::Wait => Kind::Wait,
+            Action::Measure { index, directions } => {
+                (to.index, to.directions) = (index, directions.into());
+                Kind::Measure
+            }
+            Action::Save { index, reading } => {
+                (to.index, to.reading) = (index, reading.into());
+                Kind::Save
+            }
+            Action::Forget => Kind::Forget,
             Action::Store { offset, bytes } => {
                 let bytes = bytes.as_slice();
-                let mut action = Self {
-                    kind: glimpse_action_kind::Store,
-                    offset,
-                    byte_count: bytes.len() as u16,
-                    ..nothing
-                };
-                for (to, from) in action.bytes.iter_mut().zip(bytes) {
+                (to.offset, to.byte_count) = (offset, bytes.len() as u16);
+                for (to, from) in to.bytes.iter_mut().zip(bytes) {
                     *to = *from;
                 }
-                action
+                Kind::Store
             }
-            Action::Install { bytes, checksum } => Self {
-                kind: glimpse_action_kind::Install,
-                offset: bytes,
-                checksum,
-                ..nothing
-            },
-            Action::Finished(residual) => Self {
-                kind: glimpse_action_kind::Finished,
-                residual: residual.into(),
-                ..nothing
-            },
-            Action::Failed(failure) => Self {
-                kind: glimpse_action_kind::Failed,
-                failure: failure.into(),
-                ..nothing
-            },
+            Action::Install { bytes, checksum } => {
+                (to.offset, to.checksum) = (bytes, checksum);
+                Kind::Install
+            }
+            Action::Finished(residual) => {
+                to.residual = residual.into();
+                Kind::Finished
+            }
+            Action::Failed(failure) => {
+                to.failure = failure.into();
+                Kind::Failed
+            }
             // Actions of a newer core may be ignored.
-            _ => nothing,
-        }
+            _ => Kind::Continue,
+        };
+        to
     }
 }

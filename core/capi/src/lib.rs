@@ -5,33 +5,21 @@
 //! library has no global state, does not allocate, and never panics.
 //!
 //! # Aliasing
-//! A handle points to a `Scan` or a `Driver` at the front of the caller's memory. The scan borrows the rest of that
-//! memory. Every function creates one reference to the handle for the duration of its call. Results are written through
-//! raw pointers, so they may overlap each other.
+//! A handle points to a tag at the front of the caller's memory, followed by a `Scan` or a `Driver`. The scan borrows the
+//! rest of that memory. Every function checks the tag, and creates one reference to the handle for the duration of its
+//! call. The handle of a driver's scan is the driver's, whose tag lets a scan be read but not changed.
 
 #![no_std]
-#![cfg_attr(
-    not(test),
-    deny(
-        clippy::undocumented_unsafe_blocks,
-        clippy::panic,
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::indexing_slicing,
-        clippy::arithmetic_side_effects,
-        clippy::unreachable
-    )
-)]
 #![allow(non_camel_case_types)] // the names of the C API
 
 #[cfg(not(target_os = "none"))]
 extern crate std; // panic handler for tests and for C on a host
 
-mod configuration;
 mod driver;
 mod fit;
+mod handle;
+mod machine;
 mod pointer;
-mod recipe;
 mod scan;
 mod status;
 #[cfg(test)]

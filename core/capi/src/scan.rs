@@ -1,20 +1,48 @@
-//! The readings of a scan.
+//! Recipes, and the readings of a scan.
 
 use core::ffi::c_void;
 
-use glimpse_core::geometry::Angles;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Scan, ScanError};
+use glimpse_core::scan::{Saved, Scan};
 
-use crate::configuration::CScan;
-use crate::pointer::{CallerMemory, Out, bytes_for, copy_of, exclusive, shared, slice, status};
+use crate::handle::{
+    CScan, Handle, Memory, bytes_for, exclusive, glimpse_scan, scan as shared, scan_mut,
+};
+use crate::pointer::{Out, buffer, copy, slice, status};
 use crate::status::glimpse_status;
-use crate::types::{glimpse_reading, glimpse_recorded, glimpse_sample};
+use crate::types::{
+    glimpse_reading, glimpse_recipe, glimpse_recorded, glimpse_sample, glimpse_saved,
+    glimpse_slot_write,
+};
 
-/// A scan of one material, in the caller's memory. Use it from one thread at a time.
-pub struct glimpse_scan {
-    _private: (),
+/// Checks a recipe and describes it.
+///
+/// @param recipe  The recipe, as written by trainer, with any alignment, in flash or in RAM.
+/// @param count   Number of bytes.
+/// @param result  Receives the description.
+/// @return GLIMPSE_STATUS_RECIPE_... if the bytes are not a valid recipe; GLIMPSE_STATUS_MODEL if the
+///         library was built for another model.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_recipe_describe(
+    recipe: *const u8,
+    count: usize,
+    result: *mut glimpse_recipe,
+) -> glimpse_status {
+    // SAFETY: the C caller keeps the contract of the header.
+    status(|| unsafe {
+        let recipe = slice(recipe, count, glimpse_status::ArgumentRecipe)?;
+        let result = Out::new(result)?;
+        let recipe = Recipe::parse(recipe)?;
+        CScan::accept(&recipe, usize::MAX)?;
+        result.put(glimpse_recipe {
+            model: recipe.model() as i32,
+            samples: recipe.samples() as u16,
+            values: recipe.values() as u16,
+            checksum: recipe.checksum(),
+            expected_loss: recipe.expected_loss().unwrap_or(f32::NAN),
+        })
+    })
 }
 
 /// Returns the size of the memory that glimpse_scan_begin() needs with a recipe, in bytes. Returns 0 if this
@@ -31,14 +59,14 @@ pub unsafe extern "C" fn glimpse_scan_bytes(recipe: *const u8, count: usize) -> 
 /// Begins a scan. The memory needs no initialization; its content is overwritten.
 ///
 /// @param memory        The caller's memory, aligned to GLIMPSE_ALIGNMENT, as declared by
-///                      GLIMPSE_MEMORY. No other code may read, write or move it while the scan is in
-///                      use. Nothing must be freed.
+///                      GLIMPSE_MEMORY. No other code may read, write or move it until
+///                      glimpse_scan_end().
 /// @param memory_bytes  Its size: at least glimpse_scan_bytes() of the recipe.
 /// @param recipe        The recipe, with any alignment. It is not copied: it must not change while the
 ///                      scan is in use. It must not lie in the scan's memory.
 /// @param recipe_bytes  Number of bytes of the recipe.
 /// @param scan          Receives the handle, a pointer into the memory; null after an error.
-/// @return As glimpse_recipe_describe(), or GLIMPSE_STATUS_MEMORY_TOO_SMALL.
+/// @return As glimpse_recipe_describe(), or GLIMPSE_STATUS_MEMORY.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_begin(
     memory: *mut c_void,
@@ -47,39 +75,30 @@ pub unsafe extern "C" fn glimpse_scan_begin(
     recipe_bytes: usize,
     scan: *mut *mut glimpse_scan,
 ) -> glimpse_status {
-    // SAFETY: the C caller keeps the contract of the header.
-    status(unsafe { begin(memory, memory_bytes, recipe, recipe_bytes, scan) })
+    // SAFETY: the C caller keeps the contract of the header. Recipe and memory stay valid while the handle is in use.
+    status(|| unsafe {
+        let out = Out::new(scan)?;
+        out.put(core::ptr::null_mut())?;
+        let memory = Memory::<CScan>::new(memory, memory_bytes)?;
+        let recipe = slice(recipe, recipe_bytes, glimpse_status::ArgumentRecipe)?;
+        let recipe = Recipe::parse(recipe)?;
+        let words = CScan::accept(&recipe, memory.words)?;
+        let scan = Scan::new(recipe, memory.numbers(words))?;
+        out.put(memory.put(scan).cast())
+    })
 }
 
-unsafe fn begin(
-    memory: *mut c_void,
-    memory_bytes: usize,
-    recipe: *const u8,
-    recipe_bytes: usize,
-    scan: *mut *mut glimpse_scan,
-) -> Result<(), glimpse_status> {
-    // SAFETY: guaranteed by the caller.
-    let out = unsafe { Out::new(scan)? };
-    out.put(core::ptr::null_mut());
-    // SAFETY: guaranteed by the caller; recipe and memory stay valid while the handle is in use.
-    let (recipe, memory) = unsafe {
-        (
-            slice(recipe, recipe_bytes)?,
-            CallerMemory::<CScan>::new(memory, memory_bytes)?,
-        )
-    };
-    let recipe = Recipe::parse(recipe)?;
-    let words = CScan::accept(&recipe, memory.words()).map_err(|error| match error {
-        ScanError::Memory { .. } => glimpse_status::MemoryTooSmall,
-        error => error.into(),
-    })?;
-    let handle = memory.put(words, |numbers| Scan::new(recipe, numbers))?;
-    out.put(handle.cast::<glimpse_scan>());
-    Ok(())
+/// Ends a scan. Its memory can be used for anything else. Further calls with the handle return
+/// GLIMPSE_STATUS_STALE, as long as the memory is not overwritten with the same bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_scan_end(scan: *mut glimpse_scan) -> glimpse_status {
+    // SAFETY: the C caller keeps the contract of the header.
+    status(|| unsafe { exclusive::<CScan>(scan.cast()).map(Handle::end) })
 }
 
 /// Sets the basis that glimpse_fitted_brdf() needs for the model Linear. The whole basis is checked, which
-/// takes some milliseconds per 100 kB on a Cortex-M4F at 168 MHz.
+/// takes some milliseconds per 100 kB on a Cortex-M4F at 168 MHz. A driver's scan cannot have a basis: a
+/// host computes its BRDF from the values.
 ///
 /// @param scan   The scan.
 /// @param basis  The output of trainer export --format basis, with any alignment. It is not copied: it
@@ -93,37 +112,27 @@ pub unsafe extern "C" fn glimpse_scan_set_basis(
     basis: *const u8,
     count: usize,
 ) -> glimpse_status {
-    // SAFETY: the C caller keeps the contract of the header.
-    status(unsafe { set_basis(scan.cast::<CScan>(), basis, count) })
-}
-
-unsafe fn set_basis(
-    scan: *mut CScan,
-    basis: *const u8,
-    count: usize,
-) -> Result<(), glimpse_status> {
-    // SAFETY: guaranteed by the caller; the basis stays valid while the handle is in use.
-    let basis = unsafe {
-        exclusive(scan)?;
-        Basis::parse(slice(basis, count)?)?
-    };
-    // SAFETY: the pointer was checked. The copy replaces the original before either is used again. After an error the
-    // copy is dropped, which has no effect.
-    unsafe { scan.write(scan.read().with_basis(basis)?) };
-    Ok(())
+    // SAFETY: the C caller keeps the contract of the header. The basis stays valid while the handle is in use. The copy of
+    // the scan replaces the original before either is used again; after an error it is dropped, which has no effect.
+    status(|| unsafe {
+        let scan: *mut CScan = scan_mut(scan)?;
+        let basis = Basis::parse(slice(basis, count, glimpse_status::ArgumentBasis)?)?;
+        scan.write(scan.read().with_basis(basis)?);
+        Ok(())
+    })
 }
 
 /// Deletes all readings for the next material. Skipped samples are pending again.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_restart(scan: *mut glimpse_scan) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let scan = unsafe { exclusive(scan.cast::<CScan>()) };
-    status(scan.map(Scan::restart))
+    status(|| unsafe { scan_mut(scan).map(Scan::restart) })
 }
 
-/// Returns the next pending sample in the recipe's order. Samples may be read in any order.
+/// Returns the next pending sample in the recipe's order. Samples may be read in any order:
+/// glimpse_machine_nearest() returns the one that the arms reach first.
 ///
-/// @param scan    The scan.
+/// @param scan    The scan, or that of a driver.
 /// @param from    The smallest index to return; 0 for the first pending sample.
 /// @param sample  Receives the sample.
 /// @return GLIMPSE_STATUS_NONE_PENDING if all samples from this index on are read or skipped.
@@ -134,37 +143,25 @@ pub unsafe extern "C" fn glimpse_scan_next(
     sample: *mut glimpse_sample,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    status(unsafe { next(scan, from, sample) })
+    status(|| unsafe {
+        let (scan, sample) = (shared(scan)?, Out::new(sample)?);
+        let mut pending = scan.pending().skip_while(|(index, _)| *index < from);
+        let (index, directions) = pending.next().ok_or(glimpse_status::NonePending)?;
+        let mut pattern = scan.recipe().pattern();
+        let angles = pattern.nth(usize::from(index)).unwrap_or_default();
+        sample.put(glimpse_sample {
+            index,
+            directions: directions.into(),
+            arms: directions.into(),
+            theta_h: angles.theta_h,
+            theta_d: angles.theta_d,
+            phi_d: angles.phi_d,
+        })
+    })
 }
 
-unsafe fn next(
-    scan: *const glimpse_scan,
-    from: u16,
-    sample: *mut glimpse_sample,
-) -> Result<(), glimpse_status> {
-    // SAFETY: guaranteed by the caller.
-    let (scan, out) = unsafe { (shared(scan.cast::<CScan>())?, Out::new(sample)?) };
-    let mut pending = scan.pending().skip_while(|(index, _)| *index < from);
-    let (index, directions) = pending.next().ok_or(glimpse_status::NonePending)?;
-    let mut pattern = scan.recipe().pattern();
-    let Angles {
-        theta_h,
-        theta_d,
-        phi_d,
-    } = pattern.nth(usize::from(index)).unwrap_or_default();
-    out.put(glimpse_sample {
-        index,
-        directions: directions.into(),
-        arms: directions.into(),
-        theta_h,
-        theta_d,
-        phi_d,
-    });
-    Ok(())
-}
-
-/// Records the reading of a sample, in any order. A second reading of the same sample replaces the
-/// first. A fit that is under way, or its result, is dropped.
+/// Records the reading of a sample, in any order. A second reading of the same sample replaces the first:
+/// glimpse_repeated_add() averages readings instead. A fit that is under way, or its result, is dropped.
 ///
 /// @param scan      The scan.
 /// @param index     Index of the sample in the pattern.
@@ -179,31 +176,12 @@ pub unsafe extern "C" fn glimpse_scan_record(
     recorded: *mut glimpse_recorded,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    status(unsafe { record(scan, index, reading, recorded) })
-}
-
-unsafe fn record(
-    scan: *mut glimpse_scan,
-    index: u16,
-    reading: *const glimpse_reading,
-    recorded: *mut glimpse_recorded,
-) -> Result<(), glimpse_status> {
-    // SAFETY: guaranteed by the caller.
-    let (scan, reading, out) = unsafe {
-        (
-            exclusive(scan.cast::<CScan>())?,
-            copy_of(reading)?,
-            Out::optional(recorded)?,
-        )
-    };
-    let recorded = scan.record(index, reading.into())?;
-    if let Some(out) = out {
-        out.put(glimpse_recorded {
-            replaced: u8::from(recorded.replaced),
-            clamped: u8::from(recorded.clamped),
-        });
-    }
-    Ok(())
+    status(|| unsafe {
+        let scan = scan_mut(scan)?;
+        let reading = copy(reading, glimpse_status::ArgumentReading)?;
+        let out = Out::optional(recorded)?;
+        out.put(scan.record(index, reading.into())?.into())
+    })
 }
 
 /// Skips a sample that cannot be read: it is no longer pending, and its reading is deleted. A later
@@ -216,24 +194,22 @@ unsafe fn record(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_skip(scan: *mut glimpse_scan, index: u16) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let scan = unsafe { exclusive(scan.cast::<CScan>()) };
-    status(scan.and_then(|scan| Ok(scan.skip(index)?)))
+    status(|| unsafe { Ok(scan_mut(scan)?.skip(index)?) })
 }
 
-/// Skips all pending samples, so that the fit uses the readings taken so far.
+/// Skips all pending samples, so that the fit uses only the recorded readings.
 ///
 /// @param scan  The scan.
 /// @return GLIMPSE_STATUS_READING_REQUIRED if the recipe does not tolerate missing readings.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_finish_early(scan: *mut glimpse_scan) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let scan = unsafe { exclusive(scan.cast::<CScan>()) };
-    status(scan.and_then(|scan| Ok(scan.finish_early()?)))
+    status(|| unsafe { Ok(scan_mut(scan)?.finish_early()?) })
 }
 
-/// Returns the reading of a sample. A fit raises readings that are too far below 0.
+/// Returns the recorded reading of a sample, unchanged by fits.
 ///
-/// @param scan     The scan.
+/// @param scan     The scan, or that of a driver.
 /// @param index    Index of the sample in the pattern.
 /// @param reading  Receives the reading.
 /// @return GLIMPSE_STATUS_NOT_READ if the sample has no reading, or does not exist.
@@ -244,11 +220,114 @@ pub unsafe extern "C" fn glimpse_scan_reading(
     reading: *mut glimpse_reading,
 ) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    let (scan, out) = unsafe { (shared(scan.cast::<CScan>()), Out::new(reading)) };
-    status(scan.and_then(|scan| {
-        let reading = scan.reading(index).ok_or(glimpse_status::NotRead);
-        let out = out?;
-        out.put(reading?.into());
-        Ok(())
-    }))
+    status(|| unsafe {
+        let (scan, out) = (shared(scan)?, Out::new(reading)?);
+        let reading = scan.reading(index).ok_or(glimpse_status::NotRead)?;
+        out.put(reading.into())
+    })
+}
+
+/// Returns the contents of both slots.
+///
+/// # Safety
+/// `saved` is null, misaligned, or points to slots that no code changes for `'a`.
+pub(crate) unsafe fn slots<'a>(
+    saved: *const glimpse_saved,
+) -> Result<[&'a [u8]; 2], glimpse_status> {
+    let argument = glimpse_status::ArgumentSaved;
+    // SAFETY: guaranteed by the caller.
+    unsafe {
+        let glimpse_saved { slots, slot_bytes } = copy(saved, argument)?;
+        let [first, second] = slots.map(|slot| slice(slot, slot_bytes, argument));
+        Ok([first?, second?])
+    }
+}
+
+/// Records the readings that survived a reset. Call it after glimpse_scan_begin(); glimpse_driver_begin()
+/// does it for a driver. After an error the scan is unchanged: read all samples.
+///
+/// @param saved  Both slots.
+/// @param scan   The scan.
+/// @param count  Receives the number of readings, or null.
+/// @return GLIMPSE_STATUS_SAVED_DAMAGED if neither slot is intact, for example because both are erased;
+///         GLIMPSE_STATUS_SAVED_RECIPE if the readings belong to another recipe;
+///         GLIMPSE_STATUS_READING_... if a reading is invalid.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_saved_restore(
+    saved: *const glimpse_saved,
+    scan: *mut glimpse_scan,
+    count: *mut usize,
+) -> glimpse_status {
+    // SAFETY: the C caller keeps the contract of the header.
+    status(|| unsafe {
+        let (slots, scan, out) = (slots(saved)?, scan_mut(scan)?, Out::optional(count)?);
+        out.put(Saved::restore(slots, scan).1?)
+    })
+}
+
+/// Encodes all readings of a scan for the slot that is not needed. Erase that slot, and write the bytes to
+/// its start. The other slot has the previous readings, which stay intact if this write fails or is
+/// interrupted: the next call then returns the same slot again. Skipped samples are not saved.
+///
+/// @param saved     Both slots, as they are now. The buffer must not overlap them.
+/// @param scan      The scan, or that of a driver.
+/// @param buffer    Receives the bytes.
+/// @param capacity  Its size: GLIMPSE_SAVED_BYTES of the recipe's samples.
+/// @param write     Receives the slot and the number of bytes.
+/// @return GLIMPSE_STATUS_BUFFER_TOO_SMALL if the buffer is too small for the readings.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_saved_write(
+    saved: *const glimpse_saved,
+    scan: *const glimpse_scan,
+    buffer: *mut u8,
+    capacity: usize,
+    write: *mut glimpse_slot_write,
+) -> glimpse_status {
+    // SAFETY: the C caller keeps the contract of the header.
+    status(|| unsafe {
+        let (slots, scan, out) = (slots(saved)?, shared(scan)?, Out::new(write)?);
+        let buffer = self::buffer(buffer, capacity)?;
+        Saved::find(slots).write(scan, buffer, |slot, bytes| {
+            out.put(glimpse_slot_write {
+                slot,
+                count: bytes.len(),
+            })
+        })
+    })
+}
+
+/// Encodes an empty list of readings, which deletes the saved ones. Write it like the result of
+/// glimpse_saved_write().
+///
+/// @param saved     Both slots, as they are now.
+/// @param buffer    Receives the bytes.
+/// @param capacity  Its size: at least GLIMPSE_SAVED_BYTES(0).
+/// @param write     Receives the slot and the number of bytes.
+/// @return GLIMPSE_STATUS_BUFFER_TOO_SMALL if the buffer is too small.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn glimpse_saved_clear(
+    saved: *const glimpse_saved,
+    buffer: *mut u8,
+    capacity: usize,
+    write: *mut glimpse_slot_write,
+) -> glimpse_status {
+    // SAFETY: the C caller keeps the contract of the header.
+    status(|| unsafe {
+        let (slots, out) = (slots(saved)?, Out::new(write)?);
+        let buffer = self::buffer(buffer, capacity)?;
+        Saved::find(slots).clear(|slot, bytes| {
+            let to = buffer.get_mut(..bytes.len());
+            for (to, byte) in to
+                .ok_or(glimpse_status::BufferTooSmall)?
+                .iter_mut()
+                .zip(bytes)
+            {
+                *to = *byte;
+            }
+            out.put(glimpse_slot_write {
+                slot,
+                count: bytes.len(),
+            })
+        })
+    })
 }

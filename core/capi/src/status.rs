@@ -1,34 +1,76 @@
 //! Statuses of calls, with their numbers and texts.
 
-use core::ffi::{CStr, c_char};
+use core::ffi::c_char;
 
+use glimpse_core::driver::DriverError;
 use glimpse_core::error_code::ErrorCode;
+use glimpse_core::gonio::CalibrationError;
 use glimpse_core::link::Failure;
 use glimpse_core::model::linear::BasisError;
 use glimpse_core::recipe::RecipeError;
-use glimpse_core::scan::{FinishError, FitError, ReadingError, ScanError, SkipError};
+use glimpse_core::scan::{FinishError, FitError, ReadingError, SavedError, ScanError, SkipError};
 
 /// The status of a call: 0 on success. glimpse_status_text() returns its text.
+///
+/// A negative status names an invalid argument: the program has a defect. A pointer argument is invalid if
+/// it is null although it is required, if it does not have the alignment of its type, or if its array
+/// exceeds the address space.
 ///
 /// After a status other than GLIMPSE_STATUS_OK nothing has changed and no result is written, unless the
 /// function states otherwise. The meaning of a number never changes.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum glimpse_status {
+    /// The argument `scan` is an invalid pointer.
+    ArgumentScan = -1,
+    /// The argument `driver` is an invalid pointer.
+    ArgumentDriver = -2,
+    /// The argument `scan` or `driver` is stale: in this memory nothing was begun, it was ended or moved, or
+    /// the other kind was begun.
+    Stale = -3,
+    /// The argument `scan` is a driver's scan, which changes only with functions of the driver.
+    ReadOnly = -4,
+    /// The argument `memory` is an invalid pointer, or not aligned to GLIMPSE_ALIGNMENT.
+    ArgumentMemory = -5,
+    /// The argument `recipe` is an invalid pointer, or it was rejected although it is usable.
+    ArgumentRecipe = -6,
+    /// The argument `basis` is an invalid pointer.
+    ArgumentBasis = -7,
+    /// The argument `config` is an invalid pointer.
+    ArgumentConfig = -8,
+    /// The host in the argument `config` is not one of glimpse_host.
+    ArgumentHost = -9,
+    /// The target loss in the argument `config` is negative or NAN.
+    ArgumentTargetLoss = -10,
+    /// The argument `machine`, or the machine in `config`, is an invalid pointer or has invalid limits.
+    ArgumentMachine = -11,
+    /// The argument `from` is an invalid pointer.
+    ArgumentArms = -12,
+    /// The argument `saved`, or one of its slots, is an invalid pointer.
+    ArgumentSaved = -13,
+    /// The argument `reading` is an invalid pointer.
+    ArgumentReading = -14,
+    /// The argument `directions` or `at` is an invalid pointer.
+    ArgumentDirections = -15,
+    /// The argument `bytes` is an invalid pointer.
+    ArgumentBytes = -16,
+    /// The argument `failure` is neither GLIMPSE_STATUS_MACHINE nor GLIMPSE_STATUS_STORAGE.
+    ArgumentFailure = -17,
+    /// The argument `calibration` is an invalid pointer, or its footprint is not one of glimpse_footprint.
+    ArgumentCalibration = -18,
+    /// The argument `counts` is an invalid pointer.
+    ArgumentCounts = -19,
+    /// The argument `repeated` is an invalid pointer.
+    ArgumentRepeated = -20,
+    /// The argument `buffer` or `values` is an invalid pointer.
+    ArgumentBuffer = -21,
+    /// An argument that receives a result is an invalid pointer.
+    ArgumentResult = -22,
+
     /// Success.
     Ok = 0,
-    /// A required pointer is null.
-    Null = 1,
-    /// A pointer does not have the alignment of its type, or the memory is not aligned to GLIMPSE_ALIGNMENT.
-    Misaligned = 2,
-    /// The memory is too small for the recipe: see glimpse_scan_bytes() and glimpse_driver_bytes().
-    MemoryTooSmall = 3,
-    /// A length exceeds the address space.
-    Length = 4,
-    /// The buffer is too small for the result; the count is the required capacity.
+    /// The buffer is too small for the result.
     BufferTooSmall = 5,
-    /// An argument is out of range.
-    Argument = 6,
     /// An error of glimpse-core that this library does not know.
     Unknown = 7,
 
@@ -44,8 +86,18 @@ pub enum glimpse_status {
     Unfinished = 20,
     /// No fit has been finished since the last reading: call glimpse_fit_finish().
     NotFitted = 21,
-    /// The driver has no scan, because its recipe is unusable.
-    NoScan = 22,
+    /// The driver's scan is finished, has failed, or does not exist: it takes no readings.
+    NotScanning = 22,
+    /// No intact readings are saved.
+    SavedDamaged = 23,
+    /// The saved readings belong to another recipe.
+    SavedRecipe = 24,
+    /// The white's counts are not above the dark counts.
+    WhiteNotBrighter = 25,
+    /// The white's reflectance is not above 0 and at most 2.
+    WhiteReflectance = 26,
+    /// The white is saturated.
+    WhiteSaturated = 27,
 
     /// The bytes are not a recipe.
     RecipeMagic = 32,
@@ -80,7 +132,7 @@ pub enum glimpse_status {
 
     /// The recipe's model is not the one that this library was built for.
     Model = 48,
-    /// A driver's memory is too small for its recipe.
+    /// The memory is too small for the recipe: see glimpse_scan_bytes() and glimpse_driver_bytes().
     Memory = 50,
     /// The basis is not the one that the recipe names.
     Basis = 51,
@@ -147,73 +199,72 @@ pub enum glimpse_status {
     RefusedSaved = 103,
     /// The host refused: it no longer sends the recipe that it offered.
     RefusedRecipe = 104,
-    /// Samples of the recipe are out of reach of the arms.
+    /// Samples or directions are out of reach of the arms.
     OutOfReach = 105,
     /// The host refused: it does not support this request.
     RefusedRequest = 106,
     /// The host refused for a reason that the device does not know.
     RefusedOther = 107,
+    /// The device could not store a recipe.
+    Storage = 108,
 }
 
 use glimpse_status as Status;
 
-/// The statuses that `glimpse-core` has no error code for, with their texts.
-const OWN_TEXTS: &[(Status, &CStr)] = &[
-    (Status::Ok, c"success"),
-    (
-        Status::Null,
-        c"a required pointer is null: check the status of the call that it came from",
-    ),
-    (
-        Status::Misaligned,
-        c"a pointer does not have the alignment of its type: declare memory with GLIMPSE_MEMORY",
-    ),
-    (
-        Status::MemoryTooSmall,
-        c"the memory is too small for the recipe: glimpse_scan_bytes and glimpse_driver_bytes return the required size",
-    ),
-    (Status::Length, c"a length exceeds the address space"),
-    (Status::Argument, c"an argument is out of range: see the function's documentation in glimpse.h"),
-    (
-        Status::Unknown,
-        c"an error that this library does not know: update the library",
-    ),
-    (Status::NonePending, c"no sample is pending"),
-    (Status::NotRead, c"this sample has no reading"),
-    (
-        Status::NoFit,
-        c"no fit is under way: glimpse_fit_begin begins one, and a reading ends it",
-    ),
-    (
-        Status::NotFitted,
-        c"no fit has been finished since the last reading: call glimpse_fit_finish",
-    ),
-    (
-        Status::NoScan,
-        c"the driver has no scan, because its recipe is unusable",
-    ),
-    (
-        Status::Directions,
-        c"a direction is below the horizon, not finite or not of unit length",
-    ),
-    (
-        Status::NoBasis,
-        c"Linear has no BRDF without a basis: call glimpse_scan_set_basis, or compute it on a host from the values",
-    ),
-];
+/// Defines the texts of these statuses, for which `glimpse-core` has no error code.
+macro_rules! own_texts {
+    ($($name:ident $text:literal)+) => {
+        /// The statuses that `glimpse-core` has no error code for, with their texts.
+        const OWN_TEXTS: &[(Status, &[u8])] = &[$((Status::$name, $text.to_bytes_with_nul()),)+];
+    };
+}
+
+own_texts! {
+    ArgumentScan c"argument `scan`: null or misaligned; check the status of glimpse_scan_begin"
+    ArgumentDriver c"argument `driver`: null or misaligned; check the status of glimpse_driver_begin"
+    Stale c"argument `scan` or `driver`: nothing is in use in this memory, or the other kind of handle"
+    ReadOnly c"argument `scan`: it belongs to a driver; call functions of the driver to change it"
+    ArgumentMemory c"argument `memory`: null or misaligned; declare it with GLIMPSE_MEMORY"
+    ArgumentRecipe c"argument `recipe`: null, too long, or rejected although it is usable"
+    ArgumentBasis c"argument `basis`: null or too long"
+    ArgumentConfig c"argument `config`: null or misaligned; start with glimpse_config_default"
+    ArgumentHost c"argument `config`: its field `host` is not one of glimpse_host"
+    ArgumentTargetLoss c"argument `config`: its field `target_loss` is negative or NAN"
+    ArgumentMachine c"argument `machine`, or that field of `config`: null, misaligned, or limits out of range (radians)"
+    ArgumentArms c"argument `from`: null or misaligned"
+    ArgumentSaved c"argument `saved`: null or misaligned, or one of its slots is null or too long"
+    ArgumentReading c"argument `reading`: null or misaligned"
+    ArgumentDirections c"argument `directions` or `at`: null or misaligned"
+    ArgumentBytes c"argument `bytes`: null or too long"
+    ArgumentFailure c"argument `failure`: neither GLIMPSE_STATUS_MACHINE nor GLIMPSE_STATUS_STORAGE"
+    ArgumentCalibration c"argument `calibration`: null, misaligned, or its field `footprint` is not one of glimpse_footprint"
+    ArgumentCounts c"argument `counts`: null or misaligned"
+    ArgumentRepeated c"argument `repeated`: null or misaligned"
+    ArgumentBuffer c"argument `buffer` or `values`: null, misaligned or too long"
+    ArgumentResult c"argument for a result: null or misaligned"
+    Ok c"success"
+    Unknown c"an error that this library does not know: update the library"
+    NonePending c"no sample is pending"
+    NotRead c"this sample has no reading"
+    NoFit c"no fit is under way: glimpse_fit_begin begins one, and a reading ends it"
+    NotFitted c"no fit has been finished since the last reading: call glimpse_fit_finish"
+    SavedDamaged c"no intact readings are saved: read all samples"
+    SavedRecipe c"the saved readings belong to another recipe: read all samples"
+    WhiteNotBrighter c"the white is not brighter than dark: check the lamp, and the order of both"
+    WhiteReflectance c"the white's reflectance is not above 0 and at most 2: give a fraction, not per cent"
+    WhiteSaturated c"the white is saturated: reduce the exposure of white and sample"
+    Directions c"a direction is below the horizon, not finite or not of unit length"
+    NoBasis c"Linear has no BRDF without a basis: call glimpse_scan_set_basis, or compute it on a host from the values"
+}
 
 /// Defines the texts of these statuses, and converts the error codes of `glimpse-core` with these names to them. The
 /// numbers of an error code and its status are equal.
 macro_rules! core_codes {
     ($($name:ident)+) => {
         /// The statuses of `glimpse-core`'s error codes, with their texts.
-        const CORE_TEXTS: &[(Status, &CStr)] = &[$((Status::$name, {
+        const CORE_TEXTS: &[(Status, &[u8])] = &[$((Status::$name, {
             const TEXT: &str = ErrorCode::$name.text();
-            const BYTES: [u8; TEXT.len().wrapping_add(1)] = terminated(TEXT);
-            match CStr::from_bytes_with_nul(&BYTES) {
-                Ok(text) => text,
-                Err(_) => c"",
-            }
+            &terminated::<{ TEXT.len().wrapping_add(1) }>(TEXT)
         }),)+];
 
         $(const _: () = assert!(Status::$name as i32 == ErrorCode::$name.code() as i32);)+
@@ -231,7 +282,7 @@ macro_rules! core_codes {
 
 core_codes! {
     BufferTooSmall
-    Incomplete Unfinished
+    Incomplete Unfinished NotScanning
     RecipeMagic RecipeVersion RecipeLength RecipeChecksum RecipeMalformed RecipeCount RecipeNonFinite
     RecipeBelowHorizon RecipeModel RecipeNotPositive RecipeNegative RecipeRange RecipeLimits RecipeUnknown
     RecipeSections
@@ -240,7 +291,7 @@ core_codes! {
     TooLarge Diverged Dark Repeated DeadRed DeadGreen DeadBlue Albedo Residual ImplausibleOther
     Machine Protocol NoReply
     RefusedNoScan RefusedDirections RefusedValues RefusedModel RefusedSaved RefusedRecipe OutOfReach
-    RefusedRequest RefusedOther
+    RefusedRequest RefusedOther Storage
 }
 
 /// Returns a zero-terminated copy of a text of `N - 1` bytes.
@@ -255,8 +306,8 @@ const fn terminated<const N: usize>(text: &str) -> [u8; N] {
     bytes
 }
 
-/// Returns every status with its text.
-pub(crate) fn texts() -> impl Iterator<Item = (Status, &'static CStr)> {
+/// Returns every status with its zero-terminated text.
+pub(crate) fn texts() -> impl Iterator<Item = (Status, &'static [u8])> {
     OWN_TEXTS.iter().chain(CORE_TEXTS).copied()
 }
 
@@ -265,9 +316,10 @@ pub(crate) fn texts() -> impl Iterator<Item = (Status, &'static CStr)> {
 #[unsafe(no_mangle)]
 pub extern "C" fn glimpse_status_text(status: i32) -> *const c_char {
     let found = texts().find(|(known, _)| *known as i32 == status);
-    found
-        .map_or(c"this number is not a status", |(_, text)| text)
-        .as_ptr()
+    let text = found.map_or(b"this number is not a status\0".as_slice(), |(_, text)| {
+        text
+    });
+    text.as_ptr().cast()
 }
 
 /// Returns the version of this library, such as "0.3.0": zero-terminated, constant and never null. It
@@ -290,4 +342,29 @@ macro_rules! from_code {
     };
 }
 
-from_code! { RecipeError BasisError ScanError ReadingError SkipError FitError FinishError Failure }
+from_code! { RecipeError BasisError ScanError ReadingError SkipError FitError FinishError DriverError Failure }
+
+impl From<SavedError> for Status {
+    fn from(error: SavedError) -> Self {
+        match error {
+            SavedError::Damaged => Self::SavedDamaged,
+            SavedError::Recipe { .. } => Self::SavedRecipe,
+            SavedError::Full => Self::BufferTooSmall,
+            SavedError::Reading(error) => error.into(),
+            _ => Self::Unknown,
+        }
+    }
+}
+
+impl From<CalibrationError> for Status {
+    fn from(error: CalibrationError) -> Self {
+        match error {
+            CalibrationError::NonFinite(_) => Self::ReadingNonFinite,
+            CalibrationError::WhiteNotBrighter(_) => Self::WhiteNotBrighter,
+            CalibrationError::Reflectance(_) => Self::WhiteReflectance,
+            CalibrationError::WhiteSaturated(_) => Self::WhiteSaturated,
+            CalibrationError::Cosine(_) => Self::Directions,
+            _ => Self::Unknown,
+        }
+    }
+}

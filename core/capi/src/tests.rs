@@ -1,26 +1,34 @@
 //! Tests of the C functions, called as from C.
 
+#![allow(
+    clippy::arithmetic_side_effects,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    clippy::undocumented_unsafe_blocks,
+    clippy::unwrap_used
+)]
+
 mod basis;
-mod driver;
-mod fit;
-mod misuse;
-mod scan;
+
+mod drivers;
+mod scans;
 mod sizes;
-mod skip;
 mod texts;
 
 use core::ffi::c_void;
-use core::ptr::null_mut;
+use core::ptr::{null, null_mut};
 use std::boxed::Box;
 use std::vec;
-use std::vec::Vec;
 
 use glimpse_core::recipe::memory_words;
+use glimpse_core::scan::Reading;
 
-use crate::configuration::{Fitter, driver_bytes, scan_bytes};
-use crate::scan::{glimpse_scan, glimpse_scan_begin, glimpse_scan_next, glimpse_scan_record};
+use crate::driver::glimpse_driver_begin;
+use crate::handle::{DRIVER_BYTES, SCAN_BYTES, glimpse_driver, glimpse_scan};
+use crate::scan::glimpse_scan_begin;
 use crate::status::glimpse_status;
-use crate::types::{glimpse_directions, glimpse_reading, glimpse_sample};
+use crate::types::{glimpse_config, glimpse_saved};
 
 /// Recipes: first one with a descent or a solve for each model, then one with a completion for each model.
 pub(crate) const RECIPES: [&[u8]; 8] = [
@@ -33,8 +41,10 @@ pub(crate) const RECIPES: [&[u8]; 8] = [
     include_bytes!("../../../trainer/recipes/completed/neural-n8.recipe"),
     include_bytes!("../../../trainer/recipes/completed/linear-n8.recipe"),
 ];
-pub(crate) const NEURAL: &[u8] = RECIPES[2];
-/// A recipe of 16 samples that tolerates missing readings.
+pub(crate) const PHONG: &[u8] = RECIPES[0];
+/// A recipe whose training materials are unlike these readings.
+pub(crate) const UNLIKE: &[u8] = include_bytes!("../../../trainer/recipes/timed/phong-n16.recipe");
+/// A recipe of 16 samples that tolerates missing readings, and bounds the loss without them.
 pub(crate) const MASKED: &[u8] = include_bytes!("../../../trainer/recipes/masked/phong-n16.recipe");
 /// Memory of the largest of these recipes, in words.
 pub(crate) const WORDS: usize = memory_words(&RECIPES);
@@ -48,17 +58,16 @@ pub(crate) struct AlignedMemory {
 
 impl AlignedMemory {
     pub(crate) fn new(bytes: usize) -> Self {
-        let words = vec![0xA5A5_5A5A_C3C3_3C3C; bytes.div_ceil(8)];
-        let words = words.into_boxed_slice();
+        let words = vec![0xA5A5_5A5A_C3C3_3C3C; bytes.div_ceil(8)].into_boxed_slice();
         Self { words, bytes }
     }
 
     pub(crate) fn for_scan() -> Self {
-        Self::new(scan_bytes(WORDS).unwrap())
+        Self::new(SCAN_BYTES + 4 * WORDS)
     }
 
     pub(crate) fn for_driver() -> Self {
-        Self::new(driver_bytes(WORDS).unwrap())
+        Self::new(DRIVER_BYTES + 4 * WORDS)
     }
 
     pub(crate) fn pointer(&mut self) -> *mut c_void {
@@ -72,80 +81,68 @@ pub(crate) fn begin(
     recipe: &[u8],
 ) -> (glimpse_status, *mut glimpse_scan) {
     let mut scan = null_mut();
-    let bytes = memory.bytes;
-    let status = unsafe {
-        glimpse_scan_begin(
-            memory.pointer(),
-            bytes,
-            recipe.as_ptr(),
-            recipe.len(),
-            &raw mut scan,
-        )
-    };
+    let (pointer, bytes) = (memory.pointer(), memory.bytes);
+    let (recipe, count) = (recipe.as_ptr(), recipe.len());
+    let status = unsafe { glimpse_scan_begin(pointer, bytes, recipe, count, &raw mut scan) };
     assert_eq!(status == glimpse_status::Ok, !scan.is_null());
     (status, scan)
 }
 
+/// Begins a driver. Returns the status and the driver.
+pub(crate) fn begin_driver(
+    memory: &mut AlignedMemory,
+    recipe: &[u8],
+    config: &glimpse_config,
+    saved: Option<&glimpse_saved>,
+) -> (glimpse_status, *mut glimpse_driver) {
+    let mut driver = null_mut();
+    let (pointer, bytes) = (memory.pointer(), memory.bytes);
+    let (recipe, count) = (recipe.as_ptr(), recipe.len());
+    let saved = saved.map_or(null(), core::ptr::from_ref);
+    let status = unsafe {
+        glimpse_driver_begin(
+            pointer,
+            bytes,
+            recipe,
+            count,
+            config,
+            saved,
+            &raw mut driver,
+        )
+    };
+    assert_eq!(status == glimpse_status::Ok, !driver.is_null());
+    (status, driver)
+}
+
 /// Returns a reading that differs between samples.
-pub(crate) fn reading(index: u16) -> glimpse_reading {
+pub(crate) fn reading(index: u16) -> Reading {
     let value = 0.05 + 0.02 * f32::from(index % 7);
-    glimpse_reading {
-        brdf: [value, 0.8 * value, 0.5 * value],
-        saturated: 0,
+    Reading::new([value, 0.8 * value, 0.5 * value])
+}
+
+/// Random numbers of a linear congruential generator.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    /// Returns an integer below `end`.
+    pub(crate) fn below(&mut self, end: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(0x5851_F42D_4C95_7F2D).wrapping_add(1);
+        (self.0 >> 33) % end
+    }
+
+    /// Returns a number from `low` to `high`.
+    pub(crate) fn within(&mut self, low: f32, high: f32) -> f32 {
+        low + (high - low) * self.below(1 << 20) as f32 / (1 << 20) as f32
+    }
+
+    /// Returns a reading. One of ten is invalid, and one of ten saturated.
+    pub(crate) fn reading(&mut self, index: u16) -> Reading {
+        let mut reading = reading(index);
+        match self.below(10) {
+            0 => reading.brdf[1] = [f32::NAN, -2.0, f32::INFINITY][self.below(3) as usize],
+            1 => reading.saturated = true,
+            _ => reading.brdf[2] += self.within(-0.1, 0.01),
+        }
+        reading
     }
 }
-
-/// Records readings of all pending samples and returns their number.
-pub(crate) fn record_all(scan: *mut glimpse_scan) -> usize {
-    let mut sample = glimpse_sample::default();
-    let mut count = 0;
-    while unsafe { glimpse_scan_next(scan, 0, &raw mut sample) } == glimpse_status::Ok {
-        let reading = reading(sample.index);
-        let status =
-            unsafe { glimpse_scan_record(scan, sample.index, &raw const reading, null_mut()) };
-        assert_eq!(status, glimpse_status::Ok);
-        count += 1;
-    }
-    count
-}
-
-/// A fit with core.
-pub(crate) struct CoreFit {
-    /// The bits of the values.
-    pub(crate) values: Vec<u32>,
-    pub(crate) predicted_loss: Option<f32>,
-    pub(crate) loss_bound: Option<f32>,
-    pub(crate) is_unlike_training: Option<bool>,
-}
-
-/// Fits the same readings with core.
-pub(crate) fn fit_with_core(recipe: &[u8]) -> CoreFit {
-    use glimpse_core::recipe::Recipe;
-    use glimpse_core::scan::Scan;
-
-    let mut memory = vec![0.0; WORDS];
-    let recipe = Recipe::parse(recipe).unwrap();
-    let mut scan = Scan::<Fitter>::new(recipe, &mut memory).unwrap();
-    while let Some((index, _)) = scan.next_pending() {
-        scan.record(index, reading(index).into()).unwrap();
-    }
-    let mut fit = scan.fit().unwrap();
-    while !fit.advance(u32::MAX).is_complete() {}
-    let fitted = fit.finish().unwrap();
-    CoreFit {
-        values: fitted.values().map(f32::to_bits).collect(),
-        predicted_loss: fitted.predicted_loss(),
-        loss_bound: fitted.loss_bound(),
-        is_unlike_training: fitted.is_unlike_training(),
-    }
-}
-
-/// Fits the same readings with core. Returns the bits of the values.
-pub(crate) fn values_with_core(recipe: &[u8]) -> Vec<u32> {
-    fit_with_core(recipe).values
-}
-
-pub(crate) static MIRROR: glimpse_directions = glimpse_directions {
-    incoming: [0.6, 0.0, 0.8],
-    outgoing: [-0.6, 0.0, 0.8],
-};

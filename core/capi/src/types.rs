@@ -1,10 +1,11 @@
 //! Types of the C API.
 
+use glimpse_core::fit::{Fitter, Progress};
 use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
-use glimpse_core::gonio::Limits;
+use glimpse_core::gonio::{Limits, Machine, Move, Speeds};
 use glimpse_core::link::BYTES_PER_FRAME;
 use glimpse_core::model::ModelKind;
-use glimpse_core::scan::{Reading, Residual};
+use glimpse_core::scan::{Fitted, Reading, Recorded, Residual};
 
 use crate::status::glimpse_status;
 
@@ -35,7 +36,6 @@ pub struct glimpse_arms {
 
 /// A sample of the recipe's pattern.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_sample {
     /// Index in the pattern, from 0.
     pub index: u16,
@@ -66,18 +66,16 @@ pub struct glimpse_reading {
 
 /// Details of a recorded reading.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_recorded {
     /// 1 if it replaced an earlier reading, else 0.
     pub replaced: u8,
-    /// 1 if the fit will raise a channel that is too far below 0, else 0.
+    /// 1 if the fit will clamp a channel that is too far below 0, else 0.
     pub clamped: u8,
 }
 
 /// Progress of a fit in units of work. A unit is the gradient at one sample, one row or channel of Linear's
 /// solve, or one part of the completion.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct glimpse_progress {
     /// Units done.
     pub done: u32,
@@ -101,7 +99,7 @@ pub struct glimpse_residual {
     /// Number of readings that equal the previous one bit for bit. A real sensor has noise: if all but the
     /// first are equal, the sensor is stuck.
     pub repeated: u16,
-    /// Number of readings that were too far below 0 and were raised.
+    /// Number of readings that were too far below 0 for the loss. The fit clamps them.
     pub clamped: u16,
     /// Reason why the material is implausible: GLIMPSE_STATUS_DARK to GLIMPSE_STATUS_IMPLAUSIBLE_OTHER
     /// (84 to 91). 0 if it is plausible.
@@ -136,10 +134,9 @@ pub enum glimpse_answer {
 
 /// Description of a recipe.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct glimpse_recipe {
-    /// The fitted model.
-    pub model: glimpse_model,
+    /// The fitted model: one of glimpse_model.
+    pub model: i32,
     /// n, the number of samples of its pattern.
     pub samples: u16,
     /// Number of values of a fit.
@@ -150,14 +147,41 @@ pub struct glimpse_recipe {
     pub expected_loss: f32,
 }
 
-/// A reading that survived a reset.
+/// The fitted material's quality.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct glimpse_fitted {
+    /// The error at the readings.
+    pub residual: glimpse_residual,
+    /// The loss predicted from this material's readings: the mean of
+    /// |ln(1 + f cos(theta_i)) - ln(1 + f_fitted cos(theta_i))| over all directions. NAN if the recipe does
+    /// not predict it, or if it is too large for a float.
+    pub predicted_loss: f32,
+    /// The upper bound of that loss, which holds for 90 % of materials. NAN if the recipe does not state it, or
+    /// if it is too large for a float.
+    pub loss_bound: f32,
+    /// GLIMPSE_ANSWER_YES if the readings are unlike those of all training materials: the predicted loss and
+    /// its bound are then uncertain.
+    pub unlike_training: glimpse_answer,
+}
+
+/// Both slots of memory that survives a reset: battery-backed RAM, or sectors of flash that are erased one at
+/// a time. Each function finds the intact slot with the later readings, so nothing else has to survive.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct glimpse_saved {
-    /// Index of the sample in the recipe's pattern.
-    pub index: u16,
-    /// The reading.
-    pub reading: glimpse_reading,
+    /// The content of each slot: the slot itself, or a copy if it is not in the address space.
+    pub slots: [*const u8; 2],
+    /// Size of a slot: GLIMPSE_SAVED_BYTES of the recipe's samples, or more.
+    pub slot_bytes: usize,
+}
+
+/// Bytes to write to a slot.
+#[repr(C)]
+pub struct glimpse_slot_write {
+    /// The slot to erase and write: 0 or 1.
+    pub slot: usize,
+    /// Number of bytes, from the start of the buffer to the start of the slot.
+    pub count: usize,
 }
 
 /// The role of the host.
@@ -166,7 +190,8 @@ pub struct glimpse_saved {
 pub enum glimpse_host {
     /// A host moves the arms and reads the sensor, as the device requests.
     Measures = 0,
-    /// The device moves the arms; a host receives progress and result.
+    /// The device moves the arms; a host receives progress and result. The device scans alone if none
+    /// answers.
     Listens = 1,
     /// The device moves the arms, without a host.
     Absent = 2,
@@ -180,10 +205,87 @@ pub struct glimpse_limits {
     pub max_theta_i: f32,
     /// The largest polar angle of the sensor's arm: above 0, at most pi/2.
     pub max_theta_o: f32,
-    /// The smallest angle between light and sensor: 0 to pi.
+    /// The smallest angle between light and sensor: 0 to pi, and at most the sum of both polar angles above.
     pub min_separation: f32,
     /// Not 0 if light, normal and sensor always lie in one plane.
     pub in_plane: u8,
+}
+
+/// A machine with two arms. glimpse_machine_default() returns one to change.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct glimpse_machine {
+    /// The speed of each axis in rad/s. 0, a negative number or NAN: the machine lacks this axis.
+    pub speeds: glimpse_arms,
+    /// Angles at which the missing axes are fixed. Those of other axes have no effect.
+    pub fixed: glimpse_arms,
+    /// The reach of the arms.
+    pub limits: glimpse_limits,
+    /// Not 0 if the sample is isotropic, so that both azimuths may be turned together.
+    pub isotropic: u8,
+    /// Not 0 if the arms swing through the normal to negative polar angles. (-theta, phi) is the direction
+    /// (theta, phi + pi).
+    pub through_normal: u8,
+}
+
+/// A move of the arms to a pending sample.
+#[repr(C)]
+pub struct glimpse_move {
+    /// Index of the sample in the pattern.
+    pub index: u16,
+    /// The new position. The azimuths are the nearest to the previous ones. After many moves they may exceed
+    /// one turn, so that the machine has to unwind its cables.
+    pub arms: glimpse_arms,
+    /// Duration in seconds: that of the axis that takes longest.
+    pub seconds: f32,
+}
+
+/// The larger spot on the sample at all angles, if the white is read at one pair of directions only.
+#[repr(i32)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum glimpse_footprint {
+    /// Any: the white is read at the directions of each sample.
+    Any = 0,
+    /// The light's spot: all that the sensor sees is lit. Counts are proportional to f cos(theta_i).
+    LightLarger = 1,
+    /// The sensor's spot: it sees all that is lit. Counts are proportional to f cos(theta_o).
+    SensorLarger = 2,
+}
+
+/// Counts of dark and white, with the same lamp and exposure as the sample. A monochrome sensor repeats its
+/// numbers three times.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct glimpse_calibration {
+    /// Counts without light.
+    pub dark: [f32; 3],
+    /// Counts of a white Lambertian tile, above the dark counts.
+    pub white: [f32; 3],
+    /// The tile's reflectance: above 0, at most 2 (a fraction, not per cent).
+    pub reflectance: [f32; 3],
+    /// Counts at and above which a reading is saturated, above those of the white. INFINITY if there are none.
+    pub saturation: f32,
+    /// One of glimpse_footprint.
+    pub footprint: i32,
+    /// Directions at which the white was read. Unused with GLIMPSE_FOOTPRINT_ANY.
+    pub reference: glimpse_directions,
+}
+
+/// Mean and variance of repeated readings. All fields of a new one are 0; glimpse_repeated_add() adds to it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct glimpse_repeated {
+    /// Number of readings.
+    pub count: u32,
+    /// Not 0 if a reading was saturated: the mean is then too low.
+    pub saturated: u8,
+    /// The mean.
+    pub mean: [f32; 3],
+    /// Sums of squared distances from the mean.
+    pub squares: [f32; 3],
+    /// The unbiased variance of a reading; NAN after the first reading. The variance of the mean is this
+    /// divided by count.
+    pub variance: [f32; 3],
 }
 
 /// Options of a driver. glimpse_config_default() returns the defaults.
@@ -192,32 +294,36 @@ pub struct glimpse_limits {
 pub struct glimpse_config {
     /// One of glimpse_host.
     pub host: i32,
-    /// Not 0 if `limits` are set. The driver skips samples out of reach if the recipe tolerates missing
-    /// readings; else the scan fails before the first measurement. If 0, the driver assumes that all samples
-    /// are within reach.
-    pub has_limits: u8,
+    /// Not 0 if `machine` is set. The driver skips samples out of reach if the recipe tolerates missing
+    /// readings; else the scan fails before any move. If 0, the driver assumes that all samples are within
+    /// reach.
+    pub has_machine: u8,
     /// Number of invalid readings of a sample after which the driver skips it, or fails if the recipe needs
-    /// every reading.
+    /// every reading. 0 means 1.
     pub attempts: u8,
-    /// Limits of the measuring machine.
-    pub limits: glimpse_limits,
+    /// The measuring machine: its reach, and the axes that it lacks.
+    pub machine: glimpse_machine,
     /// Seed of the sequence numbers on the link. It must differ from the seeds of all earlier
     /// drivers of this device: a boot counter, a random number, or the value of a free-running timer.
     pub sequence_seed: u32,
     /// Units of the fit per glimpse_driver_poll(). 0 means 1.
     pub steps_per_poll: u32,
-    /// Interval of retransmissions of a request without a reply, in ms.
+    /// Interval of retransmissions of a request without a reply, in ms. The intervals of a greeting without a
+    /// timeout double up to 1.6 s.
     pub retransmit_interval_ms: u32,
-    /// Timeout of a reply, in ms.
+    /// Timeout of a reply, in ms. After it, the scan fails with a host that measures, and continues alone with
+    /// one that listens. A greeting to a host that measures has no timeout.
     pub reply_timeout_ms: u32,
     /// Timeout of a reading by the host, in ms; includes the motion of its arms.
     pub measure_timeout_ms: u32,
     /// Maximum size of a recipe that the device can store, in bytes. 0 if it stores none.
     pub recipe_bytes: u32,
     /// Loss at which a scan stops before all samples are read; 0 for none. After each reading, the driver
-    /// fits the readings that it has. If glimpse_fitted_loss_bound() is at most this loss, it skips the
-    /// pending samples, and this fit is the result. Each fit takes as many units as one of all readings. It
-    /// has no effect with recipes that do not bound the loss of such fits.
+    /// fits the readings that it has. If glimpse_fitted.loss_bound is at most this loss, it skips the
+    /// pending samples, and this fit is the result. Each fit takes as many units as one of all readings. The
+    /// bound holds only for the first samples in the recipe's order, so the driver reads all samples if one was
+    /// skipped, out of reach, saturated, or read out of order. It has no effect with recipes that do not bound
+    /// the loss of such fits.
     pub target_loss: f32,
 }
 
@@ -229,26 +335,31 @@ pub enum glimpse_action_kind {
     Wait = 0,
     /// Poll again soon.
     Continue = 1,
-    /// Move the arms to `directions`, read the sensor, then call glimpse_driver_record() with `index`, or
-    /// glimpse_driver_skip(), or glimpse_driver_fail(). Other pending samples are allowed, too. The driver
-    /// repeats this action until one of these calls.
+    /// Move the arms to `directions`, read the sensor, then call glimpse_driver_record() with `index`. If only
+    /// this sample cannot be read, call glimpse_driver_skip(). If arms or sensor failed, call
+    /// glimpse_driver_fail(). The driver repeats this action until one of these calls. The firmware may read
+    /// any other pending sample instead, such as that of glimpse_machine_nearest().
     Measure = 2,
-    /// Save `index` and `reading` in memory that survives a reset.
+    /// Save `index` and `reading` in memory that survives a reset: glimpse_saved_write() saves all readings.
     Save = 3,
-    /// Delete all saved readings.
+    /// Delete all saved readings: glimpse_saved_clear().
     Forget = 4,
     /// Write `byte_count` bytes of `bytes` at `offset` of a new recipe, separate from the present one. A new
-    /// recipe begins at offset 0.
+    /// recipe begins at offset 0. If this fails, call glimpse_driver_fail() with GLIMPSE_STATUS_STORAGE.
     Store = 5,
     /// The new recipe of `offset` bytes is complete, and should have `checksum`. If its
     /// glimpse_driver_bytes() are neither 0 nor larger than the memory, begin a driver with it; else call
     /// glimpse_driver_reject().
     Install = 6,
-    /// The scan is finished, with `residual`. glimpse_driver_scan() returns the fitted material until the
-    /// next poll.
+    /// The fit is complete, with `residual`. It may be implausible: check residual.implausible first.
+    /// glimpse_driver_scan() has the fitted material until the next scan.
+    ///
+    /// The driver then sends the result to the host, and returns GLIMPSE_ACTION_KIND_FORGET when the host has
+    /// accepted it. With GLIMPSE_HOST_MEASURES the next scan begins afterwards. Otherwise call
+    /// glimpse_driver_restart().
     Finished = 7,
-    /// The scan has failed because of `failure`. With a host it restarts automatically after a pause.
-    /// Without a host, call glimpse_driver_restart().
+    /// The scan has failed because of `failure`, or its result was refused. The readings are kept, and
+    /// nothing moves until glimpse_driver_resume() or glimpse_driver_restart().
     Failed = 8,
 }
 
@@ -279,39 +390,41 @@ pub struct glimpse_action {
 }
 
 const _: () = assert!(BYTES_PER_FRAME == 60); // the length of `bytes` above
+const _: () = assert!(glimpse_model::Phong as i32 == ModelKind::Phong as i32);
+const _: () = assert!(glimpse_model::Neural as i32 == ModelKind::Neural as i32);
+const _: () = assert!(glimpse_model::CookTorrance as i32 == ModelKind::CookTorrance as i32);
+const _: () = assert!(glimpse_model::Linear as i32 == ModelKind::Linear as i32);
 
-impl From<Directions<f32>> for glimpse_directions {
-    fn from(directions: Directions<f32>) -> Self {
-        Self {
-            incoming: directions.incoming,
-            outgoing: directions.outgoing,
+/// Converts structs with equal fields in both directions. The fields after `;` are flags, which C stores in bytes.
+macro_rules! convert {
+    ($($c:ty = $core:ty { $($field:ident),* $(; $($flag:ident),+)? })+) => {$(
+        impl From<$core> for $c {
+            fn from(from: $core) -> Self {
+                Self { $($field: from.$field.into(),)* $($($flag: u8::from(from.$flag)),+)? }
+            }
         }
-    }
-}
 
-impl From<glimpse_directions> for Directions<f32> {
-    fn from(directions: glimpse_directions) -> Self {
-        Self {
-            incoming: directions.incoming,
-            outgoing: directions.outgoing,
+        impl From<$c> for $core {
+            fn from(from: $c) -> Self {
+                Self { $($field: from.$field.into(),)* $($($flag: from.$flag != 0),+)? }
+            }
         }
-    }
+    )+};
 }
 
-/// Returns the directions of two arms. All angles are valid; below the horizon the BRDF is undefined.
-#[unsafe(no_mangle)]
-pub extern "C" fn glimpse_directions_of(arms: glimpse_arms) -> glimpse_directions {
-    let spherical = |theta, phi| Spherical { theta, phi };
-    let arms = ArmAngles {
-        incoming: spherical(arms.theta_i, arms.phi_i),
-        outgoing: spherical(arms.theta_o, arms.phi_o),
-    };
-    arms.directions().into()
+convert! {
+    glimpse_directions = Directions<f32> { incoming, outgoing }
+    glimpse_reading = Reading { brdf; saturated }
+    glimpse_recorded = Recorded {; replaced, clamped }
+    glimpse_progress = Progress { done, total }
+    glimpse_move = Move { index, arms, seconds }
+    glimpse_limits = Limits { max_theta_i, max_theta_o, min_separation; in_plane }
+    glimpse_arms = Speeds { theta_i, phi_i, theta_o, phi_o }
+    glimpse_machine = Machine { speeds, fixed, limits; isotropic, through_normal }
 }
 
-impl From<Directions<f32>> for glimpse_arms {
-    fn from(directions: Directions<f32>) -> Self {
-        let ArmAngles { incoming, outgoing } = ArmAngles::from_directions(&directions);
+impl From<ArmAngles> for glimpse_arms {
+    fn from(ArmAngles { incoming, outgoing }: ArmAngles) -> Self {
         Self {
             theta_i: incoming.theta,
             phi_i: incoming.phi,
@@ -321,21 +434,19 @@ impl From<Directions<f32>> for glimpse_arms {
     }
 }
 
-impl From<Reading> for glimpse_reading {
-    fn from(reading: Reading) -> Self {
+impl From<glimpse_arms> for ArmAngles {
+    fn from(arms: glimpse_arms) -> Self {
+        let spherical = |theta, phi| Spherical { theta, phi };
         Self {
-            brdf: reading.brdf,
-            saturated: u8::from(reading.saturated),
+            incoming: spherical(arms.theta_i, arms.phi_i),
+            outgoing: spherical(arms.theta_o, arms.phi_o),
         }
     }
 }
 
-impl From<glimpse_reading> for Reading {
-    fn from(reading: glimpse_reading) -> Self {
-        Self {
-            brdf: reading.brdf,
-            saturated: reading.saturated != 0,
-        }
+impl From<Directions<f32>> for glimpse_arms {
+    fn from(directions: Directions<f32>) -> Self {
+        ArmAngles::from_directions(&directions).into()
     }
 }
 
@@ -356,48 +467,17 @@ impl From<Residual> for glimpse_residual {
     }
 }
 
-impl From<Limits> for glimpse_limits {
-    fn from(limits: Limits) -> Self {
+impl<K: Fitter> From<Fitted<'_, K>> for glimpse_fitted {
+    fn from(fitted: Fitted<'_, K>) -> Self {
         Self {
-            max_theta_i: limits.max_theta_i,
-            max_theta_o: limits.max_theta_o,
-            min_separation: limits.min_separation,
-            in_plane: u8::from(limits.in_plane),
+            residual: fitted.residual().into(),
+            predicted_loss: fitted.predicted_loss().unwrap_or(f32::NAN),
+            loss_bound: fitted.loss_bound().unwrap_or(f32::NAN),
+            unlike_training: match fitted.is_unlike_training() {
+                Some(false) => glimpse_answer::No,
+                Some(true) => glimpse_answer::Yes,
+                None => glimpse_answer::Unknown,
+            },
         }
-    }
-}
-
-impl From<glimpse_limits> for Limits {
-    fn from(limits: glimpse_limits) -> Self {
-        Self {
-            max_theta_i: limits.max_theta_i,
-            max_theta_o: limits.max_theta_o,
-            min_separation: limits.min_separation,
-            in_plane: limits.in_plane != 0,
-        }
-    }
-}
-
-impl From<Option<bool>> for glimpse_answer {
-    fn from(answer: Option<bool>) -> Self {
-        match answer {
-            Some(false) => Self::No,
-            Some(true) => Self::Yes,
-            None => Self::Unknown,
-        }
-    }
-}
-
-impl TryFrom<ModelKind> for glimpse_model {
-    type Error = glimpse_status;
-
-    fn try_from(model: ModelKind) -> Result<Self, glimpse_status> {
-        Ok(match model {
-            ModelKind::Phong => Self::Phong,
-            ModelKind::Neural => Self::Neural,
-            ModelKind::CookTorrance => Self::CookTorrance,
-            ModelKind::Linear => Self::Linear,
-            _ => return Err(glimpse_status::Model),
-        })
     }
 }

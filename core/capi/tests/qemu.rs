@@ -2,6 +2,8 @@
 //!
 //! `tests/run firmware` builds the libraries for linking.
 
+#![allow(clippy::arithmetic_side_effects, clippy::unwrap_used)]
+
 mod common;
 
 use std::process::Command;

@@ -39,6 +39,29 @@ impl Repeated {
         }
     }
 
+    /// Creates statistics from their parts, for example after a C function returned them. Parts that are not finite make
+    /// the next [`Repeated::add`] fail.
+    #[must_use]
+    pub const fn from_parts(
+        count: u32,
+        mean: [f32; 3],
+        squares: [f32; 3],
+        saturated: bool,
+    ) -> Self {
+        Self {
+            count,
+            mean,
+            squares,
+            saturated,
+        }
+    }
+
+    /// The sums of squared distances from the mean.
+    #[must_use]
+    pub const fn squares(&self) -> [f32; 3] {
+        self.squares
+    }
+
     /// Adds a reading.
     ///
     /// # Errors

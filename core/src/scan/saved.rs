@@ -112,6 +112,13 @@ impl Saved {
             .saturating_add(HEADER_BYTES + CHECKSUM_BYTES)
     }
 
+    /// Finds the slot of the next write, like [`Saved::restore`] but without a scan: firmware that reads its slots before
+    /// each write needs no other state.
+    #[must_use]
+    pub fn find(slots: [&[u8]; 2]) -> Self {
+        newest(slots).0
+    }
+
     /// Records the readings that survived a reset. Returns their number, or the reason why none was recorded. In both
     /// cases the next write goes to the slot that is not needed.
     pub fn restore<K: Fitter>(

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use glimpse_core::fit::AnyModel;
-use glimpse_core::geometry::Angles;
+use glimpse_core::geometry::{Angles, Directions};
+use glimpse_core::gonio::{Calibration, Footprint, Limits, Machine, Repeated};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Scan};
 
@@ -23,7 +24,7 @@ pub fn folder() -> &'static Path {
 }
 
 /// Returns a reading of the simulated material in examples/example.h.
-fn read_sensor(angles: Angles<f32>) -> Reading {
+fn read_sensor(angles: Angles<f32>, at: &Directions<f32>) -> Reading {
     let lobe = |sharpness: f32| {
         let falloff = 1.0 + sharpness * angles.theta_h * angles.theta_h;
         1.0 / (falloff * falloff)
@@ -31,7 +32,20 @@ fn read_sensor(angles: Angles<f32>) -> Reading {
     let lobes = (8.0 * lobe(40.0) + lobe(0.1 * 40.0)) / 9.0;
     let grazing = 1.0 + 0.2 * angles.theta_d * angles.theta_d;
     let highlight = 0.9 * lobes * grazing;
-    Reading::new([0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight])
+    let brdf = [0.12 + highlight, 0.05 + highlight, 0.03 + 0.9 * highlight];
+    let mut repeated = Repeated::new();
+    for time in [0.0, 1.0] {
+        let counts = brdf.map(|brdf| 100.0 + time + 9000.0 * brdf * at.incoming[2]);
+        repeated.add(counts, false).unwrap();
+    }
+    let reference = Directions {
+        incoming: [0.0, 0.0, 1.0],
+        outgoing: [0.6, 0.0, 0.8],
+    };
+    let calibration = Calibration::monochrome(100.0, 3000.0, 0.99).unwrap();
+    let calibration = calibration.read_once_at(&reference, Footprint::LightLarger);
+    let counts = repeated.mean().unwrap();
+    calibration.unwrap().brdf(counts, at).unwrap().into()
 }
 
 /// Returns the folder of the bundled recipes.
@@ -39,11 +53,11 @@ fn recipes() -> PathBuf {
     folder().join("../../trainer/recipes")
 }
 
-fn line(name: &str, quantity: &str, values: impl Iterator<Item = f32>) -> String {
-    let bits: Vec<String> = values
-        .map(|value| format!("{:08x} ", value.to_bits()))
-        .collect();
-    format!("{name}.{quantity}={}\n", bits.concat())
+fn line(name: &str, quantity: &str, values: &[f32]) -> String {
+    let bits = values
+        .iter()
+        .map(|value| format!("{:08x} ", value.to_bits()));
+    format!("{name}.{quantity}={}\n", bits.collect::<String>())
 }
 
 /// Returns the expected output of `scan.c` and `driver.c`: the bits of the same scans with core.
@@ -54,25 +68,40 @@ pub fn expected() -> [String; 2] {
         let recipe = Recipe::parse(&recipe).unwrap();
         let mut memory = vec![0.0; recipe.memory_words()];
         let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
-        for (index, angles) in (0..).zip(recipe.pattern()) {
-            scan.record(index, read_sensor(angles)).unwrap();
+        let mut machine = Machine::new(Limits::NONE);
+        machine.limits.min_separation = 0.01;
+        machine.through_normal = true;
+        let (mut arms, mut seconds) = (machine.fixed, 0.0);
+        while let Some(next) = machine.nearest(scan.pending(), &arms) {
+            let index = usize::from(next.index);
+            let angles = recipe.pattern().nth(index).unwrap();
+            let (_, at) = scan
+                .pending()
+                .find(|(index, _)| *index == next.index)
+                .unwrap();
+            scan.record(next.index, read_sensor(angles, &at)).unwrap();
+            (arms, seconds) = (next.arms, seconds + next.seconds);
         }
         let mut fit = scan.fit().unwrap();
         while !fit.advance(u32::MAX).is_complete() {}
         let fitted = fit.finish().unwrap();
-        let mirror = glimpse_core::geometry::Directions {
+        let mirror = Directions {
             incoming: [0.6, 0.0, 0.8],
             outgoing: [-0.6, 0.0, 0.8],
         };
         let [by_steps, by_driver] = &mut printed;
         let residual = fitted.residual();
-        let residual = [residual.mean, residual.worst].into_iter();
-        *by_steps += &line(name, "residual", residual);
+        *by_steps += &line(name, "seconds", &[seconds]);
+        *by_steps += &line(name, "mean", &[residual.mean]);
+        *by_steps += &line(name, "worst", &[residual.worst]);
+        let predicted = fitted.predicted_loss().unwrap_or(f32::NAN);
+        *by_steps += &line(name, "predicted", &[predicted]);
         if let Some(brdf) = fitted.brdf(&mirror) {
-            *by_steps += &line(name, "brdf", brdf.into_iter());
+            *by_steps += &line(name, "brdf", &brdf);
         }
-        let values = line(name, "values", fitted.values());
+        let values = line(name, "values", &fitted.values().collect::<Vec<_>>());
         *by_steps += &values;
+        *by_driver += &line(name, "moves", &[8.0]);
         *by_driver += &values;
     }
     printed
@@ -96,14 +125,14 @@ pub fn compile(compiler: &str, platform: &str, example: &str, options: &[&str], 
         .arg("-o")
         .arg(out)
         .output()
-        .unwrap_or_else(|error| panic!("{compiler}: {error}"));
+        .unwrap();
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{compiler} {options:?}:\n{text}");
 }
 
 /// Runs a program and returns its output.
 pub fn run(command: &mut Command) -> String {
-    let output = command.output().expect("a program that starts");
+    let output = command.output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(

@@ -52,6 +52,9 @@ proptest! {
         let readings: Vec<_> = readings.iter().map(|r| r.map(|value| value + offset)).collect();
         for reading in &readings {
             repeated.add(*reading, false).expect("finite");
+            let (count, mean) = (repeated.count(), repeated.mean().unwrap_or_default());
+            let again = Repeated::from_parts(count, mean, repeated.squares(), repeated.saturated());
+            assert_eq!(again, repeated);
         }
         let count = readings.len() as f64;
         let (means, variances) = (repeated.mean().expect("at least one reading"), repeated.variance().expect("at least two readings"));

@@ -46,7 +46,9 @@ impl Flash {
 
     /// Restores the readings into a new scan.
     fn restore(&mut self, scan: &mut Scan<'_, Any>) -> Result<usize, SavedError> {
-        let (saved, restored) = Saved::restore([&self.slots[0], &self.slots[1]], scan);
+        let slots = [self.slots[0].as_slice(), &self.slots[1]];
+        let (saved, restored) = Saved::restore(slots, scan);
+        assert_eq!(Saved::find(slots), saved);
         self.saved = saved;
         restored
     }
