@@ -36,13 +36,10 @@ use defmt_rtt as _; // log over RTT
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::link::Failure;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan;
 
 use board::Board;
-use recipe::{MEMORY_WORDS, Model, RECIPE};
+use recipe::{MEMORY_WORDS, Model, RECIPE, Scan};
 use storage::Storage;
-
-type Scan = scan::Scan<'static, Model>;
 
 #[entry]
 fn main() -> ! {

@@ -9,8 +9,7 @@ use core::sync::atomic::{AtomicU8, Ordering};
 
 use glimpse_core::scan::{Saved, SavedError};
 
-use crate::Scan;
-use crate::recipe::SAMPLES;
+use crate::recipe::{SAMPLES, Scan};
 
 /// Bytes that `memory/` reserves: enough for 67 samples.
 const MEMORY_BYTES: usize = 2048;
