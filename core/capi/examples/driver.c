@@ -86,7 +86,7 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
         case GLIMPSE_ACTION_KIND_FINISHED:
             is_finished = 1;
             print_number(name, ".moves=", (float)moves);
-            status = print_values(name, scan);
+            status = print_fitted(name, scan);
             break;
         case GLIMPSE_ACTION_KIND_FORGET:
             status = save(NULL);

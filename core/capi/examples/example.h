@@ -90,17 +90,23 @@ static inline void print_number(const char *name, const char *quantity, float va
     print("\n");
 }
 
-/* Prints all values of a fitted material on a line. */
-static inline glimpse_status print_values(const char *name, const glimpse_scan *scan)
+/* Prints the quality of a fitted material, and its BRDF in the mirror direction. Linear needs a basis for it. */
+static inline glimpse_status print_fitted(const char *name, const glimpse_scan *scan)
 {
-    static float values[675]; /* enough for the largest model */
-    size_t count = 0;
-    glimpse_status status =
-        glimpse_fitted_values(scan, values, sizeof values / sizeof values[0], &count);
+    static const glimpse_directions MIRROR = {{0.6f, 0.0f, 0.8f}, {-0.6f, 0.0f, 0.8f}};
+    glimpse_fitted fitted;
+    float brdf[3];
+    glimpse_status status = glimpse_fitted_describe(scan, &fitted);
+    if (status != GLIMPSE_STATUS_OK) return status;
+    print_number(name, ".mean=", fitted.residual.mean);
+    print_number(name, ".worst=", fitted.residual.worst);
+    print_number(name, ".predicted=", fitted.predicted_loss);
+    status = glimpse_fitted_brdf(scan, &MIRROR, &brdf);
+    if (status == GLIMPSE_STATUS_NO_BASIS) return GLIMPSE_STATUS_OK;
     if (status != GLIMPSE_STATUS_OK) return status;
     print(name);
-    print(".values=");
-    for (size_t i = 0; i < count; i++) print_bits(values[i]);
+    print(".brdf=");
+    for (int channel = 0; channel < 3; channel++) print_bits(brdf[channel]);
     print("\n");
     return status;
 }

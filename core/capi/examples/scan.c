@@ -6,6 +6,21 @@
 /* Memory of a scan, reused by the next one. */
 static GLIMPSE_MEMORY(memory, GLIMPSE_SCAN_BYTES(RECIPE_WORDS));
 
+/* Prints all values of a fitted material on a line, from which a host renders it. */
+static glimpse_status print_values(const char *name, const glimpse_scan *scan)
+{
+    static float values[675]; /* enough for the largest model */
+    size_t count = 0;
+    glimpse_status status =
+        glimpse_fitted_values(scan, values, sizeof values / sizeof values[0], &count);
+    if (status != GLIMPSE_STATUS_OK) return status;
+    print(name);
+    print(".values=");
+    for (size_t i = 0; i < count; i++) print_bits(values[i]);
+    print("\n");
+    return status;
+}
+
 static glimpse_status scan_material(const char *name, const uint8_t *recipe, size_t recipe_bytes)
 {
     glimpse_scan *scan;
@@ -42,26 +57,8 @@ static glimpse_status scan_material(const char *name, const uint8_t *recipe, siz
     /* An implausible material (status 84 to 91) also has a result. This example treats it as a failure. */
     status = glimpse_fit_finish(scan);
     if (status != GLIMPSE_STATUS_OK) return status;
-    glimpse_fitted fitted;
-    status = glimpse_fitted_describe(scan, &fitted);
-    if (status != GLIMPSE_STATUS_OK) return status;
-    print_number(name, ".mean=", fitted.residual.mean);
-    print_number(name, ".worst=", fitted.residual.worst);
-    print_number(name, ".predicted=", fitted.predicted_loss);
-
-    /* Evaluate the BRDF at other directions. Linear needs a basis for it. */
-    static const glimpse_directions MIRROR = {{0.6f, 0.0f, 0.8f}, {-0.6f, 0.0f, 0.8f}};
-    float brdf[3];
-    status = glimpse_fitted_brdf(scan, &MIRROR, &brdf);
-    if (status == GLIMPSE_STATUS_OK) {
-        print(name);
-        print(".brdf=");
-        for (int channel = 0; channel < 3; channel++) print_bits(brdf[channel]);
-        print("\n");
-    } else if (status != GLIMPSE_STATUS_NO_BASIS) {
-        return status;
-    }
-    status = print_values(name, scan);
+    status = print_fitted(name, scan);
+    if (status == GLIMPSE_STATUS_OK) status = print_values(name, scan);
     return status == GLIMPSE_STATUS_OK ? glimpse_scan_end(scan) : status;
 }
 

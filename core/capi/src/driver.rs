@@ -5,7 +5,7 @@ use core::ffi::c_void;
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::gonio::{Limits, Machine};
 use glimpse_core::link::Failure;
-use glimpse_core::recipe::Recipe;
+use glimpse_core::recipe::{Recipe, RecipeError};
 use glimpse_core::scan::Saved;
 
 use crate::handle::{
@@ -121,18 +121,31 @@ pub unsafe extern "C" fn glimpse_driver_begin(
             true => [[].as_slice(); 2],
             false => slots(saved)?,
         };
-        let scan = accept(recipe, memory.words).and_then(|(recipe, words)| {
-            CScan::new(recipe, memory.numbers(words)).map_err(Failure::Scan)
-        });
-        let driver = match scan {
-            Ok(mut scan) => {
-                // Without intact readings, the driver reads all samples.
-                let _ = Saved::restore(slots, &mut scan);
-                Driver::new(scan, config)
-            }
-            Err(failure) => Driver::without_scan(failure, config),
-        };
-        out.put(memory.put(driver).cast())
+        let recipe = Recipe::parse(recipe);
+        out.put(begin(memory, recipe, slots, config).cast())
+    })
+}
+
+/// Writes a driver. The function is not inlined, so that its temporaries are not on the stack while a recipe is parsed.
+#[inline(never)]
+fn begin(
+    memory: Memory<CDriver>,
+    recipe: Result<Recipe<'static>, RecipeError>,
+    slots: [&[u8]; 2],
+    config: Config,
+) -> *mut Handle<CDriver> {
+    let scan = recipe.map_err(Failure::Recipe).and_then(|recipe| {
+        // SAFETY: this is the only call.
+        let numbers = unsafe { memory.numbers() };
+        CScan::new(recipe, numbers).map_err(Failure::Scan)
+    });
+    memory.put(match scan {
+        Ok(mut scan) => {
+            // Without intact readings, the driver reads all samples.
+            let _ = Saved::restore(slots, &mut scan);
+            Driver::new(scan, config)
+        }
+        Err(failure) => Driver::without_scan(failure, config),
     })
 }
 
@@ -141,14 +154,7 @@ pub unsafe extern "C" fn glimpse_driver_begin(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_driver_end(driver: *mut glimpse_driver) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    status(|| unsafe { exclusive::<CDriver>(driver.cast()).map(Handle::end) })
-}
-
-/// Parses a recipe. Also returns the words of memory that it needs. Fails if they are more than `words`.
-fn accept(recipe: &[u8], words: usize) -> Result<(Recipe<'_>, usize), Failure> {
-    let recipe = Recipe::parse(recipe).map_err(Failure::Recipe)?;
-    let needed = CScan::accept(&recipe, words).map_err(Failure::Scan)?;
-    Ok((recipe, needed))
+    status(|| unsafe { exclusive::<CDriver>(driver.cast()).map(|handle| handle.tag = 0) })
 }
 
 /// Advances the driver and returns the firmware's next action. Call it repeatedly; a call takes at most the
@@ -337,7 +343,9 @@ pub unsafe extern "C" fn glimpse_driver_reject(
     status(|| unsafe {
         let handle = exclusive::<CDriver>(driver.cast())?;
         let recipe = slice(recipe, count, glimpse_status::ArgumentRecipe)?;
-        let failure = accept(recipe, handle.words).err();
+        let recipe = Recipe::parse(recipe).map_err(Failure::Recipe);
+        let accept = |recipe| CScan::accept(&recipe, handle.words).map_err(Failure::Scan);
+        let failure = recipe.and_then(accept).err();
         handle
             .value
             .fail(failure.ok_or(glimpse_status::ArgumentRecipe)?);

@@ -43,8 +43,8 @@ pub(crate) type CDriver = Driver<'static, Fitter>;
 /// The front of the caller's memory. The words of a scan follow it.
 #[repr(C)]
 pub(crate) struct Handle<T> {
-    /// [`tag_of`] this handle while it is in use.
-    tag: usize,
+    /// [`tag_of`] this handle while it is in use. 0 ends the use.
+    pub(crate) tag: usize,
     pub(crate) value: T,
     /// Words (of 4 bytes) behind the handle.
     pub(crate) words: usize,
@@ -145,13 +145,6 @@ pub(crate) unsafe fn scan_mut<'a>(scan: *mut glimpse_scan) -> Result<&'a mut CSc
     }
 }
 
-impl<T> Handle<T> {
-    /// Ends the use of a handle: calls with it are refused.
-    pub(crate) fn end(&mut self) {
-        self.tag = 0;
-    }
-}
-
 /// Size of a word of a scan's memory, in bytes.
 const WORD_BYTES: usize = size_of::<f32>();
 
@@ -176,26 +169,28 @@ impl<T: Kind> Memory<T> {
         Ok(Self { handle, words })
     }
 
-    /// Returns the first `words` words behind the handle, set to 0.
+    /// Returns the words behind the handle, set to 0.
     ///
     /// # Safety
     /// Call it at most once.
-    pub(crate) unsafe fn numbers(&self, words: usize) -> &'static mut [f32] {
-        let words = words.min(self.words);
+    pub(crate) unsafe fn numbers(&self) -> &'static mut [f32] {
         // SAFETY: `Memory::new` has checked the alignment, which is at least that of a word, and that the handle and
-        // `words` words fit. They do not overlap, and the caller guarantees that no other code uses the memory.
+        // the words fit. They do not overlap, and the caller guarantees that no other code uses the memory.
         unsafe {
             let first = self.handle.add(1).cast::<f32>();
-            first.write_bytes(0, words);
-            core::slice::from_raw_parts_mut(first, words)
+            first.write_bytes(0, self.words);
+            core::slice::from_raw_parts_mut(first, self.words)
         }
     }
 
-    /// Writes the handle and returns it.
+    /// Writes the handle and returns it. It writes each field, because a whole handle would be on the stack first.
     pub(crate) fn put(self, value: T) -> *mut Handle<T> {
-        let (tag, words) = (tag_of(self.handle), self.words);
         // SAFETY: guaranteed by the caller of `Memory::new`, which has checked the pointer.
-        unsafe { self.handle.write(Handle { tag, value, words }) };
+        unsafe {
+            (&raw mut (*self.handle).tag).write(tag_of(self.handle));
+            (&raw mut (*self.handle).value).write(value);
+            (&raw mut (*self.handle).words).write(self.words);
+        }
         self.handle
     }
 }

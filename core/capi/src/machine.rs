@@ -1,7 +1,7 @@
 //! The measuring machine: its arms, the calibration of its sensor, and repeated readings.
 
 use glimpse_core::geometry::{ArmAngles, Directions};
-use glimpse_core::gonio::{Calibration, Footprint, Limits, Machine, Repeated, Unreachable};
+use glimpse_core::gonio::{Calibration, Footprint, Limits, Machine, Repeated};
 use glimpse_core::scan::Reading;
 
 use crate::handle::{glimpse_scan, scan as shared};
@@ -49,12 +49,11 @@ pub unsafe extern "C" fn glimpse_machine_check(
     status(|| unsafe {
         let machine = copy(machine, glimpse_status::ArgumentMachine)?.validated()?;
         let directions = copy(directions, glimpse_status::ArgumentDirections)?;
-        machine
-            .check(&directions.into())
-            .map_err(|error| match error {
-                Unreachable::Directions(_) => glimpse_status::Directions,
-                _ => glimpse_status::OutOfReach,
-            })
+        let directions = Directions::from(directions);
+        let checked = directions.check();
+        checked.map_err(|_| glimpse_status::Directions)?;
+        let checked = machine.check(&directions);
+        checked.map_err(|_| glimpse_status::OutOfReach)
     })
 }
 

@@ -6,9 +6,7 @@ use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Saved, Scan};
 
-use crate::handle::{
-    CScan, Handle, Memory, bytes_for, exclusive, glimpse_scan, scan as shared, scan_mut,
-};
+use crate::handle::{CScan, Memory, bytes_for, exclusive, glimpse_scan, scan as shared, scan_mut};
 use crate::pointer::{Out, buffer, copy, slice, status};
 use crate::status::glimpse_status;
 use crate::types::{
@@ -82,8 +80,8 @@ pub unsafe extern "C" fn glimpse_scan_begin(
         let memory = Memory::<CScan>::new(memory, memory_bytes)?;
         let recipe = slice(recipe, recipe_bytes, glimpse_status::ArgumentRecipe)?;
         let recipe = Recipe::parse(recipe)?;
-        let words = CScan::accept(&recipe, memory.words)?;
-        let scan = Scan::new(recipe, memory.numbers(words))?;
+        CScan::accept(&recipe, memory.words)?;
+        let scan = Scan::new(recipe, memory.numbers())?;
         out.put(memory.put(scan).cast())
     })
 }
@@ -93,7 +91,7 @@ pub unsafe extern "C" fn glimpse_scan_begin(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_scan_end(scan: *mut glimpse_scan) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.
-    status(|| unsafe { exclusive::<CScan>(scan.cast()).map(Handle::end) })
+    status(|| unsafe { exclusive::<CScan>(scan.cast()).map(|handle| handle.tag = 0) })
 }
 
 /// Sets the basis that glimpse_fitted_brdf() needs for the model Linear. The whole basis is checked, which

@@ -4,7 +4,6 @@ use glimpse_core::fit::{Fitter, Progress};
 use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
 use glimpse_core::gonio::{Limits, Machine, Move, Speeds};
 use glimpse_core::link::BYTES_PER_FRAME;
-use glimpse_core::model::ModelKind;
 use glimpse_core::scan::{Fitted, Reading, Recorded, Residual};
 
 use crate::status::glimpse_status;
@@ -109,6 +108,7 @@ pub struct glimpse_residual {
 /// The reflectance models.
 #[repr(i32)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(dead_code)] // only in the header
 pub enum glimpse_model {
     /// Phong: 7 values.
     Phong = 0,
@@ -390,10 +390,6 @@ pub struct glimpse_action {
 }
 
 const _: () = assert!(BYTES_PER_FRAME == 60); // the length of `bytes` above
-const _: () = assert!(glimpse_model::Phong as i32 == ModelKind::Phong as i32);
-const _: () = assert!(glimpse_model::Neural as i32 == ModelKind::Neural as i32);
-const _: () = assert!(glimpse_model::CookTorrance as i32 == ModelKind::CookTorrance as i32);
-const _: () = assert!(glimpse_model::Linear as i32 == ModelKind::Linear as i32);
 
 /// Converts structs with equal fields in both directions. The fields after `;` are flags, which C stores in bytes.
 macro_rules! convert {
@@ -452,6 +448,7 @@ impl From<Directions<f32>> for glimpse_arms {
 
 impl From<Residual> for glimpse_residual {
     fn from(residual: Residual) -> Self {
+        let implausible = residual.implausible.map(|reason| reason.code().code());
         Self {
             mean: residual.mean,
             worst: residual.worst,
@@ -459,10 +456,7 @@ impl From<Residual> for glimpse_residual {
             saturated: residual.saturated,
             repeated: residual.repeated,
             clamped: residual.clamped,
-            implausible: residual
-                .implausible
-                .map_or(glimpse_status::Ok, |reason| reason.code().into())
-                as i32,
+            implausible: implausible.unwrap_or_default().into(),
         }
     }
 }

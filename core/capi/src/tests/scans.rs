@@ -209,7 +209,7 @@ fn scans_match_core() {
         (|index| reading(index).brdf, Status::Ok),
     ];
     let (mut memory, mut random) = (AlignedMemory::for_scan(), Random(5));
-    let (mut statuses, mut answers) = (Vec::new(), Vec::new());
+    let (mut statuses, mut answers, mut models) = (Vec::new(), Vec::new(), Vec::new());
     for bytes in RECIPES.into_iter().chain([MASKED, UNLIKE]) {
         let (begun, c) = begin(&mut memory, bytes);
         let mut described: glimpse_recipe = unsafe { zeroed() };
@@ -218,6 +218,7 @@ fn scans_match_core() {
         assert_eq!([begun, status], [Status::Ok; 2]);
         let recipe = Recipe::parse(bytes).unwrap();
         let samples = recipe.samples() as u16;
+        models.push(described.model);
         assert_eq!(
             (described.model, described.samples),
             (recipe.model() as i32, samples)
@@ -240,6 +241,9 @@ fn scans_match_core() {
         }
         answers.push(pair.core.fitted().unwrap().is_unlike_training());
     }
+    use glimpse_model::{CookTorrance, Linear, Neural, Phong};
+    let expected = [Phong, CookTorrance, Neural, Linear].map(|model| model as i32);
+    assert_eq!(models[..4], expected);
     // The random calls have these results, among others.
     for status in [
         Status::NoFit,

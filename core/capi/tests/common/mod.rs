@@ -89,20 +89,20 @@ pub fn expected() -> [String; 2] {
             incoming: [0.6, 0.0, 0.8],
             outgoing: [-0.6, 0.0, 0.8],
         };
-        let [by_steps, by_driver] = &mut printed;
         let residual = fitted.residual();
-        *by_steps += &line(name, "seconds", &[seconds]);
-        *by_steps += &line(name, "mean", &[residual.mean]);
-        *by_steps += &line(name, "worst", &[residual.worst]);
         let predicted = fitted.predicted_loss().unwrap_or(f32::NAN);
-        *by_steps += &line(name, "predicted", &[predicted]);
+        let mut lines = line(name, "mean", &[residual.mean]);
+        lines += &line(name, "worst", &[residual.worst]);
+        lines += &line(name, "predicted", &[predicted]);
         if let Some(brdf) = fitted.brdf(&mirror) {
-            *by_steps += &line(name, "brdf", &brdf);
+            lines += &line(name, "brdf", &brdf);
         }
-        let values = line(name, "values", &fitted.values().collect::<Vec<_>>());
-        *by_steps += &values;
+        let [by_steps, by_driver] = &mut printed;
+        *by_steps += &line(name, "seconds", &[seconds]);
+        *by_steps += &lines;
+        *by_steps += &line(name, "values", &fitted.values().collect::<Vec<_>>());
         *by_driver += &line(name, "moves", &[8.0]);
-        *by_driver += &values;
+        *by_driver += &lines;
     }
     printed
 }
