@@ -5,7 +5,6 @@
 mod adjoint;
 pub(crate) mod contents;
 mod correction;
-mod errors;
 mod forward;
 #[cfg(feature = "libm")] // f64 implements `Scalar` only with the feature libm
 mod gauss_newton;
@@ -13,7 +12,7 @@ mod missing;
 pub(crate) mod partial;
 mod prediction;
 mod reference;
-mod refinement_errors;
 mod round_trip;
 mod scans;
+mod sections;
 mod uncertainty;

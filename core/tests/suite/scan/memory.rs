@@ -23,7 +23,7 @@ fn scan_struct_is_small() {
 fn memory_words_match_recipe() {
     let mut all = Vec::new();
     let completed = CompletedContents::all_small(MissingPolicy::AllRequired);
-    let completed = completed.iter().map(|contents| contents.write().unwrap());
+    let completed = completed.iter().map(CompletedContents::write);
     for bytes in MODELS.into_iter().map(encoded_recipe).chain(completed) {
         let recipe = parsed(bytes.clone());
         let words = memory_words(&[&bytes]);
