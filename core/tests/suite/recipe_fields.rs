@@ -1,5 +1,6 @@
 //! Each field of a recipe, as `core/docs/recipe.md` documents it, is invalidated in every way. The error names the field.
 
+use std::f32::consts::PI;
 use std::ops::Range;
 
 use glimpse_core::recipe::{Field, Kind, Recipe, RecipeError};
@@ -7,7 +8,7 @@ use glimpse_core::recipe::{Field, Kind, Recipe, RecipeError};
 use crate::completion::partial::all_small;
 use crate::recipe_document::section;
 use crate::recipe_sections::full_sections;
-use crate::recipes::{Sections, linear, recipe_with, sections_of};
+use crate::recipes::{Sections, linear, packed, recipe_with, sections_of};
 
 /// A row of a section's table.
 struct Row {
@@ -214,6 +215,16 @@ fn replacements(kind: Kind, row: &Row, bytes: &[u8]) -> Vec<(Vec<u8>, Outcome)> 
             let (wrong, longest) = lists(row, list);
             replacements.extend(wrong.iter().map(|list| (with_length(list), count)));
             replacements.extend(longest.map(|list| (with_length(&list), Ok(()))));
+            for phi_d in [0.0, PI].into_iter().filter(|_| row.is_angles()) {
+                // One direction is below the horizon: that of the light, or that of the sensor.
+                let last = list.len() - 12;
+                let below = [&list[..last], &packed(&[1.2, 1.2, phi_d])].concat();
+                let error = match field {
+                    Field::Pattern => RecipeError::BelowHorizon((last / 12) as u16),
+                    _ => RecipeError::Range(field),
+                };
+                replacements.push((with_length(&below), Err(error)));
+            }
             if row.encoding == "list" {
                 for (number, outcome) in numbers(row, field) {
                     for index in [0, list.len() / 4 - 1] {

@@ -143,8 +143,8 @@ pub(crate) fn section<T: Serialize>(kind: Kind, value: &T) -> (Kind, Vec<u8>) {
 pub(crate) fn expectation(loss: f32) -> (Kind, Vec<u8>) {
     let expectation = ExpectedLoss {
         loss,
-        standard_error: Some(0.001),
-        materials: 10,
+        standard_error: None,
+        materials: 0,
         on: "nothing",
     };
     section(Kind::EXPECTATION, &expectation)
