@@ -5,15 +5,12 @@
 mod adjoint;
 pub(crate) mod contents;
 mod correction;
-mod errors;
 mod forward;
 #[cfg(feature = "libm")] // f64 implements `Scalar` only with the feature libm
 mod gauss_newton;
 mod missing;
 pub(crate) mod partial;
-mod prediction;
-mod reference;
-mod refinement_errors;
+pub(crate) mod reference;
 mod round_trip;
 mod scans;
-mod uncertainty;
+mod sections;

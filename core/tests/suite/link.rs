@@ -85,27 +85,6 @@ fn rejects_message_of_other_protocol() {
     }
 }
 
-#[test]
-fn hello_and_welcome_layout_is_fixed() {
-    let hello = Request::Hello {
-        protocol: 1,
-        model: ModelKind::Neural,
-        samples: 8,
-        recipe: 0x0403_0201,
-    };
-    assert_eq!(
-        frame(1, &hello),
-        [
-            0x00, 0x02, 0x01, 0x0c, 0x01, 0x01, 0x08, 0x81, 0x84, 0x8c, 0x20, 0xb0, 0x06, 0xa8,
-            0xb3, 0x00
-        ]
-    );
-    assert_eq!(
-        frame(1, &Reply::Welcome { protocol: 1 }),
-        [0x00, 0x02, 0x01, 0x06, 0x01, 0xb3, 0x83, 0x84, 0x89, 0x00]
-    );
-}
-
 fn hello(recipe: u32) -> Request {
     Request::Hello {
         protocol: PROTOCOL,

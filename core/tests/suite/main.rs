@@ -23,6 +23,7 @@ mod math;
 mod random;
 mod recipe;
 mod recipe_document;
+mod recipe_fields;
 mod recipe_sections;
 mod recipes;
 mod scan;

@@ -17,6 +17,16 @@ impl Random {
         (self.bits() >> 40) as f32 / (1 << 23) as f32 - 1.0
     }
 
+    /// A number from 0 to 1.
+    pub(crate) fn uniform(&mut self) -> f64 {
+        self.bits() as f64 / u64::MAX as f64
+    }
+
+    /// A nearly normal number of mean 0 and standard deviation 1: a sum of twelve uniform numbers.
+    pub(crate) fn normal(&mut self) -> f64 {
+        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
+    }
+
     /// `count` numbers from `-size` to `size`.
     pub(crate) fn numbers(&mut self, count: usize, size: f32) -> Vec<f32> {
         (0..count).map(|_| size * self.number()).collect()

@@ -2,27 +2,17 @@
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{
-    Field, HEADER_BYTES, MAX_BASIS, MAX_COMPONENTS, MAX_INNER_STEPS, MAX_MEAN, MAX_MEDIAN,
-    MAX_PRECISION, MAX_SAMPLES, MAX_WEIGHT, MIN_PRECISION, Recipe, RecipeError, VERSION,
-};
+use glimpse_core::recipe::{Field, HEADER_BYTES, Recipe, RecipeError, VERSION};
 use proptest::prelude::*;
 
 use crate::recipes::{
-    Change, DescentContents, RidgeContents, linear, neural, parse_error, parsed, with_header,
+    DescentContents, RidgeContents, linear, neural, parse_error, parsed, with_header,
 };
 use crate::scanning::{MODELS, encoded_recipe};
 
 /// The result of writing a descent after a change.
 fn write_changed(change: impl FnOnce(&mut DescentContents)) -> Result<(), RecipeError> {
     let mut contents = neural();
-    change(&mut contents);
-    contents.write().map(drop)
-}
-
-/// The result of writing a ridge after a change.
-fn write_changed_ridge(change: impl FnOnce(&mut RidgeContents)) -> Result<(), RecipeError> {
-    let mut contents = linear();
     change(&mut contents);
     contents.write().map(drop)
 }
@@ -52,8 +42,6 @@ fn descent_round_trip() {
             .pattern()
             .flat_map(|a| [a.theta_h, a.theta_d, a.phi_d]);
         assert!(angles.eq(contents.pattern));
-        let provenance = recipe.metadata().unwrap().provenance.unwrap();
-        assert_eq!(provenance.trainer, "test");
         let directions = recipe.pattern().map(|angles| {
             let at = HalfDifference::from_angles(angles);
             at.directions()
@@ -141,161 +129,24 @@ fn rejects_other_format_versions() {
     }
 }
 
+/// A change of the model changes the number of parameters.
 #[test]
-fn rejects_wrong_descent_counts() {
-    let changes: [Change<Field, DescentContents>; 9] = [
-        (Field::InnerSteps, |n| n.inner_steps = 0),
-        (Field::InnerSteps, |n| n.inner_steps = MAX_INNER_STEPS + 1),
-        (Field::Pattern, |n| n.pattern.clear()),
-        (Field::Pattern, |n| n.pattern.push(0.1)),
-        (Field::Pattern, |n| {
-            n.pattern = vec![0.1; 3 * (MAX_SAMPLES + 1)]
-        }),
-        (Field::Initial, |n| n.initial.push(0.1)),
-        (Field::Initial, |n| n.initial.truncate(674)),
-        (Field::StepSizes, |n| n.step_sizes.truncate(1)),
-        (Field::Initial, |n| n.model = ModelKind::Phong),
-    ];
-    for (index, (field, change)) in changes.into_iter().enumerate() {
-        let error = RecipeError::Count(field);
-        assert_eq!(write_changed(change), Err(error), "change {index}");
-    }
-    let error = RecipeError::Model(ModelKind::Linear);
-    assert_eq!(write_changed(|n| n.model = ModelKind::Linear), Err(error));
-}
-
-#[test]
-fn rejects_wrong_ridge_counts() {
-    let changes: [Change<Field, RidgeContents>; 10] = [
-        (Field::Pattern, |n| n.pattern.clear()),
-        (Field::Components, |n| n.components = 0),
-        (Field::Components, |n| {
-            n.components = MAX_COMPONENTS as u16 + 1
-        }),
-        (Field::Basis, |n| n.components = 4),
-        (Field::Basis, |n| n.basis.truncate(39)),
-        (Field::Basis, |n| n.basis.push(0.1)),
-        (Field::Mean, |n| n.mean.push(0.1)),
-        (Field::Median, |n| n.median.truncate(7)),
-        (Field::Weight, |n| n.weight.clear()),
-        (Field::Precision, |n| n.precision.push(1.0)),
-    ];
-    for (index, (field, change)) in changes.into_iter().enumerate() {
-        let error = RecipeError::Count(field);
-        assert_eq!(write_changed_ridge(change), Err(error), "change {index}");
-    }
-    let largest = write_changed_ridge(|n| {
-        n.components = MAX_COMPONENTS as u16;
-        n.basis = vec![0.5; 8 * MAX_COMPONENTS];
-        n.precision = vec![1.0; MAX_COMPONENTS];
-    });
-    assert_eq!(largest, Ok(()));
-}
-
-#[test]
-fn rejects_wrong_ridge_signs() {
-    for bad in [0.0, -0.0, -1.0] {
-        let error = RecipeError::NotPositive(Field::Weight);
-        assert_eq!(write_changed_ridge(|n| n.weight[3] = bad), Err(error));
-        let error = RecipeError::NotPositive(Field::Precision);
-        assert_eq!(write_changed_ridge(|n| n.precision[4] = bad), Err(error));
-    }
-    let error = RecipeError::Negative(Field::Median);
-    assert_eq!(write_changed_ridge(|n| n.median[7] = -1e-9), Err(error));
-    assert_eq!(write_changed_ridge(|n| n.median[7] = 0.0), Ok(()));
-}
-
-/// The bounds that a ridge solve in f32 needs.
-#[test]
-fn rejects_ridge_numbers_out_of_range() {
-    type Entry = fn(&mut RidgeContents) -> &mut f32;
-    let upper: [(Field, Entry, &[f32]); 5] = [
-        (Field::Basis, |n| &mut n.basis[39], &[-MAX_BASIS, MAX_BASIS]),
-        (Field::Mean, |n| &mut n.mean[7], &[-MAX_MEAN, MAX_MEAN]),
-        (Field::Median, |n| &mut n.median[7], &[MAX_MEDIAN]),
-        (Field::Weight, |n| &mut n.weight[7], &[MAX_WEIGHT]),
-        (Field::Precision, |n| &mut n.precision[4], &[MAX_PRECISION]),
-    ];
-    for (field, entry, bounds) in upper {
-        for bound in bounds {
-            assert_eq!(write_changed_ridge(|n| *entry(n) = *bound), Ok(()));
-            for beyond in [bound * (1.0 + f32::EPSILON), f32::MAX.copysign(*bound)] {
-                let error = RecipeError::Range(field);
-                assert_eq!(write_changed_ridge(|n| *entry(n) = beyond), Err(error));
-            }
-        }
-    }
-    let lowest = |precision| write_changed_ridge(|n| n.precision[0] = precision);
-    let error = RecipeError::Range(Field::Precision);
-    assert_eq!(lowest(MIN_PRECISION), Ok(()));
-    assert_eq!(lowest(MIN_PRECISION * (1.0 - f32::EPSILON)), Err(error));
-    let text = error.to_string();
-    for part in [Field::Precision.name(), "1e-6", "1e8"] {
-        assert!(text.contains(part), "no {part} in {text}");
+fn rejects_descent_of_other_model() {
+    for (model, error) in [
+        (ModelKind::Phong, RecipeError::Count(Field::Initial)),
+        (ModelKind::Linear, RecipeError::Model(ModelKind::Linear)),
+    ] {
+        assert_eq!(write_changed(|n| n.model = model), Err(error));
     }
 }
 
 #[test]
-fn rejects_direction_below_horizon() {
-    // With phi_d turned by pi, the other direction is below the horizon.
-    for phi_d in [0.0, std::f32::consts::PI] {
-        let actual = write_changed(|n| n.pattern[3..6].copy_from_slice(&[1.2, 1.2, phi_d]));
-        assert_eq!(actual, Err(RecipeError::BelowHorizon(1)));
-    }
-}
-
-/// Large angles are rejected, because rounded sines and cosines would not give unit vectors.
-#[test]
-fn rejects_large_angles() {
-    for angle in 0..3 {
-        for value in [-1.001e3, 1.001e3, 5e8, 3e9] {
-            let error = RecipeError::Range(Field::Pattern);
-            assert_eq!(write_changed(|n| n.pattern[angle] = value), Err(error));
-        }
-    }
-    // Whole turns are allowed.
+fn accepts_whole_turns() {
     let turned = write_changed(|n| n.pattern[2] += 100.0 * std::f32::consts::TAU);
     assert_eq!(turned, Ok(()));
 }
 
 proptest! {
-    #[test]
-    fn rejects_non_finite_descent_numbers(
-        which in 0..4usize,
-        index: prop::sample::Index,
-        value in prop::sample::select(vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY]),
-    ) {
-        let mut contents = neural();
-        let (field, list) = match which {
-            0 => (Field::Pattern, &mut contents.pattern[..]),
-            1 => (Field::Initial, &mut contents.initial[..]),
-            2 => (Field::StepSizes, &mut contents.step_sizes[..]),
-            _ => (Field::ExpectedLoss, std::slice::from_mut(&mut contents.expected_loss)),
-        };
-        *index.get_mut(list) = value;
-        prop_assert_eq!(contents.write(), Err(RecipeError::NonFinite(field)));
-    }
-
-    #[test]
-    fn rejects_non_finite_ridge_numbers(
-        which in 0..7usize,
-        index: prop::sample::Index,
-        value in prop::sample::select(vec![f32::NAN, f32::INFINITY, f32::NEG_INFINITY]),
-    ) {
-        let mut contents = linear();
-        let (field, list) = match which {
-            0 => (Field::Pattern, &mut contents.pattern[..]),
-            1 => (Field::Basis, &mut contents.basis[..]),
-            2 => (Field::Mean, &mut contents.mean[..]),
-            3 => (Field::Median, &mut contents.median[..]),
-            4 => (Field::Weight, &mut contents.weight[..]),
-            5 => (Field::Precision, &mut contents.precision[..]),
-            _ => (Field::ExpectedLoss, std::slice::from_mut(&mut contents.expected_loss)),
-        };
-        *index.get_mut(list) = value;
-        prop_assert_eq!(contents.write(), Err(RecipeError::NonFinite(field)));
-    }
-
     #[test]
     fn rejects_body_of_noise(
         noise in prop::collection::vec(any::<u8>(), 0..200),

@@ -1,13 +1,10 @@
 //! The format that is written and read equals that of `core/docs/recipe.md`.
 
-use glimpse_core::fit::{MAX_ROWS, MAX_UNITS};
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
-    Effort, ExpectedLoss, Field, HEADER_BYTES, Kind, MAX_BASIS, MAX_COMPONENTS,
-    MAX_GAUSS_NEWTON_STEPS, MAX_INNER_STEPS, MAX_MEAN, MAX_MEDIAN, MAX_PRECISION,
-    MAX_READING_WEIGHT, MAX_SAMPLES, MAX_VIRTUAL_READINGS, MAX_WEIGHT, MIN_PRECISION, Noise,
-    Origin, PackedMethod, PackedRidge, Parts, Provenance, Recipe, RecipeParts, Schedule, Training,
-    TrainingSource, TrainingSources, VERSION, ValidationSplit,
+    Effort, ExpectedLoss, HEADER_BYTES, Kind, Noise, Origin, PackedMethod, PackedRidge, Parts,
+    Provenance, RecipeParts, Schedule, Training, TrainingSource, TrainingSources, VERSION,
+    ValidationSplit,
 };
 use serde::de::DeserializeOwned;
 
@@ -78,28 +75,11 @@ fn example() -> Vec<u8> {
     write(&parts).unwrap()
 }
 
-/// The bytes of the document's example.
-fn documented_bytes() -> Vec<u8> {
-    hex_bytes(include_str!("../../docs/recipe.hex"))
-}
-
 #[test]
 fn written_bytes_match_document() {
-    let (actual, expected) = (documented_bytes(), example());
+    let actual = hex_bytes(include_str!("../../docs/recipe.hex"));
+    let expected = example();
     assert_eq!(actual, expected, "the bytes are {expected:02x?}");
-}
-
-#[test]
-fn documented_bytes_parse() {
-    let bytes = documented_bytes();
-    let recipe = Recipe::parse(&bytes).unwrap();
-    let ridge = recipe.ridge().unwrap();
-    assert!(ridge.basis().iter().eq([1.5, -2.0]));
-    assert_eq!(ridge.basis_checksum(), Some(0x0123_abcd));
-    assert_eq!(recipe.metadata().unwrap().provenance.unwrap().seed, 300);
-    let materials = [("brass", 0xcbf4_3926), ("felt", 5)];
-    assert!(recipe.metadata().unwrap().materials.eq(materials));
-    assert_eq!(recipe.metadata().unwrap().training, Some(TRAINING));
 }
 
 /// The row of a table that begins with these cells.
@@ -111,7 +91,7 @@ fn row(cells: &[&str]) -> &'static str {
 }
 
 #[test]
-fn document_lists_kinds_and_bounds() {
+fn document_lists_kinds() {
     for number in 0..=u16::MAX {
         let kind = Kind::new(number);
         if let Some(name) = kind.name() {
@@ -119,47 +99,12 @@ fn document_lists_kinds_and_bounds() {
             assert_eq!(needed, kind.is_required(), "{kind}");
         }
     }
-    for (field, bound) in [
-        ("basis", format!("-{MAX_BASIS:e} to {MAX_BASIS:e}")),
-        ("mean", format!("-{MAX_MEAN} to {MAX_MEAN}")),
-        ("median", format!("0 to {MAX_MEDIAN:e}")),
-        ("weight", format!("above 0, to {MAX_WEIGHT}")),
-        (
-            "precision",
-            format!("{MIN_PRECISION:e} to {MAX_PRECISION:e}"),
-        ),
-        ("components", format!("1 to {MAX_COMPONENTS}")),
-        ("inner_steps", format!("1 to {MAX_INNER_STEPS}")),
-        ("pattern", format!("1 to {MAX_SAMPLES}")),
-        ("center", format!("-{MAX_MEAN} to {MAX_MEAN}")),
-        ("bias", format!("1 to {MAX_ROWS} ")),
-        ("bias", format!("1 to {MAX_UNITS} ")),
-        ("steps", format!("1 to {MAX_GAUSS_NEWTON_STEPS} ")),
-        (
-            "precision",
-            format!("7, 22, 8 of them, {MIN_PRECISION:e} to {MAX_PRECISION:e}"),
-        ),
-        (
-            "reading_weight",
-            format!("above 0, to {MAX_READING_WEIGHT:e}"),
-        ),
-        ("error_scale", format!("above 0, to {MAX_READING_WEIGHT:e}")),
-        ("directions", format!("1 to {MAX_VIRTUAL_READINGS} ")),
-        (
-            "precision",
-            format!("m to {MAX_COMPONENTS} of them, {MIN_PRECISION:e} to {MAX_PRECISION:e}"),
-        ),
-    ] {
-        let beginning = format!("| {field} |");
-        let mut rows = DOCUMENT.lines().filter(|line| line.starts_with(&beginning));
-        assert!(rows.any(|row| row.contains(&bound)), "{field}: {bound}");
-    }
     assert!(DOCUMENT.contains(&format!("format {VERSION}")));
     row(&[&format!("{HEADER_BYTES}..")]);
 }
 
 /// The document's section of a kind.
-fn section(kind: Kind) -> &'static str {
+pub(crate) fn section(kind: Kind) -> &'static str {
     let name = kind.name().unwrap();
     let heading = format!("\n### {}, {name}\n", kind.number());
     let (_, section) = DOCUMENT.split_once(&heading).unwrap();
@@ -187,103 +132,5 @@ fn document_lists_training_variants() {
     ] {
         let row = format!("\n| {field} | varint | {variants} |");
         assert!(section.contains(&row), "{row}");
-    }
-}
-
-#[test]
-fn field_names_match_document() {
-    for (kind, fields) in [
-        (Kind::PATTERN, &[Field::Pattern][..]),
-        (
-            Kind::DESCENT,
-            &[Field::InnerSteps, Field::Initial, Field::StepSizes],
-        ),
-        (
-            Kind::RIDGE,
-            &[
-                Field::Components,
-                Field::Basis,
-                Field::Mean,
-                Field::Median,
-                Field::Weight,
-                Field::Precision,
-            ],
-        ),
-        (
-            Kind::COMPLETION,
-            &[
-                Field::Components,
-                Field::Center,
-                Field::Scale,
-                Field::Readings,
-                Field::ReadingScales,
-                Field::Bias,
-                Field::Output,
-                Field::OutputScales,
-                Field::Rows,
-                Field::RowScales,
-                Field::BasisChecksum,
-            ],
-        ),
-        (
-            Kind::START,
-            &[
-                Field::StartHidden,
-                Field::StartHiddenScales,
-                Field::StartBias,
-                Field::StartOutput,
-                Field::StartOutputScales,
-            ],
-        ),
-        (
-            Kind::GAUSS_NEWTON,
-            &[
-                Field::StepCount,
-                Field::StepInitial,
-                Field::StepPrecision,
-                Field::ReadingWeight,
-                Field::ErrorScale,
-                Field::VirtualDirections,
-                Field::VirtualCenter,
-                Field::VirtualRows,
-                Field::VirtualRowScales,
-            ],
-        ),
-        (
-            Kind::CORRECTION,
-            &[
-                Field::CorrectionRows,
-                Field::CorrectionRowScales,
-                Field::CorrectionPrecision,
-            ],
-        ),
-        (Kind::TRAINING, &[Field::Share]),
-        (
-            Kind::UNCERTAINTY,
-            &[
-                Field::InnovationExponent,
-                Field::ResidualExponent,
-                Field::Bound,
-                Field::MaxInnovation,
-            ],
-        ),
-        (
-            Kind::SCAN_TIME,
-            &[Field::Speed, Field::Settle, Field::Seconds],
-        ),
-        (Kind::PARTIAL, &[Field::PartialLoss, Field::PartialBound]),
-    ] {
-        let section = section(kind);
-        for field in fields {
-            let name = match field.name().split_once('.') {
-                Some((of, name)) => {
-                    assert_eq!(Some(of), kind.name(), "{field}");
-                    name
-                }
-                None => field.name(),
-            };
-            let has_row = section.contains(&format!("\n| {name} |"));
-            assert!(has_row, "section {kind} of the document lacks {field}");
-        }
     }
 }

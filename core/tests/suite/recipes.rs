@@ -1,10 +1,8 @@
 //! Small synthetic recipes, and recipes that the crate's own writer rejects.
 
 use glimpse_core::model::{Model, ModelKind, Neural};
-use glimpse_core::recipe::{
-    ExpectedLoss, Kind, PackedDescent, PackedMethod, PackedRidge, Provenance, Recipe, RecipeError,
-    RecipeParts, VERSION,
-};
+use glimpse_core::recipe::{ExpectedLoss, Kind, Recipe, RecipeError, RecipeParts, VERSION};
+use serde::{Serialize, Serializer};
 
 /// Numbers in the packed form of a recipe.
 pub(crate) fn packed(numbers: &[f32]) -> Vec<u8> {
@@ -27,21 +25,22 @@ pub(crate) fn parse_error(bytes: &[u8]) -> RecipeError {
     Recipe::parse(bytes).map(drop).unwrap_err()
 }
 
-/// The field or the error that a change causes, and the change to a recipe's contents.
-pub(crate) type Change<E, T> = (E, fn(&mut T));
-
 /// The contents of a recipe that is fitted by descent.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub(crate) struct DescentContents {
     pub(crate) model: ModelKind,
     /// Number of SGD steps.
     pub(crate) inner_steps: u16,
     /// Triples (theta_h, theta_d, phi_d) in radians.
+    #[serde(skip)]
     pub(crate) pattern: Vec<f32>,
     /// Initial parameters.
+    #[serde(serialize_with = "numbers")]
     pub(crate) initial: Vec<f32>,
     /// A step size for each parameter.
+    #[serde(serialize_with = "numbers")]
     pub(crate) step_sizes: Vec<f32>,
+    #[serde(skip)]
     pub(crate) expected_loss: f32,
 }
 
@@ -67,59 +66,48 @@ pub(crate) fn neural() -> DescentContents {
 
 impl DescentContents {
     pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
-        let method = PackedMethod::Descent(PackedDescent {
-            model: self.model,
-            inner_steps: self.inner_steps,
-            initial: &packed(&self.initial),
-            step_sizes: &packed(&self.step_sizes),
-        });
+        let method = section(Kind::DESCENT, self);
         write_with(&self.pattern, method, self.expected_loss)
     }
 }
 
 fn write_with(
     pattern: &[f32],
-    method: PackedMethod<'_>,
+    method: (Kind, Vec<u8>),
     expected_loss: f32,
 ) -> Result<Vec<u8>, RecipeError> {
-    write(&RecipeParts {
-        expectation: Some(ExpectedLoss {
-            loss: expected_loss,
-            standard_error: Some(0.001),
-            materials: 10,
-            on: "nothing",
-        }),
-        provenance: Some(Provenance {
-            trainer: "test",
-            data: "none",
-            materials: 0,
-            schedule: "none",
-            seed: 0,
-            options: "none",
-        }),
-        ..RecipeParts::new(&packed(pattern), method)
-    })
+    let pattern = section(Kind::PATTERN, &packed(pattern));
+    let bytes = recipe_with(&[pattern, method, expectation(expected_loss)]);
+    Recipe::parse(&bytes)?;
+    Ok(bytes)
 }
 
 /// The contents of a recipe of the model Linear.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
 pub(crate) struct RidgeContents {
     /// Triples (theta_h, theta_d, phi_d) in radians.
+    #[serde(skip)]
     pub(crate) pattern: Vec<f32>,
     /// The number of components, m.
     pub(crate) components: u16,
     /// n rows of m numbers.
+    #[serde(serialize_with = "numbers")]
     pub(crate) basis: Vec<f32>,
     /// n numbers.
+    #[serde(serialize_with = "numbers")]
     pub(crate) mean: Vec<f32>,
     /// n BRDFs, sr^-1.
+    #[serde(serialize_with = "numbers")]
     pub(crate) median: Vec<f32>,
     /// n numbers.
+    #[serde(serialize_with = "numbers")]
     pub(crate) weight: Vec<f32>,
     /// m numbers.
+    #[serde(serialize_with = "numbers")]
     pub(crate) precision: Vec<f32>,
     /// The CRC-32 of the whole basis.
     pub(crate) basis_checksum: u32,
+    #[serde(skip)]
     pub(crate) expected_loss: f32,
 }
 
@@ -141,17 +129,30 @@ pub(crate) fn linear() -> RidgeContents {
 
 impl RidgeContents {
     pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
-        let method = PackedMethod::Ridge(PackedRidge {
-            components: self.components,
-            basis: &packed(&self.basis),
-            mean: &packed(&self.mean),
-            median: &packed(&self.median),
-            weight: &packed(&self.weight),
-            precision: &packed(&self.precision),
-            basis_checksum: self.basis_checksum,
-        });
+        let method = section(Kind::RIDGE, self);
         write_with(&self.pattern, method, self.expected_loss)
     }
+}
+
+/// A section of a recipe, by another writer than the crate's.
+pub(crate) fn section<T: Serialize>(kind: Kind, value: &T) -> (Kind, Vec<u8>) {
+    (kind, postcard::to_extend(value, Vec::new()).unwrap())
+}
+
+/// The section of an expected loss.
+pub(crate) fn expectation(loss: f32) -> (Kind, Vec<u8>) {
+    let expectation = ExpectedLoss {
+        loss,
+        standard_error: None,
+        materials: 0,
+        on: "nothing",
+    };
+    section(Kind::EXPECTATION, &expectation)
+}
+
+/// Writes numbers in their packed form.
+pub(crate) fn numbers<S: Serializer>(numbers: &[f32], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_bytes(&packed(numbers))
 }
 
 /// A recipe of any version and body, with a valid header.

@@ -121,25 +121,28 @@ impl Outcome {
     }
 }
 
-/// Fits in slices of these budgets, in turn. Checks that a fitted material is finite: all its values, and its BRDF at
-/// all readings.
+/// Fits in slices of these budgets, in turn, and resumes the fit from the scan for each slice. Checks that a fitted
+/// material is finite: all its values, and its BRDF at all readings.
 pub(crate) fn fit<K: Fitter>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome {
     let pattern: Vec<_> = scan.recipe().pattern().collect();
-    let mut fit = match scan.fit() {
-        Ok(fit) => fit,
+    let mut progress = match scan.fit() {
+        Ok(fit) => fit.progress(),
         Err(FitError::TooLarge { .. }) => return Outcome::TooLarge,
         Err(error) => panic!("{error}"),
     };
-    let mut done = 0;
+    assert_eq!(progress.done, 0);
     for budget in budgets.iter().cycle() {
-        let progress = fit.advance(*budget);
-        assert!(progress.done - done <= *budget, "the slice was too long");
-        done = progress.done;
+        let next = scan.fit_under_way().unwrap().advance(*budget);
+        assert!(
+            next.done - progress.done <= *budget,
+            "the slice was too long"
+        );
+        progress = next;
         if progress.is_complete() {
             break;
         }
     }
-    match fit.finish() {
+    match scan.fit_under_way().unwrap().finish() {
         // A synthetic material may be implausible.
         Ok(_) | Err(FinishError::Implausible(_)) => {}
         Err(FinishError::Diverged) => return Outcome::Diverged,

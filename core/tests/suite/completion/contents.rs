@@ -3,13 +3,11 @@
 use glimpse_core::fit::Uncertainty;
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{
-    ExpectedLoss, PackedCoefficientNet, PackedCorrection, PackedDescent, PackedGaussNewton,
-    PackedInitNet, PackedMethod, PackedPartialLoss, PackedTarget, Recipe, RecipeError, RecipeParts,
-};
+use glimpse_core::recipe::{Kind, Recipe};
+use serde::Serialize;
 
 use crate::random::Random;
-use crate::recipes::{packed, parsed, write};
+use crate::recipes::{expectation, numbers, packed, parsed, recipe_with, section};
 use crate::scanning::MODELS;
 
 fn weights(random: &mut Random, count: usize) -> Vec<i8> {
@@ -29,83 +27,110 @@ fn positive(random: &mut Random, count: usize, size: f32) -> Vec<f32> {
 }
 
 /// The contents of section 1.
-#[derive(Clone)]
+#[derive(Clone, Serialize)]
 pub(crate) struct DescentPart {
     pub(crate) model: ModelKind,
     pub(crate) inner_steps: u16,
+    #[serde(serialize_with = "numbers")]
     pub(crate) initial: Vec<f32>,
+    #[serde(serialize_with = "numbers")]
     pub(crate) step_sizes: Vec<f32>,
 }
 
 /// The contents of section 4.
-#[derive(Clone)]
+#[derive(Clone, Serialize)]
 pub(crate) struct InitNetPart {
     pub(crate) hidden: Vec<i8>,
+    #[serde(serialize_with = "numbers")]
     pub(crate) hidden_scales: Vec<f32>,
+    #[serde(serialize_with = "numbers")]
     pub(crate) bias: Vec<f32>,
     pub(crate) output: Vec<i8>,
+    #[serde(serialize_with = "numbers")]
     pub(crate) output_scales: Vec<f32>,
 }
 
 /// The contents of section 5.
-#[derive(Clone)]
+#[derive(Clone, Serialize)]
 pub(crate) struct GaussNewtonPart {
     pub(crate) model: ModelKind,
     pub(crate) steps: u16,
+    #[serde(serialize_with = "numbers")]
     pub(crate) initial: Vec<f32>,
+    #[serde(serialize_with = "numbers")]
     pub(crate) precision: Vec<f32>,
     pub(crate) reading_weight: f32,
     pub(crate) error_scale: f32,
     /// V triples (theta_h, theta_d, phi_d).
+    #[serde(serialize_with = "numbers")]
     pub(crate) directions: Vec<f32>,
+    #[serde(serialize_with = "numbers")]
     pub(crate) center: Vec<f32>,
     pub(crate) rows: Vec<i8>,
+    #[serde(serialize_with = "numbers")]
     pub(crate) row_scales: Vec<f32>,
 }
 
 /// The contents of section 6.
-#[derive(Clone)]
+#[derive(Clone, Serialize)]
 pub(crate) struct CorrectionPart {
     pub(crate) rows: Vec<i8>,
+    #[serde(serialize_with = "numbers")]
     pub(crate) row_scales: Vec<f32>,
+    #[serde(serialize_with = "numbers")]
     pub(crate) precision: Vec<f32>,
 }
 
 /// The contents of section 137.
-#[derive(Clone)]
+#[derive(Clone, Serialize)]
 pub(crate) struct PartialPart {
+    #[serde(serialize_with = "numbers")]
     pub(crate) loss: Vec<f32>,
+    #[serde(serialize_with = "numbers")]
     pub(crate) bound: Vec<f32>,
 }
 
 /// The contents of a recipe that completes readings.
-#[derive(Clone)]
+#[derive(Clone, Serialize)]
 pub(crate) struct CompletedContents {
     /// n triples (theta_h, theta_d, phi_d).
+    #[serde(skip)]
     pub(crate) pattern: Vec<f32>,
     pub(crate) components: usize,
     /// The number of a [`MissingPolicy`], or an invalid number.
     pub(crate) missing: u8,
+    #[serde(serialize_with = "numbers")]
     pub(crate) center: Vec<f32>,
     pub(crate) scale: f32,
     pub(crate) readings: Vec<i8>,
+    #[serde(serialize_with = "numbers")]
     pub(crate) reading_scales: Vec<f32>,
+    #[serde(serialize_with = "numbers")]
     pub(crate) bias: Vec<f32>,
     pub(crate) output: Vec<i8>,
+    #[serde(serialize_with = "numbers")]
     pub(crate) output_scales: Vec<f32>,
     pub(crate) rows: Vec<i8>,
+    #[serde(serialize_with = "numbers")]
     pub(crate) row_scales: Vec<f32>,
     pub(crate) basis_checksum: u32,
     /// The contents of section 133, if present.
+    #[serde(skip)]
     pub(crate) prediction: Option<Vec<f32>>,
     /// The contents of section 135, if present.
+    #[serde(skip)]
     pub(crate) uncertainty: Option<Uncertainty>,
     /// The contents of section 137, if present.
+    #[serde(skip)]
     pub(crate) partial: Option<PartialPart>,
+    #[serde(skip)]
     pub(crate) descent: Option<DescentPart>,
     /// Present with a descent or with Gauss-Newton steps.
+    #[serde(skip)]
     pub(crate) init_net: Option<InitNetPart>,
+    #[serde(skip)]
     pub(crate) gauss_newton: Option<GaussNewtonPart>,
+    #[serde(skip)]
     pub(crate) correction: Option<CorrectionPart>,
 }
 
@@ -265,117 +290,28 @@ impl CompletedContents {
         self.bias.len() - self.components
     }
 
-    pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
-        let start = self.init_net.as_ref().map(InitNetPart::packed);
-        let target = match (&self.descent, &self.gauss_newton, start) {
-            (None, None, None) => PackedTarget::Linear,
-            (Some(descent_part), None, Some(start)) => {
-                PackedTarget::Descent(descent_part.packed(), start)
-            }
-            (None, Some(steps_part), Some(start)) => {
-                PackedTarget::GaussNewton(steps_part.packed(), start)
-            }
-            _ => panic!("no recipe has these sections"),
-        };
-        let correction = self.correction.as_ref().map(CorrectionPart::packed);
-        let completion = PackedCoefficientNet {
-            components: self.components as u16,
-            missing: self.missing,
-            center: &packed(&self.center),
-            scale: self.scale,
-            readings: &signed(&self.readings),
-            reading_scales: &packed(&self.reading_scales),
-            bias: &packed(&self.bias),
-            output: &signed(&self.output),
-            output_scales: &packed(&self.output_scales),
-            rows: &signed(&self.rows),
-            row_scales: &packed(&self.row_scales),
-            basis_checksum: self.basis_checksum,
-        };
-        let pattern = packed(&self.pattern);
+    /// The recipe, by another writer than the crate's.
+    pub(crate) fn write(&self) -> Vec<u8> {
+        fn part<T: Serialize>(kind: Kind, part: &Option<T>) -> Option<(Kind, Vec<u8>)> {
+            part.as_ref().map(|part| section(kind, part))
+        }
         let prediction = self.prediction.as_deref().map(packed);
-        write(&RecipeParts {
-            prediction: prediction.as_deref(),
-            uncertainty: self.uncertainty,
-            partial: self.partial.as_ref().map(PartialPart::packed),
-            expectation: Some(ExpectedLoss {
-                loss: 0.03,
-                standard_error: None,
-                materials: 0,
-                on: "nothing",
-            }),
-            ..RecipeParts::new(
-                &pattern,
-                PackedMethod::Completed(completion, correction, target),
-            )
-        })
+        let sections = [
+            Some(section(Kind::PATTERN, &packed(&self.pattern))),
+            part(Kind::DESCENT, &self.descent),
+            Some(section(Kind::COMPLETION, self)),
+            part(Kind::START, &self.init_net),
+            part(Kind::GAUSS_NEWTON, &self.gauss_newton),
+            part(Kind::CORRECTION, &self.correction),
+            Some(expectation(0.03)),
+            part(Kind::PREDICTION, &prediction),
+            part(Kind::UNCERTAINTY, &self.uncertainty),
+            part(Kind::PARTIAL, &self.partial),
+        ];
+        recipe_with(&sections.into_iter().flatten().collect::<Vec<_>>())
     }
 
     pub(crate) fn recipe(&self) -> Recipe<'static> {
-        parsed(self.write().unwrap())
+        parsed(self.write())
     }
-}
-
-impl DescentPart {
-    fn packed(&self) -> PackedDescent<'static> {
-        PackedDescent {
-            model: self.model,
-            inner_steps: self.inner_steps,
-            initial: packed(&self.initial).leak(),
-            step_sizes: packed(&self.step_sizes).leak(),
-        }
-    }
-}
-
-impl InitNetPart {
-    fn packed(&self) -> PackedInitNet<'static> {
-        PackedInitNet {
-            hidden: signed(&self.hidden).leak(),
-            hidden_scales: packed(&self.hidden_scales).leak(),
-            bias: packed(&self.bias).leak(),
-            output: signed(&self.output).leak(),
-            output_scales: packed(&self.output_scales).leak(),
-        }
-    }
-}
-
-impl GaussNewtonPart {
-    fn packed(&self) -> PackedGaussNewton<'static> {
-        PackedGaussNewton {
-            model: self.model,
-            steps: self.steps,
-            initial: packed(&self.initial).leak(),
-            precision: packed(&self.precision).leak(),
-            reading_weight: self.reading_weight,
-            error_scale: self.error_scale,
-            directions: packed(&self.directions).leak(),
-            center: packed(&self.center).leak(),
-            rows: signed(&self.rows).leak(),
-            row_scales: packed(&self.row_scales).leak(),
-        }
-    }
-}
-
-impl PartialPart {
-    fn packed(&self) -> PackedPartialLoss<'static> {
-        PackedPartialLoss {
-            loss: packed(&self.loss).leak(),
-            bound: packed(&self.bound).leak(),
-        }
-    }
-}
-
-impl CorrectionPart {
-    fn packed(&self) -> PackedCorrection<'static> {
-        PackedCorrection {
-            rows: signed(&self.rows).leak(),
-            row_scales: packed(&self.row_scales).leak(),
-            precision: packed(&self.precision).leak(),
-        }
-    }
-}
-
-fn signed(weights: &[i8]) -> Vec<u8> {
-    let weights = weights.iter().map(|weight| weight.cast_unsigned());
-    weights.collect()
 }

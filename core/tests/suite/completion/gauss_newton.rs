@@ -4,13 +4,13 @@ use glimpse_core::fit::Fitter;
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{CookTorrance, Model, ModelKind, Neural, ParameterSet, Phong};
-use glimpse_core::recipe::{MAX_MEAN, MAX_READING_WEIGHT};
+use glimpse_core::recipe::MAX_READING_WEIGHT;
 use proptest::prelude::*;
 
 use super::contents::{CORRECTED, CompletedContents, GaussNewtonPart, SAMPLES, VIRTUAL_READINGS};
 use super::reference::{
     Readings, SYSTEM_TOLERANCE, add_row, all_readings, assert_within, brdf_of, diagonal,
-    expected_values, fitted_coefficients, largest_difference, scaled, solve,
+    expected_values, fitted_coefficients, scaled, solve,
 };
 use super::scans::{Any, cases, full_scan};
 use crate::scanning::Outcome;
@@ -150,7 +150,8 @@ fn check_fit<M: Model + Fitter>() {
             let values = full_scan::<M>(&contents, &readings).values();
             let expected = expected_parameters::<M>(&contents, &readings);
             let start = expected_values(&contents, &contents.recipe(), &readings);
-            assert!(largest_difference(&start, &expected) > 20.0 * SYSTEM_TOLERANCE);
+            let moves = start.iter().zip(&expected).map(|(a, b)| (a - b).abs());
+            assert!(moves.fold(0.0, f64::max) > 20.0 * SYSTEM_TOLERANCE);
             let values = values.into_iter();
             assert_within(SYSTEM_TOLERANCE, M::KIND.name(), values, &expected);
         }
@@ -162,63 +163,6 @@ fn fit_matches_formulas() {
     check_fit::<Phong>();
     check_fit::<CookTorrance>();
     check_fit::<Neural>();
-}
-
-/// The comparison covers readings at which the BRDF of Neural is negative.
-#[test]
-fn steps_of_neural_see_negative_brdf() {
-    for contents in contents(ModelKind::Neural) {
-        let readings = all_readings(SAMPLES);
-        let start = expected_values(&contents, &contents.recipe(), &readings);
-        let weighted = weighted_readings(&contents, &readings);
-        let all = weighted
-            .iter()
-            .flat_map(|each| modeled::<Neural>(&start, &each.at));
-        let (negative, positive): (Vec<f64>, Vec<f64>) = all.partition(|f| *f < -0.01);
-        assert!(!negative.is_empty() && !positive.is_empty());
-    }
-}
-
-/// Each field changes the result of the formulas by more than the tolerance, so that the comparison detects a wrong use.
-#[test]
-fn reference_depends_on_each_field() {
-    let [before, _] = contents(ModelKind::CookTorrance);
-    let changes: [fn(&mut GaussNewtonPart); 9] = [
-        |steps| steps.steps = 1,
-        |steps| steps.precision[0] *= 3.0,
-        |steps| steps.precision[7] *= 3.0,
-        |steps| steps.reading_weight *= 2.0,
-        |steps| steps.error_scale *= 2.0,
-        |steps| steps.directions.rotate_left(3),
-        |steps| steps.center.rotate_left(1),
-        |steps| steps.rows.reverse(),
-        |steps| steps.row_scales.reverse(),
-    ];
-    let readings = all_readings(SAMPLES);
-    let values =
-        |contents: &CompletedContents| expected_parameters::<CookTorrance>(contents, &readings);
-    for (index, change) in changes.into_iter().enumerate() {
-        let mut after = before.clone();
-        change(steps_mut(&mut after));
-        let difference = largest_difference(&values(&before), &values(&after));
-        assert!(
-            difference > 2.0 * SYSTEM_TOLERANCE,
-            "change {index}: {difference}"
-        );
-    }
-}
-
-#[test]
-fn overflow_diverges() {
-    for model in STEPPED {
-        for contents in contents(model) {
-            // The exponential of 100 overflows.
-            let mut contents = contents;
-            steps_mut(&mut contents).center.fill(MAX_MEAN);
-            let outcome = full_scan::<Any>(&contents, &all_readings(SAMPLES));
-            assert_eq!(outcome, Outcome::Diverged, "{model}");
-        }
-    }
 }
 
 /// Coefficients of 1, which the net has without readings and without hidden units.
@@ -252,17 +196,6 @@ fn nan_virtual_reading_diverges() {
                 assert_eq!(outcome == Outcome::Diverged, weight != 0, "{model}");
             }
         }
-    }
-}
-
-#[test]
-fn overflow_of_correction_diverges() {
-    for model in STEPPED {
-        let [_, mut contents] = contents(model);
-        // The squares of the components overflow.
-        contents.correction.as_mut().unwrap().row_scales.fill(1e30);
-        let outcome = full_scan::<Any>(&contents, &all_readings(SAMPLES));
-        assert_eq!(outcome, Outcome::Diverged, "{model}");
     }
 }
 

@@ -1,8 +1,9 @@
-//! The predicted loss and its bound depend on the number of readings that count in the fit.
+//! The predicted loss, its bound, and the comparison with the training materials match their formulas, for every model.
 
 use glimpse_core::fit::Uncertainty;
 use glimpse_core::fit::coefficient_net::MissingPolicy;
-use glimpse_core::recipe::{Field, Kind, MAX_EXPONENT, Recipe, RecipeError};
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{Kind, PackedDescent, PackedMethod, RecipeError, RecipeParts};
 use glimpse_core::scan::{Reading, Scan};
 
 use super::contents::{CompletedContents, PartialPart, SAMPLES};
@@ -10,7 +11,7 @@ use super::reference::{
     Readings, TOLERANCE, color, fitted_coefficients, innovation, some_readings,
 };
 use super::scans::Any;
-use crate::recipes::{Change, packed, parsed, recipe_with, sections_of};
+use crate::recipes::{neural, packed, parsed, recipe_with, sections_of, write};
 use crate::scanning::fit;
 
 const PREDICTION: [f32; 5] = [-1.0, 0.03, -0.02, 0.05, 0.01];
@@ -23,19 +24,15 @@ const UNCERTAINTY: Uncertainty = Uncertainty {
 const LOSS: [f32; SAMPLES] = [1.5, 0.75, 0.5, -0.25, 0.125, -0.5];
 const BOUND: [f32; SAMPLES] = [9.0, 7.0, 0.5, 4.0, 3.0, 1.25];
 
-fn partial_part() -> PartialPart {
-    PartialPart {
-        loss: LOSS.to_vec(),
-        bound: BOUND.to_vec(),
-    }
-}
-
 /// Adds sections 133, 135 and 137 to a recipe of m = 4 components.
 pub(crate) fn with_partial(contents: CompletedContents) -> CompletedContents {
     CompletedContents {
         prediction: Some(PREDICTION.to_vec()),
         uncertainty: Some(UNCERTAINTY),
-        partial: Some(partial_part()),
+        partial: Some(PartialPart {
+            loss: LOSS.to_vec(),
+            bound: BOUND.to_vec(),
+        }),
         ..contents
     }
 }
@@ -46,13 +43,19 @@ pub(crate) fn all_small() -> impl Iterator<Item = CompletedContents> {
     all.into_iter().map(with_partial)
 }
 
-/// The mean residual, the predicted loss and its bound after a fit of some samples. Others are saturated or missing.
-fn estimate(
-    contents: &CompletedContents,
-    fitted: &[u16],
-    saturated: &[u16],
-) -> (f32, Option<f32>, Option<f32>) {
+/// The results of a fit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Estimate {
+    mean_residual: f32,
+    predicted_loss: Option<f32>,
+    loss_bound: Option<f32>,
+    is_unlike_training: Option<bool>,
+}
+
+/// The results of a fit of some samples. Others are saturated or missing.
+fn estimate(contents: &CompletedContents, fitted: &[u16], saturated: &[u16]) -> Estimate {
     let recipe = contents.recipe();
+    // A fit writes all the words that it reads.
     let mut memory = vec![f32::NAN; recipe.memory_words()];
     let mut scan = Scan::<Any>::new(recipe, &mut memory).unwrap();
     for index in fitted.iter().chain(saturated) {
@@ -62,218 +65,166 @@ fn estimate(
         };
         scan.record(*index, reading).unwrap();
     }
-    let residual = fit(&mut scan, &[3, 7]).residual();
+    let mean_residual = fit(&mut scan, &[3, 7]).residual().mean;
     let fitted = scan.fitted().unwrap();
-    (residual.mean, fitted.predicted_loss(), fitted.loss_bound())
+    Estimate {
+        mean_residual,
+        predicted_loss: fitted.predicted_loss(),
+        loss_bound: fitted.loss_bound(),
+        is_unlike_training: fitted.is_unlike_training(),
+    }
+}
+
+/// The readings of some samples.
+fn readings_of(fitted: &[u16]) -> Readings {
+    some_readings(SAMPLES, |sample| fitted.contains(&(sample as u16)))
 }
 
 /// The predicted loss by `docs/recipe.md`, in f64.
-fn expected_loss(contents: &CompletedContents, readings: &Readings, mean_residual: f32) -> f64 {
-    let recipe = contents.recipe();
-    let [red, green, blue] = fitted_coefficients(contents, &recipe, readings);
+fn expected_loss(contents: &CompletedContents, fitted: &[u16], mean_residual: f32) -> f64 {
+    let (recipe, readings) = (contents.recipe(), readings_of(fitted));
+    let [red, green, blue] = fitted_coefficients(contents, &recipe, &readings);
     let means = red.iter().zip(&green).zip(&blue);
     let means = means.map(|((red, green), blue)| (red + green + blue) / 3.0);
     let [bias, weights @ ..] = PREDICTION;
     let terms = weights.into_iter().zip(means);
     let mut exponent = f64::from(bias) + terms.map(|(q, a)| f64::from(q) * a).sum::<f64>();
-    exponent += 0.4 * (f64::from(mean_residual) + 1e-4).ln();
-    if contents.correction.is_some() {
-        exponent += 0.7 * (innovation(contents, &recipe, readings) + 1e-3).ln();
+    if contents.uncertainty.is_some() {
+        exponent += 0.4 * (f64::from(mean_residual) + 1e-4).ln();
+        if contents.correction.is_some() {
+            exponent += 0.7 * (innovation(contents, &recipe, &readings) + 1e-3).ln();
+        }
+        if contents.partial.is_some() {
+            exponent += f64::from(LOSS[fitted.len() - 1]);
+        }
     }
-    let count = readings.iter().flatten().count();
-    exponent += f64::from(LOSS[count - 1]);
     exponent.exp()
 }
 
 #[test]
 fn loss_and_bound_match_formula_for_each_count() {
     let orders: [&[u16]; 2] = [&[0, 1, 2, 3, 4, 5], &[4, 1, 5, 0, 3, 2]];
-    for contents in all_small() {
-        for order in orders {
-            for count in 1..=SAMPLES {
-                let (fitted, rest) = order.split_at(count);
-                // A saturated reading does not count.
-                for saturated in [&[][..], &rest[..rest.len().min(1)]] {
-                    let (residual, loss, bound) = estimate(&contents, fitted, saturated);
-                    let is_fitted = |sample: usize| fitted.contains(&(sample as u16));
-                    let readings = some_readings(SAMPLES, is_fitted);
-                    let expected = expected_loss(&contents, &readings, residual);
-                    let name = contents.model();
-                    for (actual, expected) in [
-                        (loss.unwrap(), expected),
-                        (bound.unwrap(), expected * f64::from(BOUND[count - 1])),
-                    ] {
-                        let error = (f64::from(actual) / expected - 1.0).abs();
-                        assert!(error < 20.0 * TOLERANCE, "{name}, {count}: {error}");
-                    }
-                }
+    let all = all_small().flat_map(|contents| {
+        let [mut without_partial, mut only_prediction] = [contents.clone(), contents.clone()];
+        without_partial.partial = None;
+        only_prediction.uncertainty = None;
+        [contents, without_partial, only_prediction]
+    });
+    for contents in all {
+        for (order, count) in orders
+            .into_iter()
+            .flat_map(|order| (1..=SAMPLES).map(move |count| (order, count)))
+        {
+            let (fitted, rest) = order.split_at(count);
+            // A saturated reading does not count.
+            for saturated in [&[][..], &rest[..rest.len().min(1)]] {
+                let actual = estimate(&contents, fitted, saturated);
+                let loss = f64::from(actual.predicted_loss.unwrap());
+                let expected = expected_loss(&contents, fitted, actual.mean_residual);
+                let error = (loss / expected - 1.0).abs();
+                assert!(
+                    error < 20.0 * TOLERANCE,
+                    "{}, {count}: {error}",
+                    contents.model()
+                );
+                let factor = match (&contents.uncertainty, &contents.partial) {
+                    (None, _) => None,
+                    (Some(uncertainty), None) => Some(uncertainty.bound),
+                    (Some(_), Some(partial)) => Some(partial.bound[count - 1]),
+                };
+                let bound = factor.map(|factor| factor * loss as f32);
+                assert_eq!(actual.loss_bound, bound);
             }
         }
     }
 }
 
-/// With factor 1 and the bound of section 135, the section has no effect, to the bit.
+/// Each estimate needs the sections that it is made of. Only a recipe with all of them bounds the loss of some readings.
 #[test]
-fn neutral_section_changes_nothing() {
-    for mut contents in all_small() {
-        contents.partial = Some(PartialPart {
-            loss: vec![0.0; SAMPLES],
-            bound: vec![UNCERTAINTY.bound; SAMPLES],
-        });
-        let mut without = contents.clone();
-        without.partial = None;
-        for fitted in [&[2][..], &[0, 5, 1], &[0, 1, 2, 3, 4, 5]] {
-            let expected = estimate(&without, fitted, &[]);
-            assert!(expected.2.is_some());
-            assert_eq!(estimate(&contents, fitted, &[]), expected);
-        }
-    }
-}
-
-#[test]
-fn no_effect_without_other_sections() {
-    for contents in all_small() {
-        let mut bare = contents.clone();
-        (bare.uncertainty, bare.partial) = (None, None);
-        let mut without = contents.clone();
-        without.uncertainty = None;
-        let (_, loss, bound) = estimate(&without, &[0, 1], &[]);
-        assert!(loss.is_some() && bound.is_none());
-        assert_eq!((loss, bound), {
-            let (_, loss, bound) = estimate(&bare, &[0, 1], &[]);
-            (loss, bound)
-        });
-        assert!(contents.recipe().bounds_partial_loss());
-        assert!(!without.recipe().bounds_partial_loss());
-        let mut without = contents.clone();
-        without.prediction = None;
-        let (_, loss, bound) = estimate(&without, &[0, 1], &[]);
-        assert_eq!((loss, bound), (None, None));
-        assert!(!without.recipe().bounds_partial_loss());
-        let mut without = contents.clone();
-        without.partial = None;
-        assert!(!without.recipe().bounds_partial_loss());
-        let mut without = contents;
-        without.missing = MissingPolicy::AllRequired as u8;
-        assert!(!without.recipe().bounds_partial_loss());
-    }
-}
-
-#[test]
-fn section_round_trip() {
-    for contents in all_small() {
-        let bytes = contents.write().unwrap();
-        let recipe = Recipe::parse(&bytes).unwrap();
-        let partial = recipe.completed().unwrap().partial().unwrap();
-        assert!(partial.loss().iter().eq(LOSS));
-        assert!(partial.bound().iter().eq(BOUND));
-        let (kind, section) = recipe.sections().last().unwrap();
-        assert_eq!(
-            (kind, kind.number(), kind.is_required()),
-            (Kind::PARTIAL, 137, false)
-        );
-        let length = [4 * SAMPLES as u8];
-        let expected = [&length[..], &packed(&LOSS), &length, &packed(&BOUND)];
-        assert_eq!(section, expected.concat());
-        // Read in place.
-        assert!(
-            bytes
-                .as_ptr_range()
-                .contains(&partial.bound().words().as_ptr().cast())
-        );
-
-        let mut buffer = vec![0; bytes.len()];
-        let copy = recipe.copy_without(&[Kind::PARTIAL], &mut buffer).unwrap();
-        let copy = Recipe::parse(copy).unwrap();
-        assert!(copy.completed().unwrap().partial().is_none());
-        assert!(copy.completed().unwrap().uncertainty().is_some());
-    }
-}
-
-#[test]
-fn rejects_invalid_lists() {
-    let [loss, bound] = [Field::PartialLoss, Field::PartialBound];
-    let changes: [Change<RecipeError, PartialPart>; 13] = [
-        (RecipeError::Count(loss), |part| part.loss.truncate(5)),
-        (RecipeError::Count(loss), |part| part.loss.push(0.0)),
-        (RecipeError::Count(loss), |part| part.loss.clear()),
-        (RecipeError::Count(bound), |part| part.bound.truncate(5)),
-        (RecipeError::Count(bound), |part| part.bound.push(1.0)),
-        (RecipeError::Count(bound), |part| part.bound.clear()),
-        (RecipeError::NonFinite(loss), |part| part.loss[5] = f32::NAN),
-        (RecipeError::Range(loss), |part| {
-            part.loss[0] = MAX_EXPONENT.next_up()
-        }),
-        (RecipeError::Range(loss), |part| {
-            part.loss[0] = -MAX_EXPONENT.next_up()
-        }),
-        (RecipeError::NonFinite(bound), |part| {
-            part.bound[0] = f32::INFINITY
-        }),
-        (RecipeError::NonFinite(bound), |part| {
-            part.bound[5] = f32::NAN
-        }),
-        (RecipeError::NotPositive(bound), |part| part.bound[2] = 0.0),
-        (RecipeError::NotPositive(bound), |part| part.bound[2] = -1.0),
+fn estimates_need_their_sections() {
+    let changes: [fn(&mut CompletedContents); 4] = [
+        |contents| contents.prediction = None,
+        |contents| contents.uncertainty = None,
+        |contents| contents.partial = None,
+        |contents| contents.missing = MissingPolicy::AllRequired as u8,
     ];
-    for (index, (error, change)) in changes.into_iter().enumerate() {
-        for mut contents in all_small() {
-            change(contents.partial.as_mut().unwrap());
-            assert_eq!(contents.write(), Err(error), "change {index}");
-            // Other sections do not matter.
-            contents.uncertainty = None;
-            assert_eq!(contents.write(), Err(error), "change {index}");
+    for contents in all_small() {
+        assert!(contents.recipe().bounds_partial_loss());
+        for change in changes {
+            let mut without = contents.clone();
+            change(&mut without);
+            assert!(!without.recipe().bounds_partial_loss());
+            let actual = estimate(&without, &[0, 1, 2, 3, 4, 5], &[]);
+            assert_eq!(
+                actual.predicted_loss.is_some(),
+                without.prediction.is_some()
+            );
+            let compared = without.uncertainty.is_some() && without.correction.is_some();
+            assert_eq!(actual.is_unlike_training.is_some(), compared);
         }
     }
-    let mut contents = all_small().next().unwrap();
-    let part = contents.partial.as_mut().unwrap();
-    (part.loss[0], part.loss[1]) = (MAX_EXPONENT, -MAX_EXPONENT);
-    (part.bound[0], part.bound[1]) = (f32::MAX, f32::from_bits(1));
-    assert!(contents.write().is_ok());
 }
 
+/// The comparison finds an innovation 5 % above that of the training materials, and not one 5 % below. The gradient of a
+/// descent does not overwrite it.
 #[test]
-fn rejects_cut_or_padded_section() {
-    let sections = sections_of(&all_small().next().unwrap().write().unwrap());
-    let [.., (kind, whole)] = &sections[..] else {
-        panic!("the recipe has no sections");
-    };
-    let with = |bytes: &[u8]| {
-        let mut sections = sections.clone();
-        sections.last_mut().unwrap().1 = bytes.to_vec();
-        Recipe::parse(recipe_with(&sections).leak()).map(drop)
-    };
-    assert_eq!(with(whole), Ok(()));
-    for length in 0..whole.len() {
-        assert_eq!(with(&whole[..length]), Err(RecipeError::Section(*kind)));
+fn innovation_above_training_is_unlike() {
+    let mut compared = 0;
+    for mut contents in all_small().filter(|contents| contents.correction.is_some()) {
+        for fitted in [&[0, 1, 2, 3, 4, 5][..], &[1, 3, 5], &[4]] {
+            let innovation = innovation(&contents, &contents.recipe(), &readings_of(fitted));
+            assert!(innovation > 0.1);
+            for (factor, expected) in [(0.95, true), (1.05, false)] {
+                let uncertainty = contents.uncertainty.as_mut().unwrap();
+                uncertainty.max_innovation = (factor * innovation) as f32;
+                let is_unlike = estimate(&contents, fitted, &[]).is_unlike_training;
+                assert_eq!(is_unlike, Some(expected), "{}", contents.model());
+                compared += 1;
+            }
+        }
     }
-    let padded = [&whole[..], &[0]].concat();
-    assert_eq!(with(&padded), Err(RecipeError::Section(*kind)));
-    // Each list is a multiple of four bytes.
-    let odd = [&[1, 0][..], &whole[1 + 4 * SAMPLES..]].concat();
-    let error = RecipeError::Count(Field::PartialLoss);
-    assert_eq!(with(&odd), Err(error));
+    // Four models, and three of them also with Gauss-Newton steps.
+    assert_eq!(compared, (4 + 3) * 3 * 2);
 }
 
-/// A bound that overflows is unknown, although the loss is known.
+/// A loss or a bound that overflows is unknown.
 #[test]
-fn infinite_bound_is_none() {
+fn infinite_estimate_is_none() {
     for mut contents in all_small() {
         contents.partial = Some(PartialPart {
             loss: vec![0.0, 80.0, 0.0, 0.0, 0.0, 0.0],
             bound: vec![f32::MAX; SAMPLES],
         });
-        let (_, loss, bound) = estimate(&contents, &[1, 4], &[]);
-        assert!(loss.unwrap() > 1.0);
-        assert_eq!(bound, None);
+        let actual = estimate(&contents, &[1, 4], &[]);
+        assert!(actual.predicted_loss.unwrap() > 1.0);
+        assert_eq!(actual.loss_bound, None);
+        contents.prediction.as_mut().unwrap()[0] = 1e3;
+        assert_eq!(estimate(&contents, &[1, 4], &[]).predicted_loss, None);
     }
+}
+
+#[test]
+fn rejects_prediction_without_completion() {
+    let ones = packed(&[1.0; 7]);
+    let descent = PackedDescent {
+        model: ModelKind::Phong,
+        inner_steps: 1,
+        initial: &ones,
+        step_sizes: &ones,
+    };
+    let parts = RecipeParts {
+        prediction: Some(&[0; 4]),
+        ..RecipeParts::new(&[0; 12], PackedMethod::Descent(descent))
+    };
+    let error = RecipeError::Missing(Kind::COMPLETION);
+    assert_eq!(write(&parts), Err(error));
 }
 
 /// A section without a completion is ignored.
 #[test]
 fn section_has_no_effect_on_descent() {
-    let mut sections = sections_of(&crate::recipes::neural().write().unwrap());
-    let completed = sections_of(&all_small().next().unwrap().write().unwrap());
+    let mut sections = sections_of(&neural().write().unwrap());
+    let completed = sections_of(&all_small().next().unwrap().write());
     sections.extend(
         completed
             .into_iter()

@@ -326,13 +326,6 @@ pub(crate) const SYSTEM_TOLERANCE: f64 = if cfg!(feature = "micromath") {
     1e-5
 };
 
-/// The largest difference of the numbers of two lists. Missing numbers are 0.
-pub(crate) fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
-    let pairs = (0..a.len().max(b.len())).map(|index| [a, b].map(|list| list.get(index)));
-    let differences = pairs.map(|[a, b]| (a.unwrap_or(&0.0) - b.unwrap_or(&0.0)).abs());
-    differences.fold(0.0, f64::max)
-}
-
 /// Asserts that lists are equal within [`TOLERANCE`].
 #[track_caller]
 pub(crate) fn assert_close(name: &str, actual: impl Iterator<Item = f32>, expected: &[f64]) {

@@ -7,6 +7,7 @@ use glimpse_core::gonio::Quantity;
 use glimpse_core::gonio::tile::{InconclusiveReason, TileResult, examine};
 
 use super::at;
+use crate::random::Random;
 
 const TILE: [f32; 3] = [0.5, 0.42, 0.36];
 const ALL: [Quantity; 4] = [
@@ -16,35 +17,18 @@ const ALL: [Quantity; 4] = [
     Quantity::ReflectanceFactor,
 ];
 
-/// Knuth's linear congruential generator: the same numbers in every run.
-struct Generator(u64);
-
-impl Generator {
-    /// A number in \[0, 1).
-    fn uniform(&mut self) -> f32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005);
-        self.0 = self.0.wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 40) as f32 / (1u64 << 24) as f32
-    }
-
-    /// A nearly normal number of mean 0 and standard deviation 1.
-    fn normal(&mut self) -> f32 {
-        (0..12).map(|_| self.uniform()).sum::<f32>() - 6.0
-    }
-}
-
 /// The directions of a tile's readings: theta_i and theta_o independently over 0 to 60 degrees.
-fn directions(count: usize, random: &mut Generator) -> Vec<Directions<f32>> {
+fn directions(count: usize, random: &mut Random) -> Vec<Directions<f32>> {
     let step = 60.0 / count as f32;
     (0..count)
         .map(|index| {
             // 3 is coprime to the counts in use, so that each value occurs once.
             let other = (index * 3 + 1) % count;
             at([
-                (index as f32 + random.uniform()) * step,
+                (index as f32 + random.uniform() as f32) * step,
                 0.0,
-                (other as f32 + random.uniform()) * step,
-                40.0 + 100.0 * random.uniform(),
+                (other as f32 + random.uniform() as f32) * step,
+                40.0 + 100.0 * random.uniform() as f32,
             ])
         })
         .collect()
@@ -69,18 +53,18 @@ const EXACT: Case = Case {
 fn readings(
     case: &Case,
     directions: &[Directions<f32>],
-    random: &mut Generator,
+    random: &mut Random,
 ) -> Vec<(Directions<f32>, [f32; 3])> {
     let tile = if case.monochrome { [TILE[0]; 3] } else { TILE };
     let read = |at: &Directions<f32>| {
         let values = case.quantity.of_brdf(tile.map(|r| r / PI), at);
         let values = values.expect("above the horizon");
-        let common = random.normal();
+        let common = random.normal() as f32;
         let read = std::array::from_fn(|c| {
             let noise = if case.monochrome {
                 common
             } else {
-                random.normal()
+                random.normal() as f32
             };
             values[c] * case.factor[c] * (1.0 + case.noise * noise)
         });
@@ -89,7 +73,7 @@ fn readings(
     directions.iter().map(read).collect()
 }
 
-fn simulate(case: &Case, count: usize, random: &mut Generator) -> TileResult {
+fn simulate(case: &Case, count: usize, random: &mut Random) -> TileResult {
     let directions = directions(count, random);
     let tile = if case.monochrome { [TILE[0]; 3] } else { TILE };
     examine(&readings(case, &directions, random), tile)
@@ -114,7 +98,7 @@ fn is_correct(case: &Case, result: &TileResult) -> Option<bool> {
 
 /// The numbers of correct and wrong results, for 500 tiles of each quantity.
 fn count_results(count: usize, noise: f32, monochrome: bool, factor: [f32; 3]) -> (usize, usize) {
-    let mut random = Generator(1);
+    let mut random = Random(1);
     let (mut correct, mut wrong) = (0, 0);
     for quantity in ALL {
         if factor != [1.0; 3] && quantity == Quantity::ReflectanceFactor {
@@ -171,7 +155,7 @@ fn three_exact_readings_are_enough() {
         at([55.0, 0.0, 10.0, 90.0]),
         at([30.0, 0.0, 60.0, 120.0]),
     ];
-    let mut random = Generator(1);
+    let mut random = Random(1);
     for quantity in ALL {
         let case = Case { quantity, ..EXACT };
         let readings = readings(&case, &directions, &mut random);
@@ -197,7 +181,7 @@ fn recognizes_constant_times_cosine() {
         noise: 0.01,
         monochrome: false,
     };
-    let TileResult::Scaled { quantity, factor } = simulate(&case, 8, &mut Generator(5)) else {
+    let TileResult::Scaled { quantity, factor } = simulate(&case, 8, &mut Random(5)) else {
         panic!("the result is not a constant factor");
     };
     assert_eq!(quantity, Quantity::BrdfTimesCosThetaI);
@@ -219,7 +203,7 @@ fn similar_directions_are_ambiguous() {
         (narrow, Quantity::Brdf),
     ] {
         let case = Case { quantity, ..EXACT };
-        let readings = readings(&case, &directions, &mut Generator(1));
+        let readings = readings(&case, &directions, &mut Random(1));
         assert_eq!(
             examine(&readings, TILE),
             TileResult::Inconclusive(InconclusiveReason::Ambiguous)
@@ -229,7 +213,7 @@ fn similar_directions_are_ambiguous() {
 
 #[test]
 fn unknown_quantity_is_inconclusive() {
-    let mut random = Generator(3);
+    let mut random = Random(3);
     let directions = directions(10, &mut random);
     let brdf = |at: &Directions<f32>| TILE.map(|r| r / PI * (0.2 + at.incoming[0].abs()));
     let result = examine(
@@ -256,7 +240,7 @@ fn unknown_quantity_is_inconclusive() {
 
 #[test]
 fn names_invalid_readings_and_reflectances() {
-    let directions = directions(8, &mut Generator(2));
+    let directions = directions(8, &mut Random(2));
     let valid: Vec<_> = directions
         .iter()
         .map(|at| (*at, TILE.map(|r| r / PI)))

@@ -2,19 +2,8 @@
 
 use glimpse_core::fit::ridge::{Factors, Problem, Real, RidgeError, factor_length, scratch_length};
 
+use crate::completion::reference::solve;
 use crate::random::Random;
-
-impl Random {
-    /// A number from 0 to 1.
-    pub(crate) fn uniform(&mut self) -> f64 {
-        self.bits() as f64 / u64::MAX as f64
-    }
-
-    /// A nearly normal number of mean 0 and standard deviation 1: a sum of twelve uniform numbers.
-    pub(crate) fn normal(&mut self) -> f64 {
-        (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
-    }
-}
 
 /// A realistic problem. Singular values from 10 to 0.1 scale the components. The measurements are those of materials
 /// that follow the prior, with noise. All numbers are exact in f32.
@@ -68,7 +57,7 @@ impl Case {
         }
     }
 
-    /// (A'A + P)^-1 b by an independent method: elimination with pivoting in f64, and one refinement.
+    /// (A'A + P)^-1 b by an independent method: elimination in f64, and one refinement.
     pub(crate) fn reference(&self, right: &[f64]) -> Vec<f64> {
         let product = |k: usize, l: usize| -> f64 {
             let columns = self.basis.chunks(self.m).map(|row| row[k] * row[l]);
@@ -78,11 +67,11 @@ impl Case {
         let matrix: Vec<Vec<f64>> = (0..self.m)
             .map(|k| (0..self.m).map(|l| product(k, l)).collect())
             .collect();
-        let mut solution = eliminate(&matrix, right);
+        let mut solution = solve(matrix.clone(), right.to_vec());
         let residual: Vec<f64> = (0..self.m)
             .map(|k| right[k] - (0..self.m).map(|l| matrix[k][l] * solution[l]).sum::<f64>())
             .collect();
-        for (x, correction) in solution.iter_mut().zip(eliminate(&matrix, &residual)) {
+        for (x, correction) in solution.iter_mut().zip(solve(matrix, residual)) {
             *x += correction;
         }
         solution
@@ -95,33 +84,6 @@ impl Case {
             .map(|k| rows().map(|(row, t)| row[k] * t).sum())
             .collect()
     }
-}
-
-fn eliminate(matrix: &[Vec<f64>], right: &[f64]) -> Vec<f64> {
-    let order = right.len();
-    let mut rows: Vec<Vec<f64>> = matrix.to_vec();
-    for (row, b) in rows.iter_mut().zip(right) {
-        row.push(*b);
-    }
-    for column in 0..order {
-        let best = (column..order)
-            .max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs()))
-            .unwrap();
-        rows.swap(column, best);
-        let pivot = rows[column].clone();
-        for row in rows.iter_mut().skip(column + 1) {
-            let factor = row[column] / pivot[column];
-            for (entry, above) in row.iter_mut().zip(&pivot).skip(column) {
-                *entry -= factor * above;
-            }
-        }
-    }
-    let mut solution = vec![0.0; order];
-    for k in (0..order).rev() {
-        let sum: f64 = (k + 1..order).map(|l| rows[k][l] * solution[l]).sum();
-        solution[k] = (rows[k][order] - sum) / rows[k][k];
-    }
-    solution
 }
 
 pub(crate) fn to_f32(values: &[f64]) -> Vec<f32> {

@@ -1,8 +1,6 @@
 //! The section of the training.
 
-use glimpse_core::recipe::{
-    Field, Kind, Recipe, RecipeError, RecipeParts, Training, TrainingSources,
-};
+use glimpse_core::recipe::{Kind, Recipe, RecipeError, RecipeParts, Training, TrainingSources};
 
 use super::{SOURCES, TRAINING, full_parts, full_sections};
 use crate::recipes::{recipe_with, section_mut, write};
@@ -49,30 +47,6 @@ fn training_variant_round_trip() {
     .unwrap();
     let metadata = Recipe::parse(&bytes).unwrap().metadata().unwrap();
     assert_eq!(metadata.training, training);
-}
-
-#[test]
-fn training_share_is_from_0_to_1() {
-    for (share, error) in [
-        (f32::NAN, RecipeError::NonFinite(Field::Share)),
-        (f32::INFINITY, RecipeError::NonFinite(Field::Share)),
-        (-1e-9, RecipeError::Negative(Field::Share)),
-        (1.001, RecipeError::Range(Field::Share)),
-    ] {
-        let mut sources = SOURCES;
-        sources[1].share = share;
-        let training = Some(Training {
-            sources: TrainingSources::new(&sources),
-            ..TRAINING
-        });
-        assert_eq!(
-            write(&RecipeParts {
-                training,
-                ..full_parts()
-            }),
-            Err(error)
-        );
-    }
 }
 
 #[test]

@@ -62,8 +62,13 @@ fn one_colored_reading_gives_colored_material() {
         let mut memory = vec![0.0; recipe.memory_words()];
         let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
         record(&mut scan, 0..8, glossy);
-        let gray = fit(&mut scan, &[7]);
-        scan.record(5, Reading::new([0.3, 0.2, 0.2])).unwrap();
-        assert_ne!(fit(&mut scan, &[7]), gray);
+        record(&mut scan, [5], |_| Reading::monochrome(0.2));
+        let gray = fit(&mut scan, &[7]).values();
+        for channel in 0..3 {
+            let mut brdf = [0.2; 3];
+            brdf[channel] = 0.3;
+            scan.record(5, Reading::new(brdf)).unwrap();
+            assert_ne!(fit(&mut scan, &[7]).values(), gray);
+        }
     }
 }

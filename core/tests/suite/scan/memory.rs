@@ -1,7 +1,7 @@
 //! The caller provides the memory of a scan, and gets it back.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
-use glimpse_core::fit::{AnyModel, Fitter, Linear};
+use glimpse_core::fit::{AnyModel, Linear};
 use glimpse_core::model::{ModelKind, Neural};
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
 use glimpse_core::scan::{Reading, Scan, ScanError};
@@ -9,7 +9,7 @@ use glimpse_core::scan::{Reading, Scan, ScanError};
 use crate::completion::contents::{self as completion, CORRECTED, CompletedContents};
 use crate::recipes::{linear, parsed};
 use crate::scanning::{
-    MODELS, SAMPLES, encoded_recipe, fit, full_scan, recipe_for, record, synthetic_reading,
+    MODELS, encoded_recipe, fit, full_scan, recipe_for, record, synthetic_reading,
 };
 
 #[test]
@@ -18,20 +18,27 @@ fn scan_struct_is_small() {
     assert!(size <= 640, "a scan has {size} bytes");
 }
 
+/// A recipe of each model, without and with a completion.
+fn all_recipes() -> Vec<Recipe<'static>> {
+    let completed = CompletedContents::all_small(MissingPolicy::AllRequired);
+    let completed = completed.iter().map(CompletedContents::recipe);
+    MODELS
+        .map(recipe_for)
+        .into_iter()
+        .chain(completed)
+        .collect()
+}
+
 /// `memory_words` equals the memory that a scan needs, with each model as type and with the model at run time.
 #[test]
 fn memory_words_match_recipe() {
     let mut all = Vec::new();
     let completed = CompletedContents::all_small(MissingPolicy::AllRequired);
-    let completed = completed.iter().map(|contents| contents.write().unwrap());
+    let completed = completed.iter().map(CompletedContents::write);
     for bytes in MODELS.into_iter().map(encoded_recipe).chain(completed) {
         let recipe = parsed(bytes.clone());
         let words = memory_words(&[&bytes]);
         assert_eq!(words, recipe.memory_words());
-        assert_eq!(Scan::<AnyModel>::accept(&recipe, words), Ok(words));
-        let (needed, found) = (words, words - 1);
-        let error = Err(ScanError::Memory { needed, found });
-        assert_eq!(Scan::<AnyModel>::accept(&recipe, found), error);
         assert_eq!(max_samples(&[&bytes]), recipe.samples());
         all.push((words, bytes));
     }
@@ -77,24 +84,24 @@ fn descent_keeps_innovation_in_one_word() {
 /// In version 0.1, a workspace could not be reused for a second recipe at run time.
 #[test]
 fn memory_is_reusable() {
-    let recipes = MODELS.map(recipe_for);
+    let recipes = all_recipes();
     let words = recipes.iter().map(Recipe::memory_words).max().unwrap();
     let mut memory = &mut vec![0.0; words][..];
-    for recipe in recipes.into_iter().chain(recipes) {
+    for recipe in recipes.iter().chain(&recipes).copied() {
+        let samples = recipe.samples() as u16;
         let mut scan = Scan::<AnyModel>::new(recipe, memory).unwrap();
         // Nothing is left of the previous scan.
-        assert_eq!(scan.pending().count(), SAMPLES);
+        assert_eq!(scan.pending().count(), recipe.samples());
         assert!(scan.fitted().is_none() && scan.fit_under_way().is_none());
-        record(&mut scan, 0..8, synthetic_reading);
-        assert_eq!(
-            fit(&mut scan, &[17]),
-            full_scan::<AnyModel>(recipe, synthetic_reading)
-        );
+        record(&mut scan, 0..samples, synthetic_reading);
+        let outcome = fit(&mut scan, &[17]);
+        assert_eq!(outcome.values().len(), recipe.values());
+        assert_eq!(outcome, full_scan::<AnyModel>(recipe, synthetic_reading));
         memory = scan.into_memory();
         assert_eq!(memory.len(), words);
         // A scan that only borrows the memory leaves nothing behind either.
         let mut unfinished = Scan::<AnyModel>::new(recipe, &mut *memory).unwrap();
-        record(&mut unfinished, 0..7, |_| Reading::monochrome(5.0));
+        record(&mut unfinished, 1..samples, |_| Reading::monochrome(5.0));
     }
 }
 
@@ -124,37 +131,22 @@ fn smaller_recipe_reuses_memory() {
 
 #[test]
 fn rejects_recipe_for_other_firmware() {
-    fn accepts<K: Fitter>(model: ModelKind, missing: usize) -> Result<(), ScanError> {
-        let recipe = recipe_for(model);
-        let words = recipe.memory_words();
-        let accepted = Scan::<K>::accept(&recipe, words - missing)?;
-        assert_eq!(accepted, words);
-        Ok(())
-    }
-    let wrong = |firmware, recipe| match firmware == recipe {
-        true => Ok(()),
-        false => Err(ScanError::Model { firmware, recipe }),
-    };
-    for model in MODELS {
-        let (neural, linear) = (ModelKind::Neural, ModelKind::Linear);
-        assert_eq!(accepts::<Neural>(model, 0), wrong(neural, model));
-        assert_eq!(accepts::<Linear>(model, 0), wrong(linear, model));
-        assert_eq!(accepts::<AnyModel>(model, 0), Ok(()));
-        let needed = recipe_for(model).memory_words();
+    for recipe in all_recipes() {
+        let needed = recipe.memory_words();
+        let wrong = |firmware| match firmware == recipe.model() {
+            true => Ok(needed),
+            false => Err(ScanError::Model {
+                firmware,
+                recipe: recipe.model(),
+            }),
+        };
+        let accepted = Scan::<Neural>::accept(&recipe, needed);
+        assert_eq!(accepted, wrong(ModelKind::Neural));
+        let accepted = Scan::<Linear>::accept(&recipe, needed);
+        assert_eq!(accepted, wrong(ModelKind::Linear));
+        assert_eq!(Scan::<AnyModel>::accept(&recipe, needed), Ok(needed));
         let found = needed - 1;
         let small = Err(ScanError::Memory { needed, found });
-        assert_eq!(accepts::<AnyModel>(model, 1), small);
-    }
-}
-
-#[test]
-fn recipe_states_number_of_values() {
-    for recipe in MODELS.map(recipe_for) {
-        assert_eq!(
-            full_scan::<AnyModel>(recipe, synthetic_reading)
-                .values()
-                .len(),
-            recipe.values()
-        );
+        assert_eq!(Scan::<AnyModel>::accept(&recipe, found), small);
     }
 }

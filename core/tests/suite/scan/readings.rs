@@ -151,13 +151,6 @@ fn counts_repeated_readings() {
     }
 }
 
-/// A sensor with one channel gives a gray material.
-#[test]
-fn monochrome_reading_fills_channels() {
-    assert_eq!(Reading::monochrome(0.25), Reading::new([0.25; 3]));
-    assert!(!Reading::monochrome(0.25).saturated);
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(32))]
     /// The fit finishes with any noise below 0.
