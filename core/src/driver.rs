@@ -27,18 +27,20 @@
 //! #         self.arms = to;
 //! #         Some(Reading::new([0.2, 0.1, 0.01 * to.incoming.theta]))
 //! #     }
+//! #     fn operator_continues(&mut self) -> bool { false }
 //! #     fn write_flash(&mut self, slot: usize, bytes: &[u8]) -> Result<(), SavedError> {
 //! #         self.flash[slot][..bytes.len()].copy_from_slice(bytes);
 //! #         Ok(())
 //! #     }
 //! # }
-//! fn scan_one_material(board: &mut Board) -> Result<(), Failure> {
-//!     // The lamp has no azimuth axis.
+//! fn firmware(board: &mut Board) -> Result<(), Failure> {
+//!     // The lamp has no azimuth axis: it is fixed at 0, the default of `Machine::fixed`.
 //!     let speeds = Speeds { theta_i: 0.2, phi_i: 0.0, theta_o: 0.2, phi_o: 0.2 }; // rad/s
-//!     let machine = Machine { speeds, ..Machine::new(Limits::NONE) };
+//!     let limits = Limits { max_theta_i: 1.55, max_theta_o: 1.55, ..Limits::NONE };
+//!     let machine = Machine { speeds, ..Machine::new(limits) };
 //!     let mut config = Config::new(Host::Listens);
 //!     config.machine = Some(machine);
-//!     config.sequence_seed = board.boot_count();
+//!     config.sequence_seed = board.boot_count(); // yours, in memory that survives a reset
 //!
 //!     let mut memory = [0.0; memory_words(&[RECIPE])]; // a static in real firmware
 //!     let recipe = Recipe::parse(RECIPE).map_err(Failure::Recipe)?;
@@ -46,6 +48,10 @@
 //!     let (mut saved, _) = Saved::restore([&board.flash[0], &board.flash[1]], &mut scan);
 //!     let mut driver = Driver::new(scan, config);
 //!     loop {
+//! #       if board.now_ms > 2_500 { return Ok(()); }
+//!         if board.operator_continues() {
+//!             driver.resume(); // after a failure; `restart` begins a scan of the next material
+//!         }
 //!         while let Some(byte) = board.uart_read() {
 //!             driver.receive(byte);
 //!         }
@@ -65,11 +71,9 @@
 //!             Action::Finished(residual) => {
 //!                 let fitted = driver.scan()?.fitted();
 //!                 println!("{} {:?}", residual.mean, fitted.and_then(|fitted| fitted.values().next()));
-//!                 return Ok(()); // or poll on: a host may listen later; `restart` begins the next scan
 //!             }
 //!             Action::Forget => _ = saved.clear(|slot, bytes| board.write_flash(slot, bytes)),
-//!             // Nothing moves until `driver.resume()`, which keeps the readings, or `driver.restart()`.
-//!             Action::Failed(failure) => return Err(failure),
+//!             Action::Failed(failure) => println!("{failure}"), // nothing moves; poll on, to report it
 //!             Action::Wait => board.sleep_ms(driver.poll_delay(board.now_ms())),
 //!             _ => {} // `Store` and `Install`, if the device can store recipes
 //!         }
@@ -81,17 +85,18 @@
 //!     }
 //! }
 //! # let mut board = Board { now_ms: 0, arms: ArmAngles::default(), flash: [[0; SLOT_BYTES]; 2] };
-//! # scan_one_material(&mut board).unwrap();
+//! # firmware(&mut board).unwrap();
 //! ```
 //!
 //! # Guarantees
 //!
 //! - **Nothing moves after a failure** until [`Driver::resume`] or [`Driver::restart`]: no [`Action::Measure`], and no
-//!   request that lets a host move its arms.
-//! - **A failure keeps all readings.** [`Action::Forget`] follows only the end of a scan, [`Driver::restart`], or a host
-//!   that does not know the readings it is asked about; and only if readings were saved.
-//! - **A host that listens is optional.** If it does not answer [`Config::reply_timeout_ms`] long, the device scans
-//!   alone. It then sends `Hello` at growing intervals, at most 30 s, and the result when somebody answers.
+//!   request that lets a host move its arms. A refusal by the host, or another version of its protocol, is a failure too.
+//! - **A failure keeps all readings.** Nothing is forgotten that was not saved. [`Action::Forget`] comes when the host has
+//!   accepted the result (without a host: after [`Action::Finished`]), after [`Driver::restart`], and when a host that
+//!   measures does not know the readings.
+//! - **A silent host that listens is optional.** If it does not answer [`Config::reply_timeout_ms`] long, the device scans
+//!   alone. It then sends `Hello` after pauses of at most 30 s, and the result when somebody answers.
 //! - **Retries back off.** The pause before the next `Hello` doubles with each failure from 0.5 s to 30 s, and the pause
 //!   before a recipe is fetched again to one hour, because each attempt erases flash.
 
@@ -154,8 +159,12 @@ pub struct Driver<'a, K: Fitter> {
     is_no_scan_reported: bool,
     /// Checksum of a fetched recipe; the driver does not fetch it again.
     declined: Option<u32>,
+    /// True if the host has accepted the result.
+    is_published: bool,
     /// The pause before `Hello`.
     pause: Pause,
+    /// The pause before a failure is reported again to a host that did not answer.
+    report_pause: Pause,
     /// The pause before a recipe is fetched.
     fetch_pause: Pause,
     /// True if the last poll had nothing to do, and no call since then has added work.
@@ -165,9 +174,11 @@ pub struct Driver<'a, K: Fitter> {
 }
 
 impl<'a, K: Fitter> Driver<'a, K> {
-    /// Creates a driver for a scan. First restore readings that survived a reset
-    /// ([`Saved::restore`](crate::scan::Saved::restore)): the driver then asks a host that measures if they are still
-    /// valid.
+    /// Creates a driver for a scan, which begins with the next poll. After a reset, the driver does not know that there was
+    /// a failure: create it only once an operator, or your supervision of the arms, allows a move.
+    ///
+    /// First restore readings that survived a reset ([`Saved::restore`](crate::scan::Saved::restore)). The driver asks a
+    /// host that measures if they are still valid. With other hosts, restore them only if the material is the same.
     #[must_use]
     pub fn new(scan: Scan<'a, K>, config: Config) -> Self {
         Self::from_result(Ok(scan), config)
@@ -204,7 +215,9 @@ impl<'a, K: Fitter> Driver<'a, K> {
             next: None,
             is_no_scan_reported: false,
             declined: None,
+            is_published: false,
             pause: Pause::new(MAX_HELLO_PAUSE_MS),
+            report_pause: Pause::new(MAX_HELLO_PAUSE_MS),
             fetch_pause: Pause::new(MAX_FETCH_PAUSE_MS),
             is_idle: false,
             wake_at: None,
@@ -315,8 +328,9 @@ impl<'a, K: Fitter> Driver<'a, K> {
         }
     }
 
-    /// Stops the scan because of a failure, and keeps its readings. The driver returns [`Action::Failed`] and reports the
-    /// failure to the host. It requests no further move until [`Driver::resume`] or [`Driver::restart`].
+    /// Stops the scan because of a failure, and keeps its readings. The driver returns [`Action::Failed`] once, and reports
+    /// the failure to the host, again and again until the host answers. It requests no further move until
+    /// [`Driver::resume`] or [`Driver::restart`].
     ///
     /// If the recipe of [`Action::Store`] or [`Action::Install`] cannot be stored ([`Failure::Storage`]), the driver
     /// fetches it again later, after a pause that doubles with each failure. If the recipe is unusable
@@ -325,7 +339,10 @@ impl<'a, K: Fitter> Driver<'a, K> {
         self.is_idle = false;
         self.pending.cancel();
         self.is_halted = true;
-        self.pause.lengthen();
+        self.report_pause.reset();
+        if failure != Failure::Machine {
+            self.pause.lengthen();
+        }
         self.failure = Some(failure);
         let is_unusable = matches!(failure, Failure::Recipe(_) | Failure::Scan(_));
         let is_fetched = matches!(self.phase, Phase::Installed) && !is_unusable;
@@ -349,12 +366,17 @@ impl<'a, K: Fitter> Driver<'a, K> {
         }
     }
 
-    /// Continues a scan that has failed, with the readings that it has. With a host, the driver sends `Hello` after a
-    /// pause of 0.5 s, which doubles with each failure, up to 30 s. A success, such as a valid reading, ends the pauses.
-    /// Without a failure, the call has no effect.
+    /// Continues a scan that has failed, with the readings that it has. Home the arms first if they may have lost their
+    /// position. Without a failure, the call has no effect.
+    ///
+    /// With a host, the next `Hello` comes at the earliest 0.5 s after the failure. This pause doubles with each failure,
+    /// up to 30 s, and a success, such as a valid reading, ends it. A failure of the arms does not lengthen it.
     pub fn resume(&mut self) {
         if self.is_halted {
             self.begin_again();
+            if self.is_published {
+                self.phase = Phase::Rest;
+            }
         }
     }
 
@@ -380,6 +402,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
         }
         self.has_unsaved = false;
         self.is_finished = false;
+        self.is_published = false;
         self.is_target_missed = false;
         self.forget();
     }
@@ -394,6 +417,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
     pub fn poll(&mut self, now_ms: u64) -> Action {
         self.wake_at = None;
         self.pause.begin(now_ms);
+        self.report_pause.begin(now_ms);
         self.fetch_pause.begin(now_ms);
         let action = self.next_action(now_ms);
         self.is_idle = matches!(action, Action::Wait | Action::Measure { .. });

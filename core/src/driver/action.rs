@@ -8,7 +8,8 @@ use crate::scan::{Reading, Residual};
 #[cfg(doc)]
 use crate::scan::{Saved, Scan};
 
-/// The next action of the firmware. Ignore unknown actions.
+/// The next action of the firmware. All but [`Action::Measure`] and [`Action::Wait`] are returned once. Ignore unknown
+/// actions.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -36,7 +37,7 @@ pub enum Action {
         /// The reading.
         reading: Reading,
     },
-    /// Delete all saved readings.
+    /// Delete all saved readings. If this fails, try again before the next scan: a reset would restore them.
     Forget,
     /// Write these bytes of a new recipe, without overwriting the current one. If this fails, call [`Driver::fail`] with
     /// [`Failure::Storage`].

@@ -1,6 +1,8 @@
 //! Options of a driver.
 
 use crate::gonio::Machine;
+#[cfg(doc)]
+use crate::link::Failure;
 
 /// The role of the host, at the other end of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,8 +44,8 @@ pub struct Config {
     /// Interval of retransmissions of a request without a reply, in ms. The intervals of a `Hello` without a timeout
     /// double up to 1.6 s.
     pub retransmit_interval_ms: u32,
-    /// Timeout of a reply, in ms. After it, the scan fails with [`Host::Measures`] and continues alone with
-    /// [`Host::Listens`]. A `Hello` to a host that measures has no timeout.
+    /// Timeout of a reply, in ms. After it, the scan fails if the host measures ([`Failure::NoReply`]), and continues alone
+    /// if it listens. A `Hello` to a host that measures has no timeout.
     pub reply_timeout_ms: u32,
     /// Timeout of a reading by the host, in ms. It includes the motion of the arms.
     pub measure_timeout_ms: u32,

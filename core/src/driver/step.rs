@@ -33,6 +33,7 @@ impl<K: Fitter> Driver<'_, K> {
             },
             Phase::Scan => self.step_scan(now),
             Phase::Published => {
+                self.is_published = true;
                 self.phase = match self.config.host {
                     Host::Measures => {
                         self.reset_scan();
@@ -45,7 +46,13 @@ impl<K: Fitter> Driver<'_, K> {
                 };
                 Action::Continue
             }
-            Phase::ReportFailure(failure) => self.request(Request::Failed(failure.into()), now),
+            Phase::ReportFailure(failure) => {
+                self.wake_at = self.report_pause.end(now);
+                match self.wake_at {
+                    Some(_) => Action::Wait,
+                    None => self.request(Request::Failed(failure.into()), now),
+                }
+            }
             Phase::Rest => Action::Wait,
         }
     }

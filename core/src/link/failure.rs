@@ -7,7 +7,7 @@ use crate::error_code::ErrorCode;
 use crate::recipe::RecipeError;
 use crate::scan::{FitError, ReadingError, ScanError};
 
-/// A failure that ends a scan.
+/// A failure that stops a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

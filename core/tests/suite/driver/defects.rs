@@ -217,6 +217,42 @@ fn canceled_request_is_never_completed() {
     }
 }
 
+/// 1. A host that appears after a failure receives its report.
+#[test]
+fn late_host_receives_failure() {
+    for host in [Host::Measures, Host::Listens] {
+        let mut driver = phong_driver(Config::new(host));
+        let mut bench = Bench::cooperative();
+        bench.disconnected = true;
+        driver.fail(Failure::Machine);
+        bench.wait(&mut driver, HOUR_MS);
+        assert!(bench.frames.len() < 4_000, "{}", bench.frames.len());
+        bench.disconnected = false;
+        bench.wait(&mut driver, 33_000);
+        assert_eq!(bench.requests, [Request::Failed(Failure::Machine.into())]);
+        // The arms' failure does not delay their operator.
+        bench.sensor = Box::new(synthetic_reading);
+        let start = bench.now;
+        bench.sleep_ms = 0;
+        driver.resume();
+        let (end, _) = bench.run(&mut driver, is_forget);
+        assert_eq!(end, start);
+    }
+}
+
+/// A result that the host has accepted is not sent again.
+#[test]
+fn published_result_stays_published() {
+    let mut driver = phong_driver(Config::new(Host::Listens));
+    let mut bench = Bench::cooperative();
+    bench.run(&mut driver, is_forget);
+    driver.fail(Failure::Machine);
+    driver.resume();
+    bench.sleep_ms = 0;
+    bench.wait(&mut driver, HOUR_MS);
+    assert_eq!(bench.results().1, 1);
+}
+
 /// 2. A host that refused each `Hello` caused 7,115 `Forget` actions an hour.
 #[test]
 fn refusing_host_wears_out_no_flash() {
