@@ -87,7 +87,7 @@ fn is_save((_, action): &&(u64, Action)) -> bool {
     matches!(action, Action::Save { .. })
 }
 
-/// 1. A failure of the arms was followed by a restart after 515 ms, endlessly.
+/// Defect 1: A failure of the arms was followed by a restart after 515 ms, endlessly.
 #[test]
 fn nothing_moves_after_failure_of_arms() {
     for host in [Host::Measures, Host::Listens, Host::Absent] {
@@ -102,7 +102,7 @@ fn nothing_moves_after_failure_of_arms() {
     }
 }
 
-/// 1. A refusal, a restart or another version of the host made the device forget its own readings and move again.
+/// Defect 1: A refusal, a restart or another version of the host made the device forget its own readings and move again.
 #[test]
 fn nothing_moves_after_failure_of_host() {
     type Wrong = fn(&Request) -> Option<Reply>;
@@ -170,7 +170,7 @@ fn nothing_moves_after_failure_of_host() {
     }
 }
 
-/// 1. A timeout keeps the readings, and the host is asked about them after the firmware continues.
+/// Defect 1: A timeout keeps the readings, and the host is asked about them after the firmware continues.
 #[test]
 fn silent_host_costs_no_reading() {
     for last in [0, 5] {
@@ -189,7 +189,7 @@ fn silent_host_costs_no_reading() {
     }
 }
 
-/// 1. A `Measure` whose frame was partly sent when the arms failed was completed, so that the host moved.
+/// Defect 1: A `Measure` whose frame was partly sent when the arms failed was completed, so that the host moved.
 #[test]
 fn canceled_request_is_never_completed() {
     for sent in 1..30 {
@@ -217,7 +217,7 @@ fn canceled_request_is_never_completed() {
     }
 }
 
-/// 1. A host that appears after a failure receives its report.
+/// Defect 1: A host that appears after a failure receives its report.
 #[test]
 fn late_host_receives_failure() {
     for host in [Host::Measures, Host::Listens] {
@@ -253,7 +253,7 @@ fn published_result_stays_published() {
     assert_eq!(bench.results().1, 1);
 }
 
-/// 2. A host that refused each `Hello` caused 7,115 `Forget` actions an hour.
+/// Defect 2: A host that refused each `Hello` caused 7,115 `Forget` actions an hour.
 #[test]
 fn refusing_host_wears_out_no_flash() {
     for restarts in [false, true] {
@@ -278,7 +278,7 @@ fn refusing_host_wears_out_no_flash() {
     }
 }
 
-/// 2. Only readings that were saved are forgotten, once.
+/// Defect 2: Only readings that were saved are forgotten, once.
 #[test]
 fn restart_forgets_only_saved_readings() {
     let mut driver = phong_driver(Config::new(Host::Absent));
@@ -311,7 +311,7 @@ fn storing_device(host: Host, has_scan: bool) -> AnyDriver {
     }
 }
 
-/// 3. A refusal during a transfer and an error of the flash declined the recipe until the device was reset. A device
+/// Defect 3: A refusal during a transfer and an error of the flash declined the recipe until the device was reset. A device
 /// without a scan failed endlessly with `Recipe(Magic)`.
 #[test]
 fn transient_errors_decline_no_recipe() {
@@ -354,7 +354,7 @@ fn transient_errors_decline_no_recipe() {
     }
 }
 
-/// 3. Each attempt to fetch a recipe erases flash, so attempts become rare.
+/// Defect 3: Each attempt to fetch a recipe erases flash, so attempts become rare.
 #[test]
 fn failing_transfers_become_rare() {
     let offered = encoded_recipe(ModelKind::Neural);
@@ -368,7 +368,7 @@ fn failing_transfers_become_rare() {
     assert!((20..40).contains(&stores.count()));
 }
 
-/// 3. An unusable recipe is fetched once. The present one stays in use.
+/// Defect 3: An unusable recipe is fetched once. The present one stays in use.
 #[test]
 fn unusable_recipe_is_fetched_once() {
     let offered = encoded_recipe(ModelKind::Neural);
@@ -425,7 +425,7 @@ fn device_without_scan_waits_for_recipe() {
     }
 }
 
-/// 4. `Hello` had no timeout: without its host, a device that moves its own arms never scanned.
+/// Defect 4: `Hello` had no timeout: without its host, a device that moves its own arms never scanned.
 #[test]
 fn listening_host_is_optional() {
     let mut driver = phong_driver(Config::new(Host::Listens));
@@ -453,7 +453,7 @@ fn listening_host_is_optional() {
     assert_eq!(fitted_bits(&driver), expected.bits());
 }
 
-/// 4. A host that disappears or restarts during the fit receives the result later.
+/// Defect 4: A host that disappears or restarts during the fit receives the result later.
 #[test]
 fn listening_host_may_leave_and_restart() {
     for restarts in [false, true] {
@@ -481,7 +481,7 @@ fn listening_host_may_leave_and_restart() {
     }
 }
 
-/// 5. Attempts were counted over all samples, in a row.
+/// Defect 5: Attempts were counted over all samples, in a row.
 #[test]
 fn attempts_count_per_sample() {
     let invalid = Reading::new([0.1, f32::NAN, 0.1]);
@@ -524,7 +524,7 @@ fn attempts_count_per_sample() {
     }
 }
 
-/// 5. A sample whose readings stay invalid fails the scan, if the recipe needs it.
+/// Defect 5: A sample whose readings stay invalid fails the scan, if the recipe needs it.
 #[test]
 fn attempts_of_required_sample_fail() {
     let mut driver = phong_driver(Config::new(Host::Absent));
@@ -544,7 +544,7 @@ fn attempts_of_required_sample_fail() {
     );
 }
 
-/// 7. A fit overwrote values that it clamps, so a host did not recognize them, and accepted samples were measured again.
+/// Defect 7: A fit overwrote values that it clamps, so a host did not recognize them, and accepted samples were measured again.
 #[test]
 fn clamped_readings_are_kept() {
     for recipe in [
@@ -604,7 +604,7 @@ fn readings_until_stop(
         .count()
 }
 
-/// 8. A target ended a scan whose bound did not hold: after readings out of order, or without some of the samples.
+/// Defect 8: A target ended a scan whose bound did not hold: after readings out of order, or without some of the samples.
 #[test]
 fn target_needs_first_readings_in_order() {
     let reading = |index| Reading {
@@ -655,7 +655,7 @@ fn target_needs_first_readings_in_order() {
     );
 }
 
-/// 9. The driver asked forever for samples that need an axis that the machine lacks. A limit that was NaN did not limit.
+/// Defect 9: The driver asked forever for samples that need an axis that the machine lacks. A limit that was NaN did not limit.
 #[test]
 fn reach_fails_closed() {
     let mut fixed = Machine::new(Limits::NONE);
