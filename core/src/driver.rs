@@ -360,6 +360,9 @@ impl<'a, K: Fitter> Driver<'a, K> {
     /// The phase after a failure was reported. A device without a scan has nothing that moves: it asks for a recipe again.
     fn phase_after_failure(&self) -> Phase {
         let has_host = self.config.host != Host::Absent;
+        if has_host && !self.is_halted {
+            return Phase::Hello; // the firmware has continued already
+        }
         match self.scan.is_err() && has_host && self.config.recipe_bytes > 0 {
             true => Phase::Hello,
             false => Phase::Rest,
@@ -386,13 +389,17 @@ impl<'a, K: Fitter> Driver<'a, K> {
         self.begin_again();
     }
 
+    /// Begins with `Hello`, after a report that the host has not received yet.
     fn begin_again(&mut self) {
         self.is_idle = false;
-        self.pending.cancel();
         self.is_halted = false;
         self.failure = None;
         self.next = None;
-        self.phase = Phase::Hello;
+        let is_reporting = matches!(self.phase, Phase::ReportFailure(_));
+        if !is_reporting || self.report_pause.is_begun() {
+            self.pending.cancel();
+            self.phase = Phase::Hello;
+        }
     }
 
     /// Deletes all readings.

@@ -41,8 +41,7 @@ pub struct Config {
     pub sequence_seed: u32,
     /// Units of work of the fit in one [`Driver::poll`](super::Driver::poll). 0 counts as 1.
     pub steps_per_poll: u32,
-    /// Interval of retransmissions of a request without a reply, in ms. The intervals of a `Hello` without a timeout
-    /// double up to 1.6 s.
+    /// Interval of retransmissions of a request without a reply, in ms.
     pub retransmit_interval_ms: u32,
     /// Timeout of a reply, in ms. After it, the scan fails if the host measures ([`Failure::NoReply`]), and continues alone
     /// if it listens. A `Hello` to a host that measures has no timeout.

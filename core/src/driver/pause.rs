@@ -39,6 +39,11 @@ impl Pause {
         self.until.get_or_insert(until);
     }
 
+    /// Returns true if there was a failure since the last success.
+    pub(super) fn is_begun(&self) -> bool {
+        self.length_ms > 0
+    }
+
     /// The end of the pause in ms; None if it is over.
     pub(super) fn end(&self, now: u64) -> Option<u64> {
         self.until.filter(|until| now < *until)

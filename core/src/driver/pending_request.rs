@@ -3,9 +3,6 @@
 use super::{Config, Host};
 use crate::link::{Client, FRAME_BYTES, Reply, Request};
 
-/// Intervals from this on, in ms, are not doubled.
-const MAX_DOUBLED_MS: u64 = 1_000;
-
 /// A byte after a part of a frame, so that it can never be completed.
 const DAMAGING_BYTE: u8 = 0xFF;
 
@@ -39,7 +36,7 @@ pub(super) struct PendingRequest {
     frame_length: usize,
     /// Number of the frame's bytes that have been sent.
     sent: usize,
-    /// Interval to the next retransmission, in ms.
+    /// Interval of retransmissions, in ms.
     interval: u64,
     /// Time of the next retransmission, in ms.
     retransmit_at: u64,
@@ -138,11 +135,8 @@ impl PendingRequest {
     }
 
     /// The time of the next retransmission, in ms. It counts from the scheduled time, so that delays do not accumulate.
-    /// Missed retransmissions are skipped. The intervals of a request without a timeout double up to 1.6 s.
-    fn next_retransmission(&mut self, now: u64) -> u64 {
-        if self.timeout_at == u64::MAX && self.interval < MAX_DOUBLED_MS {
-            self.interval = self.interval.saturating_mul(2);
-        }
+    /// Missed retransmissions are skipped.
+    fn next_retransmission(&self, now: u64) -> u64 {
         let next = self.retransmit_at.saturating_add(self.interval);
         if next > now {
             next

@@ -81,7 +81,9 @@ impl<K: Fitter> Driver<'_, K> {
     pub(super) fn handle_timeout(&mut self, request: &Request) {
         match (self.config.host, request) {
             // The host may appear later. A device without a scan asks it for a recipe first.
-            (_, Request::Failed(_)) if self.scan.is_ok() => self.report_pause.lengthen(),
+            (_, Request::Failed(_)) if self.scan.is_ok() && self.is_halted => {
+                self.report_pause.lengthen();
+            }
             (_, Request::Failed(_)) => self.phase = self.phase_after_failure(),
             (Host::Listens, Request::RecipePart { .. }) => {
                 self.is_connected = false;

@@ -98,6 +98,7 @@ impl<K: Fitter> Driver<'_, K> {
     /// Fails because there is no scan. It reports that to the host once.
     pub(super) fn fail_without_scan(&mut self, failure: Failure) {
         if self.is_no_scan_reported {
+            self.is_halted = true;
             self.pause.lengthen();
             self.phase = self.phase_after_failure();
         } else {

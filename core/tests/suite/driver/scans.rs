@@ -187,7 +187,7 @@ fn installs_offered_recipe() {
     }
 }
 
-/// Retransmissions of a request neither drift nor accumulate, and those of a hello that waits for a host slow down.
+/// Retransmissions of a request neither drift nor accumulate. A hello to a host that measures has no timeout.
 #[test]
 fn retransmissions_are_on_time() {
     for period in [1_u32, 7, 99] {
@@ -212,14 +212,7 @@ fn retransmissions_are_on_time() {
     let mut bench = Bench::cooperative();
     bench.disconnected = true;
     bench.wait(&mut driver, 3_600_000);
-    let times: Vec<u64> = bench.frames.iter().map(|(at, _)| *at).collect();
-    assert_eq!(times[..6], [0, 100, 300, 700, 1_500, 3_100]);
-    assert!(
-        times
-            .windows(2)
-            .skip(5)
-            .all(|pair| pair[1] - pair[0] == 1_600)
-    );
+    assert_eq!(bench.frames.len(), 36_001);
     bench.disconnected = false;
     bench.run(&mut driver, is_finished);
 }
