@@ -360,7 +360,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
     /// The phase after a failure was reported. A device without a scan has nothing that moves: it asks for a recipe again.
     fn phase_after_failure(&self) -> Phase {
         let has_host = self.config.host != Host::Absent;
-        if has_host && !self.is_halted {
+        if has_host && !self.is_halted && !self.is_published {
             return Phase::Hello; // the firmware has continued already
         }
         match self.scan.is_err() && has_host && self.config.recipe_bytes > 0 {
@@ -396,7 +396,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
         self.failure = None;
         self.next = None;
         let is_reporting = matches!(self.phase, Phase::ReportFailure(_));
-        if !is_reporting || self.report_pause.is_begun() {
+        if !is_reporting || self.report_pause.has_failed() {
             self.pending.cancel();
             self.phase = Phase::Hello;
         }

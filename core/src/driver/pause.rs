@@ -40,7 +40,7 @@ impl Pause {
     }
 
     /// Returns true if there was a failure since the last success.
-    pub(super) fn is_begun(&self) -> bool {
+    pub(super) fn has_failed(&self) -> bool {
         self.length_ms > 0
     }
 
