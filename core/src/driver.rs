@@ -74,7 +74,10 @@
 //!             }
 //!             Action::Forget => _ = saved.clear(|slot, bytes| board.write_flash(slot, bytes)),
 //!             Action::Failed(failure) => println!("{failure}"), // nothing moves; poll on, to report it
-//!             Action::Wait => board.sleep_ms(driver.poll_delay(board.now_ms())),
+//!             Action::Wait => {
+//!                 let delay = driver.poll_delay(board.now_ms());
+//!                 board.sleep_ms(delay);
+//!             }
 //!             _ => {} // `Store` and `Install`, if the device can store recipes
 //!         }
 //!         while let Some(byte) = driver.outgoing().first()
