@@ -117,7 +117,7 @@ pub use action::Action;
 pub use config::{Config, Host};
 pub use error::DriverError;
 
-use crate::fit::Fitter;
+use crate::fit::ScanModel;
 use crate::link::{Failure, Request};
 use crate::scan::{Reading, ReadingError, Scan};
 use pause::Pause;
@@ -132,7 +132,7 @@ const MAX_FETCH_PAUSE_MS: u32 = 3_600_000;
 /// The main loop of a scanner: it controls a scan from `Hello` to the result.
 ///
 /// `K` is the model, as for a [`Scan`]. The [module](self) has an example.
-pub struct Driver<'a, K: Fitter> {
+pub struct Driver<'a, K: ScanModel> {
     /// The scan, or the failure that prevents it.
     scan: Result<Scan<'a, K>, Failure>,
     config: Config,
@@ -176,7 +176,7 @@ pub struct Driver<'a, K: Fitter> {
     wake_at: Option<u64>,
 }
 
-impl<'a, K: Fitter> Driver<'a, K> {
+impl<'a, K: ScanModel> Driver<'a, K> {
     /// Creates a driver for a scan, which begins with the next poll. After a reset, the driver does not know that there was
     /// a failure: create it only once an operator, or your supervision of the arms, allows a move.
     ///
@@ -484,7 +484,7 @@ impl<'a, K: Fitter> Driver<'a, K> {
     }
 }
 
-impl<K: Fitter> core::fmt::Debug for Driver<'_, K> {
+impl<K: ScanModel> core::fmt::Debug for Driver<'_, K> {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_struct("Driver")
             .field("phase", &self.phase)
@@ -494,7 +494,7 @@ impl<K: Fitter> core::fmt::Debug for Driver<'_, K> {
 }
 
 #[cfg(feature = "defmt")]
-impl<K: Fitter> defmt::Format for Driver<'_, K> {
+impl<K: ScanModel> defmt::Format for Driver<'_, K> {
     fn format(&self, f: defmt::Formatter<'_>) {
         defmt::write!(f, "Driver({}, {})", self.phase, self.config);
     }

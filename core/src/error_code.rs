@@ -72,13 +72,10 @@ error_codes! {
     RecipeCount = 37, "a field of the recipe has an impossible count";
     RecipeNonFinite = 38, "a field of the recipe holds a NaN or an infinity";
     RecipeBelowHorizon = 39, "a direction of the recipe's pattern is below the horizon";
-    RecipeModel = 40, "a descent cannot fit the recipe's model";
-    RecipeNotPositive = 41, "a field of the recipe holds a number that is not positive";
-    RecipeNegative = 42, "a field of the recipe holds a negative number";
     RecipeRange = 43, "a field of the recipe holds a number out of range";
-    RecipeLimits = 44, "the limits in the recipe are invalid";
     RecipeUnknown = 45, "the recipe has a required section that the firmware does not know: update the firmware";
-    RecipeSections = 46, "the recipe's sections are invalid or out of order";
+    RecipeSections = 46, "a section of the recipe is missing, out of order, or does not follow the format";
+    RecipeHeader = 47, "the recipe's header states other sizes than its sections";
 
     Model = 48, "the recipe's model is not the firmware's";
     Memory = 50, "the recipe needs more memory than the firmware has";
@@ -125,3 +122,41 @@ impl core::fmt::Display for ErrorCode {
         f.write_str(self.text())
     }
 }
+
+/// An error of a recipe.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct RecipeError {
+    /// The code.
+    pub code: ErrorCode,
+    /// The section and the field, as `ridge.center`; empty if the error is not one of a field.
+    pub field: &'static str,
+    /// Details. Unused ones are 0.
+    pub details: [u32; 2],
+}
+
+impl RecipeError {
+    /// Creates an error without details.
+    #[must_use]
+    pub const fn new(code: ErrorCode) -> Self {
+        Self::with(code, [0; 2])
+    }
+
+    /// Creates an error with details.
+    #[must_use]
+    pub const fn with(code: ErrorCode, details: [u32; 2]) -> Self {
+        Self {
+            code,
+            field: "",
+            details,
+        }
+    }
+}
+
+impl core::fmt::Display for RecipeError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{} {} {:?}", self.code, self.field, self.details)
+    }
+}
+
+impl core::error::Error for RecipeError {}

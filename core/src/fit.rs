@@ -1,40 +1,66 @@
-//! Fits of a material to readings, by descent, a ridge solve or a learned map.
+//! The estimator: from a few readings to a fitted BRDF, in optional stages.
 //!
-//! [`Phong`](crate::model::Phong), [`CookTorrance`](crate::model::CookTorrance) and [`Neural`](crate::model::Neural)
-//! are fitted by descent, and [`Linear`] by a ridge solve or a learned map. [`AnyModel`] takes the model from the
-//! recipe. One of them is the type parameter of a [`Scan`](crate::scan::Scan).
+//! ```text
+//! readings -> coefficients -------------> parameters -> steps -> fitted BRDF
+//!             1 net    2 ridge            3 start       4 SGD or Gauss-Newton
+//! ```
+//!
+//! | recipe | net | ridge | start | steps |
+//! |---|---|---|---|---|
+//! | Linear of the paper | | 5 components, all precisions 40 | | |
+//! | Phong, Cook-Torrance, Neural of the paper | | | constant | SGD |
+//! | `--schedule prior`, Linear | yes | yes | | |
+//! | `--schedule prior`, the others | yes | yes | from the coefficients | Gauss-Newton |
+//!
+//! The formula of each stage is in one file, beside the fields of its section in a recipe: 1 in `coefficient_net.rs`,
+//! 2 in `ridge.rs`, 3 in `coefficient_net/init_net.rs`, and 4 in `sgd.rs` and `gauss_newton.rs`. `coefficients.rs` and
+//! `start.rs` compute the stages in slices of work, and `prediction.rs` has the predicted loss.
+//!
+//! [`Phong`](crate::model::Phong), [`CookTorrance`](crate::model::CookTorrance), [`Neural`](crate::model::Neural) or
+//! [`Linear`] is the type parameter of a [`Scan`](crate::scan::Scan). [`AnyModel`] takes the model from the recipe.
 
-mod algorithm;
-mod any;
+mod channels;
 internal! { mod coefficient_net }
-mod completed;
-internal! { mod component_rows }
-internal! { mod correction }
-mod descent;
-mod fitter;
+internal! { mod coefficients }
+mod estimator;
 internal! { mod gauss_newton }
-mod learned;
-mod linear;
-mod loss_estimate;
-mod method;
-mod refined;
+internal! { mod ldl }
+mod model;
+internal! { mod prediction }
 internal! { mod ridge }
+mod sgd;
 mod start;
 
-pub use any::AnyModel;
-pub use fitter::{Fitter, Progress};
-pub use linear::Linear;
+pub use model::{AnyModel, Linear, ScanModel};
 
-pub(crate) use algorithm::is_finite;
-pub(crate) use correction::correction_words;
-pub(crate) use descent::descent_words;
-pub(crate) use linear::linear_words;
-pub(crate) use refined::refined_words;
+pub(crate) use estimator::{RIDGE, is_finite};
+pub(crate) use model::Functions;
 
-internal! { algorithm::{Algorithm, Channels, ModelMismatch} }
-internal! { completed::{Completed, Components, InitNet, MAX_ROWS, MAX_UNITS, Target} }
-internal! { learned::{Descent, Ridge} }
-internal! { loss_estimate::{PartialLoss, Uncertainty} }
-pub(crate) use method::{COMPLETION, RIDGE};
+internal! { channels::Channels }
+internal! { coefficients::{Coefficients, Net, Ridge} }
+internal! { estimator::Estimator }
+internal! { gauss_newton::GaussNewton }
+internal! { prediction::Prediction }
+internal! { sgd::Sgd }
+internal! { start::{Refinement, Start} }
 
-internal! { method::FitMethod }
+use serde::{Deserialize, Serialize};
+
+/// The progress of a fit, in units of work, which differ in cost: the gradient of a sample, a row of a system, or the
+/// addition of a reading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Progress {
+    /// Number of completed units.
+    pub done: u32,
+    /// Number of units of the whole fit.
+    pub total: u32,
+}
+
+impl Progress {
+    /// Returns true if all units are completed.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        self.done >= self.total
+    }
+}

@@ -33,7 +33,7 @@ macro_rules! internal {
 
 // From the bottom up: a module imports only from modules earlier in this list.
 //
-// checksum, error_code, geometry, numeric, model, fit, gonio, recipe, scan, link, driver
+// checksum, error_code, geometry, numeric, model, section, fit, gonio, recipe, scan, link, driver
 #[deny(clippy::arithmetic_side_effects)]
 pub mod checksum;
 #[deny(clippy::arithmetic_side_effects)]
@@ -51,3 +51,4 @@ internal! { mod numeric }
 pub mod recipe;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod scan;
+internal! { mod section }

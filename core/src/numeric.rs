@@ -6,8 +6,10 @@
 mod block;
 mod floats;
 pub mod math;
+mod rows;
 mod scalar;
 
 pub use block::Block;
 pub use floats::Floats;
-pub use scalar::{Scalar, Trigonometry, Value};
+pub use rows::{ComponentRows, Matrix, PackedRows, Rows};
+pub use scalar::{Real, Scalar, Stored, Trigonometry, Value};

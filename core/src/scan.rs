@@ -25,10 +25,10 @@ pub use saved::{Saved, SavedError};
 
 use core::marker::PhantomData;
 
-use crate::fit::Fitter;
+use crate::fit::ScanModel;
 use crate::geometry::Directions;
 use crate::model::linear::Basis;
-use crate::model::{SLOT_WORDS, Slot};
+use crate::model::Slot;
 use crate::recipe::Recipe;
 use memory::{measured_brdf, split, split_mut};
 use stage::{Checks, Fitting, Stage};
@@ -62,7 +62,7 @@ use status::Status;
 /// println!("residual {}", fitted.residual().mean);
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
-pub struct Scan<'a, K: Fitter> {
+pub struct Scan<'a, K: ScanModel> {
     recipe: Recipe<'a>,
     basis: Option<Basis<'a>>,
     memory: &'a mut [f32],
@@ -72,16 +72,18 @@ pub struct Scan<'a, K: Fitter> {
     model: PhantomData<K>,
 }
 
-impl<'a, K: Fitter> Scan<'a, K> {
+impl<'a, K: ScanModel> Scan<'a, K> {
     /// Checks that this firmware can scan with a recipe in a memory of `words` words, for example before the recipe
     /// replaces another one. Returns the number of words that the recipe needs.
     ///
     /// # Errors
     /// [`ScanError`] if the recipe is for another model, or needs more memory.
     pub fn accept(recipe: &Recipe<'_>, words: usize) -> Result<usize, ScanError> {
-        let samples = recipe.samples();
-        let work = K::words(&recipe.method, samples)?;
-        let needed = samples.saturating_mul(SLOT_WORDS).saturating_add(work);
+        if let Err(firmware) = K::functions(recipe.model()) {
+            let recipe = recipe.model();
+            return Err(ScanError::Model { firmware, recipe });
+        }
+        let needed = recipe.memory_words();
         if needed > words {
             let found = words;
             return Err(ScanError::Memory { needed, found });
@@ -123,7 +125,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
     /// # Errors
     /// [`ScanError::Basis`] if the recipe names another basis, or none. Only recipes of Linear name a basis.
     pub fn with_basis(mut self, basis: Basis<'a>) -> Result<Self, ScanError> {
-        let named = self.recipe.method.basis_checksum();
+        let named = self.recipe.estimator.basis_checksum();
         if named != Some(basis.of()) {
             return Err(ScanError::Basis {
                 recipe: named,
@@ -216,7 +218,7 @@ impl<'a, K: Fitter> Scan<'a, K> {
     }
 
     fn check_tolerance(&self) -> Result<(), SkipError> {
-        match self.recipe.method.tolerates_missing() {
+        match self.recipe.estimator.tolerates_missing() {
             true => Ok(()),
             false => Err(SkipError::Required),
         }
@@ -285,14 +287,13 @@ impl<'a, K: Fitter> Scan<'a, K> {
     /// [`FitError::TooLarge`] if the readings are too large for any material.
     pub fn fit(&mut self) -> Result<Fit<'_, K>, FitError> {
         let recipe = self.recipe;
-        let method = recipe.method;
         let (slots, words) = self.parts();
         let counted = memory::mark_counted(slots, &recipe);
         if counted == 0 {
             return Err(memory::incomplete(slots));
         }
         let channels = reading::check(slots)?;
-        K::start(words, &method, channels);
+        recipe.estimator.start(words, channels);
         Ok(self.fit_from(Fitting {
             done: 0,
             channels,

@@ -2,10 +2,10 @@
 
 use super::Driver;
 use super::phase::Phase;
-use crate::fit::Fitter;
+use crate::fit::ScanModel;
 use crate::link::Failure;
 
-impl<K: Fitter> Driver<'_, K> {
+impl<K: ScanModel> Driver<'_, K> {
     /// Begins the readings. It skips samples that are out of reach.
     pub(super) fn begin_scan(&mut self) {
         self.phase = Phase::Scan;

@@ -2,10 +2,10 @@
 
 use super::phase::Phase;
 use super::{Action, Driver, Host};
-use crate::fit::Fitter;
+use crate::fit::ScanModel;
 use crate::link::{BYTES_PER_FRAME, Failure, PROTOCOL, RecipeBytes, Refusal, Reply, Request};
 
-impl<K: Fitter> Driver<'_, K> {
+impl<K: ScanModel> Driver<'_, K> {
     /// Handles the reply to a request.
     pub(super) fn handle_reply(&mut self, request: &Request, reply: Reply, now: u64) {
         self.is_connected = true;

@@ -2,12 +2,12 @@
 
 use super::phase::Phase;
 use super::{Action, Driver, Host};
-use crate::fit::Fitter;
+use crate::fit::ScanModel;
 use crate::link::{Failure, PROTOCOL, Request, VALUES_PER_FRAME, Values};
 use crate::model::ModelKind;
 use crate::scan::{FinishError, Fitted, Reading};
 
-impl<K: Fitter> Driver<'_, K> {
+impl<K: ScanModel> Driver<'_, K> {
     /// Does the next step of the phase.
     pub(super) fn step(&mut self, now: u64) -> Action {
         match self.phase {
@@ -198,7 +198,7 @@ impl<K: Fitter> Driver<'_, K> {
 }
 
 /// Returns a request with the values from `offset` on, or with the residual after the last value.
-fn values_request<K: Fitter>(fitted: &Fitted<'_, K>, offset: u16) -> Request {
+fn values_request<K: ScanModel>(fitted: &Fitted<'_, K>, offset: u16) -> Request {
     let mut buffer = [0.0; VALUES_PER_FRAME];
     let mut count = 0;
     let mut total = 0_u16;

@@ -1,6 +1,6 @@
 //! CoefficientNet: a small learned map from a few readings to coefficients of principal components.
 //!
-//! The input of channel c at sample i is u_ic, the [centered and scaled logarithm](standardized) of the reading. With
+//! The input of channel c at sample i is u_ic, the mapped reading (see [`coefficients`](super::coefficients)) times a scale. With
 //! ū_i the mean of the three channels,
 //!
 //! ```text
@@ -24,7 +24,6 @@ pub use encoding::{Encoding, Packed, Plain};
 pub use init_net::{InitNet, InitNetGradient, MAX_RMS};
 pub use missing::{MissingPolicy, dropout_gain};
 
-use crate::model::linear::map;
 use crate::numeric::Scalar;
 use encoding::scaled;
 
@@ -35,18 +34,10 @@ pub(crate) const CHANNELS: usize = 3;
 /// Number of lists in the memory of a completion: three for channels, and one for their shared sum.
 pub(crate) const LISTS: usize = 4;
 
-/// Returns a reading as an input of the net: (ln((brdf w + e) / e) - `center`) times `scale`.
-///
-/// `brdf` is in sr^-1, not times a cosine; `weight` is w = cos(theta_i) cos(theta_o).
-#[inline(always)]
-pub fn standardized<S: Scalar>(brdf: S, weight: S, center: S, scale: S) -> S {
-    (map(brdf, S::constant(0.0), weight) - center) * scale
-}
-
 /// The input of the net for one sample: a reading or a missing reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Input<S> {
-    /// The [standardized] channels, times the gain; 0 if the reading is missing.
+    /// u of each channel, times the scale and the gain; 0 if the reading is missing.
     pub channels: [S; 3],
     /// 0 if the reading is present, 1 if it is missing.
     pub missing: S,

@@ -21,130 +21,61 @@
 //! of V virtual readings, and w / k for each of k readings of the pattern. w and e are learned. With this factor, steps
 //! minimize squares of errors far below e, and absolute errors far above.
 
-use super::component_rows::ComponentRows;
-use super::ridge::{Real, add_outer_product, factorize_row_with, packed_length, solve_factorized};
+use super::coefficients::brdf_at;
+use super::ldl::{add_outer_product, factorize_row_with, packed_length, solve};
 use crate::geometry::{Angles, HalfDifference};
-use crate::model::linear::unmap;
 use crate::model::{Active, Model, ModelKind};
-use crate::numeric::Floats;
+use crate::numeric::{Floats, PackedRows, Real};
+use crate::section::section;
 
 /// The largest number of active parameters of a system.
 const MAX_ACTIVE: usize = 22;
 
-/// Gauss-Newton steps, read in place from a recipe.
-#[derive(Clone, Copy, Debug)]
-pub struct GaussNewton<'a> {
-    pub(crate) model: ModelKind,
-    pub(crate) steps: u16,
-    pub(crate) initial: Floats<'a>,
-    pub(crate) precision: Floats<'a>,
-    pub(crate) reading_weight: f32,
-    pub(crate) error_scale: f32,
-    pub(crate) virtual_readings: VirtualReadings<'a>,
-}
-
-/// Directions, and the components of the completion there, read in place from a recipe.
-#[derive(Clone, Copy, Debug)]
-pub struct VirtualReadings<'a> {
-    pub(crate) directions: &'a [[u8; 12]],
-    pub(crate) center: Floats<'a>,
-    pub(crate) components: ComponentRows<'a>,
-}
-
-impl<'a> GaussNewton<'a> {
-    /// The model that is fitted.
-    #[must_use]
-    pub fn model(&self) -> ModelKind {
-        self.model
-    }
-
-    /// Number of steps.
-    #[must_use]
-    pub fn steps(&self) -> u16 {
-        self.steps
-    }
-
-    /// The initial parameters, in the model's order.
-    #[must_use]
-    pub fn initial(&self) -> Floats<'a> {
-        self.initial
-    }
-
-    /// The precision of each active parameter of a system.
-    #[must_use]
-    pub fn precision(&self) -> Floats<'a> {
-        self.precision
-    }
-
-    /// The sum of the weights of the pattern's readings. That of the virtual ones is 1.
-    #[must_use]
-    pub fn reading_weight(&self) -> f32 {
-        self.reading_weight
-    }
-
-    /// e, the error at which the weight of a reading is halved.
-    #[must_use]
-    pub fn error_scale(&self) -> f32 {
-        self.error_scale
-    }
-
-    /// The virtual readings.
-    #[must_use]
-    pub fn virtual_readings(&self) -> VirtualReadings<'a> {
-        self.virtual_readings
+section! {
+    /// Gauss-Newton steps toward the present readings, and V virtual ones that the coefficients determine.
+    GaussNewton<'a> = 5, "gauss_newton" {
+        /// 0 Phong, 1 Neural, 2 Cook-Torrance
+        model: ModelKind, in 0.0 => 2.0;
+        /// number of steps
+        steps: u16, in 1.0 => 100.0;
+        /// initial parameters, in the model's order
+        initial: Floats<'a>, [Parameters];
+        /// precision of each active parameter
+        precision: Floats<'a>, [Active], in 1e-6 => 1e8;
+        /// b, the sum of the weights of the pattern's readings. That of the virtual ones is 1
+        reading_weight: f32, in f32::MIN_POSITIVE => 1e4;
+        /// d, the error at which the weight of a reading is halved
+        error_scale: f32, in f32::MIN_POSITIVE => 1e4;
+        /// (theta_h, theta_d, phi_d) of each virtual reading, radians, both directions above the horizon
+        directions: Floats<'a>, [VirtualReadings, Three], in -1000.0 => 1000.0;
+        /// mapped mean at each virtual reading
+        center: Floats<'a>, [VirtualReadings], in -100.0 => 100.0;
+        /// components there
+        rows: PackedRows<'a>, [VirtualReadings, Components], in -1e4 => 1e4;
     }
 }
 
-impl<'a> VirtualReadings<'a> {
-    /// The number of directions.
+impl GaussNewton<'_> {
+    /// V, the number of virtual readings.
     #[must_use]
-    pub fn len(&self) -> usize {
-        self.directions.len()
-    }
-
-    /// Returns true if there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.directions.is_empty()
-    }
-
-    /// The angles of each direction as 12 bytes, little-endian f32, radians.
-    #[must_use]
-    pub fn directions(&self) -> &'a [[u8; 12]] {
-        self.directions
-    }
-
-    /// The mean of the mapped training columns at each direction.
-    #[must_use]
-    pub fn center(&self) -> Floats<'a> {
-        self.center
-    }
-
-    /// The components at the directions.
-    #[must_use]
-    pub fn components(&self) -> ComponentRows<'a> {
-        self.components
+    pub fn virtual_readings(&self) -> usize {
+        self.center.len()
     }
 
     /// Returns a direction and the BRDF there (sr^-1, not times the cosine) of the coefficients of red, green and blue.
-    ///
-    /// Not inlined, because firmware contains it once and its stack is released afterwards.
-    #[inline(never)]
     #[must_use]
-    pub fn get(
+    pub fn virtual_reading(
         &self,
         index: usize,
         coefficients: [&[f32]; 3],
-    ) -> Option<(HalfDifference<f32>, [f32; 3])> {
-        let angles = Angles::from_le_bytes(self.directions.get(index)?);
-        let at = HalfDifference::from_angles(angles);
+    ) -> (HalfDifference<f32>, [f32; 3]) {
+        let angles = self.directions.triples().nth(index).unwrap_or_default();
+        let at = HalfDifference::from_angles(Angles::from_array(angles));
         let weight = at.cos_theta_i() * at.cos_theta_o();
-        let center = self.center.iter().nth(index)?;
-        let brdf = coefficients.map(|coefficients| {
-            let mapped = self.components.combine(index, center, coefficients);
-            unmap(mapped, 0.0, weight)
-        });
-        Some((at, brdf))
+        let [red, ..] = coefficients;
+        let center = self.center.get(index);
+        let brdf = brdf_at(self.rows.of(red.len()), index, (center, weight), coefficients);
+        (at, brdf)
     }
 }
 
@@ -225,7 +156,7 @@ pub fn take_step<S: Real>(
     for (k, precision) in precision.take(count).enumerate() {
         factorize_row_with(packed, k, precision);
     }
-    solve_factorized(packed, right);
+    solve(packed, right);
     for (k, delta) in right.iter().enumerate() {
         if let Some(parameter) = parameters.get_mut(active.index(index, k)) {
             *parameter = *parameter + *delta;

@@ -14,13 +14,11 @@ pub struct Angles<T> {
 }
 
 impl Angles<f32> {
-    /// Unpacks theta_h, theta_d and phi_d from little-endian bytes.
-    pub(crate) fn from_le_bytes(packed: &[u8; 12]) -> Self {
-        let [a, b, c, d, e, f, g, h, i, j, k, l] = *packed;
+    pub(crate) fn from_array([theta_h, theta_d, phi_d]: [f32; 3]) -> Self {
         Self {
-            theta_h: f32::from_le_bytes([a, b, c, d]),
-            theta_d: f32::from_le_bytes([e, f, g, h]),
-            phi_d: f32::from_le_bytes([i, j, k, l]),
+            theta_h,
+            theta_d,
+            phi_d,
         }
     }
 }

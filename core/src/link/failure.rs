@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::Refusal;
-use crate::error_code::ErrorCode;
-use crate::recipe::RecipeError;
+use crate::error_code::{ErrorCode, RecipeError};
+
 use crate::scan::{FitError, ReadingError, ScanError};
 
 /// A failure that stops a scan.
@@ -61,7 +61,7 @@ impl Failure {
     #[must_use]
     pub const fn code(&self) -> ErrorCode {
         match self {
-            Self::Recipe(error) => error.code(),
+            Self::Recipe(error) => error.code,
             Self::Scan(error) => error.code(),
             Self::Reading { error, .. } => error.code(),
             Self::ReadingRequired { .. } => ErrorCode::ReadingRequired,
@@ -80,18 +80,7 @@ impl Failure {
     fn details(&self) -> [u32; 2] {
         let pair = |first: u16, second: u16| [first.into(), second.into()];
         match *self {
-            Self::Recipe(RecipeError::Version(version)) => pair(version, 0),
-            Self::Recipe(RecipeError::Length { expected, found }) => [expected, found],
-            Self::Recipe(RecipeError::BelowHorizon(index)) => pair(index, 0),
-            Self::Recipe(RecipeError::Model(model)) => [model as u32, 0],
-            Self::Recipe(
-                RecipeError::Unknown(kind)
-                | RecipeError::Order(kind)
-                | RecipeError::Section(kind)
-                | RecipeError::Missing(kind)
-                | RecipeError::Required(kind)
-                | RecipeError::Beside(kind),
-            ) => pair(kind.number(), 0),
+            Self::Recipe(error) => error.details,
             Self::Scan(ScanError::Model { firmware, recipe }) => [firmware as u32, recipe as u32],
             Self::Scan(ScanError::Memory { needed, found }) => [needed as u32, found as u32],
             Self::Scan(ScanError::Basis { recipe, found }) => [recipe.unwrap_or(0), found],
@@ -107,7 +96,7 @@ impl Failure {
             Self::Fit(FitError::TooLarge { limit }) => pair(limit, 0),
             Self::Protocol { device, host } => pair(device, host),
             Self::Refused(refusal) => pair(refusal.into(), 0),
-            Self::Recipe(_) | Self::Machine | Self::Storage | Self::NoReply | Self::Diverged => {
+            Self::Machine | Self::Storage | Self::NoReply | Self::Diverged => {
                 pair(0, 0)
             }
         }

@@ -14,22 +14,11 @@ pub enum ModelKind {
     Neural = 1,
     /// [`CookTorrance`](super::CookTorrance).
     CookTorrance = 2,
-    /// Principal components with a ridge solve or a completion: the only model without descent. Recipes do not contain
-    /// its number.
+    /// Principal components: the only model without parameters of its own. Recipes do not contain its number.
     Linear = 3,
 }
 
 impl ModelKind {
-    /// Returns the model with this number in a recipe. None for Linear, whose number recipes do not contain.
-    pub(crate) const fn from_number(number: usize) -> Option<Self> {
-        Some(match number {
-            0 => Self::Phong,
-            1 => Self::Neural,
-            2 => Self::CookTorrance,
-            _ => return None,
-        })
-    }
-
     /// Returns the name on the command line and in exported files.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -205,3 +205,39 @@ plain_scalar!(f32, math::exp, math::ln, math::sin_cos);
 // Double precision is only for hosts (tests, and tables in the trainer). Devices do not link it.
 #[cfg(feature = "libm")]
 plain_scalar!(f64, libm::exp, libm::log, libm::sincos);
+
+/// A single real number: f32 or f64.
+pub trait Real: Scalar<Parameter = Self, Sum = Self> + PartialOrd {
+    /// The number of refinement steps after each ridge solve.
+    const REFINEMENTS: usize;
+}
+
+impl Real for f32 {
+    const REFINEMENTS: usize = 1;
+}
+
+#[cfg(feature = "libm")]
+impl Real for f64 {
+    const REFINEMENTS: usize = 0;
+}
+
+/// The encoding of a number.
+pub trait Stored<S>: Copy {
+    /// Returns the number.
+    fn value(self) -> S;
+}
+
+impl<S: Real> Stored<S> for S {
+    #[inline(always)]
+    fn value(self) -> S {
+        self
+    }
+}
+
+/// Packed little-endian f32, as recipes hold them.
+impl Stored<f32> for [u8; 4] {
+    #[inline(always)]
+    fn value(self) -> f32 {
+        f32::from_le_bytes(self)
+    }
+}

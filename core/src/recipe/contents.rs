@@ -1,102 +1,211 @@
-//! The decoded sections of a body that a fit needs. Their numbers are not checked yet.
+//! The sections of a recipe: their order, their combinations, and the counts that their lists have to match.
 
-use super::decode::decode;
-use super::error::RecipeError;
-use super::kind::Kind;
-use super::parts::{PackedMethod, PackedPartialLoss, PackedTarget};
-use super::sections::Sections;
-use crate::fit::{COMPLETION, RIDGE, Uncertainty};
+use serde::Deserialize;
 
-/// The sections that a fit needs.
-pub(super) struct Contents<'a> {
-    pub(super) pattern: &'a [u8],
-    pub(super) method: PackedMethod<'a>,
-    pub(super) estimate: PackedEstimate<'a>,
+use crate::error_code::{ErrorCode, RecipeError};
+use crate::fit::{
+    Coefficients, Estimator, GaussNewton, Net, Prediction, RIDGE, Refinement, Ridge, Sgd, Start,
+};
+use crate::geometry::{Angles, HalfDifference};
+use crate::model::ModelKind;
+use crate::numeric::Floats;
+use crate::section::{Count, Counts, Section, section};
+
+section! {
+    /// The directions to measure at.
+    Pattern<'a> = 0, "pattern" {
+        /// (theta_h, theta_d, phi_d) of each sample: Rusinkiewicz angles in radians, both directions above the horizon
+        directions: Floats<'a>, [Samples, Three], in -1000.0 => 1000.0;
+        /// 1 if the samples are in the order of a path that takes little time. Otherwise, if a fit tolerates missing
+        /// readings, the first 16 are sorted by information, for scans that end early
+        is_path: bool;
+        /// expected loss on a material that training never saw
+        expected_loss: Option<f32>, in 0.0 => f32::MAX;
+    }
 }
 
-/// The sections that estimate the loss of a completed fit.
-#[derive(Clone, Copy, Default)]
-pub(super) struct PackedEstimate<'a> {
-    pub(super) prediction: Option<&'a [u8]>,
-    pub(super) uncertainty: Option<Uncertainty>,
-    pub(super) partial: Option<PackedPartialLoss<'a>>,
+/// The kind of the section that belongs to the trainer.
+pub const METADATA: u16 = 129;
+/// Kinds from this one on are optional.
+const FIRST_OPTIONAL: u16 = 128;
+
+/// The sections of a recipe.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Contents<'a> {
+    /// The directions to measure at.
+    pub pattern: Option<Pattern<'a>>,
+    /// Steps of SGD.
+    pub sgd: Option<Sgd<'a>>,
+    /// The stage ridge.
+    pub ridge: Option<Ridge<'a>>,
+    /// The stage net.
+    pub net: Option<Net<'a>>,
+    /// The stage start.
+    pub start: Option<Start<'a>>,
+    /// Gauss-Newton steps.
+    pub gauss_newton: Option<GaussNewton<'a>>,
+    /// The predicted loss.
+    pub prediction: Option<Prediction<'a>>,
+    /// The trainer's bytes.
+    pub metadata: &'a [u8],
+}
+
+/// Returns the next section of a list: kind, value, and the rest. None if the bytes do not follow the format.
+fn take(bytes: &[u8]) -> Option<(u16, &[u8], &[u8])> {
+    let ((kind, value), rest) = postcard::take_from_bytes(bytes).ok()?;
+    Some((kind, value, rest))
+}
+
+/// Decodes a section as one value that takes all of its bytes.
+fn decode<'a, T: Deserialize<'a> + Section>(bytes: &'a [u8]) -> Result<Option<T>, RecipeError> {
+    match postcard::take_from_bytes(bytes) {
+        Ok((value, [])) => Ok(Some(value)),
+        _ => Err(sections_error(ErrorCode::RecipeSections, T::KIND)),
+    }
+}
+
+fn sections_error(code: ErrorCode, kind: u16) -> RecipeError {
+    RecipeError::with(code, [kind.into(), 0])
 }
 
 impl<'a> Contents<'a> {
-    /// Decodes the sections of a body.
-    pub(super) fn from_body(body: &'a [u8]) -> Result<Self, RecipeError> {
-        let mut pattern = None;
-        let mut descent = None;
-        let mut ridge = None;
-        let mut completion = None;
-        let mut init_net = None;
-        let mut gauss_newton = None;
-        let mut correction = None;
-        let mut estimate = PackedEstimate::default();
+    /// Decodes a list of sections.
+    pub(super) fn decode(sections: &'a [u8]) -> Result<Self, RecipeError> {
+        let mut contents = Self::default();
+        let mut rest = sections;
         let mut previous = None;
-        let mut sections = Sections::new(body);
-        for (kind, bytes) in &mut sections {
+        while !rest.is_empty() {
+            let (kind, value, after) =
+                take(rest).ok_or(RecipeError::new(ErrorCode::RecipeMalformed))?;
+            rest = after;
             // Strictly ascending, so no kind occurs twice.
             if previous >= Some(kind) {
-                return Err(RecipeError::Order(kind));
+                return Err(sections_error(ErrorCode::RecipeSections, kind));
             }
             previous = Some(kind);
             match kind {
-                Kind::PATTERN => pattern = Some(decode(kind, bytes)?),
-                Kind::DESCENT => descent = Some(decode(kind, bytes)?),
-                Kind::RIDGE if RIDGE => ridge = Some(decode(kind, bytes)?),
-                Kind::COMPLETION if COMPLETION => completion = Some(decode(kind, bytes)?),
-                Kind::START if COMPLETION => init_net = Some(decode(kind, bytes)?),
-                Kind::GAUSS_NEWTON if COMPLETION => gauss_newton = Some(decode(kind, bytes)?),
-                Kind::CORRECTION if COMPLETION => correction = Some(decode(kind, bytes)?),
-                // Optional, but a fit with a completion uses them.
-                Kind::PREDICTION if COMPLETION => estimate.prediction = Some(decode(kind, bytes)?),
-                Kind::UNCERTAINTY if COMPLETION => {
-                    estimate.uncertainty = Some(decode(kind, bytes)?)
-                }
-                Kind::PARTIAL if COMPLETION => estimate.partial = Some(decode(kind, bytes)?),
-                _ if kind.is_required() => return Err(RecipeError::Unknown(kind)),
-                _ => {}
+                Pattern::KIND => contents.pattern = decode(value)?,
+                Sgd::KIND => contents.sgd = decode(value)?,
+                Ridge::KIND if RIDGE => contents.ridge = decode(value)?,
+                Net::KIND if RIDGE => contents.net = decode(value)?,
+                Start::KIND if RIDGE => contents.start = decode(value)?,
+                GaussNewton::KIND if RIDGE => contents.gauss_newton = decode(value)?,
+                Prediction::KIND if RIDGE => contents.prediction = decode(value)?,
+                METADATA => contents.metadata = value,
+                FIRST_OPTIONAL.. => {}
+                _ => return Err(sections_error(ErrorCode::RecipeUnknown, kind)),
             }
         }
-        if !sections.is_empty() {
-            return Err(RecipeError::Malformed);
-        }
-        if correction.is_some() && completion.is_none() {
-            return Err(RecipeError::Missing(Kind::COMPLETION));
-        }
-        Ok(Self {
-            pattern: pattern.ok_or(RecipeError::Missing(Kind::PATTERN))?,
-            method: match (descent, ridge, completion, (init_net, gauss_newton)) {
-                (Some(descent), None, None, (None, None)) => PackedMethod::Descent(descent),
-                (None, Some(ridge), None, (None, None)) => PackedMethod::Ridge(ridge),
-                (None, None, Some(completion), (None, None)) => {
-                    PackedMethod::Completed(completion, correction, PackedTarget::Linear)
-                }
-                (Some(descent), None, Some(completion), (Some(init_net), None)) => {
-                    let target = PackedTarget::Descent(descent, init_net);
-                    PackedMethod::Completed(completion, correction, target)
-                }
-                (None, None, Some(completion), (Some(init_net), Some(steps))) => {
-                    let target = PackedTarget::GaussNewton(steps, init_net);
-                    PackedMethod::Completed(completion, correction, target)
-                }
-                (None, None, None, (None, None)) => return Err(RecipeError::Learners(0)),
-                // Neither is a method, so this is not a second method.
-                (None, Some(_), None, (Some(_), _)) => {
-                    return Err(RecipeError::Beside(Kind::START));
-                }
-                (None, Some(_), None, (None, Some(_))) => {
-                    return Err(RecipeError::Beside(Kind::GAUSS_NEWTON));
-                }
-                (_, Some(_), _, _) | (Some(_), _, _, (_, Some(_))) => {
-                    return Err(RecipeError::Learners(2));
-                }
-                (None, _, _, (Some(_), None)) => return Err(RecipeError::Missing(Kind::DESCENT)),
-                (_, _, None, _) => return Err(RecipeError::Missing(Kind::COMPLETION)),
-                (_, _, _, (None, _)) => return Err(RecipeError::Missing(Kind::START)),
-            },
-            estimate,
-        })
+        Ok(contents)
     }
+
+    /// The counts that the lists of all sections have to match.
+    fn counts(&self) -> Counts {
+        let mut counts = Counts::default();
+        let model = match (&self.sgd, &self.gauss_newton) {
+            (Some(sgd), _) => sgd.model,
+            (None, Some(steps)) => steps.model,
+            (None, None) => ModelKind::Linear,
+        };
+        counts.set(Count::Three, 3);
+        counts.set(Count::Parameters, model.parameters().unwrap_or(0));
+        counts.set(Count::Active, model.active().map_or(0, |each| each.count()));
+        if let Some(pattern) = &self.pattern {
+            counts.set(Count::Samples, pattern.directions.len() / 3);
+        }
+        if let Some(ridge) = &self.ridge {
+            counts.set(Count::Components, ridge.precision.len());
+        }
+        let mut coefficients = 0;
+        if let Some(net) = &self.net {
+            coefficients = usize::from(net.components);
+            let rows = net.bias.len();
+            counts.set(Count::Rows, rows);
+            counts.set(Count::Coefficients, coefficients);
+            // Too many if m exceeds the number of rows.
+            counts.set(Count::Hidden, rows.wrapping_sub(coefficients));
+        }
+        counts.set(Count::Weights, coefficients.saturating_add(1));
+        if let Some(start) = &self.start {
+            counts.set(Count::Units, start.bias.len());
+        }
+        if let Some(steps) = &self.gauss_newton {
+            counts.set(Count::VirtualReadings, steps.directions.len() / 3);
+        }
+        counts
+    }
+
+    /// Checks all numbers, and returns the pattern and the estimator.
+    ///
+    /// # Errors
+    /// The first defect.
+    pub fn check(&self) -> Result<(Pattern<'a>, Estimator<'a>), RecipeError> {
+        let counts = self.counts();
+        let missing = |kind| Err(sections_error(ErrorCode::RecipeSections, kind));
+        let Some(pattern) = self.pattern else {
+            return missing(Pattern::KIND);
+        };
+        pattern.check(&counts)?;
+        if let Some(index) = first_below_horizon(pattern.directions) {
+            let code = ErrorCode::RecipeBelowHorizon;
+            return Err(RecipeError::with(code, [index as u32, 0]));
+        }
+        let (Some(ridge), true) = (self.ridge, RIDGE) else {
+            let Some(sgd) = self.sgd else {
+                return missing(if RIDGE { Ridge::KIND } else { Sgd::KIND });
+            };
+            let others = self.net.is_some() || self.start.is_some();
+            if others || self.gauss_newton.is_some() || self.prediction.is_some() {
+                return missing(Ridge::KIND);
+            }
+            sgd.check(&counts)?;
+            return Ok((pattern, Estimator::Sgd(sgd)));
+        };
+        if self.sgd.is_some() {
+            return missing(Sgd::KIND); // it excludes the ridge stage
+        }
+        ridge.check(&counts)?;
+        if let Some(net) = &self.net {
+            if usize::from(net.components) > ridge.precision.len() {
+                let field = Net::FIELDS.iter().find(|field| field.name == "net.components");
+                let error = field.map(|field| field.error(ErrorCode::RecipeRange));
+                return Err(error.unwrap_or(RecipeError::new(ErrorCode::RecipeRange)));
+            }
+            net.check(&counts)?;
+        }
+        if let Some(prediction) = &self.prediction {
+            prediction.check(&counts)?;
+        }
+        let refinement = match (self.start, self.gauss_newton) {
+            (None, None) => None,
+            (Some(start), Some(steps)) => {
+                steps.check(&counts)?;
+                start.check(&counts)?;
+                if first_below_horizon(steps.directions).is_some() {
+                    let mut error = RecipeError::new(ErrorCode::RecipeRange);
+                    error.field = "gauss_newton.directions";
+                    return Err(error);
+                }
+                Some(Refinement { start, steps })
+            }
+            (None, Some(_)) => return missing(Start::KIND),
+            (Some(_), None) => return missing(GaussNewton::KIND),
+        };
+        let estimator = Estimator::Ridge {
+            coefficients: Coefficients {
+                net: self.net,
+                ridge,
+            },
+            refinement,
+            prediction: self.prediction,
+        };
+        Ok((pattern, estimator))
+    }
+}
+
+fn first_below_horizon(directions: Floats<'_>) -> Option<usize> {
+    let mut directions = directions.triples();
+    directions.position(|angles| {
+        !HalfDifference::from_angles(Angles::from_array(angles)).is_valid()
+    })
 }

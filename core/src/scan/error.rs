@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::implausible::Implausible;
 use crate::error_code::ErrorCode;
-use crate::fit::{ModelMismatch, Progress};
+use crate::fit::Progress;
 use crate::model::ModelKind;
 
 /// An error that prevents a scan.
@@ -33,12 +33,6 @@ pub enum ScanError {
         /// The checksum of the whole basis from which this basis was made.
         found: u32,
     },
-}
-
-impl From<ModelMismatch> for ScanError {
-    fn from(ModelMismatch { firmware, recipe }: ModelMismatch) -> Self {
-        Self::Model { firmware, recipe }
-    }
 }
 
 impl ScanError {

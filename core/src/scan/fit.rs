@@ -6,7 +6,7 @@ use super::plausibility::NODES;
 use super::residual::Residual;
 use super::stage::{Checks, Fitting, Stage};
 use super::{FinishError, plausibility};
-use crate::fit::{Algorithm, FitMethod, Fitter, Progress, is_finite};
+use crate::fit::{Estimator, Functions, Progress, ScanModel, is_finite};
 use crate::geometry::{Directions, HalfDifference};
 use crate::model::linear::Basis;
 use crate::model::{Samples, Slot};
@@ -36,7 +36,7 @@ use crate::recipe::Recipe;
 /// let fitted = fit.finish()?;
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
-pub struct Fit<'s, K: Fitter> {
+pub struct Fit<'s, K: ScanModel> {
     pub(super) recipe: &'s Recipe<'s>,
     pub(super) basis: Option<Basis<'s>>,
     pub(super) slots: &'s [Slot],
@@ -46,45 +46,42 @@ pub struct Fit<'s, K: Fitter> {
     pub(super) model: PhantomData<K>,
 }
 
-impl<'s, K: Fitter> Fit<'s, K> {
+impl<'s, K: ScanModel> Fit<'s, K> {
     /// Does at most `budget` units of work. A unit is the gradient of one sample, a row or a channel of Linear's solve,
     /// a part of a completion, or a part of the checks at the end. The result does not depend on the budgets.
     pub fn advance(&mut self, budget: u32) -> Progress {
-        let Fitting { done, channels, .. } = self.fitting;
-        let method = self.recipe.method;
-        let total = K::total(&method, self.recipe.samples());
-        let end = done.saturating_add(budget);
-        let samples = Samples::new(self.slots, self.fitting.weight());
-        if done < total {
-            let budget = budget.min(total.saturating_sub(done));
-            self.fitting.done = K::advance(self.words, &method, samples, channels, done, budget);
+        let Progress { done, total } = self.progress();
+        let Ok(functions) = K::functions(self.recipe.model()) else {
+            return self.progress(); // impossible: the scan has accepted the recipe
+        };
+        let estimator = &self.recipe.estimator;
+        let units = estimator.units(self.slots.len());
+        let end = done.saturating_add(budget).min(total);
+        if done < units {
+            let samples = Samples::new(self.slots, self.fitting.weight());
+            let inputs = (samples, self.fitting.channels);
+            estimator.advance(functions, self.words, inputs, done, end.min(units));
         }
-        let end = end.min(self.progress().total);
-        let functions = Functions::of::<K>();
-        while (total..end).contains(&self.fitting.done) {
-            let unit = self.fitting.done.saturating_sub(total);
-            self.check(unit, &functions);
-            self.fitting.done = self.fitting.done.saturating_add(1);
+        for unit in done.max(units)..end {
+            let fit = Unchecked {
+                estimator,
+                basis: self.basis.as_ref(),
+                slots: self.slots,
+                words: self.words,
+                functions,
+            };
+            fit.check(unit.saturating_sub(units), &mut self.fitting.checks);
         }
+        self.fitting.done = end;
         *self.stage = Stage::Fitting(self.fitting);
         self.progress()
-    }
-
-    fn check(&mut self, unit: u32, functions: &Functions) {
-        let fit = Unchecked {
-            method: &self.recipe.method,
-            basis: self.basis.as_ref(),
-            slots: self.slots,
-            words: self.words,
-        };
-        fit.check(unit, functions, &mut self.fitting.checks);
     }
 
     /// Progress of the fit.
     #[must_use]
     pub fn progress(&self) -> Progress {
-        let samples = self.recipe.samples();
-        let fit = K::total(&self.recipe.method, samples);
+        let samples = self.slots.len();
+        let fit = self.recipe.estimator.units(samples);
         Progress {
             done: self.fitting.done,
             total: fit.saturating_add(check_units(samples)),
@@ -105,8 +102,7 @@ impl<'s, K: Fitter> Fit<'s, K> {
         let Fitting {
             readings, checks, ..
         } = self.fitting;
-        let predicted = K::predicted_loss(self.words, &self.recipe.method);
-        let Some(residual) = residual_of(&checks, self.recipe, predicted) else {
+        let Some(residual) = residual_of(&checks, self.recipe) else {
             *self.stage = Stage::Reading;
             return Err(FinishError::Diverged);
         };
@@ -125,29 +121,6 @@ impl<'s, K: Fitter> Fit<'s, K> {
     }
 }
 
-/// The model's functions for the checks of a fit. The checks are not generic, so that firmware contains them once.
-struct Functions {
-    values: for<'w> fn(&'w [f32], &FitMethod<'_>) -> [&'w [f32]; 3],
-    predicted_loss: fn(&[f32], &FitMethod<'_>) -> Option<f32>,
-    at_sample: fn(&[f32], &FitMethod<'_>, usize, &HalfDifference<f32>) -> [f32; 3],
-    brdf: Brdf,
-}
-
-/// A function that returns a fit's BRDF in linear RGB, sr^-1, not times the cosine.
-type Brdf =
-    fn(&[f32], &FitMethod<'_>, Option<&Basis<'_>>, &HalfDifference<f32>) -> Option<[f32; 3]>;
-
-impl Functions {
-    fn of<K: Algorithm>() -> Self {
-        Self {
-            values: K::values,
-            predicted_loss: K::predicted_loss,
-            at_sample: K::at_sample,
-            brdf: K::brdf,
-        }
-    }
-}
-
 /// Number of units of the checks: one for the values, one for each sample, and one for each node of the albedo.
 fn check_units(samples: usize) -> u32 {
     u32::from(NODES)
@@ -157,38 +130,37 @@ fn check_units(samples: usize) -> u32 {
 
 /// A complete fit before its checks.
 struct Unchecked<'s> {
-    method: &'s FitMethod<'s>,
+    estimator: &'s Estimator<'s>,
     basis: Option<&'s Basis<'s>>,
     slots: &'s [Slot],
     words: &'s [f32],
+    functions: &'s Functions,
 }
 
 impl Unchecked<'_> {
     /// Does one unit of the checks.
     #[inline(never)]
-    fn check(&self, unit: u32, functions: &Functions, checks: &mut Checks) {
+    fn check(&self, unit: u32, checks: &mut Checks) {
         let Self {
-            method,
+            estimator,
             basis,
             slots,
             words,
+            functions,
         } = *self;
         let Some(index) = unit.checked_sub(1) else {
-            let predicted = (functions.predicted_loss)(words, method);
-            let mut values = (functions.values)(words, method).into_iter();
-            checks.has_overflowed = predicted.is_some_and(f32::is_nan) || !values.all(is_finite);
+            checks.has_overflowed = !estimator.is_finite(words);
             return;
         };
         let index = index as usize;
         match slots.get(index) {
             Some(slot) => checks.sum.add(index as u16, slot, |at| {
-                (functions.at_sample)(words, method, index, at)
+                estimator.at_sample(functions, words, index, at)
             }),
             None => {
                 let node = index.saturating_sub(slots.len()) as u16; // below NODES
-                checks
-                    .albedo
-                    .add(node, |at| (functions.brdf)(words, method, basis, at));
+                let albedo = &mut checks.albedo;
+                albedo.add(node, |at| estimator.brdf(functions, words, basis, at));
             }
         }
     }
@@ -196,7 +168,7 @@ impl Unchecked<'_> {
 
 /// Returns the residual of a checked fit, or None if a number is not finite.
 #[inline(never)]
-fn residual_of(checks: &Checks, recipe: &Recipe<'_>, predicted: Option<f32>) -> Option<Residual> {
+fn residual_of(checks: &Checks, recipe: &Recipe<'_>) -> Option<Residual> {
     let Checks {
         has_overflowed,
         mut sum,
@@ -206,10 +178,8 @@ fn residual_of(checks: &Checks, recipe: &Recipe<'_>, predicted: Option<f32>) -> 
     if has_overflowed || !sum.residual.mean.is_finite() {
         return None;
     }
-    // A prediction that follows the residual cannot show that the residual is too large.
-    let predicted = predicted.filter(|_| recipe.method.uncertainty().is_none());
-    let expected = predicted.or_else(|| recipe.expected_loss());
-    sum.residual.implausible = plausibility::check(&sum, expected, albedo);
+    // Not the predicted loss: it follows the residual, and cannot show that the residual is too large.
+    sum.residual.implausible = plausibility::check(&sum, recipe.expected_loss(), albedo);
     Some(sum.residual)
 }
 
@@ -240,7 +210,7 @@ fn residual_of(checks: &Checks, recipe: &Recipe<'_>, predicted: Option<f32>) -> 
 /// assert_eq!(fitted.values().count(), 7); // Phong's parameters
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
-pub struct Fitted<'s, K: Fitter> {
+pub struct Fitted<'s, K: ScanModel> {
     pub(super) recipe: &'s Recipe<'s>,
     pub(super) basis: Option<Basis<'s>>,
     pub(super) words: &'s [f32],
@@ -250,7 +220,7 @@ pub struct Fitted<'s, K: Fitter> {
     pub(super) model: PhantomData<K>,
 }
 
-impl<K: Fitter> Fitted<'_, K> {
+impl<K: ScanModel> Fitted<'_, K> {
     /// The BRDF in linear RGB, sr^-1, not times the cosine.
     ///
     /// None if a direction is below the horizon, not finite or not of unit length; if the value overflows; or for
@@ -258,14 +228,16 @@ impl<K: Fitter> Fitted<'_, K> {
     #[must_use]
     pub fn brdf(&self, directions: &Directions<f32>) -> Option<[f32; 3]> {
         let at = HalfDifference::from_directions(directions).filter(HalfDifference::is_valid)?;
-        let brdf = K::brdf(self.words, &self.recipe.method, self.basis.as_ref(), &at)?;
+        let functions = K::functions(self.recipe.model()).ok()?;
+        let basis = self.basis.as_ref();
+        let brdf = self.recipe.estimator.brdf(functions, self.words, basis, &at)?;
         Some(brdf).filter(|brdf| is_finite(brdf))
     }
 
     /// The fitted values, all finite: a model's parameters in its order, or Linear's coefficients, m
     /// for red, m for green, m for blue.
     pub fn values(&self) -> impl Iterator<Item = f32> {
-        let values = K::values(self.words, &self.recipe.method);
+        let values = self.recipe.estimator.values_of(self.words);
         values.into_iter().flatten().copied()
     }
 
@@ -282,10 +254,9 @@ impl<K: Fitter> Fitted<'_, K> {
     /// [`expected_loss`](Fitted::expected_loss). A material unlike all training materials may have a larger loss.
     #[must_use]
     pub fn predicted_loss(&self) -> Option<f32> {
-        let method = &self.recipe.method;
-        let predicted = K::predicted_loss(self.words, method)?;
-        let factor = method.loss_factor(self.residual.mean, self.readings);
-        Some(predicted * factor).filter(|loss| loss.is_finite())
+        let estimator = &self.recipe.estimator;
+        let loss = estimator.predicted_loss(self.words, self.residual.mean, self.readings)?;
+        Some(loss).filter(|loss| loss.is_finite())
     }
 
     /// The upper bound of the loss, which holds for 90 % of materials. None if the recipe does not state it, or if it
@@ -296,7 +267,7 @@ impl<K: Fitter> Fitted<'_, K> {
     /// the first readings in the recipe's order, and for materials like those of the training.
     #[must_use]
     pub fn loss_bound(&self) -> Option<f32> {
-        let ratio = self.recipe.method.bound_ratio(self.readings)?;
+        let ratio = self.recipe.estimator.bound_ratio(self.readings)?;
         let bound = self.predicted_loss()? * ratio;
         Some(bound).filter(|bound| bound.is_finite())
     }
@@ -305,9 +276,7 @@ impl<K: Fitter> Fitted<'_, K> {
     /// None if the recipe cannot tell.
     #[must_use]
     pub fn is_unlike_training(&self) -> Option<bool> {
-        let method = &self.recipe.method;
-        let innovation = K::innovation(self.words, method)?;
-        Some(innovation > method.uncertainty()?.max_innovation)
+        self.recipe.estimator.is_unlike_training(self.words)
     }
 
     /// The expected loss on a material outside the training set. None if the recipe states none.

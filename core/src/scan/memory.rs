@@ -26,9 +26,9 @@ pub(super) fn split_mut(memory: &mut [f32], samples: usize) -> (&mut [Slot], &mu
 /// readings.
 #[inline(never)]
 pub(super) fn initialize(slots: &mut [Slot], recipe: &Recipe<'_>) {
-    for (index, (slot, angles)) in slots.iter_mut().zip(recipe.pattern()).enumerate() {
+    for (slot, angles) in slots.iter_mut().zip(recipe.pattern()) {
         let at = HalfDifference::from_angles(angles);
-        let min = recipe.method.min_reading(index, &at);
+        let min = recipe.estimator.min_reading(&at);
         let HalfDifference { hx, hz, dx, dy, dz } = at;
         *slot = [hx, hz, dx, dy, dz, 0.0, 0.0, 0.0, min, 0.0];
     }
@@ -74,7 +74,7 @@ pub(super) fn is_prefix(slots: &[Slot]) -> bool {
 /// unsaturated reading count. If all readings are saturated, the samples with a reading count.
 #[inline(never)]
 pub(super) fn mark_counted(slots: &mut [Slot], recipe: &Recipe<'_>) -> usize {
-    let tolerates_missing = recipe.method.tolerates_missing();
+    let tolerates_missing = recipe.estimator.tolerates_missing();
     let (mut read, mut unsaturated) = (0_usize, 0_usize);
     for status in slots
         .iter()

@@ -17,7 +17,7 @@
 
 use super::{Reading, ReadingError, Scan};
 use crate::checksum::crc_32;
-use crate::fit::Fitter;
+use crate::fit::ScanModel;
 
 const HEADER_BYTES: usize = 10;
 const READING_BYTES: usize = 15;
@@ -122,7 +122,7 @@ impl Saved {
 
     /// Records the readings that survived a reset. Returns their number, or the reason why none was recorded. In both
     /// cases the next write goes to the slot that is not needed.
-    pub fn restore<K: Fitter>(
+    pub fn restore<K: ScanModel>(
         slots: [&[u8]; 2],
         scan: &mut Scan<'_, K>,
     ) -> (Self, Result<usize, SavedError>) {
@@ -147,7 +147,7 @@ impl Saved {
     ///
     /// # Errors
     /// [`SavedError::Full`] if `buffer` is smaller than [`Saved::slot_bytes`], or the error of `store`.
-    pub fn write<K: Fitter, E: From<SavedError>>(
+    pub fn write<K: ScanModel, E: From<SavedError>>(
         &mut self,
         scan: &Scan<'_, K>,
         buffer: &mut [u8],

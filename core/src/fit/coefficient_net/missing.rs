@@ -16,9 +16,12 @@ pub enum MissingPolicy {
 
 impl MissingPolicy {
     /// Returns the policy with this number in a recipe.
-    pub(crate) fn from_number(number: u8) -> Option<Self> {
-        let all = [Self::AllRequired, Self::Unscaled, Self::Scaled];
-        all.get(usize::from(number)).copied()
+    pub(crate) fn from_number(number: u8) -> Self {
+        match number {
+            0 => Self::AllRequired,
+            1 => Self::Unscaled,
+            _ => Self::Scaled,
+        }
     }
 
     /// Returns the factor of the present [standardized](super::standardized) readings.

@@ -119,7 +119,7 @@ impl<'a> Basis<'a> {
             .split_at_checked(scales_length)
             .filter(|_| bytes.len() == expected)
             .ok_or(BodyError::Length(expected))?;
-        let scales = Floats::new(scales).ok_or(BodyError::Length(expected))?;
+        let scales = Floats::new(scales);
         let mean_scale = f32::from_le_bytes([s0, s1, s2, s3]);
         let mut all = scales.iter().chain([mean_scale]);
         if !all.all(|scale| scale.is_finite() && scale >= 0.0) {
@@ -182,8 +182,7 @@ impl<'a> Basis<'a> {
             }
         }
         let weight = at.cos_theta_i() * at.cos_theta_o();
-        // The mean is that of ln(1 + f w / e), which is the mapping with a median of 0.
-        let brdf = mapped.map(|mapped| unmap(mapped, 0.0, weight));
+        let brdf = mapped.map(|mapped| unmap(mapped, weight));
         brdf.iter().all(|value| value.is_finite()).then_some(brdf)
     }
 

@@ -3,7 +3,7 @@
 //! L is unit lower triangular and D diagonal: the Cholesky factorization without square roots. Row i of the packed
 //! triangle has i + 1 entries. After the factorization the last one is d_i.
 
-use super::Real;
+use crate::numeric::Real;
 
 /// Returns the number of entries of a packed triangle of this order.
 #[must_use]

@@ -1,0 +1,358 @@
+//! The stages net and ridge: from readings to coefficients of principal components, in slices of work.
+//!
+//! The reading y of a channel at sample i is mapped to u_i = ln((y w + e) / e) - center_i, with w = cos(theta_i)
+//! cos(theta_o). The [net](super::coefficient_net) computes a from all u; without a net, a is 0. The
+//! [ridge](super::ridge) stage adds z = argmin |t - Q z|^2 + sum over k of p_k z_k^2, with t_i = u_i - (Q a)_i.
+//!
+//! With a second list of precisions, the mean of the three channels' t is solved with the first list, and their
+//! differences from the mean with the second one.
+
+use super::coefficient_net::{CHANNELS, CoefficientNet, Input, MissingPolicy, Packed};
+use super::ridge::{System, factor_length, order, scratch_length};
+use crate::model::linear::{map, unmap};
+use crate::model::{Sample, Samples};
+use crate::numeric::{ComponentRows, Floats, PackedRows, Rows};
+use crate::section::section;
+
+section! {
+    /// A Gaussian prior of the coefficients, and the components at the sampled directions.
+    Ridge<'a> = 2, "ridge" {
+        /// p, of the mean of the channels
+        precision: Floats<'a>, [Components], in 1e-6 => 1e8;
+        /// p of the differences from that mean; empty if they are the same
+        difference_precision: Floats<'a>, [Components], optional true, in 1e-6 => 1e8;
+        /// mapped mean at each sample. With the paper's mapping, the mapped median is added
+        center: Floats<'a>, [Samples], in -100.0 => 100.0;
+        /// Q, a row for each sample
+        rows: PackedRows<'a>, [Samples, Components], in -1e4 => 1e4;
+        /// CRC-32 of the host's whole basis file; 0 for none
+        basis_checksum: u32;
+    }
+}
+
+section! {
+    /// A learned map from readings to the first m coefficients of each channel.
+    Net<'a> = 3, "net" {
+        /// constant term of each row
+        bias: Floats<'a>, [Rows];
+        /// m, at most K
+        components: u16, in 1.0 => 96.0;
+        /// 0 if a fit needs all readings; 1 or 2 if it tolerates missing ones
+        missing: u8, in 0.0 => 2.0;
+        /// factor of the mapped readings
+        scale: f32, in f32::MIN_POSITIVE => f32::MAX;
+        /// for each sample three lists: own, mean, missing
+        readings: &'a [u8], [Samples, Three, Rows];
+        /// scale of each row of these lists
+        reading_scales: Floats<'a>, [Rows];
+        /// W
+        output: &'a [u8], [Coefficients, Hidden];
+        /// scale of each row of W
+        output_scales: Floats<'a>, [Coefficients];
+    }
+}
+
+impl<'a> Net<'a> {
+    /// The net's weights.
+    #[must_use]
+    pub fn weights(&self) -> CoefficientNet<'a, f32, Packed> {
+        CoefficientNet {
+            components: usize::from(self.components),
+            readings: self.readings,
+            scales: self.reading_scales.words(),
+            bias: self.bias.words(),
+            output: self.output,
+            output_scales: self.output_scales.words(),
+        }
+    }
+
+    /// The treatment of missing readings.
+    #[must_use]
+    pub fn missing(&self) -> MissingPolicy {
+        MissingPolicy::from_number(self.missing)
+    }
+
+    /// Units of work: one for each reading, one for the hidden units, and one for each channel.
+    fn units(samples: usize) -> usize {
+        samples.saturating_add(1).saturating_add(CHANNELS)
+    }
+
+    #[inline(never)]
+    fn advance(&self, unit: usize, center: Floats<'_>, samples: Samples<'_>, state: &mut [f32]) {
+        let net = self.weights();
+        if let Some(sample) = samples.get(unit) {
+            let present = samples.iter().map(|sample| is_present(&sample));
+            let scale = self.scale * self.missing().dropout_gain(present);
+            let is_missing = !is_present(&sample);
+            let input = Input {
+                channels: match is_missing {
+                    true => [0.0; CHANNELS],
+                    false => mapped(&sample, center.get(unit)).map(|u| u * scale),
+                },
+                missing: f32::from(u8::from(is_missing)),
+            };
+            net.add(unit, &input, state);
+            return;
+        }
+        match unit.checked_sub(samples.len().saturating_add(1)) {
+            None => net.activate(state),
+            Some(channel) => net.complete(channel, state),
+        }
+    }
+}
+
+/// Returns true if a sample has a reading that counts; otherwise it is missing.
+fn is_present(sample: &Sample<f32>) -> bool {
+    sample.weight > 0.0
+}
+
+/// Returns u of each channel.
+fn mapped(sample: &Sample<f32>, center: f32) -> [f32; CHANNELS] {
+    let weight = sample.at.cos_theta_i() * sample.at.cos_theta_o();
+    sample.measured.map(|y| map(y, weight) - center)
+}
+
+/// The stages net and ridge of a recipe.
+#[derive(Clone, Copy, Debug)]
+pub struct Coefficients<'a> {
+    /// The first stage, if the recipe has it.
+    pub net: Option<Net<'a>>,
+    /// The second stage.
+    pub ridge: Ridge<'a>,
+}
+
+/// The memory, split into its parts.
+struct Parts<'w> {
+    /// Three lists of K.
+    coefficients: &'w mut [f32],
+    /// The sum of |t|, each times its weight.
+    innovation: &'w mut f32,
+    /// The lists of the net.
+    net: &'w mut [f32],
+    /// t of each channel, and of their mean if it has precisions of its own: lists of n.
+    targets: &'w mut [f32],
+    /// s, n.
+    scales: &'w mut [f32],
+    factors: &'w mut [f32],
+    /// z, K.
+    z: &'w mut [f32],
+    scratch: &'w mut [f32],
+}
+
+impl<'a> Coefficients<'a> {
+    /// K, the number of coefficients of a channel.
+    #[must_use]
+    pub fn components(&self) -> usize {
+        self.ridge.precision.len()
+    }
+
+    /// Q.
+    #[must_use]
+    pub fn rows(&self) -> ComponentRows<'a> {
+        self.ridge.rows.of(self.components())
+    }
+
+    /// The number of right-hand sides: the channels, and their mean if it has precisions of its own.
+    fn lists(&self) -> usize {
+        CHANNELS.saturating_add(usize::from(!self.ridge.difference_precision.is_empty()))
+    }
+
+    fn net_words(&self) -> usize {
+        self.net.map_or(0, |net| net.weights().words())
+    }
+
+    /// The lengths of the parts of the memory.
+    fn lengths(&self, samples: usize) -> [usize; 8] {
+        let components = self.components();
+        [
+            components.saturating_mul(CHANNELS),
+            1,
+            self.net_words(),
+            samples.saturating_mul(self.lists()),
+            samples,
+            factor_length(samples, components),
+            components,
+            scratch_length(samples, components),
+        ]
+    }
+
+    /// The memory in words.
+    pub(super) fn words(&self, samples: usize) -> usize {
+        let lengths = self.lengths(samples).into_iter();
+        lengths.fold(0, usize::saturating_add)
+    }
+
+    fn split<'w>(&self, words: &'w mut [f32], samples: usize) -> Option<Parts<'w>> {
+        let [coefficients, _, net, targets, scales, factors, z, scratch] = self.lengths(samples);
+        let (coefficients, rest) = words.split_at_mut_checked(coefficients)?;
+        let (innovation, rest) = rest.split_first_mut()?;
+        let (net, rest) = rest.split_at_mut_checked(net)?;
+        let (targets, rest) = rest.split_at_mut_checked(targets)?;
+        let (scales, rest) = rest.split_at_mut_checked(scales)?;
+        let (factors, rest) = rest.split_at_mut_checked(factors)?;
+        let (z, rest) = rest.split_at_mut_checked(z)?;
+        Some(Parts {
+            coefficients,
+            innovation,
+            net,
+            targets,
+            scales,
+            factors,
+            z,
+            scratch: rest.get_mut(..scratch)?,
+        })
+    }
+
+    /// The units of work: those of the net, one for each reading, one for each row of each system, and one for each
+    /// right-hand side.
+    pub(super) fn units(&self, samples: usize) -> u32 {
+        let systems = self.lists().saturating_sub(CHANNELS).saturating_add(1);
+        let rows = order(samples, self.components()).saturating_mul(systems);
+        let net = self.net.map_or(0, |_| Net::units(samples));
+        let units = net.saturating_add(samples).saturating_add(rows);
+        units.saturating_add(self.lists()) as u32
+    }
+
+    /// The coefficients of each channel, in the memory of these stages.
+    pub(super) fn coefficients<'w>(&self, words: &'w [f32]) -> [&'w [f32]; CHANNELS] {
+        let mut lists = words.chunks_exact(self.components().max(1));
+        [(); CHANNELS].map(|()| lists.next().unwrap_or_default())
+    }
+
+    /// The innovation, in the memory of these stages: the mean of |t| over present readings and channels.
+    pub(super) fn innovation(&self, words: &[f32]) -> f32 {
+        let index = self.components().saturating_mul(CHANNELS);
+        words.get(index).copied().unwrap_or(f32::NAN)
+    }
+
+    /// Does a unit of work. `words` are 0 before the first one. Not inlined, so that its stack is released between
+    /// slices.
+    #[inline(never)]
+    pub(super) fn advance(&self, unit: u32, samples: Samples<'_>, words: &mut [f32]) {
+        let count = samples.len();
+        let Some(parts) = self.split(words, count) else {
+            return;
+        };
+        let mut unit = unit as usize;
+        if let Some(net) = &self.net {
+            match unit.checked_sub(Net::units(count)) {
+                None => return net.advance(unit, self.ridge.center, samples, parts.net),
+                Some(rest) => unit = rest,
+            }
+        }
+        if let Some(sample) = samples.get(unit) {
+            return self.set_target(unit, &sample, parts);
+        }
+        let unit = unit.saturating_sub(count);
+        let rows = order(count, self.components());
+        let has_means = self.lists() > CHANNELS;
+        // With precisions of the mean: its system, its solve, and then the system of the differences.
+        match unit.checked_sub(rows) {
+            Some(0) if has_means => self.solve(CHANNELS, count, parts),
+            Some(unit) if has_means => {
+                let unit = unit.saturating_sub(1);
+                let precision = self.ridge.difference_precision;
+                match unit.checked_sub(rows) {
+                    None => self.factorize(unit, precision, parts),
+                    Some(channel) => self.solve(channel, count, parts),
+                }
+            }
+            Some(channel) => self.solve(channel, count, parts),
+            None => self.factorize(unit, self.ridge.precision, parts),
+        }
+    }
+
+    /// Computes t of a sample.
+    #[inline(never)]
+    fn set_target(&self, index: usize, sample: &Sample<f32>, parts: Parts<'_>) {
+        let components = self.components();
+        if let (0, Some(net)) = (index, &self.net) {
+            let lists = parts.coefficients.chunks_exact_mut(components.max(1));
+            let net = net.weights();
+            for (list, initial) in lists.zip(net.coefficients(parts.net)) {
+                for (coefficient, initial) in list.iter_mut().zip(initial) {
+                    *coefficient = *initial;
+                }
+            }
+        }
+        if !is_present(sample) {
+            return;
+        }
+        let mut t = mapped(sample, self.ridge.center.get(index));
+        for (t, coefficients) in t.iter_mut().zip(self.coefficients(parts.coefficients)) {
+            *t -= self.rows().dot(index, coefficients);
+            *parts.innovation += t.abs() * sample.weight;
+        }
+        let [red, green, blue] = t;
+        let mean = match self.lists() > CHANNELS {
+            true => (red + green + blue) * (1.0 / 3.0),
+            false => 0.0,
+        };
+        let lists = parts.targets.chunks_exact_mut(parts.scales.len().max(1));
+        let values = [red - mean, green - mean, blue - mean, mean];
+        for (list, value) in lists.zip(values) {
+            if let Some(target) = list.get_mut(index) {
+                *target = value;
+            }
+        }
+        if let Some(scale) = parts.scales.get_mut(index) {
+            *scale = 1.0;
+        }
+    }
+
+    fn system<'s>(
+        &self,
+        precision: Floats<'a>,
+        scales: &'s [f32],
+    ) -> System<'s, f32, [u8; 4], ComponentRows<'a>>
+    where
+        'a: 's,
+    {
+        System {
+            rows: self.rows(),
+            scales,
+            precision: precision.words(),
+        }
+    }
+
+    #[inline(never)]
+    fn factorize(&self, row: usize, precision: Floats<'a>, parts: Parts<'_>) {
+        let system = self.system(precision, parts.scales);
+        system.factorize_row(row, parts.factors, parts.z);
+    }
+
+    /// Solves for z of a list of targets, and adds it to the coefficients of its channel, or of all channels.
+    #[inline(never)]
+    fn solve(&self, list: usize, samples: usize, parts: Parts<'_>) {
+        let mut targets = parts.targets.chunks_exact(samples.max(1));
+        let targets = targets.nth(list).unwrap_or_default();
+        let precision = match list < CHANNELS && self.lists() > CHANNELS {
+            true => self.ridge.difference_precision,
+            false => self.ridge.precision,
+        };
+        let system = self.system(precision, parts.scales);
+        system.solve(parts.factors, targets, parts.z, parts.scratch);
+        let lists = parts.coefficients.chunks_exact_mut(self.components().max(1));
+        for (channel, coefficients) in lists.enumerate() {
+            if list == channel || list == CHANNELS {
+                for (coefficient, z) in coefficients.iter_mut().zip(&*parts.z) {
+                    *coefficient += z;
+                }
+            }
+        }
+    }
+}
+
+/// Returns the BRDF (sr^-1, not times the cosine) of coefficients at a direction: that of `center` plus the sum of the
+/// components there times their coefficients. `weight` is cos(theta_i) cos(theta_o).
+///
+/// Not inlined, so that firmware contains it once and its stack is released afterwards.
+#[inline(never)]
+pub(super) fn brdf_at(
+    rows: ComponentRows<'_>,
+    index: usize,
+    (center, weight): (f32, f32),
+    coefficients: [&[f32]; CHANNELS],
+) -> [f32; CHANNELS] {
+    coefficients.map(|coefficients| unmap(center + rows.dot(index, coefficients), weight))
+}
