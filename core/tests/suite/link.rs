@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::fmt::Debug;
 
-use glimpse_core::error_code::ErrorCode;
+use glimpse_core::error_code::{ErrorCode, RecipeError};
 use glimpse_core::fit::Progress;
 use glimpse_core::link::{
     BYTES_PER_FRAME, Client, FRAME_BYTES, Failure, FailureReport, FrameError, FrameReader,
@@ -11,7 +11,6 @@ use glimpse_core::link::{
     encode,
 };
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Kind, RecipeError};
 use glimpse_core::scan::{FitError, Reading, ReadingError, ScanError};
 use proptest::prelude::*;
 use serde::de::DeserializeOwned;
@@ -347,10 +346,7 @@ fn reports_contain_details() {
         (report.code, report.details)
     };
     let (index, samples) = (300, 8);
-    let length = RecipeError::Length {
-        expected: 70_000,
-        found: 3,
-    };
+    let recipe = |code, details| Failure::Recipe(RecipeError::with(code, details));
     let model = ScanError::Model {
         firmware: ModelKind::Linear,
         recipe: ModelKind::CookTorrance,
@@ -365,17 +361,12 @@ fn reports_contain_details() {
         first: 2,
     };
     for (failure, expected) in [
-        (Failure::Recipe(RecipeError::Version(7)), (33, [7, 0])),
-        (Failure::Recipe(length), (34, [70_000, 3])),
-        (Failure::Recipe(RecipeError::Checksum), (35, [0, 0])),
+        (recipe(ErrorCode::RecipeVersion, [7, 4]), (33, [7, 4])),
         (
-            Failure::Recipe(RecipeError::Missing(Kind::PATTERN)),
-            (46, [0, 0]),
+            recipe(ErrorCode::RecipeLength, [70_000, 3]),
+            (34, [70_000, 3]),
         ),
-        (
-            Failure::Recipe(RecipeError::Order(Kind::LIMITS)),
-            (46, [128, 0]),
-        ),
+        (recipe(ErrorCode::RecipeSections, [128, 0]), (46, [128, 0])),
         (Failure::Scan(model), (48, [3, 2])),
         (Failure::Scan(memory), (50, [80, 8])),
         (Failure::Reading { index, error }, (65, [300, 2])),

@@ -5,7 +5,6 @@
 mod basis;
 mod blocks;
 mod checksum;
-mod completion;
 mod documents;
 mod driver;
 #[cfg(feature = "libm")]
@@ -15,16 +14,10 @@ mod geometry;
 mod gonio;
 #[cfg(feature = "libm")]
 mod gradients;
-#[cfg(feature = "libm")]
-mod linear;
 mod link;
 mod mapping;
 mod math;
 mod random;
-mod recipe;
-mod recipe_document;
-mod recipe_fields;
-mod recipe_sections;
 mod recipes;
 mod scan;
 mod scanning;

@@ -1,18 +1,287 @@
-//! Small synthetic recipes, and recipes that the crate's own writer rejects.
+//! An independent writer of format 4, and small pseudo-random recipes of every legal combination of stages.
 
-use glimpse_core::model::{Model, ModelKind, Neural};
-use glimpse_core::recipe::{ExpectedLoss, Kind, Recipe, RecipeError, RecipeParts, VERSION};
+use glimpse_core::error_code::RecipeError;
+use glimpse_core::model::ModelKind::{self, CookTorrance, Neural, Phong};
+use glimpse_core::recipe::Recipe;
 use serde::{Serialize, Serializer};
+
+use crate::random::Random;
+
+pub(crate) const VERSION: u16 = 4;
+/// Kinds of sections.
+pub(crate) const PATTERN: u16 = 0;
+pub(crate) const SGD: u16 = 1;
+pub(crate) const RIDGE: u16 = 2;
+pub(crate) const NET: u16 = 3;
+pub(crate) const START: u16 = 4;
+pub(crate) const GAUSS_NEWTON: u16 = 5;
+pub(crate) const PREDICTION: u16 = 128;
+pub(crate) const METADATA: u16 = 129;
 
 /// Numbers in the packed form of a recipe.
 pub(crate) fn packed(numbers: &[f32]) -> Vec<u8> {
     numbers.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
 
-/// Writes a recipe.
-pub(crate) fn write(parts: &RecipeParts<'_>) -> Result<Vec<u8>, RecipeError> {
-    let mut buffer = vec![0; 1 << 17];
-    Recipe::write(parts, &mut buffer).map(<[u8]>::to_vec)
+fn list<S: Serializer>(numbers: &[f32], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_bytes(&packed(numbers))
+}
+
+fn number<S: Serializer>(model: &ModelKind, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_u32(match model {
+        Phong => 0,
+        Neural => 1,
+        CookTorrance => 2,
+        _ => 3,
+    })
+}
+
+/// Components at directions: signed bytes with a scale for each component, or f32 without scales.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct Rows {
+    pub(crate) entries: Vec<u8>,
+    #[serde(serialize_with = "list")]
+    pub(crate) scales: Vec<f32>,
+}
+
+impl Rows {
+    pub(crate) fn floats(entries: &[f32]) -> Self {
+        let (entries, scales) = (packed(entries), Vec::new());
+        Self { entries, scales }
+    }
+
+    fn random(random: &mut Random, [count, components]: [usize; 2], size: f32) -> Self {
+        let bytes = weights(random, count * components);
+        Self {
+            entries: bytes.into_iter().map(i8::cast_unsigned).collect(),
+            scales: scales(random, components, size),
+        }
+    }
+
+    /// A row of K numbers.
+    pub(crate) fn row(&self, index: usize, components: usize) -> Vec<f64> {
+        let columns = 0..components;
+        columns
+            .map(|column| {
+                let at = index * components + column;
+                match self.scales.get(column) {
+                    Some(scale) => f64::from(self.entries[at].cast_signed()) * f64::from(*scale),
+                    None => {
+                        let word = self.entries[4 * at..][..4].try_into().unwrap();
+                        f64::from(f32::from_le_bytes(word))
+                    }
+                }
+            })
+            .collect()
+    }
+}
+
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct Pattern {
+    /// n triples (theta_h, theta_d, phi_d) in radians.
+    #[serde(serialize_with = "list")]
+    pub(crate) directions: Vec<f32>,
+    pub(crate) is_path: bool,
+    pub(crate) expected_loss: Option<f32>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Sgd {
+    #[serde(serialize_with = "number")]
+    pub(crate) model: ModelKind,
+    pub(crate) steps: u16,
+    #[serde(serialize_with = "list")]
+    pub(crate) initial: Vec<f32>,
+    #[serde(serialize_with = "list")]
+    pub(crate) step_sizes: Vec<f32>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Ridge {
+    #[serde(serialize_with = "list")]
+    pub(crate) precision: Vec<f32>,
+    #[serde(serialize_with = "list")]
+    pub(crate) difference_precision: Vec<f32>,
+    #[serde(serialize_with = "list")]
+    pub(crate) center: Vec<f32>,
+    pub(crate) rows: Rows,
+    pub(crate) basis_checksum: u32,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Net {
+    #[serde(serialize_with = "list")]
+    pub(crate) bias: Vec<f32>,
+    pub(crate) components: u16,
+    pub(crate) missing: u8,
+    pub(crate) scale: f32,
+    pub(crate) readings: Vec<i8>,
+    #[serde(serialize_with = "list")]
+    pub(crate) reading_scales: Vec<f32>,
+    pub(crate) output: Vec<i8>,
+    #[serde(serialize_with = "list")]
+    pub(crate) output_scales: Vec<f32>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Start {
+    #[serde(serialize_with = "list")]
+    pub(crate) bias: Vec<f32>,
+    pub(crate) hidden: Vec<i8>,
+    #[serde(serialize_with = "list")]
+    pub(crate) hidden_scales: Vec<f32>,
+    pub(crate) output: Vec<i8>,
+    #[serde(serialize_with = "list")]
+    pub(crate) output_scales: Vec<f32>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct GaussNewton {
+    #[serde(serialize_with = "number")]
+    pub(crate) model: ModelKind,
+    pub(crate) steps: u16,
+    #[serde(serialize_with = "list")]
+    pub(crate) initial: Vec<f32>,
+    #[serde(serialize_with = "list")]
+    pub(crate) precision: Vec<f32>,
+    pub(crate) reading_weight: f32,
+    pub(crate) error_scale: f32,
+    #[serde(serialize_with = "list")]
+    pub(crate) directions: Vec<f32>,
+    #[serde(serialize_with = "list")]
+    pub(crate) center: Vec<f32>,
+    pub(crate) rows: Rows,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Prediction {
+    #[serde(serialize_with = "list")]
+    pub(crate) weights: Vec<f32>,
+    pub(crate) innovation: f32,
+    pub(crate) residual: f32,
+    pub(crate) bound: f32,
+    pub(crate) max_innovation: f32,
+    #[serde(serialize_with = "list")]
+    pub(crate) partial_loss: Vec<f32>,
+    #[serde(serialize_with = "list")]
+    pub(crate) partial_bound: Vec<f32>,
+}
+
+/// The contents of a recipe.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Contents {
+    pub(crate) pattern: Pattern,
+    pub(crate) sgd: Option<Sgd>,
+    pub(crate) ridge: Option<Ridge>,
+    pub(crate) net: Option<Net>,
+    pub(crate) start: Option<Start>,
+    pub(crate) gauss_newton: Option<GaussNewton>,
+    pub(crate) prediction: Option<Prediction>,
+    pub(crate) metadata: Option<Vec<u8>>,
+}
+
+/// Kinds of sections, and their bytes.
+pub(crate) type Sections = Vec<(u16, Vec<u8>)>;
+
+impl Contents {
+    /// n.
+    pub(crate) fn samples(&self) -> usize {
+        self.pattern.directions.len() / 3
+    }
+
+    pub(crate) fn model(&self) -> ModelKind {
+        match (&self.sgd, &self.gauss_newton) {
+            (Some(sgd), _) => sgd.model,
+            (_, Some(steps)) => steps.model,
+            _ => ModelKind::Linear,
+        }
+    }
+
+    pub(crate) fn ridge(&mut self) -> &mut Ridge {
+        self.ridge.as_mut().unwrap()
+    }
+
+    /// The memory of a scan in words, by the document.
+    pub(crate) fn words(&self) -> usize {
+        let n = self.samples();
+        let triangle = |order: usize| order * (order + 1) / 2;
+        let sgd = self.sgd.as_ref().map_or(0, |sgd| 2 * sgd.initial.len());
+        let ridge = self.ridge.as_ref().map_or(0, |ridge| {
+            let k = ridge.precision.len();
+            let lists = if ridge.difference_precision.is_empty() {
+                3
+            } else {
+                4
+            };
+            let r = n.min(k);
+            4 * k + 1 + (lists + 1) * n + triangle(r) + 2 * r
+        });
+        let net = self.net.as_ref().map_or(0, |net| 4 * net.bias.len());
+        let start = self.start.as_ref().map_or(0, |start| start.bias.len());
+        let steps = self.gauss_newton.as_ref().map_or(0, |steps| {
+            let (systems, active) = match steps.model {
+                Neural => (3, 22),
+                _ => (1, steps.initial.len()),
+            };
+            steps.initial.len() + systems * (2 * active + triangle(active))
+        });
+        10 * n + sgd + ridge + net + start + steps
+    }
+
+    pub(crate) fn sections(&self) -> Sections {
+        fn part<T: Serialize>(kind: u16, part: &Option<T>) -> Option<(u16, Vec<u8>)> {
+            let part = part.as_ref()?;
+            Some((kind, postcard::to_extend(part, Vec::new()).unwrap()))
+        }
+        let sections = [
+            part(PATTERN, &Some(&self.pattern)),
+            part(SGD, &self.sgd),
+            part(RIDGE, &self.ridge),
+            part(NET, &self.net),
+            part(START, &self.start),
+            part(GAUSS_NEWTON, &self.gauss_newton),
+            part(PREDICTION, &self.prediction),
+            self.metadata.clone().map(|bytes| (METADATA, bytes)),
+        ];
+        sections.into_iter().flatten().collect()
+    }
+
+    /// The recipe with other sections.
+    pub(crate) fn write_with(&self, sections: &[(u16, Vec<u8>)]) -> Vec<u8> {
+        let mut body = (self.samples() as u16).to_le_bytes().to_vec();
+        body.extend((self.words() as u32).to_le_bytes());
+        for section in sections {
+            body = postcard::to_extend(section, body).unwrap();
+        }
+        with_header(VERSION, &body)
+    }
+
+    pub(crate) fn write(&self) -> Vec<u8> {
+        self.write_with(&self.sections())
+    }
+
+    pub(crate) fn recipe(&self) -> Recipe<'static> {
+        parsed(self.write())
+    }
+
+    /// Adds a prediction, with all of its lists.
+    pub(crate) fn predicted(mut self) -> Self {
+        const LOSS: [f32; 8] = [1.5, 0.75, 0.5, -0.25, 0.125, -0.5, -0.625, -0.75];
+        const BOUND: [f32; 8] = [9.0, 7.0, 0.5, 4.0, 3.0, 1.25, 1.125, 1.0];
+        let mut random = Random(5);
+        let weights = self.net.as_ref().map_or(0, |net| net.components);
+        let samples = self.samples();
+        self.prediction = Some(Prediction {
+            weights: random.numbers(1 + usize::from(weights), 0.1),
+            innovation: 0.7,
+            residual: 0.4,
+            bound: 2.5,
+            max_innovation: 1.0,
+            partial_loss: LOSS[..samples].to_vec(),
+            partial_bound: BOUND[..samples].to_vec(),
+        });
+        self
+    }
 }
 
 /// Reads a valid recipe. Its bytes are leaked, so that its lifetime is static.
@@ -21,138 +290,9 @@ pub(crate) fn parsed(bytes: Vec<u8>) -> Recipe<'static> {
 }
 
 /// The error of reading bytes that are not a recipe.
+#[track_caller]
 pub(crate) fn parse_error(bytes: &[u8]) -> RecipeError {
     Recipe::parse(bytes).map(drop).unwrap_err()
-}
-
-/// The contents of a recipe that is fitted by descent.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct DescentContents {
-    pub(crate) model: ModelKind,
-    /// Number of SGD steps.
-    pub(crate) inner_steps: u16,
-    /// Triples (theta_h, theta_d, phi_d) in radians.
-    #[serde(skip)]
-    pub(crate) pattern: Vec<f32>,
-    /// Initial parameters.
-    #[serde(serialize_with = "numbers")]
-    pub(crate) initial: Vec<f32>,
-    /// A step size for each parameter.
-    #[serde(serialize_with = "numbers")]
-    pub(crate) step_sizes: Vec<f32>,
-    #[serde(skip)]
-    pub(crate) expected_loss: f32,
-}
-
-/// Low-discrepancy numbers from -0.5 to 0.5, all different.
-pub(crate) fn spread(index: usize) -> f32 {
-    (index as f32 * 0.618_034).fract() - 0.5
-}
-
-/// A valid Neural recipe: eight samples, small weights, small steps.
-pub(crate) fn neural() -> DescentContents {
-    let place = |k: f32| [0.05 + 0.08 * k, 0.1 + 0.07 * k, 0.4 * k];
-    DescentContents {
-        model: ModelKind::Neural,
-        inner_steps: 20,
-        pattern: (0..8).flat_map(|k| place(k as f32)).collect(),
-        initial: (0..Neural::PARAMETERS).map(|k| 0.4 * spread(k)).collect(),
-        step_sizes: (0..Neural::PARAMETERS)
-            .map(|k| 0.05 + 0.02 * spread(k))
-            .collect(),
-        expected_loss: 0.03,
-    }
-}
-
-impl DescentContents {
-    pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
-        let method = section(Kind::DESCENT, self);
-        write_with(&self.pattern, method, self.expected_loss)
-    }
-}
-
-fn write_with(
-    pattern: &[f32],
-    method: (Kind, Vec<u8>),
-    expected_loss: f32,
-) -> Result<Vec<u8>, RecipeError> {
-    let pattern = section(Kind::PATTERN, &packed(pattern));
-    let bytes = recipe_with(&[pattern, method, expectation(expected_loss)]);
-    Recipe::parse(&bytes)?;
-    Ok(bytes)
-}
-
-/// The contents of a recipe of the model Linear.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct RidgeContents {
-    /// Triples (theta_h, theta_d, phi_d) in radians.
-    #[serde(skip)]
-    pub(crate) pattern: Vec<f32>,
-    /// The number of components, m.
-    pub(crate) components: u16,
-    /// n rows of m numbers.
-    #[serde(serialize_with = "numbers")]
-    pub(crate) basis: Vec<f32>,
-    /// n numbers.
-    #[serde(serialize_with = "numbers")]
-    pub(crate) mean: Vec<f32>,
-    /// n BRDFs, sr^-1.
-    #[serde(serialize_with = "numbers")]
-    pub(crate) median: Vec<f32>,
-    /// n numbers.
-    #[serde(serialize_with = "numbers")]
-    pub(crate) weight: Vec<f32>,
-    /// m numbers.
-    #[serde(serialize_with = "numbers")]
-    pub(crate) precision: Vec<f32>,
-    /// The CRC-32 of the whole basis.
-    pub(crate) basis_checksum: u32,
-    #[serde(skip)]
-    pub(crate) expected_loss: f32,
-}
-
-/// A valid Linear recipe: the same eight samples, five components.
-pub(crate) fn linear() -> RidgeContents {
-    let neural = neural();
-    RidgeContents {
-        pattern: neural.pattern,
-        components: 5,
-        basis: (1..=40).map(|k| 12.0 * spread(k)).collect(),
-        mean: (0..8).map(|k| 0.1 * spread(k)).collect(),
-        median: (0..8).map(|k| 0.1 * k as f32).collect(),
-        weight: (0..8).map(|k| 0.9 - 0.1 * k as f32).collect(),
-        precision: vec![40.0; 5],
-        basis_checksum: 0xfeed_beef,
-        expected_loss: neural.expected_loss,
-    }
-}
-
-impl RidgeContents {
-    pub(crate) fn write(&self) -> Result<Vec<u8>, RecipeError> {
-        let method = section(Kind::RIDGE, self);
-        write_with(&self.pattern, method, self.expected_loss)
-    }
-}
-
-/// A section of a recipe, by another writer than the crate's.
-pub(crate) fn section<T: Serialize>(kind: Kind, value: &T) -> (Kind, Vec<u8>) {
-    (kind, postcard::to_extend(value, Vec::new()).unwrap())
-}
-
-/// The section of an expected loss.
-pub(crate) fn expectation(loss: f32) -> (Kind, Vec<u8>) {
-    let expectation = ExpectedLoss {
-        loss,
-        standard_error: None,
-        materials: 0,
-        on: "nothing",
-    };
-    section(Kind::EXPECTATION, &expectation)
-}
-
-/// Writes numbers in their packed form.
-pub(crate) fn numbers<S: Serializer>(numbers: &[f32], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_bytes(&packed(numbers))
 }
 
 /// A recipe of any version and body, with a valid header.
@@ -165,39 +305,210 @@ pub(crate) fn with_header(version: u16, body: &[u8]) -> Vec<u8> {
     [&header[..], &checksum.to_le_bytes(), body].concat()
 }
 
-pub(crate) type Sections = Vec<(Kind, Vec<u8>)>;
-
-/// The sections of a valid recipe.
-pub(crate) fn sections_of(bytes: &[u8]) -> Sections {
-    let sections = Recipe::parse(bytes).unwrap().sections();
-    sections
-        .map(|(kind, bytes)| (kind, bytes.to_vec()))
-        .collect()
+/// Low-discrepancy numbers from -0.5 to 0.5, all different.
+pub(crate) fn spread(index: usize) -> f32 {
+    (index as f32 * 0.618_034).fract() - 0.5
 }
 
-/// The bytes of one section.
-pub(crate) fn section_mut(sections: &mut Sections, kind: Kind) -> &mut Vec<u8> {
-    let section = sections.iter_mut().find(|(other, _)| *other == kind);
-    &mut section.unwrap().1
-}
-
-/// The body of a recipe with these sections.
-pub(crate) fn body_of(sections: &[(Kind, Vec<u8>)]) -> Vec<u8> {
-    let mut body = Vec::new();
-    for (kind, bytes) in sections {
-        for mut number in [usize::from(kind.number()), bytes.len()] {
-            while number >= 0x80 {
-                body.push(number as u8 | 0x80);
-                number >>= 7;
-            }
-            body.push(number as u8);
-        }
-        body.extend(bytes);
+fn eight_samples() -> Pattern {
+    let place = |k: f32| [0.05 + 0.08 * k, 0.1 + 0.07 * k, 0.4 * k];
+    Pattern {
+        directions: (0..8).flat_map(|k| place(k as f32)).collect(),
+        is_path: false,
+        expected_loss: Some(0.03),
     }
-    body
 }
 
-/// A recipe with these sections.
-pub(crate) fn recipe_with(sections: &[(Kind, Vec<u8>)]) -> Vec<u8> {
-    with_header(VERSION, &body_of(sections))
+/// A recipe with 20 steps of SGD on eight samples: small weights, small steps.
+pub(crate) fn sgd(model: ModelKind) -> Contents {
+    let parameters = 0..model.parameters().unwrap();
+    Contents {
+        pattern: eight_samples(),
+        sgd: Some(Sgd {
+            model,
+            steps: 20,
+            initial: parameters.clone().map(|k| 0.4 * spread(k)).collect(),
+            step_sizes: parameters.map(|k| 0.05 + 0.02 * spread(k)).collect(),
+        }),
+        ..Contents::default()
+    }
+}
+
+/// A recipe of Linear: the same eight samples, five components.
+pub(crate) fn linear() -> Contents {
+    Contents {
+        pattern: eight_samples(),
+        ridge: Some(Ridge {
+            precision: vec![40.0; 5],
+            difference_precision: Vec::new(),
+            center: (0..8)
+                .map(|k| 4.5 + 0.3 * k as f32 + 0.1 * spread(k))
+                .collect(),
+            rows: Rows::floats(&(1..=40).map(|k| 12.0 * spread(k)).collect::<Vec<_>>()),
+            basis_checksum: 0xfeed_beef,
+        }),
+        ..Contents::default()
+    }
+}
+
+fn weights(random: &mut Random, count: usize) -> Vec<i8> {
+    (0..count).map(|_| random.bits() as i8).collect()
+}
+
+/// Scales of either sign, none near 0.
+fn scales(random: &mut Random, count: usize, size: f32) -> Vec<f32> {
+    let mut scale = || size / 127.0 * (0.7 + 0.3 * random.number()) * random.number().signum();
+    (0..count).map(|_| scale()).collect()
+}
+
+/// Numbers from half of `size` to `size`.
+fn positive(random: &mut Random, count: usize, size: f32) -> Vec<f32> {
+    let numbers = random.numbers(count, 0.25 * size).into_iter();
+    numbers.map(|number| 0.75 * size + number).collect()
+}
+
+/// The triples (theta_h, theta_d, phi_d) of `count` directions above the horizon.
+fn directions(count: usize, [by_theta_h, by_theta_d]: [f32; 2]) -> Vec<f32> {
+    let angles = (0..count).flat_map(|k| {
+        let k = k as f32;
+        let (theta_h, theta_d) = ((by_theta_h * k).fract(), (by_theta_d * k).fract());
+        [0.05 + 0.5 * theta_h, 0.1 + 0.7 * theta_d, 0.4 * k]
+    });
+    angles.collect()
+}
+
+/// n of the recipes in [`combinations`].
+pub(crate) const SAMPLES: usize = 6;
+
+/// The sizes of a pseudo-random recipe.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shape {
+    pub(crate) samples: usize,
+    /// K.
+    pub(crate) components: usize,
+    /// m, 0 for no net.
+    pub(crate) coefficients: usize,
+    /// h.
+    pub(crate) hidden: usize,
+    /// g.
+    pub(crate) units: usize,
+    /// V.
+    pub(crate) virtual_readings: usize,
+}
+
+pub(crate) const SMALL: Shape = Shape {
+    samples: SAMPLES,
+    components: 6,
+    coefficients: 4,
+    hidden: 5,
+    units: 3,
+    virtual_readings: 7,
+};
+
+/// A recipe with a ridge stage, a net if m is not 0, and a start and steps if a model is given.
+pub(crate) fn random_recipe(shape: Shape, model: Option<ModelKind>) -> Contents {
+    let Shape {
+        samples,
+        components,
+        coefficients,
+        hidden,
+        units,
+        virtual_readings,
+    } = shape;
+    let random = &mut Random(7 + components as u64);
+    let rows = coefficients + hidden;
+    let parameters = model.and_then(ModelKind::parameters).unwrap_or(0);
+    let mapped = |numbers: Vec<f32>| numbers.into_iter().map(|x| x + 4.0).collect();
+    Contents {
+        pattern: Pattern {
+            directions: directions(samples, [0.618, 0.311]),
+            is_path: true,
+            expected_loss: Some(0.03),
+        },
+        ridge: Some(Ridge {
+            precision: positive(random, components, 1.0),
+            difference_precision: Vec::new(),
+            center: mapped(random.numbers(samples, 2.0)),
+            rows: Rows::random(random, [samples, components], 0.5),
+            basis_checksum: if parameters > 0 { 0 } else { 0xfeed_beef },
+        }),
+        net: (coefficients > 0).then(|| Net {
+            bias: random.numbers(rows, 0.4),
+            components: coefficients as u16,
+            missing: 2,
+            scale: 0.6,
+            readings: weights(random, samples * 3 * rows),
+            reading_scales: scales(random, rows, 0.5 / samples as f32),
+            output: weights(random, coefficients * hidden),
+            output_scales: scales(random, coefficients, 0.5),
+        }),
+        start: model.map(|_| Start {
+            bias: random.numbers(units, 0.4),
+            hidden: weights(random, units * 3 * components),
+            hidden_scales: scales(random, units, 0.3),
+            output: weights(random, parameters * units),
+            output_scales: scales(random, parameters, 0.2),
+        }),
+        gauss_newton: model.map(|model| GaussNewton {
+            model,
+            steps: 3,
+            initial: random.numbers(parameters, 0.4),
+            precision: positive(random, if model == Neural { 22 } else { parameters }, 0.02),
+            reading_weight: 0.8,
+            error_scale: 0.2,
+            directions: directions(virtual_readings, [0.445, 0.273]),
+            center: mapped(random.numbers(virtual_readings, 2.0)),
+            rows: Rows::random(random, [virtual_readings, components], 0.8),
+        }),
+        ..Contents::default()
+    }
+}
+
+/// Adds precisions of the differences between channels.
+pub(crate) fn with_differences(mut contents: Contents) -> Contents {
+    let ridge = contents.ridge();
+    let precision = ridge.precision.iter().rev();
+    ridge.difference_precision = precision.map(|p| 3.0 * p).collect();
+    contents
+}
+
+/// Small recipes of each legal combination of stages, without a prediction: their names and contents.
+pub(crate) fn combinations() -> Vec<(String, Contents)> {
+    let mut all = Vec::new();
+    for model in [Phong, CookTorrance, Neural] {
+        let mut contents = sgd(model);
+        contents.sgd.as_mut().unwrap().steps = 3;
+        all.push((format!("{model}: sgd"), contents));
+    }
+    // K below, equal to, and above n.
+    for components in [4, SAMPLES, 10] {
+        for coefficients in [0, 4] {
+            let shape = Shape {
+                components,
+                coefficients,
+                ..SMALL
+            };
+            for model in [None, Some(Phong), Some(CookTorrance), Some(Neural)] {
+                let contents = random_recipe(shape, model);
+                let name = format!("{model:?}: m = {coefficients}, K = {components}");
+                all.push((
+                    format!("{name}, differences"),
+                    with_differences(contents.clone()),
+                ));
+                all.push((name, contents));
+            }
+        }
+    }
+    for contents in [linear(), with_differences(linear())] {
+        all.push(("linear: f32 rows".into(), contents));
+    }
+    all
+}
+
+/// The combinations whose fit tolerates missing readings, with predictions.
+pub(crate) fn tolerant() -> Vec<Contents> {
+    let all = combinations().into_iter().map(|(_, contents)| contents);
+    all.filter(|contents| contents.net.is_some())
+        .map(Contents::predicted)
+        .collect()
 }

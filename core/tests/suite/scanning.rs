@@ -1,12 +1,12 @@
 //! Scans in memory: a recipe for each model, synthetic readings, and the outcome of a fit.
 
-use glimpse_core::fit::{AnyModel, Fitter};
+use glimpse_core::fit::{AnyModel, ScanModel};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{FinishError, FitError, Reading, Residual, Scan};
 
-use crate::recipes::{linear, neural, parsed};
+use crate::recipes::{linear, parsed, sgd};
 
 /// The number of samples, n, of all these recipes.
 pub(crate) const SAMPLES: usize = 8;
@@ -19,16 +19,12 @@ pub(crate) const MODELS: [ModelKind; 4] = [
     ModelKind::Linear,
 ];
 
-/// The bytes of a valid recipe with 20 steps, or with five components.
+/// The bytes of a valid recipe with 20 steps of SGD, or with five components.
 pub(crate) fn encoded_recipe(model: ModelKind) -> Vec<u8> {
-    let Some(parameters) = model.parameters() else {
-        return linear().write().unwrap();
-    };
-    let mut numbers = neural();
-    numbers.model = model;
-    numbers.initial.truncate(parameters);
-    numbers.step_sizes.truncate(parameters);
-    numbers.write().unwrap()
+    match model {
+        ModelKind::Linear => linear().write(),
+        _ => sgd(model).write(),
+    }
 }
 
 pub(crate) fn recipe_for(model: ModelKind) -> Recipe<'static> {
@@ -36,7 +32,7 @@ pub(crate) fn recipe_for(model: ModelKind) -> Recipe<'static> {
 }
 
 /// An empty scan, whose memory is leaked.
-pub(crate) fn new_scan<K: Fitter + 'static>(recipe: Recipe<'static>) -> Scan<'static, K> {
+pub(crate) fn new_scan<K: ScanModel + 'static>(recipe: Recipe<'static>) -> Scan<'static, K> {
     let memory = vec![0.0; recipe.memory_words()].leak();
     Scan::new(recipe, memory).unwrap()
 }
@@ -74,7 +70,7 @@ pub(crate) fn synthetic_reading(index: u16) -> Reading {
 }
 
 /// Records the readings of some samples.
-pub(crate) fn record<K: Fitter>(
+pub(crate) fn record<K: ScanModel>(
     scan: &mut Scan<'_, K>,
     samples: impl IntoIterator<Item = u16>,
     reading: impl Fn(u16) -> Reading,
@@ -123,7 +119,7 @@ impl Outcome {
 
 /// Fits in slices of these budgets, in turn, and resumes the fit from the scan for each slice. Checks that a fitted
 /// material is finite: all its values, and its BRDF at all readings.
-pub(crate) fn fit<K: Fitter>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome {
+pub(crate) fn fit<K: ScanModel>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome {
     let pattern: Vec<_> = scan.recipe().pattern().collect();
     let mut progress = match scan.fit() {
         Ok(fit) => fit.progress(),
@@ -165,7 +161,7 @@ pub(crate) fn fit<K: Fitter>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome
 }
 
 /// A full scan in its own memory, in the recipe's order.
-pub(crate) fn full_scan<K: Fitter>(
+pub(crate) fn full_scan<K: ScanModel>(
     recipe: Recipe<'_>,
     reading: impl Fn(u16) -> Reading,
 ) -> Outcome {

@@ -3,20 +3,18 @@
 use std::cell::Cell;
 
 use glimpse_core::driver::{Action, Config, Driver, DriverError, Host};
-use glimpse_core::fit::coefficient_net::MissingPolicy;
+use glimpse_core::error_code::{ErrorCode, RecipeError};
 use glimpse_core::gonio::{Limits, Machine};
 use glimpse_core::link::{Failure, PROTOCOL, Refusal, Reply, Request};
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, ReadingError, SkipError};
 
 use super::bench::{
     AnyDriver, Bench, ORIGIN, default_reply, fitted_bits, is_failed, is_finished, is_forget,
     is_installed, is_measure, is_store, new_driver, offer, phong_driver,
 };
-use crate::completion::contents::CompletedContents;
-use crate::completion::partial::with_partial;
-use crate::recipes::{neural, parsed};
+use crate::recipes::{SMALL, random_recipe};
 use crate::scanning::{
     Any, SAMPLES, encoded_recipe, fit, full_scan, new_scan, recipe_for, record, synthetic_reading,
 };
@@ -26,8 +24,7 @@ const OWN_ARMS: [Host; 2] = [Host::Listens, Host::Absent];
 
 /// A recipe that tolerates missing readings and bounds the loss of the first ones.
 fn tolerant_recipe() -> Recipe<'static> {
-    let contents = CompletedContents::small(ModelKind::Linear, MissingPolicy::Scaled);
-    with_partial(contents).recipe()
+    random_recipe(SMALL, None).predicted().recipe()
 }
 
 /// Polls until the driver requests a reading of the device's own sensor.
@@ -314,7 +311,10 @@ fn storing_device(host: Host, has_scan: bool) -> AnyDriver {
     config.recipe_bytes = 8_192;
     match has_scan {
         true => phong_driver(config),
-        false => Driver::without_scan(Failure::Recipe(RecipeError::Magic), config),
+        false => Driver::without_scan(
+            Failure::Recipe(RecipeError::new(ErrorCode::RecipeMagic)),
+            config,
+        ),
     }
 }
 
@@ -384,7 +384,7 @@ fn unusable_recipe_is_fetched_once() {
     });
     let mut driver = storing_device(Host::Measures, true);
     bench.run(&mut driver, is_installed);
-    driver.fail(Failure::Recipe(RecipeError::Checksum));
+    driver.fail(Failure::Recipe(RecipeError::new(ErrorCode::RecipeChecksum)));
     bench.run(&mut driver, is_failed);
     driver.resume();
     bench.take_actions();
@@ -407,7 +407,7 @@ fn device_without_scan_waits_for_recipe() {
         });
         let mut driver = storing_device(host, false);
         bench.wait(&mut driver, HOUR_MS);
-        let failure = Failure::Recipe(RecipeError::Magic);
+        let failure = Failure::Recipe(RecipeError::new(ErrorCode::RecipeMagic));
         assert_eq!(bench.take_actions(), [Action::Failed(failure)]);
         let reports = bench.count(|request| matches!(request, Request::Failed(_)));
         let hellos = bench.count(|request| matches!(request, Request::Hello { .. }));
@@ -417,7 +417,7 @@ fn device_without_scan_waits_for_recipe() {
         assert!(at <= HOUR_MS + 30_000);
     }
     // Without storage or host it only reports the failure.
-    let failure = Failure::Recipe(RecipeError::Magic);
+    let failure = Failure::Recipe(RecipeError::new(ErrorCode::RecipeMagic));
     for host in [Host::Measures, Host::Listens, Host::Absent] {
         let mut driver = AnyDriver::without_scan(failure, Config::new(host));
         let mut bench = Bench::cooperative();
@@ -686,9 +686,6 @@ fn reach_fails_closed() {
             assert_eq!(bench.count(is_measure), 0);
         }
     }
-    assert!(
-        neural()
-            .write()
-            .is_ok_and(|recipe| parsed(recipe).out_of_reach(&fixed).is_some())
-    );
+    let recipe = recipe_for(ModelKind::Neural);
+    assert!(recipe.out_of_reach(&fixed).is_some());
 }

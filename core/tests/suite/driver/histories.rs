@@ -8,7 +8,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glimpse_core::driver::{Action, Config, Driver, DriverError, Host};
-use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::gonio::{Limits, Machine};
 use glimpse_core::link::{
     FRAME_BYTES, Failure, PROTOCOL, Received, RecipeBytes, Refusal, Reply, Request, Server,
@@ -18,9 +17,8 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, ReadingError, Saved, SavedError, Scan};
 
 use super::bench::{AnyDriver, fitted_bits};
-use crate::completion::contents::CompletedContents;
-use crate::completion::partial::with_partial;
 use crate::random::Random;
+use crate::recipes::{Contents, tolerant};
 use crate::scanning::{Any, encoded_recipe, fit, new_scan, recipe_for};
 
 /// Number of histories.
@@ -734,11 +732,7 @@ impl World {
 
 #[test]
 fn random_histories_keep_all_invariants() {
-    let tolerant = CompletedContents::all_small(MissingPolicy::Scaled);
-    let mut recipes: Vec<_> = tolerant
-        .into_iter()
-        .map(|contents| with_partial(contents).recipe())
-        .collect();
+    let mut recipes: Vec<_> = tolerant().iter().map(Contents::recipe).collect();
     recipes.extend([ModelKind::Phong, ModelKind::Linear].map(recipe_for));
     let mut counts = BTreeMap::new();
     for seed in 0..HISTORIES {

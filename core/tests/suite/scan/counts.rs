@@ -4,12 +4,12 @@
 //! of `f32::MAX` gave NaN coefficients and a residual of 87.9. Counts of 12 or 16 bits gave a finished fit.
 
 use glimpse_core::fit::AnyModel;
-use glimpse_core::model::{Model, ModelKind, Neural};
+use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{FitError, Reading};
 use proptest::prelude::*;
 
-use crate::recipes::{linear, neural, parsed};
+use crate::recipes::{Rows, linear, parsed, sgd};
 use crate::scanning::{
     MODELS, Outcome, empty_scans, fit, full_scan, new_scan, recipe_for, record, synthetic_reading,
 };
@@ -150,20 +150,18 @@ proptest! {
 #[test]
 fn infinite_brdf_diverges() {
     // The network's output (e^z - 1) overflows with finite parameters.
-    let mut contents = neural();
-    let mut network = [0.0; Neural::PARAMETERS];
-    network[672..].fill(3e38);
-    contents.initial = network.to_vec();
-    contents.step_sizes.fill(0.0);
-    let by_neural = parsed(contents.write().unwrap());
+    let mut by_neural = sgd(ModelKind::Neural);
+    let sgd = by_neural.sgd.as_mut().unwrap();
+    sgd.initial.fill(0.0);
+    sgd.initial[672..].fill(3e38);
+    sgd.step_sizes.fill(0.0);
     // Linear's numbers are finite, but their exponentials are not.
-    let mut contents = linear();
-    contents.basis.fill(0.0);
-    contents.mean.fill(100.0);
-    let by_linear = parsed(contents.write().unwrap());
+    let mut by_linear = linear();
+    by_linear.ridge().rows = Rows::floats(&[0.0; 40]);
+    by_linear.ridge().center.fill(100.0);
     for recipe in [by_neural, by_linear] {
         assert_eq!(
-            full_scan::<Any>(recipe, synthetic_reading),
+            full_scan::<Any>(recipe.recipe(), synthetic_reading),
             Outcome::Diverged
         );
     }

@@ -1,14 +1,12 @@
 //! A sensor with one channel gives a gray material, to the bit.
 
-use glimpse_core::fit::coefficient_net::MissingPolicy;
-use glimpse_core::fit::{AnyModel, Fitter, Linear};
+use glimpse_core::fit::{AnyModel, Linear, ScanModel};
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Scan};
 
 use super::SCAN_RECIPES;
-use crate::completion::contents::CompletedContents;
-use crate::recipes::parsed;
+use crate::recipes::{combinations, parsed};
 use crate::scanning::{MODELS, fit, recipe_for, record};
 
 /// Readings of a glossy gray material, with a highlight at one sample of four.
@@ -19,7 +17,7 @@ fn glossy(index: u16) -> Reading {
 }
 
 /// Checks that the three channels are equal at the pattern or, for Linear, in the coefficients.
-fn assert_gray<K: Fitter>(recipe: &Recipe<'_>) {
+fn assert_gray<K: ScanModel>(recipe: &Recipe<'_>) {
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<K>::new(*recipe, &mut memory).unwrap();
     record(&mut scan, 0..recipe.samples() as u16, glossy);
@@ -41,10 +39,9 @@ fn assert_gray<K: Fitter>(recipe: &Recipe<'_>) {
 #[test]
 fn monochrome_readings_give_gray_material() {
     let synthetic = MODELS.map(recipe_for);
-    let completed = CompletedContents::all_small(MissingPolicy::AllRequired);
-    let completed: Vec<_> = completed.iter().map(CompletedContents::recipe).collect();
+    let combinations: Vec<_> = combinations().iter().map(|(_, all)| all.recipe()).collect();
     let trained = SCAN_RECIPES.map(|bytes| parsed(bytes.to_vec()));
-    for recipe in synthetic.iter().chain(&completed).chain(&trained) {
+    for recipe in synthetic.iter().chain(&combinations).chain(&trained) {
         match recipe.model() {
             ModelKind::Phong => assert_gray::<Phong>(recipe),
             ModelKind::CookTorrance => assert_gray::<CookTorrance>(recipe),

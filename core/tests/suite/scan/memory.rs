@@ -1,13 +1,11 @@
 //! The caller provides the memory of a scan, and gets it back.
 
-use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::fit::{AnyModel, Linear};
 use glimpse_core::model::{ModelKind, Neural};
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
 use glimpse_core::scan::{Reading, Scan, ScanError};
 
-use crate::completion::contents::{self as completion, CORRECTED, CompletedContents};
-use crate::recipes::{linear, parsed};
+use crate::recipes::{Rows, combinations, linear};
 use crate::scanning::{
     MODELS, encoded_recipe, fit, full_scan, recipe_for, record, synthetic_reading,
 };
@@ -15,69 +13,52 @@ use crate::scanning::{
 #[test]
 fn scan_struct_is_small() {
     let size = size_of::<Scan<'_, AnyModel>>();
-    assert!(size <= 640, "a scan has {size} bytes");
+    assert!(size <= 656, "a scan has {size} bytes");
 }
 
-/// A recipe of each model, without and with a completion.
+/// A recipe of each model, and of each combination of stages.
 fn all_recipes() -> Vec<Recipe<'static>> {
-    let completed = CompletedContents::all_small(MissingPolicy::AllRequired);
-    let completed = completed.iter().map(CompletedContents::recipe);
+    let combinations = combinations()
+        .into_iter()
+        .map(|(_, contents)| contents.recipe());
     MODELS
         .map(recipe_for)
         .into_iter()
-        .chain(completed)
+        .chain(combinations)
         .collect()
 }
 
-/// `memory_words` equals the memory that a scan needs, with each model as type and with the model at run time.
+/// `memory_words` equals the memory that a scan needs, by the formula of the document.
 #[test]
 fn memory_words_match_recipe() {
     let mut all = Vec::new();
-    let completed = CompletedContents::all_small(MissingPolicy::AllRequired);
-    let completed = completed.iter().map(CompletedContents::write);
-    for bytes in MODELS.into_iter().map(encoded_recipe).chain(completed) {
-        let recipe = parsed(bytes.clone());
+    for (name, contents) in combinations() {
+        let bytes = contents.write();
         let words = memory_words(&[&bytes]);
-        assert_eq!(words, recipe.memory_words());
+        let recipe = contents.recipe();
+        assert_eq!(
+            (words, words),
+            (recipe.memory_words(), contents.words()),
+            "{name}"
+        );
         assert_eq!(max_samples(&[&bytes]), recipe.samples());
         all.push((words, bytes));
     }
     let max_words = all.iter().map(|(words, _)| *words).max().unwrap();
     let bytes: Vec<&[u8]> = all.iter().map(|(_, bytes)| &bytes[..]).collect();
     assert_eq!(memory_words(&bytes), max_words);
-    assert_eq!(memory_words(&[]), 0);
-    // Linear's solve: ten words per sample, three channels of m, n, the factors, and scratch memory.
+    assert_eq!((memory_words(&[]), max_samples(&[])), (0, 0));
     let bytes = encoded_recipe(ModelKind::Linear);
-    assert_eq!(
-        memory_words(&[&bytes]),
-        10 * 8 + 3 * 5 + 8 + 15 + (2 * 5 + 3 * 5)
-    );
-    // In version 0.2, `linear_words(16, 24)` returned 320 words for completed recipes that need 352.
     for cut in 0..bytes.len() {
         let words = memory_words(&[&bytes[..cut]]);
-        assert!(words == usize::MAX || words <= memory_words(&[&bytes]));
+        assert!(words == usize::MAX || words == memory_words(&[&bytes]));
     }
-    assert_eq!(
-        memory_words(&[b"not a recipe, but long enough"]),
-        usize::MAX
-    );
-}
-
-/// The innovation of a correction has its own word in a descent whose gradient takes more words than the completion.
-#[test]
-fn descent_keeps_innovation_in_one_word() {
-    for model in [ModelKind::Phong, ModelKind::CookTorrance, ModelKind::Neural] {
-        let plain = CompletedContents::small(model, MissingPolicy::Scaled);
-        let corrected = plain.clone().corrected(CORRECTED);
-        let parameters = model.parameters().unwrap();
-        let slots = 10 * completion::SAMPLES;
-        let [_, m, h, g] = completion::SMALL;
-        let net = 4 * (m + h) + g;
-        let correction = CORRECTED * (CORRECTED + 1) / 2 + 3 * CORRECTED + 1;
-        let expected = [parameters.max(net), (parameters + 1).max(net + correction)];
-        let words = [plain, corrected].map(|contents| contents.recipe().memory_words());
-        let with_rest = |words| slots + parameters + words + 1;
-        assert_eq!(words, expected.map(with_rest));
+    let other_version = [&b"GLMP\x03\0"[..], &bytes[6..]].concat();
+    for bytes in [&b"not a recipe, but long enough"[..], &other_version] {
+        assert_eq!(
+            (memory_words(&[bytes]), max_samples(&[bytes])),
+            (usize::MAX, usize::MAX)
+        );
     }
 }
 
@@ -109,14 +90,12 @@ fn memory_is_reusable() {
 #[test]
 fn smaller_recipe_reuses_memory() {
     let mut small = linear();
-    small.pattern.truncate(9);
-    small.components = 2;
-    small.basis.truncate(6);
-    small.precision.truncate(2);
-    for list in [&mut small.mean, &mut small.median, &mut small.weight] {
-        list.truncate(3);
-    }
-    let small = parsed(small.write().unwrap());
+    small.pattern.directions.truncate(9);
+    let ridge = small.ridge();
+    ridge.precision.truncate(2);
+    ridge.center.truncate(3);
+    ridge.rows = Rows::floats(&[1.0, -2.0, 3.0, 4.0, -5.0, 6.0]);
+    let small = small.recipe();
     let run = |memory: &mut [f32], recipe: Recipe<'_>| {
         let mut scan = Scan::<AnyModel>::new(recipe, memory).unwrap();
         record(&mut scan, 0..recipe.samples() as u16, synthetic_reading);

@@ -63,13 +63,11 @@ fn rejects_unknown_samples() {
 /// The smallest BRDF y that the loss or the mapping of a recipe accepts at a sample: 1 + y cos(theta_i) = 1/2, or
 /// y w + e = e / 2.
 fn min_reading(recipe: &Recipe<'_>, index: u16) -> f32 {
-    let index = usize::from(index);
-    match recipe.ridge() {
-        Some(ridge) => -0.5 * EPSILON as f32 / ridge.weight().iter().nth(index).unwrap(),
-        None => {
-            let angles = recipe.pattern().nth(index).unwrap();
-            -0.5 / HalfDifference::from_angles(angles).cos_theta_i()
-        }
+    let angles = recipe.pattern().nth(usize::from(index)).unwrap();
+    let at = HalfDifference::from_angles(angles);
+    match recipe.model() {
+        ModelKind::Linear => -0.5 * EPSILON as f32 / (at.cos_theta_i() * at.cos_theta_o()),
+        _ => -0.5 / at.cos_theta_i(),
     }
 }
 

@@ -1,9 +1,10 @@
 //! A reset at any byte of any write loses at most the reading that is being written.
 
+use glimpse_core::model::ModelKind;
 use glimpse_core::scan::{MIN_READING, Reading, ReadingError, Saved, SavedError, Scan};
 use proptest::prelude::*;
 
-use crate::recipes::{neural, parsed};
+use crate::recipes::sgd;
 use crate::scanning::{Any, empty_scans, new_scan, record, synthetic_reading};
 
 const SLOT: usize = Saved::slot_bytes(8);
@@ -132,9 +133,9 @@ fn cleared_readings_stay_cleared() {
 /// The latest write counts, even if it belongs to another recipe. Readings of this recipe then replace it.
 #[test]
 fn rejects_readings_of_other_recipe() {
-    let mut other = neural();
-    other.expected_loss *= 2.0;
-    let mut other = new_scan(parsed(other.write().unwrap()));
+    let mut other = sgd(ModelKind::Neural);
+    other.pattern.expected_loss = Some(0.06);
+    let mut other = new_scan(other.recipe());
     let [_, _, mut scan, _] = empty_scans();
     let mut flash = Flash::blank(0xFF);
     record(&mut scan, [2], synthetic_reading);
