@@ -11,9 +11,9 @@ use glimpse_core::model::{
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRunner};
 
+use crate::reference::{self, Place, logistic};
 use glimpse_gradcheck::cases::{
-    VARIABLE_NAMES, Variables, cook_torrance, is_too_steep, mirror_cosine, neural, phong, sample,
-    variables,
+    VARIABLE_NAMES, Variables, cook_torrance, is_too_steep, neural, phong, sample, variables,
 };
 use glimpse_gradcheck::{Differences, Traced, gradient_scale, parameters};
 
@@ -121,64 +121,8 @@ fn expected_loss(variables: Variables, modeled: [f64; 3], weight: f64) -> f64 {
     weight * errors.sum::<f64>()
 }
 
-fn logistic(x: f64) -> f64 {
-    1.0 / (1.0 + (-x).exp())
-}
-
-/// Phong by the paper's formula.
-fn expected_phong(list: &[f64], variables: Variables) -> [f64; 3] {
-    let q = list[6].exp();
-    let lobe = (q + 2.0) / TAU * (mirror_cosine(variables).max(0.0) + 1e-5).powf(q);
-    std::array::from_fn(|channel| {
-        let (sum, ratio) = (logistic(list[channel]), logistic(list[3 + channel]));
-        let (k_d, k_s) = (sum * ratio, sum * (1.0 - ratio));
-        k_d / PI + k_s * lobe
-    })
-}
-
-/// Cook-Torrance by the paper's formula, with denominators offset by 1e-6.
-fn expected_cook_torrance(list: &[f64], variables: Variables) -> [f64; 3] {
-    let [hx, hz, dx, _, dz, ..] = variables;
-    let [theta_h, theta_d] = [hx.atan2(hz), dz.acos()];
-    let (incoming, outgoing) = (hz * dz - hx * dx, hz * dz + hx * dx);
-    let [alpha, f_0] = [list[6], list[7]].map(logistic);
-    let epsilon = 1e-6;
-    let tangent = theta_h.sin().powi(2) / ((alpha * theta_h.cos()).powi(2) + epsilon);
-    let d = (-tangent).exp() / (alpha.powi(2) * theta_h.cos().powi(4) + epsilon);
-    let lower = incoming.min(outgoing);
-    let g = (2.0 * theta_h.cos() * lower / (theta_d.cos() + epsilon)).min(1.0);
-    let f = f_0 + (1.0 - f_0) * (1.0 - theta_d.cos()).powi(5);
-    std::array::from_fn(|channel| {
-        let (k_d, k_s) = (logistic(list[channel]), logistic(list[3 + channel]));
-        k_d / PI + k_s * d * g * f / (PI * incoming * outgoing + epsilon)
-    })
-}
-
-/// The network as three matrix products.
-fn expected_neural(list: &[f64], variables: Variables) -> [f64; 3] {
-    let [hx, hz, dx, dy, dz, ..] = variables;
-    let mut values = vec![hx, 0.0, hz, dx, dy, dz];
-    let mut rest = list;
-    for (layer, outputs) in [21, 21, 3].into_iter().enumerate() {
-        let (weights, after) = rest.split_at(values.len() * outputs);
-        let (bias, after) = after.split_at(outputs);
-        rest = after;
-        values = (0..outputs)
-            .map(|output| {
-                let products = values
-                    .iter()
-                    .enumerate()
-                    .map(|(input, value)| value * weights[input * outputs + output]);
-                let sum = bias[output] + products.sum::<f64>();
-                if layer < 2 {
-                    sum.max(0.0)
-                } else {
-                    (sum.exp() - 1.0).max(0.0)
-                }
-            })
-            .collect();
-    }
-    [values[0], values[1], values[2]]
+fn place([hx, hz, dx, dy, dz, ..]: Variables) -> Place {
+    [hx, hz, dx, dy, dz]
 }
 
 fn agree(actual: f64, expected: f64) -> Result<(), TestCaseError> {
@@ -234,12 +178,12 @@ proptest! {
 
     #[test]
     fn phong_matches_formula(list in phong(), variables in variables(), weight in 0.01..1.0f64) {
-        agree_with::<Phong>(&list, variables, weight, expected_phong(&list, variables))?;
+        agree_with::<Phong>(&list, variables, weight, reference::phong(&list, place(variables)))?;
     }
 
     #[test]
     fn cook_torrance_matches_formula(list in cook_torrance(), variables in variables(), weight in 0.01..1.0f64) {
-        agree_with::<CookTorrance>(&list, variables, weight, expected_cook_torrance(&list, variables))?;
+        agree_with::<CookTorrance>(&list, variables, weight, reference::cook_torrance(&list, place(variables)))?;
     }
 
     #[test]
@@ -274,7 +218,7 @@ proptest! {
 
     #[test]
     fn neural_matches_formula(list in neural(), variables in variables(), weight in 0.01..1.0f64) {
-        agree_with::<Neural>(&list, variables, weight, expected_neural(&list, variables))?;
+        agree_with::<Neural>(&list, variables, weight, reference::neural(&list, place(variables)).map(|f| f.max(0.0)))?;
     }
 
     #[test]

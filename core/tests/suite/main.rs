@@ -7,6 +7,7 @@ mod blocks;
 mod checksum;
 mod documents;
 mod driver;
+mod estimator;
 #[cfg(feature = "libm")]
 mod finite_differences;
 mod fitted;
@@ -17,7 +18,12 @@ mod gradients;
 mod link;
 mod mapping;
 mod math;
+mod missing;
+#[cfg(feature = "libm")]
+mod net_adjoint;
 mod random;
 mod recipes;
+mod reference;
+mod ridge;
 mod scan;
 mod scanning;

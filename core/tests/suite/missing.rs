@@ -1,0 +1,204 @@
+//! Readings that are missing or saturated: recipes that tolerate them, and fits without them.
+
+use glimpse_core::fit::AnyModel;
+use glimpse_core::fit::coefficient_net::dropout_gain;
+use glimpse_core::scan::{FitError, Reading, Scan, SkipError};
+
+use crate::estimator::{outcome, readings};
+use crate::recipes::{Contents, SAMPLES, tolerant};
+use crate::reference::{Readings, color};
+use crate::scanning::{Outcome, fit, record};
+
+/// The readings of a bit mask.
+fn subset(present: u32) -> Readings {
+    readings(SAMPLES, |sample| present >> sample & 1 == 1)
+}
+
+fn unsaturated(index: u16) -> Reading {
+    Reading::new(color(index.into()))
+}
+
+fn saturated(index: u16) -> Reading {
+    Reading {
+        saturated: true,
+        ..unsaturated(index)
+    }
+}
+
+/// Calls `check` with an empty scan for each recipe with a net.
+fn for_each_recipe(missing: u8, check: impl Fn(&Contents, &mut Scan<'_, AnyModel>)) {
+    for mut contents in tolerant() {
+        contents.net.as_mut().unwrap().missing = missing;
+        let recipe = contents.recipe();
+        let mut memory = vec![0.0; recipe.memory_words()];
+        check(&contents, &mut Scan::new(recipe, &mut memory).unwrap());
+    }
+}
+
+const NOTHING: FitError = FitError::Incomplete {
+    missing: SAMPLES as u16,
+    first: 0,
+};
+
+#[test]
+fn required_readings_are_required() {
+    for_each_recipe(0, |contents, scan| {
+        assert_eq!(scan.skip(0), Err(SkipError::Required));
+        assert_eq!(scan.finish_early(), Err(SkipError::Required));
+        for index in [0, 2, 1, 5, 4, 3] {
+            let (first, _) = scan.next_pending().unwrap();
+            let missing = scan.pending().count() as u16;
+            assert_eq!(
+                scan.fit().err(),
+                Some(FitError::Incomplete { missing, first })
+            );
+            // Saturated readings count.
+            let reading = if index > 0 {
+                saturated(index)
+            } else {
+                unsaturated(0)
+            };
+            scan.record(index, reading).unwrap();
+        }
+        let actual = fit(scan, &[7]);
+        assert_eq!(
+            actual.values(),
+            outcome(contents, &subset(0b11_1111)).values()
+        );
+        assert_eq!(actual.residual().saturated, 5);
+    });
+}
+
+/// Each fit uses the recorded readings, in any order.
+#[test]
+fn each_reading_changes_fit() {
+    for_each_recipe(2, |contents, scan| {
+        assert_eq!(scan.fit().err(), Some(NOTHING));
+        let mut present = 0;
+        let mut before = Outcome::Diverged;
+        for index in [3, 5, 0, 1, 4, 2] {
+            scan.record(index, unsaturated(index)).unwrap();
+            present |= 1 << index;
+            let actual = fit(scan, &[4]);
+            assert_eq!(actual, outcome(contents, &subset(present)));
+            assert_ne!(actual, before);
+            let pending = scan.pending().map(|(index, _)| index);
+            assert!(pending.eq((0..6).filter(|k| present >> k & 1 == 0)));
+            before = actual;
+        }
+    });
+}
+
+/// The gain is sqrt(n / k), and 1 with all readings and with none.
+#[test]
+fn dropout_gain_matches_formula() {
+    let tolerance = if cfg!(feature = "micromath") {
+        2e-2
+    } else {
+        2e-6
+    };
+    for samples in 1..=64_usize {
+        for present in 1..=samples {
+            let expected = (samples as f32 / present as f32).sqrt();
+            assert!((dropout_gain(samples, present) / expected - 1.0).abs() < tolerance);
+        }
+        assert_eq!(
+            [samples, 0].map(|present| dropout_gain(samples, present)),
+            [1.0; 2]
+        );
+    }
+}
+
+#[test]
+fn omits_saturated_readings() {
+    for_each_recipe(2, |contents, scan| {
+        record(scan, [0, 2, 3, 5], unsaturated);
+        record(scan, [1, 4], saturated);
+        let actual = fit(scan, &[5]);
+        assert_eq!(
+            actual.values(),
+            outcome(contents, &subset(0b10_1101)).values()
+        );
+        // The residual still counts them.
+        assert_eq!(actual.residual().saturated, 2);
+        // A second, unsaturated reading is used.
+        scan.record(1, unsaturated(1)).unwrap();
+        let expected = outcome(contents, &subset(0b10_1111));
+        assert_eq!(fit(scan, &[5]).values(), expected.values());
+    });
+}
+
+#[test]
+fn uses_saturated_readings_without_others() {
+    for_each_recipe(1, |contents, scan| {
+        record(scan, [2, 3], saturated);
+        let actual = fit(scan, &[5]);
+        let expected = outcome(contents, &subset(0b1100));
+        assert_eq!(actual.values(), expected.values());
+        let residual = actual.residual();
+        assert_eq!(
+            (residual.mean, residual.saturated),
+            (expected.residual().mean, 2)
+        );
+        // They are unused as soon as another reading is unsaturated.
+        scan.record(0, unsaturated(0)).unwrap();
+        assert_eq!(
+            fit(scan, &[5]).values(),
+            outcome(contents, &subset(1)).values()
+        );
+    });
+}
+
+/// Counts instead of BRDFs are rejected with few readings too. A restart discards them.
+#[test]
+fn restart_discards_readings() {
+    for_each_recipe(2, |contents, scan| {
+        for index in [0, 2, 3, 5] {
+            assert!(scan.fit().is_ok() || index == 0);
+            scan.record(index, Reading::new([1e4; 3])).unwrap();
+        }
+        assert_eq!(fit(scan, &[5]), Outcome::TooLarge);
+        scan.restart();
+        assert_eq!(scan.fit().err(), Some(NOTHING));
+        scan.record(2, unsaturated(2)).unwrap();
+        assert_eq!(scan.reading(0), None);
+        assert_eq!(fit(scan, &[5]), outcome(contents, &subset(0b100)));
+    });
+}
+
+/// Two equal readings count as repeated although samples between them are missing.
+#[test]
+fn counts_repeated_readings() {
+    for_each_recipe(2, |_, scan| {
+        record(scan, [1, 4], |_| unsaturated(4));
+        assert_eq!(fit(scan, &[5]).residual().repeated, 1);
+    });
+}
+
+#[test]
+fn fit_omits_skipped_samples() {
+    for_each_recipe(2, |contents, scan| {
+        let (index, samples) = (SAMPLES as u16, SAMPLES as u16);
+        assert_eq!(scan.skip(index), Err(SkipError::Index { index, samples }));
+        record(scan, [0, 2, 3, 5], unsaturated);
+        scan.skip(1).unwrap();
+        assert_eq!(scan.next_pending().unwrap().0, 4);
+        scan.skip(4).unwrap();
+        assert!(scan.next_pending().is_none());
+        assert_eq!(fit(scan, &[7]), outcome(contents, &subset(0b10_1101)));
+    });
+}
+
+#[test]
+fn early_finish_uses_recorded_readings() {
+    for_each_recipe(2, |contents, scan| {
+        scan.finish_early().unwrap();
+        assert_eq!(scan.fit().err(), Some(NOTHING));
+        // A reading of a skipped sample is used.
+        scan.record(5, unsaturated(5)).unwrap();
+        assert!(scan.next_pending().is_none());
+        assert_eq!(fit(scan, &[7]), outcome(contents, &subset(0b10_0000)));
+        scan.restart();
+        assert_eq!(scan.pending().count(), SAMPLES);
+    });
+}
