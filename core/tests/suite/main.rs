@@ -11,6 +11,7 @@ mod estimator;
 #[cfg(feature = "libm")]
 mod finite_differences;
 mod fitted;
+mod forged;
 mod geometry;
 mod gonio;
 #[cfg(feature = "libm")]
@@ -22,6 +23,7 @@ mod missing;
 #[cfg(feature = "libm")]
 mod net_adjoint;
 mod random;
+mod recipe;
 mod recipes;
 mod reference;
 mod ridge;

@@ -372,7 +372,7 @@ fn directions(count: usize, [by_theta_h, by_theta_d]: [f32; 2]) -> Vec<f32> {
     let angles = (0..count).flat_map(|k| {
         let k = k as f32;
         let (theta_h, theta_d) = ((by_theta_h * k).fract(), (by_theta_d * k).fract());
-        [0.05 + 0.5 * theta_h, 0.1 + 0.7 * theta_d, 0.4 * k]
+        [0.05 + 0.5 * theta_h, 0.1 + 0.7 * theta_d, (0.4 * k) % 6.0]
     });
     angles.collect()
 }

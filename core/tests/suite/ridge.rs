@@ -204,8 +204,14 @@ fn f32_solve_matches_independent_solve_in_f64() {
     }
 }
 
-fn bound(_n: usize, _k: usize) -> f64 {
-    1.0
+/// The bound of the relative error. The error is larger only if 512 smooth rows make components nearly dependent, and
+/// they have a precision of 1; one step of refinement is then too few. The fitted readings remain accurate to 1e-5.
+fn bound(n: usize, k: usize) -> f64 {
+    match (n, k) {
+        (..=64, _) | (_, ..=5) => 1e-5,
+        (_, 24) => 5e-3,
+        _ => 1e-3,
+    }
 }
 
 /// Case without some of its readings: the last of them have weight 0.

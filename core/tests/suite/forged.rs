@@ -1,0 +1,199 @@
+//! Forged recipes with a valid checksum: they are rejected, or a scan ends with finite numbers or a reported error,
+//! within its memory.
+//!
+//! `GLIMPSE_FORGED=100000` tests more of them.
+
+use glimpse_core::error_code::ErrorCode;
+use glimpse_core::fit::AnyModel;
+use glimpse_core::recipe::{Recipe, max_samples, memory_words};
+use glimpse_core::scan::{FinishError, Reading, Scan};
+
+use crate::random::Random;
+use crate::recipe::fields;
+use crate::recipes::{Contents, combinations};
+use crate::scanning::synthetic_reading;
+
+/// Number of forged recipes without an environment variable.
+const FORGED: usize = 20_000;
+/// Fits with more units of work are not completed.
+const MAX_UNITS: u32 = 3_000;
+
+/// A number of any magnitude, at or near a bound, or not finite.
+fn any_number(random: &mut Random, (min, max): (f32, f32)) -> f32 {
+    match random.bits() % 16 {
+        0 => min,
+        1 => max,
+        2 => 0.0,
+        3 => f32::from_bits(random.bits() as u32),
+        4 => random.number(),
+        // Any exponent within the range.
+        _ => {
+            let size = f32::from_bits(random.bits() as u32 >> 1).min(max.min(f32::MAX));
+            (if random.bits() & 1 == 1 { size } else { -size }).max(min)
+        }
+    }
+}
+
+/// Replaces some numbers of a field.
+fn forge_field(random: &mut Random, encoding: &str, range: (f32, f32), bytes: &mut [u8]) {
+    let length = bytes.len();
+    if !matches!(encoding, "f32" | "list" | "rows" | "0, or 1 and f32") || length < 4 {
+        if let Some(last) = bytes.last_mut().filter(|_| encoding != "0 or 1") {
+            *last = random.bits() as u8 & 0x7F;
+        }
+        return;
+    }
+    let count = length / 4;
+    let all = random.bits() % 3 == 0;
+    let number = any_number(random, range);
+    for index in 0..count {
+        if all || random.bits() % count as u64 == 0 {
+            let number = if random.bits() & 1 == 1 {
+                number
+            } else {
+                any_number(random, range)
+            };
+            let end = length - 4 * index;
+            bytes[end - 4..end].copy_from_slice(&number.to_le_bytes());
+        }
+    }
+}
+
+/// A recipe of two valid ones: sections of either, with damaged fields and bytes.
+fn forge(random: &mut Random, all: &[Contents]) -> Vec<u8> {
+    let mut contents = all[random.bits() as usize % all.len()].clone();
+    let other = all[random.bits() as usize % all.len()].clone();
+    let mut sections = contents.sections();
+    match random.bits() % 8 {
+        0 => contents.pattern = other.pattern,
+        1 => contents.ridge = other.ridge,
+        2 => contents.net = other.net,
+        3 => (contents.start, contents.gauss_newton) = (other.start, other.gauss_newton),
+        4 => contents.prediction = other.prediction,
+        5 => {
+            // A random byte, which may be a length.
+            let at = random.bits() as usize % sections.len();
+            let bytes = &mut sections[at].1;
+            let at = random.bits() as usize % bytes.len();
+            bytes[at] = random.bits() as u8;
+            return contents.write_with(&sections);
+        }
+        _ => {}
+    }
+    sections = contents.sections();
+    let original = sections.clone();
+    for _ in 0..random.bits() % 4 {
+        let at = random.bits() as usize % sections.len();
+        let (kind, bytes) = &original[at];
+        let fields = fields(*kind, bytes);
+        let (field, span) = &fields[random.bits() as usize % fields.len()];
+        // Without the length. Of rows, the last half: some of the entries, and all scales.
+        let start = match field.encoding {
+            "list" | "bytes" => postcard::take_from_bytes::<u64>(&bytes[span.clone()])
+                .map_or(span.start, |(_, rest)| span.end - rest.len()),
+            "rows" => (span.start + span.end) / 2,
+            _ => span.start,
+        };
+        let bytes = &mut sections[at].1[start..span.end];
+        forge_field(random, field.encoding, field.range, bytes);
+    }
+    contents.write_with(&sections)
+}
+
+/// What became of a recipe.
+#[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum End {
+    Rejected,
+    TooLong,
+    Diverged,
+    Fitted,
+}
+
+/// Scans with all readings, or with some.
+fn scan(recipe: Recipe<'_>, random: &mut Random) -> End {
+    const GUARD: usize = 64;
+    const PATTERN: u32 = 0x7FA5_5A01;
+    let words = recipe.memory_words();
+    let mut memory = vec![f32::from_bits(PATTERN); words + 2 * GUARD];
+    let mut scan = Scan::<AnyModel>::new(recipe, &mut memory[GUARD..GUARD + words]).unwrap();
+    let some = recipe.tolerates_missing() && random.bits() & 1 == 1;
+    for index in 0..recipe.samples() as u16 {
+        let mut reading = synthetic_reading(index % 8);
+        if random.bits() % 64 == 0 {
+            let value = any_number(random, (-0.9, f32::MAX)).max(-0.9).min(f32::MAX);
+            reading = Reading::monochrome(value);
+        }
+        if !some || index == 0 || random.bits() & 1 == 1 {
+            scan.record(index, reading).unwrap();
+        }
+    }
+    let mut fit = scan.fit().unwrap();
+    let mut progress = fit.progress();
+    let end = progress.total.min(MAX_UNITS);
+    while progress.done < end {
+        progress = fit.advance(1 + (random.bits() % 64) as u32);
+    }
+    let end = match fit.finish() {
+        Ok(_) | Err(FinishError::Implausible(_)) => {
+            let fitted = scan.fitted().unwrap();
+            assert!(fitted.values().all(f32::is_finite));
+            let residual = fitted.residual();
+            assert!(residual.mean.is_finite() && residual.worst.is_finite());
+            let estimates = [fitted.predicted_loss(), fitted.loss_bound()];
+            assert!(estimates.into_iter().flatten().all(f32::is_finite));
+            for (_, directions) in recipe.directions() {
+                assert!(
+                    fitted
+                        .brdf(&directions)
+                        .into_iter()
+                        .flatten()
+                        .all(f32::is_finite)
+                );
+            }
+            End::Fitted
+        }
+        Err(FinishError::Unfinished(_)) => End::TooLong,
+        Err(error) => {
+            assert_eq!(error.code(), ErrorCode::Diverged);
+            End::Diverged
+        }
+    };
+    let guards = memory[..GUARD].iter().chain(&memory[GUARD + words..]);
+    assert!(
+        guards.into_iter().all(|word| word.to_bits() == PATTERN),
+        "a write outside of the memory"
+    );
+    end
+}
+
+#[test]
+fn forged_recipe_is_rejected_or_scans_within_its_memory() {
+    let count = std::env::var("GLIMPSE_FORGED").map_or(FORGED, |count| count.parse().unwrap());
+    let all = combinations()
+        .into_iter()
+        .flat_map(|(_, contents)| match contents.ridge {
+            Some(_) => vec![contents.clone(), contents.predicted()],
+            None => vec![contents],
+        });
+    let all: Vec<_> = all.collect();
+    let mut ends = std::collections::BTreeMap::new();
+    for seed in 0..count as u64 {
+        let mut random = Random(seed);
+        let bytes = forge(&mut random, &all);
+        let end = std::panic::catch_unwind(move || match Recipe::parse(&bytes) {
+            Ok(recipe) => {
+                assert_eq!(memory_words(&[&bytes]), recipe.memory_words());
+                assert_eq!(max_samples(&[&bytes]), recipe.samples());
+                scan(recipe, &mut random)
+            }
+            Err(_) => End::Rejected,
+        });
+        *ends
+            .entry(end.unwrap_or_else(|_| panic!("forged recipe {seed}")))
+            .or_insert(0) += 1;
+    }
+    println!("{ends:?}");
+    for end in [End::Rejected, End::Diverged, End::Fitted] {
+        assert!(ends[&end] >= count / 50, "{ends:?}");
+    }
+}

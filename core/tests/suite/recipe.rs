@@ -1,0 +1,587 @@
+//! Only intact recipes are read. Each field of each section is made wrong in every way, and the error names the field.
+
+use std::ops::Range;
+
+use glimpse_core::error_code::{ErrorCode, RecipeError};
+use glimpse_core::fit::{GaussNewton, Net, Prediction, Ridge, Sgd, Start};
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::model::ModelKind;
+use glimpse_core::recipe::{HEADER_BYTES, METADATA, Pattern, Recipe};
+use glimpse_core::section::{Field, Section};
+use proptest::prelude::*;
+
+use crate::recipes::{
+    self, Contents, SMALL, Sections, Shape, VERSION, combinations, linear, packed, parse_error,
+    random_recipe, sgd, with_differences, with_header,
+};
+
+/// The name and the fields of a kind.
+pub(crate) fn fields_of(kind: u16) -> (&'static str, &'static [Field]) {
+    match kind {
+        Pattern::KIND => (Pattern::NAME, Pattern::FIELDS),
+        Sgd::KIND => (Sgd::NAME, Sgd::FIELDS),
+        Ridge::KIND => (Ridge::NAME, Ridge::FIELDS),
+        Net::KIND => (Net::NAME, Net::FIELDS),
+        Start::KIND => (Start::NAME, Start::FIELDS),
+        GaussNewton::KIND => (GaussNewton::NAME, GaussNewton::FIELDS),
+        Prediction::KIND => (Prediction::NAME, Prediction::FIELDS),
+        _ => ("", &[]),
+    }
+}
+
+/// The length of a varint at the beginning of some bytes, and its value.
+fn varint(bytes: &[u8]) -> (usize, usize) {
+    let (value, rest) = postcard::take_from_bytes::<u64>(bytes).unwrap();
+    (bytes.len() - rest.len(), value as usize)
+}
+
+/// The bytes of each field of a section.
+pub(crate) fn fields(kind: u16, bytes: &[u8]) -> Vec<(&'static Field, Range<usize>)> {
+    let mut start = 0;
+    let list = |bytes: &[u8]| {
+        let (prefix, length) = varint(bytes);
+        prefix + length
+    };
+    let fields = fields_of(kind).1.iter().map(|field| {
+        let rest = &bytes[start..];
+        let length = match field.encoding {
+            "f32" => 4,
+            "0, or 1 and f32" => 1 + 4 * usize::from(rest[0]),
+            "list" | "bytes" => list(rest),
+            "rows" => list(rest) + list(&rest[list(rest)..]),
+            "0 or 1" | "u8" => 1,
+            "varint" => varint(rest).0,
+            other => panic!("{other}"),
+        };
+        let span = start..start + length;
+        start = span.end;
+        (field, span)
+    });
+    let fields = fields.collect();
+    assert_eq!(start, bytes.len(), "the fields fill the section");
+    fields
+}
+
+fn encoded(bytes: &[u8]) -> Vec<u8> {
+    postcard::to_extend(bytes, Vec::new()).unwrap()
+}
+
+/// Numbers outside of a range, with the code of their error.
+fn wrong_numbers(field: &Field) -> Vec<(f32, ErrorCode)> {
+    let (min, max) = field.range;
+    let mut wrong = vec![f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+    wrong.extend([min.next_down(), max.next_up()]);
+    let code = |x: f32| match x.is_finite() {
+        true => ErrorCode::RecipeRange,
+        false => ErrorCode::RecipeNonFinite,
+    };
+    wrong.into_iter().map(|x| (x, code(x))).collect()
+}
+
+/// Wrong encodings of a list of f32, with the code of their error.
+fn wrong_lists(field: &Field, list: &[u8]) -> Vec<(Vec<u8>, ErrorCode)> {
+    let mut wrong = wrong_bytes(list);
+    wrong.push((list[4..].to_vec(), ErrorCode::RecipeCount));
+    wrong.push(([list, &list[..4]].concat(), ErrorCode::RecipeCount));
+    for (number, code) in wrong_numbers(field) {
+        for at in [0, (list.len() / 8) * 4, list.len() - 4] {
+            let mut list = list.to_vec();
+            list[at..at + 4].copy_from_slice(&number.to_le_bytes());
+            wrong.push((list, code));
+        }
+    }
+    wrong
+}
+
+/// Bytes of wrong lengths. More of them are wrong if an empty list is valid.
+fn wrong_bytes(bytes: &[u8]) -> Vec<(Vec<u8>, ErrorCode)> {
+    let (shorter, longer) = (&bytes[1..], [bytes, &[1]].concat());
+    let wrong = [shorter, &longer].map(|bytes| (bytes.to_vec(), ErrorCode::RecipeCount));
+    wrong.to_vec()
+}
+
+/// Wrong encodings of a field, with the code of their error.
+fn wrong_encodings(field: &Field, bytes: &[u8]) -> Vec<(Vec<u8>, ErrorCode)> {
+    let in_list = |wrong: Vec<(Vec<u8>, ErrorCode)>| -> Vec<_> {
+        wrong
+            .into_iter()
+            .map(|(bytes, code)| (encoded(&bytes), code))
+            .collect()
+    };
+    let (min, max) = field.range;
+    match field.encoding {
+        "0 or 1" => vec![(vec![2], ErrorCode::RecipeSections)],
+        "f32" => {
+            let numbers = wrong_numbers(field).into_iter();
+            numbers
+                .map(|(number, code)| (packed(&[number]), code))
+                .collect()
+        }
+        "0, or 1 and f32" => {
+            let numbers = wrong_numbers(field).into_iter();
+            let numbers = numbers.map(|(x, code)| ([&[1], &packed(&[x])[..]].concat(), code));
+            numbers
+                .chain([(vec![2, 0, 0, 0, 0], ErrorCode::RecipeSections)])
+                .collect()
+        }
+        "u8" | "varint" if max < f32::MAX => {
+            let mut wrong = vec![max as u32 + 1];
+            wrong.extend((min > 0.0).then(|| min as u32 - 1));
+            let wrong = wrong.into_iter();
+            wrong
+                .map(|x| {
+                    (
+                        postcard::to_extend(&x, Vec::new()).unwrap(),
+                        ErrorCode::RecipeRange,
+                    )
+                })
+                .collect()
+        }
+        "varint" => Vec::new(),
+        "list" => in_list(wrong_lists(field, &bytes[varint(bytes).0..])),
+        "bytes" => in_list(wrong_bytes(&bytes[varint(bytes).0..])),
+        "rows" => {
+            let (prefix, length) = varint(bytes);
+            let (entries, rest) = bytes[prefix..].split_at(length);
+            let scales = &rest[varint(rest).0..];
+            let (numbers, is_packed) = match scales {
+                [] => (wrong_lists(field, entries), false),
+                _ => (wrong_lists(field, scales), true),
+            };
+            let lengths = if is_packed {
+                wrong_bytes(entries)
+            } else {
+                Vec::new()
+            };
+            let lengths = lengths
+                .into_iter()
+                .map(|(entries, code)| (entries, scales.to_vec(), code));
+            let numbers = numbers.into_iter().map(|(list, code)| match is_packed {
+                true => (entries.to_vec(), list, code),
+                false => (list, Vec::new(), code),
+            });
+            let all = lengths.chain(numbers);
+            all.map(|(entries, scales, code)| {
+                ([encoded(&entries), encoded(&scales)].concat(), code)
+            })
+            .collect()
+        }
+        other => panic!("{other}"),
+    }
+}
+
+/// Returns true if an error may name `named` after only the field `field` was made wrong.
+///
+/// It names the field itself, with one exception: a count is that of the first list which has it, so a list of wrong
+/// length may be named by another list of the same section that has a count in common.
+fn may_name(field: &Field, named: &str, code: ErrorCode) -> bool {
+    let section = |name: &'static str| name.split('.').next().unwrap();
+    let shares_count = |other: &Field| {
+        let is_same_section = section(field.name) == section(other.name);
+        is_same_section
+            && other
+                .length
+                .iter()
+                .any(|count| field.length.contains(count))
+    };
+    let all = (0..=Prediction::KIND).flat_map(|kind| fields_of(kind).1);
+    let mut others = all.filter(|other| other.name == named);
+    match code {
+        ErrorCode::RecipeSections => named.is_empty(),
+        ErrorCode::RecipeCount => {
+            others.any(|other| other.name == field.name || shares_count(other))
+        }
+        _ => named == field.name,
+    }
+}
+
+/// Recipes that together have all sections, and both encodings of rows.
+fn complete() -> Vec<Contents> {
+    let net = random_recipe(SMALL, Some(ModelKind::Phong));
+    vec![
+        sgd(ModelKind::CookTorrance),
+        with_differences(linear()).predicted(),
+        with_differences(net).predicted(),
+    ]
+}
+
+#[test]
+fn errors_name_wrong_fields() {
+    let mut seen = std::collections::BTreeMap::new();
+    for contents in complete() {
+        let sections = contents.sections();
+        for (index, (kind, bytes)) in sections.iter().enumerate() {
+            for (field, span) in fields(*kind, bytes) {
+                for (wrong, code) in wrong_encodings(field, &bytes[span.clone()]) {
+                    let mut sections = sections.clone();
+                    sections[index]
+                        .1
+                        .splice(span.clone(), wrong.iter().copied());
+                    let error = parse_error(&contents.write_with(&sections));
+                    let is_right = error.code == code && may_name(field, error.field, code);
+                    assert!(
+                        is_right,
+                        "{} {wrong:?}: {error:?} instead of {code:?}",
+                        field.name
+                    );
+                    *seen.entry(field.name).or_insert(0) += 1;
+                }
+            }
+        }
+    }
+    // The only fields without a wrong value.
+    assert_eq!(
+        seen.len() + 1,
+        (0..=Prediction::KIND)
+            .map(|kind| fields_of(kind).1.len())
+            .sum()
+    );
+    assert!(!seen.contains_key("ridge.basis_checksum"));
+}
+
+/// Each field at both ends of its range.
+#[test]
+fn bounds_are_valid() {
+    for contents in complete() {
+        let sections = contents.sections();
+        for (index, (kind, bytes)) in sections.iter().enumerate() {
+            for (field, span) in fields(*kind, bytes) {
+                if !matches!(field.encoding, "f32" | "list") || field.name.ends_with("directions") {
+                    continue;
+                }
+                for bound in [field.range.0, field.range.1] {
+                    let mut sections = sections.clone();
+                    let start = span.end - 4;
+                    sections[index].1[start..span.end].copy_from_slice(&bound.to_le_bytes());
+                    let parsed = Recipe::parse(&contents.write_with(&sections)).map(drop);
+                    assert_eq!(parsed, Ok(()), "{}", field.name);
+                }
+            }
+        }
+    }
+}
+
+/// Each count at its largest value, and above.
+#[test]
+fn counts_are_bounded() {
+    let error = |contents: Contents| {
+        Recipe::parse(&contents.write())
+            .err()
+            .map(|error| error.code)
+    };
+    let with = |change: fn(&mut Shape), model| {
+        let mut shape = SMALL;
+        change(&mut shape);
+        random_recipe(shape, model)
+    };
+    let phong = Some(ModelKind::Phong);
+    for (valid, invalid) in [
+        (
+            with(|s| s.components = 1024, None),
+            with(|s| s.components = 1025, None),
+        ),
+        (with(|s| s.hidden = 92, None), with(|s| s.hidden = 93, None)),
+        (with(|s| s.hidden = 0, None), with(|s| s.samples = 0, None)),
+        (with(|s| s.units = 32, phong), with(|s| s.units = 33, phong)),
+        (with(|s| s.units = 1, phong), with(|s| s.units = 0, phong)),
+        (
+            with(|s| s.virtual_readings = 1024, phong),
+            with(|s| s.virtual_readings = 1025, phong),
+        ),
+        (
+            with(|s| s.virtual_readings = 1, phong),
+            with(|s| s.virtual_readings = 0, phong),
+        ),
+        (
+            with(|s| s.samples = 4096, None),
+            with(|s| s.samples = 4097, None),
+        ),
+    ] {
+        assert_eq!(
+            (error(valid), error(invalid)),
+            (None, Some(ErrorCode::RecipeCount))
+        );
+    }
+    // More coefficients of the net than components.
+    let mut contents = random_recipe(SMALL, None);
+    contents.ridge = with(|s| s.components = 3, None).ridge;
+    let error = parse_error(&contents.write());
+    assert_eq!(
+        (error.code, error.field),
+        (ErrorCode::RecipeRange, "net.components")
+    );
+    // Linear is not a model with parameters, and other models have other numbers of them.
+    for model in [ModelKind::Linear, ModelKind::Neural] {
+        let mut contents = sgd(ModelKind::Phong);
+        contents.sgd.as_mut().unwrap().model = model;
+        let error = parse_error(&contents.write());
+        assert!(error.field.starts_with("sgd."), "{error:?}");
+    }
+}
+
+#[test]
+fn directions_are_above_horizon() {
+    let mut contents = random_recipe(SMALL, Some(ModelKind::Phong));
+    contents.pattern.directions[9] += 100.0 * std::f32::consts::TAU; // whole turns are valid
+    assert!(Recipe::parse(&contents.write()).is_ok());
+    let mut below = contents.clone();
+    below.pattern.directions[9] = 1.6;
+    let error = parse_error(&below.write());
+    assert_eq!(
+        (error.code, error.details),
+        (ErrorCode::RecipeBelowHorizon, [3, 0])
+    );
+    let mut below = contents;
+    below.gauss_newton.as_mut().unwrap().directions[6] = 1.6;
+    let error = parse_error(&below.write());
+    assert_eq!(
+        (error.code, error.field),
+        (ErrorCode::RecipeRange, "gauss_newton.directions")
+    );
+}
+
+#[test]
+fn recipe_reports_contents() {
+    for (name, mut contents) in combinations() {
+        contents.metadata = Some(vec![1, 2, 3]);
+        let recipe = contents.recipe();
+        assert_eq!(recipe.model(), contents.model(), "{name}");
+        assert_eq!(recipe.samples(), contents.samples());
+        assert_eq!(recipe.memory_words(), contents.words());
+        assert_eq!(recipe.expected_loss(), contents.pattern.expected_loss);
+        assert_eq!(recipe.is_in_path_order(), contents.pattern.is_path);
+        assert_eq!(recipe.tolerates_missing(), contents.net.is_some());
+        assert!(!recipe.bounds_partial_loss());
+        assert_eq!(recipe.metadata(), [1, 2, 3]);
+        let checksum = contents
+            .ridge
+            .as_ref()
+            .map_or(0, |ridge| ridge.basis_checksum);
+        assert_eq!(
+            recipe.basis_checksum(),
+            Some(checksum).filter(|checksum| *checksum > 0)
+        );
+        let angles = recipe
+            .pattern()
+            .flat_map(|a| [a.theta_h, a.theta_d, a.phi_d]);
+        assert!(angles.eq(contents.pattern.directions));
+        let directions = recipe
+            .pattern()
+            .map(|angles| HalfDifference::from_angles(angles).directions());
+        assert!(recipe.directions().eq((0..).zip(directions)));
+    }
+    assert_eq!(
+        (recipes::METADATA, linear().recipe().metadata().len()),
+        (METADATA, 0)
+    );
+}
+
+/// The combinations of stages that are recipes, and the kind that is missing in or excluded from the others.
+#[test]
+fn names_missing_and_extra_sections() {
+    let all = random_recipe(SMALL, Some(ModelKind::Phong)).predicted();
+    let all = Contents {
+        sgd: sgd(ModelKind::Phong).sgd,
+        metadata: Some(Vec::new()),
+        ..all
+    };
+    let words = |kinds: &[u16]| {
+        let mut contents = all.clone();
+        contents.sgd = contents.sgd.filter(|_| kinds.contains(&1));
+        contents.ridge = contents.ridge.filter(|_| kinds.contains(&2));
+        contents.net = contents.net.filter(|_| kinds.contains(&3));
+        contents.start = contents.start.filter(|_| kinds.contains(&4));
+        contents.gauss_newton = contents.gauss_newton.filter(|_| kinds.contains(&5));
+        contents
+    };
+    for mask in 0..256_u32 {
+        let kinds: Vec<u16> = [0, 1, 2, 3, 4, 5, 128, 129]
+            .into_iter()
+            .enumerate()
+            .filter(|(bit, _)| mask >> bit & 1 == 1)
+            .map(|(_, kind)| kind)
+            .collect();
+        let has = |kind: u16| kinds.contains(&kind);
+        let expected = if !has(0) {
+            Some(0)
+        } else if !has(2) {
+            let is_alone = !(has(3) || has(4) || has(5) || has(128));
+            (!(has(1) && is_alone)).then_some(2)
+        } else if has(1) {
+            Some(1)
+        } else {
+            (has(4) != has(5)).then_some(if has(4) { 5 } else { 4 })
+        };
+        let mut sections = all.sections();
+        sections.retain(|(kind, _)| has(*kind));
+        let mut contents = words(&kinds);
+        if !has(3) && has(128) {
+            let predicted = Contents {
+                prediction: None,
+                ..contents.clone()
+            }
+            .predicted();
+            let prediction = predicted
+                .sections()
+                .into_iter()
+                .find(|(kind, _)| *kind == 128);
+            sections
+                .iter_mut()
+                .filter(|(kind, _)| *kind == 128)
+                .for_each(|s| *s = prediction.clone().unwrap());
+            contents.prediction = predicted.prediction;
+        }
+        let error = Recipe::parse(&contents.write_with(&sections)).err();
+        let expected = expected.map(|kind| RecipeError::with(ErrorCode::RecipeSections, [kind, 0]));
+        assert_eq!(error, expected, "{kinds:?}");
+    }
+}
+
+#[test]
+fn skips_or_rejects_unknown_kinds() {
+    for contents in complete() {
+        let mut sections = contents.sections();
+        sections.push((138, b"from the future".to_vec()));
+        sections.push((u16::MAX, Vec::new()));
+        assert!(Recipe::parse(&contents.write_with(&sections)).is_ok());
+        for kind in [6, 127] {
+            let mut sections = sections.clone();
+            let at = sections
+                .iter()
+                .position(|(other, _)| *other > kind)
+                .unwrap();
+            sections.insert(at, (kind, Vec::new()));
+            let error = RecipeError::with(ErrorCode::RecipeUnknown, [kind.into(), 0]);
+            assert_eq!(parse_error(&contents.write_with(&sections)), error);
+        }
+    }
+}
+
+/// Sections in another order, twice, cut, padded, or with a few bytes after the last.
+#[test]
+fn rejects_damaged_list_of_sections() {
+    for contents in complete() {
+        let mut all = contents.sections();
+        all.push((200, vec![7]));
+        let error = |sections: &Sections| {
+            let error = parse_error(&contents.write_with(sections));
+            (error.code, error.details[0] as u16)
+        };
+        for index in 0..all.len() {
+            let kind = all[index].0;
+            let expected = (ErrorCode::RecipeSections, kind);
+            for place in [index, all.len()] {
+                let mut twice = all.clone();
+                twice.insert(place, all[index].clone());
+                assert_eq!(error(&twice), expected);
+            }
+            if index + 1 < all.len() {
+                let mut swapped = all.clone();
+                swapped.swap(index, index + 1);
+                assert_eq!(error(&swapped), expected);
+                for length in 0..all[index].1.len() {
+                    let mut cut = all.clone();
+                    cut[index].1.truncate(length);
+                    assert_eq!(error(&cut), expected, "{length}");
+                }
+                let mut padded = all.clone();
+                padded[index].1.push(0);
+                assert_eq!(error(&padded), expected);
+            }
+        }
+        let body = contents.write().split_off(HEADER_BYTES);
+        for tail in [&[0x80][..], &[0xFF, 0xFF, 0xFF], &[0xC8, 0x01, 5, 1, 2]] {
+            let bytes = with_header(VERSION, &[&body, tail].concat());
+            assert_eq!(parse_error(&bytes).code, ErrorCode::RecipeMalformed);
+        }
+        for (length, code) in [
+            (0, ErrorCode::RecipeLength),
+            (5, ErrorCode::RecipeLength),
+            (6, ErrorCode::RecipeSections),
+        ] {
+            assert_eq!(
+                parse_error(&with_header(VERSION, &body[..length])).code,
+                code
+            );
+        }
+    }
+}
+
+#[test]
+fn rejects_other_sizes_in_header() {
+    for contents in complete() {
+        let body = contents.write().split_off(HEADER_BYTES);
+        for index in 0..6 {
+            for change in [1, 0x80] {
+                let mut body = body.clone();
+                body[index] ^= change;
+                let samples = u16::from_le_bytes([body[0], body[1]]);
+                let words = u32::from_le_bytes(body[2..6].try_into().unwrap());
+                let error = RecipeError::with(ErrorCode::RecipeHeader, [samples.into(), words]);
+                assert_eq!(parse_error(&with_header(VERSION, &body)), error);
+            }
+        }
+    }
+}
+
+#[test]
+fn rejects_any_flipped_bit() {
+    for contents in complete() {
+        let mut bytes = contents.write();
+        for index in 0..bytes.len() {
+            let code = match index {
+                0..4 => ErrorCode::RecipeMagic,
+                4..6 => ErrorCode::RecipeVersion,
+                6..10 => ErrorCode::RecipeLength,
+                _ => ErrorCode::RecipeChecksum,
+            };
+            for bit in 0..8 {
+                bytes[index] ^= 1 << bit;
+                assert_eq!(parse_error(&bytes).code, code, "byte {index}, bit {bit}");
+                bytes[index] ^= 1 << bit;
+            }
+        }
+    }
+}
+
+#[test]
+fn rejects_any_truncation_or_padding() {
+    for contents in complete() {
+        let whole = contents.write();
+        let padded = [&whole[..], &[0]].concat();
+        for length in (0..whole.len()).chain([padded.len()]) {
+            let error = parse_error(&padded[..length]);
+            if length < 4 {
+                assert_eq!(error.code, ErrorCode::RecipeMagic);
+                continue;
+            }
+            let expected = if length < HEADER_BYTES {
+                HEADER_BYTES + 6
+            } else {
+                whole.len()
+            };
+            let details = [expected as u32, length as u32];
+            assert_eq!(error, RecipeError::with(ErrorCode::RecipeLength, details));
+        }
+    }
+}
+
+#[test]
+fn rejects_other_format_versions() {
+    let body = linear().write().split_off(HEADER_BYTES);
+    for version in [0, 1, 2, 3, VERSION + 1, u16::MAX] {
+        for body in [&body[..], &[]] {
+            let details = [version.into(), VERSION.into()];
+            let error = RecipeError::with(ErrorCode::RecipeVersion, details);
+            assert_eq!(parse_error(&with_header(version, body)), error);
+        }
+    }
+}
+
+proptest! {
+    #[test]
+    fn rejects_noise(noise in prop::collection::vec(any::<u8>(), 0..200)) {
+        prop_assert!(Recipe::parse(&noise).is_err());
+        prop_assert!(Recipe::parse(&with_header(VERSION, &noise)).is_err());
+    }
+}
