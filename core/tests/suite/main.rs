@@ -24,6 +24,7 @@ mod missing;
 mod net_adjoint;
 mod random;
 mod recipe;
+mod recipe_document;
 mod recipes;
 mod reference;
 mod ridge;
