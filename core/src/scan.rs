@@ -27,8 +27,8 @@ use core::marker::PhantomData;
 
 use crate::fit::ScanModel;
 use crate::geometry::Directions;
-use crate::model::linear::Basis;
 use crate::model::Slot;
+use crate::model::linear::Basis;
 use crate::recipe::Recipe;
 use memory::{measured_brdf, split, split_mut};
 use stage::{Checks, Fitting, Stage};

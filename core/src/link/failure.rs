@@ -96,9 +96,7 @@ impl Failure {
             Self::Fit(FitError::TooLarge { limit }) => pair(limit, 0),
             Self::Protocol { device, host } => pair(device, host),
             Self::Refused(refusal) => pair(refusal.into(), 0),
-            Self::Machine | Self::Storage | Self::NoReply | Self::Diverged => {
-                pair(0, 0)
-            }
+            Self::Machine | Self::Storage | Self::NoReply | Self::Diverged => pair(0, 0),
         }
     }
 }

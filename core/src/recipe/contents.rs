@@ -70,7 +70,10 @@ fn sections_error(code: ErrorCode, kind: u16) -> RecipeError {
 
 impl<'a> Contents<'a> {
     /// Decodes a list of sections.
-    pub(super) fn decode(sections: &'a [u8]) -> Result<Self, RecipeError> {
+    ///
+    /// # Errors
+    /// The first defect of their encoding, kinds or order.
+    pub fn decode(sections: &'a [u8]) -> Result<Self, RecipeError> {
         let mut contents = Self::default();
         let mut rest = sections;
         let mut previous = None;
@@ -167,7 +170,9 @@ impl<'a> Contents<'a> {
         ridge.check(&counts)?;
         if let Some(net) = &self.net {
             if usize::from(net.components) > ridge.precision.len() {
-                let field = Net::FIELDS.iter().find(|field| field.name == "net.components");
+                let field = Net::FIELDS
+                    .iter()
+                    .find(|field| field.name == "net.components");
                 let error = field.map(|field| field.error(ErrorCode::RecipeRange));
                 return Err(error.unwrap_or(RecipeError::new(ErrorCode::RecipeRange)));
             }
@@ -205,7 +210,6 @@ impl<'a> Contents<'a> {
 
 fn first_below_horizon(directions: Floats<'_>) -> Option<usize> {
     let mut directions = directions.triples();
-    directions.position(|angles| {
-        !HalfDifference::from_angles(Angles::from_array(angles)).is_valid()
-    })
+    directions
+        .position(|angles| !HalfDifference::from_angles(Angles::from_array(angles)).is_valid())
 }

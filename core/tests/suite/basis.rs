@@ -1,6 +1,6 @@
 //! The compact basis: its format, its errors, and its values compared with a second implementation in f64.
 
-use glimpse_core::geometry::{Angles, ArmAngles, HalfDifference, Spherical};
+use glimpse_core::geometry::{ArmAngles, HalfDifference, Spherical};
 use glimpse_core::model::linear::format::{HEADER_BYTES, MAGIC, VERSION, checksum_of};
 use glimpse_core::model::linear::{Basis, BasisError, Nodes};
 use proptest::prelude::*;
@@ -248,19 +248,6 @@ fn rejects_invalid_contents() {
 }
 
 #[test]
-fn errors_contain_values() {
-    let (expected, found) = (20, 10);
-    for (error, values) in [
-        (BasisError::Version(9), &["9"][..]),
-        (BasisError::Length { expected, found }, &["20", "10"]),
-        (BasisError::Components(0), &["0"]),
-    ] {
-        let text = error.to_string();
-        assert!(values.iter().all(|value| text.contains(value)), "{text}");
-    }
-}
-
-#[test]
 fn no_brdf_for_invalid_directions_or_coefficients() {
     let basis = basis(&Contents::synthetic([4, 3, 3], 2));
     let coefficients: [&[f32]; 3] = [&[0.1, 0.2]; 3];
@@ -285,22 +272,6 @@ fn no_brdf_for_invalid_directions_or_coefficients() {
         let actual = basis.brdf([&[number], &[0.0], &[0.0]], &good);
         // The BRDF does not exist, or is black if the coefficient makes it negative.
         assert!(actual.is_none_or(|brdf| brdf[0] == 0.0), "{actual:?}");
-    }
-}
-
-/// Vectors from core's approximate sines and cosines are still unit vectors.
-#[test]
-fn accepts_directions_from_core_sines() {
-    let basis = basis(&Contents::synthetic([4, 3, 3], 2));
-    for index in 0..1000 {
-        let share = |step: f32| (index as f32 * step).fract();
-        let at = HalfDifference::from_angles(Angles {
-            theta_h: 1.57 * share(0.618_034),
-            theta_d: 1.57 * share(0.414_214),
-            phi_d: std::f32::consts::TAU * share(0.732_051),
-        });
-        let actual = basis.brdf([&[0.1]; 3], &at);
-        assert_eq!(actual.is_some(), at.is_valid(), "{at:?}");
     }
 }
 
@@ -348,17 +319,6 @@ proptest! {
         }
     }
 
-    #[test]
-    fn corner_weights_sum_to_1(at in valid_directions(), shape in prop::array::uniform3(2..40_u16)) {
-        let [theta_h, theta_d, phi_d] = shape;
-        let nodes = Nodes { theta_h, theta_d, phi_d };
-        let corners = nodes.corners(&at);
-        let count = nodes.count().unwrap();
-        prop_assert!(corners.iter().all(|corner| corner.node < count && corner.weight >= 0.0));
-        let sum: f32 = corners.iter().map(|corner| corner.weight).sum();
-        prop_assert!((sum - 1.0).abs() < 1e-6, "{sum}");
-    }
-
     /// The values are equal bit for bit.
     #[test]
     fn is_reciprocal_and_mirror_symmetric(at in valid_directions()) {
@@ -371,34 +331,6 @@ proptest! {
         prop_assert_eq!(basis.brdf(coefficients, &mirrored), actual);
     }
 
-    /// The result is a valid BRDF or None.
-    #[test]
-    fn arbitrary_bytes_and_numbers_do_not_panic(
-        shape in prop::array::uniform3(0..6_u16),
-        components in 0..6_u16,
-        rest in prop::collection::vec(any::<u8>(), 0..3000),
-        exact in any::<bool>(),
-        numbers in prop::array::uniform8(any::<f32>()),
-        at in prop_oneof![valid_directions(), prop::array::uniform5(any::<f32>()).prop_map(|[hx, hz, dx, dy, dz]| {
-            HalfDifference { hx, hz, dx, dy, dz }
-        })],
-    ) {
-        let mut body = vec![0; 4];
-        for count in [components].iter().chain(&shape) {
-            body.extend(count.to_le_bytes());
-        }
-        let nodes: usize = shape.into_iter().map(usize::from).product();
-        let length = 4 + 4 * usize::from(components) + nodes * (4 + usize::from(components));
-        let body_length = if exact { length } else { rest.len() };
-        body.extend(rest.iter().chain(std::iter::repeat(&7)).take(body_length));
-        let bytes = with_header(&body);
-        if let Ok(basis) = Basis::parse(&bytes) {
-            let actual = basis.brdf([&numbers, &numbers[3..], &numbers[6..]], &at);
-            if let Some(brdf) = actual {
-                prop_assert!(brdf.iter().all(|value| value.is_finite() && *value >= 0.0), "{brdf:?}");
-            }
-        }
-    }
 }
 
 /// At normal incidence, the vectors have no azimuth, and rounding determines one. It has no effect, because all nodes

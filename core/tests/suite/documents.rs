@@ -58,20 +58,6 @@ fn recovery_example_survives_power_cuts() {
     }
 }
 
-/// The code that a user has to write is short.
-#[test]
-fn examples_are_short() {
-    for (text, lines) in [
-        (include_str!("../../examples/hosted.rs"), 16),
-        (include_str!("../../examples/firmware.rs"), 28),
-        (include_str!("../../examples/recovery.rs"), 50),
-    ] {
-        let code = text.lines().map(str::trim_start);
-        let code = code.filter(|line| !line.is_empty() && !line.starts_with("//"));
-        assert!(code.count() <= lines, "more than {lines} lines: {text}");
-    }
-}
-
 /// The host receives all values in order, and moves its arms once per reading, even over a noisy line.
 #[test]
 fn host_example_receives_fitted_values() {

@@ -207,7 +207,7 @@ fn units_of_work_match_stages() {
             total += usize::from(sgd.steps) * n;
         }
         if let Some(steps) = &contents.gauss_newton {
-            let systems = if steps.model == ModelKind::Neural {
+            let systems = if contents.model() == ModelKind::Neural {
                 3
             } else {
                 1

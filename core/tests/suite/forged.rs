@@ -44,10 +44,10 @@ fn forge_field(random: &mut Random, encoding: &str, range: (f32, f32), bytes: &m
         return;
     }
     let count = length / 4;
-    let all = random.bits() % 3 == 0;
+    let all = random.bits().is_multiple_of(3);
     let number = any_number(random, range);
     for index in 0..count {
-        if all || random.bits() % count as u64 == 0 {
+        if all || random.bits().is_multiple_of(count as u64) {
             let number = if random.bits() & 1 == 1 {
                 number
             } else {
@@ -119,9 +119,11 @@ fn scan(recipe: Recipe<'_>, random: &mut Random) -> End {
     let some = recipe.tolerates_missing() && random.bits() & 1 == 1;
     for index in 0..recipe.samples() as u16 {
         let mut reading = synthetic_reading(index % 8);
-        if random.bits() % 64 == 0 {
-            let value = any_number(random, (-0.9, f32::MAX)).max(-0.9).min(f32::MAX);
-            reading = Reading::monochrome(value);
+        if random.bits().is_multiple_of(64) {
+            let value = any_number(random, (-0.9, f32::MAX));
+            if value.is_finite() && value >= -0.9 {
+                reading = Reading::monochrome(value);
+            }
         }
         if !some || index == 0 || random.bits() & 1 == 1 {
             scan.record(index, reading).unwrap();

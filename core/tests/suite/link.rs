@@ -197,30 +197,6 @@ proptest! {
     }
 
     #[test]
-    fn recovers_after_altered_frame(
-        request in any_message::<Request>(),
-        index: prop::sample::Index,
-        flip in 1..=255u8,
-    ) {
-        let mut bytes = frame(7, &request);
-        *index.get_mut(&mut bytes) ^= flip;
-        bytes.extend(frame(8, &request));
-        prop_assert_eq!(messages(&bytes), [(8, request)]);
-    }
-
-    #[test]
-    fn recovers_after_cut_frame(
-        request in any_message::<Request>(),
-        keep: prop::sample::Index,
-    ) {
-        let mut bytes = frame(7, &request);
-        // Without only its last zero, the frame would still be complete, because the next frame begins with a zero.
-        bytes.truncate(keep.index(bytes.len() - 1));
-        bytes.extend(frame(8, &request));
-        prop_assert_eq!(messages(&bytes), [(8, request)]);
-    }
-
-    #[test]
     fn noise_contains_no_message(noise in prop::collection::vec(any::<u8>(), 0..2_000)) {
         prop_assert_eq!(messages(&noise), []);
     }

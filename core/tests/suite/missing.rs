@@ -1,7 +1,6 @@
 //! Readings that are missing or saturated: recipes that tolerate them, and fits without them.
 
 use glimpse_core::fit::AnyModel;
-use glimpse_core::fit::coefficient_net::dropout_gain;
 use glimpse_core::scan::{FitError, Reading, Scan, SkipError};
 
 use crate::estimator::{outcome, readings};
@@ -87,26 +86,6 @@ fn each_reading_changes_fit() {
             before = actual;
         }
     });
-}
-
-/// The gain is sqrt(n / k), and 1 with all readings and with none.
-#[test]
-fn dropout_gain_matches_formula() {
-    let tolerance = if cfg!(feature = "micromath") {
-        2e-2
-    } else {
-        2e-6
-    };
-    for samples in 1..=64_usize {
-        for present in 1..=samples {
-            let expected = (samples as f32 / present as f32).sqrt();
-            assert!((dropout_gain(samples, present) / expected - 1.0).abs() < tolerance);
-        }
-        assert_eq!(
-            [samples, 0].map(|present| dropout_gain(samples, present)),
-            [1.0; 2]
-        );
-    }
 }
 
 #[test]

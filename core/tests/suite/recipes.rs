@@ -8,16 +8,6 @@ use serde::{Serialize, Serializer};
 use crate::random::Random;
 
 pub(crate) const VERSION: u16 = 4;
-/// Kinds of sections.
-pub(crate) const PATTERN: u16 = 0;
-pub(crate) const SGD: u16 = 1;
-pub(crate) const RIDGE: u16 = 2;
-pub(crate) const NET: u16 = 3;
-pub(crate) const START: u16 = 4;
-pub(crate) const GAUSS_NEWTON: u16 = 5;
-pub(crate) const PREDICTION: u16 = 128;
-pub(crate) const METADATA: u16 = 129;
-
 /// Numbers in the packed form of a recipe.
 pub(crate) fn packed(numbers: &[f32]) -> Vec<u8> {
     numbers.iter().flat_map(|x| x.to_le_bytes()).collect()
@@ -27,23 +17,7 @@ fn list<S: Serializer>(numbers: &[f32], serializer: S) -> Result<S::Ok, S::Error
     serializer.serialize_bytes(&packed(numbers))
 }
 
-fn number<S: Serializer>(model: &ModelKind, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.serialize_u32(match model {
-        Phong => 0,
-        Neural => 1,
-        CookTorrance => 2,
-        _ => 3,
-    })
-}
-
 /// Components at directions: signed bytes with a scale for each component, or f32 without scales.
-#[derive(Clone, Debug, Default, Serialize)]
-pub(crate) struct Rows {
-    pub(crate) entries: Vec<u8>,
-    #[serde(serialize_with = "list")]
-    pub(crate) scales: Vec<f32>,
-}
-
 impl Rows {
     pub(crate) fn floats(entries: &[f32]) -> Self {
         let (entries, scales) = (packed(entries), Vec::new());
@@ -76,95 +50,50 @@ impl Rows {
     }
 }
 
-#[derive(Clone, Debug, Default, Serialize)]
-pub(crate) struct Pattern {
-    /// n triples (theta_h, theta_d, phi_d) in radians.
-    #[serde(serialize_with = "list")]
-    pub(crate) directions: Vec<f32>,
-    pub(crate) is_path: bool,
-    pub(crate) expected_loss: Option<f32>,
+/// Defines sections. Some fields name a function that serializes them.
+macro_rules! sections {
+    ($($name:ident { $($field:ident: $type:ty $(= $with:literal)?),+ })+) => {$(
+        #[derive(Clone, Debug, Default, Serialize)]
+        pub(crate) struct $name {$(
+            $(#[serde(serialize_with = $with)])?
+            pub(crate) $field: $type,
+        )+}
+    )+};
 }
 
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Sgd {
-    #[serde(serialize_with = "number")]
-    pub(crate) model: ModelKind,
-    pub(crate) steps: u16,
-    #[serde(serialize_with = "list")]
-    pub(crate) initial: Vec<f32>,
-    #[serde(serialize_with = "list")]
-    pub(crate) step_sizes: Vec<f32>,
+sections! {
+    Rows { entries: Vec<u8>, scales: Vec<f32> = "list" }
+    Pattern { directions: Vec<f32> = "list", is_path: bool, expected_loss: Option<f32> }
+    Sgd { model: u32, steps: u16, initial: Vec<f32> = "list", step_sizes: Vec<f32> = "list" }
+    Ridge {
+        precision: Vec<f32> = "list", difference_precision: Vec<f32> = "list",
+        center: Vec<f32> = "list", rows: Rows, basis_checksum: u32
+    }
+    Net {
+        bias: Vec<f32> = "list", components: u16, missing: u8, scale: f32,
+        readings: Vec<i8>, reading_scales: Vec<f32> = "list",
+        output: Vec<i8>, output_scales: Vec<f32> = "list"
+    }
+    Start {
+        bias: Vec<f32> = "list", hidden: Vec<i8>, hidden_scales: Vec<f32> = "list",
+        output: Vec<i8>, output_scales: Vec<f32> = "list"
+    }
+    GaussNewton {
+        model: u32, steps: u16, initial: Vec<f32> = "list", precision: Vec<f32> = "list",
+        reading_weight: f32, error_scale: f32,
+        directions: Vec<f32> = "list", center: Vec<f32> = "list", rows: Rows
+    }
+    Prediction {
+        weights: Vec<f32> = "list", innovation: f32, residual: f32, bound: f32,
+        max_innovation: f32, partial_loss: Vec<f32> = "list", partial_bound: Vec<f32> = "list"
+    }
 }
 
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Ridge {
-    #[serde(serialize_with = "list")]
-    pub(crate) precision: Vec<f32>,
-    #[serde(serialize_with = "list")]
-    pub(crate) difference_precision: Vec<f32>,
-    #[serde(serialize_with = "list")]
-    pub(crate) center: Vec<f32>,
-    pub(crate) rows: Rows,
-    pub(crate) basis_checksum: u32,
-}
+/// The number of each model in a recipe.
+pub(crate) const NUMBERS: [ModelKind; 4] = [Phong, Neural, CookTorrance, ModelKind::Linear];
 
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Net {
-    #[serde(serialize_with = "list")]
-    pub(crate) bias: Vec<f32>,
-    pub(crate) components: u16,
-    pub(crate) missing: u8,
-    pub(crate) scale: f32,
-    pub(crate) readings: Vec<i8>,
-    #[serde(serialize_with = "list")]
-    pub(crate) reading_scales: Vec<f32>,
-    pub(crate) output: Vec<i8>,
-    #[serde(serialize_with = "list")]
-    pub(crate) output_scales: Vec<f32>,
-}
-
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Start {
-    #[serde(serialize_with = "list")]
-    pub(crate) bias: Vec<f32>,
-    pub(crate) hidden: Vec<i8>,
-    #[serde(serialize_with = "list")]
-    pub(crate) hidden_scales: Vec<f32>,
-    pub(crate) output: Vec<i8>,
-    #[serde(serialize_with = "list")]
-    pub(crate) output_scales: Vec<f32>,
-}
-
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct GaussNewton {
-    #[serde(serialize_with = "number")]
-    pub(crate) model: ModelKind,
-    pub(crate) steps: u16,
-    #[serde(serialize_with = "list")]
-    pub(crate) initial: Vec<f32>,
-    #[serde(serialize_with = "list")]
-    pub(crate) precision: Vec<f32>,
-    pub(crate) reading_weight: f32,
-    pub(crate) error_scale: f32,
-    #[serde(serialize_with = "list")]
-    pub(crate) directions: Vec<f32>,
-    #[serde(serialize_with = "list")]
-    pub(crate) center: Vec<f32>,
-    pub(crate) rows: Rows,
-}
-
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct Prediction {
-    #[serde(serialize_with = "list")]
-    pub(crate) weights: Vec<f32>,
-    pub(crate) innovation: f32,
-    pub(crate) residual: f32,
-    pub(crate) bound: f32,
-    pub(crate) max_innovation: f32,
-    #[serde(serialize_with = "list")]
-    pub(crate) partial_loss: Vec<f32>,
-    #[serde(serialize_with = "list")]
-    pub(crate) partial_bound: Vec<f32>,
+pub(crate) fn number_of(model: ModelKind) -> u32 {
+    NUMBERS.iter().position(|other| *other == model).unwrap() as u32
 }
 
 /// The contents of a recipe.
@@ -191,8 +120,9 @@ impl Contents {
 
     pub(crate) fn model(&self) -> ModelKind {
         match (&self.sgd, &self.gauss_newton) {
-            (Some(sgd), _) => sgd.model,
-            (_, Some(steps)) => steps.model,
+            (Some(Sgd { model, .. }), _) | (_, Some(GaussNewton { model, .. })) => {
+                NUMBERS[*model as usize]
+            }
             _ => ModelKind::Linear,
         }
     }
@@ -219,7 +149,7 @@ impl Contents {
         let net = self.net.as_ref().map_or(0, |net| 4 * net.bias.len());
         let start = self.start.as_ref().map_or(0, |start| start.bias.len());
         let steps = self.gauss_newton.as_ref().map_or(0, |steps| {
-            let (systems, active) = match steps.model {
+            let (systems, active) = match self.model() {
                 Neural => (3, 22),
                 _ => (1, steps.initial.len()),
             };
@@ -234,14 +164,14 @@ impl Contents {
             Some((kind, postcard::to_extend(part, Vec::new()).unwrap()))
         }
         let sections = [
-            part(PATTERN, &Some(&self.pattern)),
-            part(SGD, &self.sgd),
-            part(RIDGE, &self.ridge),
-            part(NET, &self.net),
-            part(START, &self.start),
-            part(GAUSS_NEWTON, &self.gauss_newton),
-            part(PREDICTION, &self.prediction),
-            self.metadata.clone().map(|bytes| (METADATA, bytes)),
+            part(0, &Some(&self.pattern)),
+            part(1, &self.sgd),
+            part(2, &self.ridge),
+            part(3, &self.net),
+            part(4, &self.start),
+            part(5, &self.gauss_newton),
+            part(128, &self.prediction),
+            self.metadata.clone().map(|bytes| (129, bytes)),
         ];
         sections.into_iter().flatten().collect()
     }
@@ -325,7 +255,7 @@ pub(crate) fn sgd(model: ModelKind) -> Contents {
     Contents {
         pattern: eight_samples(),
         sgd: Some(Sgd {
-            model,
+            model: number_of(model),
             steps: 20,
             initial: parameters.clone().map(|k| 0.4 * spread(k)).collect(),
             step_sizes: parameters.map(|k| 0.05 + 0.02 * spread(k)).collect(),
@@ -450,7 +380,7 @@ pub(crate) fn random_recipe(shape: Shape, model: Option<ModelKind>) -> Contents 
             output_scales: scales(random, parameters, 0.2),
         }),
         gauss_newton: model.map(|model| GaussNewton {
-            model,
+            model: number_of(model),
             steps: 3,
             initial: random.numbers(parameters, 0.4),
             precision: positive(random, if model == Neural { 22 } else { parameters }, 0.02),

@@ -272,12 +272,12 @@ struct Weighted {
 
 /// The change of the parameters by a Gauss-Newton step.
 fn gauss_newton_step(
-    steps: &GaussNewton,
+    (model, steps): (ModelKind, &GaussNewton),
     readings: &[Weighted],
     initial: &[f64],
     parameters: &[f64],
 ) -> Vec<f64> {
-    let systems: Vec<(Vec<usize>, Vec<usize>)> = match steps.model {
+    let systems: Vec<(Vec<usize>, Vec<usize>)> = match model {
         Phong | CookTorrance => vec![((0..parameters.len()).collect(), vec![0, 1, 2])],
         _ => (0..3)
             .map(|c| ((0..22).map(|k| 609 + 3 * k + c).collect(), vec![c]))
@@ -291,10 +291,8 @@ fn gauss_newton_step(
         }
         for reading in readings {
             let [c, _] = cosines(reading.at);
-            let f = unclamped(steps.model, parameters, reading.at);
-            let rows = derivatives(parameters, &active, |p| {
-                unclamped(steps.model, p, reading.at)
-            });
+            let f = unclamped(model, parameters, reading.at);
+            let rows = derivatives(parameters, &active, |p| unclamped(model, p, reading.at));
             for channel in &channels {
                 let shifted = 1.0 + f[*channel] * c;
                 let residual = ((1.0 + reading.measured[*channel] * c) / shifted).ln();
@@ -393,12 +391,12 @@ fn coefficients(
 
 /// The steps of SGD from the initial parameters, each with the gradient of all readings.
 fn sgd_parameters(contents: &Contents, readings: &[Weighted], is_gray: bool) -> Vec<f64> {
-    let sgd = contents.sgd.as_ref().unwrap();
+    let (model, sgd) = (contents.model(), contents.sgd.as_ref().unwrap());
     let all: Vec<usize> = (0..sgd.initial.len()).collect();
-    let brdf = |p: &[f64], at: Place| unclamped(sgd.model, p, at).map(|f| f.max(0.0));
+    let brdf = |p: &[f64], at: Place| unclamped(model, p, at).map(|f| f.max(0.0));
     let mut parameters: Vec<f64> = sgd.initial.iter().copied().map(f64::from).collect();
     if is_gray {
-        average(sgd.model, &mut parameters);
+        average(model, &mut parameters);
     }
     for _ in 0..sgd.steps {
         let mut gradient = vec![0.0; all.len()];
@@ -424,7 +422,7 @@ fn sgd_parameters(contents: &Contents, readings: &[Weighted], is_gray: bool) -> 
             *parameter -= f64::from(*step_size) * by;
         }
         if is_gray {
-            average(sgd.model, &mut parameters);
+            average(model, &mut parameters);
         }
     }
     parameters
@@ -484,7 +482,8 @@ pub(crate) fn estimate(contents: &Contents, readings: &Readings) -> Estimate {
                 }
                 let mut parameters = initial.clone();
                 for _ in 0..steps.steps {
-                    let change = gauss_newton_step(steps, &readings, &initial, &parameters);
+                    let change =
+                        gauss_newton_step((model, steps), &readings, &initial, &parameters);
                     parameters
                         .iter_mut()
                         .zip(change)

@@ -5,7 +5,6 @@ mod fits;
 mod gray;
 mod linear;
 mod memory;
-mod order;
 mod plausibility;
 mod readings;
 mod saved;

@@ -6,7 +6,6 @@ use glimpse_core::fit::ScanModel;
 use glimpse_core::link::{Failure, PROTOCOL, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use proptest::prelude::*;
 
 use super::bench::{
     Bench, ORIGIN, is_failed, is_finished, is_forget, is_installed, is_measure, is_store,
@@ -89,27 +88,6 @@ fn driver_matches_plain_scan() {
         for model in MODELS {
             for slice in [0, 1_000] {
                 check_scans::<Any>(recipe_for(model), host, slice);
-            }
-        }
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(8))]
-    #[test]
-    fn own_readings_in_any_order(order in Just(IN_ORDER.to_vec()).prop_shuffle()) {
-        for host in [Host::Absent, Host::Listens] {
-            for model in MODELS {
-                let mut driver = new_driver::<Any>(recipe_for(model), Config::new(host));
-                // All between two polls.
-                for index in &order {
-                    driver.record(*index, synthetic_reading(*index)).unwrap();
-                }
-                let mut bench = Bench::cooperative();
-                bench.run(&mut driver, is_finished);
-                let expected = full_scan::<Any>(recipe_for(model), synthetic_reading);
-                assert_eq!(fitted_bits(&driver), expected.bits());
-                assert_eq!(bench.take_actions().len(), 9, "each reading is saved");
             }
         }
     }

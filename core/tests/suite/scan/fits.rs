@@ -1,15 +1,10 @@
 //! A fit requires all readings, and its result does not depend on the budgets of its slices.
 
-use glimpse_core::fit::{Progress, ScanModel};
+use glimpse_core::fit::Progress;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{FinishError, FitError, Reading};
-use proptest::prelude::*;
 
-use crate::scanning::{
-    Any, SAMPLES, empty_scans, fit, for_every_fitter, full_scan, new_scan, record,
-    synthetic_reading,
-};
+use crate::scanning::{Any, SAMPLES, empty_scans, fit, full_scan, record, synthetic_reading};
 
 /// In version 0.1, calls without readings counted as steps of the fit. With 1 to 7 of 8 readings, the fit never ended.
 #[test]
@@ -102,27 +97,5 @@ fn reading_during_fit_discards_it() {
         scan.fit().unwrap().advance(4);
         assert!(scan.fitted().is_none());
         assert_eq!(fit(&mut scan, &[5]), expected_gray);
-    }
-}
-
-fn check_slices<K: ScanModel + 'static>(
-    recipe: Recipe<'static>,
-    brdfs: &[[f32; 3]],
-    budgets: &[u32],
-) {
-    let reading = |index: u16| Reading::new(brdfs[usize::from(index)]);
-    let mut scan = new_scan::<K>(recipe);
-    record(&mut scan, 0..8, reading);
-    assert_eq!(fit(&mut scan, budgets), full_scan::<K>(recipe, reading));
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(32))]
-    #[test]
-    fn slicing_keeps_result(
-        brdfs in prop::collection::vec(prop::array::uniform3(0.0..5.0f32), 8),
-        budgets in prop::collection::vec(1..40u32, 1..6),
-    ) {
-        for_every_fitter!(check_slices, &brdfs, &budgets);
     }
 }

@@ -5,7 +5,7 @@ use glimpse_core::model::{ModelKind, Neural};
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
 use glimpse_core::scan::{Reading, Scan, ScanError};
 
-use crate::recipes::{Rows, combinations, linear};
+use crate::recipes::combinations;
 use crate::scanning::{
     MODELS, encoded_recipe, fit, full_scan, recipe_for, record, synthetic_reading,
 };
@@ -84,28 +84,6 @@ fn memory_is_reusable() {
         let mut unfinished = Scan::<AnyModel>::new(recipe, &mut *memory).unwrap();
         record(&mut unfinished, 1..samples, |_| Reading::monochrome(5.0));
     }
-}
-
-/// A recipe with fewer samples and components is not affected by a larger recipe before it.
-#[test]
-fn smaller_recipe_reuses_memory() {
-    let mut small = linear();
-    small.pattern.directions.truncate(9);
-    let ridge = small.ridge();
-    ridge.precision.truncate(2);
-    ridge.center.truncate(3);
-    ridge.rows = Rows::floats(&[1.0, -2.0, 3.0, 4.0, -5.0, 6.0]);
-    let small = small.recipe();
-    let run = |memory: &mut [f32], recipe: Recipe<'_>| {
-        let mut scan = Scan::<AnyModel>::new(recipe, memory).unwrap();
-        record(&mut scan, 0..recipe.samples() as u16, synthetic_reading);
-        fit(&mut scan, &[2])
-    };
-    let mut used = [0.0; 400];
-    let expected = run(&mut [0.0; 400], small);
-    assert_eq!(expected.values().len(), 3 * 2);
-    run(&mut used, recipe_for(ModelKind::Linear));
-    assert_eq!(run(&mut used, small), expected);
 }
 
 #[test]
