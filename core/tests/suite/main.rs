@@ -3,7 +3,6 @@
 //! Modules that compute in f64 require the feature `libm`: f64 implements `Scalar` only with it.
 
 mod basis;
-mod blocks;
 mod checksum;
 mod documents;
 mod driver;
