@@ -14,8 +14,8 @@ macro_rules! error_codes {
         /// use glimpse_core::recipe::Recipe;
         ///
         /// let error = Recipe::parse(b"not a recipe").err().unwrap();
-        /// assert_eq!(error.code(), ErrorCode::RecipeMagic);
-        /// assert_eq!(error.code().code(), 32);
+        /// assert_eq!(error.code, ErrorCode::RecipeMagic);
+        /// assert_eq!(error.code.code(), 32);
         /// assert_eq!(ErrorCode::from_code(32), Some(ErrorCode::RecipeMagic));
         /// assert_eq!(ErrorCode::from_code(9_999), None); // unknown to this version
         /// ```
