@@ -220,9 +220,7 @@ fn link_constants_match_document() {
         let mut lines = LINK.lines().filter(|line| line.contains(name));
         assert!(lines.any(has_number), "{name}: {number}");
     }
-    assert_eq!(
-        (config.reply_timeout_ms, config.measure_timeout_ms),
-        (2_000, 60_000)
-    );
+    let actual = (config.reply_timeout_ms, config.measure_timeout_ms);
+    assert_eq!(actual, (2_000, 60_000));
     assert_eq!(config.attempts, 3);
 }

@@ -48,23 +48,11 @@ fn brdf_only_for_unit_vectors_above_horizon() {
                 assert!(actual.iter().all(is_valid), "{actual:?}");
             }
         }
-        for invalid_direction in invalid {
-            assert_eq!(
-                brdf(invalid_direction, invalid_direction),
-                None,
-                "{invalid_direction:?}"
-            );
-            for valid_direction in valid {
-                assert_eq!(
-                    brdf(invalid_direction, valid_direction),
-                    None,
-                    "{invalid_direction:?}"
-                );
-                assert_eq!(
-                    brdf(valid_direction, invalid_direction),
-                    None,
-                    "{invalid_direction:?}"
-                );
+        for invalid in invalid {
+            assert_eq!(brdf(invalid, invalid), None, "{invalid:?}");
+            for valid in valid {
+                let both = [brdf(invalid, valid), brdf(valid, invalid)];
+                assert_eq!(both, [None; 2], "{invalid:?}");
             }
         }
         // At the horizon. For other pairs there, rounding determines the result.

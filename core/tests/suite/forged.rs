@@ -161,10 +161,8 @@ fn scan(recipe: Recipe<'_>, random: &mut Random) -> End {
         }
     };
     let guards = memory[..GUARD].iter().chain(&memory[GUARD + words..]);
-    assert!(
-        guards.into_iter().all(|word| word.to_bits() == PATTERN),
-        "a write outside of the memory"
-    );
+    let is_valid = guards.into_iter().all(|word| word.to_bits() == PATTERN);
+    assert!(is_valid, "a write outside of the memory");
     end
 }
 

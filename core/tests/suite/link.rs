@@ -55,10 +55,8 @@ fn longest_message_fits_exactly() {
     };
     assert_eq!(frame(u32::MAX, &request).len(), FRAME_BYTES);
     let mut short = [0; FRAME_BYTES - 1];
-    assert_eq!(
-        encode(u32::MAX, &request, &mut short),
-        Err(FrameError::TooLong)
-    );
+    let expected = Err(FrameError::TooLong);
+    assert_eq!(encode(u32::MAX, &request, &mut short), expected);
     let reply = Reply::RecipePart {
         offset: u32::MAX,
         bytes: RecipeBytes::try_from(&[0xA5; BYTES_PER_FRAME][..]).unwrap(),
@@ -70,10 +68,8 @@ fn longest_message_fits_exactly() {
 fn recovers_after_endless_frame() {
     let mut bytes = vec![0xAA; 10 * FRAME_BYTES];
     bytes.extend(frame(3, &Reply::Accepted));
-    assert_eq!(
-        read_frames::<Reply>(&bytes),
-        [Err(FrameError::TooLong), Ok((3, Reply::Accepted))]
-    );
+    let expected = [Err(FrameError::TooLong), Ok((3, Reply::Accepted))];
+    assert_eq!(read_frames::<Reply>(&bytes), expected);
 }
 
 #[test]
@@ -127,10 +123,8 @@ fn repeated_request_gets_same_reply() {
     let request = progress(1);
     let (mut client, mut server) = (Client::new(0), Server::new());
     let request_frame = send(&mut client, &request);
-    assert_eq!(
-        receive(&mut server, &request_frame),
-        Received::New(request.clone())
-    );
+    let expected = Received::New(request.clone());
+    assert_eq!(receive(&mut server, &request_frame), expected);
     // In version 0.1, a repeated request was new until its reply was sent, so that a host with moving arms moved them
     // again.
     for _ in 0..3 {
@@ -285,10 +279,8 @@ fn unknown_codes_arrive_and_print() {
 
     let refusal = Refusal::Other { code: 5_000 };
     let bytes = frame(7, &Reply::Refused(refusal));
-    assert_eq!(
-        read_frames::<Reply>(&bytes),
-        [Ok((7, Reply::Refused(refusal)))]
-    );
+    let expected = [Ok((7, Reply::Refused(refusal)))];
+    assert_eq!(read_frames::<Reply>(&bytes), expected);
     let text = "the host refused for a reason that the device does not know (number 5000)";
     assert_eq!(refusal.to_string(), text);
     let report = FailureReport::from(Failure::Refused(refusal));

@@ -2,6 +2,17 @@
 //!
 //! Modules that compute in f64 require the feature `libm`: f64 implements `Scalar` only with it.
 
+/// A number with libm, and with micromath.
+macro_rules! by_math {
+    ($libm:expr, $micromath:expr) => {
+        if cfg!(feature = "micromath") {
+            $micromath
+        } else {
+            $libm
+        }
+    };
+}
+
 mod basis;
 mod checksum;
 mod documents;

@@ -10,10 +10,7 @@ use glimpse_core::recipe::{HEADER_BYTES, Pattern, Recipe};
 use glimpse_core::section::{Field, Section};
 use proptest::prelude::*;
 
-use crate::recipes::{
-    Contents, SMALL, Sections, Shape, VERSION, combinations, linear, number_of, packed,
-    parse_error, random_recipe, sgd, with_differences, with_header,
-};
+use crate::recipes::*;
 
 /// The name and the fields of a kind.
 pub(crate) fn fields_of(kind: u16) -> (&'static str, &'static [Field]) {
@@ -92,20 +89,16 @@ fn wrong_lists(field: &Field, list: &[u8], is_bytes: bool) -> Wrong {
     if !is_bytes {
         lengths.extend([list[4..].to_vec(), [list, &list[..4]].concat()]);
     }
-    let mut wrong: Wrong = lengths
-        .into_iter()
-        .map(|list| (list, ErrorCode::RecipeCount))
-        .collect();
+    let lengths = lengths.into_iter();
+    let mut wrong: Wrong = lengths.map(|list| (list, ErrorCode::RecipeCount)).collect();
     for (number, code) in wrong_numbers(field).into_iter().filter(|_| !is_bytes) {
         for at in [0, (list.len() / 8) * 4, list.len() - 4] {
             let (before, after) = (&list[..at], &list[at + 4..]);
             wrong.push(([before, &number, after].concat(), code));
         }
     }
+    wrong.iter_mut().for_each(|(list, _)| *list = encoded(list));
     wrong
-        .into_iter()
-        .map(|(list, code)| (encoded(&list), code))
-        .collect()
 }
 
 /// Wrong encodings of a field, with the code of their error.
@@ -155,20 +148,15 @@ fn wrong_encodings(field: &Field, bytes: &[u8]) -> Wrong {
 fn may_name(field: &Field, named: &str, code: ErrorCode) -> bool {
     let section = |name: &'static str| name.split('.').next().unwrap();
     let shares_count = |other: &Field| {
-        let is_same_section = section(field.name) == section(other.name);
-        is_same_section
-            && other
-                .length
-                .iter()
-                .any(|count| field.length.contains(count))
+        let mut counts = other.length.iter();
+        let is_shared = counts.any(|count| field.length.contains(count));
+        is_shared && section(field.name) == section(other.name)
     };
     let all = (0..=Prediction::KIND).flat_map(|kind| fields_of(kind).1);
     let mut others = all.filter(|other| other.name == named);
     match code {
         ErrorCode::RecipeSections => named.is_empty(),
-        ErrorCode::RecipeCount => {
-            others.any(|other| other.name == field.name || shares_count(other))
-        }
+        ErrorCode::RecipeCount if named != field.name => others.any(shares_count),
         _ => named == field.name,
     }
 }
@@ -192,28 +180,19 @@ fn errors_name_wrong_fields() {
             for (field, span) in fields(*kind, bytes) {
                 for (wrong, code) in wrong_encodings(field, &bytes[span.clone()]) {
                     let mut sections = sections.clone();
-                    sections[index]
-                        .1
-                        .splice(span.clone(), wrong.iter().copied());
+                    let (_, bytes) = &mut sections[index];
+                    bytes.splice(span.clone(), wrong.iter().copied());
                     let error = parse_error(&contents.write_with(&sections));
                     let is_right = error.code == code && may_name(field, error.field, code);
-                    assert!(
-                        is_right,
-                        "{} {wrong:?}: {error:?} instead of {code:?}",
-                        field.name
-                    );
+                    assert!(is_right, "{field:?} {wrong:?}: {error:?}, not {code:?}");
                     *seen.entry(field.name).or_insert(0) += 1;
                 }
             }
         }
     }
     // The only fields without a wrong value.
-    assert_eq!(
-        seen.len() + 1,
-        (0..=Prediction::KIND)
-            .map(|kind| fields_of(kind).1.len())
-            .sum()
-    );
+    let counts = (0..=Prediction::KIND).map(|kind| fields_of(kind).1.len());
+    assert_eq!(seen.len() + 1, counts.sum());
     assert!(!seen.contains_key("ridge.basis_checksum"));
 }
 
@@ -242,47 +221,36 @@ fn bounds_are_valid() {
 /// Each count at its largest value, and above.
 #[test]
 fn counts_are_bounded() {
-    let error = |contents: Contents| {
-        Recipe::parse(&contents.write())
-            .err()
-            .map(|error| error.code)
-    };
-    let with = |change: fn(&mut Shape), model| {
+    let with = |change: &dyn Fn(&mut Shape), model| {
         let mut shape = SMALL;
         change(&mut shape);
         random_recipe(shape, model)
     };
     let phong = Some(ModelKind::Phong);
-    for (valid, invalid) in [
+    type Set = fn(&mut Shape, usize);
+    let cases: [(Set, [usize; 4], _); 5] = [
+        (|shape, k| shape.components = k, [4, 1024, 3, 1025], None),
+        (|shape, h| shape.hidden = h, [0, 92, 93, 94], None),
+        (|shape, g| shape.units = g, [1, 32, 0, 33], phong),
         (
-            with(|s| s.components = 1024, None),
-            with(|s| s.components = 1025, None),
+            |shape, v| shape.virtual_readings = v,
+            [1, 1024, 0, 1025],
+            phong,
         ),
-        (with(|s| s.hidden = 92, None), with(|s| s.hidden = 93, None)),
-        (with(|s| s.hidden = 0, None), with(|s| s.samples = 0, None)),
-        (with(|s| s.units = 32, phong), with(|s| s.units = 33, phong)),
-        (with(|s| s.units = 1, phong), with(|s| s.units = 0, phong)),
-        (
-            with(|s| s.virtual_readings = 1024, phong),
-            with(|s| s.virtual_readings = 1025, phong),
-        ),
-        (
-            with(|s| s.virtual_readings = 1, phong),
-            with(|s| s.virtual_readings = 0, phong),
-        ),
-        (
-            with(|s| s.samples = 4096, None),
-            with(|s| s.samples = 4097, None),
-        ),
-    ] {
-        assert_eq!(
-            (error(valid), error(invalid)),
-            (None, Some(ErrorCode::RecipeCount))
-        );
+        (|shape, n| shape.samples = n, [1, 4096, 0, 4097], None),
+    ];
+    for (set, [min, max, below, above], model) in cases {
+        let code = |count| {
+            let bytes = with(&|shape| set(shape, count), model).write();
+            Recipe::parse(&bytes).err().map(|error| error.code)
+        };
+        assert_eq!([min, max].map(code), [None; 2]);
+        assert!(code(below).is_some(), "{below}");
+        assert_eq!(code(above), Some(ErrorCode::RecipeCount));
     }
     // More coefficients of the net than components.
     let mut contents = random_recipe(SMALL, None);
-    contents.ridge = with(|s| s.components = 3, None).ridge;
+    contents.ridge = with(&|shape| shape.components = 3, None).ridge;
     let error = parse_error(&contents.write());
     assert_eq!(
         (error.code, error.field),
@@ -305,10 +273,8 @@ fn directions_are_above_horizon() {
     let mut below = contents.clone();
     below.pattern.directions[9] = 1.6;
     let error = parse_error(&below.write());
-    assert_eq!(
-        (error.code, error.details),
-        (ErrorCode::RecipeBelowHorizon, [3, 0])
-    );
+    let expected = (ErrorCode::RecipeBelowHorizon, [3, 0]);
+    assert_eq!((error.code, error.details), expected);
     let mut below = contents;
     below.gauss_newton.as_mut().unwrap().directions[6] = 1.6;
     let error = parse_error(&below.write());
@@ -335,10 +301,8 @@ fn recipe_reports_contents() {
             .ridge
             .as_ref()
             .map_or(0, |ridge| ridge.basis_checksum);
-        assert_eq!(
-            recipe.basis_checksum(),
-            Some(checksum).filter(|checksum| *checksum > 0)
-        );
+        let expected = Some(checksum).filter(|checksum| *checksum > 0);
+        assert_eq!(recipe.basis_checksum(), expected);
         let angles = recipe
             .pattern()
             .flat_map(|a| [a.theta_h, a.theta_d, a.phi_d]);
@@ -447,10 +411,8 @@ fn rejects_damaged_list_of_sections() {
             (5, ErrorCode::RecipeLength),
             (6, ErrorCode::RecipeSections),
         ] {
-            assert_eq!(
-                parse_error(&with_header(VERSION, &body[..length])).code,
-                code
-            );
+            let actual = parse_error(&with_header(VERSION, &body[..length])).code;
+            assert_eq!(actual, code);
         }
     }
 }

@@ -127,25 +127,22 @@ pub(crate) fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> 
 }
 
 /// A least-squares problem with a Gaussian prior.
-struct Normal {
-    matrix: Vec<Vec<f64>>,
-    right: Vec<f64>,
+pub(crate) struct Normal {
+    pub(crate) matrix: Vec<Vec<f64>>,
+    pub(crate) right: Vec<f64>,
 }
 
 impl Normal {
-    fn new(precision: &[f32]) -> Self {
-        let order = precision.len();
-        let mut matrix = vec![vec![0.0; order]; order];
+    pub(crate) fn new(precision: &[impl Copy + Into<f64>]) -> Self {
+        let right = vec![0.0; precision.len()];
+        let mut matrix = vec![right.clone(); precision.len()];
         for (index, precision) in precision.iter().enumerate() {
-            matrix[index][index] = f64::from(*precision);
+            matrix[index][index] = (*precision).into();
         }
-        Self {
-            matrix,
-            right: vec![0.0; order],
-        }
+        Self { matrix, right }
     }
 
-    fn add(&mut self, row: &[f64], weight: f64, residual: f64) {
+    pub(crate) fn add(&mut self, row: &[f64], weight: f64, residual: f64) {
         for ((line, entry), left) in self.matrix.iter_mut().zip(&mut self.right).zip(row) {
             *entry += weight * left * residual;
             for (sum, other) in line.iter_mut().zip(row) {
@@ -176,10 +173,9 @@ fn rounded(activation: f64) -> f64 {
 fn net_coefficients(net: &Net, mapped: &[Option<[f64; 3]>]) -> [Vec<f64>; 3] {
     let (m, rows) = (usize::from(net.components), net.bias.len());
     let present = mapped.iter().flatten().count() as f64;
-    let gain = if net.missing == 2 {
-        (mapped.len() as f64 / present).sqrt()
-    } else {
-        1.0
+    let gain = match net.missing {
+        2 => (mapped.len() as f64 / present).sqrt(),
+        _ => 1.0,
     };
     let factor = f64::from(net.scale) * gain;
     let weight = |sample: usize, column: usize, row: usize| {
@@ -199,11 +195,8 @@ fn net_coefficients(net: &Net, mapped: &[Option<[f64; 3]>]) -> [Vec<f64>; 3] {
         };
         let hidden: Vec<f64> = (m..rows).map(|index| rounded(row(index).tanh())).collect();
         let output = |k: usize| {
-            weighted(
-                &net.output[k * hidden.len()..],
-                net.output_scales[k],
-                &hidden,
-            )
+            let weights = &net.output[k * hidden.len()..];
+            weighted(weights, net.output_scales[k], &hidden)
         };
         (0..m).map(|k| row(k) + output(k)).collect()
     })
@@ -234,10 +227,9 @@ fn unmapped(mapped: f64, at: Place) -> f64 {
 
 /// Replaces the parameters of the channels by their mean.
 fn average(model: ModelKind, parameters: &mut [f64]) {
-    let colors = if matches!(model, Phong | CookTorrance) {
-        0..6
-    } else {
-        609..675
+    let colors = match model {
+        Phong | CookTorrance => 0..6,
+        _ => 609..675,
     };
     for triple in parameters[colors].as_chunks_mut::<3>().0 {
         *triple = [triple.iter().sum::<f64>() / 3.0; 3];

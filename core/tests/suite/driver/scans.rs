@@ -1,31 +1,19 @@
 //! Full scans with a host that measures, with a host that listens, and without a host. The result has the bits of a
 //! plain scan, whatever the order of the readings and the quality of the line.
 
-use glimpse_core::driver::{Action, Config, Driver, Host};
+use glimpse_core::driver::{Action, Config, Host};
 use glimpse_core::fit::ScanModel;
 use glimpse_core::link::{Failure, PROTOCOL, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 
-use super::bench::{
-    Bench, ORIGIN, is_failed, is_finished, is_forget, is_installed, is_measure, is_store,
-    new_driver, offering_host, stored_bytes,
-};
+use super::bench::*;
 use crate::random::Random;
 use crate::recipes::parsed;
-use crate::scanning::{
-    Any, MODELS, encoded_recipe, for_every_fitter, full_scan, recipe_for, synthetic_reading,
-};
+use crate::scanning::*;
 
 const HOSTS: [Host; 3] = [Host::Measures, Host::Listens, Host::Absent];
 const IN_ORDER: [u16; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
-
-fn fitted_bits<K: ScanModel>(driver: &Driver<'_, K>) -> Vec<u32> {
-    let fitted = driver.scan().unwrap().fitted().unwrap();
-    let residual = fitted.residual();
-    let numbers = fitted.values().chain([residual.mean, residual.worst]);
-    numbers.map(f32::to_bits).collect()
-}
 
 /// Runs two scans, and checks result, actions, and the kinds of requests.
 fn check_scans<K: ScanModel + 'static>(recipe: Recipe<'static>, host: Host, slice: u32) {

@@ -61,10 +61,8 @@ fn rejects_non_unit_vectors() {
             // Half and difference vectors still have unit length.
             let half = at.hx.hypot(at.hz);
             let difference = at.dx.hypot(at.dy).hypot(at.dz);
-            assert!(
-                (half - 1.0).abs() < 5e-6 && (difference - 1.0).abs() < 5e-6,
-                "{at:?}"
-            );
+            let is_valid = (half - 1.0).abs() < 5e-6 && (difference - 1.0).abs() < 5e-6;
+            assert!(is_valid, "{at:?}");
         }
     }
 }

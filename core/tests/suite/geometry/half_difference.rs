@@ -75,11 +75,7 @@ fn to_f64(at: &HalfDifference<f32>) -> [f64; 5] {
 /// to cos(theta_d), half the length of the sum of both directions, and to sin(theta_h), because of the azimuth.
 /// micromath adds the errors of three square roots.
 fn rounding_error(at: &HalfDifference<f64>) -> f64 {
-    let roots = if cfg!(feature = "micromath") {
-        5e-6
-    } else {
-        0.0
-    };
+    let roots = by_math!(0.0, 5e-6);
     roots + 3e-7 / (at.dz * at.hx)
 }
 

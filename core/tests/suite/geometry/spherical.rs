@@ -6,18 +6,10 @@ use glimpse_core::geometry::{ArmAngles, Directions, HalfDifference, Spherical};
 use proptest::prelude::*;
 
 /// The rounding of three products, or the error of micromath's square root.
-const ROUNDING: f64 = if cfg!(feature = "micromath") {
-    4e-6
-} else {
-    8e-7
-};
+const ROUNDING: f64 = by_math!(8e-7, 4e-6);
 
 /// The largest difference between the lengths of two directions.
-const LENGTHS: f64 = if cfg!(feature = "micromath") {
-    2e-6
-} else {
-    2.4e-7
-};
+const LENGTHS: f64 = by_math!(2.4e-7, 2e-6);
 
 fn arm(theta: f64, phi: f64) -> Spherical {
     Spherical {

@@ -44,10 +44,8 @@ fn reports_limit_and_excess() {
         assert!((excess - by).abs() < 1e-3, "{name}: {excess}");
     }
     for azimuth in [0.0, 180.0, 180.05, -179.95] {
-        assert_eq!(
-            in_plane.check(&at([20.0, 30.0, 40.0, 30.0 + azimuth])),
-            Ok(())
-        );
+        let actual = in_plane.check(&at([20.0, 30.0, 40.0, 30.0 + azimuth]));
+        assert_eq!(actual, Ok(()));
     }
 }
 
@@ -124,23 +122,17 @@ fn names_fields_out_of_range() {
         limits.validate().unwrap_err()
     };
     for theta in [f32::NAN, 0.0, -0.1, 1.6, f32::INFINITY] {
-        assert_eq!(
-            validation_error(&|l| l.max_theta_i = theta),
-            LimitsError::MaxThetaI
-        );
-        assert_eq!(
-            validation_error(&|l| l.max_theta_o = theta),
-            LimitsError::MaxThetaO
-        );
+        let expected = LimitsError::MaxThetaI;
+        assert_eq!(validation_error(&|l| l.max_theta_i = theta), expected);
+        let expected = LimitsError::MaxThetaO;
+        assert_eq!(validation_error(&|l| l.max_theta_o = theta), expected);
     }
     for separation in [f32::NAN, -0.1, 3.2, f32::INFINITY] {
         let error = validation_error(&|l| l.min_separation = separation);
         assert_eq!(error, LimitsError::MinSeparation);
     }
-    assert_eq!(
-        validation_error(&|l| l.min_separation = 2.4),
-        LimitsError::NoDirections
-    );
+    let expected = LimitsError::NoDirections;
+    assert_eq!(validation_error(&|l| l.min_separation = 2.4), expected);
     let widest = Limits {
         max_theta_i: FRAC_PI_2,
         max_theta_o: FRAC_PI_2,

@@ -34,6 +34,10 @@ fn directions(count: usize, random: &mut Random) -> Vec<Directions<f32>> {
         .collect()
 }
 
+fn inconclusive(reason: InconclusiveReason) -> TileResult {
+    TileResult::Inconclusive(reason)
+}
+
 struct Case {
     quantity: Quantity,
     factor: [f32; 3],
@@ -126,10 +130,8 @@ fn recognizes_eight_readings_with_3_percent_noise() {
     for monochrome in [false, true] {
         assert_eq!(count_results(8, 0.03, monochrome, [1.0; 3]), (2000, 0));
         assert_eq!(count_results(8, 0.03, monochrome, [2.0; 3]), (1500, 0));
-        assert_eq!(
-            count_results(8, 0.03, monochrome, [0.8, 1.0, 1.3]),
-            (1500, 0)
-        );
+        let actual = count_results(8, 0.03, monochrome, [0.8, 1.0, 1.3]);
+        assert_eq!(actual, (1500, 0));
     }
 }
 
@@ -140,10 +142,8 @@ fn more_noise_gives_no_wrong_results() {
         for monochrome in [false, true] {
             let (correct, wrong) = count_results(8, noise, monochrome, [1.0; 3]);
             println!("{noise} {monochrome}: {correct} correct, {wrong} wrong");
-            assert!(
-                correct >= min_correct && wrong == 0,
-                "{noise}: {correct} correct, {wrong} wrong"
-            );
+            let is_valid = correct >= min_correct && wrong == 0;
+            assert!(is_valid, "{noise}: {correct} correct, {wrong} wrong");
         }
     }
 }
@@ -161,15 +161,11 @@ fn three_exact_readings_are_enough() {
         let readings = readings(&case, &directions, &mut random);
         assert_eq!(examine(&readings, TILE), TileResult::Is(quantity));
         let two = readings.get(..2).expect("three readings");
-        assert_eq!(
-            examine(two, TILE),
-            TileResult::Inconclusive(InconclusiveReason::TooFew)
-        );
+        let expected = inconclusive(InconclusiveReason::TooFew);
+        assert_eq!(examine(two, TILE), expected);
     }
-    assert_eq!(
-        examine(&[], TILE),
-        TileResult::Inconclusive(InconclusiveReason::TooFew)
-    );
+    let expected = inconclusive(InconclusiveReason::TooFew);
+    assert_eq!(examine(&[], TILE), expected);
 }
 
 /// Exact readings, but at directions that do not exclude other quantities.
@@ -188,10 +184,8 @@ fn similar_directions_are_ambiguous() {
     ] {
         let case = Case { quantity, ..EXACT };
         let readings = readings(&case, &directions, &mut Random(1));
-        assert_eq!(
-            examine(&readings, TILE),
-            TileResult::Inconclusive(InconclusiveReason::Ambiguous)
-        );
+        let expected = inconclusive(InconclusiveReason::Ambiguous);
+        assert_eq!(examine(&readings, TILE), expected);
     }
 }
 
@@ -233,22 +227,16 @@ fn names_invalid_readings_and_reflectances() {
     for value in [0.0, -0.01, f32::NAN, f32::INFINITY] {
         let mut broken = valid.clone();
         broken[5].1[2] = value;
-        assert_eq!(
-            examine(&broken, TILE),
-            TileResult::Inconclusive(InconclusiveReason::Reading(5))
-        );
+        let expected = inconclusive(InconclusiveReason::Reading(5));
+        assert_eq!(examine(&broken, TILE), expected);
     }
     let mut below = valid.clone();
     below[3].0.outgoing[2] *= -1.0;
-    assert_eq!(
-        examine(&below, TILE),
-        TileResult::Inconclusive(InconclusiveReason::Reading(3))
-    );
+    let expected = inconclusive(InconclusiveReason::Reading(3));
+    assert_eq!(examine(&below, TILE), expected);
     for reflectance in [0.0, -0.5, 99.0, f32::NAN] {
         let result = examine(&valid, [0.5, reflectance, 0.5]);
-        assert_eq!(
-            result,
-            TileResult::Inconclusive(InconclusiveReason::Reflectance(1))
-        );
+        let expected = inconclusive(InconclusiveReason::Reflectance(1));
+        assert_eq!(result, expected);
     }
 }

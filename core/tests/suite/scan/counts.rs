@@ -4,14 +4,11 @@
 //! of `f32::MAX` gave NaN coefficients and a residual of 87.9. Counts of 12 or 16 bits gave a finished fit.
 
 use glimpse_core::fit::AnyModel;
-use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{FitError, Reading};
 
 use crate::recipes::parsed;
-use crate::scanning::{
-    MODELS, Outcome, empty_scans, fit, full_scan, new_scan, recipe_for, record, synthetic_reading,
-};
+use crate::scanning::*;
 
 type Any = AnyModel;
 
@@ -67,24 +64,6 @@ fn rejects_counts_and_wrong_units() {
     }
 }
 
-#[test]
-fn error_contains_limit() {
-    let mut scan = new_scan::<Any>(recipe_for(ModelKind::Neural));
-    record(&mut scan, 0..8, |_| Reading::monochrome(1_000.0));
-    let error = scan.fit().err().unwrap();
-    assert_eq!(error, FitError::TooLarge { limit: 10 });
-    // The readings are kept, and can be replaced.
-    assert_eq!(scan.pending().count(), 0);
-    for index in 0..8 {
-        assert!(
-            scan.record(index, synthetic_reading(index))
-                .unwrap()
-                .replaced
-        );
-    }
-    assert!(matches!(fit(&mut scan, &[50]), Outcome::Fitted(..)));
-}
-
 /// Real materials are shiny. Nickel is above 10 sr^-1 at 12 of the 24 readings of Neural's pattern, whose theta_d are
 /// large. Its lower quartile is below 1. The lower quartile of every material of MERL and RGL is at most 1.2, with any
 /// of the demo's four patterns.
@@ -95,30 +74,6 @@ fn accepts_metal_at_grazing_angles() {
         record(&mut scan, 6..8, |_| Reading::new([0.9; 3]));
         assert!(scan.fit().is_ok());
         scan.record(6, Reading::new([0.9, 11.0, 0.9])).unwrap();
-        assert!(scan.fit().is_err());
+        assert_eq!(scan.fit().err(), Some(FitError::TooLarge { limit: 10 }));
     }
-}
-
-/// One outlier among good readings. [`fit`] checks that the numbers are finite.
-#[test]
-fn one_outlier_fits_or_diverges() {
-    let mut fitted = 0;
-    for outlier in [f32::MAX, 1e30, 1e10, 65_535.0] {
-        for at in 0..8 {
-            for channels in [0..1, 1..2, 2..3, 0..3] {
-                let outcomes = outcomes(|index| {
-                    let mut brdf = plausible(index);
-                    if index == at {
-                        brdf[channels.clone()].fill(outlier);
-                    }
-                    Reading::new(brdf)
-                });
-                for outcome in outcomes {
-                    assert_ne!(outcome, Outcome::TooLarge, "most readings were good");
-                    fitted += usize::from(outcome != Outcome::Diverged);
-                }
-            }
-        }
-    }
-    assert!(fitted > 0);
 }

@@ -6,9 +6,7 @@ use glimpse_core::recipe::{Recipe, max_samples, memory_words};
 use glimpse_core::scan::{Reading, Scan, ScanError};
 
 use crate::recipes::combinations;
-use crate::scanning::{
-    MODELS, encoded_recipe, fit, full_scan, recipe_for, record, synthetic_reading,
-};
+use crate::scanning::*;
 
 #[test]
 fn scan_struct_is_small() {
@@ -55,10 +53,8 @@ fn memory_words_match_recipe() {
     }
     let other_version = [&b"GLMP\x03\0"[..], &bytes[6..]].concat();
     for bytes in [&b"not a recipe, but long enough"[..], &other_version] {
-        assert_eq!(
-            (memory_words(&[bytes]), max_samples(&[bytes])),
-            (usize::MAX, usize::MAX)
-        );
+        let expected = (usize::MAX, usize::MAX);
+        assert_eq!((memory_words(&[bytes]), max_samples(&[bytes])), expected);
     }
 }
 

@@ -40,10 +40,8 @@ fn implausible_reasons(reading: impl Fn(u16) -> Reading) -> [Option<Implausible>
 
 #[test]
 fn noisy_sensor_is_plausible() {
-    assert_eq!(
-        implausible_reasons(|index| Reading::new(matt(index))),
-        [None; 4]
-    );
+    let actual = implausible_reasons(|index| Reading::new(matt(index)));
+    assert_eq!(actual, [None; 4]);
     let gray = |index| Reading::monochrome(matt(index)[0]);
     assert_eq!(implausible_reasons(gray), [None; 4]);
 }
@@ -104,8 +102,6 @@ fn unexplained_readings_are_implausible() {
     let bytes = include_bytes!("../../../../trainer/recipes/completed/neural-n16.recipe");
     let inconsistent =
         |index: u16| Reading::monochrome([0.002, 3.0, 2.0, 0.01][usize::from(index % 4)]);
-    assert_eq!(
-        implausible_reason(bytes, inconsistent),
-        Some(Implausible::Residual)
-    );
+    let expected = Some(Implausible::Residual);
+    assert_eq!(implausible_reason(bytes, inconsistent), expected);
 }

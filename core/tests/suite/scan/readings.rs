@@ -1,17 +1,11 @@
 //! Readings that are rejected, clamped or counted.
 
+use crate::scanning::*;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::model::linear::EPSILON;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{
-    Implausible, MIN_READING, Reading, ReadingError, Recorded, Residual, Scan,
-};
-use proptest::prelude::*;
-
-use crate::scanning::{
-    Any, MODELS, Outcome, empty_scans, fit, full_scan, recipe_for, record, synthetic_reading,
-};
+use glimpse_core::scan::{Implausible, MIN_READING, Reading, ReadingError, Recorded, Residual};
 
 #[test]
 fn rejects_invalid_readings() {
@@ -35,28 +29,6 @@ fn rejects_invalid_readings() {
         let dark = Reading::monochrome(0.0);
         assert_eq!(scan.record(0, dark), Ok(Recorded::default()));
         assert_eq!(scan.next_pending().unwrap().0, 1);
-    }
-}
-
-/// The memory may be larger than the recipe needs.
-#[test]
-fn rejects_unknown_samples() {
-    for model in MODELS {
-        let recipe = recipe_for(model);
-        let mut memory = [0.0; 2_000];
-        let mut scan = Scan::<Any>::new(recipe, &mut memory).unwrap();
-        record(&mut scan, 0..8, synthetic_reading);
-        assert_eq!(scan.pending().count(), 0);
-        for index in [8, 9, 11, 12, u16::MAX] {
-            let samples = 8;
-            let error = ReadingError::Index { index, samples };
-            assert_eq!(scan.record(index, synthetic_reading(0)), Err(error));
-            assert_eq!(scan.reading(index), None);
-        }
-        assert_eq!(
-            fit(&mut scan, &[13]),
-            full_scan::<Any>(recipe, synthetic_reading)
-        );
     }
 }
 
@@ -113,53 +85,5 @@ fn clamps_negative_readings() {
         // A new reading is not clamped.
         record(&mut scan, 0..8, |_| Reading::new([0.0, 0.1, 0.2]));
         assert_eq!(fit(&mut scan, &[9]).residual().clamped, 0);
-    }
-}
-
-#[test]
-fn counts_saturated_readings() {
-    for mut scan in empty_scans() {
-        record(&mut scan, 0..8, |index| Reading {
-            brdf: [0.3; 3],
-            saturated: index < 3,
-        });
-        assert_eq!(fit(&mut scan, &[64]).residual().saturated, 3);
-        let clear = |_| Reading::monochrome(0.3);
-        record(&mut scan, [1], clear);
-        assert_eq!(fit(&mut scan, &[64]).residual().saturated, 2);
-        scan.restart();
-        assert_eq!(scan.next_pending().unwrap().0, 0);
-        record(&mut scan, 0..8, clear);
-        assert_eq!(fit(&mut scan, &[64]).residual().saturated, 0);
-    }
-}
-
-#[test]
-fn counts_repeated_readings() {
-    let distinct = [0, 1, 2, 3, 4, 5, 6, 7].map(|k| [0.3 + 0.01 * k as f32; 3]);
-    let mut one_pair = distinct;
-    one_pair[4] = one_pair[3];
-    for model in MODELS {
-        for (brdfs, repeated) in [([[0.3, 0.2, 0.1]; 8], 7), (distinct, 0), (one_pair, 1)] {
-            let outcome = full_scan::<Any>(recipe_for(model), |index| {
-                Reading::new(brdfs[usize::from(index)])
-            });
-            assert_eq!(outcome.residual().repeated, repeated, "{model}");
-        }
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(32))]
-    /// The fit finishes with any noise below 0.
-    #[test]
-    fn fits_noise_below_zero(
-        brdfs in prop::collection::vec(prop::array::uniform3(-1.0..0.5f32), 8),
-    ) {
-        for model in MODELS {
-            let reading = |index: u16| Reading::new(brdfs[usize::from(index)]);
-            let outcome = full_scan::<Any>(recipe_for(model), reading);
-            prop_assert!(matches!(outcome, Outcome::Fitted(..)), "{model}: {outcome:?}");
-        }
     }
 }
