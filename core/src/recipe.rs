@@ -157,7 +157,7 @@ impl<'a> Recipe<'a> {
         self.pattern.is_path
     }
 
-    /// What the trainer states about the recipe for people and itself, in its own encoding. Empty if there is nothing.
+    /// The trainer's own section, in its own encoding. Empty if the recipe has none.
     #[must_use]
     pub fn metadata(&self) -> &'a [u8] {
         self.metadata

@@ -31,7 +31,7 @@ use encoding::scaled;
 pub(crate) const COLUMNS: usize = 3;
 /// Number of color channels.
 pub(crate) const CHANNELS: usize = 3;
-/// Number of lists in the memory of a completion: three for channels, and one for their shared sum.
+/// Number of lists in the memory of the net: three for channels, and one for their shared sum.
 pub(crate) const LISTS: usize = 4;
 
 /// The input of the net for one sample: a reading or a missing reading.

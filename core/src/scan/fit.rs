@@ -48,7 +48,7 @@ pub struct Fit<'s, K: ScanModel> {
 
 impl<'s, K: ScanModel> Fit<'s, K> {
     /// Does at most `budget` units of work. A unit is the gradient of one sample, a row or a channel of Linear's solve,
-    /// a part of a completion, or a part of the checks at the end. The result does not depend on the budgets.
+    /// a part of another stage, or a part of the checks at the end. The result does not depend on the budgets.
     pub fn advance(&mut self, budget: u32) -> Progress {
         let Progress { done, total } = self.progress();
         let Ok(functions) = K::functions(self.recipe.model()) else {
@@ -237,8 +237,8 @@ impl<K: ScanModel> Fitted<'_, K> {
         Some(brdf).filter(|brdf| is_finite(brdf))
     }
 
-    /// The fitted values, all finite: a model's parameters in its order, or Linear's coefficients, m
-    /// for red, m for green, m for blue.
+    /// The fitted values, all finite: a model's parameters in its order, or Linear's coefficients, K
+    /// for red, K for green, K for blue.
     pub fn values(&self) -> impl Iterator<Item = f32> {
         let values = self.recipe.estimator.values_of(self.words);
         values.into_iter().flatten().copied()
@@ -250,8 +250,8 @@ impl<K: ScanModel> Fitted<'_, K> {
         self.residual
     }
 
-    /// The loss predicted from this material's readings. Recipes that complete readings can predict it. None if the
-    /// recipe does not, or if the loss overflows.
+    /// The loss predicted from this material's readings. None if the recipe has no prediction,
+    /// or if the loss overflows.
     ///
     /// It is the mean of |ln(1 + f cos(theta_i)) - ln(1 + f_fitted cos(theta_i))| over all directions, like
     /// [`expected_loss`](Fitted::expected_loss). A material unlike all training materials may have a larger loss.

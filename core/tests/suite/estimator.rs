@@ -1,14 +1,12 @@
 //! Fits match the formulas in f64, for every legal combination of stages and any slices of work.
 
-use glimpse_core::fit::{AnyModel, Linear, ScanModel};
+use glimpse_core::fit::{Linear, ScanModel};
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
 use glimpse_core::scan::{Fitted, Reading, Scan};
 
 use crate::recipes::*;
 use crate::reference::{Readings, color, estimate};
-use crate::scanning::{Outcome, fit};
-
-type Any = AnyModel;
+use crate::scanning::{Any, Outcome, fit};
 
 /// The largest error of f32 compared with f64, relative to the larger of 1 and the number.
 ///

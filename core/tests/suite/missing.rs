@@ -1,12 +1,11 @@
 //! Readings that are missing or saturated: recipes that tolerate them, and fits without them.
 
-use glimpse_core::fit::AnyModel;
 use glimpse_core::scan::{FitError, Reading, Scan, SkipError};
 
 use crate::estimator::{outcome, readings};
 use crate::recipes::{Contents, SAMPLES, tolerant};
 use crate::reference::{Readings, color};
-use crate::scanning::{Outcome, fit, record};
+use crate::scanning::{Any, Outcome, fit, record};
 
 /// The readings of a bit mask.
 fn subset(present: u32) -> Readings {
@@ -25,7 +24,7 @@ fn saturated(index: u16) -> Reading {
 }
 
 /// Calls `check` with an empty scan for each recipe with a net.
-fn for_each_recipe(missing: u8, check: impl Fn(&Contents, &mut Scan<'_, AnyModel>)) {
+fn for_each_recipe(missing: u8, check: impl Fn(&Contents, &mut Scan<'_, Any>)) {
     for mut contents in tolerant() {
         contents.net.as_mut().unwrap().missing = missing;
         let recipe = contents.recipe();

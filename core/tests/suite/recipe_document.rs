@@ -120,7 +120,6 @@ fn example_bytes_match_writer() {
         metadata: Some(b"felt".to_vec()),
         ..Contents::default()
     };
-    example.recipe();
     let expected = example.write();
     let actual = hex_bytes(include_str!("../../docs/recipe.hex"));
     assert_eq!(actual, expected, "the bytes are {expected:02x?}");

@@ -2,7 +2,7 @@
 
 use crate::numeric::math::{exp, ln};
 
-/// The treatment of missing readings in the training of a completion.
+/// The treatment of missing readings in the training of a net.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum MissingPolicy {
@@ -24,7 +24,7 @@ impl MissingPolicy {
         }
     }
 
-    /// Returns the factor of the present [standardized](super::standardized) readings.
+    /// Returns the factor of the present mapped readings.
     ///
     /// `present` has an entry for each sample: true if its reading is present. It is counted only if the factor depends
     /// on it.

@@ -3,14 +3,11 @@
 //! In version 0.1, readings times 16,777,215 gave 219 NaN parameters, a finite residual and black (on x86). One reading
 //! of `f32::MAX` gave NaN coefficients and a residual of 87.9. Counts of 12 or 16 bits gave a finished fit.
 
-use glimpse_core::fit::AnyModel;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{FitError, Reading};
 
 use crate::recipes::parsed;
 use crate::scanning::*;
-
-type Any = AnyModel;
 
 /// A synthetic recipe of each model, and the recipes of the examples, which have large step sizes.
 fn recipes() -> Vec<Recipe<'static>> {

@@ -1,6 +1,6 @@
 //! The caller provides the memory of a scan, and gets it back.
 
-use glimpse_core::fit::{AnyModel, Linear};
+use glimpse_core::fit::Linear;
 use glimpse_core::model::{ModelKind, Neural};
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
 use glimpse_core::scan::{Reading, Scan, ScanError};
@@ -10,7 +10,7 @@ use crate::scanning::*;
 
 #[test]
 fn scan_struct_is_small() {
-    let size = size_of::<Scan<'_, AnyModel>>();
+    let size = size_of::<Scan<'_, Any>>();
     assert!(size <= 656, "a scan has {size} bytes");
 }
 
@@ -66,18 +66,18 @@ fn memory_is_reusable() {
     let mut memory = &mut vec![0.0; words][..];
     for recipe in recipes.iter().chain(&recipes).copied() {
         let samples = recipe.samples() as u16;
-        let mut scan = Scan::<AnyModel>::new(recipe, memory).unwrap();
+        let mut scan = Scan::<Any>::new(recipe, memory).unwrap();
         // Nothing is left of the previous scan.
         assert_eq!(scan.pending().count(), recipe.samples());
         assert!(scan.fitted().is_none() && scan.fit_under_way().is_none());
         record(&mut scan, 0..samples, synthetic_reading);
         let outcome = fit(&mut scan, &[17]);
         assert_eq!(outcome.values().len(), recipe.values());
-        assert_eq!(outcome, full_scan::<AnyModel>(recipe, synthetic_reading));
+        assert_eq!(outcome, full_scan::<Any>(recipe, synthetic_reading));
         memory = scan.into_memory();
         assert_eq!(memory.len(), words);
         // A scan that only borrows the memory leaves nothing behind either.
-        let mut unfinished = Scan::<AnyModel>::new(recipe, &mut *memory).unwrap();
+        let mut unfinished = Scan::<Any>::new(recipe, &mut *memory).unwrap();
         record(&mut unfinished, 1..samples, |_| Reading::monochrome(5.0));
     }
 }
@@ -97,9 +97,9 @@ fn rejects_recipe_for_other_firmware() {
         assert_eq!(accepted, wrong(ModelKind::Neural));
         let accepted = Scan::<Linear>::accept(&recipe, needed);
         assert_eq!(accepted, wrong(ModelKind::Linear));
-        assert_eq!(Scan::<AnyModel>::accept(&recipe, needed), Ok(needed));
+        assert_eq!(Scan::<Any>::accept(&recipe, needed), Ok(needed));
         let found = needed - 1;
         let small = Err(ScanError::Memory { needed, found });
-        assert_eq!(Scan::<AnyModel>::accept(&recipe, found), small);
+        assert_eq!(Scan::<Any>::accept(&recipe, found), small);
     }
 }
