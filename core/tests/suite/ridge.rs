@@ -2,7 +2,7 @@
 //! forms. Its adjoint matches finite differences.
 
 use glimpse_core::fit::ridge::{System, factor_length, scratch_length};
-use glimpse_core::numeric::{Floats, Matrix, PackedRows, Real, Rows, Stored};
+use glimpse_core::numeric::{Floats, PackedRows, Real, Rows, Stored};
 
 use crate::random::Random;
 use crate::recipes::packed;
@@ -220,7 +220,7 @@ fn f64_solve_and_adjoint_match_independent_solve() {
             ..
         } = &case;
         let system = System {
-            rows: Matrix(rows, k),
+            rows: glimpse_core::numeric::Matrix(rows, k),
             scales,
             precision,
         };
