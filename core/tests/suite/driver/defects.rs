@@ -1,4 +1,4 @@
-//! Defects of version 0.3's driver. Each test failed with it. Defects 2, 5, 6 and 7 are tested by `histories.rs`.
+//! Defects of version 0.3's driver. Each test failed with it. `histories.rs` compares more states with a model.
 
 use std::cell::Cell;
 
