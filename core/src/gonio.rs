@@ -26,7 +26,6 @@ mod repeated;
 pub mod tile;
 
 pub use calibration::{Calibrated, Calibration, CalibrationError, Footprint, ReferenceCalibration};
-pub(crate) use limits::UncheckedLimits;
 pub use limits::{Limits, LimitsError, Unreachable};
 pub use nearest::{Machine, Move, Speeds};
 pub use quantity::{CosineError, Quantity};

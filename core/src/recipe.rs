@@ -1,7 +1,7 @@
 //! The recipe: the trainer's result for the device.
 //!
 //! [`Recipe::parse`] checks everything that a scan needs, so a parsed `Recipe` never makes a scan fail. It borrows the
-//! bytes (in flash) and copies only a few numbers. [`Recipe::metadata`] decodes the metadata on request.
+//! bytes (in flash) and copies only a few numbers. [`Recipe::metadata`] returns the trainer's bytes.
 //!
 //! A recipe consists of magic, version, length and CRC-32, and then sections, each a [`Kind`] and postcard bytes. The
 //! format grows by new kinds; older recipes stay readable. The document
@@ -16,11 +16,9 @@ mod field;
 mod format;
 mod header;
 mod kind;
-mod metadata;
 mod parts;
 mod sections;
 mod size;
-mod training;
 mod write;
 
 internal! { crate::fit::{Completed, Descent, FitMethod, Ridge} }
@@ -33,16 +31,11 @@ pub use format::{
     MAX_SAMPLES, MAX_VIRTUAL_READINGS, MAX_WEIGHT, MIN_PRECISION, VERSION,
 };
 pub use kind::Kind;
-pub use metadata::Metadata;
-pub use parts::{ExpectedLoss, Noise, Provenance, ScanTime};
 internal! { parts::{PackedCoefficientNet, PackedDescent, PackedGaussNewton, PackedInitNet} }
 internal! { parts::{PackedCorrection, PackedPartialLoss} }
 internal! { parts::{PackedMethod, PackedRidge, PackedTarget, RecipeParts} }
-pub use sections::{Materials, Sections};
+pub use sections::Sections;
 pub use size::{max_samples, memory_words};
-pub use training::{
-    Effort, Origin, Parts, Schedule, Training, TrainingSource, TrainingSources, ValidationSplit,
-};
 
 use crate::fit::{Algorithm, AnyModel};
 use crate::geometry::{Angles, Directions, HalfDifference};
@@ -82,8 +75,7 @@ impl<'a> Recipe<'a> {
     /// ```
     ///
     /// # Errors
-    /// The first defect of the bytes. A parsed recipe never makes a scan fail. Its metadata is not checked here, but
-    /// by [`Recipe::metadata`].
+    /// The first defect of the bytes. A parsed recipe never makes a scan fail. Its metadata is not checked.
     pub fn parse(bytes: &'a [u8]) -> Result<Self, RecipeError> {
         let CheckedBody { checksum, body } = header::read(bytes)?;
         let contents = Contents::from_body(body)?;
@@ -100,7 +92,7 @@ impl<'a> Recipe<'a> {
     /// Writes a recipe of format [`VERSION`] into `buffer` and returns the bytes used.
     ///
     /// # Errors
-    /// [`RecipeError::BufferTooSmall`], or the error of [`Recipe::parse`] or [`Recipe::metadata`] for the result.
+    /// [`RecipeError::BufferTooSmall`], or the error of [`Recipe::parse`] for the result.
     #[cfg(feature = "training")]
     pub fn write<'b>(
         parts: &RecipeParts<'_>,
@@ -110,7 +102,6 @@ impl<'a> Recipe<'a> {
         writer.parts(parts)?;
         let bytes = writer.finish()?;
         let recipe = Recipe::parse(bytes)?;
-        recipe.metadata()?;
         // A prediction has no meaning without a completion. (A reader ignores it.)
         if parts.prediction.is_some() && recipe.completed().is_none() {
             return Err(RecipeError::Missing(Kind::COMPLETION));
@@ -240,12 +231,16 @@ impl<'a> Recipe<'a> {
         })
     }
 
-    /// Decodes and checks the metadata. A scan needs none of it.
-    ///
-    /// # Errors
-    /// The first invalid section or field.
-    pub fn metadata(&self) -> Result<Metadata<'a>, RecipeError> {
-        metadata::read(self.sections)
+    /// The trainer's metadata, which only the trainer reads. Empty if the recipe has none.
+    #[must_use]
+    pub fn metadata(&self) -> &'a [u8] {
+        self.section(Kind::METADATA).unwrap_or_default()
+    }
+
+    fn section(&self, kind: Kind) -> Option<&'a [u8]> {
+        let mut sections = self.sections;
+        let (_, bytes) = sections.find(|(other, _)| *other == kind)?;
+        Some(bytes)
     }
 
     /// The first sample of the pattern that a machine cannot reach, and the reason. None if it reaches all samples.
@@ -258,18 +253,19 @@ impl<'a> Recipe<'a> {
     }
 
     /// The expected loss on a material that was not in the training data. None if the recipe states none or an
-    /// invalid one; [`Recipe::metadata`] returns the reason. Other metadata is not decoded.
+    /// invalid one.
     #[must_use]
     pub fn expected_loss(&self) -> Option<f32> {
-        Some(metadata::read_expectation(self.sections)?.loss)
+        let (loss, _) = postcard::take_from_bytes(self.section(Kind::EXPECTATION)?).ok()?;
+        check::not_negative(loss, Field::ExpectedLoss).ok()?;
+        Some(loss)
     }
 
-    /// Returns true if the samples are in the order of a path that takes little time, which the recipe
-    /// [states](Metadata::scan_time). Read such a recipe's samples in its own order.
+    /// Returns true if the samples are in the order of a path that takes little time. Read such a recipe's samples in
+    /// its own order.
     #[must_use]
     pub fn is_in_path_order(&self) -> bool {
-        let mut sections = self.sections;
-        sections.any(|(kind, _)| kind == Kind::SCAN_TIME)
+        self.section(Kind::PATH_ORDER).is_some()
     }
 
     /// All sections with their postcard bytes, also those of unknown kinds.

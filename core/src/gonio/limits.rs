@@ -45,7 +45,7 @@ pub struct Limits {
 
 /// Limits as decoded, before [`Limits::validate`].
 #[derive(Deserialize)]
-pub(crate) struct UncheckedLimits {
+struct UncheckedLimits {
     max_theta_i: f32,
     max_theta_o: f32,
     min_separation: f32,

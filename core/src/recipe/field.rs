@@ -36,12 +36,6 @@ pub enum Field {
     Weight,
     /// The precision of each coefficient.
     Precision,
-    /// The standard error of the expected loss.
-    StandardError,
-    /// Standard deviation of the noise relative to the value.
-    Multiplicative,
-    /// Standard deviation of the noise that does not depend on the value, sr^-1.
-    Additive,
     /// Of a completion: the center that is subtracted from each sample's logarithm.
     Center,
     /// Of a completion: the factor of the centered logarithms.
@@ -76,8 +70,6 @@ pub enum Field {
     Prediction,
     /// Of a completion: the treatment of missing readings.
     Missing,
-    /// The share of a source of materials in all training tasks.
-    Share,
     /// Of Gauss-Newton steps: their number.
     StepCount,
     /// Of Gauss-Newton steps: the initial parameters.
@@ -110,12 +102,6 @@ pub enum Field {
     Bound,
     /// The largest innovation of a material like those of the training.
     MaxInnovation,
-    /// A speed of the machine that a pattern was trained for.
-    Speed,
-    /// Seconds to settle and to read at each sample.
-    Settle,
-    /// The longest time of a scan, seconds.
-    Seconds,
     /// The logarithm of a factor of the predicted loss, for each number of readings.
     PartialLoss,
     /// The ratio of the upper bound to the predicted loss, for each number of readings.
@@ -140,9 +126,6 @@ impl Field {
             Self::Median => "median",
             Self::Weight => "weight",
             Self::Precision => "precision",
-            Self::StandardError => "standard_error",
-            Self::Multiplicative => "multiplicative",
-            Self::Additive => "additive",
             Self::Center => "completion.center",
             Self::Scale => "completion.scale",
             Self::Readings => "completion.readings",
@@ -160,7 +143,6 @@ impl Field {
             Self::StartOutputScales => "start.output_scales",
             Self::Prediction => "prediction",
             Self::Missing => "completion.missing",
-            Self::Share => "training.share",
             Self::StepCount => "gauss_newton.steps",
             Self::StepInitial => "gauss_newton.initial",
             Self::StepPrecision => "gauss_newton.precision",
@@ -177,9 +159,6 @@ impl Field {
             Self::ResidualExponent => "uncertainty.residual",
             Self::Bound => "uncertainty.bound",
             Self::MaxInnovation => "uncertainty.max_innovation",
-            Self::Speed => "scan_time.speeds",
-            Self::Settle => "scan_time.settle",
-            Self::Seconds => "scan_time.seconds",
             Self::PartialLoss => "partial.loss",
             Self::PartialBound => "partial.bound",
         }
@@ -196,7 +175,6 @@ impl Field {
             Self::InnovationExponent | Self::ResidualExponent | Self::PartialLoss => {
                 (-MAX_EXPONENT, MAX_EXPONENT)
             }
-            Self::Share => (0.0, 1.0),
             Self::ReadingWeight | Self::ErrorScale => (0.0, MAX_READING_WEIGHT),
             Self::Mean | Self::Center | Self::VirtualCenter => (-MAX_MEAN, MAX_MEAN),
             Self::Median => (0.0, MAX_MEDIAN),
@@ -204,12 +182,6 @@ impl Field {
             Self::Precision | Self::StepPrecision | Self::CorrectionPrecision => {
                 (MIN_PRECISION, MAX_PRECISION)
             }
-            Self::StandardError
-            | Self::Multiplicative
-            | Self::Additive
-            | Self::Speed
-            | Self::Settle
-            | Self::Seconds => (0.0, f32::MAX),
             _ => (f32::MIN, f32::MAX),
         }
     }

@@ -28,26 +28,18 @@ impl Kind {
     pub const GAUSS_NEWTON: Self = Self(5);
     /// A correction of a completion's coefficients by the residuals of the readings.
     pub const CORRECTION: Self = Self(6);
-    /// The limits of the machine that the pattern was trained for.
-    pub const LIMITS: Self = Self(128);
-    /// The noise of the readings in training.
-    pub const NOISE: Self = Self(129);
     /// The expected loss.
     pub const EXPECTATION: Self = Self(130);
-    /// The provenance of the recipe.
-    pub const PROVENANCE: Self = Self(131);
-    /// Names and digests of the training materials.
-    pub const MATERIALS: Self = Self(132);
     /// The weights that map a completion's coefficients to the predicted loss.
     pub const PREDICTION: Self = Self(133);
-    /// The settings of the training, for programs.
-    pub const TRAINING: Self = Self(134);
     /// The evidence of the readings for the loss of a completed fit.
     pub const UNCERTAINTY: Self = Self(135);
-    /// The time of a scan that the pattern was trained for, and the machine that takes this time.
-    pub const SCAN_TIME: Self = Self(136);
+    /// A mark that the samples are in the order of a path that takes little time. Its content is ignored.
+    pub const PATH_ORDER: Self = Self(136);
     /// The loss of completed fits with some of the readings.
     pub const PARTIAL: Self = Self(137);
+    /// The trainer's metadata: bytes that only the trainer reads.
+    pub const METADATA: Self = Self(138);
 
     const FIRST_OPTIONAL: Self = Self(128);
 
@@ -80,16 +72,12 @@ impl Kind {
             Self::START => "start",
             Self::GAUSS_NEWTON => "gauss_newton",
             Self::CORRECTION => "correction",
-            Self::LIMITS => "limits",
-            Self::NOISE => "noise",
             Self::EXPECTATION => "expectation",
-            Self::PROVENANCE => "provenance",
-            Self::MATERIALS => "materials",
             Self::PREDICTION => "prediction",
-            Self::TRAINING => "training",
             Self::UNCERTAINTY => "uncertainty",
-            Self::SCAN_TIME => "scan_time",
+            Self::PATH_ORDER => "path_order",
             Self::PARTIAL => "partial",
+            Self::METADATA => "metadata",
             _ => return None,
         })
     }

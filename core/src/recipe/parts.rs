@@ -4,10 +4,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::training::Training;
 use crate::fit::gauss_newton::GaussNewton;
 use crate::fit::{Descent, FitMethod, InitNet, Target, Uncertainty};
-use crate::gonio::{Limits, Speeds};
 use crate::model::ModelKind;
 
 /// The parts of a recipe, for [`Recipe::write`](super::Recipe::write).
@@ -17,27 +15,19 @@ pub struct RecipeParts<'a> {
     pub pattern: &'a [u8],
     /// The method that fits parameters to readings.
     pub method: PackedMethod<'a>,
-    /// The limits of the machine that the pattern was trained for.
-    pub limits: Option<Limits>,
-    /// The noise of the readings in training.
-    pub noise: Option<Noise>,
-    /// The expected loss.
-    pub expectation: Option<ExpectedLoss<'a>>,
-    /// The provenance of the recipe.
-    pub provenance: Option<Provenance<'a>>,
-    /// Names and digests of the training materials. An empty list is not written.
-    pub materials: &'a [(&'a str, u32)],
+    /// The expected loss on a material that was not in the training data.
+    pub expected_loss: Option<f32>,
     /// The weights from a completion's coefficients to the logarithm of the predicted loss, packed little-endian f32:
     /// a bias, and a weight for each component.
     pub prediction: Option<&'a [u8]>,
-    /// The settings of the training, for programs.
-    pub training: Option<Training<'a>>,
     /// The evidence of the readings for the loss of a completed fit.
     pub uncertainty: Option<Uncertainty>,
-    /// The time of a scan that the pattern was trained for.
-    pub scan_time: Option<ScanTime>,
+    /// True if the samples are in the order of a path that takes little time.
+    pub is_in_path_order: bool,
     /// The loss of completed fits with some of the readings. It has no effect without [`Self::uncertainty`].
     pub partial: Option<PackedPartialLoss<'a>>,
+    /// The trainer's metadata. Empty bytes are not written.
+    pub metadata: &'a [u8],
 }
 
 impl<'a> RecipeParts<'a> {
@@ -47,16 +37,12 @@ impl<'a> RecipeParts<'a> {
         Self {
             pattern,
             method,
-            limits: None,
-            noise: None,
-            expectation: None,
-            provenance: None,
-            materials: &[],
+            expected_loss: None,
             prediction: None,
-            training: None,
             uncertainty: None,
-            scan_time: None,
+            is_in_path_order: false,
             partial: None,
+            metadata: &[],
         }
     }
 }
@@ -311,62 +297,4 @@ impl<'a> From<FitMethod<'a>> for PackedMethod<'a> {
             }),
         }
     }
-}
-
-/// The noise of readings in the training of a recipe, independent for each channel.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Noise {
-    /// Standard deviation relative to the value; not negative.
-    pub multiplicative: f32,
-    /// Additional standard deviation, in sr^-1 (of the BRDF, not times the cosine); not negative.
-    pub additive: f32,
-    /// Number of levels of the sensor between darkness and a white surface (BRDF 1/pi) that faces the light; 0 without
-    /// quantization.
-    pub levels: u32,
-}
-
-/// The time of a scan that a pattern was trained for, and the machine that takes this time.
-///
-/// The arms start along the normal with opposite azimuths, and visit the samples in the recipe's order. Each move takes
-/// as long as its slowest axis; both azimuths change at once, the shorter way around.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct ScanTime {
-    /// The speeds of the machine's axes, radians per second.
-    pub speeds: Speeds,
-    /// Seconds to settle and to read at each sample; not negative.
-    pub settle: f32,
-    /// The longest time from the start to the last reading in seconds, motion and settling together; not negative.
-    pub seconds: f32,
-}
-
-/// The expected loss on a material that was not in the training data.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ExpectedLoss<'a> {
-    /// The mean loss.
-    pub loss: f32,
-    /// The standard error of that mean; not negative. None if unknown, as for a single material.
-    pub standard_error: Option<f32>,
-    /// Number of the materials of this estimate; 0 if unknown.
-    pub materials: u32,
-    /// Description of these materials; empty if unknown.
-    pub on: &'a str,
-}
-
-/// The provenance of a recipe.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Provenance<'a> {
-    /// The program that trained the recipe, with its version.
-    pub trainer: &'a str,
-    /// Description of the training materials.
-    pub data: &'a str,
-    /// Number of the training materials.
-    pub materials: u32,
-    /// Schedule and effort.
-    pub schedule: &'a str,
-    /// The seed of all random numbers.
-    pub seed: u64,
-    /// Description of other options that affect the result.
-    pub options: &'a str,
 }

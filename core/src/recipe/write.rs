@@ -49,35 +49,23 @@ impl<'b> Writer<'b> {
                 }
             }
         }
-        if let Some(limits) = &parts.limits {
-            self.section(Kind::LIMITS, limits)?;
-        }
-        if let Some(noise) = &parts.noise {
-            self.section(Kind::NOISE, noise)?;
-        }
-        if let Some(expectation) = &parts.expectation {
-            self.section(Kind::EXPECTATION, expectation)?;
-        }
-        if let Some(provenance) = &parts.provenance {
-            self.section(Kind::PROVENANCE, provenance)?;
-        }
-        if !parts.materials.is_empty() {
-            self.section(Kind::MATERIALS, &parts.materials)?;
+        if let Some(loss) = &parts.expected_loss {
+            self.section(Kind::EXPECTATION, loss)?;
         }
         if let Some(prediction) = &parts.prediction {
             self.section(Kind::PREDICTION, prediction)?;
         }
-        if let Some(training) = &parts.training {
-            self.section(Kind::TRAINING, training)?;
-        }
         if let Some(uncertainty) = &parts.uncertainty {
             self.section(Kind::UNCERTAINTY, uncertainty)?;
         }
-        if let Some(scan_time) = &parts.scan_time {
-            self.section(Kind::SCAN_TIME, scan_time)?;
+        if parts.is_in_path_order {
+            self.copy(Kind::PATH_ORDER, &[])?;
         }
         if let Some(partial) = &parts.partial {
             self.section(Kind::PARTIAL, partial)?;
+        }
+        if !parts.metadata.is_empty() {
+            self.copy(Kind::METADATA, parts.metadata)?;
         }
         Ok(())
     }
