@@ -7,7 +7,6 @@ use std::fs;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Effort, Parts, Schedule};
 use glimpse_training::meta::checkpoint::{Checkpoint, CheckpointError};
 use glimpse_training::meta::identity::RunIdentity;
 
@@ -22,7 +21,7 @@ pub const RUN: RunIdentity = RunIdentity {
     samples: 1,
     schedule: Schedule::Joint,
     effort: Effort::Quick,
-    parts: Parts::All,
+    parts: TrainedParts::All,
     seed: 7,
     materials: 3,
     options_digest: 0x0123_4567_89ab_cdef,
