@@ -19,6 +19,7 @@ pub struct Sources {
 
 /// The origin of materials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Origin {
     /// Files of the user, or materials that a program defines.
     Files,

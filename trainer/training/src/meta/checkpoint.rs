@@ -217,9 +217,9 @@ fn create_parent_directory(path: &Path) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use glimpse_core::model::ModelKind;
     use crate::meta::options::TrainedParts;
     use crate::meta::plan::{Effort, Schedule};
+    use glimpse_core::model::ModelKind;
     use glimpse_optimizer::{Groups, Optimizer};
 
     use super::*;

@@ -169,6 +169,7 @@ pub struct ValidatedLoss {
 
 /// The materials of an expected loss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum ValidationSplit {
     /// Materials held out of training.
     HeldOut,

@@ -264,6 +264,7 @@ impl fmt::Display for CompletionOptions {
 
 /// The parts of a recipe that are trained.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum TrainedParts {
     /// Initial parameters, step sizes and pattern.
     All,

@@ -10,6 +10,7 @@ use glimpse_kernels::sums::loss_of_black;
 
 /// The training schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum Schedule {
     /// Initial parameters, step sizes and pattern, trained together for one number of samples n. Starts from the best
     /// of several initializations.
@@ -35,6 +36,7 @@ impl Schedule {
 
 /// The training effort.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum Effort {
     /// A few seconds, for a first look; 1/500 of the paper's steps with schedule paper.
     Brief,

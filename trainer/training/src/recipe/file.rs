@@ -3,9 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use glimpse_core::recipe::{
-    Kind, MAX_COMPONENTS, MAX_SAMPLES, Recipe, RecipeError, RecipeParts,
-};
+use glimpse_core::recipe::{Kind, MAX_COMPONENTS, MAX_SAMPLES, Recipe, RecipeError, RecipeParts};
 use glimpse_materials::basis::{Basis, BasisError};
 use glimpse_materials::untrusted::read_at_most;
 use self_cell::self_cell;
@@ -143,9 +141,7 @@ impl RecipeFile {
     /// Never fails in practice, because the recipe was parsed.
     pub fn stripped(&self) -> Result<Self, RecipeDefect> {
         let mut buffer = vec![0; self.bytes().len()];
-        let bytes = self
-            .recipe()
-            .copy_without(&[Kind::METADATA], &mut buffer)?;
+        let bytes = self.recipe().copy_without(&[Kind::METADATA], &mut buffer)?;
         Self::new(bytes.to_vec())
     }
 }

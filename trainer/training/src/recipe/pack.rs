@@ -35,8 +35,8 @@ pub fn pack_recipe(
     options: &Options,
     data: &str,
 ) -> Result<RecipeFile, PackError> {
-    let completion_options = Some(&options.completion_options)
-        .filter(|_| options.schedule == Schedule::Prior);
+    let completion_options =
+        Some(&options.completion_options).filter(|_| options.schedule == Schedule::Prior);
     let metadata = Metadata {
         limits: completion_options
             .map(|each| each.limits)
