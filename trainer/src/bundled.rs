@@ -144,6 +144,8 @@ impl BundledRecipe {
 #[cfg(test)]
 mod tests {
     use glimpse_core::model::linear;
+    use glimpse_training::meta::plan::Schedule;
+    use glimpse_training::recipe::Metadata;
 
     use super::*;
 
@@ -152,9 +154,9 @@ mod tests {
         let basis = linear::Basis::parse(BASIS).expect("the basis is valid");
         for bundled in ALL {
             let recipe = bundled.recipe().expect("the recipe is valid");
-            let metadata = recipe.metadata().expect("the metadata are valid");
-            let suffix = match (metadata.scan_time, recipe.tolerates_missing()) {
-                (Some(scan_time), true) => format!("-{}s", scan_time.seconds),
+            let metadata = Metadata::of(&recipe).expect("the metadata are valid");
+            let suffix = match (metadata.scan_budget, recipe.tolerates_missing()) {
+                (Some(budget), true) => format!("-{}s", budget.seconds),
                 (None, true) => "-masked".to_owned(),
                 (None, false) => String::new(),
                 (Some(_), false) => panic!("{}: needs all readings", bundled.name),
@@ -178,10 +180,11 @@ mod tests {
         let recipe = PAPER.recipe().expect("the recipe is valid");
         assert_eq!((recipe.model(), recipe.samples()), (ModelKind::Neural, 8));
         assert!(recipe.descent().is_some() && recipe.completed().is_none());
-        let provenance = recipe
-            .metadata()
-            .expect("the metadata are valid")
-            .provenance;
-        assert!(provenance.is_some_and(|provenance| provenance.schedule.starts_with("paper ")));
+        let metadata = Metadata::of(&recipe).expect("the metadata are valid");
+        assert!(
+            metadata
+                .training
+                .is_some_and(|each| each.schedule == Schedule::Paper)
+        );
     }
 }

@@ -373,8 +373,8 @@ fn reports_contain_details() {
             (46, [0, 0]),
         ),
         (
-            Failure::Recipe(RecipeError::Order(Kind::LIMITS)),
-            (46, [128, 0]),
+            Failure::Recipe(RecipeError::Order(Kind::EXPECTATION)),
+            (46, [130, 0]),
         ),
         (Failure::Scan(model), (48, [3, 2])),
         (Failure::Scan(memory), (50, [80, 8])),

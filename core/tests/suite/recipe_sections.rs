@@ -1,13 +1,8 @@
 //! The sections of a recipe: each is read, skipped or rejected, depending on its kind.
 
-mod training;
-
-use glimpse_core::gonio::{Limits, LimitsError, Speeds};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
-    Effort, ExpectedLoss, HEADER_BYTES, Kind, Metadata, Noise, Origin, PackedDescent, PackedMethod,
-    Parts, Provenance, Recipe, RecipeError, RecipeParts, ScanTime, Schedule, Training,
-    TrainingSource, TrainingSources, VERSION, ValidationSplit,
+    HEADER_BYTES, Kind, PackedDescent, PackedMethod, Recipe, RecipeError, RecipeParts, VERSION,
 };
 use proptest::prelude::*;
 
@@ -17,66 +12,7 @@ use crate::recipes::{
 };
 use crate::scanning::{encoded_recipe, recipe_for};
 
-const LIMITS: Limits = Limits {
-    max_theta_i: 1.3,
-    max_theta_o: 1.4,
-    min_separation: 0.1,
-    in_plane: true,
-};
-const NOISE: Noise = Noise {
-    multiplicative: 0.05,
-    additive: 1e-4,
-    levels: 4096,
-};
-const EXPECTATION: ExpectedLoss<'_> = ExpectedLoss {
-    loss: 0.0125,
-    standard_error: Some(0.0015),
-    materials: 10,
-    on: "materials held out",
-};
-const PROVENANCE: Provenance<'_> = Provenance {
-    trainer: "a trainer",
-    data: "some materials",
-    materials: 100,
-    schedule: "a schedule",
-    seed: u64::MAX,
-    options: "no options",
-};
-const MATERIALS: [(&str, u32); 3] = [("alum-bronze", 1), ("", u32::MAX), ("Stoff für Bühnen", 0)];
-
-const SCAN_TIME: ScanTime = ScanTime {
-    speeds: Speeds {
-        theta_i: 0.5,
-        phi_i: 0.0,
-        theta_o: 0.25,
-        phi_o: 1.5,
-    },
-    settle: 0.1,
-    seconds: 60.0,
-};
-
-const fn source(label: &str, origin: Origin, materials: u32, share: f32) -> TrainingSource<'_> {
-    TrainingSource {
-        label,
-        origin,
-        materials,
-        share,
-    }
-}
-
-const SOURCES: [TrainingSource<'_>; 3] = [
-    source("MERL", Origin::Files, 100, 0.6),
-    source("Stoff für Bühnen", Origin::Files, u32::MAX, 0.0),
-    source("", Origin::BuiltIn, 0, 1.0),
-];
-const TRAINING: Training<'_> = Training {
-    schedule: Schedule::Prior,
-    effort: Effort::Standard,
-    parts: Parts::WithoutPattern,
-    split: ValidationSplit::Folds,
-    digest: u64::MAX,
-    sources: TrainingSources::new(&SOURCES),
-};
+const METADATA: &[u8] = b"bytes of the trainer";
 
 /// A recipe of the model Phong with all sections that a descent may have.
 fn full_parts() -> RecipeParts<'static> {
@@ -89,16 +25,12 @@ fn full_parts() -> RecipeParts<'static> {
             initial: ones,
             step_sizes: ones,
         }),
-        limits: Some(LIMITS),
-        noise: Some(NOISE),
-        expectation: Some(EXPECTATION),
-        provenance: Some(PROVENANCE),
-        materials: &MATERIALS,
+        expected_loss: Some(0.0125),
         prediction: None,
-        training: Some(TRAINING),
         uncertainty: None,
-        scan_time: Some(SCAN_TIME),
+        is_in_path_order: true,
         partial: None,
+        metadata: METADATA,
     }
 }
 
@@ -106,29 +38,20 @@ pub(crate) fn full_sections() -> Sections {
     sections_of(&write(&full_parts()).unwrap())
 }
 
-/// The error of a recipe with these sections, or of its metadata.
+/// The error of a recipe with these sections.
 fn parse_error(sections: &Sections) -> RecipeError {
-    let bytes = recipe_with(sections);
-    let metadata = Recipe::parse(&bytes).and_then(|recipe| recipe.metadata());
-    metadata.map(drop).unwrap_err()
+    Recipe::parse(&recipe_with(sections)).map(drop).unwrap_err()
 }
 
 #[test]
 fn section_round_trip() {
     let bytes = write(&full_parts()).unwrap();
     let recipe = Recipe::parse(&bytes).unwrap();
-    let metadata = recipe.metadata().unwrap();
-    assert_eq!(metadata.limits, Some(LIMITS));
-    assert_eq!(metadata.noise, Some(NOISE));
-    assert_eq!(metadata.expectation, Some(EXPECTATION));
     assert_eq!(recipe.expected_loss(), Some(0.0125));
-    assert_eq!(metadata.provenance, Some(PROVENANCE));
-    assert_eq!(metadata.materials.len(), 3);
-    assert!(metadata.materials.eq(MATERIALS));
-    assert_eq!(metadata.training, Some(TRAINING));
-    assert_eq!(metadata.scan_time, Some(SCAN_TIME));
+    assert!(recipe.is_in_path_order());
+    assert_eq!(recipe.metadata(), METADATA);
     let kinds: Vec<u16> = recipe.sections().map(|(kind, _)| kind.number()).collect();
-    assert_eq!(kinds, [0, 1, 128, 129, 130, 131, 132, 134, 136]);
+    assert_eq!(kinds, [0, 1, 130, 136, 138]);
     // The test's own writer gives the same bytes.
     assert_eq!(recipe_with(&full_sections()), bytes);
 }
@@ -136,21 +59,11 @@ fn section_round_trip() {
 #[test]
 fn optional_sections_may_be_missing() {
     let bytes = write(&RecipeParts::new(full_parts().pattern, full_parts().method)).unwrap();
-    let mut sections = sections_of(&bytes);
-    assert_eq!(sections.len(), 2);
-    // An empty list of materials is valid.
-    sections.push((Kind::MATERIALS, vec![0]));
-    for bytes in [bytes, recipe_with(&sections)] {
-        let recipe = parsed(bytes);
-        let metadata = recipe.metadata().unwrap();
-        assert_eq!((metadata.limits, metadata.noise), (None, None));
-        assert_eq!(metadata.expectation, None);
-        assert_eq!(metadata.provenance, None);
-        assert_eq!(metadata.materials.count(), 0);
-        assert_eq!(metadata.training, None);
-        assert_eq!(metadata.scan_time, None);
-        assert_eq!(recipe.expected_loss(), None);
-    }
+    assert_eq!(sections_of(&bytes).len(), 2);
+    let recipe = parsed(bytes);
+    assert_eq!(recipe.expected_loss(), None);
+    assert!(!recipe.is_in_path_order());
+    assert!(recipe.metadata().is_empty());
 }
 
 #[test]
@@ -181,13 +94,13 @@ fn names_missing_required_section() {
 #[test]
 fn skips_or_rejects_unknown_kinds() {
     let mut sections = full_sections();
-    sections.push((Kind::new(138), b"from the future".to_vec()));
+    sections.push((Kind::new(139), b"from the future".to_vec()));
     sections.push((Kind::new(u16::MAX), Vec::new()));
     let recipe = parsed(recipe_with(&sections));
-    assert!(recipe.metadata().unwrap().materials.eq(MATERIALS));
-    let unknown = (Kind::new(138), &b"from the future"[..]);
+    assert_eq!(recipe.metadata(), METADATA);
+    let unknown = (Kind::new(139), &b"from the future"[..]);
     assert!(recipe.sections().any(|section| section == unknown));
-    assert_eq!(Kind::new(138).name(), None);
+    assert_eq!(Kind::new(139).name(), None);
 
     for kind in [7, 127].map(Kind::new) {
         let mut sections = sections.clone();
@@ -223,7 +136,10 @@ fn rejects_duplicate_or_unordered_kinds() {
 fn rejects_cut_or_padded_section() {
     let completed = all_small().map(|contents| sections_of(&contents.write()));
     for all in completed.chain([full_sections()]) {
-        for index in 0..all.len() {
+        let is_checked = |(kind, _): &(Kind, Vec<u8>)| {
+            ![Kind::EXPECTATION, Kind::PATH_ORDER, Kind::METADATA].contains(kind)
+        };
+        for index in (0..all.len()).filter(|index| is_checked(&all[*index])) {
             let error = RecipeError::Section(all[index].0);
             for length in 0..all[index].1.len() {
                 let mut cut = all.clone();
@@ -249,29 +165,13 @@ fn body_ending_within_section_is_malformed() {
     assert_eq!(Recipe::parse(&bytes).err(), Some(RecipeError::Malformed));
 }
 
-/// The writer checks metadata, too.
+/// A scan does not need the expected loss.
 #[test]
-fn invalid_metadata_is_not_written() {
-    let mut parts = full_parts();
-    parts.limits.as_mut().unwrap().max_theta_o = 75.0; // degrees instead of radians
-    let error = RecipeError::Limits(LimitsError::MaxThetaO);
-    assert_eq!(write(&parts), Err(error));
-}
-
-/// A scan does not need metadata. Invalid metadata only matters when it is read.
-#[test]
-fn invalid_metadata_fails_only_when_read() {
-    for (kind, expected_loss) in [
-        (Kind::EXPECTATION, None),
-        (Kind::TRAINING, Some(EXPECTATION.loss)),
-    ] {
+fn invalid_expected_loss_is_ignored() {
+    for loss in [&[][..], &f32::NAN.to_le_bytes(), &(-1_f32).to_le_bytes()] {
         let mut sections = full_sections();
-        section_mut(&mut sections, kind).clear();
-        let recipe = parsed(recipe_with(&sections));
-        assert_eq!(recipe.samples(), full_parts().pattern.len() / 12);
-        let error = recipe.metadata().unwrap_err();
-        assert_eq!(error, RecipeError::Section(kind));
-        assert_eq!(recipe.expected_loss(), expected_loss);
+        *section_mut(&mut sections, Kind::EXPECTATION) = loss.to_vec();
+        assert_eq!(parsed(recipe_with(&sections)).expected_loss(), None);
     }
 }
 
@@ -286,7 +186,7 @@ fn copy_omits_only_named_sections() {
         let copy = recipe.copy_without(kinds, &mut buffer);
         copy.map(<[u8]>::to_vec)
     };
-    let optional = [128, 129, 130, 131, 132, 134, 136, 1000].map(Kind::new);
+    let optional = [130, 136, 138, 1000].map(Kind::new);
     for kind in optional {
         let copied = copy(&[kind]).unwrap();
         let mut expected = sections.clone();
@@ -298,7 +198,7 @@ fn copy_omits_only_named_sections() {
     assert_eq!(copy(&[Kind::new(999)]).unwrap(), bytes);
     assert_eq!(copy(&[]).unwrap(), bytes);
     for kind in [Kind::PATTERN, Kind::DESCENT, Kind::RIDGE, Kind::new(7)] {
-        let error = copy(&[Kind::NOISE, kind]).unwrap_err();
+        let error = copy(&[Kind::METADATA, kind]).unwrap_err();
         assert_eq!(error, RecipeError::Required(kind));
     }
     for length in 0..bytes.len() {
@@ -322,22 +222,10 @@ fn rejects_small_buffer() {
     }
 }
 
-/// A list with a count larger than its materials is rejected at the end of its bytes.
-#[test]
-fn rejects_list_of_four_billion_materials() {
-    let mut sections = full_sections();
-    let bytes = section_mut(&mut sections, Kind::MATERIALS);
-    bytes.splice(0..1, [0xFF, 0xFF, 0xFF, 0xFF, 0x0F]);
-    assert_eq!(
-        parse_error(&sections),
-        RecipeError::Section(Kind::MATERIALS)
-    );
-}
-
 proptest! {
     #[test]
     fn noise_section_is_rejected_or_valid(
-        which in 0..9usize,
+        which in 0..5usize,
         noise in prop::collection::vec(any::<u8>(), 0..80),
     ) {
         let mut sections = full_sections();
@@ -345,13 +233,6 @@ proptest! {
         let bytes = recipe_with(&sections);
         match Recipe::parse(&bytes) {
             Ok(recipe) => {
-                if let Ok(Metadata { materials, training, .. }) = recipe.metadata() {
-                    prop_assert_eq!(materials.count(), materials.len());
-                    let sources = training.map(|training| training.sources);
-                    prop_assert!(sources.is_none_or(|sources| sources.count() == sources.len()));
-                } else {
-                    prop_assert!(which >= 2, "section {which} is not metadata");
-                }
                 let mut buffer = vec![0; bytes.len()];
                 prop_assert_eq!(recipe.copy_without(&[], &mut buffer).unwrap(), &bytes[..]);
             }
@@ -360,14 +241,6 @@ proptest! {
                 prop_assert!(of_body, "{}", error);
             }
         }
-    }
-
-    #[test]
-    fn reads_materials_of_any_name(names in prop::collection::vec((".{0,40}", any::<u32>()), 0..30)) {
-        let list: Vec<(&str, u32)> = names.iter().map(|(name, digest)| (&name[..], *digest)).collect();
-        let bytes = write(&RecipeParts { materials: &list, ..full_parts() }).unwrap();
-        let recipe = Recipe::parse(&bytes).unwrap();
-        prop_assert!(recipe.metadata().unwrap().materials.eq(list.iter().copied()));
     }
 }
 

@@ -1,7 +1,7 @@
 //! Small synthetic recipes, and recipes that the crate's own writer rejects.
 
 use glimpse_core::model::{Model, ModelKind, Neural};
-use glimpse_core::recipe::{ExpectedLoss, Kind, Recipe, RecipeError, RecipeParts, VERSION};
+use glimpse_core::recipe::{Kind, Recipe, RecipeError, RecipeParts, VERSION};
 use serde::{Serialize, Serializer};
 
 /// Numbers in the packed form of a recipe.
@@ -141,13 +141,7 @@ pub(crate) fn section<T: Serialize>(kind: Kind, value: &T) -> (Kind, Vec<u8>) {
 
 /// The section of an expected loss.
 pub(crate) fn expectation(loss: f32) -> (Kind, Vec<u8>) {
-    let expectation = ExpectedLoss {
-        loss,
-        standard_error: None,
-        materials: 0,
-        on: "nothing",
-    };
-    section(Kind::EXPECTATION, &expectation)
+    section(Kind::EXPECTATION, &loss)
 }
 
 /// Writes numbers in their packed form.

@@ -51,7 +51,8 @@ pub(crate) struct Export {
     /// Replace an existing recipe, basis, material or sheet of readings
     #[arg(long)]
     force: bool,
-    /// Remove the names of the training materials, which a device does not use (postcard and c only)
+    /// Remove the metadata, which only the trainer reads: limits, noise, scan time, training and materials (postcard
+    /// and c only)
     #[arg(long)]
     strip: bool,
 }
@@ -70,11 +71,11 @@ impl Export {
         let recipe = file.recipe();
         let bytes = match self.format {
             Format::Postcard if self.strip => file.stripped()?.bytes().to_vec(),
-            Format::C if self.strip => to_c(file.stripped()?.bytes())?.into_bytes(),
-            Format::C => to_c(file.bytes())?.into_bytes(),
+            Format::C if self.strip => to_c(&file.stripped()?).into_bytes(),
+            Format::C => to_c(&file).into_bytes(),
             Format::Csv => to_csv(&recipe).into_bytes(),
             Format::Postcard => file.bytes().to_vec(),
-            Format::Rust => to_rust(&recipe)?.into_bytes(),
+            Format::Rust => to_rust(&file).into_bytes(),
             Format::Basis => compact_basis_of_recipe(&self.recipe, self.components)?,
             Format::Json => (serde_json::to_string_pretty(&to_json(&recipe)?)? + "\n").into_bytes(),
         };

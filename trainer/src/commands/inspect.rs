@@ -5,11 +5,10 @@ use std::path::PathBuf;
 use clap::Args;
 use glimpse_core::fit::Target;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{
-    Completed, Descent, FitMethod, Floats, Materials, Metadata, Noise, Recipe, RecipeError, Ridge,
-};
+use glimpse_core::recipe::{Completed, Descent, FitMethod, Floats, Recipe, Ridge};
+use glimpse_materials::Identity;
 use glimpse_trainer::export::{eta, to_json};
-use glimpse_training::recipe::RecipeFile;
+use glimpse_training::recipe::{Metadata, MetadataError, Noise, RecipeFile};
 use glimpse_training::route::{Machine, Order, Route, axes_from_angles};
 
 use super::expected_loss::expected_loss;
@@ -48,7 +47,7 @@ impl Inspect {
                 FitMethod::Completed(completed) => describe_completed(&completed, recipe.samples()),
             },
             recipe.memory_words(),
-            describe_metadata(&recipe)?,
+            describe_metadata(&recipe, file.metadata())?,
         );
         for (index, angles) in recipe.pattern().enumerate() {
             let [theta_i, phi_i, theta_o, phi_o] = axes_from_angles(angles).to_array();
@@ -159,13 +158,13 @@ fn describe_completed(completed: &Completed<'_>, samples: usize) -> String {
 }
 
 /// Describes the time of a scan, on the machine that the recipe was trained for.
-fn describe_scan(recipe: &Recipe<'_>, metadata: &Metadata<'_>) -> String {
+fn describe_scan(recipe: &Recipe<'_>, metadata: &Metadata) -> String {
     let machine = Machine::of_recipe(metadata);
     let Some(route) = Route::of_recipe(recipe, Order::Travel) else {
         return "some samples exceed the limits".to_owned();
     };
-    let trained = match metadata.scan_time {
-        Some(scan_time) => format!("; trained for at most {} seconds", scan_time.seconds),
+    let trained = match metadata.scan_budget {
+        Some(budget) => format!("; trained for at most {} seconds", budget.seconds),
         None => String::new(),
     };
     format!(
@@ -185,8 +184,7 @@ fn describe_scan(recipe: &Recipe<'_>, metadata: &Metadata<'_>) -> String {
 const MAX_NAMES: usize = 3;
 
 /// Describes the recipe's metadata, one item a line.
-fn describe_metadata(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
-    let metadata = recipe.metadata()?;
+fn describe_metadata(recipe: &Recipe<'_>, metadata: &Metadata) -> Result<String, MetadataError> {
     let unstated = || "not stated".to_owned();
     let mut lines = vec![
         (
@@ -194,28 +192,28 @@ fn describe_metadata(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
             expected_loss(recipe)?.unwrap_or_else(unstated),
         ),
         ("limits", metadata.limits.map_or_else(unstated, describe)),
-        ("scan", describe_scan(recipe, &metadata)),
+        ("scan", describe_scan(recipe, metadata)),
         (
             "noise",
             metadata.noise.map_or_else(unstated, describe_noise),
         ),
     ];
-    match metadata.provenance {
+    match &metadata.training {
         None => lines.push(("trained on", unstated())),
-        Some(provenance) => {
-            let (data, materials) = (provenance.data, provenance.materials);
-            lines.extend([
-                ("trained on", format!("{data} ({materials} materials)")),
-                (
-                    "schedule",
-                    format!("{}, seed {}", provenance.schedule, provenance.seed),
-                ),
-                ("options", provenance.options.to_owned()),
-                ("trainer", provenance.trainer.to_owned()),
-            ]);
-        }
+        Some(training) => lines.extend([
+            (
+                "trained on",
+                format!("{} ({} materials)", training.data, training.materials),
+            ),
+            (
+                "schedule",
+                format!("{}, seed {}", training.describe_schedule(), training.seed),
+            ),
+            ("options", training.options.clone()),
+            ("trainer", training.trainer.clone()),
+        ]),
     }
-    lines.push(("materials", describe_materials(metadata.materials)));
+    lines.push(("materials", describe_materials(&metadata.materials)));
     lines.extend(
         recipe
             .sections()
@@ -241,9 +239,10 @@ fn describe_noise(noise: Noise) -> String {
     )
 }
 
-fn describe_materials(materials: Materials<'_>) -> String {
+fn describe_materials(materials: &[Identity]) -> String {
     let count = materials.len();
-    let names: Vec<&str> = materials.map(|(name, _)| name).take(MAX_NAMES).collect();
+    let names = materials.iter().take(MAX_NAMES);
+    let names: Vec<&str> = names.map(|each| &each.name[..]).collect();
     match count {
         0 => "not named".to_owned(),
         _ if count > MAX_NAMES => format!("{count}: {}, ...", names.join(", ")),

@@ -5,13 +5,14 @@ use std::fmt;
 use std::path::PathBuf;
 
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::ValidationSplit;
 use glimpse_materials::Material;
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_trainer::evaluation::MaterialMetrics;
 use glimpse_trainer::metrics::Metrics;
 use glimpse_training::meta::initialization::initial_guess;
-use glimpse_training::meta::learned::{LearnedDescent, LearnedFit, LearnedRecipe, ValidatedLoss};
+use glimpse_training::meta::learned::{
+    LearnedDescent, LearnedFit, LearnedRecipe, ValidatedLoss, ValidationSplit,
+};
 use glimpse_training::meta::objective::LossEstimate;
 use glimpse_training::meta::options::Options;
 use glimpse_training::meta::plan::{Effort, Schedule};

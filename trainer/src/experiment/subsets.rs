@@ -57,7 +57,8 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
     let mut rows = Vec::new();
     for (subset, names) in SUBSETS.into_iter().zip(training_names) {
         let training = TrainingRun {
-            parts: TrainedParts::PatternOnly(pretrained.clone()),
+            parts: TrainedParts::PatternOnly,
+            pretrained: Some(pretrained.clone()),
             subset: Some((subset, names)),
             ..full_training.clone()
         };

@@ -4,11 +4,9 @@ use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::fit::component_rows::ComponentRows;
 use glimpse_core::fit::{InitNet, Target};
 use glimpse_core::geometry::ArmAngles;
-use glimpse_core::gonio::{Limits, Speeds};
-use glimpse_core::recipe::{
-    Completed, Descent, ExpectedLoss, FitMethod, Floats, Materials, Noise, Provenance, Recipe,
-    RecipeError, Ridge, ScanTime, Training,
-};
+use glimpse_core::recipe::{Completed, Descent, FitMethod, Floats, Recipe, Ridge};
+use glimpse_materials::Identity;
+use glimpse_training::recipe::{Metadata, MetadataError, Training};
 use serde_json::{Value, json};
 
 /// Converts a recipe to JSON.
@@ -16,9 +14,9 @@ use serde_json::{Value, json};
 /// All recipes have `model`, `samples` (n), `pattern` (rows of theta_h, theta_d, phi_d in radians), `arms` (the same
 /// directions as rows of theta_i, phi_i, theta_o, phi_o in radians), `memory_words`, `expected_loss` and `checksum`.
 ///
-/// The recipe's metadata are null if the recipe does not state them: `limits` (radians), `noise`, `scan_time` (speeds of
-/// the four axes in radians per second, and seconds), `expectation`, `provenance` (text), `training` (schedule, effort,
-/// sources, and a hexadecimal digest) and `materials` (names and hexadecimal digests).
+/// The recipe's metadata are null if the recipe does not state them: `limits` (radians), `noise` (sr⁻¹), `scan_time`
+/// (speeds of the four axes in degrees per second, and seconds), `expectation` (of the loss), `training` (with a
+/// hexadecimal digest) and `materials` (names and hexadecimal digests).
 ///
 /// The other keys depend on the fit method. m is the number of coefficients per channel.
 /// - Descent: `inner_steps`, and `initial` parameters and `step_sizes` in the model's order.
@@ -46,8 +44,8 @@ use serde_json::{Value, json};
 ///
 /// # Errors
 /// If the recipe's metadata are invalid.
-pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
-    let metadata = recipe.metadata()?;
+pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, MetadataError> {
+    let metadata = Metadata::of(recipe)?;
     let pattern: Vec<[f32; 3]> = recipe
         .pattern()
         .map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
@@ -67,13 +65,12 @@ pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
         "memory_words": recipe.memory_words(),
         "expected_loss": recipe.expected_loss(),
         "checksum": format!("{:08x}", recipe.checksum()),
-        "limits": metadata.limits.map(limits),
-        "noise": metadata.noise.map(noise),
-        "scan_time": metadata.scan_time.map(scan_time),
-        "expectation": metadata.expectation.map(expectation),
-        "provenance": metadata.provenance.map(provenance),
-        "training": metadata.training.map(training),
-        "materials": materials(metadata.materials),
+        "limits": metadata.limits,
+        "noise": metadata.noise,
+        "scan_time": metadata.scan_budget,
+        "expectation": expectation(&metadata),
+        "training": metadata.training.as_ref().map(training),
+        "materials": materials(&metadata.materials),
     });
     match recipe.method() {
         FitMethod::Descent(descent) => add_descent(&mut value, &descent),
@@ -83,81 +80,29 @@ pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
     Ok(value)
 }
 
-fn limits(limits: Limits) -> Value {
-    json!({
-        "max_theta_i": limits.max_theta_i,
-        "max_theta_o": limits.max_theta_o,
-        "min_separation": limits.min_separation,
-        "in_plane": limits.in_plane,
-    })
+/// Returns the expected loss and the materials that it was measured on; None if the recipe does not state them.
+#[must_use]
+pub fn expectation(metadata: &Metadata) -> Option<Value> {
+    let expected = metadata.expected_loss?;
+    Some(json!({
+        "loss": expected.estimate.loss,
+        "standard_error": expected.estimate.standard_error,
+        "materials": expected.estimate.materials,
+        "split": expected.split,
+        "on": metadata.validation_materials(),
+    }))
 }
 
-fn noise(noise: Noise) -> Value {
-    json!({
-        "multiplicative": noise.multiplicative,
-        "additive": noise.additive,
-        "levels": Some(noise.levels).filter(|levels| *levels > 0),
-    })
+fn training(training: &Training) -> Value {
+    let mut value = json!(training);
+    value["digest"] = json!(format!("{:016x}", training.digest));
+    value
 }
 
-fn scan_time(scan_time: ScanTime) -> Value {
-    let Speeds {
-        theta_i,
-        phi_i,
-        theta_o,
-        phi_o,
-    } = scan_time.speeds;
-    json!({
-        "speeds": [theta_i, phi_i, theta_o, phi_o],
-        "settle": scan_time.settle,
-        "seconds": scan_time.seconds,
-    })
-}
-
-/// Converts the expected loss. Unknown values become null.
-fn expectation(expectation: ExpectedLoss<'_>) -> Value {
-    let is_known = expectation.materials > 0;
-    json!({
-        "loss": expectation.loss,
-        "standard_error": expectation.standard_error,
-        "materials": is_known.then_some(expectation.materials),
-        "on": is_known.then_some(expectation.on),
-    })
-}
-
-fn provenance(provenance: Provenance<'_>) -> Value {
-    json!({
-        "trainer": provenance.trainer,
-        "data": provenance.data,
-        "materials": provenance.materials,
-        "schedule": provenance.schedule,
-        "seed": provenance.seed,
-        "options": provenance.options,
-    })
-}
-
-fn training(training: Training<'_>) -> Value {
-    let sources = training.sources.map(|source| {
-        json!({
-            "label": source.label,
-            "origin": source.origin.name(),
-            "materials": source.materials,
-            "share": source.share,
-        })
-    });
-    json!({
-        "schedule": training.schedule.name(),
-        "effort": training.effort.name(),
-        "parts": training.parts.name(),
-        "split": training.split.name(),
-        "digest": format!("{:016x}", training.digest),
-        "sources": sources.collect::<Vec<Value>>(),
-    })
-}
-
-fn materials(list: Materials<'_>) -> Option<Vec<Value>> {
+fn materials(list: &[Identity]) -> Option<Vec<Value>> {
     let list: Vec<Value> = list
-        .map(|(name, digest)| json!({ "name": name, "digest": format!("{digest:08x}") }))
+        .iter()
+        .map(|each| json!({ "name": each.name, "digest": format!("{:08x}", each.digest) }))
         .collect();
     Some(list).filter(|list| !list.is_empty())
 }

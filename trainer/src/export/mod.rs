@@ -8,5 +8,5 @@ mod rust;
 
 pub use c::to_c;
 pub use csv::to_csv;
-pub use json::{eta, to_json};
+pub use json::{eta, expectation, to_json};
 pub use rust::to_rust;

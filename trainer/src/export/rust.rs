@@ -5,34 +5,33 @@ use std::fmt::Write;
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::fit::gauss_newton::GaussNewton;
 use glimpse_core::fit::{InitNet, Target};
-use glimpse_core::recipe::{Completed, Descent, FitMethod, Floats, Recipe, RecipeError, Ridge};
+use glimpse_core::recipe::{Completed, Descent, FitMethod, Floats, Ridge};
+use glimpse_training::recipe::RecipeFile;
 
 use super::comment::{comment_text, expected_loss_text};
 
 /// Returns the source of a Rust module of constants. Floats have enough digits to restore their exact bits.
-///
-/// # Errors
-/// If the recipe's metadata are invalid.
-pub fn to_rust(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
-    let metadata = recipe.metadata()?;
+#[must_use]
+pub fn to_rust(file: &RecipeFile) -> String {
+    let (recipe, metadata) = (file.recipe(), file.metadata());
     let mut source = format!(
         "//! Recipe {:08x}: {} at n = {}.\n",
         recipe.checksum(),
         recipe.model(),
         recipe.samples(),
     );
-    if let Some(provenance) = metadata.provenance {
+    if let Some(training) = &metadata.training {
         source += &format!(
             "//! By {}, trained on {} ({} materials), {}, seed {}.\n",
-            comment_text(provenance.trainer),
-            comment_text(provenance.data),
-            provenance.materials,
-            comment_text(provenance.schedule),
-            provenance.seed,
+            comment_text(&training.trainer),
+            comment_text(&training.data),
+            training.materials,
+            training.describe_schedule(),
+            training.seed,
         );
     }
-    if let Some(expectation) = metadata.expectation {
-        source += &format!("//! {}\n", expected_loss_text(&expectation));
+    if let Some(loss) = recipe.expected_loss() {
+        source += &format!("//! {}\n", expected_loss_text(loss, metadata));
     }
     source.push('\n');
     let method = recipe.method();
@@ -66,7 +65,7 @@ pub fn to_rust(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
     }
     source.truncate(source.trim_end().len());
     source.push('\n');
-    Ok(source)
+    source
 }
 
 fn add_descent(source: &mut String, descent: &Descent<'_>) {

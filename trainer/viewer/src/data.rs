@@ -4,10 +4,11 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glimpse_core::geometry::{ArmAngles, HalfDifference};
 use glimpse_core::model::linear::Basis;
-use glimpse_core::recipe::{FitMethod, Recipe, RecipeError};
+use glimpse_core::recipe::{FitMethod, Recipe};
 use glimpse_materials::Material;
 use glimpse_materials::loss::{coarse_directions, loss_between};
 use glimpse_training::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
+use glimpse_training::recipe::{Metadata, RecipeDefect};
 use serde_json::{Value, json};
 
 use crate::{View, WASM};
@@ -83,7 +84,7 @@ impl Reference {
 }
 
 impl RecipeScan {
-    fn to_json(&self) -> Result<Value, RecipeError> {
+    fn to_json(&self) -> Result<Value, RecipeDefect> {
         let recipe = Recipe::parse(&self.recipe)?;
         let samples = recipe.pattern().zip(&self.readings).map(|(angles, reading)| {
             let directions = HalfDifference::from_angles(angles).directions();
@@ -99,7 +100,7 @@ impl RecipeScan {
             "how": method_summary(&recipe),
             "takes_missing": recipe.tolerates_missing(),
             "expected_loss": recipe.expected_loss(),
-            "trained_on": recipe.metadata()?.provenance.map(|provenance| provenance.data),
+            "trained_on": Metadata::of(&recipe)?.training.map(|training| training.data),
             "recipe": STANDARD.encode(&self.recipe),
             "basis": self.basis.as_ref().map(|basis| STANDARD.encode(basis)),
             "samples": samples,

@@ -56,7 +56,7 @@ fn parsed_recipe_is_rewritten_identically() {
         let [prediction, loss, bound] =
             [completed.prediction(), partial.loss(), partial.bound()].map(|list| list.words());
         let rewritten = write(&RecipeParts {
-            expectation: recipe.metadata().unwrap().expectation,
+            expected_loss: recipe.expected_loss(),
             prediction: Some(prediction.as_flattened()),
             uncertainty: completed.uncertainty(),
             partial: Some(PackedPartialLoss {

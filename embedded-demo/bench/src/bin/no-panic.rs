@@ -120,14 +120,9 @@ fn recipe() {
         black_box((kind.number(), kind.name(), kind.is_required(), bytes));
     });
     let mut buffer = [0; 64];
-    let kinds = [Kind::new(any(200)), Kind::MATERIALS];
+    let kinds = [Kind::new(any(200)), Kind::METADATA];
     let _ = black_box(recipe.copy_without(&kinds, black_box(&mut buffer[..])));
-    if let Ok(metadata) = recipe.metadata() {
-        black_box((metadata.limits, metadata.noise, metadata.training.is_some()));
-        metadata.materials.for_each(|material| {
-            black_box(material);
-        });
-    }
+    black_box(recipe.metadata());
     let machine = Machine::new(any(Limits::NONE));
     black_box((recipe.out_of_reach(&machine), recipe.is_in_path_order()));
     black_box((recipe.tolerates_missing(), recipe.bounds_partial_loss()));

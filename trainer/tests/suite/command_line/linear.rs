@@ -2,13 +2,16 @@
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
-use glimpse_core::recipe::{
-    Effort, ExpectedLoss, Field, Noise, Origin, Parts, Provenance, Recipe, RecipeError,
-    RecipeParts, Schedule, Training, TrainingSource, TrainingSources, ValidationSplit,
-};
+use glimpse_core::recipe::{Field, Recipe, RecipeError, RecipeParts};
+use glimpse_materials::{Identity, Source, SourceShare};
 use glimpse_training::linear::RecipeBasis;
-use glimpse_training::meta::learned::LearnedFit;
-use glimpse_training::recipe::{RecipeFile, pack_fit, pack_pattern};
+use glimpse_training::meta::learned::{LearnedFit, ValidatedLoss, ValidationSplit};
+use glimpse_training::meta::objective::LossEstimate;
+use glimpse_training::meta::options::TrainedParts;
+use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::recipe::{
+    Metadata, Noise, RecipeDefect, RecipeFile, Training, pack_fit, pack_pattern,
+};
 use serde_json::{Value, json};
 
 use super::{Folder, number, numbers};
@@ -34,16 +37,9 @@ fn reduced_basis() -> RecipeBasis {
     }
 }
 
-const SOURCES: [TrainingSource<'_>; 1] = [TrainingSource {
-    label: "procedural:7",
-    origin: Origin::BuiltIn,
-    materials: 7,
-    share: 1.0,
-}];
-
-/// Adds all metadata that a recipe can have.
-fn with_metadata(bare: RecipeParts<'_>) -> RecipeParts<'_> {
-    RecipeParts {
+/// All metadata that a recipe can have.
+fn metadata() -> Metadata {
+    Metadata {
         limits: Some(Limits {
             max_theta_i: 1.25,
             max_theta_o: 1.5,
@@ -55,48 +51,49 @@ fn with_metadata(bare: RecipeParts<'_>) -> RecipeParts<'_> {
             additive: 0.001,
             levels: 4096,
         }),
-        expectation: Some(ExpectedLoss {
-            loss: 0.0125,
-            standard_error: Some(0.0015),
-            materials: 7,
-            on: "materials of nowhere",
+        scan_budget: None,
+        expected_loss: Some(ValidatedLoss {
+            estimate: LossEstimate {
+                loss: 0.0125,
+                standard_error: Some(0.0015),
+                materials: 7,
+            },
+            split: ValidationSplit::LeftOut,
         }),
-        provenance: Some(Provenance {
-            trainer: "test",
-            data: "procedural:7",
-            materials: 7,
-            schedule: "joint quick",
-            seed: 5,
-            options: "no options",
-        }),
-        materials: &[("brass", 1), ("felt", 2), ("silk", 3), ("teflon", u32::MAX)],
         training: Some(Training {
+            trainer: "test".into(),
+            data: "procedural:7".into(),
+            materials: 7,
+            sources: vec![SourceShare::single(&Source("procedural:7".into()), 7)],
             schedule: Schedule::Joint,
             effort: Effort::Quick,
-            parts: Parts::All,
-            split: ValidationSplit::LeftOut,
+            parts: TrainedParts::AllTwice,
+            options: "no options".into(),
+            seed: 5,
             digest: 0x0123_4567_89ab_cdef,
-            sources: TrainingSources::new(&SOURCES),
         }),
-        ..bare
+        materials: [("brass", 1), ("felt", 2), ("silk", 3), ("teflon", u32::MAX)]
+            .map(|(name, digest)| Identity {
+                name: name.into(),
+                digest,
+            })
+            .into(),
     }
 }
 
 /// A recipe with all metadata that a recipe can have.
 pub(crate) fn recipe_with_metadata() -> RecipeFile {
-    build_recipe(reduced_basis(), with_metadata).expect("a valid recipe")
+    build_recipe(reduced_basis(), &metadata()).expect("a valid recipe")
 }
 
 /// Builds a recipe of the model Linear.
-fn build_recipe(
-    reduced: RecipeBasis,
-    add_metadata: fn(RecipeParts<'_>) -> RecipeParts<'_>,
-) -> Result<RecipeFile, RecipeError> {
+fn build_recipe(reduced: RecipeBasis, metadata: &Metadata) -> Result<RecipeFile, RecipeDefect> {
     pack_fit(&LearnedFit::Ridge(reduced), |fit| {
-        RecipeFile::write(&add_metadata(RecipeParts::new(
-            &pack_pattern(&pattern()),
-            fit,
-        )))
+        RecipeFile::write(&RecipeParts {
+            expected_loss: metadata.expected_loss.map(|each| each.estimate.loss),
+            metadata: &metadata.to_bytes(),
+            ..RecipeParts::new(&pack_pattern(&pattern()), fit)
+        })
     })
 }
 
@@ -107,7 +104,7 @@ fn inspects_and_exports_linear_recipe() {
     unequal.precision[1] = 4.0;
     unequal.basis_checksum = 0;
     for (name, reduced) in [("equal", reduced_basis()), ("unequal", unequal)] {
-        let file = build_recipe(reduced.clone(), with_metadata).expect("a valid recipe");
+        let file = build_recipe(reduced.clone(), &metadata()).expect("a valid recipe");
         folder.write(&format!("{name}.recipe"), file.bytes());
         let recipe = file.recipe();
         assert!(recipe.pattern().eq(pattern()));
@@ -132,10 +129,13 @@ fn inspects_and_exports_linear_recipe() {
         ("/eta", json!(40.0)),
         ("/basis_checksum", json!("0123abcd")),
         ("/checksum", json!(format!("{:08x}", recipe.checksum()))),
-        ("/provenance/data", json!("procedural:7")),
-        ("/provenance/options", json!("no options")),
+        ("/scan_time", Value::Null),
+        ("/expectation/split", json!("left-out")),
         ("/noise/levels", json!(4096)),
-        ("/expectation/on", json!("materials of nowhere")),
+        (
+            "/expectation/on",
+            json!("materials of procedural:7 that it was trained on, each with a basis of others"),
+        ),
         (
             "/materials/3",
             json!({"name": "teflon", "digest": "ffffffff"}),
@@ -147,10 +147,14 @@ fn inspects_and_exports_linear_recipe() {
         (
             "/training",
             json!({
+                "trainer": "test",
+                "data": "procedural:7",
+                "materials": 7,
                 "schedule": "joint",
                 "effort": "quick",
-                "parts": "all",
-                "split": "left-out",
+                "parts": "all-twice",
+                "options": "no options",
+                "seed": 5,
                 "digest": "0123456789abcdef",
                 "sources": [
                     {"label": "procedural:7", "origin": "built-in", "materials": 7, "share": 1.0},
@@ -204,7 +208,7 @@ fn inspects_and_exports_linear_recipe() {
 
 #[test]
 fn inspects_and_exports_recipe_without_metadata() {
-    let file = build_recipe(reduced_basis(), |bare| bare).expect("a valid recipe");
+    let file = build_recipe(reduced_basis(), &Metadata::default()).expect("a valid recipe");
     let folder = Folder::with("bare.recipe", file.bytes());
     folder.succeed("inspect bare.recipe");
     for format in ["json", "rust"] {
@@ -218,7 +222,6 @@ fn inspects_and_exports_recipe_without_metadata() {
         "limits",
         "noise",
         "expectation",
-        "provenance",
         "training",
         "materials",
     ] {
@@ -240,10 +243,10 @@ fn rejects_evaluation_without_basis() {
 fn rejects_malformed_reduced_basis() {
     let mut wrong = reduced_basis();
     wrong.basis.pop();
-    let error = build_recipe(wrong, with_metadata).expect_err("a short basis");
-    assert_eq!(error, RecipeError::Count(Field::Basis));
+    let error = build_recipe(wrong, &metadata()).expect_err("a short basis");
+    assert_eq!(error, RecipeError::Count(Field::Basis).into());
     let mut wrong = reduced_basis();
     wrong.weight[2] = 0.0;
-    let error = build_recipe(wrong, with_metadata).expect_err("a weight of 0");
-    assert_eq!(error, RecipeError::NotPositive(Field::Weight));
+    let error = build_recipe(wrong, &metadata()).expect_err("a weight of 0");
+    assert_eq!(error, RecipeError::NotPositive(Field::Weight).into());
 }

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{MAX_PRECISION, MIN_PRECISION, ValidationSplit};
+use glimpse_core::recipe::{MAX_PRECISION, MIN_PRECISION};
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::with_model;
 use glimpse_materials::basis::Basis;
@@ -17,7 +17,7 @@ use super::completion::refinement::{GaussNewtonRefinement, Refinement, SgdRefine
 use super::completion::train::{self, GAUSS_NEWTON_STEPS, SGD_STEPS};
 use super::descent::{DescentObjective, TaskSet};
 use super::identity::RunIdentity;
-use super::learned::{LearnedDescent, LearnedFit, LearnedRecipe, ValidatedLoss};
+use super::learned::{LearnedDescent, LearnedFit, LearnedRecipe, ValidatedLoss, ValidationSplit};
 use super::linear::LinearObjective;
 use super::objective::{MetaObjective, RandomStreams};
 use super::options::{CompletionOptionsError, Options, RefinementMethod, TrainedParts};
@@ -172,11 +172,11 @@ fn train_completion(
 fn plan_of(options: &Options, materials: usize) -> Plan {
     let (schedule, effort) = (options.schedule, options.effort);
     let plan = Plan::new(schedule, effort, options.model, options.samples, materials);
-    let plan = match &options.parts {
+    let plan = match options.parts {
         TrainedParts::All => plan,
         TrainedParts::AllTwice => plan.twice(),
         TrainedParts::WithoutPattern => plan.without_pattern(options.samples),
-        TrainedParts::PatternOnly(pretrained) => plan.pattern_only(pretrained.clone()),
+        TrainedParts::PatternOnly => plan.pattern_only(options.pretrained.clone()),
     };
     match options.model == ModelKind::Linear && options.prior.eta.is_some() {
         true => plan.without_step_sizes(),

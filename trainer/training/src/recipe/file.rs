@@ -3,12 +3,12 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use glimpse_core::recipe::{
-    Kind, MAX_COMPONENTS, MAX_SAMPLES, Metadata, Recipe, RecipeError, RecipeParts,
-};
+use glimpse_core::recipe::{Kind, MAX_COMPONENTS, MAX_SAMPLES, Recipe, RecipeError, RecipeParts};
 use glimpse_materials::basis::{Basis, BasisError};
 use glimpse_materials::untrusted::read_at_most;
 use self_cell::self_cell;
+
+use super::metadata::{Metadata, MetadataError};
 
 /// An error of a recipe file.
 #[derive(Debug, thiserror::Error)]
@@ -27,7 +27,7 @@ pub enum RecipeFileError {
         /// The file.
         path: PathBuf,
         /// The cause.
-        source: RecipeError,
+        source: RecipeDefect,
     },
     /// The basis of the recipe cannot be used.
     #[error(transparent)]
@@ -35,29 +35,36 @@ pub enum RecipeFileError {
 }
 
 /// The maximum size of a recipe file. The largest list of a recipe, the basis of a ridge problem, takes a quarter of
-/// it. The rest has room for the names of materials.
+/// it. The rest has room for metadata.
 const MAX_BYTES: u64 = 4 * (MAX_SAMPLES * MAX_COMPONENTS * size_of::<f32>()) as u64;
 
-/// A recipe and its metadata.
-#[derive(Debug)]
-struct Parsed<'a> {
-    recipe: Recipe<'a>,
-    metadata: Metadata<'a>,
+/// A defect of a recipe's bytes.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RecipeDefect {
+    /// The bytes are not a recipe.
+    #[error(transparent)]
+    Recipe(#[from] RecipeError),
+    /// The metadata is invalid.
+    #[error(transparent)]
+    Metadata(#[from] MetadataError),
 }
 
 self_cell! {
-    struct Owned {
+    struct ParsedBytes {
         owner: Vec<u8>,
         #[covariant]
-        dependent: Parsed,
+        dependent: Recipe,
     }
 
     impl {Debug}
 }
 
-/// A recipe that owns its bytes, parsed once.
+/// A recipe that owns its bytes and its metadata, parsed once.
 #[derive(Debug)]
-pub struct RecipeFile(Owned);
+pub struct RecipeFile {
+    parsed: ParsedBytes,
+    metadata: Metadata,
+}
 
 impl RecipeFile {
     /// Reads and checks a recipe file.
@@ -90,20 +97,17 @@ impl RecipeFile {
     ///
     /// # Errors
     /// Fails if the bytes are not a recipe, or if its metadata is damaged.
-    pub fn new(bytes: Vec<u8>) -> Result<Self, RecipeError> {
-        let owned = Owned::try_new(bytes, |bytes| {
-            let recipe = Recipe::parse(bytes)?;
-            let metadata = recipe.metadata()?;
-            Ok::<_, RecipeError>(Parsed { recipe, metadata })
-        });
-        owned.map(Self)
+    pub fn new(bytes: Vec<u8>) -> Result<Self, RecipeDefect> {
+        let parsed = ParsedBytes::try_new(bytes, |bytes| Recipe::parse(bytes))?;
+        let metadata = Metadata::of(parsed.borrow_dependent())?;
+        Ok(Self { parsed, metadata })
     }
 
     /// Encodes a recipe in memory.
     ///
     /// # Errors
     /// Fails if a list has a wrong length, a number is not finite, or another rule of the format is broken.
-    pub fn write(parts: &RecipeParts<'_>) -> Result<Self, RecipeError> {
+    pub fn write(parts: &RecipeParts<'_>) -> Result<Self, RecipeDefect> {
         let mut buffer = vec![0; 1 << 14];
         loop {
             match Recipe::write(parts, &mut buffer) {
@@ -116,30 +120,28 @@ impl RecipeFile {
     /// Returns the bytes.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
-        self.0.borrow_owner()
+        self.parsed.borrow_owner()
     }
 
     /// Returns the recipe.
     #[must_use]
     pub fn recipe(&self) -> Recipe<'_> {
-        self.0.borrow_dependent().recipe
+        *self.parsed.borrow_dependent()
     }
 
     /// Returns the metadata of the recipe.
     #[must_use]
-    pub fn metadata(&self) -> Metadata<'_> {
-        self.0.borrow_dependent().metadata
+    pub fn metadata(&self) -> &Metadata {
+        &self.metadata
     }
 
-    /// Returns the recipe without the names of its materials, in the form stored in flash.
+    /// Returns the recipe without metadata, in the form stored in flash.
     ///
     /// # Errors
     /// Never fails in practice, because the recipe was parsed.
-    pub fn stripped(&self) -> Result<Self, RecipeError> {
+    pub fn stripped(&self) -> Result<Self, RecipeDefect> {
         let mut buffer = vec![0; self.bytes().len()];
-        let bytes = self
-            .recipe()
-            .copy_without(&[Kind::MATERIALS], &mut buffer)?;
+        let bytes = self.recipe().copy_without(&[Kind::METADATA], &mut buffer)?;
         Self::new(bytes.to_vec())
     }
 }

@@ -1,27 +1,83 @@
-//! The conversion of a learned fit to the bytes of a recipe.
+//! The conversion of a training result to the bytes of a recipe.
 
 use glimpse_core::geometry::Angles;
+use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::{
     Field, PackedCoefficientNet, PackedCorrection, PackedDescent, PackedGaussNewton, PackedInitNet,
-    PackedMethod, PackedRidge, PackedTarget, RecipeError,
+    PackedMethod, PackedPartialLoss, PackedRidge, PackedTarget, RecipeError, RecipeParts,
 };
 use glimpse_kernels::completion::split_lists;
 
+use super::file::{RecipeDefect, RecipeFile};
+use super::metadata::{Metadata, Noise, Training};
 use super::quantize::quantize;
 use crate::linear::RecipeBasis;
 use crate::meta::learned::{
     CompletionTarget, LearnedCoefficientNet, LearnedCorrection, LearnedDescent, LearnedFit,
-    LearnedRefinement, LearnedSteps,
+    LearnedRecipe, LearnedRefinement, LearnedSteps,
 };
+use crate::meta::options::{CompletionOptions, Options};
+use crate::meta::plan::Schedule;
+
+/// The training result is not a valid recipe.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "training did not converge to a valid recipe; train with another seed or with more materials"
+)]
+pub struct PackError(#[from] RecipeDefect);
+
+/// Packs a training result and its metadata as a recipe. `data` is the name of the training materials.
+///
+/// # Errors
+/// Fails if the result is not a valid recipe, for example if a number is not finite.
+pub fn pack_recipe(
+    learned: &LearnedRecipe,
+    options: &Options,
+    data: &str,
+) -> Result<RecipeFile, PackError> {
+    let completion_options =
+        Some(&options.completion_options).filter(|_| options.schedule == Schedule::Prior);
+    let metadata = Metadata {
+        limits: completion_options
+            .map(|each| each.limits)
+            .filter(|limits| *limits != Limits::NONE),
+        noise: completion_options
+            .map(CompletionOptions::noise)
+            .filter(|noise| *noise != Noise::default()),
+        scan_budget: completion_options.and_then(|each| each.scan),
+        expected_loss: Some(learned.expected_loss),
+        training: Some(Training::new(options, data, learned.materials.len())),
+        materials: learned.materials.clone(),
+    };
+    let loss_predictor = learned.loss_predictor.as_ref();
+    let prediction = loss_predictor.map(|each| pack_values(&each.weights));
+    let partial = loss_predictor.and_then(|each| each.partial.as_ref());
+    let partial = partial.map(|each| [&each.loss, &each.bound].map(|list| pack_values(list)));
+    let pattern = pack_pattern(&learned.pattern);
+    let file = pack_fit(&learned.fit, |fit| {
+        RecipeFile::write(&RecipeParts {
+            expected_loss: Some(learned.expected_loss.estimate.loss),
+            prediction: prediction.as_deref(),
+            uncertainty: loss_predictor.map(|each| each.uncertainty),
+            is_in_path_order: metadata.scan_budget.is_some(),
+            partial: partial
+                .as_ref()
+                .map(|[loss, bound]| PackedPartialLoss { loss, bound }),
+            metadata: &metadata.to_bytes(),
+            ..RecipeParts::new(&pattern, fit)
+        })
+    });
+    Ok(file?)
+}
 
 /// Packs a learned fit and passes it to `write`.
 ///
 /// # Errors
 /// Fails if a count exceeds the format's limit, or if `write` fails.
-pub fn pack_fit<T>(
+pub fn pack_fit<T, E: From<RecipeError>>(
     fit: &LearnedFit,
-    write: impl FnOnce(PackedMethod<'_>) -> Result<T, RecipeError>,
-) -> Result<T, RecipeError> {
+    write: impl FnOnce(PackedMethod<'_>) -> Result<T, E>,
+) -> Result<T, E> {
     match fit {
         LearnedFit::Descent(learned) => {
             pack_descent(learned, |descent| write(PackedMethod::Descent(descent)))
@@ -47,10 +103,10 @@ pub(super) fn pack_values(values: &[f32]) -> Vec<u8> {
     values.iter().copied().flat_map(f32::to_le_bytes).collect()
 }
 
-fn pack_descent<T>(
+fn pack_descent<T, E: From<RecipeError>>(
     learned: &LearnedDescent,
-    write: impl FnOnce(PackedDescent<'_>) -> Result<T, RecipeError>,
-) -> Result<T, RecipeError> {
+    write: impl FnOnce(PackedDescent<'_>) -> Result<T, E>,
+) -> Result<T, E> {
     write(PackedDescent {
         model: learned.model,
         inner_steps: u16::try_from(learned.inner_steps)
@@ -60,10 +116,10 @@ fn pack_descent<T>(
     })
 }
 
-fn pack_ridge<T>(
+fn pack_ridge<T, E: From<RecipeError>>(
     basis: &RecipeBasis,
-    write: impl FnOnce(PackedRidge<'_>) -> Result<T, RecipeError>,
-) -> Result<T, RecipeError> {
+    write: impl FnOnce(PackedRidge<'_>) -> Result<T, E>,
+) -> Result<T, E> {
     write(PackedRidge {
         components: u16::try_from(basis.precision.len())
             .map_err(|_| RecipeError::Count(Field::Components))?,
@@ -76,12 +132,12 @@ fn pack_ridge<T>(
     })
 }
 
-fn pack_completed<T>(
+fn pack_completed<T, E: From<RecipeError>>(
     learned: &LearnedCoefficientNet,
     learned_correction: &LearnedCorrection,
     target: &CompletionTarget,
-    write: impl FnOnce(PackedMethod<'_>) -> Result<T, RecipeError>,
-) -> Result<T, RecipeError> {
+    write: impl FnOnce(PackedMethod<'_>) -> Result<T, E>,
+) -> Result<T, E> {
     let shape = learned.shape;
     let (outputs, components) = (shape.rows(), shape.components);
     let [reading_weights, bias, output] =
@@ -165,11 +221,11 @@ fn pack_completed<T>(
     }
 }
 
-fn pack_steps<T>(
+fn pack_steps<T, E: From<RecipeError>>(
     learned: &LearnedSteps,
     components: usize,
-    write: impl FnOnce(PackedGaussNewton<'_>) -> Result<T, RecipeError>,
-) -> Result<T, RecipeError> {
+    write: impl FnOnce(PackedGaussNewton<'_>) -> Result<T, E>,
+) -> Result<T, E> {
     let (rows, scales) = quantize(&learned.rows, components, |index| index % components);
     write(PackedGaussNewton {
         model: learned.model,

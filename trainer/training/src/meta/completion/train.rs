@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::ValidationSplit;
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Identity, Material, Procedural, SourceShare};
@@ -23,7 +22,7 @@ use crate::linear::RecipeBasis;
 use crate::meta::identity::RunIdentity;
 use crate::meta::learned::{
     CompletionTarget, LearnedCoefficientNet, LearnedCorrection, LearnedFit, LearnedRecipe,
-    ValidatedLoss,
+    ValidatedLoss, ValidationSplit,
 };
 use crate::meta::objective::{LossEstimate, RandomStreams};
 use crate::meta::options::{CompletionOptions, Options};

@@ -9,7 +9,7 @@ use glimpse_core::fit::coefficient_net::standardized;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::Noise;
+
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::scan::scan;
 use glimpse_kernels::with_model;
@@ -30,7 +30,7 @@ use glimpse_training::meta::phase::{Initialization, OuterStep};
 use glimpse_training::meta::plan::{Effort, LossWeights, Plan, Schedule};
 use glimpse_training::meta::run::{TrainError, train};
 use glimpse_training::meta::scan_budget::ScanBudget;
-use glimpse_training::recipe::pack_recipe;
+use glimpse_training::recipe::{Noise, pack_recipe};
 use glimpse_training::route::Axes;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
