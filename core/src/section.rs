@@ -58,6 +58,10 @@ impl Count {
 
 /// The largest number of samples.
 pub const MAX_SAMPLES: usize = 4096;
+/// The smallest precision of a coefficient or parameter.
+pub const MIN_PRECISION: f32 = 1e-6;
+/// The largest precision.
+pub const MAX_PRECISION: f32 = 1e8;
 /// The largest number of components.
 pub const MAX_COMPONENTS: usize = 1024;
 

@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 
+use super::header;
 use crate::error_code::{ErrorCode, RecipeError};
 use crate::fit::{
     Coefficients, Estimator, GaussNewton, Net, Prediction, RIDGE, Refinement, Ridge, Sgd, Start,
@@ -69,6 +70,14 @@ fn sections_error(code: ErrorCode, kind: u16) -> RecipeError {
 }
 
 impl<'a> Contents<'a> {
+    /// Reads the sections of a recipe, without a check of their numbers.
+    ///
+    /// # Errors
+    /// A defect of the header, or of a section's encoding.
+    pub fn read(bytes: &'a [u8]) -> Result<Self, RecipeError> {
+        Self::decode(header::read(bytes)?.sections)
+    }
+
     /// Decodes a list of sections.
     pub(super) fn decode(sections: &'a [u8]) -> Result<Self, RecipeError> {
         let mut contents = Self::default();

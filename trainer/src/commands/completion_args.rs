@@ -4,7 +4,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_training::meta::options::{CompletionOptions, RefinementMethod};
+use glimpse_training::meta::options::CompletionOptions;
 use glimpse_training::meta::plan::Schedule;
 use glimpse_training::meta::scan_budget::ScanBudget;
 use glimpse_training::route::{Axes, Machine};
@@ -45,9 +45,6 @@ pub(crate) struct CompletionArgs {
     /// degrees, above 0 to 180 [default: 0]
     #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
     min_separation: Option<f32>,
-    /// Schedule prior, except for linear: fit that follows the completion [default: gauss-newton]
-    #[arg(long, value_name = "METHOD")]
-    refinement: Option<RefinementMethod>,
     /// Schedule prior: longest time of a scan in seconds, by the rules of `trainer plan`: motion, and
     /// settling at each sample. The pattern and its order are trained to keep within it [default: any
     /// time]

@@ -88,19 +88,8 @@ pub struct CompletionOptions {
     pub procedural: f32,
     /// The limits of the goniometer.
     pub limits: Limits,
-    /// The fit from completed coefficients; ignored by the model Linear.
-    pub refinement: RefinementMethod,
     /// The budget for the time of a scan; None for any time.
     pub scan: Option<ScanBudget>,
-}
-
-/// The fit of a model other than Linear that follows the completion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
-pub enum RefinementMethod {
-    /// Gauss-Newton steps toward the readings and the completed material.
-    GaussNewton,
-    /// A step of SGD on the readings.
-    Sgd,
 }
 
 impl Default for CompletionOptions {
@@ -112,7 +101,6 @@ impl Default for CompletionOptions {
             levels: 0,
             procedural: 0.4,
             limits: Limits::NONE,
-            refinement: RefinementMethod::GaussNewton,
             scan: None,
         }
     }
@@ -232,7 +220,6 @@ impl fmt::Display for CompletionOptions {
             levels,
             procedural,
             limits,
-            refinement,
             scan,
         } = self;
         write!(f, "missing readings {missing}, noise {noise}")?;
@@ -251,9 +238,6 @@ impl fmt::Display for CompletionOptions {
                 limits.max_theta_o.to_degrees(),
                 limits.min_separation.to_degrees()
             )?;
-        }
-        if *refinement == RefinementMethod::Sgd {
-            write!(f, ", refined by SGD")?;
         }
         if let Some(scan) = scan {
             write!(f, ", scans of {} s", scan.seconds)?;

@@ -3,10 +3,14 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use glimpse_core::recipe::{Kind, MAX_COMPONENTS, MAX_SAMPLES, Recipe, RecipeError, RecipeParts};
+use glimpse_core::checksum::crc_32_of_file;
+use glimpse_core::error_code::RecipeError;
+use glimpse_core::recipe::{Contents, MAGIC, METADATA, Recipe, VERSION, words_of};
+use glimpse_core::section::{MAX_COMPONENTS, MAX_SAMPLES, Section};
 use glimpse_materials::basis::{Basis, BasisError};
 use glimpse_materials::untrusted::read_at_most;
 use self_cell::self_cell;
+use serde::Serialize;
 
 use super::metadata::{Metadata, MetadataError};
 
@@ -88,7 +92,7 @@ impl RecipeFile {
     /// Fails if one of the files cannot be read, or if the basis belongs to another recipe.
     pub fn read_with_basis(path: &Path) -> Result<(Self, Option<Basis>), RecipeFileError> {
         let file = Self::read(path)?;
-        let checksum = file.recipe().method().basis_checksum();
+        let checksum = file.recipe().basis_checksum();
         let basis = checksum.map(|checksum| Basis::read(&Basis::path_for(path), checksum));
         Ok((file, basis.transpose()?))
     }
@@ -107,14 +111,30 @@ impl RecipeFile {
     ///
     /// # Errors
     /// Fails if a list has a wrong length, a number is not finite, or another rule of the format is broken.
-    pub fn write(parts: &RecipeParts<'_>) -> Result<Self, RecipeDefect> {
-        let mut buffer = vec![0; 1 << 14];
-        loop {
-            match Recipe::write(parts, &mut buffer) {
-                Err(RecipeError::BufferTooSmall) => buffer.resize(2 * buffer.len(), 0),
-                written => return Self::new(written?.to_vec()),
-            }
+    pub fn write(contents: &Contents<'_>) -> Result<Self, RecipeDefect> {
+        let (pattern, estimator) = contents.check()?;
+        let samples = pattern.directions.len() / 3;
+        let mut body = Vec::new();
+        // At most MAX_SAMPLES, and words of one computer's memory.
+        body.extend((samples as u16).to_le_bytes());
+        body.extend((words_of(&estimator, samples) as u32).to_le_bytes());
+        put(&mut body, contents.pattern.as_ref());
+        put(&mut body, contents.sgd.as_ref());
+        put(&mut body, contents.ridge.as_ref());
+        put(&mut body, contents.net.as_ref());
+        put(&mut body, contents.start.as_ref());
+        put(&mut body, contents.gauss_newton.as_ref());
+        put(&mut body, contents.prediction.as_ref());
+        if !contents.metadata.is_empty() {
+            put_bytes(&mut body, METADATA, contents.metadata);
         }
+        let length = body.len() as u32;
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(VERSION.to_le_bytes());
+        bytes.extend(length.to_le_bytes());
+        bytes.extend(crc_32_of_file(VERSION, length, &body).to_le_bytes());
+        bytes.extend(body);
+        Self::new(bytes)
     }
 
     /// Returns the bytes.
@@ -140,8 +160,23 @@ impl RecipeFile {
     /// # Errors
     /// Never fails in practice, because the recipe was parsed.
     pub fn stripped(&self) -> Result<Self, RecipeDefect> {
-        let mut buffer = vec![0; self.bytes().len()];
-        let bytes = self.recipe().copy_without(&[Kind::METADATA], &mut buffer)?;
-        Self::new(bytes.to_vec())
+        let contents = Contents::read(self.bytes())?;
+        Self::write(&Contents {
+            metadata: &[],
+            ..contents
+        })
     }
+}
+
+/// Appends a section, if there is one.
+fn put<T: Section + Serialize>(body: &mut Vec<u8>, section: Option<&T>) {
+    if let Some(section) = section {
+        // Serialization of numbers and lists of known length cannot fail.
+        let bytes = postcard::to_stdvec(section).unwrap_or_default();
+        put_bytes(body, T::KIND, &bytes);
+    }
+}
+
+fn put_bytes(body: &mut Vec<u8>, kind: u16, bytes: &[u8]) {
+    body.extend(postcard::to_stdvec(&(kind, bytes)).unwrap_or_default());
 }

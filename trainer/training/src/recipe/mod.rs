@@ -7,4 +7,4 @@ mod quantize;
 
 pub use file::{RecipeDefect, RecipeFile, RecipeFileError};
 pub use metadata::{Metadata, MetadataError, Noise, Training};
-pub use pack::{PackError, pack_fit, pack_pattern, pack_recipe};
+pub use pack::{PackError, pack_fit, pack_recipe};
