@@ -31,7 +31,7 @@ pub(crate) use descent::descent_words;
 pub(crate) use linear::linear_words;
 pub(crate) use refined::refined_words;
 
-internal! { algorithm::{Algorithm, Channels, ModelMismatch} }
+internal! { algorithm::{Algorithm, Channels} }
 internal! { completed::{Completed, Components, InitNet, MAX_ROWS, MAX_UNITS, Target} }
 internal! { learned::{Descent, Ridge} }
 internal! { loss_estimate::{PartialLoss, Uncertainty} }

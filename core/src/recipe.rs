@@ -44,9 +44,10 @@ pub use training::{
     Effort, Origin, Parts, Schedule, Training, TrainingSource, TrainingSources, ValidationSplit,
 };
 
+use crate::error::Error;
 use crate::fit::{Algorithm, AnyModel};
 use crate::geometry::{Angles, Directions, HalfDifference};
-use crate::gonio::{Machine, Unreachable};
+use crate::gonio::Machine;
 use crate::model::{ModelKind, SLOT_WORDS};
 use check::PackedAngles;
 use contents::Contents;
@@ -252,7 +253,7 @@ impl<'a> Recipe<'a> {
     ///
     /// Call this before anything moves.
     #[must_use]
-    pub fn out_of_reach(&self, machine: &Machine) -> Option<(u16, Unreachable)> {
+    pub fn out_of_reach(&self, machine: &Machine) -> Option<(u16, Error)> {
         let mut directions = self.directions();
         directions.find_map(|(index, directions)| Some((index, machine.check(&directions).err()?)))
     }

@@ -1,19 +1,10 @@
 //! The fit of a model, in slices of work.
 
 use super::method::FitMethod;
+use crate::error::{Error, ErrorCode};
 use crate::geometry::HalfDifference;
 use crate::model::linear::{Basis, EPSILON};
 use crate::model::{ModelKind, Samples};
-
-/// The recipe is for another model than the firmware's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct ModelMismatch {
-    /// The firmware's model.
-    pub firmware: ModelKind,
-    /// The recipe's model.
-    pub recipe: ModelKind,
-}
 
 /// The fit of a model, for [`Scan`](crate::scan::Scan). Its functions may change in any version.
 ///
@@ -24,8 +15,8 @@ pub trait Algorithm {
     /// Returns the memory of a fit, in words and without the samples.
     ///
     /// # Errors
-    /// [`ModelMismatch`] if the recipe is for another model.
-    fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, ModelMismatch>;
+    /// [`ErrorCode::Model`] if the recipe is for another model.
+    fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, Error>;
 
     /// Returns the number of units of work of the whole fit.
     fn total(method: &FitMethod<'_>, samples: usize) -> u32;
@@ -106,6 +97,11 @@ impl FitMethod<'_> {
             }
         }
     }
+}
+
+/// Returns the error of a recipe for another model than the firmware's.
+pub(super) fn wrong_model(firmware: ModelKind, recipe: ModelKind) -> Error {
+    Error::with(ErrorCode::Model, [firmware as u32, recipe as u32])
 }
 
 /// Returns true if all values of a list are finite. Not inlined, because it is called for each list.

@@ -1,8 +1,9 @@
 //! The model that the recipe names.
 
-use super::algorithm::{Algorithm, Channels, ModelMismatch};
+use super::algorithm::{Algorithm, Channels};
 use super::linear::Linear;
 use super::method::FitMethod;
+use crate::error::Error;
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
 use crate::model::{CookTorrance, ModelKind, Neural, Phong, Samples};
@@ -45,7 +46,7 @@ macro_rules! dispatch {
 // Inlined, so that the models' code is compiled with the firmware, at its optimization level.
 impl Algorithm for AnyModel {
     #[inline]
-    fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, ModelMismatch> {
+    fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, Error> {
         dispatch!(method, words(method, samples))
     }
 

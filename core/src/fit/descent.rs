@@ -5,13 +5,14 @@
 
 use core::ops::Range;
 
-use super::algorithm::{Algorithm, Channels, ModelMismatch};
+use super::algorithm::{Algorithm, Channels, wrong_model};
 use super::completed::{Completed, PARAMETERS_PER_UNIT, Target};
 use super::gauss_newton;
 use super::learned::Descent;
 use super::method::{COMPLETION, FitMethod};
 use super::refined::{Refined, refined_words};
 use super::start::{activate, add_offsets, keep_gray};
+use crate::error::Error;
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
 use crate::model::{Model, ParameterSet, Samples};
@@ -68,10 +69,9 @@ impl Descent<'_> {
 }
 
 impl<M: Model> Algorithm for M {
-    fn words(method: &FitMethod<'_>, _: usize) -> Result<usize, ModelMismatch> {
-        let (firmware, recipe) = (M::KIND, method.model());
-        if firmware != recipe {
-            return Err(ModelMismatch { firmware, recipe });
+    fn words(method: &FitMethod<'_>, _: usize) -> Result<usize, Error> {
+        if M::KIND != method.model() {
+            return Err(wrong_model(M::KIND, method.model()));
         }
         let (completion, has_correction) = match method {
             FitMethod::Completed(completed) => (completed.words(), completed.correction.is_some()),

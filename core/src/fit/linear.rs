@@ -1,9 +1,10 @@
 //! The model Linear: a ridge solve or a completion, in slices of work and in the caller's memory.
 
-use super::algorithm::{Algorithm, Channels, ModelMismatch};
+use super::algorithm::{Algorithm, Channels, wrong_model};
 use super::learned::Ridge;
 use super::method::{COMPLETION, FitMethod, RIDGE};
 use super::ridge::{dot, factor_length, scratch_length};
+use crate::error::Error;
 use crate::geometry::HalfDifference;
 use crate::model::linear::{Basis, map, unmap};
 use crate::model::{ModelKind, Samples};
@@ -56,16 +57,13 @@ impl<'w> Parts<'w> {
 }
 
 impl Algorithm for Linear {
-    fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, ModelMismatch> {
+    fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, Error> {
         match method {
             FitMethod::Ridge(ridge) => Ok(linear_words(samples, ridge.components())),
             FitMethod::Completed(completed) if completed.model() == ModelKind::Linear => {
                 Ok(completed.words())
             }
-            _ => Err(ModelMismatch {
-                firmware: ModelKind::Linear,
-                recipe: method.model(),
-            }),
+            _ => Err(wrong_model(ModelKind::Linear, method.model())),
         }
     }
 

@@ -1,16 +1,13 @@
 //! Errors of a recipe.
 
-use serde::{Deserialize, Serialize};
-
 use super::field::Field;
 use super::format::VERSION;
 use super::kind::Kind;
-use crate::error_code::ErrorCode;
-use crate::gonio::LimitsError;
+use crate::error::{Error, ErrorCode};
 use crate::model::ModelKind;
 
 /// An error in reading or writing a recipe.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RecipeError {
@@ -32,7 +29,7 @@ pub enum RecipeError {
     /// A field has an impossible number of entries, or an impossible count.
     Count(Field),
     /// The machine limits in the recipe are invalid.
-    Limits(LimitsError),
+    Limits(Error),
     /// A field holds a NaN or an infinity.
     NonFinite(Field),
     /// A direction of the pattern's sample with this index is below the horizon.
@@ -65,33 +62,44 @@ pub enum RecipeError {
     Unused(Field),
 }
 
-impl RecipeError {
-    /// Returns the code.
-    #[must_use]
-    pub const fn code(&self) -> ErrorCode {
-        match self {
-            Self::Magic => ErrorCode::RecipeMagic,
-            Self::Version(_) => ErrorCode::RecipeVersion,
-            Self::Length { .. } => ErrorCode::RecipeLength,
-            Self::Checksum => ErrorCode::RecipeChecksum,
-            Self::Malformed => ErrorCode::RecipeMalformed,
-            Self::Count(_) => ErrorCode::RecipeCount,
-            Self::Limits(_) => ErrorCode::RecipeLimits,
-            Self::NonFinite(_) => ErrorCode::RecipeNonFinite,
-            Self::BelowHorizon(_) => ErrorCode::RecipeBelowHorizon,
-            Self::Model(_) => ErrorCode::RecipeModel,
-            Self::NotPositive(_) => ErrorCode::RecipeNotPositive,
-            Self::Negative(_) => ErrorCode::RecipeNegative,
-            Self::Range(_) => ErrorCode::RecipeRange,
-            Self::Unknown(_) => ErrorCode::RecipeUnknown,
-            Self::BufferTooSmall => ErrorCode::BufferTooSmall,
-            Self::Order(_)
-            | Self::Section(_)
-            | Self::Missing(_)
-            | Self::Learners(_)
-            | Self::Required(_)
-            | Self::Beside(_)
-            | Self::Unused(_) => ErrorCode::RecipeSections,
+impl From<RecipeError> for Error {
+    fn from(error: RecipeError) -> Self {
+        let section = |kind: Kind| Self::with(ErrorCode::RecipeSections, [kind.number().into(), 0]);
+        let in_field = |code, field: Field| Self {
+            field: field.name(),
+            ..Self::new(code)
+        };
+        match error {
+            RecipeError::Magic => Self::new(ErrorCode::RecipeMagic),
+            RecipeError::Version(version) => {
+                Self::with(ErrorCode::RecipeVersion, [version.into(), 0])
+            }
+            RecipeError::Length { expected, found } => {
+                Self::with(ErrorCode::RecipeLength, [expected, found])
+            }
+            RecipeError::Checksum => Self::new(ErrorCode::RecipeChecksum),
+            RecipeError::Malformed => Self::new(ErrorCode::RecipeMalformed),
+            RecipeError::Count(field) => in_field(ErrorCode::RecipeCount, field),
+            RecipeError::Limits(error) => error,
+            RecipeError::NonFinite(field) => in_field(ErrorCode::RecipeNonFinite, field),
+            RecipeError::BelowHorizon(index) => {
+                Self::with(ErrorCode::RecipeBelowHorizon, [index.into(), 0])
+            }
+            RecipeError::Model(model) => Self::with(ErrorCode::RecipeModel, [model as u32, 0]),
+            RecipeError::NotPositive(field) => in_field(ErrorCode::RecipeNotPositive, field),
+            RecipeError::Negative(field) => in_field(ErrorCode::RecipeNegative, field),
+            RecipeError::Range(field) => in_field(ErrorCode::RecipeRange, field),
+            RecipeError::Unknown(kind) => {
+                Self::with(ErrorCode::RecipeUnknown, [kind.number().into(), 0])
+            }
+            RecipeError::BufferTooSmall => Self::new(ErrorCode::BufferTooSmall),
+            RecipeError::Learners(_) => Self::new(ErrorCode::RecipeSections),
+            RecipeError::Unused(field) => in_field(ErrorCode::RecipeSections, field),
+            RecipeError::Order(kind)
+            | RecipeError::Section(kind)
+            | RecipeError::Missing(kind)
+            | RecipeError::Required(kind)
+            | RecipeError::Beside(kind) => section(kind),
         }
     }
 }
