@@ -152,8 +152,6 @@ pub struct Driver<'a, K: Fitter> {
     has_saved: bool,
     /// True if the firmware has to delete its saved readings.
     forgets: bool,
-    /// The failure that the firmware does not know yet.
-    failure: Option<Error>,
     /// The action of the next poll, after those of the fields above.
     next: Option<Action>,
     /// True if the host knows the failure that prevents a scan.
@@ -212,7 +210,6 @@ impl<'a, K: Fitter> Driver<'a, K> {
             has_unsaved: false,
             has_saved,
             forgets: false,
-            failure: None,
             next: None,
             is_no_scan_reported: false,
             declined: None,
@@ -343,13 +340,12 @@ impl<'a, K: Fitter> Driver<'a, K> {
         if error.code != ErrorCode::Machine {
             self.pause.lengthen();
         }
-        self.failure = Some(error);
         let is_fetched = matches!(self.phase, Phase::Installed) && !error.is_unusable_recipe();
         if is_fetched || matches!(self.phase, Phase::Store { .. } | Phase::Stored { .. }) {
             self.fetch_pause.lengthen();
             self.declined = None;
         }
-        self.next = None;
+        self.next = Some(Action::Failed(error));
         self.phase = match (self.config.host, error.code) {
             (Host::Absent, _) | (_, ErrorCode::NoReply) => self.phase_after_failure(),
             (Host::Measures | Host::Listens, _) => Phase::ReportFailure(error),
@@ -392,7 +388,6 @@ impl<'a, K: Fitter> Driver<'a, K> {
     fn begin_again(&mut self) {
         self.is_idle = false;
         self.is_halted = false;
-        self.failure = None;
         self.next = None;
         let is_reporting = matches!(self.phase, Phase::ReportFailure(_));
         if !is_reporting || self.report_pause.has_failed() {
@@ -472,9 +467,6 @@ impl<'a, K: Fitter> Driver<'a, K> {
                 return Some(Action::Save { index, reading });
             }
             self.has_unsaved = false;
-        }
-        if let Some(error) = self.failure.take() {
-            return Some(Action::Failed(error));
         }
         self.next.take()
     }

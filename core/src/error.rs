@@ -11,8 +11,8 @@ use serde::{Serialize, Serializer};
 /// assert_eq!(error.code as u16, 50);
 /// assert_eq!(
 ///     error.to_string(),
-///     "the recipe needs more memory than the firmware has: compute the length with `recipe::memory_words` \
-///      (words needed: 120, words available: 100)"
+///     "the recipe needs more memory than the firmware has: compute the length with `recipe::memory_words`, \
+///      or `glimpse_scan_bytes` in C (words needed: 120, words available: 100)"
 /// );
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -181,7 +181,7 @@ error_codes! {
 
     Incomplete = 18, "readings are missing: record them",
         Number "missing readings", Number "first";
-    Unfinished = 20, "the fit is not complete: continue it with `Scan::fit_under_way`",
+    Unfinished = 20, "the fit is not complete: advance it until all units are done",
         Number "units done", Number "units in all";
     NotScanning = 22, "the scan is finished, has failed, or does not exist: resume or restart it before readings";
     SavedDamaged = 23, "no intact readings are saved: read all samples";
@@ -220,7 +220,7 @@ error_codes! {
 
     Model = 48, "the recipe's model is not the firmware's: change the firmware's model or the recipe",
         Model "firmware", Model "recipe";
-    Memory = 50, "the recipe needs more memory than the firmware has: compute the length with `recipe::memory_words`",
+    Memory = 50, "the recipe needs more memory than the firmware has: compute the length with `recipe::memory_words`, or `glimpse_scan_bytes` in C",
         Number "words needed", Number "words available";
     Basis = 51, "the basis is not the one that the recipe names: export the recipe's basis, or use none if the recipe names none",
         Checksum "named by the recipe", Checksum "of this basis";

@@ -448,7 +448,7 @@ impl From<Directions<f32>> for glimpse_arms {
 
 impl From<Residual> for glimpse_residual {
     fn from(residual: Residual) -> Self {
-        let implausible = residual.implausible.map(|reason| reason.code().code());
+        let implausible = residual.implausible.map(|code| code as i32);
         Self {
             mean: residual.mean,
             worst: residual.worst,
@@ -456,7 +456,7 @@ impl From<Residual> for glimpse_residual {
             saturated: residual.saturated,
             repeated: residual.repeated,
             clamped: residual.clamped,
-            implausible: implausible.unwrap_or_default().into(),
+            implausible: implausible.unwrap_or_default(),
         }
     }
 }

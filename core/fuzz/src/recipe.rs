@@ -9,7 +9,7 @@ use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_core::recipe::{
     Completed, FitMethod, HEADER_BYTES, Kind, Recipe, VERSION, memory_words,
 };
-use glimpse_core::scan::{FinishError, Reading, Scan};
+use glimpse_core::scan::{Reading, Scan};
 
 /// The largest number of samples of a fit in this check.
 const MAX_SAMPLES: usize = 64;
@@ -240,12 +240,17 @@ fn check_fit<K: Fitter>(scan: &mut Scan<'_, K>, max_steps: u32) {
     let mut fit = scan.fit().expect("all required readings");
     let is_complete = fit.advance(max_steps).is_complete();
     match fit.finish() {
-        Ok(_) | Err(FinishError::Implausible(_)) => {
+        Err(error) if !error.is_implausible() => {
+            let code = match is_complete {
+                true => ErrorCode::Diverged,
+                false => ErrorCode::Unfinished,
+            };
+            assert_eq!(error.code, code);
+        }
+        _ => {
             let fitted = scan.fitted().expect("the fit is finished");
             assert!(fitted.values().all(f32::is_finite));
             assert!(fitted.residual().mean.is_finite());
         }
-        Err(FinishError::Unfinished(_)) => assert!(!is_complete),
-        Err(error) => assert!(is_complete && error == FinishError::Diverged),
     }
 }
