@@ -4,6 +4,7 @@
 //! is parsed, because random bytes almost never have the right checksum.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
+use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::{Fitter, Linear, MAX_ROWS, MAX_UNITS, Target};
 use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_core::recipe::{

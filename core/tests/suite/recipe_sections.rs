@@ -2,7 +2,8 @@
 
 mod training;
 
-use glimpse_core::gonio::{Limits, LimitsError, Speeds};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::gonio::{Limits, Speeds};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
     Effort, ExpectedLoss, HEADER_BYTES, Kind, Metadata, Noise, Origin, PackedDescent, PackedMethod,
@@ -254,7 +255,10 @@ fn body_ending_within_section_is_malformed() {
 fn invalid_metadata_is_not_written() {
     let mut parts = full_parts();
     parts.limits.as_mut().unwrap().max_theta_o = 75.0; // degrees instead of radians
-    let error = RecipeError::Limits(LimitsError::MaxThetaO);
+    let error = RecipeError::Limits(Error {
+        field: "limits.max_theta_o",
+        ..Error::new(ErrorCode::Limits)
+    });
     assert_eq!(write(&parts), Err(error));
 }
 

@@ -2,8 +2,9 @@
 //! plain scan, whatever the order of the readings and the quality of the line.
 
 use glimpse_core::driver::{Action, Config, Driver, Host};
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::Fitter;
-use glimpse_core::link::{Failure, PROTOCOL, Request};
+use glimpse_core::link::{PROTOCOL, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use proptest::prelude::*;
@@ -132,7 +133,10 @@ fn noisy_line_keeps_result() {
                     let (_, action) =
                         bench.run(&mut driver, |action| is_forget(action) || is_failed(action));
                     match action {
-                        Action::Failed(Failure::NoReply) => driver.resume(),
+                        Action::Failed(Error {
+                            code: ErrorCode::NoReply,
+                            ..
+                        }) => driver.resume(),
                         Action::Forget => break,
                         other => panic!("{other:?}"),
                     }

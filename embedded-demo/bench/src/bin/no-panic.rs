@@ -19,7 +19,7 @@ use cortex_m_rt::entry;
 #[cfg(target_arch = "riscv32")]
 use riscv_rt::entry;
 
-use glimpse_core::error_code::ErrorCode;
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::{Fitter, Linear};
 use glimpse_core::geometry::{ArmAngles, Directions};
 use glimpse_core::gonio::{Limits, Machine, Quantity, tile};
@@ -132,8 +132,10 @@ fn recipe() {
     black_box((recipe.out_of_reach(&machine), recipe.is_in_path_order()));
     black_box((recipe.tolerates_missing(), recipe.bounds_partial_loss()));
     black_box((recipe.basis_checksum(), max_samples(&[bytes()])));
-    let code = ErrorCode::from_code(any(32));
-    black_box(code.map(|code| (code.code(), code.text())));
+    if let Some(code) = ErrorCode::from_number(any(32)) {
+        let error = Error::with(code, any([7, 8]));
+        black_box((code as u16, code.text(), error.is_implausible()));
+    }
     black_box((any(ModelKind::Linear).name(), any(Field::Basis).range()));
 }
 
