@@ -44,6 +44,15 @@ impl Error {
         }
     }
 
+    /// Creates an error that concerns this field.
+    #[must_use]
+    pub const fn in_field(code: ErrorCode, field: &'static str) -> Self {
+        Self {
+            field,
+            ..Self::new(code)
+        }
+    }
+
     /// Returns true if the fit has a result, but its readings are unlikely to come from a material.
     #[must_use]
     pub const fn is_implausible(&self) -> bool {

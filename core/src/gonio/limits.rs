@@ -108,10 +108,7 @@ impl Limits {
         } else {
             return Ok(());
         };
-        Err(Error {
-            field,
-            ..Error::new(ErrorCode::Limits)
-        })
+        Err(Error::in_field(ErrorCode::Limits, field))
     }
 
     /// Checks that the arms reach a pair of directions. A limit that is NaN is exceeded.

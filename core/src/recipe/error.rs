@@ -1,7 +1,6 @@
 //! Errors of a recipe.
 
 use super::field::Field;
-use super::format::VERSION;
 use super::kind::Kind;
 use crate::error::{Error, ErrorCode};
 use crate::model::ModelKind;
@@ -64,148 +63,45 @@ pub enum RecipeError {
 
 impl From<RecipeError> for Error {
     fn from(error: RecipeError) -> Self {
-        let section = |kind: Kind| Self::with(ErrorCode::RecipeSections, [kind.number().into(), 0]);
-        let in_field = |code, field: Field| Self {
-            field: field.name(),
-            ..Self::new(code)
-        };
-        match error {
-            RecipeError::Magic => Self::new(ErrorCode::RecipeMagic),
-            RecipeError::Version(version) => {
-                Self::with(ErrorCode::RecipeVersion, [version.into(), 0])
-            }
-            RecipeError::Length { expected, found } => {
-                Self::with(ErrorCode::RecipeLength, [expected, found])
-            }
-            RecipeError::Checksum => Self::new(ErrorCode::RecipeChecksum),
-            RecipeError::Malformed => Self::new(ErrorCode::RecipeMalformed),
-            RecipeError::Count(field) => in_field(ErrorCode::RecipeCount, field),
-            RecipeError::Limits(error) => error,
-            RecipeError::NonFinite(field) => in_field(ErrorCode::RecipeNonFinite, field),
-            RecipeError::BelowHorizon(index) => {
-                Self::with(ErrorCode::RecipeBelowHorizon, [index.into(), 0])
-            }
-            RecipeError::Model(model) => Self::with(ErrorCode::RecipeModel, [model as u32, 0]),
-            RecipeError::NotPositive(field) => in_field(ErrorCode::RecipeNotPositive, field),
-            RecipeError::Negative(field) => in_field(ErrorCode::RecipeNegative, field),
-            RecipeError::Range(field) => in_field(ErrorCode::RecipeRange, field),
-            RecipeError::Unknown(kind) => {
-                Self::with(ErrorCode::RecipeUnknown, [kind.number().into(), 0])
-            }
-            RecipeError::BufferTooSmall => Self::new(ErrorCode::BufferTooSmall),
-            RecipeError::Learners(_) => Self::new(ErrorCode::RecipeSections),
-            RecipeError::Unused(field) => in_field(ErrorCode::RecipeSections, field),
+        use ErrorCode as Code;
+        let (code, field, details) = match error {
+            RecipeError::Magic => (Code::RecipeMagic, "", [0; 2]),
+            RecipeError::Version(version) => (Code::RecipeVersion, "", [version.into(), 0]),
+            RecipeError::Length { expected, found } => (Code::RecipeLength, "", [expected, found]),
+            RecipeError::Checksum => (Code::RecipeChecksum, "", [0; 2]),
+            RecipeError::Malformed => (Code::RecipeMalformed, "", [0; 2]),
+            RecipeError::Count(field) => (Code::RecipeCount, field.name(), [0; 2]),
+            RecipeError::Limits(error) => return error,
+            RecipeError::NonFinite(field) => (Code::RecipeNonFinite, field.name(), [0; 2]),
+            RecipeError::BelowHorizon(index) => (Code::RecipeBelowHorizon, "", [index.into(), 0]),
+            RecipeError::BufferTooSmall => (Code::BufferTooSmall, "", [0; 2]),
+            RecipeError::Model(model) => (Code::RecipeModel, "", [model as u32, 0]),
+            RecipeError::NotPositive(field) => (Code::RecipeNotPositive, field.name(), [0; 2]),
+            RecipeError::Negative(field) => (Code::RecipeNegative, field.name(), [0; 2]),
+            RecipeError::Range(field) => (Code::RecipeRange, field.name(), [0; 2]),
+            RecipeError::Unknown(kind) => (Code::RecipeUnknown, "", [kind.number().into(), 0]),
+            RecipeError::Learners(_) => (Code::RecipeSections, "", [0; 2]),
+            RecipeError::Unused(field) => (Code::RecipeSections, field.name(), [0; 2]),
             RecipeError::Order(kind)
             | RecipeError::Section(kind)
             | RecipeError::Missing(kind)
             | RecipeError::Required(kind)
-            | RecipeError::Beside(kind) => section(kind),
+            | RecipeError::Beside(kind) => {
+                let name = kind.name().unwrap_or_default();
+                (Code::RecipeSections, name, [kind.number().into(), 0])
+            }
+        };
+        Self {
+            code,
+            field,
+            details,
         }
     }
 }
 
 impl core::fmt::Display for RecipeError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Magic => f.write_str("this is not a recipe: it does not start with GLMP"),
-            Self::Version(version) => {
-                write!(
-                    f,
-                    "recipe format {version} is unknown, expected {VERSION}: train again, or \
-                     build with the trainer's glimpse-core"
-                )
-            }
-            Self::Length { expected, found } => {
-                write!(
-                    f,
-                    "the recipe has {found} bytes instead of {expected}: it was cut or padded"
-                )
-            }
-            Self::Checksum => f.write_str("the recipe's checksum is wrong: its bytes were altered"),
-            Self::Malformed => f.write_str("the recipe's body does not follow the format"),
-            Self::Count(field) => write!(f, "the recipe's field `{field}` has an impossible count"),
-            Self::Limits(error) => error.fmt(f),
-            Self::NonFinite(field) => {
-                write!(f, "the recipe's field `{field}` holds a NaN or an infinity")
-            }
-            Self::BelowHorizon(index) => {
-                write!(
-                    f,
-                    "sample {index} of the recipe's pattern has a direction below the horizon"
-                )
-            }
-            Self::BufferTooSmall => f.write_str("the buffer is too small for the recipe"),
-            Self::Model(model) => {
-                write!(
-                    f,
-                    "the recipe has a descent or Gauss-Newton steps, which cannot fit {model}"
-                )
-            }
-            Self::NotPositive(field) => {
-                write!(
-                    f,
-                    "the recipe's field `{field}` holds a number that is not positive"
-                )
-            }
-            Self::Negative(field) => {
-                write!(f, "the recipe's field `{field}` holds a negative number")
-            }
-            Self::Range(field) => {
-                let (min, max) = field.range();
-                write!(
-                    f,
-                    "the recipe's field `{field}` holds a number outside of {min:e} to {max:e}"
-                )
-            }
-            Self::Unknown(kind) => {
-                write!(
-                    f,
-                    "the recipe's section {kind} is unknown: build glimpse-core with the features \
-                     completion and ridge, or use a newer version"
-                )
-            }
-            Self::Order(kind) => {
-                write!(
-                    f,
-                    "the recipe's section {kind} occurs twice or follows a higher kind: \
-                     kinds must ascend"
-                )
-            }
-            Self::Section(kind) => {
-                write!(f, "the recipe's section {kind} does not follow the format")
-            }
-            Self::Missing(kind) => write!(f, "the recipe has no section {kind}"),
-            Self::Learners(count) => {
-                write!(
-                    f,
-                    "the recipe has {count} fit methods, but needs one: a section {}, {} or {}",
-                    Kind::DESCENT,
-                    Kind::RIDGE,
-                    Kind::COMPLETION
-                )
-            }
-            Self::Required(kind) => {
-                write!(
-                    f,
-                    "the recipe's section {kind} is required: omit only optional sections"
-                )
-            }
-            Self::Beside(kind) => {
-                write!(
-                    f,
-                    "the recipe's section {kind} cannot be combined with its section {}",
-                    Kind::RIDGE
-                )
-            }
-            Self::Unused(field) => {
-                write!(
-                    f,
-                    "the recipe's field `{field}` has to be 0 or empty with a section {} or {}",
-                    Kind::START,
-                    Kind::CORRECTION
-                )
-            }
-        }
+        Error::from(*self).fmt(f)
     }
 }
 

@@ -212,10 +212,7 @@ fn rejects_cut_and_altered_bytes() {
 }
 
 fn malformed(field: &'static str) -> Error {
-    Error {
-        field,
-        ..Error::new(ErrorCode::BasisMalformed)
-    }
+    Error::in_field(ErrorCode::BasisMalformed, field)
 }
 
 #[test]

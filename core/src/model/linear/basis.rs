@@ -100,7 +100,10 @@ impl<'a> Basis<'a> {
         ] = *shape;
         let components = u16::from_le_bytes([m0, m1]);
         if !(1..=MAX_COMPONENTS).contains(&components) {
-            return Err(malformed("basis.components"));
+            return Err(Error::in_field(
+                ErrorCode::BasisMalformed,
+                "basis.components",
+            ));
         }
         let nodes = Nodes {
             theta_h: u16::from_le_bytes([h0, h1]),
@@ -112,7 +115,7 @@ impl<'a> Basis<'a> {
             .count()
             .filter(|_| nodes.theta_h.min(nodes.theta_d).min(nodes.phi_d) >= 2)
             .and_then(|count| count.checked_mul(components.saturating_add(NODE_HEAD_BYTES)))
-            .ok_or(malformed("basis.nodes"))?;
+            .ok_or(Error::in_field(ErrorCode::BasisMalformed, "basis.nodes"))?;
         let scales_length = components.saturating_mul(size_of::<f32>());
         let expected = SHAPE_BYTES
             .saturating_add(scales_length)
@@ -125,7 +128,7 @@ impl<'a> Basis<'a> {
         let mean_scale = f32::from_le_bytes([s0, s1, s2, s3]);
         let mut all = scales.iter().chain([mean_scale]);
         if !all.all(|scale| scale.is_finite() && scale >= 0.0) {
-            return Err(malformed("basis.scales"));
+            return Err(Error::in_field(ErrorCode::BasisMalformed, "basis.scales"));
         }
         Ok(Self {
             whole_checksum: u32::from_le_bytes([c0, c1, c2, c3]),
@@ -241,13 +244,6 @@ impl<'a> Basis<'a> {
 fn length_error(expected: usize, found: usize) -> Error {
     let details = [expected, found].map(|length| u32::try_from(length).unwrap_or(u32::MAX));
     Error::with(ErrorCode::BasisLength, details)
-}
-
-fn malformed(field: &'static str) -> Error {
-    Error {
-        field,
-        ..Error::new(ErrorCode::BasisMalformed)
-    }
 }
 
 fn is_unit(at: &HalfDifference<f32>) -> bool {

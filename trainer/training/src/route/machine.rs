@@ -290,10 +290,7 @@ mod tests {
             ),
             (
                 |machine| machine.limits.max_theta_i = 2.0,
-                MachineError::Limits(Error {
-                    field: "limits.max_theta_i",
-                    ..Error::new(ErrorCode::Limits)
-                }),
+                MachineError::Limits(Error::in_field(ErrorCode::Limits, "limits.max_theta_i")),
             ),
             (
                 |machine| machine.speeds.phi_o = f64::INFINITY,
