@@ -4,12 +4,13 @@
 //! is parsed, because random bytes almost never have the right checksum.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
-use glimpse_core::fit::{Fitter, Linear, MAX_ROWS, MAX_UNITS, Target};
+use glimpse_core::error::ErrorCode;
+use glimpse_core::fit::{ScanModel, Linear, MAX_ROWS, MAX_UNITS, Target};
 use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_core::recipe::{
     Completed, FitMethod, HEADER_BYTES, Kind, Recipe, VERSION, memory_words,
 };
-use glimpse_core::scan::{FinishError, Reading, Scan};
+use glimpse_core::scan::{Reading, Scan};
 
 /// The largest number of samples of a fit in this check.
 const MAX_SAMPLES: usize = 64;
@@ -177,7 +178,7 @@ fn assert_same_numbers(a: &Recipe<'_>, b: &Recipe<'_>) {
 
 /// Checks fits of at most `max_steps` steps. The first fit has one reading, if the recipe tolerates missing readings.
 /// The second fit has all readings, half of them saturated.
-fn check_scan<K: Fitter>(recipe: Recipe<'_>, max_steps: u32) {
+fn check_scan<K: ScanModel>(recipe: Recipe<'_>, max_steps: u32) {
     if recipe.samples() > MAX_SAMPLES {
         return; // the fit would take too long
     }
@@ -205,16 +206,21 @@ fn check_scan<K: Fitter>(recipe: Recipe<'_>, max_steps: u32) {
 }
 
 /// Fits for at most `max_steps` steps. Checks that the values of a finished fit are finite.
-fn check_fit<K: Fitter>(scan: &mut Scan<'_, K>, max_steps: u32) {
+fn check_fit<K: ScanModel>(scan: &mut Scan<'_, K>, max_steps: u32) {
     let mut fit = scan.fit().expect("all required readings");
     let is_complete = fit.advance(max_steps).is_complete();
     match fit.finish() {
-        Ok(_) | Err(FinishError::Implausible(_)) => {
+        Err(error) if !error.is_implausible() => {
+            let code = match is_complete {
+                true => ErrorCode::Diverged,
+                false => ErrorCode::Unfinished,
+            };
+            assert_eq!(error.code, code);
+        }
+        _ => {
             let fitted = scan.fitted().expect("the fit is finished");
             assert!(fitted.values().all(f32::is_finite));
             assert!(fitted.residual().mean.is_finite());
         }
-        Err(FinishError::Unfinished(_)) => assert!(!is_complete),
-        Err(error) => assert!(is_complete && error == FinishError::Diverged),
     }
 }

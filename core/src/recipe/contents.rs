@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use super::header;
-use crate::error_code::{ErrorCode, RecipeError};
+use crate::error::{Error, ErrorCode};
 use crate::fit::{
     Coefficients, Estimator, GaussNewton, Net, Prediction, RIDGE, Refinement, Ridge, Sgd, Start,
 };
@@ -58,15 +58,15 @@ fn take(bytes: &[u8]) -> Option<(u16, &[u8], &[u8])> {
 }
 
 /// Decodes a section as one value that takes all of its bytes.
-fn decode<'a, T: Deserialize<'a> + Section>(bytes: &'a [u8]) -> Result<Option<T>, RecipeError> {
+fn decode<'a, T: Deserialize<'a> + Section>(bytes: &'a [u8]) -> Result<Option<T>, Error> {
     match postcard::take_from_bytes(bytes) {
         Ok((value, [])) => Ok(Some(value)),
         _ => Err(sections_error(ErrorCode::RecipeSections, T::KIND)),
     }
 }
 
-fn sections_error(code: ErrorCode, kind: u16) -> RecipeError {
-    RecipeError::with(code, [kind.into(), 0])
+fn sections_error(code: ErrorCode, kind: u16) -> Error {
+    Error::with(code, [kind.into(), 0])
 }
 
 impl<'a> Contents<'a> {
@@ -74,18 +74,18 @@ impl<'a> Contents<'a> {
     ///
     /// # Errors
     /// A defect of the header, or of a section's encoding.
-    pub fn read(bytes: &'a [u8]) -> Result<Self, RecipeError> {
+    pub fn read(bytes: &'a [u8]) -> Result<Self, Error> {
         Self::decode(header::read(bytes)?.sections)
     }
 
     /// Decodes a list of sections.
-    pub(super) fn decode(sections: &'a [u8]) -> Result<Self, RecipeError> {
+    pub(super) fn decode(sections: &'a [u8]) -> Result<Self, Error> {
         let mut contents = Self::default();
         let mut rest = sections;
         let mut previous = None;
         while !rest.is_empty() {
             let (kind, value, after) =
-                take(rest).ok_or(RecipeError::new(ErrorCode::RecipeMalformed))?;
+                take(rest).ok_or(Error::new(ErrorCode::RecipeMalformed))?;
             rest = after;
             // Strictly ascending, so no kind occurs twice.
             if previous >= Some(kind) {
@@ -148,7 +148,7 @@ impl<'a> Contents<'a> {
     ///
     /// # Errors
     /// The first defect.
-    pub fn check(&self) -> Result<(Pattern<'a>, Estimator<'a>), RecipeError> {
+    pub fn check(&self) -> Result<(Pattern<'a>, Estimator<'a>), Error> {
         let counts = self.counts();
         let missing = |kind| Err(sections_error(ErrorCode::RecipeSections, kind));
         let Some(pattern) = self.pattern else {
@@ -157,7 +157,7 @@ impl<'a> Contents<'a> {
         pattern.check(&counts)?;
         if let Some(index) = first_below_horizon(pattern.directions) {
             let code = ErrorCode::RecipeBelowHorizon;
-            return Err(RecipeError::with(code, [index as u32, 0]));
+            return Err(Error::with(code, [index as u32, 0]));
         }
         let (Some(ridge), true) = (self.ridge, RIDGE) else {
             let Some(sgd) = self.sgd else {
@@ -178,7 +178,7 @@ impl<'a> Contents<'a> {
             if usize::from(net.components) > ridge.precision.len() {
                 let field = Net::FIELDS.iter().find(|field| field.name == "net.components");
                 let error = field.map(|field| field.error(ErrorCode::RecipeRange));
-                return Err(error.unwrap_or(RecipeError::new(ErrorCode::RecipeRange)));
+                return Err(error.unwrap_or(Error::new(ErrorCode::RecipeRange)));
             }
             net.check(&counts)?;
         }
@@ -191,7 +191,7 @@ impl<'a> Contents<'a> {
                 steps.check(&counts)?;
                 start.check(&counts)?;
                 if first_below_horizon(steps.directions).is_some() {
-                    let mut error = RecipeError::new(ErrorCode::RecipeRange);
+                    let mut error = Error::new(ErrorCode::RecipeRange);
                     error.field = "gauss_newton.directions";
                     return Err(error);
                 }

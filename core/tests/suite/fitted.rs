@@ -1,6 +1,6 @@
 //! The BRDF of a fitted material, and directions without a BRDF.
 
-use glimpse_core::fit::{Fitter, Linear};
+use glimpse_core::fit::{ScanModel, Linear};
 use glimpse_core::geometry::Directions;
 use glimpse_core::model::{ModelKind, Neural};
 use glimpse_core::scan::Fitted;
@@ -11,7 +11,7 @@ const UP: [f32; 3] = [0.0, 0.0, 1.0];
 const SLANTED: [f32; 3] = [0.6, 0.0, 0.8];
 
 /// Calls `check` with a material that `K` fitted.
-fn with_fitted<K: Fitter + 'static>(model: ModelKind, check: impl FnOnce(Fitted<'_, K>)) {
+fn with_fitted<K: ScanModel + 'static>(model: ModelKind, check: impl FnOnce(Fitted<'_, K>)) {
     let mut scan = new_scan::<K>(recipe_for(model));
     record(&mut scan, 0..8, synthetic_reading);
     fit(&mut scan, &[u32::MAX]);

@@ -75,8 +75,6 @@ fn names_missing_required_section() {
     };
     let missing = without(Kind::PATTERN);
     assert_eq!(missing, RecipeError::Missing(Kind::PATTERN));
-    let text = missing.to_string();
-    assert!(text.contains(&Kind::PATTERN.to_string()), "{text}");
     assert_eq!(without(Kind::DESCENT), RecipeError::Learners(0));
     let error = RecipeError::Missing(Kind::PATTERN);
     assert_eq!(parse_error(&Vec::new()), error);
@@ -87,8 +85,6 @@ fn names_missing_required_section() {
     both.insert(2, ridge);
     let error = parse_error(&both);
     assert_eq!(error, RecipeError::Learners(2));
-    let text = error.to_string();
-    assert!(text.contains(&Kind::DESCENT.to_string()), "{text}");
 }
 
 #[test]
@@ -107,8 +103,9 @@ fn skips_or_rejects_unknown_kinds() {
         sections.insert(2, (kind, Vec::new()));
         let error = parse_error(&sections);
         assert_eq!(error, RecipeError::Unknown(kind));
-        let text = error.to_string();
-        assert!(text.contains(&kind.number().to_string()), "{text}");
+        let error = Error::from(error);
+        assert_eq!(error.code, ErrorCode::RecipeUnknown);
+        assert_eq!(error.details, [kind.number().into(), 0]);
     }
     assert!(Kind::new(127).is_required() && !Kind::new(128).is_required());
 }

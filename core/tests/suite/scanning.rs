@@ -1,10 +1,11 @@
 //! Scans in memory: a recipe for each model, synthetic readings, and the outcome of a fit.
 
-use glimpse_core::fit::{AnyModel, Fitter};
+use glimpse_core::error::ErrorCode;
+use glimpse_core::fit::{AnyModel, ScanModel};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{FinishError, FitError, Reading, Residual, Scan};
+use glimpse_core::scan::{Reading, Residual, Scan};
 
 use crate::recipes::{linear, neural, parsed};
 
@@ -36,7 +37,7 @@ pub(crate) fn recipe_for(model: ModelKind) -> Recipe<'static> {
 }
 
 /// An empty scan, whose memory is leaked.
-pub(crate) fn new_scan<K: Fitter + 'static>(recipe: Recipe<'static>) -> Scan<'static, K> {
+pub(crate) fn new_scan<K: ScanModel + 'static>(recipe: Recipe<'static>) -> Scan<'static, K> {
     let memory = vec![0.0; recipe.memory_words()].leak();
     Scan::new(recipe, memory).unwrap()
 }
@@ -74,7 +75,7 @@ pub(crate) fn synthetic_reading(index: u16) -> Reading {
 }
 
 /// Records the readings of some samples.
-pub(crate) fn record<K: Fitter>(
+pub(crate) fn record<K: ScanModel>(
     scan: &mut Scan<'_, K>,
     samples: impl IntoIterator<Item = u16>,
     reading: impl Fn(u16) -> Reading,
@@ -123,11 +124,11 @@ impl Outcome {
 
 /// Fits in slices of these budgets, in turn, and resumes the fit from the scan for each slice. Checks that a fitted
 /// material is finite: all its values, and its BRDF at all readings.
-pub(crate) fn fit<K: Fitter>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome {
+pub(crate) fn fit<K: ScanModel>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome {
     let pattern: Vec<_> = scan.recipe().pattern().collect();
     let mut progress = match scan.fit() {
         Ok(fit) => fit.progress(),
-        Err(FitError::TooLarge { .. }) => return Outcome::TooLarge,
+        Err(error) if error.code == ErrorCode::TooLarge => return Outcome::TooLarge,
         Err(error) => panic!("{error}"),
     };
     assert_eq!(progress.done, 0);
@@ -144,8 +145,9 @@ pub(crate) fn fit<K: Fitter>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome
     }
     match scan.fit_under_way().unwrap().finish() {
         // A synthetic material may be implausible.
-        Ok(_) | Err(FinishError::Implausible(_)) => {}
-        Err(FinishError::Diverged) => return Outcome::Diverged,
+        Ok(_) => {}
+        Err(error) if error.is_implausible() => {}
+        Err(error) if error.code == ErrorCode::Diverged => return Outcome::Diverged,
         Err(error) => panic!("{error}"),
     }
     let fitted = scan.fitted().unwrap();
@@ -165,7 +167,7 @@ pub(crate) fn fit<K: Fitter>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outcome
 }
 
 /// A full scan in its own memory, in the recipe's order.
-pub(crate) fn full_scan<K: Fitter>(
+pub(crate) fn full_scan<K: ScanModel>(
     recipe: Recipe<'_>,
     reading: impl Fn(u16) -> Reading,
 ) -> Outcome {

@@ -1,11 +1,11 @@
 //! The recipe in flash is damaged or replaced.
 
-use glimpse_core::link::{Failure, FailureReport};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::link::FailureReport;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{
     PackedDescent, PackedMethod, PackedRidge, Recipe, RecipeError, RecipeParts,
 };
-use glimpse_core::scan::ScanError;
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::elf::{Firmware, pad_recipe};
@@ -26,18 +26,15 @@ fn failure(alter: impl FnOnce(&mut [u8])) -> FailureReport {
         panic!("{error}");
     };
     // The log names the failure too.
-    let name = match report.code {
-        32..48 => "Recipe(",
-        _ => "Scan(",
-    };
-    assert_ne!(emulator.wait_for(name), "");
+    let name = format!("{:?}", report.error().unwrap().code);
+    assert_ne!(emulator.wait_for(&name), "");
     report
 }
 
 /// Checks the device's report for an altered recipe.
 #[track_caller]
 fn check(alter: impl FnOnce(&mut [u8]), expected: RecipeError) {
-    assert_eq!(failure(alter), Failure::Recipe(expected).into());
+    assert_eq!(failure(alter), Error::from(expected).into());
 }
 
 #[test]
@@ -89,9 +86,9 @@ fn neural(samples: usize) -> Vec<u8> {
 #[test]
 fn reports_recipe_of_other_model() {
     let report = |bytes: &[u8]| failure(|recipe| recipe.copy_from_slice(bytes));
-    let expected = |recipe| {
-        let firmware = ModelKind::Neural;
-        FailureReport::from(Failure::Scan(ScanError::Model { firmware, recipe }))
+    let expected = |recipe: ModelKind| {
+        let details = [ModelKind::Neural as u32, recipe as u32];
+        FailureReport::from(Error::with(ErrorCode::Model, details))
     };
     for model in [ModelKind::Phong, ModelKind::CookTorrance] {
         let parameters = [0; 4].repeat(model.parameters().unwrap());
@@ -122,9 +119,9 @@ fn reports_recipe_with_too_many_samples() {
     let bytes = neural(9);
     let needed = Recipe::parse(&bytes).unwrap().memory_words();
     let found = Recipe::parse(&neural(8)).unwrap().memory_words();
-    let error = ScanError::Memory { needed, found };
+    let details = [needed, found].map(|words| words as u32);
     let failure = failure(|recipe| recipe.copy_from_slice(&bytes));
-    assert_eq!(failure, Failure::Scan(error).into());
+    assert_eq!(failure, Error::with(ErrorCode::Memory, details).into());
 }
 
 #[test]

@@ -4,7 +4,7 @@ use glimpse_core::fit::{Algorithm, Channels};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, ModelKind, Sample, Samples, Slot, slot_of};
 use glimpse_core::recipe::{Descent, FitMethod, Recipe};
-use glimpse_kernels::scan::{HostScanError, LossPrediction, ScanOutcome, scan_with_missing};
+use glimpse_kernels::scan::{LossPrediction, ScanOutcome, scan_with_missing};
 use glimpse_kernels::with_model;
 use glimpse_materials::basis::{Basis, Coefficients};
 use glimpse_materials::sampling::uniform_valid;
@@ -309,7 +309,7 @@ impl<'a> Method<'a> {
         recipe: &Recipe<'_>,
         material: &dyn Material,
         seed: u64,
-    ) -> Result<ScanOutcome, HostScanError> {
+    ) -> Result<ScanOutcome, glimpse_core::error::Error> {
         let mut read = self.degradation.reader(material, recipe.samples(), seed);
         scan_with_missing(recipe, &mut read)
     }

@@ -72,7 +72,7 @@ pub enum EvaluationError {
     Count(#[from] glimpse_materials::basis::CoefficientCountError),
     /// A material cannot be scanned with a recipe.
     #[error(transparent)]
-    Scan(#[from] glimpse_kernels::scan::HostScanError),
+    Scan(#[from] glimpse_core::error::Error),
     /// A recipe has no upper bounds of the loss for scans that end early.
     #[error("{}", self.message(Setting::name))]
     NoPartialBound,

@@ -1,6 +1,6 @@
 //! Gauss-Newton steps match their formulas in f64, for every model with steps, with and without missing readings.
 
-use glimpse_core::fit::Fitter;
+use glimpse_core::fit::ScanModel;
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{CookTorrance, Model, ModelKind, Neural, ParameterSet, Phong};
@@ -144,7 +144,7 @@ fn steps_mut(contents: &mut CompletedContents) -> &mut GaussNewtonPart {
     contents.gauss_newton.as_mut().unwrap()
 }
 
-fn check_fit<M: Model + Fitter>() {
+fn check_fit<M: Model + ScanModel>() {
     for contents in contents(M::KIND) {
         for readings in cases() {
             let values = full_scan::<M>(&contents, &readings).values();

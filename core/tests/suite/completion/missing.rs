@@ -1,7 +1,8 @@
 //! Readings that are missing or saturated: recipes that tolerate them, and fits without them.
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::coefficient_net::{MissingPolicy, dropout_gain};
-use glimpse_core::scan::{FitError, Reading, Scan, SkipError};
+use glimpse_core::scan::{Reading, Scan};
 
 use super::contents::{CompletedContents, SAMPLES};
 use super::reference::{Readings, all_readings, assert_close, color, some_readings};
@@ -39,7 +40,7 @@ fn names_missing_required_reading() {
         for index in [0, 2, 1, 5, 4, 3] {
             let (first, _) = scan.next_pending().unwrap();
             let missing = scan.pending().count() as u16;
-            let error = FitError::Incomplete { missing, first };
+            let error = Error::with(ErrorCode::Incomplete, [missing.into(), first.into()]);
             assert_eq!(scan.fit().err(), Some(error));
             scan.record(index, unsaturated(index)).unwrap();
         }
@@ -71,8 +72,7 @@ fn policies_agree_with_all_readings() {
 #[test]
 fn each_reading_changes_fit() {
     for_each_recipe(MissingPolicy::Scaled, |contents, scan| {
-        let (missing, first) = (SAMPLES as u16, 0);
-        let error = FitError::Incomplete { missing, first };
+        let error = Error::with(ErrorCode::Incomplete, [SAMPLES as u32, 0]);
         assert_eq!(scan.fit().err(), Some(error));
         let mut present = 0;
         let mut before = Outcome::Diverged;
@@ -167,8 +167,7 @@ fn restart_discards_readings() {
         record(scan, 0..6, |_| Reading::new([1e4; 3]));
         assert_eq!(fit(scan, &[5]), Outcome::TooLarge);
         scan.restart();
-        let (missing, first) = (SAMPLES as u16, 0);
-        let error = FitError::Incomplete { missing, first };
+        let error = Error::with(ErrorCode::Incomplete, [SAMPLES as u32, 0]);
         assert_eq!(scan.fit().err(), Some(error));
         // The fit ignores the discarded readings.
         scan.record(2, unsaturated(2)).unwrap();
@@ -226,10 +225,7 @@ fn fit_omits_skipped_samples() {
 fn early_finish_uses_recorded_readings() {
     for_each_recipe(MissingPolicy::Scaled, |contents, scan| {
         scan.finish_early().unwrap();
-        let nothing = FitError::Incomplete {
-            missing: SAMPLES as u16,
-            first: 0,
-        };
+        let nothing = Error::with(ErrorCode::Incomplete, [SAMPLES as u32, 0]);
         assert_eq!(scan.fit().err(), Some(nothing));
         // A reading of a skipped sample is used.
         scan.record(5, unsaturated(5)).unwrap();
@@ -246,13 +242,19 @@ fn early_finish_uses_recorded_readings() {
 #[test]
 fn required_readings_cannot_be_skipped() {
     for_each_recipe(MissingPolicy::AllRequired, |_, scan| {
-        assert_eq!(scan.skip(0), Err(SkipError::Required));
-        assert_eq!(scan.finish_early(), Err(SkipError::Required));
+        assert_eq!(
+            scan.skip(0),
+            Err(Error::with(ErrorCode::ReadingRequired, [0; 2]))
+        );
+        assert_eq!(
+            scan.finish_early(),
+            Err(Error::with(ErrorCode::ReadingRequired, [0; 2]))
+        );
         assert_eq!(scan.pending().count(), SAMPLES);
     });
     for_each_recipe(MissingPolicy::Unscaled, |_, scan| {
         let (index, samples) = (SAMPLES as u16, SAMPLES as u16);
-        let error = SkipError::Index { index, samples };
+        let error = Error::with(ErrorCode::ReadingIndex, [index.into(), samples.into()]);
         assert_eq!(scan.skip(index), Err(error));
     });
 }

@@ -1,7 +1,7 @@
 //! Full scans: the values match the formulas for any slicing. Descents continue from them.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
-use glimpse_core::fit::{AnyModel, Fitter, Linear};
+use glimpse_core::fit::{AnyModel, ScanModel, Linear};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{
     CookTorrance, Model, ModelKind, Neural, ParameterSet, Phong, Samples, Slot, slot_of,
@@ -16,7 +16,7 @@ use crate::scanning::{Outcome, fit};
 pub(crate) type Any = AnyModel;
 
 /// Records the readings in order.
-pub(crate) fn record_readings<K: Fitter>(scan: &mut Scan<'_, K>, readings: &Readings) {
+pub(crate) fn record_readings<K: ScanModel>(scan: &mut Scan<'_, K>, readings: &Readings) {
     for (index, reading) in (0..).zip(readings) {
         if let Some(brdf) = reading {
             scan.record(index, Reading::new(*brdf)).unwrap();
@@ -25,7 +25,7 @@ pub(crate) fn record_readings<K: Fitter>(scan: &mut Scan<'_, K>, readings: &Read
 }
 
 /// A full scan in its own memory.
-pub(crate) fn full_scan<K: Fitter>(contents: &CompletedContents, readings: &Readings) -> Outcome {
+pub(crate) fn full_scan<K: ScanModel>(contents: &CompletedContents, readings: &Readings) -> Outcome {
     let recipe = contents.recipe();
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<K>::new(recipe, &mut memory).unwrap();
@@ -63,7 +63,7 @@ pub(crate) fn without_steps(contents: &CompletedContents) -> CompletedContents {
 }
 
 /// Compares a fit with steps from the initial values, each with the gradient of all readings. The bits are equal.
-fn check_descent<M: Model + Fitter>() {
+fn check_descent<M: Model + ScanModel>() {
     let contents = CompletedContents::small(M::KIND, MissingPolicy::Scaled);
     for readings in cases() {
         let start = full_scan::<M>(&without_steps(&contents), &readings).values();
@@ -135,7 +135,7 @@ fn units_of_work(contents: &CompletedContents) -> usize {
     total
 }
 
-fn check_slices<K: Fitter>(contents: &CompletedContents) {
+fn check_slices<K: ScanModel>(contents: &CompletedContents) {
     let recipe = contents.recipe();
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<K>::new(recipe, &mut memory).unwrap();

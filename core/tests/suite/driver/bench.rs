@@ -1,9 +1,10 @@
 //! A simulated host, line and clock for drivers. Time passes only while a driver waits.
 
 use glimpse_core::driver::{Action, Config, Driver};
-use glimpse_core::fit::Fitter;
+use glimpse_core::error::ErrorCode;
+use glimpse_core::fit::ScanModel;
 use glimpse_core::link::{
-    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Refusal, Reply, Request, Server,
+    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Reply, Request, Server,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
@@ -20,7 +21,7 @@ pub(crate) const ORIGIN: u64 = 0xFFFF_FF00;
 pub(crate) type AnyDriver = Driver<'static, Any>;
 
 /// A driver that scans with a recipe.
-pub(crate) fn new_driver<K: Fitter + 'static>(
+pub(crate) fn new_driver<K: ScanModel + 'static>(
     recipe: Recipe<'static>,
     config: Config,
 ) -> Driver<'static, K> {
@@ -41,7 +42,7 @@ pub(crate) fn default_reply(request: &Request) -> Reply {
             reading: synthetic_reading(*index),
         },
         Request::Saved { index, reading } if *reading != synthetic_reading(*index) => {
-            Reply::Refused(Refusal::Saved)
+            Reply::Refused(ErrorCode::RefusedSaved)
         }
         _ => Reply::Accepted,
     }
@@ -130,7 +131,7 @@ impl<'h> Bench<'h> {
     }
 
     /// One iteration of a firmware's loop, which sleeps as long as the driver allows.
-    pub(crate) fn step<K: Fitter>(&mut self, driver: &mut Driver<'_, K>) -> Action {
+    pub(crate) fn step<K: ScanModel>(&mut self, driver: &mut Driver<'_, K>) -> Action {
         self.now += u64::from(self.sleep_ms);
         let action = driver.poll(ORIGIN + self.now);
         self.sleep_ms = 0;
@@ -166,7 +167,7 @@ impl<'h> Bench<'h> {
     }
 
     /// Runs until an action satisfies `until`. Returns its time in ms and the action.
-    pub(crate) fn run<K: Fitter>(
+    pub(crate) fn run<K: ScanModel>(
         &mut self,
         driver: &mut Driver<'_, K>,
         until: impl Fn(&Action) -> bool,
@@ -187,7 +188,7 @@ impl<'h> Bench<'h> {
     }
 
     /// Runs for a time in ms.
-    pub(crate) fn wait<K: Fitter>(&mut self, driver: &mut Driver<'_, K>, milliseconds: u64) {
+    pub(crate) fn wait<K: ScanModel>(&mut self, driver: &mut Driver<'_, K>, milliseconds: u64) {
         let end = self.now + milliseconds;
         for _ in 0..MAX_STEPS {
             if self.now + u64::from(self.sleep_ms) > end {

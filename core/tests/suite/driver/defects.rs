@@ -2,13 +2,14 @@
 
 use std::cell::Cell;
 
-use glimpse_core::driver::{Action, Config, Driver, DriverError, Host};
+use glimpse_core::driver::{Action, Config, Driver, Host};
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::gonio::{Limits, Machine};
-use glimpse_core::link::{Failure, PROTOCOL, Refusal, Reply, Request};
+use glimpse_core::link::{PROTOCOL, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{Recipe, RecipeError};
-use glimpse_core::scan::{Reading, ReadingError, SkipError};
+use glimpse_core::scan::Reading;
 
 use super::bench::{
     AnyDriver, Bench, ORIGIN, default_reply, fitted_bits, is_failed, is_finished, is_forget,
@@ -48,10 +49,14 @@ fn poll_until_measure(bench: &mut Bench<'_>, driver: &mut AnyDriver) -> u16 {
     }
 }
 
+fn refused(code: ErrorCode) -> Error {
+    Error::with(code, [code as u32, 0])
+}
+
 /// Checks that nothing moves and nothing is forgotten after a failure. After [`Driver::resume`], the scan finishes
 /// with the readings that it had.
 #[track_caller]
-fn check_halted(bench: &mut Bench<'_>, driver: &mut AnyDriver, failure: Failure, read: usize) {
+fn check_halted(bench: &mut Bench<'_>, driver: &mut AnyDriver, failure: Error, read: usize) {
     assert_eq!(bench.actions.last().unwrap().1, Action::Failed(failure));
     bench.take_actions();
     bench.requests.clear();
@@ -61,7 +66,7 @@ fn check_halted(bench: &mut Bench<'_>, driver: &mut AnyDriver, failure: Failure,
     let is_report = |request: &Request| *request == Request::Failed(failure.into());
     assert!(bench.requests.len() <= 1 && bench.requests.iter().all(is_report));
     assert_eq!(driver.scan().unwrap().pending().count(), SAMPLES - read);
-    let error = Err(DriverError::NotScanning);
+    let error = Err(Error::new(ErrorCode::NotScanning));
     assert_eq!(driver.record(7, synthetic_reading(7)), error);
     assert_eq!((driver.skip(7), driver.finish_early()), (error, error));
 
@@ -96,9 +101,9 @@ fn nothing_moves_after_failure_of_arms() {
         while driver.scan().unwrap().reading(4).is_none() {
             bench.step(&mut driver);
         }
-        driver.fail(Failure::Machine);
+        driver.fail(Error::new(ErrorCode::Machine));
         bench.run(&mut driver, is_failed);
-        check_halted(&mut bench, &mut driver, Failure::Machine, 5);
+        check_halted(&mut bench, &mut driver, Error::new(ErrorCode::Machine), 5);
     }
 }
 
@@ -107,47 +112,50 @@ fn nothing_moves_after_failure_of_arms() {
 fn nothing_moves_after_failure_of_host() {
     type Wrong = fn(&Request) -> Option<Reply>;
     let protocol = PROTOCOL + 1;
-    let device = PROTOCOL;
-    let refused = Failure::Refused(Refusal::Model);
-    let cases: [(Wrong, Failure, &[Host]); 6] = [
+    let cases: [(Wrong, Error, &[Host]); 6] = [
         (
             |r| {
                 matches!(r, Request::Hello { .. }).then_some(Reply::Welcome {
                     protocol: PROTOCOL + 1,
                 })
             },
-            Failure::Protocol {
-                device,
-                host: protocol,
-            },
+            Error::with(ErrorCode::Protocol, [PROTOCOL.into(), protocol.into()]),
             &[Host::Measures, Host::Listens],
         ),
         (
-            |r| matches!(r, Request::Hello { .. }).then_some(Reply::Refused(Refusal::Model)),
-            refused,
+            |r| {
+                matches!(r, Request::Hello { .. })
+                    .then_some(Reply::Refused(ErrorCode::RefusedModel))
+            },
+            refused(ErrorCode::RefusedModel),
             &[Host::Measures, Host::Listens],
         ),
         (
             |r| {
                 matches!(r, Request::Measure { index: 5, .. })
-                    .then_some(Reply::Refused(Refusal::NoScan))
+                    .then_some(Reply::Refused(ErrorCode::RefusedNoScan))
             },
-            Failure::Refused(Refusal::NoScan),
+            refused(ErrorCode::RefusedNoScan),
             &[Host::Measures],
         ),
         (
             |r| matches!(r, Request::Measure { index: 5, .. }).then_some(Reply::Skip { index: 5 }),
-            Failure::ReadingRequired { index: 5 },
+            Error::with(ErrorCode::ReadingRequired, [5, 0]),
             &[Host::Measures],
         ),
         (
-            |r| matches!(r, Request::Progress(_)).then_some(Reply::Refused(Refusal::Model)),
-            refused,
+            |r| {
+                matches!(r, Request::Progress(_)).then_some(Reply::Refused(ErrorCode::RefusedModel))
+            },
+            refused(ErrorCode::RefusedModel),
             &[Host::Measures, Host::Listens],
         ),
         (
-            |r| matches!(r, Request::Progress(_)).then_some(Reply::Refused(Refusal::NoScan)),
-            Failure::Refused(Refusal::NoScan),
+            |r| {
+                matches!(r, Request::Progress(_))
+                    .then_some(Reply::Refused(ErrorCode::RefusedNoScan))
+            },
+            refused(ErrorCode::RefusedNoScan),
             &[Host::Measures],
         ),
     ];
@@ -181,9 +189,17 @@ fn silent_host_costs_no_reading() {
             _ => Some(default_reply(request)),
         });
         let failed = bench.run(&mut driver, is_failed);
-        assert_eq!(failed, (60_000, Action::Failed(Failure::NoReply)));
+        assert_eq!(
+            failed,
+            (60_000, Action::Failed(Error::new(ErrorCode::NoReply)))
+        );
         silent.set(false);
-        check_halted(&mut bench, &mut driver, Failure::NoReply, usize::from(last));
+        check_halted(
+            &mut bench,
+            &mut driver,
+            Error::new(ErrorCode::NoReply),
+            usize::from(last),
+        );
         let offered = bench.count(|request| matches!(request, Request::Saved { .. }));
         assert_eq!(offered, usize::from(last));
     }
@@ -204,15 +220,15 @@ fn canceled_request_is_never_completed() {
         assert!(frame.len() > 30);
         driver.sent(frame.len() - sent);
         bench.reply_to(&frame[..frame.len() - sent]);
-        driver.fail(Failure::Machine);
+        driver.fail(Error::new(ErrorCode::Machine));
         driver.resume();
-        driver.fail(Failure::Machine);
+        driver.fail(Error::new(ErrorCode::Machine));
         bench.wait(&mut driver, HOUR_MS);
         assert_eq!(bench.count(is_measure), 1);
         assert!(
             bench
                 .requests
-                .contains(&Request::Failed(Failure::Machine.into()))
+                .contains(&Request::Failed(Error::new(ErrorCode::Machine).into()))
         );
     }
 }
@@ -224,12 +240,15 @@ fn late_host_receives_failure() {
         let mut driver = phong_driver(Config::new(host));
         let mut bench = Bench::cooperative();
         bench.disconnected = true;
-        driver.fail(Failure::Machine);
+        driver.fail(Error::new(ErrorCode::Machine));
         bench.wait(&mut driver, HOUR_MS);
         assert!(bench.frames.len() < 4_000, "{}", bench.frames.len());
         bench.disconnected = false;
         bench.wait(&mut driver, 33_000);
-        assert_eq!(bench.requests, [Request::Failed(Failure::Machine.into())]);
+        assert_eq!(
+            bench.requests,
+            [Request::Failed(Error::new(ErrorCode::Machine).into())]
+        );
         // The arms' failure does not delay their operator.
         bench.sensor = Box::new(synthetic_reading);
         let start = bench.now;
@@ -248,7 +267,7 @@ fn published_result_stays_published() {
     bench.run(&mut driver, is_forget);
     // The firmware continues before its report of a failure is sent, or before the reply arrives.
     for steps in 0..4 {
-        driver.fail(Failure::Machine);
+        driver.fail(Error::new(ErrorCode::Machine));
         bench.sleep_ms = 0;
         for _ in 0..steps {
             bench.step(&mut driver);
@@ -267,7 +286,7 @@ fn refusing_host_wears_out_no_flash() {
         for host in [Host::Measures, Host::Listens] {
             let mut driver = phong_driver(Config::new(host));
             let mut bench = Bench::new(|request| match request {
-                Request::Hello { .. } => Some(Reply::Refused(Refusal::Model)),
+                Request::Hello { .. } => Some(Reply::Refused(ErrorCode::RefusedModel)),
                 _ => Some(default_reply(request)),
             });
             while bench.now < HOUR_MS {
@@ -301,10 +320,13 @@ fn restart_forgets_only_saved_readings() {
     driver.restart();
     // The new reading is saved after the old ones are forgotten.
     driver.record(3, synthetic_reading(3)).unwrap();
-    driver.fail(Failure::Machine);
+    driver.fail(Error::new(ErrorCode::Machine));
     assert_eq!(driver.poll(0), Action::Forget);
     assert!(matches!(driver.poll(0), Action::Save { index: 3, .. }));
-    assert_eq!(driver.poll(0), Action::Failed(Failure::Machine));
+    assert_eq!(
+        driver.poll(0),
+        Action::Failed(Error::new(ErrorCode::Machine))
+    );
     assert_eq!(driver.poll(0), Action::Wait);
 }
 
@@ -314,7 +336,7 @@ fn storing_device(host: Host, has_scan: bool) -> AnyDriver {
     config.recipe_bytes = 8_192;
     match has_scan {
         true => phong_driver(config),
-        false => Driver::without_scan(Failure::Recipe(RecipeError::Magic), config),
+        false => Driver::without_scan(Error::from(RecipeError::Magic), config),
     }
 }
 
@@ -330,7 +352,7 @@ fn transient_errors_decline_no_recipe() {
             let mut bench = Bench::new(|request| match request {
                 Request::RecipePart { offset: 60 } if !flash_fails && failures.get() > 0 => {
                     failures.set(failures.get() - 1);
-                    Some(Reply::Refused(Refusal::NoScan))
+                    Some(Reply::Refused(ErrorCode::RefusedNoScan))
                 }
                 _ => Some(offer(&offered, request).unwrap_or_else(|| default_reply(request))),
             });
@@ -346,7 +368,7 @@ fn transient_errors_decline_no_recipe() {
                         erasures += 1;
                         if flash_fails && failures.get() > 0 {
                             failures.set(failures.get() - 1);
-                            driver.fail(Failure::Storage);
+                            driver.fail(Error::new(ErrorCode::Storage));
                         }
                     }
                     Action::Failed(_) => driver.resume(),
@@ -366,7 +388,7 @@ fn transient_errors_decline_no_recipe() {
 fn failing_transfers_become_rare() {
     let offered = encoded_recipe(ModelKind::Neural);
     let mut bench = Bench::new(|request| match request {
-        Request::RecipePart { offset: 60 } => Some(Reply::Refused(Refusal::NoScan)),
+        Request::RecipePart { offset: 60 } => Some(Reply::Refused(ErrorCode::RefusedNoScan)),
         _ => Some(offer(&offered, request).unwrap_or_else(|| default_reply(request))),
     });
     let mut driver = storing_device(Host::Measures, false);
@@ -384,7 +406,7 @@ fn unusable_recipe_is_fetched_once() {
     });
     let mut driver = storing_device(Host::Measures, true);
     bench.run(&mut driver, is_installed);
-    driver.fail(Failure::Recipe(RecipeError::Checksum));
+    driver.fail(Error::from(RecipeError::Checksum));
     bench.run(&mut driver, is_failed);
     driver.resume();
     bench.take_actions();
@@ -407,7 +429,7 @@ fn device_without_scan_waits_for_recipe() {
         });
         let mut driver = storing_device(host, false);
         bench.wait(&mut driver, HOUR_MS);
-        let failure = Failure::Recipe(RecipeError::Magic);
+        let failure = Error::from(RecipeError::Magic);
         assert_eq!(bench.take_actions(), [Action::Failed(failure)]);
         let reports = bench.count(|request| matches!(request, Request::Failed(_)));
         let hellos = bench.count(|request| matches!(request, Request::Hello { .. }));
@@ -417,7 +439,7 @@ fn device_without_scan_waits_for_recipe() {
         assert!(at <= HOUR_MS + 30_000);
     }
     // Without storage or host it only reports the failure.
-    let failure = Failure::Recipe(RecipeError::Magic);
+    let failure = Error::from(RecipeError::Magic);
     for host in [Host::Measures, Host::Listens, Host::Absent] {
         let mut driver = AnyDriver::without_scan(failure, Config::new(host));
         let mut bench = Bench::cooperative();
@@ -425,7 +447,7 @@ fn device_without_scan_waits_for_recipe() {
         assert_eq!(bench.take_actions(), [Action::Failed(failure)]);
         assert_eq!(
             driver.record(0, synthetic_reading(0)),
-            Err(DriverError::NotScanning)
+            Err(Error::new(ErrorCode::NotScanning))
         );
         assert_eq!(driver.scan().err(), Some(failure));
         assert_eq!(driver.into_scan().err(), Some(failure));
@@ -470,7 +492,7 @@ fn listening_host_may_leave_and_restart() {
             let mut bench = Bench::new(|request| {
                 requests.set(requests.get() + 1);
                 match requests.get() == leaves_at {
-                    true if restarts => Some(Reply::Refused(Refusal::NoScan)),
+                    true if restarts => Some(Reply::Refused(ErrorCode::RefusedNoScan)),
                     true => None,
                     false => Some(default_reply(request)),
                 }
@@ -492,26 +514,26 @@ fn listening_host_may_leave_and_restart() {
 #[test]
 fn attempts_count_per_sample() {
     let invalid = Reading::new([0.1, f32::NAN, 0.1]);
-    let error = Err(DriverError::Reading(ReadingError::NonFinite(1)));
+    let error = |index| Err(Error::with(ErrorCode::ReadingNonFinite, [index, 1]));
     for host in OWN_ARMS {
         let mut driver = new_driver::<Any>(tolerant_recipe(), Config::new(host));
         let mut bench = Bench::cooperative();
         // One invalid reading each of three samples skips none of them.
         for index in 0..3 {
-            assert_eq!(driver.record(index, invalid), error);
+            assert_eq!(driver.record(index, invalid), error(index.into()));
         }
         assert_eq!(poll_until_measure(&mut bench, &mut driver), 0);
         assert_eq!(driver.scan().unwrap().pending().count(), 6);
         // Valid readings of other samples do not reset the count.
         assert_eq!(driver.record(1, synthetic_reading(1)), Ok(()));
-        assert_eq!(driver.record(0, invalid), error);
+        assert_eq!(driver.record(0, invalid), error(0));
         assert_eq!(driver.record(3, synthetic_reading(3)), Ok(()));
         assert_eq!(poll_until_measure(&mut bench, &mut driver), 0);
-        assert_eq!(driver.record(0, invalid), error);
+        assert_eq!(driver.record(0, invalid), error(0));
         assert_eq!(poll_until_measure(&mut bench, &mut driver), 2);
         // A valid reading of the sample does, and stays in use.
         for _ in 0..5 {
-            assert_eq!(driver.record(1, invalid), error);
+            assert_eq!(driver.record(1, invalid), error(1));
         }
         assert_eq!(
             driver.scan().unwrap().reading(1),
@@ -519,13 +541,10 @@ fn attempts_count_per_sample() {
         );
         // An unknown index does not count as an attempt.
         for index in [6, u16::MAX] {
-            let error = ReadingError::Index { index, samples: 6 };
-            assert_eq!(
-                driver.record(index, invalid),
-                Err(DriverError::Reading(error))
-            );
-            let error = SkipError::Index { index, samples: 6 };
-            assert_eq!(driver.skip(index), Err(DriverError::Skip(error)));
+            let error = Error::with(ErrorCode::ReadingIndex, [index.into(), 6]);
+            assert_eq!(driver.record(index, invalid), Err(error));
+            let error = Error::with(ErrorCode::ReadingIndex, [index.into(), 6]);
+            assert_eq!(driver.skip(index), Err(error));
         }
         assert_eq!(driver.scan().unwrap().pending().count(), 3);
     }
@@ -540,15 +559,10 @@ fn attempts_of_required_sample_fail() {
         4 => Reading::new([-2.0; 3]),
         _ => synthetic_reading(index),
     });
-    let (index, error) = (4, ReadingError::Negative(0));
+    let error = Error::with(ErrorCode::ReadingNegative, [4, 0]);
     let failed = bench.run(&mut driver, is_failed).1;
-    assert_eq!(failed, Action::Failed(Failure::Reading { index, error }));
-    check_halted(
-        &mut bench,
-        &mut driver,
-        Failure::Reading { index, error },
-        4,
-    );
+    assert_eq!(failed, Action::Failed(error));
+    check_halted(&mut bench, &mut driver, error, 4);
 }
 
 /// Defect 7: A fit overwrote values that it clamps, so a host did not recognize them, and accepted samples were measured again.
@@ -573,7 +587,7 @@ fn clamped_readings_are_kept() {
             }
             Request::Saved { index, reading } => match *reading == noisy(*index) {
                 true => Some(Reply::Accepted),
-                false => Some(Reply::Refused(Refusal::Saved)),
+                false => Some(Reply::Refused(ErrorCode::RefusedSaved)),
             },
             _ => Some(default_reply(request)),
         });
@@ -679,10 +693,8 @@ fn reach_fails_closed() {
             let mut driver = phong_driver(config);
             let mut bench = Bench::cooperative();
             let (_, failed) = bench.run(&mut driver, is_failed);
-            assert!(matches!(
-                failed,
-                Action::Failed(Failure::OutOfReach { index: 0, count: 8 })
-            ));
+            let error = Error::with(ErrorCode::OutOfReach, [0, 8]);
+            assert_eq!(failed, Action::Failed(error));
             assert_eq!(bench.count(is_measure), 0);
         }
     }

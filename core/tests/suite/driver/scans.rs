@@ -2,8 +2,9 @@
 //! plain scan, whatever the order of the readings and the quality of the line.
 
 use glimpse_core::driver::{Action, Config, Driver, Host};
-use glimpse_core::fit::Fitter;
-use glimpse_core::link::{Failure, PROTOCOL, Request};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::fit::ScanModel;
+use glimpse_core::link::{PROTOCOL, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use proptest::prelude::*;
@@ -21,7 +22,7 @@ use crate::scanning::{
 const HOSTS: [Host; 3] = [Host::Measures, Host::Listens, Host::Absent];
 const IN_ORDER: [u16; 8] = [0, 1, 2, 3, 4, 5, 6, 7];
 
-fn fitted_bits<K: Fitter>(driver: &Driver<'_, K>) -> Vec<u32> {
+fn fitted_bits<K: ScanModel>(driver: &Driver<'_, K>) -> Vec<u32> {
     let fitted = driver.scan().unwrap().fitted().unwrap();
     let residual = fitted.residual();
     let numbers = fitted.values().chain([residual.mean, residual.worst]);
@@ -29,7 +30,7 @@ fn fitted_bits<K: Fitter>(driver: &Driver<'_, K>) -> Vec<u32> {
 }
 
 /// Runs two scans, and checks result, actions, and the kinds of requests.
-fn check_scans<K: Fitter + 'static>(recipe: Recipe<'static>, host: Host, slice: u32) {
+fn check_scans<K: ScanModel + 'static>(recipe: Recipe<'static>, host: Host, slice: u32) {
     let expected = full_scan::<K>(recipe, synthetic_reading);
     let mut config = Config::new(host);
     config.steps_per_poll = slice;
@@ -132,7 +133,10 @@ fn noisy_line_keeps_result() {
                     let (_, action) =
                         bench.run(&mut driver, |action| is_forget(action) || is_failed(action));
                     match action {
-                        Action::Failed(Failure::NoReply) => driver.resume(),
+                        Action::Failed(Error {
+                            code: ErrorCode::NoReply,
+                            ..
+                        }) => driver.resume(),
                         Action::Forget => break,
                         other => panic!("{other:?}"),
                     }

@@ -2,8 +2,9 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use glimpse_core::geometry::{Arm, Directions, DirectionsError};
-use glimpse_core::gonio::{Limits, LimitsError, Machine, Unreachable};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::geometry::Directions;
+use glimpse_core::gonio::{Limits, Machine};
 use proptest::prelude::*;
 
 use super::{arms, at, close};
@@ -22,27 +23,26 @@ fn reports_limit_and_excess() {
     let limits = limits();
     assert_eq!(limits.validate(), Ok(()));
     assert_eq!(limits.check(&at([59.0, 0.0, 74.0, 90.0])), Ok(()));
-    let name_and_degrees = |error: Unreachable| match error {
-        Unreachable::ThetaI { by } => ("theta_i", by.to_degrees()),
-        Unreachable::ThetaO { by } => ("theta_o", by.to_degrees()),
-        Unreachable::Separation { by } => ("separation", by.to_degrees()),
-        Unreachable::OutOfPlane { by } => ("plane", by.to_degrees()),
-        error => panic!("{error}"),
-    };
     let in_plane = Limits {
         in_plane: true,
         ..limits
     };
-    for (limits, angles, name, by) in [
-        (limits, [62.0, 0.0, 0.0, 0.0], "theta_i", 2.0),
-        (limits, [0.0, 0.0, 75.5, 0.0], "theta_o", 0.5),
-        (limits, [40.0, 20.0, 30.0, 20.0], "separation", 2.0),
-        (limits, [0.0, 0.0, 0.0, 0.0], "separation", 12.0),
-        (in_plane, [10.0, 0.0, 40.0, 90.0], "plane", 10.0),
+    for (limits, angles, code, by) in [
+        (limits, [62.0, 0.0, 0.0, 0.0], ErrorCode::MaxThetaI, 2.0),
+        (limits, [0.0, 0.0, 75.5, 0.0], ErrorCode::MaxThetaO, 0.5),
+        (
+            limits,
+            [40.0, 20.0, 30.0, 20.0],
+            ErrorCode::MinSeparation,
+            2.0,
+        ),
+        (limits, [0.0, 0.0, 0.0, 0.0], ErrorCode::MinSeparation, 12.0),
+        (in_plane, [10.0, 0.0, 40.0, 90.0], ErrorCode::InPlane, 10.0),
     ] {
-        let (actual, excess) = name_and_degrees(limits.check(&at(angles)).unwrap_err());
-        assert_eq!(actual, name);
-        assert!((excess - by).abs() < 1e-3, "{name}: {excess}");
+        let error = limits.check(&at(angles)).unwrap_err();
+        assert_eq!(error.code, code);
+        let excess = f32::from_bits(error.details[0]).to_degrees();
+        assert!((excess - by).abs() < 1e-3, "{error}");
     }
     for azimuth in [0.0, 180.0, 180.05, -179.95] {
         assert_eq!(
@@ -70,10 +70,9 @@ fn rejects_invalid_directions() {
         incoming: [0.0, 0.0, 1.0],
         outgoing: [0.6, 0.0, -0.8],
     };
-    let error = DirectionsError::BelowHorizon(Arm::Sensor);
-    let unreachable = Unreachable::Directions(error);
+    let error = Error::with(ErrorCode::Directions, [1, 0]);
     assert_eq!(pair.check(), Err(error));
-    assert_eq!(Limits::NONE.check(&pair), Err(unreachable));
+    assert_eq!(Limits::NONE.check(&pair), Err(error));
 }
 
 /// A limit that is NaN was no limit, also when it was decoded.
@@ -107,7 +106,7 @@ fn missing_axes_limit_reach() {
         machine
     };
     let in_reach = at([45.0, 0.0, 30.0, 90.0]);
-    let missing = Err(Unreachable::MissingAxis);
+    let missing = Err(Error::new(ErrorCode::MissingAxis));
     for speed in [0.0, -1.0, f32::NAN] {
         let lacks_theta_i = machine(&|machine| machine.speeds.theta_i = speed);
         assert_eq!(lacks_theta_i.check(&in_reach), Ok(()));
@@ -123,10 +122,8 @@ fn missing_axes_limit_reach() {
         assert_eq!(lacks_phi_i.check(&at([45.0, 10.0, 30.0, 200.0])), Ok(()));
     }
     let beyond = at([70.0, 0.0, 30.0, 90.0]);
-    assert!(matches!(
-        machine(&|_| {}).check(&beyond),
-        Err(Unreachable::ThetaI { .. })
-    ));
+    let error = machine(&|_| {}).check(&beyond).unwrap_err();
+    assert_eq!(error.code, ErrorCode::MaxThetaI);
 }
 
 #[test]
@@ -134,26 +131,25 @@ fn names_fields_out_of_range() {
     let validation_error = |change: &dyn Fn(&mut Limits)| {
         let mut limits = limits();
         change(&mut limits);
-        limits.validate().unwrap_err()
+        let error = limits.validate().unwrap_err();
+        assert_eq!(error.code, ErrorCode::Limits);
+        error.field
     };
     for theta in [f32::NAN, 0.0, -0.1, 1.6, f32::INFINITY] {
         assert_eq!(
             validation_error(&|l| l.max_theta_i = theta),
-            LimitsError::MaxThetaI
+            "limits.max_theta_i"
         );
         assert_eq!(
             validation_error(&|l| l.max_theta_o = theta),
-            LimitsError::MaxThetaO
+            "limits.max_theta_o"
         );
     }
-    for separation in [f32::NAN, -0.1, 3.2, f32::INFINITY] {
-        let error = validation_error(&|l| l.min_separation = separation);
-        assert_eq!(error, LimitsError::MinSeparation);
+    // 2.4 exceeds the sum of the largest polar angles.
+    for separation in [f32::NAN, -0.1, 2.4, 3.2, f32::INFINITY] {
+        let field = validation_error(&|l| l.min_separation = separation);
+        assert_eq!(field, "limits.min_separation");
     }
-    assert_eq!(
-        validation_error(&|l| l.min_separation = 2.4),
-        LimitsError::NoDirections
-    );
     let widest = Limits {
         max_theta_i: FRAC_PI_2,
         max_theta_o: FRAC_PI_2,
@@ -166,9 +162,7 @@ fn names_fields_out_of_range() {
 }
 
 #[test]
-fn messages_contain_field_and_excess() {
-    let text = LimitsError::MaxThetaI.to_string();
-    assert!(text.contains("max_theta_i"), "{text}");
+fn message_contains_limit_and_excess() {
     let error = limits().check(&at([62.0, 0.0, 0.0, 0.0])).unwrap_err();
     let text = error.to_string();
     assert!(
@@ -195,12 +189,9 @@ proptest! {
         prop_assert_eq!(Limits::NONE.check(&pair), Ok(()));
         // A rotation about the normal does not change the result.
         let (before, after) = (limits().check(&pair), limits().check(&pair.turned(1.0)));
-        let kind_and_excess = |actual: Result<(), Unreachable>| match actual {
-            Ok(()) => (0, 0.0),
-            Err(Unreachable::Separation { by }) => (1, by),
-            Err(Unreachable::ThetaI { by }) => (2, by),
-            Err(Unreachable::ThetaO { by }) => (3, by),
-            Err(other) => panic!("{other}"),
+        let kind_and_excess = |actual: Result<(), Error>| match actual {
+            Ok(()) => (None, 0.0),
+            Err(error) => (Some(error.code), f32::from_bits(error.details[0])),
         };
         let (kind_before, excess_before) = kind_and_excess(before);
         let (kind_after, excess_after) = kind_and_excess(after);

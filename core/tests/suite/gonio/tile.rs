@@ -2,9 +2,10 @@
 
 use std::f32::consts::PI;
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::Quantity;
-use glimpse_core::gonio::tile::{InconclusiveReason, TileResult, examine};
+use glimpse_core::gonio::tile::{TileResult, examine};
 
 use super::at;
 use crate::random::Random;
@@ -73,16 +74,15 @@ fn readings(
     directions.iter().map(read).collect()
 }
 
-fn simulate(case: &Case, count: usize, random: &mut Random) -> TileResult {
+fn simulate(case: &Case, count: usize, random: &mut Random) -> Result<TileResult, Error> {
     let directions = directions(count, random);
     let tile = if case.monochrome { [TILE[0]; 3] } else { TILE };
     examine(&readings(case, &directions, random), tile)
 }
 
 /// True for the correct result, false for a wrong one, None for an inconclusive one.
-fn is_correct(case: &Case, result: &TileResult) -> Option<bool> {
-    match *result {
-        TileResult::Inconclusive(_) => None,
+fn is_correct(case: &Case, result: Result<TileResult, Error>) -> Option<bool> {
+    match result.ok()? {
         TileResult::Is(quantity) => Some(case.factor == [1.0; 3] && quantity == case.quantity),
         TileResult::Scaled { quantity, factor } => Some(
             quantity == case.quantity
@@ -111,7 +111,7 @@ fn count_results(count: usize, noise: f32, monochrome: bool, factor: [f32; 3]) -
             monochrome,
         };
         for _ in 0..500 {
-            match is_correct(&case, &simulate(&case, count, &mut random)) {
+            match is_correct(&case, simulate(&case, count, &mut random)) {
                 Some(true) => correct += 1,
                 Some(false) => wrong += 1,
                 None => {}
@@ -159,17 +159,11 @@ fn three_exact_readings_are_enough() {
     for quantity in ALL {
         let case = Case { quantity, ..EXACT };
         let readings = readings(&case, &directions, &mut random);
-        assert_eq!(examine(&readings, TILE), TileResult::Is(quantity));
+        assert_eq!(examine(&readings, TILE), Ok(TileResult::Is(quantity)));
         let two = readings.get(..2).expect("three readings");
-        assert_eq!(
-            examine(two, TILE),
-            TileResult::Inconclusive(InconclusiveReason::TooFew)
-        );
+        assert_eq!(examine(two, TILE), Err(Error::new(ErrorCode::TileTooFew)));
     }
-    assert_eq!(
-        examine(&[], TILE),
-        TileResult::Inconclusive(InconclusiveReason::TooFew)
-    );
+    assert_eq!(examine(&[], TILE), Err(Error::new(ErrorCode::TileTooFew)));
 }
 
 /// A reflectance factor times cos(theta_i): the white was read once, and its BRDF was assumed to be 1.
@@ -181,7 +175,7 @@ fn recognizes_constant_times_cosine() {
         noise: 0.01,
         monochrome: false,
     };
-    let TileResult::Scaled { quantity, factor } = simulate(&case, 8, &mut Random(5)) else {
+    let Ok(TileResult::Scaled { quantity, factor }) = simulate(&case, 8, &mut Random(5)) else {
         panic!("the result is not a constant factor");
     };
     assert_eq!(quantity, Quantity::BrdfTimesCosThetaI);
@@ -206,7 +200,7 @@ fn similar_directions_are_ambiguous() {
         let readings = readings(&case, &directions, &mut Random(1));
         assert_eq!(
             examine(&readings, TILE),
-            TileResult::Inconclusive(InconclusiveReason::Ambiguous)
+            Err(Error::new(ErrorCode::TileAmbiguous))
         );
     }
 }
@@ -224,7 +218,7 @@ fn unknown_quantity_is_inconclusive() {
         TILE,
     );
     assert!(
-        matches!(result, TileResult::Inconclusive(InconclusiveReason::Spread(spread)) if spread > 0.08),
+        result.is_err_and(|error| error.code == ErrorCode::TileSpread && error.details[0] > 8),
         "{result:?}"
     );
     let both = |at: &Directions<f32>| TILE.map(|r| r / PI * at.incoming[2] * at.outgoing[2]);
@@ -235,7 +229,7 @@ fn unknown_quantity_is_inconclusive() {
             .collect::<Vec<_>>(),
         TILE,
     );
-    assert!(matches!(result, TileResult::Inconclusive(_)));
+    assert!(result.is_err());
 }
 
 #[test]
@@ -245,42 +239,37 @@ fn names_invalid_readings_and_reflectances() {
         .iter()
         .map(|at| (*at, TILE.map(|r| r / PI)))
         .collect();
-    assert_eq!(examine(&valid, TILE), TileResult::Is(Quantity::Brdf));
+    assert_eq!(examine(&valid, TILE), Ok(TileResult::Is(Quantity::Brdf)));
     for value in [0.0, -0.01, f32::NAN, f32::INFINITY] {
         let mut broken = valid.clone();
         broken[5].1[2] = value;
         assert_eq!(
             examine(&broken, TILE),
-            TileResult::Inconclusive(InconclusiveReason::Reading(5))
+            Err(Error::with(ErrorCode::TileReading, [5, 0]))
         );
     }
     let mut below = valid.clone();
     below[3].0.outgoing[2] *= -1.0;
     assert_eq!(
         examine(&below, TILE),
-        TileResult::Inconclusive(InconclusiveReason::Reading(3))
+        Err(Error::with(ErrorCode::TileReading, [3, 0]))
     );
     for reflectance in [0.0, -0.5, 99.0, f32::NAN] {
         let result = examine(&valid, [0.5, reflectance, 0.5]);
         assert_eq!(
             result,
-            TileResult::Inconclusive(InconclusiveReason::Reflectance(1))
+            Err(Error::with(ErrorCode::WhiteReflectance, [1, 0]))
         );
     }
 }
 
 #[test]
-fn result_texts_contain_values() {
+fn result_text_contains_values() {
     let scaled = TileResult::Scaled {
         quantity: Quantity::Brdf,
         factor: [2.0, 2.1, 1.9],
     };
-    let spread = TileResult::Inconclusive(InconclusiveReason::Spread(0.25));
-    for (result, numbers) in [
-        (scaled, &["2.000", "2.100", "1.900"][..]),
-        (spread, &["25"]),
-    ] {
-        let text = result.to_string();
-        assert!(numbers.iter().all(|number| text.contains(number)), "{text}");
-    }
+    let text = scaled.to_string();
+    let numbers = ["2.000", "2.100", "1.900"];
+    assert!(numbers.iter().all(|number| text.contains(number)), "{text}");
 }

@@ -3,10 +3,11 @@
 //! In version 0.1, readings times 16,777,215 gave 219 NaN parameters, a finite residual and black (on x86). One reading
 //! of `f32::MAX` gave NaN coefficients and a residual of 87.9. Counts of 12 or 16 bits gave a finished fit.
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::AnyModel;
 use glimpse_core::model::{Model, ModelKind, Neural};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{FitError, Reading};
+use glimpse_core::scan::Reading;
 use proptest::prelude::*;
 
 use crate::recipes::{linear, neural, parsed};
@@ -73,7 +74,7 @@ fn error_contains_limit() {
     let mut scan = new_scan::<Any>(recipe_for(ModelKind::Neural));
     record(&mut scan, 0..8, |_| Reading::monochrome(1_000.0));
     let error = scan.fit().err().unwrap();
-    assert_eq!(error, FitError::TooLarge { limit: 10 });
+    assert_eq!(error, Error::with(ErrorCode::TooLarge, [10, 0]));
     // The readings are kept, and can be replaced.
     assert_eq!(scan.pending().count(), 0);
     for index in 0..8 {

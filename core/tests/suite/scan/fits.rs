@@ -2,12 +2,13 @@
 
 use std::cell::Cell;
 
-use glimpse_core::fit::{Algorithm, Channels, FitMethod, Fitter, ModelMismatch, Progress};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::fit::{Algorithm, Channels, FitMethod, ScanModel, Progress};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::{ModelKind, Phong, Samples};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{FinishError, FitError, Reading};
+use glimpse_core::scan::Reading;
 use proptest::prelude::*;
 
 use crate::scanning::{
@@ -23,7 +24,7 @@ fn fit_needs_all_readings() {
         for first in 0..SAMPLES as u16 {
             for _ in 0..30 {
                 let missing = SAMPLES as u16 - first;
-                let error = FitError::Incomplete { missing, first };
+                let error = Error::with(ErrorCode::Incomplete, [missing.into(), first.into()]);
                 assert_eq!(scan.fit().err(), Some(error));
                 assert!(scan.fit_under_way().is_none());
                 assert!(scan.fitted().is_none());
@@ -53,7 +54,8 @@ fn no_residual_before_fit() {
         let progress = fit.advance(3);
         let total = progress.total;
         assert_eq!(progress, Progress { done: 3, total });
-        assert_eq!(fit.finish().err(), Some(FinishError::Unfinished(progress)));
+        let unfinished = Error::with(ErrorCode::Unfinished, [3, total]);
+        assert_eq!(fit.finish().err(), Some(unfinished));
         assert!(scan.fitted().is_none());
         let mut fit = scan.fit_under_way().unwrap();
         assert_eq!(fit.progress(), progress);
@@ -104,7 +106,7 @@ fn reading_during_fit_discards_it() {
     }
 }
 
-fn check_slices<K: Fitter + 'static>(recipe: Recipe<'static>, brdfs: &[[f32; 3]], budgets: &[u32]) {
+fn check_slices<K: ScanModel + 'static>(recipe: Recipe<'static>, brdfs: &[[f32; 3]], budgets: &[u32]) {
     let reading = |index: u16| Reading::new(brdfs[usize::from(index)]);
     let mut scan = new_scan::<K>(recipe);
     record(&mut scan, 0..8, reading);
@@ -129,10 +131,10 @@ thread_local! {
     static EVALUATIONS: Cell<u32> = const { Cell::new(0) };
 }
 
-impl Fitter for CountedPhong {}
+impl ScanModel for CountedPhong {}
 
 impl Algorithm for CountedPhong {
-    fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, ModelMismatch> {
+    fn words(method: &FitMethod<'_>, samples: usize) -> Result<usize, Error> {
         <Phong as Algorithm>::words(method, samples)
     }
 
@@ -204,10 +206,7 @@ fn checks_are_sliced() {
             break;
         }
     }
-    let finished = fit.finish().map(|_| ());
-    assert!(matches!(
-        finished,
-        Ok(()) | Err(FinishError::Implausible(_))
-    ));
+    let error = fit.finish().err();
+    assert!(error.is_none_or(|error| error.is_implausible()));
     assert_eq!((all, EVALUATIONS.get()), (8 + 16, 0));
 }

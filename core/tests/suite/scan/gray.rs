@@ -1,7 +1,7 @@
 //! A sensor with one channel gives a gray material, to the bit.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
-use glimpse_core::fit::{AnyModel, Fitter, Linear};
+use glimpse_core::fit::{AnyModel, ScanModel, Linear};
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Scan};
@@ -19,7 +19,7 @@ fn glossy(index: u16) -> Reading {
 }
 
 /// Checks that the three channels are equal at the pattern or, for Linear, in the coefficients.
-fn assert_gray<K: Fitter>(recipe: &Recipe<'_>) {
+fn assert_gray<K: ScanModel>(recipe: &Recipe<'_>) {
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<K>::new(*recipe, &mut memory).unwrap();
     record(&mut scan, 0..recipe.samples() as u16, glossy);

@@ -1,10 +1,11 @@
 //! The caller provides the memory of a scan, and gets it back.
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::fit::{AnyModel, Linear};
 use glimpse_core::model::{ModelKind, Neural};
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
-use glimpse_core::scan::{Reading, Scan, ScanError};
+use glimpse_core::scan::{Reading, Scan};
 
 use crate::completion::contents::{self as completion, CORRECTED, CompletedContents};
 use crate::recipes::{linear, parsed};
@@ -135,10 +136,10 @@ fn rejects_recipe_for_other_firmware() {
         let needed = recipe.memory_words();
         let wrong = |firmware| match firmware == recipe.model() {
             true => Ok(needed),
-            false => Err(ScanError::Model {
-                firmware,
-                recipe: recipe.model(),
-            }),
+            false => {
+                let details = [firmware as u32, recipe.model() as u32];
+                Err(Error::with(ErrorCode::Model, details))
+            }
         };
         let accepted = Scan::<Neural>::accept(&recipe, needed);
         assert_eq!(accepted, wrong(ModelKind::Neural));
@@ -146,7 +147,10 @@ fn rejects_recipe_for_other_firmware() {
         assert_eq!(accepted, wrong(ModelKind::Linear));
         assert_eq!(Scan::<AnyModel>::accept(&recipe, needed), Ok(needed));
         let found = needed - 1;
-        let small = Err(ScanError::Memory { needed, found });
+        let small = Err(Error::with(
+            ErrorCode::Memory,
+            [needed, found].map(|words| words as u32),
+        ));
         assert_eq!(Scan::<AnyModel>::accept(&recipe, found), small);
     }
 }

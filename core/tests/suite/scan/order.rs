@@ -1,6 +1,6 @@
 //! Readings may come in any order and repeatedly. The model may be unknown until run time.
 
-use glimpse_core::fit::Fitter;
+use glimpse_core::fit::ScanModel;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Reading;
 use proptest::prelude::*;
@@ -10,7 +10,7 @@ use crate::scanning::{
     synthetic_reading,
 };
 
-fn check_order<K: Fitter + 'static>(recipe: Recipe<'static>, order: &[u16], repeated: &[u16]) {
+fn check_order<K: ScanModel + 'static>(recipe: Recipe<'static>, order: &[u16], repeated: &[u16]) {
     let mut scan = new_scan::<K>(recipe);
     // Some samples have a wrong reading first.
     for index in repeated {
@@ -34,7 +34,7 @@ fn check_order<K: Fitter + 'static>(recipe: Recipe<'static>, order: &[u16], repe
     );
 }
 
-fn push_outcome<K: Fitter>(
+fn push_outcome<K: ScanModel>(
     recipe: Recipe<'static>,
     reading: impl Fn(u16) -> Reading,
     outcomes: &mut Vec<Outcome>,

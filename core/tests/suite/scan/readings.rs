@@ -1,12 +1,11 @@
 //! Readings that are rejected, clamped or counted.
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::model::linear::EPSILON;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{
-    Implausible, MIN_READING, Reading, ReadingError, Recorded, Residual, Scan,
-};
+use glimpse_core::scan::{MIN_READING, Reading, Recorded, Residual, Scan};
 use proptest::prelude::*;
 
 use crate::scanning::{
@@ -18,14 +17,26 @@ fn rejects_invalid_readings() {
     for mut scan in empty_scans() {
         let first = scan.next_pending().unwrap();
         for (brdf, error) in [
-            ([f32::NAN, 0.1, 0.1], ReadingError::NonFinite(0)),
-            ([0.1, f32::INFINITY, 0.1], ReadingError::NonFinite(1)),
-            ([0.1, 0.1, f32::NEG_INFINITY], ReadingError::NonFinite(2)),
+            (
+                [f32::NAN, 0.1, 0.1],
+                Error::with(ErrorCode::ReadingNonFinite, [0, 0]),
+            ),
+            (
+                [0.1, f32::INFINITY, 0.1],
+                Error::with(ErrorCode::ReadingNonFinite, [0, 1]),
+            ),
+            (
+                [0.1, 0.1, f32::NEG_INFINITY],
+                Error::with(ErrorCode::ReadingNonFinite, [0, 2]),
+            ),
             (
                 [0.1, 0.1, MIN_READING.next_down()],
-                ReadingError::Negative(2),
+                Error::with(ErrorCode::ReadingNegative, [0, 2]),
             ),
-            ([f32::MIN, 0.1, 0.1], ReadingError::Negative(0)),
+            (
+                [f32::MIN, 0.1, 0.1],
+                Error::with(ErrorCode::ReadingNegative, [0, 0]),
+            ),
         ] {
             assert_eq!(scan.record(0, Reading::new(brdf)), Err(error));
             assert_eq!(scan.next_pending(), Some(first));
@@ -48,8 +59,8 @@ fn rejects_unknown_samples() {
         record(&mut scan, 0..8, synthetic_reading);
         assert_eq!(scan.pending().count(), 0);
         for index in [8, 9, 11, 12, u16::MAX] {
-            let samples = 8;
-            let error = ReadingError::Index { index, samples };
+            let samples = 8_u16;
+            let error = Error::with(ErrorCode::ReadingIndex, [index.into(), samples.into()]);
             assert_eq!(scan.record(index, synthetic_reading(0)), Err(error));
             assert_eq!(scan.reading(index), None);
         }
@@ -107,7 +118,7 @@ fn clamps_negative_readings() {
         assert_eq!(actual.bits(), unclamped.bits());
         let expected = Residual {
             clamped,
-            implausible: Some(Implausible::Dark),
+            implausible: Some(ErrorCode::Dark),
             ..residual
         };
         assert_eq!(actual.residual(), expected);

@@ -19,7 +19,7 @@ use cortex_m_rt::entry;
 #[cfg(target_arch = "riscv32")]
 use riscv_rt::entry;
 
-use glimpse_core::error_code::ErrorCode;
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::{Fitter, Linear};
 use glimpse_core::geometry::{ArmAngles, Directions};
 use glimpse_core::gonio::{Limits, Machine, Quantity, tile};
@@ -127,8 +127,10 @@ fn recipe() {
     black_box((recipe.out_of_reach(&machine), recipe.is_in_path_order()));
     black_box((recipe.tolerates_missing(), recipe.bounds_partial_loss()));
     black_box((recipe.basis_checksum(), max_samples(&[bytes()])));
-    let code = ErrorCode::from_code(any(32));
-    black_box(code.map(|code| (code.code(), code.text())));
+    if let Some(code) = ErrorCode::from_number(any(32)) {
+        let error = Error::with(code, any([7, 8]));
+        black_box((code as u16, code.text(), error.is_implausible()));
+    }
     black_box((any(ModelKind::Linear).name(), any(Field::Basis).range()));
 }
 
@@ -150,7 +152,7 @@ fn sensor() {
     black_box(quantity.of_brdf(any([0.5; 3]), &directions)).ok();
     let readings = [(directions, any([0.3; 3])); 8];
     let readings = readings.get(..any(8)).unwrap_or_default();
-    black_box(tile::examine(readings, any([0.9; 3])));
+    let _ = black_box(tile::examine(readings, any([0.9; 3])));
 }
 
 /// The host's end of the link, and the device's without a driver.

@@ -4,8 +4,9 @@ mod text;
 
 use std::path::Path;
 
+use glimpse_core::error::ErrorCode;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Implausible, Residual};
+use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::LossPrediction;
 use glimpse_trainer::measurement::{
     AngularDistance, Fit, Measurements, OutlierReport, PartialScan, ReadingQuantity, ReadingStatus,
@@ -107,7 +108,7 @@ struct ResidualSummary {
     mean: f32,
     worst: f32,
     worst_index: u16,
-    implausible: Option<Implausible>,
+    implausible: Option<ErrorCode>,
 }
 
 /// The expected loss of this fit.

@@ -3,7 +3,8 @@
 use std::f32::consts::FRAC_1_PI;
 use std::fmt;
 
-use glimpse_core::gonio::{Limits, LimitsError};
+use glimpse_core::error::Error;
+use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 use glimpse_materials::{Identity, Origin, SourceShare, display_with_setting_names};
@@ -119,7 +120,7 @@ pub enum CompletionOptionsError {
         value: f32,
     },
     /// The goniometer limits are invalid.
-    Limits(LimitsError),
+    Limits(Error),
     /// The arms cannot reach the minimum separation within the limits of the polar angles. Holds the maximum possible
     /// separation in degrees.
     Separation(f32),

@@ -106,7 +106,7 @@ pub enum MachineError {
     WoundUp(f64),
     /// The limits are invalid.
     #[error(transparent)]
-    Limits(#[from] glimpse_core::gonio::LimitsError),
+    Limits(#[from] glimpse_core::error::Error),
 }
 
 impl Machine {
@@ -246,7 +246,7 @@ impl Machine {
 
 #[cfg(test)]
 mod tests {
-    use glimpse_core::gonio::LimitsError;
+    use glimpse_core::error::{Error, ErrorCode};
 
     use super::*;
 
@@ -281,7 +281,7 @@ mod tests {
             ),
             (
                 |machine| machine.limits.max_theta_i = 2.0,
-                MachineError::Limits(LimitsError::MaxThetaI),
+                MachineError::Limits(Error::in_field(ErrorCode::Limits, "limits.max_theta_i")),
             ),
             (
                 |machine| machine.speeds.phi_o = f64::INFINITY,
