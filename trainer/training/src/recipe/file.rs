@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use glimpse_core::checksum::crc_32_of_file;
-use glimpse_core::error_code::RecipeError;
+use glimpse_core::error::Error;
 use glimpse_core::recipe::{Contents, MAGIC, METADATA, Recipe, VERSION, words_of};
 use glimpse_core::section::{MAX_COMPONENTS, MAX_SAMPLES, Section};
 use glimpse_materials::basis::{Basis, BasisError};
