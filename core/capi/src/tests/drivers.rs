@@ -70,9 +70,8 @@ impl Pair<'_> {
     /// A random call of the firmware for a sample, mostly a reading of it. Returns its status.
     fn call(&mut self, index: u16, random: &mut Random) -> Status {
         let (c, core) = (self.c, &mut self.core);
-        let status = |result: Result<(), Error>| {
-            result.map_or_else(|error| error.into(), |()| Status::Ok)
-        };
+        let status =
+            |result: Result<(), Error>| result.map_or_else(|error| error.into(), |()| Status::Ok);
         let (expected, found) = match random.below(24) {
             0 => (status(core.skip(index)), unsafe {
                 glimpse_driver_skip(c, index)

@@ -52,7 +52,8 @@ fn error_codes_are_statuses() {
         assert_eq!(text(status as i32), code.text());
     }
     // Some of these statuses have no error code.
-    let is_exempt = |status: &glimpse_status| matches!(*status as i32, i32::MIN..=17 | 19 | 21 | 83);
+    let is_exempt =
+        |status: &glimpse_status| matches!(*status as i32, i32::MIN..=17 | 19 | 21 | 83);
     for (status, _) in texts().filter(|(status, _)| !is_exempt(status)) {
         assert!(
             ErrorCode::from_number(status as u16).is_some(),
