@@ -33,7 +33,7 @@ impl<'a> Recipe<'a> {
     /// Parses a recipe in place.
     ///
     /// ```
-    /// use glimpse_core::error_code::{ErrorCode, Error};
+    /// use glimpse_core::error::{Error, ErrorCode};
     /// use glimpse_core::recipe::Recipe;
     ///
     /// static BYTES: &[u8] = include_bytes!("../examples/recipes/neural-n8.recipe");

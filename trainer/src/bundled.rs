@@ -2,7 +2,8 @@
 //! public domain (CC0), so they can be redistributed. `trainer/recipes/README.md` describes their training.
 
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_core::error::Error;
+use glimpse_core::recipe::Recipe;
 
 /// The compact basis of all bundled recipes of the model Linear.
 pub static BASIS: &[u8] = include_bytes!("../recipes/linear.basis24");
@@ -106,7 +107,7 @@ impl BundledRecipe {
     ///
     /// # Errors
     /// Never in practice: a test parses all bundled recipes.
-    pub fn recipe(&self) -> Result<Recipe<'static>, RecipeError> {
+    pub fn recipe(&self) -> Result<Recipe<'static>, Error> {
         Recipe::parse(self.bytes)
     }
 
@@ -167,7 +168,7 @@ mod tests {
                 find(&name).is_some() && bundled.losses().is_some(),
                 "{name}"
             );
-            let checksum = recipe.method().basis_checksum();
+            let checksum = recipe.basis_checksum();
             assert_eq!(checksum, bundled.basis().map(|_| basis.of()), "{name}");
             let by_checksum = find_by_checksum(recipe.checksum());
             assert_eq!(by_checksum.map(|bundled| bundled.name), Some(bundled.name));
@@ -179,7 +180,7 @@ mod tests {
     fn paper_recipe_uses_descent_without_coefficient_net() {
         let recipe = PAPER.recipe().expect("the recipe is valid");
         assert_eq!((recipe.model(), recipe.samples()), (ModelKind::Neural, 8));
-        assert!(recipe.descent().is_some() && recipe.completed().is_none());
+        assert!(matches!(recipe.estimator(), Estimator::Sgd(_)));
         let metadata = Metadata::of(&recipe).expect("the metadata are valid");
         assert!(
             metadata

@@ -5,7 +5,7 @@ use core::ffi::c_void;
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::{Limits, Machine};
-use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Saved;
 
 use crate::handle::{
@@ -130,7 +130,7 @@ pub unsafe extern "C" fn glimpse_driver_begin(
 #[inline(never)]
 fn begin(
     memory: Memory<CDriver>,
-    recipe: Result<Recipe<'static>, RecipeError>,
+    recipe: Result<Recipe<'static>, Error>,
     slots: [&[u8]; 2],
     config: Config,
 ) -> *mut Handle<CDriver> {

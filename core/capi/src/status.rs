@@ -3,7 +3,6 @@
 use core::ffi::c_char;
 
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::recipe::RecipeError;
 
 /// The status of a call: 0 on success. glimpse_status_text() returns its text.
 ///
@@ -280,8 +279,7 @@ core_codes! {
     BufferTooSmall
     Incomplete Unfinished NotScanning SavedDamaged SavedRecipe WhiteNotBrighter WhiteReflectance WhiteSaturated
     RecipeMagic RecipeVersion RecipeLength RecipeChecksum RecipeMalformed RecipeCount RecipeNonFinite
-    RecipeBelowHorizon RecipeModel RecipeNotPositive RecipeNegative RecipeRange Limits RecipeUnknown
-    RecipeSections
+    RecipeBelowHorizon RecipeRange Limits RecipeUnknown RecipeSections RecipeHeader
     Model Memory Basis BasisMagic BasisVersion BasisLength BasisChecksum BasisMalformed
     ReadingNonFinite ReadingNegative ReadingIndex ReadingRequired
     TooLarge Diverged Directions Dark Repeated DeadRed DeadGreen DeadBlue Albedo Residual ImplausibleOther
@@ -330,11 +328,5 @@ pub extern "C" fn glimpse_version() -> *const c_char {
 impl From<Error> for Status {
     fn from(error: Error) -> Self {
         error.code.into()
-    }
-}
-
-impl From<RecipeError> for Status {
-    fn from(error: RecipeError) -> Self {
-        Error::from(error).into()
     }
 }

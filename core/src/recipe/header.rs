@@ -39,7 +39,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<CheckedBody<'_>, Error> {
     let version = u16::from_le_bytes(*version);
     if version != VERSION {
         let code = ErrorCode::RecipeVersion;
-        return Err(Error::with(code, [version.into(), VERSION.into()]));
+        return Err(Error::with(code, [version.into(), 0]));
     }
     let expected = u32::from_le_bytes(*length);
     if u32::try_from(body.len()) != Ok(expected) {

@@ -41,7 +41,7 @@ impl PyRecipe {
 
     /// Combines a recipe with the bytes of its basis, if it needs one.
     pub(crate) fn new_with_basis(file: RecipeFile, basis: Option<&[u8]>) -> PyResult<Self> {
-        let checksum = file.recipe().method().basis_checksum();
+        let checksum = file.recipe().basis_checksum();
         let basis = match (checksum, basis) {
             (None, None) => None,
             (None, Some(_)) => {

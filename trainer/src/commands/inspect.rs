@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use glimpse_core::fit::Target;
-use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Completed, Descent, FitMethod, Floats, Recipe, Ridge};
+use glimpse_core::fit::{Coefficients, Estimator, Prediction, Refinement, Sgd};
+use glimpse_core::numeric::Floats;
+use glimpse_core::recipe::Recipe;
 use glimpse_materials::Identity;
 use glimpse_trainer::export::{eta, to_json};
 use glimpse_training::recipe::{Metadata, MetadataError, Noise, RecipeFile};
@@ -41,11 +41,7 @@ impl Inspect {
              sample  theta_h  theta_d    phi_d  theta_i    phi_i  theta_o    phi_o  (degrees)\n",
             recipe.checksum(),
             file.bytes().len(),
-            match recipe.method() {
-                FitMethod::Descent(descent) => describe_descent(&descent, recipe.samples()),
-                FitMethod::Ridge(ridge) => describe_ridge(&ridge, recipe.samples()),
-                FitMethod::Completed(completed) => describe_completed(&completed, recipe.samples()),
-            },
+            describe_estimator(&recipe),
             recipe.memory_words(),
             describe_metadata(&recipe, file.metadata())?,
         );
@@ -62,98 +58,89 @@ impl Inspect {
     }
 }
 
-fn describe_descent(descent: &Descent<'_>, samples: usize) -> String {
-    format!(
-        "model          {} ({} parameters)\n\
-         samples        {samples}\n\
-         inner steps    {}\n\
-         step sizes     {}\n",
-        descent.model(),
-        descent.initial().len(),
-        descent.inner_steps(),
-        range_and_median(descent.step_sizes()),
-    )
-}
-
-fn describe_ridge(ridge: &Ridge<'_>, samples: usize) -> String {
-    let precision = match eta(ridge) {
-        Some(eta) => format!("{eta} for every coefficient"),
-        None => range_and_median(ridge.precision()),
-    };
-    let basis = match ridge.basis_checksum() {
-        Some(checksum) => format!("{checksum:08x}"),
-        None => "none".to_owned(),
-    };
-    format!(
-        "model          {} ({} components)\n\
-         samples        {samples}\n\
-         precision      {precision}\n\
-         whole basis    {basis}\n",
-        ModelKind::Linear,
-        ridge.components(),
-    )
-}
-
-fn describe_completed(completed: &Completed<'_>, samples: usize) -> String {
-    let net = completed.coefficient_net();
-    let missing = match completed.tolerates_missing() {
+/// Describes the model, the samples, and the stages of the fit, one a line.
+fn describe_estimator(recipe: &Recipe<'_>) -> String {
+    let missing = match recipe.tolerates_missing() {
         true => "any reading may be missing",
         false => "all readings are needed",
     };
-    let uncertainty = match completed.uncertainty() {
-        Some(each) => format!(
-            "upper bound of the loss {:.2} times the prediction; innovation to {:.3} is usual; exponents {:.2} and \
-             {:.2}",
-            each.bound, each.max_innovation, each.innovation, each.residual,
-        ),
-        None => "none".to_owned(),
-    };
-    let correction = match completed.correction() {
-        Some(correction) => format!(
-            "{} components, precision {}",
-            correction.components(),
-            range_and_median(correction.precision()),
-        ),
-        None => "none".to_owned(),
-    };
-    let target = match completed.target() {
-        Target::Linear(components) => {
-            let basis = components.basis_checksum();
-            let basis = basis.map_or_else(|| "none".to_owned(), |basis| format!("{basis:08x}"));
-            format!("whole basis    {basis}\n")
+    let head = format!(
+        "model          {}\nsamples        {}; {missing}\n",
+        recipe.model(),
+        recipe.samples()
+    );
+    head + &match recipe.estimator() {
+        Estimator::Sgd(sgd) => describe_sgd(sgd),
+        Estimator::Ridge {
+            coefficients,
+            refinement,
+            prediction,
+        } => {
+            let refinement = refinement.as_ref().map(describe_refinement);
+            describe_coefficients(coefficients)
+                + &refinement.unwrap_or_default()
+                + &prediction.as_ref().map(describe_prediction).unwrap_or_default()
         }
-        Target::Descent(descent, init_net) => format!(
-            "init net       {} units for {} parameters\n\
-             inner steps    {}\n\
-             step sizes     {}\n",
-            init_net.units(),
-            descent.initial().len(),
-            descent.inner_steps(),
-            range_and_median(descent.step_sizes()),
-        ),
-        Target::GaussNewton(steps, init_net) => format!(
-            "init net       {} units for {} parameters\n\
-             Gauss-Newton   {} steps, {} virtual readings of weight 1, readings of weight {:.3}, error scale {:.4}\n\
-             precision      {}\n",
-            init_net.units(),
-            steps.initial().len(),
-            steps.steps(),
-            steps.virtual_readings().len(),
-            steps.reading_weight(),
-            steps.error_scale(),
-            range_and_median(steps.precision()),
-        ),
+    }
+}
+
+fn describe_sgd(sgd: &Sgd<'_>) -> String {
+    format!(
+        "SGD            {} steps of {} parameters\nstep sizes     {}\n",
+        sgd.steps,
+        sgd.initial.len(),
+        range_and_median(sgd.step_sizes),
+    )
+}
+
+fn describe_coefficients(coefficients: &Coefficients<'_>) -> String {
+    let ridge = &coefficients.ridge;
+    let net = coefficients.net.map_or_else(String::new, |net| {
+        let weights = net.weights();
+        format!(
+            "net            {} coefficients, {} hidden units\n",
+            weights.components,
+            weights.hidden()
+        )
+    });
+    let precision = match eta(ridge) {
+        Some(eta) => format!("{eta} for each"),
+        None => range_and_median(ridge.precision),
+    };
+    let basis = match ridge.basis_checksum {
+        0 => String::new(),
+        checksum => format!("whole basis    {checksum:08x}\n"),
     };
     format!(
-        "model          {} (completed)\n\
-         samples        {samples}; {missing}\n\
-         completion     {} components, {} hidden units\n\
-         correction     {correction}\n\
-         uncertainty    {uncertainty}\n\
-         {target}",
-        completed.model(),
-        net.components,
-        net.hidden(),
+        "{net}ridge          {} components, precision {precision}\n{basis}",
+        coefficients.components(),
+    )
+}
+
+fn describe_refinement(refinement: &Refinement<'_>) -> String {
+    let steps = &refinement.steps;
+    format!(
+        "start          {} units for {} parameters\n\
+         Gauss-Newton   {} steps, {} virtual readings of weight 1, readings of weight {:.3}, error scale {:.4}\n\
+         precision      {}\n",
+        refinement.start.bias.len(),
+        steps.initial.len(),
+        steps.steps,
+        steps.virtual_readings(),
+        steps.reading_weight,
+        steps.error_scale,
+        range_and_median(steps.precision),
+    )
+}
+
+fn describe_prediction(prediction: &Prediction<'_>) -> String {
+    format!(
+        "uncertainty    upper bound of the loss {:.2} times the prediction; innovation to {:.3} is usual; \
+         exponents {:.2} and {:.2}\n",
+        prediction.bound,
+        prediction.max_innovation,
+        prediction.innovation,
+        prediction.residual,
     )
 }
 
@@ -214,14 +201,6 @@ fn describe_metadata(recipe: &Recipe<'_>, metadata: &Metadata) -> Result<String,
         ]),
     }
     lines.push(("materials", describe_materials(&metadata.materials)));
-    lines.extend(
-        recipe
-            .sections()
-            .filter_map(|(kind, bytes)| match kind.name() {
-                Some(_) => None,
-                None => Some(("unknown", format!("section {kind}, {} bytes", bytes.len()))),
-            }),
-    );
     let stated = lines.iter().filter(|(_, text)| !text.is_empty());
     Ok(stated
         .map(|(name, text)| format!("{name:15}{text}\n"))

@@ -11,7 +11,7 @@ use glimpse_trainer::evaluation::MaterialMetrics;
 use glimpse_trainer::metrics::Metrics;
 use glimpse_training::meta::initialization::initial_guess;
 use glimpse_training::meta::learned::{
-    LearnedDescent, LearnedFit, LearnedRecipe, ValidatedLoss, ValidationSplit,
+    LearnedFit, LearnedRecipe, LearnedSgd, ValidatedLoss, ValidationSplit,
 };
 use glimpse_training::meta::objective::LossEstimate;
 use glimpse_training::meta::options::Options;
@@ -158,9 +158,9 @@ pub(super) fn blank_recipe(samples: usize) -> anyhow::Result<TrainedRecipe> {
     let options = Options::new(MODEL, samples, Schedule::Joint, Effort::Brief, 0);
     let learned = LearnedRecipe {
         pattern: sobol_valid(samples, 0),
-        fit: LearnedFit::Descent(LearnedDescent {
+        fit: LearnedFit::Sgd(LearnedSgd {
             model: MODEL,
-            inner_steps: 1,
+            steps: 1,
             step_sizes: vec![1e-3; initial.len()],
             initial,
         }),

@@ -4,7 +4,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glimpse_core::geometry::{ArmAngles, HalfDifference};
 use glimpse_core::model::linear::Basis;
-use glimpse_core::recipe::{FitMethod, Recipe};
+use glimpse_core::fit::Estimator;
+use glimpse_core::recipe::Recipe;
 use glimpse_materials::Material;
 use glimpse_materials::loss::{coarse_directions, loss_between};
 use glimpse_training::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
@@ -110,10 +111,13 @@ impl RecipeScan {
 
 /// Returns a short description of a recipe's fit method.
 fn method_summary(recipe: &Recipe<'_>) -> String {
-    match recipe.method() {
-        FitMethod::Descent(descent) => format!("{} steps of SGD", descent.inner_steps()),
-        FitMethod::Ridge(ridge) => format!("{} components, solved", ridge.components()),
-        FitMethod::Completed(_) => "completed readings".to_owned(),
+    let estimator = recipe.estimator();
+    match estimator {
+        Estimator::Sgd(sgd) => format!("{} steps of SGD", sgd.steps),
+        Estimator::Ridge { .. } if estimator.net().is_some() => "completed readings".to_owned(),
+        Estimator::Ridge { coefficients, .. } => {
+            format!("{} components, solved", coefficients.components())
+        }
     }
 }
 

@@ -334,7 +334,6 @@ def train(
     max_theta_i_degrees: Optional[float] = None,
     max_theta_o_degrees: Optional[float] = None,
     min_separation_degrees: Optional[float] = None,
-    refinement: Optional[Literal["gauss-newton", "sgd"]] = None,
     scan_seconds: Optional[float] = None,
     speed_degrees_per_second: Optional[npt.ArrayLike] = None,
     settle_seconds: Optional[float] = None,

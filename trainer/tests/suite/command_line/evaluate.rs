@@ -1,11 +1,11 @@
 //! `trainer evaluate`: accuracy of its numbers, and comparisons.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::recipe::{Recipe, RecipeParts};
+use glimpse_core::recipe::Recipe;
 use glimpse_materials::loss::mean_log_error;
 use glimpse_materials::{Identity, Material, Procedural, Source, digest};
 use glimpse_trainer::evaluation::Method;
-use glimpse_training::recipe::{Metadata, RecipeFile, pack_pattern};
+use glimpse_training::recipe::{Metadata, RecipeFile};
 use serde_json::{Value, json};
 
 use super::folder::{COOK_TORRANCE_N8, NEURAL_N8, PHONG_N8};
@@ -159,15 +159,9 @@ fn write_recipe_trained_on(folder: &Folder, materials: &[(&str, u32)]) {
     });
     LINEAR_N2.copy_to(folder.path());
     let file = RecipeFile::read(&folder.at("linear-n2.recipe")).expect("a valid recipe");
-    let recipe = file.recipe();
-    let pattern: Vec<_> = recipe.pattern().collect();
-    let file = RecipeFile::write(&RecipeParts {
-        metadata: &Metadata {
-            materials: identities.collect(),
-            ..file.metadata().clone()
-        }
-        .to_bytes(),
-        ..RecipeParts::new(&pack_pattern(&pattern), recipe.method().into())
+    let file = file.with_metadata(&Metadata {
+        materials: identities.collect(),
+        ..file.metadata().clone()
     });
     let file = file.expect("a valid recipe");
     folder.write("k.recipe", file.bytes());

@@ -47,7 +47,7 @@ const MAX_BYTES: u64 = 4 * (MAX_SAMPLES * MAX_COMPONENTS * size_of::<f32>()) as 
 pub enum RecipeDefect {
     /// The bytes are not a recipe.
     #[error(transparent)]
-    Recipe(#[from] RecipeError),
+    Recipe(#[from] Error),
     /// The metadata is invalid.
     #[error(transparent)]
     Metadata(#[from] MetadataError),
@@ -160,9 +160,17 @@ impl RecipeFile {
     /// # Errors
     /// Never fails in practice, because the recipe was parsed.
     pub fn stripped(&self) -> Result<Self, RecipeDefect> {
+        self.with_metadata(&Metadata::default())
+    }
+
+    /// Returns the recipe with other metadata.
+    ///
+    /// # Errors
+    /// Fails if the metadata are invalid.
+    pub fn with_metadata(&self, metadata: &Metadata) -> Result<Self, RecipeDefect> {
         let contents = Contents::read(self.bytes())?;
         Self::write(&Contents {
-            metadata: &[],
+            metadata: &metadata.to_bytes(),
             ..contents
         })
     }

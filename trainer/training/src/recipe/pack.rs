@@ -85,10 +85,10 @@ pub fn pack_recipe(
         materials: learned.materials.clone(),
     };
     let arena = Arena::default();
-    let mut contents = contents(&learned.fit, &learned.pattern, &arena);
+    let loss = Some(learned.expected_loss.estimate.loss);
+    let mut contents = contents(&learned.fit, &learned.pattern, loss, &arena);
     if let Some(pattern) = &mut contents.pattern {
         pattern.is_path = metadata.scan_budget.is_some();
-        pattern.expected_loss = Some(learned.expected_loss.estimate.loss);
     }
     contents.prediction = learned.loss_predictor.as_ref().map(|predictor| {
         let partial = predictor.partial.as_ref();
@@ -108,20 +108,29 @@ pub fn pack_recipe(
     Ok(RecipeFile::write(&contents)?)
 }
 
-/// Packs a learned fit without metadata and expected loss.
+/// Packs a learned fit without metadata.
 ///
 /// # Errors
 /// Fails if the fit is not valid.
-pub fn pack_fit(fit: &LearnedFit, pattern: &[Angles<f32>]) -> Result<RecipeFile, RecipeDefect> {
+pub fn pack_fit(
+    fit: &LearnedFit,
+    pattern: &[Angles<f32>],
+    expected_loss: Option<f32>,
+) -> Result<RecipeFile, RecipeDefect> {
     let arena = Arena::default();
-    RecipeFile::write(&contents(fit, pattern, &arena))
+    RecipeFile::write(&contents(fit, pattern, expected_loss, &arena))
 }
 
-fn contents<'a>(fit: &LearnedFit, pattern: &[Angles<f32>], arena: &'a Arena) -> Contents<'a> {
+fn contents<'a>(
+    fit: &LearnedFit,
+    pattern: &[Angles<f32>],
+    expected_loss: Option<f32>,
+    arena: &'a Arena,
+) -> Contents<'a> {
     let pattern = Pattern {
         directions: arena.angles(pattern),
         is_path: false,
-        expected_loss: None,
+        expected_loss,
     };
     let mut contents = Contents {
         pattern: Some(pattern),

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use glimpse_core::error::Error;
-use glimpse_core::recipe::RecipeError;
+use glimpse_core::error::Error;
 
 /// An error of core, or of the page's calls.
 pub(crate) enum SceneError {
@@ -27,11 +27,5 @@ impl fmt::Display for SceneError {
 impl From<Error> for SceneError {
     fn from(error: Error) -> Self {
         Self::Core(error)
-    }
-}
-
-impl From<RecipeError> for SceneError {
-    fn from(error: RecipeError) -> Self {
-        Self::Core(error.into())
     }
 }
