@@ -5,9 +5,8 @@ mod common;
 
 use common::material;
 use glimpse_core::driver::{Action, Config, Driver, Host};
-use glimpse_core::link::{
-    FRAME_BYTES, Failure, PROTOCOL, Received, Refusal, Reply, Request, Server,
-};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server};
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, memory_words};
 use glimpse_core::scan::{Reading, Residual, Scan};
@@ -61,7 +60,7 @@ impl Computer {
                 Reply::Measured { index, reading }
             }
             // This host does not remember earlier scans.
-            Request::Saved { .. } => Reply::Refused(Refusal::Saved),
+            Request::Saved { .. } => Reply::Refused(ErrorCode::RefusedSaved),
             Request::Values { values, .. } => {
                 self.values.extend_from_slice(values.as_slice());
                 Reply::Accepted
@@ -71,15 +70,16 @@ impl Computer {
     }
 }
 
+const NO_REPLY: Error = Error::new(ErrorCode::NoReply);
+
 /// Runs device and host until the scan is finished. Returns the residual, the device's values, and the time in
 /// milliseconds.
 pub(crate) fn scan(
     computer: &mut Computer,
     loss_interval: usize,
-) -> Result<(Residual, Vec<f32>, u32), Failure> {
-    let recipe = Recipe::parse(RECIPE).map_err(Failure::Recipe)?;
+) -> Result<(Residual, Vec<f32>, u32), Error> {
     let mut memory = [0.0; memory_words(&[RECIPE])];
-    let scan = Scan::<Neural>::new(recipe, &mut memory).map_err(Failure::Scan)?;
+    let scan = Scan::<Neural>::new(Recipe::parse(RECIPE)?, &mut memory)?;
     let mut driver = Driver::new(scan, Config::new(Host::Measures));
     let mut line = Line {
         loss_interval,
@@ -94,10 +94,10 @@ pub(crate) fn scan(
                 result = fitted.map(|fitted| (residual, fitted.values().collect(), now_ms));
             }
             // The host has the result. (This device saves no readings for resets.)
-            Action::Forget => return result.ok_or(Failure::NoReply),
+            Action::Forget => return result.ok_or(NO_REPLY),
             // The host is silent: the readings are kept, and nothing moves until this call.
-            Action::Failed(Failure::NoReply) => driver.resume(),
-            Action::Failed(failure) => return Err(failure),
+            Action::Failed(NO_REPLY) => driver.resume(),
+            Action::Failed(error) => return Err(error),
             _ => {}
         }
         // The device sends one byte per millisecond, and the reply arrives immediately.
@@ -113,10 +113,10 @@ pub(crate) fn scan(
             }
         }
     }
-    Err(Failure::NoReply)
+    Err(NO_REPLY)
 }
 
-pub(crate) fn main() -> Result<(), Failure> {
+pub(crate) fn main() -> Result<(), Error> {
     for loss_interval in [usize::MAX, 150] {
         let mut computer = Computer::default();
         let (residual, _, milliseconds) = scan(&mut computer, loss_interval)?;

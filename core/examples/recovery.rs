@@ -2,11 +2,10 @@
 //! model: `cargo run -p glimpse-core --example recovery`
 
 mod common;
-use std::error::Error;
-
+use glimpse_core::error::Error;
 use glimpse_core::fit::AnyModel;
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
-use glimpse_core::scan::{Reading, Residual, Saved, SavedError, Scan};
+use glimpse_core::scan::{Reading, Residual, Saved, Scan};
 
 /// Linear, which tolerates missing readings, and Neural.
 pub(crate) static RECIPES: [&[u8]; 2] = [
@@ -22,13 +21,13 @@ pub(crate) fn boot(
     memory: &mut [f32],
     flash: &mut [[u8; SLOT_BYTES]; 2],
     power_fails_after: usize,
-) -> Result<Option<Residual>, Box<dyn Error>> {
+) -> Result<Option<Residual>, Error> {
     let mut scan = Scan::<AnyModel>::new(Recipe::parse(recipe)?, memory)?;
     let (mut saved, restored) = Saved::restore([&flash[0], &flash[1]], &mut scan);
     println!("{restored:?}"); // readings from before the power failure
     let mut store = |slot: usize, bytes: &[u8]| {
         flash[slot][..bytes.len()].copy_from_slice(bytes);
-        Ok::<_, SavedError>(())
+        Ok::<_, Error>(())
     };
     let mut readings = restored.unwrap_or_default();
     while let Some((index, directions)) = scan.next_pending() {
@@ -49,7 +48,7 @@ pub(crate) fn boot(
     Ok(Some(residual))
 }
 
-pub(crate) fn main() -> Result<(), Box<dyn Error>> {
+pub(crate) fn main() -> Result<(), Error> {
     let (mut memory, mut flash) = ([0.0; MEMORY_WORDS], [[0; SLOT_BYTES]; 2]);
     for (recipe, power_fails_after) in [(0, 9), (0, usize::MAX), (1, usize::MAX)] {
         let residual = boot(RECIPES[recipe], &mut memory, &mut flash, power_fails_after)?;

@@ -6,12 +6,12 @@
 //!
 //! ```
 //! use glimpse_core::driver::{Action, Config, Driver, Host};
+//! use glimpse_core::error::{Error, ErrorCode};
 //! use glimpse_core::geometry::ArmAngles;
 //! use glimpse_core::gonio::{Limits, Machine, Speeds};
-//! use glimpse_core::link::Failure;
 //! use glimpse_core::model::Neural;
 //! use glimpse_core::recipe::{Recipe, max_samples, memory_words};
-//! use glimpse_core::scan::{Reading, Saved, SavedError, Scan};
+//! use glimpse_core::scan::{Reading, Saved, Scan};
 //!
 //! static RECIPE: &[u8] = include_bytes!("../examples/recipes/neural-n8.recipe");
 //! const SLOT_BYTES: usize = Saved::slot_bytes(max_samples(&[RECIPE]));
@@ -28,12 +28,12 @@
 //! #         Some(Reading::new([0.2, 0.1, 0.01 * to.incoming.theta]))
 //! #     }
 //! #     fn operator_continues(&mut self) -> bool { false }
-//! #     fn write_flash(&mut self, slot: usize, bytes: &[u8]) -> Result<(), SavedError> {
+//! #     fn write_flash(&mut self, slot: usize, bytes: &[u8]) -> Result<(), Error> {
 //! #         self.flash[slot][..bytes.len()].copy_from_slice(bytes);
 //! #         Ok(())
 //! #     }
 //! # }
-//! fn firmware(board: &mut Board) -> Result<(), Failure> {
+//! fn firmware(board: &mut Board) -> Result<(), Error> {
 //!     // The lamp has no azimuth axis: it is fixed at 0, the default of `Machine::fixed`.
 //!     let speeds = Speeds { theta_i: 0.2, phi_i: 0.0, theta_o: 0.2, phi_o: 0.2 }; // rad/s
 //!     let limits = Limits { max_theta_i: 1.55, max_theta_o: 1.55, ..Limits::NONE };
@@ -43,8 +43,7 @@
 //!     config.sequence_seed = board.boot_count(); // yours, in memory that survives a reset
 //!
 //!     let mut memory = [0.0; memory_words(&[RECIPE])]; // a static in real firmware
-//!     let recipe = Recipe::parse(RECIPE).map_err(Failure::Recipe)?;
-//!     let mut scan = Scan::<Neural>::new(recipe, &mut memory).map_err(Failure::Scan)?;
+//!     let mut scan = Scan::<Neural>::new(Recipe::parse(RECIPE)?, &mut memory)?;
 //!     let (mut saved, _) = Saved::restore([&board.flash[0], &board.flash[1]], &mut scan);
 //!     let mut driver = Driver::new(scan, config);
 //!     loop {
@@ -61,7 +60,7 @@
 //!                 match next.and_then(|next| Some((next.index, board.move_and_read(next.arms)?))) {
 //!                     // The driver requests a sample with an invalid reading again.
 //!                     Some((index, reading)) => _ = driver.record(index, reading),
-//!                     None => driver.fail(Failure::Machine),
+//!                     None => driver.fail(Error::new(ErrorCode::Machine)),
 //!                 }
 //!             }
 //!             Action::Save { .. } => {
@@ -73,7 +72,7 @@
 //!                 println!("{} {:?}", residual.mean, fitted.and_then(|fitted| fitted.values().next()));
 //!             }
 //!             Action::Forget => _ = saved.clear(|slot, bytes| board.write_flash(slot, bytes)),
-//!             Action::Failed(failure) => println!("{failure}"), // nothing moves; poll on, to report it
+//!             Action::Failed(error) => println!("{error}"), // nothing moves; poll on, to report it
 //!             Action::Wait => {
 //!                 let delay = driver.poll_delay(board.now_ms());
 //!                 board.sleep_ms(delay);
@@ -105,7 +104,6 @@
 
 mod action;
 mod config;
-mod error;
 mod pause;
 mod pending_request;
 mod phase;
@@ -115,11 +113,11 @@ mod step;
 
 pub use action::Action;
 pub use config::{Config, Host};
-pub use error::DriverError;
 
+use crate::error::{Error, ErrorCode};
 use crate::fit::ScanModel;
-use crate::link::{Failure, Request};
-use crate::scan::{Reading, ReadingError, Scan};
+use crate::link::Request;
+use crate::scan::{Reading, Scan};
 use pause::Pause;
 use pending_request::{PendingRequest, PollResult};
 use phase::Phase;
@@ -133,8 +131,8 @@ const MAX_FETCH_PAUSE_MS: u32 = 3_600_000;
 ///
 /// `K` is the model, as for a [`Scan`]. The [module](self) has an example.
 pub struct Driver<'a, K: ScanModel> {
-    /// The scan, or the failure that prevents it.
-    scan: Result<Scan<'a, K>, Failure>,
+    /// The scan, or the error that prevents it.
+    scan: Result<Scan<'a, K>, Error>,
     config: Config,
     pending: PendingRequest,
     phase: Phase,
@@ -154,8 +152,6 @@ pub struct Driver<'a, K: ScanModel> {
     has_saved: bool,
     /// True if the firmware has to delete its saved readings.
     forgets: bool,
-    /// The failure that the firmware does not know yet.
-    failure: Option<Failure>,
     /// The action of the next poll, after those of the fields above.
     next: Option<Action>,
     /// True if the host knows the failure that prevents a scan.
@@ -190,11 +186,11 @@ impl<'a, K: ScanModel> Driver<'a, K> {
     /// Creates a driver for a device whose recipe is damaged or for another firmware. It reports the failure to the
     /// host. If the device can store a recipe, it asks the host for another one, again and again.
     #[must_use]
-    pub fn without_scan(failure: Failure, config: Config) -> Self {
-        Self::from_result(Err(failure), config)
+    pub fn without_scan(error: Error, config: Config) -> Self {
+        Self::from_result(Err(error), config)
     }
 
-    fn from_result(scan: Result<Scan<'a, K>, Failure>, config: Config) -> Self {
+    fn from_result(scan: Result<Scan<'a, K>, Error>, config: Config) -> Self {
         let samples = scan.as_ref().map_or(0, |scan| scan.recipe().samples()) as u16;
         let is_read = |index| {
             scan.as_ref()
@@ -214,7 +210,6 @@ impl<'a, K: ScanModel> Driver<'a, K> {
             has_unsaved: false,
             has_saved,
             forgets: false,
-            failure: None,
             next: None,
             is_no_scan_reported: false,
             declined: None,
@@ -230,16 +225,16 @@ impl<'a, K: ScanModel> Driver<'a, K> {
     /// The scan.
     ///
     /// # Errors
-    /// The failure that was given to [`Driver::without_scan`].
-    pub fn scan(&self) -> Result<&Scan<'a, K>, Failure> {
-        self.scan.as_ref().map_err(|failure| *failure)
+    /// The error that was given to [`Driver::without_scan`].
+    pub fn scan(&self) -> Result<&Scan<'a, K>, Error> {
+        self.scan.as_ref().map_err(|error| *error)
     }
 
     /// Returns the scan, for example to use its memory for another recipe.
     ///
     /// # Errors
-    /// The failure that was given to [`Driver::without_scan`].
-    pub fn into_scan(self) -> Result<Scan<'a, K>, Failure> {
+    /// The error that was given to [`Driver::without_scan`].
+    pub fn into_scan(self) -> Result<Scan<'a, K>, Error> {
         self.scan
     }
 
@@ -268,9 +263,9 @@ impl<'a, K: ScanModel> Driver<'a, K> {
     /// are invalid.
     ///
     /// # Errors
-    /// [`DriverError::Reading`] if the reading is invalid, or the recipe has no such sample. The latter is not an
-    /// attempt. [`DriverError::NotScanning`] if the scan takes no readings.
-    pub fn record(&mut self, index: u16, reading: Reading) -> Result<(), DriverError> {
+    /// The error of [`Scan::record`] if the reading is invalid, or the recipe has no such sample. The latter is not an
+    /// attempt. [`ErrorCode::NotScanning`] if the scan takes no readings.
+    pub fn record(&mut self, index: u16, reading: Reading) -> Result<(), Error> {
         self.is_idle = false;
         let attempts = self.config.attempts.max(1);
         let scan = self.active_scan()?;
@@ -281,22 +276,22 @@ impl<'a, K: ScanModel> Driver<'a, K> {
             self.pause.reset();
             return Ok(());
         };
-        let is_attempt = !matches!(error, ReadingError::Index { .. });
+        let is_attempt = error.code != ErrorCode::ReadingIndex;
         if is_attempt && scan.count_invalid_reading(index) >= attempts {
             scan.forget_invalid_readings(index);
             let is_read = scan.reading(index).is_some();
             if !is_read && scan.skip(index).is_err() {
-                self.fail(Failure::Reading { index, error });
+                self.fail(error);
             }
         }
-        Err(DriverError::Reading(error))
+        Err(error)
     }
 
     /// Skips a sample that cannot be read. A later [`Driver::record`] of the sample undoes the skip.
     ///
     /// # Errors
-    /// [`DriverError::Skip`] as [`Scan::skip`], or [`DriverError::NotScanning`].
-    pub fn skip(&mut self, index: u16) -> Result<(), DriverError> {
+    /// Fails like [`Scan::skip`], or with [`ErrorCode::NotScanning`].
+    pub fn skip(&mut self, index: u16) -> Result<(), Error> {
         self.active_scan()?.skip(index)?;
         self.cancel_measure(Some(index));
         Ok(())
@@ -305,19 +300,18 @@ impl<'a, K: ScanModel> Driver<'a, K> {
     /// Skips all pending samples, so that the fit uses only the recorded readings.
     ///
     /// # Errors
-    /// [`DriverError::Skip`] as [`Scan::finish_early`], or [`DriverError::NotScanning`].
-    pub fn finish_early(&mut self) -> Result<(), DriverError> {
+    /// Fails like [`Scan::finish_early`], or with [`ErrorCode::NotScanning`].
+    pub fn finish_early(&mut self) -> Result<(), Error> {
         self.active_scan()?.finish_early()?;
         self.cancel_measure(None);
         Ok(())
     }
 
     /// Returns the scan if it takes readings.
-    fn active_scan(&mut self) -> Result<&mut Scan<'a, K>, DriverError> {
-        let scan = self.scan.as_mut().map_err(|_| DriverError::NotScanning)?;
-        match self.is_halted || self.is_finished {
-            true => Err(DriverError::NotScanning),
-            false => Ok(scan),
+    fn active_scan(&mut self) -> Result<&mut Scan<'a, K>, Error> {
+        match &mut self.scan {
+            Ok(scan) if !self.is_halted && !self.is_finished => Ok(scan),
+            _ => Err(Error::new(ErrorCode::NotScanning)),
         }
     }
 
@@ -335,28 +329,26 @@ impl<'a, K: ScanModel> Driver<'a, K> {
     /// the failure to the host, again and again until the host answers. It requests no further move until
     /// [`Driver::resume`] or [`Driver::restart`].
     ///
-    /// If the recipe of [`Action::Store`] or [`Action::Install`] cannot be stored ([`Failure::Storage`]), the driver
+    /// If the recipe of [`Action::Store`] or [`Action::Install`] cannot be stored ([`ErrorCode::Storage`]), the driver
     /// fetches it again later, after a pause that doubles with each failure. If the recipe is unusable
-    /// ([`Failure::Recipe`] or [`Failure::Scan`]), it does not fetch it again.
-    pub fn fail(&mut self, failure: Failure) {
+    /// ([`ErrorCode::RecipeMagic`] to [`ErrorCode::Basis`]), it does not fetch it again.
+    pub fn fail(&mut self, error: Error) {
         self.is_idle = false;
         self.pending.cancel();
         self.is_halted = true;
         self.report_pause.reset();
-        if failure != Failure::Machine {
+        if error.code != ErrorCode::Machine {
             self.pause.lengthen();
         }
-        self.failure = Some(failure);
-        let is_unusable = matches!(failure, Failure::Recipe(_) | Failure::Scan(_));
-        let is_fetched = matches!(self.phase, Phase::Installed) && !is_unusable;
+        let is_fetched = matches!(self.phase, Phase::Installed) && !error.is_unusable_recipe();
         if is_fetched || matches!(self.phase, Phase::Store { .. } | Phase::Stored { .. }) {
             self.fetch_pause.lengthen();
             self.declined = None;
         }
-        self.next = None;
-        self.phase = match (self.config.host, failure) {
-            (Host::Absent, _) | (_, Failure::NoReply) => self.phase_after_failure(),
-            (Host::Measures | Host::Listens, _) => Phase::ReportFailure(failure),
+        self.next = Some(Action::Failed(error));
+        self.phase = match (self.config.host, error.code) {
+            (Host::Absent, _) | (_, ErrorCode::NoReply) => self.phase_after_failure(),
+            (Host::Measures | Host::Listens, _) => Phase::ReportFailure(error),
         };
     }
 
@@ -396,7 +388,6 @@ impl<'a, K: ScanModel> Driver<'a, K> {
     fn begin_again(&mut self) {
         self.is_idle = false;
         self.is_halted = false;
-        self.failure = None;
         self.next = None;
         let is_reporting = matches!(self.phase, Phase::ReportFailure(_));
         if !is_reporting || self.report_pause.has_failed() {
@@ -476,9 +467,6 @@ impl<'a, K: ScanModel> Driver<'a, K> {
                 return Some(Action::Save { index, reading });
             }
             self.has_unsaved = false;
-        }
-        if let Some(failure) = self.failure.take() {
-            return Some(Action::Failed(failure));
         }
         self.next.take()
     }

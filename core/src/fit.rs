@@ -34,11 +34,11 @@ mod start;
 pub use model::{AnyModel, Linear, ScanModel};
 
 pub(crate) use estimator::{RIDGE, is_finite};
-pub(crate) use model::Functions;
 
 internal! { channels::Channels }
 internal! { coefficients::{Coefficients, Net, Ridge} }
 internal! { estimator::Estimator }
+internal! { model::Functions }
 internal! { gauss_newton::GaussNewton }
 internal! { prediction::Prediction }
 internal! { sgd::Sgd }

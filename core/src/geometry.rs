@@ -9,12 +9,11 @@
 
 mod angles;
 mod directions;
-mod error;
 mod half_difference;
 mod spherical;
 
 pub use angles::Angles;
-pub use directions::Directions;
-pub use error::{Arm, DirectionsError, UNIT_TOLERANCE};
+pub(crate) use directions::Arm;
+pub use directions::{Directions, UNIT_TOLERANCE};
 internal! { half_difference::HalfDifference }
 pub use spherical::{ArmAngles, Spherical};

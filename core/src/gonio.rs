@@ -18,15 +18,15 @@
 //! array.
 
 mod calibration;
-mod decimal;
 mod limits;
 mod nearest;
 mod quantity;
 mod repeated;
 pub mod tile;
 
-pub use calibration::{Calibrated, Calibration, CalibrationError, Footprint, ReferenceCalibration};
-pub use limits::{Limits, LimitsError, Unreachable};
+pub use calibration::{Calibrated, Calibration, Footprint, ReferenceCalibration};
+pub use limits::Limits;
+
 pub use nearest::{Machine, Move, Speeds};
-pub use quantity::{CosineError, Quantity};
-pub use repeated::{Repeated, RepeatedError};
+pub use quantity::Quantity;
+pub use repeated::Repeated;

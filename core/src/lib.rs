@@ -33,12 +33,13 @@ macro_rules! internal {
 
 // From the bottom up: a module imports only from modules earlier in this list.
 //
-// checksum, error_code, geometry, numeric, model, section, fit, gonio, recipe, scan, link, driver
+// checksum, error, geometry, numeric, model, fit, gonio, recipe, scan, link, driver
 #[deny(clippy::arithmetic_side_effects)]
 pub mod checksum;
 #[deny(clippy::arithmetic_side_effects)]
 pub mod driver;
-pub mod error_code;
+#[deny(clippy::arithmetic_side_effects)]
+pub mod error;
 pub mod fit;
 pub mod geometry;
 #[deny(clippy::arithmetic_side_effects)]

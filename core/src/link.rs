@@ -42,7 +42,7 @@
 //! let frame = host.reply(Reply::Accepted, &mut reply)?;
 //! let mut replies = frame.iter().filter_map(|byte| device.receive(*byte, &Request::Update));
 //! assert_eq!(replies.next(), Some(Reply::Accepted));
-//! # Ok::<(), glimpse_core::link::FrameError>(())
+//! # Ok::<(), glimpse_core::error::Error>(())
 //! ```
 
 mod conversation;
@@ -51,12 +51,10 @@ mod frame;
 mod limits;
 mod list;
 mod message;
-mod refusal;
 
 pub use conversation::{Client, Received, Server};
-pub use failure::{Failure, FailureReport};
-pub use frame::{FRAME_BYTES, FrameError, FrameReader, encode};
+pub use failure::FailureReport;
+pub use frame::{FRAME_BYTES, FrameReader, encode};
 pub use limits::{BYTES_PER_FRAME, VALUES_PER_FRAME};
 pub use list::{List, RecipeBytes, Values};
 pub use message::{PROTOCOL, Reply, Request};
-pub use refusal::Refusal;

@@ -13,10 +13,10 @@ internal! { contents::{Contents, METADATA, Pattern} }
 internal! { header::{HEADER_BYTES, MAGIC, SECTIONS_START, VERSION} }
 pub use header::{max_samples, memory_words};
 
-use crate::error_code::{ErrorCode, RecipeError};
+use crate::error::{Error, ErrorCode};
 use crate::fit::Estimator;
 use crate::geometry::{Angles, Directions, HalfDifference};
-use crate::gonio::{Machine, Unreachable};
+use crate::gonio::Machine;
 use crate::model::{ModelKind, SLOT_WORDS};
 use header::CheckedBody;
 
@@ -33,7 +33,7 @@ impl<'a> Recipe<'a> {
     /// Parses a recipe in place.
     ///
     /// ```
-    /// use glimpse_core::error_code::{ErrorCode, RecipeError};
+    /// use glimpse_core::error::{Error, ErrorCode};
     /// use glimpse_core::recipe::Recipe;
     ///
     /// static BYTES: &[u8] = include_bytes!("../examples/recipes/neural-n8.recipe");
@@ -46,12 +46,12 @@ impl<'a> Recipe<'a> {
     ///
     /// let error = Recipe::parse(&BYTES[..100]).unwrap_err();
     /// assert_eq!(error.code, ErrorCode::RecipeLength);
-    /// # Ok::<(), RecipeError>(())
+    /// # Ok::<(), Error>(())
     /// ```
     ///
     /// # Errors
     /// The first defect of the bytes.
-    pub fn parse(bytes: &'a [u8]) -> Result<Self, RecipeError> {
+    pub fn parse(bytes: &'a [u8]) -> Result<Self, Error> {
         let body = header::read(bytes)?;
         let CheckedBody {
             checksum, samples, ..
@@ -66,7 +66,7 @@ impl<'a> Recipe<'a> {
         };
         let found = [u32::from(samples), body.words];
         if [recipe.samples() as u32, recipe.memory_words() as u32] != found {
-            return Err(RecipeError::with(ErrorCode::RecipeHeader, found));
+            return Err(Error::with(ErrorCode::RecipeHeader, found));
         }
         Ok(recipe)
     }
@@ -139,7 +139,7 @@ impl<'a> Recipe<'a> {
     ///
     /// Call this before anything moves.
     #[must_use]
-    pub fn out_of_reach(&self, machine: &Machine) -> Option<(u16, Unreachable)> {
+    pub fn out_of_reach(&self, machine: &Machine) -> Option<(u16, Error)> {
         let mut directions = self.directions();
         directions.find_map(|(index, directions)| Some((index, machine.check(&directions).err()?)))
     }

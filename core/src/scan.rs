@@ -5,9 +5,7 @@
 //! the BRDF. All data is in the caller's memory, which another scan can use afterwards. [`Saved`] readings survive a
 //! reset.
 
-mod error;
 mod fit;
-mod implausible;
 mod memory;
 mod plausibility;
 mod reading;
@@ -16,15 +14,14 @@ mod saved;
 mod stage;
 mod status;
 
-pub use error::{FinishError, FitError, ScanError, SkipError};
 pub use fit::{Fit, Fitted};
-pub use implausible::Implausible;
-pub use reading::{MIN_READING, Reading, ReadingError, Recorded};
+pub use reading::{MIN_READING, Reading, Recorded};
 pub use residual::Residual;
-pub use saved::{Saved, SavedError};
+pub use saved::Saved;
 
 use core::marker::PhantomData;
 
+use crate::error::{Error, ErrorCode};
 use crate::fit::ScanModel;
 use crate::geometry::Directions;
 use crate::model::Slot;
@@ -77,16 +74,18 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// replaces another one. Returns the number of words that the recipe needs.
     ///
     /// # Errors
-    /// [`ScanError`] if the recipe is for another model, or needs more memory.
-    pub fn accept(recipe: &Recipe<'_>, words: usize) -> Result<usize, ScanError> {
+    /// [`ErrorCode::Model`] if the recipe is for another model, or [`ErrorCode::Memory`] if it needs more memory.
+    pub fn accept(recipe: &Recipe<'_>, words: usize) -> Result<usize, Error> {
         if let Err(firmware) = K::functions(recipe.model()) {
-            let recipe = recipe.model();
-            return Err(ScanError::Model { firmware, recipe });
+            let models = [firmware as u32, recipe.model() as u32];
+            return Err(Error::with(ErrorCode::Model, models));
         }
         let needed = recipe.memory_words();
         if needed > words {
-            let found = words;
-            return Err(ScanError::Memory { needed, found });
+            return Err(Error::with(
+                ErrorCode::Memory,
+                [needed as u32, words as u32],
+            ));
         }
         Ok(needed)
     }
@@ -95,7 +94,7 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     ///
     /// # Errors
     /// Fails like [`Scan::accept`].
-    pub fn new(recipe: Recipe<'a>, memory: &'a mut [f32]) -> Result<Self, ScanError> {
+    pub fn new(recipe: Recipe<'a>, memory: &'a mut [f32]) -> Result<Self, Error> {
         let needed = Self::accept(&recipe, memory.len())?;
         let mut scan = Self {
             recipe,
@@ -123,14 +122,12 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// Adds the basis that [`Fitted::brdf`] needs for recipes of Linear. `trainer export --format basis` writes it.
     ///
     /// # Errors
-    /// [`ScanError::Basis`] if the recipe names another basis, or none. Only recipes of Linear name a basis.
-    pub fn with_basis(mut self, basis: Basis<'a>) -> Result<Self, ScanError> {
+    /// [`ErrorCode::Basis`] if the recipe names another basis, or none. Only recipes of Linear name a basis.
+    pub fn with_basis(mut self, basis: Basis<'a>) -> Result<Self, Error> {
         let named = self.recipe.estimator.basis_checksum();
         if named != Some(basis.of()) {
-            return Err(ScanError::Basis {
-                recipe: named,
-                found: basis.of(),
-            });
+            let details = [named.unwrap_or(0), basis.of()];
+            return Err(Error::with(ErrorCode::Basis, details));
         }
         self.basis = Some(basis);
         Ok(self)
@@ -176,8 +173,9 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// progress.
     ///
     /// # Errors
-    /// [`ReadingError`] if the index is too large or the reading is invalid. The scan is then unchanged.
-    pub fn record(&mut self, index: u16, reading: Reading) -> Result<Recorded, ReadingError> {
+    /// [`ErrorCode::ReadingIndex`], [`ErrorCode::ReadingNonFinite`] or [`ErrorCode::ReadingNegative`]. The scan is then
+    /// unchanged.
+    pub fn record(&mut self, index: u16, reading: Reading) -> Result<Recorded, Error> {
         let (slots, _) = self.parts();
         let recorded = reading::record(slots, index, reading)?;
         self.stage = Stage::Reading;
@@ -188,15 +186,12 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// [`Scan::record`] of the sample undoes this.
     ///
     /// # Errors
-    /// [`SkipError`] if the recipe does not [tolerate missing readings](Recipe::tolerates_missing), or has no such
-    /// sample. The scan is then unchanged.
-    pub fn skip(&mut self, index: u16) -> Result<(), SkipError> {
-        self.check_tolerance()?;
-        let samples = self.recipe.samples() as u16;
+    /// [`ErrorCode::ReadingRequired`] if the recipe does not [tolerate missing readings](Recipe::tolerates_missing), or
+    /// [`ErrorCode::ReadingIndex`] if it has no such sample. The scan is then unchanged.
+    pub fn skip(&mut self, index: u16) -> Result<(), Error> {
+        self.check_tolerance(index)?;
         let (slots, _) = self.parts();
-        let Some(slot) = slots.get_mut(usize::from(index)) else {
-            return Err(SkipError::Index { index, samples });
-        };
+        let slot = reading::slot_mut(slots, index)?;
         Status::SKIP.put(slot);
         self.stage = Stage::Reading;
         Ok(())
@@ -205,9 +200,10 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// Skips every pending sample, so that the fit uses only the recorded readings.
     ///
     /// # Errors
-    /// [`SkipError::Required`] if the recipe does not tolerate missing readings. The scan is then unchanged.
-    pub fn finish_early(&mut self) -> Result<(), SkipError> {
-        self.check_tolerance()?;
+    /// [`ErrorCode::ReadingRequired`] with the first pending sample if the recipe does not tolerate missing readings. The
+    /// scan is then unchanged.
+    pub fn finish_early(&mut self) -> Result<(), Error> {
+        self.check_tolerance(self.next_pending().map_or(0, |(index, _)| index))?;
         let (slots, _) = self.parts();
         for slot in slots {
             if Status::of(slot).is_pending() {
@@ -217,10 +213,10 @@ impl<'a, K: ScanModel> Scan<'a, K> {
         Ok(())
     }
 
-    fn check_tolerance(&self) -> Result<(), SkipError> {
+    fn check_tolerance(&self, index: u16) -> Result<(), Error> {
         match self.recipe.estimator.tolerates_missing() {
             true => Ok(()),
-            false => Err(SkipError::Required),
+            false => Err(Error::with(ErrorCode::ReadingRequired, [index.into(), 0])),
         }
     }
 
@@ -283,9 +279,9 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// readings. If all readings are saturated, it uses them.
     ///
     /// # Errors
-    /// [`FitError::Incomplete`] if no reading was recorded, or if a reading is missing that the recipe needs.
-    /// [`FitError::TooLarge`] if the readings are too large for any material.
-    pub fn fit(&mut self) -> Result<Fit<'_, K>, FitError> {
+    /// [`ErrorCode::Incomplete`] if no reading was recorded, or if a reading is missing that the recipe needs.
+    /// [`ErrorCode::TooLarge`] if the readings are too large for any material.
+    pub fn fit(&mut self) -> Result<Fit<'_, K>, Error> {
         let recipe = self.recipe;
         let (slots, words) = self.parts();
         let counted = memory::mark_counted(slots, &recipe);

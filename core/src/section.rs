@@ -5,7 +5,7 @@
 
 use core::ops::RangeInclusive;
 
-use crate::error_code::{ErrorCode, RecipeError};
+use crate::error::{Error, ErrorCode};
 use crate::model::ModelKind;
 use crate::numeric::{Floats, PackedRows};
 
@@ -58,6 +58,10 @@ impl Count {
 
 /// The largest number of samples.
 pub const MAX_SAMPLES: usize = 4096;
+/// The smallest precision of a coefficient or parameter.
+pub const MIN_PRECISION: f32 = 1e-6;
+/// The largest precision.
+pub const MAX_PRECISION: f32 = 1e8;
 /// The largest number of components.
 pub const MAX_COMPONENTS: usize = 1024;
 
@@ -151,8 +155,8 @@ pub struct Field {
 
 impl Field {
     /// Returns an error of this field.
-    pub(crate) const fn error(&self, code: ErrorCode) -> RecipeError {
-        RecipeError {
+    pub(crate) const fn error(&self, code: ErrorCode) -> Error {
+        Error {
             code,
             field: self.name,
             details: [0; 2],
@@ -161,7 +165,7 @@ impl Field {
 
     /// Checks the length and all numbers of the field. Not inlined, because it is called for many fields.
     #[inline(never)]
-    fn check(&self, numbers: Numbers<'_>, counts: &Counts) -> Result<(), RecipeError> {
+    fn check(&self, numbers: Numbers<'_>, counts: &Counts) -> Result<(), Error> {
         let mut length = 1_usize;
         let mut is_possible = true;
         for count in self.length {
@@ -193,7 +197,7 @@ impl Field {
     }
 
     #[inline(always)]
-    fn check_number(&self, number: f32) -> Result<(), RecipeError> {
+    fn check_number(&self, number: f32) -> Result<(), Error> {
         let (min, max) = self.range;
         if (min..=max).contains(&number) {
             return Ok(());
@@ -218,14 +222,14 @@ pub trait Section {
     ///
     /// # Errors
     /// The first field with a wrong length or number.
-    fn check(&self, counts: &Counts) -> Result<(), RecipeError>;
+    fn check(&self, counts: &Counts) -> Result<(), Error>;
 }
 
 pub(crate) fn check_all<const N: usize>(
     fields: &[Field],
     numbers: [Numbers<'_>; N],
     counts: &Counts,
-) -> Result<(), RecipeError> {
+) -> Result<(), Error> {
     let mut pairs = fields.iter().zip(numbers);
     pairs.try_for_each(|(field, numbers)| field.check(numbers, counts))
 }
@@ -263,7 +267,7 @@ macro_rules! section {
             fn check(
                 &self,
                 counts: &crate::section::Counts,
-            ) -> Result<(), crate::error_code::RecipeError> {
+            ) -> Result<(), crate::error::Error> {
                 use crate::section::FieldType;
                 crate::section::check_all(Self::FIELDS, [$(self.$field.numbers()),+], counts)
             }

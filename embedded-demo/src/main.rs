@@ -34,7 +34,7 @@ use cortex_m_rt::{ExceptionFrame, entry, exception};
 #[cfg(any(feature = "feather", feature = "nucleo"))]
 use defmt_rtt as _; // log over RTT
 use glimpse_core::driver::{Action, Config, Driver, Host};
-use glimpse_core::link::Failure;
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::recipe::Recipe;
 
 use board::Board;
@@ -53,10 +53,10 @@ fn main() -> ! {
     config.sequence_seed = storage::count_boot();
     let (driver, storage) = match begin_scan(MEMORY) {
         Ok((scan, storage)) => (Driver::new(scan, config), Some(storage)),
-        Err(failure) => {
-            // Only another recipe helps. The driver reports the failure to the host.
-            defmt::error!("{}", failure);
-            (Driver::without_scan(failure, config), None)
+        Err(error) => {
+            // Only another recipe helps. The driver reports the error to the host.
+            defmt::error!("{}", error);
+            (Driver::without_scan(error, config), None)
         }
     };
     run(&mut board, driver, storage)
@@ -65,10 +65,10 @@ fn main() -> ! {
 /// Parses the recipe, and restores the readings of a scan that a reset interrupted. Not inlined: its stack frame is
 /// free again before the scan.
 #[inline(never)]
-fn begin_scan(memory: &'static mut [f32]) -> Result<(Scan, Storage), Failure> {
+fn begin_scan(memory: &'static mut [f32]) -> Result<(Scan, Storage), Error> {
     // Hides the recipe from the compiler, because bits in flash may flip after the build.
-    let recipe = Recipe::parse(black_box(RECIPE)).map_err(Failure::Recipe)?;
-    let mut scan = Scan::new(recipe, memory).map_err(Failure::Scan)?;
+    let recipe = Recipe::parse(black_box(RECIPE))?;
+    let mut scan = Scan::new(recipe, memory)?;
     let storage = Storage::restore(&mut scan);
     Ok((scan, storage))
 }
@@ -110,10 +110,10 @@ fn run(board: &mut Board, mut driver: Driver<'static, Model>, mut storage: Optio
                 log_loss(&driver);
                 profiler.report();
             }
-            (Action::Failed(failure), _) => {
-                defmt::error!("{}", failure);
+            (Action::Failed(error), _) => {
+                defmt::error!("{}", error);
                 profiler.restart();
-                go_on(&mut driver, failure);
+                go_on(&mut driver, error.code);
             }
             // The host has the arms and the sensor, and this firmware stores no other recipe.
             _ => {}
@@ -123,10 +123,14 @@ fn run(board: &mut Board, mut driver: Driver<'static, Model>, mut storage: Optio
 
 /// Continues after a failure. This device has no arms: an operator starts each scan at the host, whose welcome lets it
 /// begin. A device with arms of its own would wait for its operator here.
-fn go_on(driver: &mut Driver<'static, Model>, failure: Failure) {
+fn go_on(driver: &mut Driver<'static, Model>, failure: ErrorCode) {
     match failure {
         // The same readings would fail again.
-        Failure::Reading { .. } | Failure::Fit(_) | Failure::Diverged => driver.restart(),
+        ErrorCode::ReadingNonFinite
+        | ErrorCode::ReadingNegative
+        | ErrorCode::Incomplete
+        | ErrorCode::TooLarge
+        | ErrorCode::Diverged => driver.restart(),
         _ => driver.resume(),
     }
 }

@@ -7,7 +7,8 @@
 
 use core::sync::atomic::{AtomicU8, Ordering};
 
-use glimpse_core::scan::{Saved, SavedError};
+use glimpse_core::error::Error;
+use glimpse_core::scan::Saved;
 
 use crate::recipe::{SAMPLES, Scan};
 
@@ -78,7 +79,7 @@ impl Storage {
 }
 
 /// Writes bytes to the start of a slot.
-fn store(slot: usize, bytes: &[u8]) -> Result<(), SavedError> {
+fn store(slot: usize, bytes: &[u8]) -> Result<(), Error> {
     for (stored, byte) in MEMORY.iter().skip(slot * SLOT_BYTES).zip(bytes) {
         stored.store(*byte, Ordering::Relaxed);
     }

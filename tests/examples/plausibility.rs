@@ -13,7 +13,7 @@ use glimpse_core::fit::AnyModel;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{FinishError, Reading, Scan};
+use glimpse_core::scan::{Reading, Scan};
 use glimpse_materials::{Material, Source};
 
 /// Number of polar angles at which the integral of an albedo evaluates the BRDF. The light is at the normal.
@@ -124,7 +124,7 @@ fn scan(
     while !fit.advance(u32::MAX).is_complete() {}
     let implausible = match fit.finish() {
         Ok(_) => false,
-        Err(FinishError::Implausible(_)) => true,
+        Err(error) if error.is_implausible() => true,
         Err(error) => return Err(error.into()),
     };
     let fitted = scan.fitted().ok_or("the fit has no result")?;

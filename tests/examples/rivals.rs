@@ -16,9 +16,10 @@ use std::process::Command;
 
 use glimpse_bench::evaluation::loss;
 use glimpse_bench::{Material, measure, recipes};
+use glimpse_core::fit::Estimator;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::Phong;
-use glimpse_core::recipe::{FitMethod, Recipe};
+use glimpse_core::recipe::Recipe;
 use glimpse_tests::cycles::fit_cost;
 use glimpse_tests::figures::CALLS_AFTER_FIT;
 use glimpse_tests::microcontroller::{Binary, MathLibrary, TARGETS};
@@ -94,7 +95,7 @@ fn neural() -> Result<(), Box<dyn Error>> {
 /// Returns the recipe and the readings as a C header.
 fn header() -> Result<String, Box<dyn Error>> {
     let recipe = Recipe::parse(recipes::NEURAL).map_err(|error| format!("{error:?}"))?;
-    let FitMethod::Descent(descent) = recipe.method() else {
+    let Estimator::Sgd(sgd) = recipe.estimator() else {
         return Err("the recipe is not of Neural".into());
     };
     let list = |values: &mut dyn Iterator<Item = f32>| {
@@ -103,8 +104,8 @@ fn header() -> Result<String, Box<dyn Error>> {
     };
     let mut header = format!("#define SAMPLES {}\n", recipe.samples());
     for (name, values) in [
-        ("INITIAL", descent.initial()),
-        ("STEP_SIZES", descent.step_sizes()),
+        ("INITIAL", sgd.initial),
+        ("STEP_SIZES", sgd.step_sizes),
     ] {
         let values = list(&mut values.iter());
         writeln!(header, "static const float {name}[] = {{{values}}};")?;

@@ -8,7 +8,7 @@ use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::fit::AnyModel;
 use glimpse_core::link::{Client, FRAME_BYTES, Reply, Request};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{FinishError, Residual, Scan};
+use glimpse_core::scan::{Residual, Scan};
 use glimpse_trainer::scanner::{ScanReading, ScanReport};
 
 /// Fits readings with a recipe, as the firmware does. Returns the values and the residual.
@@ -29,9 +29,8 @@ pub fn fit(recipe: &[u8], readings: &[ScanReading]) -> (Vec<f32>, Residual) {
     }
     let mut fit = scan.fit().expect("the scan has enough readings");
     while !fit.advance(u32::MAX).is_complete() {}
-    match fit.finish() {
-        Ok(_) | Err(FinishError::Implausible(_)) => {}
-        Err(error) => panic!("{error}"),
+    if let Err(error) = fit.finish() {
+        assert!(error.is_implausible(), "{error}");
     }
     let fitted = scan.fitted().expect("the fit is finished");
     (fitted.values().collect(), fitted.residual())

@@ -2,10 +2,9 @@
 
 use glimpse_bench::recipes::masked;
 use glimpse_bench::{is_missing, measure};
-use glimpse_core::fit::{Channels, Fitter, Linear};
+use glimpse_core::fit::{AnyModel, Channels, ScanModel};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::loss::cosine_weighted_log_error;
-use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
 use glimpse_core::recipe::Recipe;
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_tests::budgets::Budgets;
@@ -21,22 +20,13 @@ fn fit_on_host(recipe: &Recipe<'_>) -> Vec<f32> {
 
 /// Returns the mean residual before the fit. With Linear, it is that of the mean material.
 fn initial_residual(recipe: &Recipe<'_>) -> f32 {
-    match recipe.model() {
-        ModelKind::Phong => initial_residual_of::<Phong>(recipe),
-        ModelKind::CookTorrance => initial_residual_of::<CookTorrance>(recipe),
-        ModelKind::Neural => initial_residual_of::<Neural>(recipe),
-        _ => initial_residual_of::<Linear>(recipe),
-    }
-}
-
-fn initial_residual_of<K: Fitter>(recipe: &Recipe<'_>) -> f32 {
-    let method = recipe.method();
-    let words = K::words(&method, recipe.samples()).unwrap();
-    let mut workspace = vec![0.0; words];
-    K::start(&mut workspace, &method, Channels::Color);
+    let estimator = recipe.estimator();
+    let functions = AnyModel::functions(recipe.model()).unwrap();
+    let mut words = vec![0.0; estimator.words(recipe.samples())];
+    estimator.start(&mut words, Channels::Color);
     let errors = recipe.pattern().enumerate().map(|(index, angles)| {
         let at = HalfDifference::from_angles(angles);
-        let modeled = K::at_sample(&workspace, &method, index, &at);
+        let modeled = estimator.at_sample(functions, &words, index, &at);
         let measured = measure(angles).brdf;
         let loss = cosine_weighted_log_error(measured, modeled, at.cos_theta_i(), 1.0 / 3.0);
         loss.error.value()

@@ -4,10 +4,11 @@ use std::net::{TcpListener, TcpStream};
 use std::thread;
 use std::time::Duration;
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{Directions, HalfDifference};
-use glimpse_core::link::{Failure, FailureReport, PROTOCOL, Refusal, Reply, Request};
+use glimpse_core::link::{FailureReport, PROTOCOL, Reply, Request};
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_core::recipe::Recipe;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, Procedural};
 use glimpse_tests::RECIPE;
@@ -193,7 +194,7 @@ fn refuses_invalid_requests() {
     };
     let above = measure([0.0, 0.0, 1.0]);
     let reply = device.request(&above).unwrap();
-    assert_eq!(reply, Reply::Refused(Refusal::NoScan));
+    assert_eq!(reply, Reply::Refused(ErrorCode::RefusedNoScan));
     device.request(&hello(PROTOCOL)).unwrap();
     let reply = device.request(&above).unwrap();
     assert!(matches!(reply, Reply::Measured { .. }));
@@ -204,13 +205,13 @@ fn refuses_invalid_requests() {
         values: Default::default(),
     };
     for (request, refusal) in [
-        (below, Refusal::Directions),
-        (values_from_offset_1, Refusal::Values),
+        (below, ErrorCode::RefusedDirections),
+        (values_from_offset_1, ErrorCode::RefusedValues),
     ] {
         assert_eq!(device.request(&request).unwrap(), Reply::Refused(refusal));
     }
 
-    let failure = FailureReport::from(Failure::Recipe(RecipeError::Checksum));
+    let failure = FailureReport::from(Error::new(ErrorCode::RecipeChecksum));
     device.request(&Request::Failed(failure)).unwrap();
     let error = host.join().unwrap().unwrap_err();
     assert!(matches!(error, ScannerError::Device(report) if report == failure));
@@ -230,7 +231,7 @@ fn saved_readings_are_accepted_only_if_unchanged() {
         };
         let index = 0;
         let saved = |reading| Request::Saved { index, reading };
-        let refused = Reply::Refused(Refusal::Saved);
+        let refused = Reply::Refused(ErrorCode::RefusedSaved);
         device.request(&hello(PROTOCOL)).unwrap();
         let reply = device
             .request(&Request::Measure { index, directions })

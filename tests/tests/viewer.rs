@@ -10,7 +10,7 @@ use glimpse_core::geometry::{Directions, HalfDifference, Spherical};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{FinishError, Reading, Scan};
+use glimpse_core::scan::{Reading, Scan};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, Procedural};
 use glimpse_training::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
@@ -155,7 +155,7 @@ fn fits_and_pictures_match_core_on_host() {
         let mut fit = scan.fit().expect("enough readings");
         fit.advance(u32::MAX);
         if let Err(error) = fit.finish() {
-            assert!(matches!(error, FinishError::Implausible(_)), "{error}");
+            assert!(error.is_implausible(), "{error}");
         }
         let fitted = scan.fitted().expect("the fit is finished");
 

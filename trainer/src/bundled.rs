@@ -2,7 +2,8 @@
 //! public domain (CC0), so they can be redistributed. `trainer/recipes/README.md` describes their training.
 
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_core::error::Error;
+use glimpse_core::recipe::Recipe;
 
 /// The compact basis of all bundled recipes of the model Linear.
 pub static BASIS: &[u8] = include_bytes!("../recipes/linear.basis24");
@@ -106,7 +107,7 @@ impl BundledRecipe {
     ///
     /// # Errors
     /// Never in practice: a test parses all bundled recipes.
-    pub fn recipe(&self) -> Result<Recipe<'static>, RecipeError> {
+    pub fn recipe(&self) -> Result<Recipe<'static>, Error> {
         Recipe::parse(self.bytes)
     }
 
@@ -144,6 +145,8 @@ impl BundledRecipe {
 #[cfg(test)]
 mod tests {
     use glimpse_core::model::linear;
+    use glimpse_training::meta::plan::Schedule;
+    use glimpse_training::recipe::Metadata;
 
     use super::*;
 
@@ -152,9 +155,9 @@ mod tests {
         let basis = linear::Basis::parse(BASIS).expect("the basis is valid");
         for bundled in ALL {
             let recipe = bundled.recipe().expect("the recipe is valid");
-            let metadata = recipe.metadata().expect("the metadata are valid");
-            let suffix = match (metadata.scan_time, recipe.tolerates_missing()) {
-                (Some(scan_time), true) => format!("-{}s", scan_time.seconds),
+            let metadata = Metadata::of(&recipe).expect("the metadata are valid");
+            let suffix = match (metadata.scan_budget, recipe.tolerates_missing()) {
+                (Some(budget), true) => format!("-{}s", budget.seconds),
                 (None, true) => "-masked".to_owned(),
                 (None, false) => String::new(),
                 (Some(_), false) => panic!("{}: needs all readings", bundled.name),
@@ -165,7 +168,7 @@ mod tests {
                 find(&name).is_some() && bundled.losses().is_some(),
                 "{name}"
             );
-            let checksum = recipe.method().basis_checksum();
+            let checksum = recipe.basis_checksum();
             assert_eq!(checksum, bundled.basis().map(|_| basis.of()), "{name}");
             let by_checksum = find_by_checksum(recipe.checksum());
             assert_eq!(by_checksum.map(|bundled| bundled.name), Some(bundled.name));
@@ -177,11 +180,12 @@ mod tests {
     fn paper_recipe_uses_descent_without_coefficient_net() {
         let recipe = PAPER.recipe().expect("the recipe is valid");
         assert_eq!((recipe.model(), recipe.samples()), (ModelKind::Neural, 8));
-        assert!(recipe.descent().is_some() && recipe.completed().is_none());
-        let provenance = recipe
-            .metadata()
-            .expect("the metadata are valid")
-            .provenance;
-        assert!(provenance.is_some_and(|provenance| provenance.schedule.starts_with("paper ")));
+        assert!(matches!(recipe.estimator(), Estimator::Sgd(_)));
+        let metadata = Metadata::of(&recipe).expect("the metadata are valid");
+        assert!(
+            metadata
+                .training
+                .is_some_and(|each| each.schedule == Schedule::Paper)
+        );
     }
 }

@@ -6,10 +6,10 @@
 use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::link::{
-    FRAME_BYTES, FailureReport, FrameError, PROTOCOL, Received, RecipeBytes, Refusal, Reply,
-    Request, Server,
+    FRAME_BYTES, FailureReport, PROTOCOL, Received, RecipeBytes, Reply, Request, Server,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
@@ -32,7 +32,7 @@ pub enum ScannerError {
     Closed,
     /// The device aborted the scan.
     #[error("the device aborted the scan: {0}")]
-    Device(#[from] FailureReport),
+    Device(FailureReport),
     /// The device speaks another version of the protocol.
     #[error(
         "the device speaks protocol version {0}, but this host speaks {PROTOCOL}; use firmware and trainer of the same \
@@ -41,7 +41,7 @@ pub enum ScannerError {
     Protocol(u16),
     /// A reply does not fit into a frame.
     #[error(transparent)]
-    Frame(#[from] FrameError),
+    Frame(#[from] Error),
 }
 
 /// The noise of the virtual scanner.
@@ -139,7 +139,7 @@ impl ScanState {
             .map_or(total.is_multiple_of(3), |all| all == usize::from(total));
         if !is_valid_total || begin > self.values.len() || begin + values.len() > usize::from(total)
         {
-            return Reply::Refused(Refusal::Values);
+            return Reply::Refused(ErrorCode::RefusedValues);
         }
         self.values.truncate(begin);
         self.values.extend_from_slice(values);
@@ -163,7 +163,7 @@ impl ScanState {
                 self.readings.insert(index, *previous);
                 Reply::Accepted
             }
-            _ => Reply::Refused(Refusal::Saved),
+            _ => Reply::Refused(ErrorCode::RefusedSaved),
         }
     }
 }
@@ -263,9 +263,12 @@ impl<'a> VirtualScanner<'a> {
             }
             (Request::Failed(report), _) => {
                 self.scan = None;
-                return (Reply::Accepted, Outcome::Failed(report.into()));
+                return (
+                    Reply::Accepted,
+                    Outcome::Failed(ScannerError::Device(report)),
+                );
             }
-            (_, None) => Reply::Refused(Refusal::NoScan),
+            (_, None) => Reply::Refused(ErrorCode::RefusedNoScan),
             (Request::Saved { index, reading }, Some(scan)) => scan.accept_saved(index, reading),
             (Request::Measure { index, directions }, Some(_)) => self.measure(index, directions),
             (Request::Progress(_), Some(_)) => Reply::Accepted,
@@ -289,11 +292,11 @@ impl<'a> VirtualScanner<'a> {
                     self.scan = None;
                     return (Reply::Accepted, Outcome::Completed(report));
                 }
-                Reply::Refused(Refusal::Values)
+                Reply::Refused(ErrorCode::RefusedValues)
             }
             (Request::Update, Some(_)) => self.offer_recipe(),
             (Request::RecipePart { offset }, Some(_)) => self.recipe_part(offset),
-            (_, Some(_)) => Reply::Refused(Refusal::Request),
+            (_, Some(_)) => Reply::Refused(ErrorCode::RefusedRequest),
         };
         (reply, Outcome::Continue)
     }
@@ -319,7 +322,7 @@ impl<'a> VirtualScanner<'a> {
 
     fn measure(&mut self, index: u16, directions: Directions<f32>) -> Reply {
         let Some(angles) = angles_of(&directions) else {
-            return Reply::Refused(Refusal::Directions);
+            return Reply::Refused(ErrorCode::RefusedDirections);
         };
         // A repeated request for the same reading of a scan gets the same noise.
         let mut random = ChaCha8Rng::seed_from_u64(self.noise.seed);

@@ -284,9 +284,9 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_RECIPE_RANGE = 43,
     /**
-     * The limits in the recipe are invalid.
+     * The machine's limits are invalid.
      */
-    GLIMPSE_STATUS_RECIPE_LIMITS = 44,
+    GLIMPSE_STATUS_LIMITS = 44,
     /**
      * The recipe has a required section that this library does not know.
      */

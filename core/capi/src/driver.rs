@@ -3,9 +3,9 @@
 use core::ffi::c_void;
 
 use glimpse_core::driver::{Action, Config, Driver, Host};
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::{Limits, Machine};
-use glimpse_core::link::Failure;
-use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Saved;
 
 use crate::handle::{
@@ -130,14 +130,14 @@ pub unsafe extern "C" fn glimpse_driver_begin(
 #[inline(never)]
 fn begin(
     memory: Memory<CDriver>,
-    recipe: Result<Recipe<'static>, RecipeError>,
+    recipe: Result<Recipe<'static>, Error>,
     slots: [&[u8]; 2],
     config: Config,
 ) -> *mut Handle<CDriver> {
-    let scan = recipe.map_err(Failure::Recipe).and_then(|recipe| {
+    let scan = recipe.map_err(Error::from).and_then(|recipe| {
         // SAFETY: this is the only call.
         let numbers = unsafe { memory.numbers() };
-        CScan::new(recipe, numbers).map_err(Failure::Scan)
+        CScan::new(recipe, numbers)
     });
     memory.put(match scan {
         Ok(mut scan) => {
@@ -145,7 +145,7 @@ fn begin(
             let _ = Saved::restore(slots, &mut scan);
             Driver::new(scan, config)
         }
-        Err(failure) => Driver::without_scan(failure, config),
+        Err(error) => Driver::without_scan(error, config),
     })
 }
 
@@ -315,11 +315,9 @@ pub unsafe extern "C" fn glimpse_driver_fail(
     // SAFETY: the C caller keeps the contract of the header.
     status(|| unsafe {
         let driver = driver_mut(driver)?;
-        driver.fail(match failure {
-            number if number == glimpse_status::Machine as i32 => Failure::Machine,
-            number if number == glimpse_status::Storage as i32 => Failure::Storage,
-            _ => return Err(glimpse_status::ArgumentFailure),
-        });
+        let codes = [ErrorCode::Machine, ErrorCode::Storage];
+        let code = codes.into_iter().find(|code| *code as i32 == failure);
+        driver.fail(Error::new(code.ok_or(glimpse_status::ArgumentFailure)?));
         Ok(())
     })
 }
@@ -343,12 +341,10 @@ pub unsafe extern "C" fn glimpse_driver_reject(
     status(|| unsafe {
         let handle = exclusive::<CDriver>(driver.cast())?;
         let recipe = slice(recipe, count, glimpse_status::ArgumentRecipe)?;
-        let recipe = Recipe::parse(recipe).map_err(Failure::Recipe);
-        let accept = |recipe| CScan::accept(&recipe, handle.words).map_err(Failure::Scan);
-        let failure = recipe.and_then(accept).err();
-        handle
-            .value
-            .fail(failure.ok_or(glimpse_status::ArgumentRecipe)?);
+        let recipe = Recipe::parse(recipe).map_err(Error::from);
+        let accepted = recipe.and_then(|recipe| CScan::accept(&recipe, handle.words));
+        let error = accepted.err().ok_or(glimpse_status::ArgumentRecipe)?;
+        handle.value.fail(error);
         Ok(())
     })
 }
@@ -422,8 +418,8 @@ impl From<Action> for glimpse_action {
                 to.residual = residual.into();
                 Kind::Finished
             }
-            Action::Failed(failure) => {
-                to.failure = failure.into();
+            Action::Failed(error) => {
+                to.failure = error.into();
                 Kind::Failed
             }
             // Actions of a newer core may be ignored.

@@ -11,20 +11,20 @@ use crate::status::glimpse_status as Status;
 
 // Two of these features define the type twice, which is an error. Select one of them, or none for all models.
 #[cfg(feature = "only-phong")]
-pub(crate) type Fitter = glimpse_core::model::Phong;
+pub(crate) type ScanModel = glimpse_core::model::Phong;
 #[cfg(feature = "only-cook-torrance")]
-pub(crate) type Fitter = glimpse_core::model::CookTorrance;
+pub(crate) type ScanModel = glimpse_core::model::CookTorrance;
 #[cfg(feature = "only-neural")]
-pub(crate) type Fitter = glimpse_core::model::Neural;
+pub(crate) type ScanModel = glimpse_core::model::Neural;
 #[cfg(feature = "only-linear")]
-pub(crate) type Fitter = glimpse_core::fit::Linear;
+pub(crate) type ScanModel = glimpse_core::fit::Linear;
 #[cfg(not(any(
     feature = "only-phong",
     feature = "only-cook-torrance",
     feature = "only-neural",
     feature = "only-linear"
 )))]
-pub(crate) type Fitter = glimpse_core::fit::AnyModel;
+pub(crate) type ScanModel = glimpse_core::fit::AnyModel;
 
 /// A scan of one material, in the caller's memory. Use it from one thread at a time, and not from an
 /// interrupt handler that may interrupt a call.
@@ -36,9 +36,9 @@ pub struct glimpse_scan(());
 pub struct glimpse_driver(());
 
 /// The scan behind a handle. It borrows the caller's memory and recipe, whose lifetimes the caller guarantees.
-pub(crate) type CScan = Scan<'static, Fitter>;
+pub(crate) type CScan = Scan<'static, ScanModel>;
 /// The driver behind a handle. It borrows like a scan.
-pub(crate) type CDriver = Driver<'static, Fitter>;
+pub(crate) type CDriver = Driver<'static, ScanModel>;
 
 /// The front of the caller's memory. The words of a scan follow it.
 #[repr(C)]
@@ -216,7 +216,7 @@ pub(crate) const ALIGNMENT: usize = 8;
 /// `GLIMPSE_SCAN_BYTES(0)`.
 pub(crate) const SCAN_BYTES: usize = 64 * size_of::<usize>() + 160;
 /// `GLIMPSE_DRIVER_BYTES(0)`.
-pub(crate) const DRIVER_BYTES: usize = SCAN_BYTES + 704;
+pub(crate) const DRIVER_BYTES: usize = SCAN_BYTES + 832;
 
 // If one of these is too small, raise it in cbindgen.toml, too.
 const _: () = assert!(size_of::<Handle<CScan>>() <= SCAN_BYTES);

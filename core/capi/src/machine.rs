@@ -49,11 +49,7 @@ pub unsafe extern "C" fn glimpse_machine_check(
     status(|| unsafe {
         let machine = copy(machine, glimpse_status::ArgumentMachine)?.validated()?;
         let directions = copy(directions, glimpse_status::ArgumentDirections)?;
-        let directions = Directions::from(directions);
-        let checked = directions.check();
-        checked.map_err(|_| glimpse_status::Directions)?;
-        let checked = machine.check(&directions);
-        checked.map_err(|_| glimpse_status::OutOfReach)
+        Ok(machine.check(&directions.into())?)
     })
 }
 
@@ -145,8 +141,7 @@ pub unsafe extern "C" fn glimpse_repeated_add(
         let reading = copy(reading.cast::<[f32; 3]>(), glimpse_status::ArgumentReading)?;
         let mut next =
             Repeated::from_parts(sums.count, sums.mean, sums.squares, sums.saturated != 0);
-        next.add(reading, saturated != 0)
-            .map_err(|_| glimpse_status::ReadingNonFinite)?;
+        next.add(reading, saturated != 0)?;
         repeated.write(glimpse_repeated {
             count: next.count(),
             saturated: u8::from(next.saturated()),

@@ -2,13 +2,7 @@
 
 use core::ffi::c_char;
 
-use glimpse_core::driver::DriverError;
-use glimpse_core::error_code::ErrorCode;
-use glimpse_core::gonio::CalibrationError;
-use glimpse_core::link::Failure;
-use glimpse_core::model::linear::BasisError;
-use glimpse_core::recipe::RecipeError;
-use glimpse_core::scan::{FinishError, FitError, ReadingError, SavedError, ScanError, SkipError};
+use glimpse_core::error::{Error, ErrorCode};
 
 /// The status of a call: 0 on success. glimpse_status_text() returns its text.
 ///
@@ -123,8 +117,8 @@ pub enum glimpse_status {
     RecipeNegative = 42,
     /// A field of the recipe holds a number out of range.
     RecipeRange = 43,
-    /// The limits in the recipe are invalid.
-    RecipeLimits = 44,
+    /// The machine's limits are invalid.
+    Limits = 44,
     /// The recipe has a required section that this library does not know.
     RecipeUnknown = 45,
     /// The recipe's sections are invalid or out of order.
@@ -248,12 +242,6 @@ own_texts! {
     NotRead c"this sample has no reading"
     NoFit c"no fit is under way: glimpse_fit_begin begins one, and a reading ends it"
     NotFitted c"no fit has been finished since the last reading: call glimpse_fit_finish"
-    SavedDamaged c"no intact readings are saved: read all samples"
-    SavedRecipe c"the saved readings belong to another recipe: read all samples"
-    WhiteNotBrighter c"the white is not brighter than dark: check the lamp, and the order of both"
-    WhiteReflectance c"the white's reflectance is not above 0 and at most 2: give a fraction, not per cent"
-    WhiteSaturated c"the white is saturated: reduce the exposure of white and sample"
-    Directions c"a direction is below the horizon, not finite or not of unit length"
     NoBasis c"Linear has no BRDF without a basis: call glimpse_scan_set_basis, or compute it on a host from the values"
 }
 
@@ -267,12 +255,19 @@ macro_rules! core_codes {
             &terminated::<{ TEXT.len().wrapping_add(1) }>(TEXT)
         }),)+];
 
-        $(const _: () = assert!(Status::$name as i32 == ErrorCode::$name.code() as i32);)+
+        $(const _: () = assert!(Status::$name as i32 == ErrorCode::$name as i32);)+
 
         impl From<ErrorCode> for Status {
             fn from(code: ErrorCode) -> Self {
                 match code {
                     $(ErrorCode::$name => Self::$name,)+
+                    ErrorCode::ChannelNonFinite => Self::ReadingNonFinite,
+                    ErrorCode::MaxThetaI
+                    | ErrorCode::MaxThetaO
+                    | ErrorCode::MinSeparation
+                    | ErrorCode::InPlane
+                    | ErrorCode::MissingAxis => Self::OutOfReach,
+                    // Codes of functions that this library does not have.
                     _ => Self::Unknown,
                 }
             }
@@ -282,13 +277,12 @@ macro_rules! core_codes {
 
 core_codes! {
     BufferTooSmall
-    Incomplete Unfinished NotScanning
+    Incomplete Unfinished NotScanning SavedDamaged SavedRecipe WhiteNotBrighter WhiteReflectance WhiteSaturated
     RecipeMagic RecipeVersion RecipeLength RecipeChecksum RecipeMalformed RecipeCount RecipeNonFinite
-    RecipeBelowHorizon RecipeModel RecipeNotPositive RecipeNegative RecipeRange RecipeLimits RecipeUnknown
-    RecipeSections
+    RecipeBelowHorizon RecipeRange Limits RecipeUnknown RecipeSections RecipeHeader
     Model Memory Basis BasisMagic BasisVersion BasisLength BasisChecksum BasisMalformed
     ReadingNonFinite ReadingNegative ReadingIndex ReadingRequired
-    TooLarge Diverged Dark Repeated DeadRed DeadGreen DeadBlue Albedo Residual ImplausibleOther
+    TooLarge Diverged Directions Dark Repeated DeadRed DeadGreen DeadBlue Albedo Residual ImplausibleOther
     Machine Protocol NoReply
     RefusedNoScan RefusedDirections RefusedValues RefusedModel RefusedSaved RefusedRecipe OutOfReach
     RefusedRequest RefusedOther Storage
@@ -331,40 +325,8 @@ pub extern "C" fn glimpse_version() -> *const c_char {
         .cast::<c_char>()
 }
 
-/// Converts these errors by their error codes.
-macro_rules! from_code {
-    ($($error:ty)+) => {
-        $(impl From<$error> for Status {
-            fn from(error: $error) -> Self {
-                error.code().into()
-            }
-        })+
-    };
-}
-
-from_code! { RecipeError BasisError ScanError ReadingError SkipError FitError FinishError DriverError Failure }
-
-impl From<SavedError> for Status {
-    fn from(error: SavedError) -> Self {
-        match error {
-            SavedError::Damaged => Self::SavedDamaged,
-            SavedError::Recipe { .. } => Self::SavedRecipe,
-            SavedError::Full => Self::BufferTooSmall,
-            SavedError::Reading(error) => error.into(),
-            _ => Self::Unknown,
-        }
-    }
-}
-
-impl From<CalibrationError> for Status {
-    fn from(error: CalibrationError) -> Self {
-        match error {
-            CalibrationError::NonFinite(_) => Self::ReadingNonFinite,
-            CalibrationError::WhiteNotBrighter(_) => Self::WhiteNotBrighter,
-            CalibrationError::Reflectance(_) => Self::WhiteReflectance,
-            CalibrationError::WhiteSaturated(_) => Self::WhiteSaturated,
-            CalibrationError::Cosine(_) => Self::Directions,
-            _ => Self::Unknown,
-        }
+impl From<Error> for Status {
+    fn from(error: Error) -> Self {
+        error.code.into()
     }
 }

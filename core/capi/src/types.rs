@@ -1,6 +1,6 @@
 //! Types of the C API.
 
-use glimpse_core::fit::{Fitter, Progress};
+use glimpse_core::fit::{ScanModel, Progress};
 use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
 use glimpse_core::gonio::{Limits, Machine, Move, Speeds};
 use glimpse_core::link::BYTES_PER_FRAME;
@@ -448,7 +448,7 @@ impl From<Directions<f32>> for glimpse_arms {
 
 impl From<Residual> for glimpse_residual {
     fn from(residual: Residual) -> Self {
-        let implausible = residual.implausible.map(|reason| reason.code().code());
+        let implausible = residual.implausible.map(|code| code as i32);
         Self {
             mean: residual.mean,
             worst: residual.worst,
@@ -456,12 +456,12 @@ impl From<Residual> for glimpse_residual {
             saturated: residual.saturated,
             repeated: residual.repeated,
             clamped: residual.clamped,
-            implausible: implausible.unwrap_or_default().into(),
+            implausible: implausible.unwrap_or_default(),
         }
     }
 }
 
-impl<K: Fitter> From<Fitted<'_, K>> for glimpse_fitted {
+impl<K: ScanModel> From<Fitted<'_, K>> for glimpse_fitted {
     fn from(fitted: Fitted<'_, K>) -> Self {
         Self {
             residual: fitted.residual().into(),

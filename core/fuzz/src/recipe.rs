@@ -4,12 +4,13 @@
 //! because random bytes almost never have the right checksum and sizes.
 
 use crc::{CRC_32_ISO_HDLC, Crc};
+use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::{AnyModel, Linear, ScanModel};
 use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_core::recipe::{
     Contents, HEADER_BYTES, Recipe, SECTIONS_START, max_samples, memory_words, words_of,
 };
-use glimpse_core::scan::{FinishError, Reading, Scan};
+use glimpse_core::scan::{Reading, Scan};
 
 /// The largest number of samples of a fit in this check.
 const MAX_SAMPLES: usize = 64;
@@ -89,12 +90,17 @@ fn check_fit<K: ScanModel>(scan: &mut Scan<'_, K>) {
     let mut fit = scan.fit().expect("all required readings");
     let is_complete = fit.advance(MAX_UNITS).is_complete();
     match fit.finish() {
-        Ok(_) | Err(FinishError::Implausible(_)) => {
+        Err(error) if !error.is_implausible() => {
+            let code = match is_complete {
+                true => ErrorCode::Diverged,
+                false => ErrorCode::Unfinished,
+            };
+            assert_eq!(error.code, code);
+        }
+        _ => {
             let fitted = scan.fitted().expect("the fit is finished");
             assert!(fitted.values().all(f32::is_finite));
             assert!(fitted.residual().mean.is_finite());
         }
-        Err(FinishError::Unfinished(_)) => assert!(!is_complete),
-        Err(error) => assert!(is_complete && error == FinishError::Diverged),
     }
 }

@@ -2,8 +2,11 @@
 
 #[cfg(doc)]
 use super::{Driver, Host};
+use crate::error::Error;
+#[cfg(doc)]
+use crate::error::ErrorCode;
 use crate::geometry::Directions;
-use crate::link::{Failure, RecipeBytes};
+use crate::link::RecipeBytes;
 use crate::scan::{Reading, Residual};
 #[cfg(doc)]
 use crate::scan::{Saved, Scan};
@@ -40,7 +43,7 @@ pub enum Action {
     /// Delete all saved readings. If this fails, try again before the next scan: a reset would restore them.
     Forget,
     /// Write these bytes of a new recipe, without overwriting the current one. If this fails, call [`Driver::fail`] with
-    /// [`Failure::Storage`].
+    /// [`ErrorCode::Storage`].
     Store {
         /// Position of the bytes in the recipe. Position 0 starts another recipe.
         offset: u32,
@@ -64,5 +67,5 @@ pub enum Action {
     Finished(Residual),
     /// The scan has failed, or its result was refused. The readings are kept, and nothing moves until
     /// [`Driver::resume`] or [`Driver::restart`].
-    Failed(Failure),
+    Failed(Error),
 }

@@ -1,8 +1,8 @@
 //! Options of a driver.
 
-use crate::gonio::Machine;
 #[cfg(doc)]
-use crate::link::Failure;
+use crate::error::ErrorCode;
+use crate::gonio::Machine;
 
 /// The role of the host, at the other end of the line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +43,7 @@ pub struct Config {
     pub steps_per_poll: u32,
     /// Interval of retransmissions of a request without a reply, in ms.
     pub retransmit_interval_ms: u32,
-    /// Timeout of a reply, in ms. After it, the scan fails if the host measures ([`Failure::NoReply`]), and continues alone
+    /// Timeout of a reply, in ms. After it, the scan fails if the host measures ([`ErrorCode::NoReply`]), and continues alone
     /// if it listens. A `Hello` to a host that measures has no timeout.
     pub reply_timeout_ms: u32,
     /// Timeout of a reading by the host, in ms. It includes the motion of the arms.

@@ -1,6 +1,6 @@
 //! Phases of a driver.
 
-use crate::link::Failure;
+use crate::error::Error;
 
 /// Phase of a driver.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,7 +27,7 @@ pub(super) enum Phase {
     /// The host has the result.
     Published,
     /// Reports a failure to the host.
-    ReportFailure(Failure),
+    ReportFailure(Error),
     /// Waits for a call of the firmware.
     Rest,
 }

@@ -2,8 +2,8 @@
 
 use super::Driver;
 use super::phase::Phase;
+use crate::error::{Error, ErrorCode};
 use crate::fit::ScanModel;
-use crate::link::Failure;
 
 impl<K: ScanModel> Driver<'_, K> {
     /// Begins the readings. It skips samples that are out of reach.
@@ -12,9 +12,9 @@ impl<K: ScanModel> Driver<'_, K> {
         self.values_sent = 0;
         let scan = match &mut self.scan {
             Ok(scan) => scan,
-            Err(failure) => {
-                let failure = *failure;
-                self.fail_without_scan(failure);
+            Err(error) => {
+                let error = *error;
+                self.fail_without_scan(error);
                 return;
             }
         };
@@ -36,7 +36,8 @@ impl<K: ScanModel> Driver<'_, K> {
         if let Some(index) = first
             && (!is_tolerated || usize::from(count) == recipe.samples())
         {
-            self.fail(Failure::OutOfReach { index, count });
+            let details = [index.into(), count.into()];
+            self.fail(Error::with(ErrorCode::OutOfReach, details));
         }
     }
 }

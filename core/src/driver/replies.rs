@@ -2,8 +2,9 @@
 
 use super::phase::Phase;
 use super::{Action, Driver, Host};
+use crate::error::{Error, ErrorCode};
 use crate::fit::ScanModel;
-use crate::link::{BYTES_PER_FRAME, Failure, PROTOCOL, RecipeBytes, Refusal, Reply, Request};
+use crate::link::{BYTES_PER_FRAME, PROTOCOL, RecipeBytes, Reply, Request};
 
 impl<K: ScanModel> Driver<'_, K> {
     /// Handles the reply to a request.
@@ -11,11 +12,11 @@ impl<K: ScanModel> Driver<'_, K> {
         self.is_connected = true;
         match (request, reply) {
             (Request::Failed(_), _) => self.phase = self.phase_after_failure(),
-            (Request::Saved { .. }, Reply::Refused(Refusal::Saved)) => {
+            (Request::Saved { .. }, Reply::Refused(ErrorCode::RefusedSaved)) => {
                 self.reset_scan();
                 self.begin_scan();
             }
-            (Request::Measure { index, .. }, Reply::Refused(Refusal::Directions))
+            (Request::Measure { index, .. }, Reply::Refused(ErrorCode::RefusedDirections))
                 if self.tolerates_missing() =>
             {
                 self.skip_or_fail(*index);
@@ -23,9 +24,9 @@ impl<K: ScanModel> Driver<'_, K> {
             // A host that only listens was restarted. It receives the result after another hello.
             (
                 Request::Progress(_) | Request::Values { .. } | Request::Finished(_),
-                Reply::Refused(Refusal::NoScan),
+                Reply::Refused(ErrorCode::RefusedNoScan),
             ) if self.config.host == Host::Listens => self.is_connected = false,
-            (_, Reply::Refused(refusal)) => self.fail(Failure::Refused(refusal)),
+            (_, Reply::Refused(code)) => self.fail(refused(code)),
             (Request::Hello { .. }, Reply::Welcome { protocol }) => self.welcome(protocol, now),
             (Request::Update, Reply::Recipe { bytes, checksum })
                 if self.is_new_recipe(bytes, checksum) =>
@@ -61,9 +62,8 @@ impl<K: ScanModel> Driver<'_, K> {
                 let _ = self.record(index, reading);
             }
             (_, Reply::Skip { index }) => self.skip_or_fail(index),
-            (Request::Measure { index, .. }, Reply::FinishEarly) => {
-                let finished = self.finish_early();
-                finished.unwrap_or_else(|_| self.fail(Failure::ReadingRequired { index: *index }));
+            (_, Reply::FinishEarly) => {
+                self.finish_early().unwrap_or_else(|error| self.fail(error));
             }
             (Request::Values { offset, values, .. }, _) => {
                 let count = values.as_slice().len() as u16;
@@ -95,14 +95,14 @@ impl<K: ScanModel> Driver<'_, K> {
                 self.begin_scan();
             }
             (Host::Listens, _) => self.is_connected = false,
-            (Host::Measures | Host::Absent, _) => self.fail(Failure::NoReply),
+            (Host::Measures | Host::Absent, _) => self.fail(Error::new(ErrorCode::NoReply)),
         }
     }
 
     fn welcome(&mut self, host: u16, now: u64) {
-        let device = PROTOCOL;
-        if host != device {
-            self.fail(Failure::Protocol { device, host });
+        if host != PROTOCOL {
+            let details = [PROTOCOL.into(), host.into()];
+            self.fail(Error::with(ErrorCode::Protocol, details));
             return;
         }
         // A result is sent before another recipe replaces its scan.
@@ -119,9 +119,7 @@ impl<K: ScanModel> Driver<'_, K> {
     }
 
     fn skip_or_fail(&mut self, index: u16) {
-        if self.skip(index).is_err() {
-            self.fail(Failure::ReadingRequired { index });
-        }
+        self.skip(index).unwrap_or_else(|error| self.fail(error));
     }
 
     /// Returns true if a recipe fits into the storage, differs from the current one, and was not declined.
@@ -137,7 +135,7 @@ impl<K: ScanModel> Driver<'_, K> {
         let length = part.as_slice().len();
         let left = bytes.saturating_sub(at) as usize;
         if length != left.min(BYTES_PER_FRAME) {
-            self.fail(Failure::Refused(Refusal::Recipe));
+            self.fail(refused(ErrorCode::RefusedRecipe));
             return;
         }
         let offset = at.saturating_add(length as u32);
@@ -154,4 +152,9 @@ impl<K: ScanModel> Driver<'_, K> {
             },
         };
     }
+}
+
+/// Returns the error of a refusal. Its detail is the number, as in protocol 6.
+fn refused(code: ErrorCode) -> Error {
+    Error::with(code, [code as u32, 0])
 }

@@ -2,10 +2,11 @@
 
 use super::phase::Phase;
 use super::{Action, Driver, Host};
+use crate::error::Error;
 use crate::fit::ScanModel;
-use crate::link::{Failure, PROTOCOL, Request, VALUES_PER_FRAME, Values};
+use crate::link::{PROTOCOL, Request, VALUES_PER_FRAME, Values};
 use crate::model::ModelKind;
-use crate::scan::{FinishError, Fitted, Reading};
+use crate::scan::{Fitted, Reading};
 
 impl<K: ScanModel> Driver<'_, K> {
     /// Does the next step of the phase.
@@ -46,11 +47,11 @@ impl<K: ScanModel> Driver<'_, K> {
                 };
                 Action::Continue
             }
-            Phase::ReportFailure(failure) => {
+            Phase::ReportFailure(error) => {
                 self.wake_at = self.report_pause.end(now);
                 match self.wake_at {
                     Some(_) => Action::Wait,
-                    None => self.request(Request::Failed(failure.into()), now),
+                    None => self.request(Request::Failed(error.into()), now),
                 }
             }
             Phase::Rest => Action::Wait,
@@ -96,14 +97,14 @@ impl<K: ScanModel> Driver<'_, K> {
     }
 
     /// Fails because there is no scan. It reports that to the host once.
-    pub(super) fn fail_without_scan(&mut self, failure: Failure) {
+    pub(super) fn fail_without_scan(&mut self, error: Error) {
         if self.is_no_scan_reported {
             self.is_halted = true;
             self.pause.lengthen();
             self.phase = self.phase_after_failure();
         } else {
             self.is_no_scan_reported = true;
-            self.fail(failure);
+            self.fail(error);
         }
     }
 
@@ -142,8 +143,10 @@ impl<K: ScanModel> Driver<'_, K> {
                 let is_reached =
                     bound.is_some_and(|bound| bound <= target) && scan.finish_early().is_ok();
                 self.is_target_missed = !is_reached;
-            } else if let Err(FinishError::Diverged) = finished {
-                return self.fail_now(Failure::Diverged);
+            } else if let Err(error) = finished
+                && !error.is_implausible()
+            {
+                return self.fail_now(error);
             } else if self.is_connected {
                 return self.request(Request::Progress(progress), now);
             }
@@ -182,7 +185,7 @@ impl<K: ScanModel> Driver<'_, K> {
                 self.is_target_missed = true;
                 Action::Continue
             }
-            Err(error) => self.fail_now(Failure::Fit(error)),
+            Err(error) => self.fail_now(error),
         }
     }
 
@@ -191,8 +194,8 @@ impl<K: ScanModel> Driver<'_, K> {
         Action::Wait
     }
 
-    fn fail_now(&mut self, failure: Failure) -> Action {
-        self.fail(failure);
+    fn fail_now(&mut self, error: Error) -> Action {
+        self.fail(error);
         self.queued_action().unwrap_or(Action::Continue)
     }
 }

@@ -12,15 +12,15 @@ use super::ridge::{System, factor_length, order, scratch_length};
 use crate::model::linear::{map, unmap};
 use crate::model::{Sample, Samples};
 use crate::numeric::{ComponentRows, Floats, PackedRows, Rows};
-use crate::section::section;
+use crate::section::{MAX_PRECISION, MIN_PRECISION, section};
 
 section! {
     /// A Gaussian prior of the coefficients, and the components at the sampled directions.
     Ridge<'a> = 2, "ridge" {
         /// p, of the mean of the channels
-        precision: Floats<'a>, [Components], in 1e-6 => 1e8;
+        precision: Floats<'a>, [Components], in MIN_PRECISION => MAX_PRECISION;
         /// p of the differences from that mean; empty if they are the same
-        difference_precision: Floats<'a>, [Components], optional true, in 1e-6 => 1e8;
+        difference_precision: Floats<'a>, [Components], optional true, in MIN_PRECISION => MAX_PRECISION;
         /// mapped mean at each sample. With the paper's mapping, the mapped median is added
         center: Floats<'a>, [Samples], in -100.0 => 100.0;
         /// Q, a row for each sample

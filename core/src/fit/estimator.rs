@@ -1,7 +1,7 @@
 //! The estimator: four optional stages from readings to a fitted BRDF.
 
 use super::channels::{Channels, keep_gray};
-use super::coefficients::{Coefficients, brdf_at};
+use super::coefficients::{Coefficients, Net, brdf_at};
 use super::model::Functions;
 use super::prediction::Prediction;
 use super::sgd::Sgd;
@@ -52,6 +52,12 @@ impl<'a> Estimator<'a> {
         }
     }
 
+    /// The stage net, if the recipe has it.
+    #[must_use]
+    pub fn net(&self) -> Option<&Net<'a>> {
+        self.coefficients()?.net.as_ref()
+    }
+
     /// The stages start and Gauss-Newton steps, if the recipe has them.
     #[must_use]
     pub fn refinement(&self) -> Option<&Refinement<'a>> {
@@ -91,8 +97,7 @@ impl<'a> Estimator<'a> {
     /// Returns true if a fit tolerates missing readings.
     #[must_use]
     pub fn tolerates_missing(&self) -> bool {
-        let net = self.coefficients().and_then(|each| each.net);
-        net.is_some_and(|net| net.missing != 0)
+        self.net().is_some_and(|net| net.missing != 0)
     }
 
     /// The CRC-32 of the host's whole basis file, which turns Linear's coefficients into a BRDF. None without a basis.
@@ -134,7 +139,8 @@ impl<'a> Estimator<'a> {
     }
 
     /// The units of work of a fit.
-    pub(crate) fn units(&self, samples: usize) -> u32 {
+    #[must_use]
+    pub fn units(&self, samples: usize) -> u32 {
         match self {
             Self::Sgd(sgd) => sgd.units(samples),
             Self::Ridge { coefficients, .. } => {
@@ -146,7 +152,7 @@ impl<'a> Estimator<'a> {
 
     /// Initializes `words` for a fit.
     #[inline(never)]
-    pub(crate) fn start(&self, words: &mut [f32], channels: Channels) {
+    pub fn start(&self, words: &mut [f32], channels: Channels) {
         words.fill(0.0);
         let initial = match self {
             Self::Sgd(sgd) => sgd.initial,
@@ -163,7 +169,7 @@ impl<'a> Estimator<'a> {
 
     /// Does the units of work from `done` to before `end`. The result of a fit does not depend on these ranges.
     #[inline(never)]
-    pub(crate) fn advance(
+    pub fn advance(
         &self,
         functions: &Functions,
         words: &mut [f32],
@@ -200,7 +206,8 @@ impl<'a> Estimator<'a> {
     }
 
     /// The values of a fit: the parameters in the first list, or the coefficients of each channel.
-    pub(crate) fn values_of<'w>(&self, words: &'w [f32]) -> [&'w [f32]; 3] {
+    #[must_use]
+    pub fn values_of<'w>(&self, words: &'w [f32]) -> [&'w [f32]; 3] {
         match (self.parameters(), self.coefficients()) {
             (0, Some(coefficients)) => coefficients.coefficients(words),
             (parameters, _) => [words.get(..parameters).unwrap_or_default(), &[], &[]],
@@ -258,7 +265,8 @@ impl<'a> Estimator<'a> {
 
     /// Returns the modeled BRDF (linear RGB, sr^-1, not times the cosine) at a sample of the pattern.
     #[inline(never)]
-    pub(crate) fn at_sample(
+    #[must_use]
+    pub fn at_sample(
         &self,
         functions: &Functions,
         words: &[f32],

@@ -26,7 +26,7 @@ use super::ldl::{add_outer_product, factorize_row_with, packed_length, solve};
 use crate::geometry::{Angles, HalfDifference};
 use crate::model::{Active, Model, ModelKind};
 use crate::numeric::{Floats, PackedRows, Real};
-use crate::section::section;
+use crate::section::{MAX_PRECISION, MIN_PRECISION, section};
 
 /// The largest number of active parameters of a system.
 const MAX_ACTIVE: usize = 22;
@@ -41,7 +41,7 @@ section! {
         /// initial parameters, in the model's order
         initial: Floats<'a>, [Parameters];
         /// precision of each active parameter
-        precision: Floats<'a>, [Active], in 1e-6 => 1e8;
+        precision: Floats<'a>, [Active], in MIN_PRECISION => MAX_PRECISION;
         /// b, the sum of the weights of the pattern's readings. That of the virtual ones is 1
         reading_weight: f32, in f32::MIN_POSITIVE => 1e4;
         /// d, the error at which the weight of a reading is halved

@@ -12,8 +12,8 @@
 //! L D L' in a packed triangle. The factors do not depend on t. The factorization cannot fail: its pivots are clamped to
 //! their exact lower bounds, p_k or 1.
 //!
-//! In f32 the relative error may reach 0.01 if the system is ill-conditioned. A step of iterative refinement with the
-//! residual t - Q z, which is computed from Q, reduces it: the method of corrected seminormal equations (Björck 1987).
+//! In f32 the relative error may reach 0.01 if the system is ill-conditioned. Two steps of iterative refinement with the
+//! residual t - Q z, which is computed from Q, reduce it: the method of corrected seminormal equations (Björck 1987).
 //! `suite/ridge.rs` measures it.
 
 use super::ldl::{factorize_row, packed_length, solve};

@@ -2,8 +2,27 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::error::{Arm, DirectionsError, UNIT_TOLERANCE};
+use crate::error::{Error, ErrorCode};
 use crate::numeric::math;
+
+/// The largest deviation of a direction's length from 1. It admits directions from tables with three decimals.
+pub const UNIT_TOLERANCE: f32 = 1e-3;
+
+/// One of the two arms of a scanner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Arm {
+    /// The arm with the light, at the incoming direction.
+    Light,
+    /// The arm with the sensor, at the outgoing direction.
+    Sensor,
+}
+
+impl Arm {
+    /// Returns the error of an invalid direction of this arm.
+    pub(crate) const fn error(self) -> Error {
+        Error::with(ErrorCode::Directions, [self as u32, 0])
+    }
+}
 
 /// A pair of unit directions, pointing away from the surface; z is the normal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -40,16 +59,13 @@ impl Directions<f32> {
     /// Checks that the BRDF is defined at these directions.
     ///
     /// # Errors
-    /// [`DirectionsError`] with the arm whose direction is not finite, not a unit vector within [`UNIT_TOLERANCE`], or
-    /// not above the horizon.
-    pub fn check(&self) -> Result<(), DirectionsError> {
+    /// [`ErrorCode::Directions`] with the arm (0 light, 1 sensor) whose direction is not finite, not a unit vector
+    /// within [`UNIT_TOLERANCE`], or not above the horizon.
+    pub fn check(&self) -> Result<(), Error> {
         for (arm, direction) in [(Arm::Light, self.incoming), (Arm::Sensor, self.outgoing)] {
-            if !direction.iter().all(|coordinate| coordinate.is_finite()) {
-                return Err(DirectionsError::NonFinite(arm));
-            }
-            let [_, _, cos_theta] = normalize(direction).ok_or(DirectionsError::NotUnit(arm))?;
-            if cos_theta <= 0.0 {
-                return Err(DirectionsError::BelowHorizon(arm));
+            match normalize(direction) {
+                Some([_, _, cos_theta]) if cos_theta > 0.0 => {}
+                _ => return Err(arm.error()),
             }
         }
         Ok(())

@@ -21,7 +21,8 @@ use core::f32::consts::FRAC_1_PI;
 
 use serde::{Deserialize, Serialize};
 
-use super::quantity::{CosineError, cosine};
+use super::quantity::cosine;
+use crate::error::{Error, ErrorCode};
 use crate::geometry::{Arm, Directions};
 
 /// A calibrated reading.
@@ -60,7 +61,7 @@ impl Calibrated {
 /// assert!((reading.brdf[0] - 0.99 / 3.14159 * 524.0 / 3004.0).abs() < 1e-6);
 /// assert!(!reading.saturated);
 /// assert!(calibration.brdf([620.0, 4095.0, 510.0])?.saturated);
-/// # Ok::<(), glimpse_core::gonio::CalibrationError>(())
+/// # Ok::<(), glimpse_core::error::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -76,24 +77,20 @@ impl Calibration {
     /// channel, above 0 and at most 2 (a fraction, not per cent).
     ///
     /// # Errors
-    /// [`CalibrationError`] with the channel whose counts are not finite, whose white is not brighter than dark, or
-    /// whose reflectance is out of range.
-    pub fn new(
-        dark: [f32; 3],
-        white: [f32; 3],
-        reflectance: [f32; 3],
-    ) -> Result<Self, CalibrationError> {
+    /// [`ErrorCode::ChannelNonFinite`], [`ErrorCode::WhiteNotBrighter`] or [`ErrorCode::WhiteReflectance`], each with the
+    /// channel.
+    pub fn new(dark: [f32; 3], white: [f32; 3], reflectance: [f32; 3]) -> Result<Self, Error> {
         let channels = dark.into_iter().zip(white).zip(reflectance);
         for (channel, ((dark, white), reflectance)) in (0..).zip(channels) {
             if !(dark.is_finite() && white.is_finite()) {
-                return Err(CalibrationError::NonFinite(channel));
+                return Err(Error::with(ErrorCode::ChannelNonFinite, [channel, 0]));
             }
             if white <= dark {
-                return Err(CalibrationError::WhiteNotBrighter(channel));
+                return Err(Error::with(ErrorCode::WhiteNotBrighter, [channel, 0]));
             }
             // This form of the condition rejects NaN too.
             if !(reflectance > 0.0 && reflectance <= 2.0) {
-                return Err(CalibrationError::Reflectance(channel));
+                return Err(Error::with(ErrorCode::WhiteReflectance, [channel, 0]));
             }
         }
         Ok(Self {
@@ -108,18 +105,18 @@ impl Calibration {
     ///
     /// # Errors
     /// Fails like [`Calibration::new`], with channel 0.
-    pub fn monochrome(dark: f32, white: f32, reflectance: f32) -> Result<Self, CalibrationError> {
+    pub fn monochrome(dark: f32, white: f32, reflectance: f32) -> Result<Self, Error> {
         Self::new([dark; 3], [white; 3], [reflectance; 3])
     }
 
     /// Sets the `level` of counts at and above which a reading is saturated.
     ///
     /// # Errors
-    /// [`CalibrationError::WhiteSaturated`] with the channel whose white is not below the level. A NaN fails too.
-    pub fn saturating_at(self, level: f32) -> Result<Self, CalibrationError> {
+    /// [`ErrorCode::WhiteSaturated`] with the channel whose white is not below the level. A NaN fails too.
+    pub fn saturating_at(self, level: f32) -> Result<Self, Error> {
         for (channel, white) in (0..).zip(self.white) {
             if level.is_nan() || white >= level {
-                return Err(CalibrationError::WhiteSaturated(channel));
+                return Err(Error::with(ErrorCode::WhiteSaturated, [channel, 0]));
             }
         }
         Ok(Self {
@@ -131,20 +128,20 @@ impl Calibration {
     /// The BRDF of a sample's `counts`, which were read at the same directions as the white.
     ///
     /// # Errors
-    /// [`CalibrationError::NonFinite`] with the channel that is not finite.
-    pub fn brdf(&self, counts: [f32; 3]) -> Result<Calibrated, CalibrationError> {
+    /// [`ErrorCode::ChannelNonFinite`] with the channel that is not finite.
+    pub fn brdf(&self, counts: [f32; 3]) -> Result<Calibrated, Error> {
         self.scaled(counts, 1.0)
     }
 
     /// Converts to a calibration for a white that was read once, at `reference` directions.
     ///
     /// # Errors
-    /// [`CalibrationError::Cosine`] if the reference is at or below the horizon.
+    /// [`ErrorCode::Directions`] if the reference is at or below the horizon.
     pub fn read_once_at(
         self,
         reference: &Directions<f32>,
         footprint: Footprint,
-    ) -> Result<ReferenceCalibration, CalibrationError> {
+    ) -> Result<ReferenceCalibration, Error> {
         Ok(ReferenceCalibration {
             calibration: self,
             cosine: cosine(reference, footprint.arm())?,
@@ -152,7 +149,7 @@ impl Calibration {
         })
     }
 
-    fn scaled(&self, counts: [f32; 3], scale: f32) -> Result<Calibrated, CalibrationError> {
+    fn scaled(&self, counts: [f32; 3], scale: f32) -> Result<Calibrated, Error> {
         let mut calibrated = Calibrated {
             brdf: counts,
             saturated: false,
@@ -163,7 +160,7 @@ impl Calibration {
             calibrated.saturated |= *value >= self.saturation;
             *value = (*value - dark) / (white - dark) * (scale * reflectance * FRAC_1_PI);
             if !value.is_finite() {
-                return Err(CalibrationError::NonFinite(channel));
+                return Err(Error::with(ErrorCode::ChannelNonFinite, [channel, 0]));
             }
         }
         Ok(calibrated)
@@ -207,7 +204,7 @@ impl Footprint {
 /// let at = Directions { incoming: [0.8660, 0.0, 0.5], outgoing: [0.0, 0.0, 1.0] };
 /// let reading = calibration.brdf([850.0; 3], &at)?;
 /// assert!((reading.brdf[0] - 0.5 * 0.99 / 3.14159).abs() < 1e-6);
-/// # Ok::<(), glimpse_core::gonio::CalibrationError>(())
+/// # Ok::<(), glimpse_core::error::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -221,62 +218,10 @@ impl ReferenceCalibration {
     /// The BRDF of a sample's `counts`, which were read at the directions `at`.
     ///
     /// # Errors
-    /// [`CalibrationError`] with the channel that is not finite, or the arm that is at or below the horizon.
-    pub fn brdf(
-        &self,
-        counts: [f32; 3],
-        at: &Directions<f32>,
-    ) -> Result<Calibrated, CalibrationError> {
+    /// [`ErrorCode::ChannelNonFinite`] with the channel, or [`ErrorCode::Directions`] with the arm that is at or below the
+    /// horizon.
+    pub fn brdf(&self, counts: [f32; 3], at: &Directions<f32>) -> Result<Calibrated, Error> {
         let cosine = cosine(at, self.footprint.arm())?;
         self.calibration.scaled(counts, self.cosine / cosine)
     }
 }
-
-/// An error in converting counts to a BRDF.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum CalibrationError {
-    /// This channel (0 to 2), or its BRDF, is NaN or infinite.
-    NonFinite(u8),
-    /// In this channel, the white's counts are not above the dark counts.
-    WhiteNotBrighter(u8),
-    /// In this channel, the white's reflectance is not above 0 and at most 2.
-    Reflectance(u8),
-    /// In this channel, the white is saturated.
-    WhiteSaturated(u8),
-    /// An arm is at or below the horizon.
-    Cosine(CosineError),
-}
-
-impl From<CosineError> for CalibrationError {
-    fn from(error: CosineError) -> Self {
-        Self::Cosine(error)
-    }
-}
-
-impl core::fmt::Display for CalibrationError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::NonFinite(channel) => write!(
-                f,
-                "channel {channel} of dark, white or sample is not a finite number: read it again"
-            ),
-            Self::WhiteNotBrighter(channel) => write!(
-                f,
-                "the white is not brighter than dark in channel {channel}: check the lamp, and the order of both"
-            ),
-            Self::Reflectance(channel) => write!(
-                f,
-                "the white's reflectance in channel {channel} is not above 0 and at most 2: give a fraction, not per cent"
-            ),
-            Self::WhiteSaturated(channel) => write!(
-                f,
-                "the white is saturated in channel {channel}: reduce the exposure of white and sample"
-            ),
-            Self::Cosine(error) => error.fmt(f),
-        }
-    }
-}
-
-impl core::error::Error for CalibrationError {}

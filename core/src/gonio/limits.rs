@@ -4,14 +4,15 @@ use core::f32::consts::{FRAC_PI_2, PI};
 
 use serde::{Deserialize, Serialize};
 
-use super::decimal::Decimal;
-use crate::geometry::{ArmAngles, Directions, DirectionsError};
+use crate::error::{Error, ErrorCode};
+use crate::geometry::{ArmAngles, Directions};
 
 /// The reach of a machine's arms, without limits of the azimuths; angles in radians. [`Limits::validate`] checks them; deserialized ones are valid.
 ///
 /// ```
+/// use glimpse_core::error::{Error, ErrorCode};
 /// use glimpse_core::geometry::{ArmAngles, Spherical};
-/// use glimpse_core::gonio::{Limits, Unreachable};
+/// use glimpse_core::gonio::Limits;
 ///
 /// let limits = Limits {
 ///     max_theta_o: 1.2,
@@ -26,8 +27,10 @@ use crate::geometry::{ArmAngles, Directions, DirectionsError};
 /// };
 /// assert_eq!(limits.check(&sensor_at(0.9).directions()), Ok(()));
 /// let error = limits.check(&sensor_at(0.6).directions()).unwrap_err();
-/// assert!(matches!(error, Unreachable::Separation { by } if (by - 0.1).abs() < 1e-5));
-/// # Ok::<(), glimpse_core::gonio::LimitsError>(())
+/// assert_eq!(error.code, ErrorCode::MinSeparation);
+/// let deficit = f32::from_bits(error.details[0]); // radians
+/// assert!((deficit - 0.1).abs() < 1e-5);
+/// # Ok::<(), Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -53,9 +56,9 @@ struct UncheckedLimits {
 }
 
 impl TryFrom<UncheckedLimits> for Limits {
-    type Error = LimitsError;
+    type Error = Error;
 
-    fn try_from(unchecked: UncheckedLimits) -> Result<Self, LimitsError> {
+    fn try_from(unchecked: UncheckedLimits) -> Result<Self, Error> {
         let limits = Self {
             max_theta_i: unchecked.max_theta_i,
             max_theta_o: unchecked.max_theta_o,
@@ -91,148 +94,48 @@ impl Limits {
     /// Checks the ranges of the limits.
     ///
     /// # Errors
-    /// [`LimitsError`] with the field that is out of range, or [`LimitsError::NoDirections`].
-    pub fn validate(&self) -> Result<(), LimitsError> {
+    /// [`ErrorCode::Limits`] with the name of the limit that is out of range.
+    pub fn validate(&self) -> Result<(), Error> {
         // This form of the condition rejects NaN too.
         let polar = |theta: f32| theta > 0.0 && theta <= FRAC_PI_2;
-        if !polar(self.max_theta_i) {
-            return Err(LimitsError::MaxThetaI);
-        }
-        if !polar(self.max_theta_o) {
-            return Err(LimitsError::MaxThetaO);
-        }
-        if !(0.0..=PI).contains(&self.min_separation) {
-            return Err(LimitsError::MinSeparation);
-        }
-        if self.min_separation > self.max_theta_i + self.max_theta_o {
-            return Err(LimitsError::NoDirections);
-        }
-        Ok(())
+        let max_separation = PI.min(self.max_theta_i + self.max_theta_o);
+        let field = if !polar(self.max_theta_i) {
+            "limits.max_theta_i"
+        } else if !polar(self.max_theta_o) {
+            "limits.max_theta_o"
+        } else if !(0.0..=max_separation).contains(&self.min_separation) {
+            "limits.min_separation"
+        } else {
+            return Ok(());
+        };
+        Err(Error::in_field(ErrorCode::Limits, field))
     }
 
     /// Checks that the arms reach a pair of directions. A limit that is NaN is exceeded.
     ///
     /// # Errors
-    /// [`Unreachable`] with the first limit that is exceeded and the excess, or with the error of the directions.
-    pub fn check(&self, directions: &Directions<f32>) -> Result<(), Unreachable> {
-        directions.check().map_err(Unreachable::Directions)?;
+    /// [`ErrorCode::Directions`]; or the code of the first limit that is exceeded, and the excess:
+    /// [`ErrorCode::MaxThetaI`], [`ErrorCode::MaxThetaO`], [`ErrorCode::MinSeparation`] or [`ErrorCode::InPlane`].
+    pub fn check(&self, directions: &Directions<f32>) -> Result<(), Error> {
+        directions.check()?;
         let arms = ArmAngles::from_directions(directions);
-        let by = arms.incoming.theta - self.max_theta_i;
-        if exceeds(by, Self::TOLERANCE) {
-            return Err(Unreachable::ThetaI { by });
-        }
-        let by = arms.outgoing.theta - self.max_theta_o;
-        if exceeds(by, Self::TOLERANCE) {
-            return Err(Unreachable::ThetaO { by });
-        }
-        let by = self.min_separation - directions.separation();
-        if exceeds(by, Self::TOLERANCE) {
-            return Err(Unreachable::Separation { by });
-        }
-        let by = directions.out_of_plane();
-        if self.in_plane && exceeds(by, Self::IN_PLANE_TOLERANCE) {
-            return Err(Unreachable::OutOfPlane { by });
-        }
-        Ok(())
-    }
-}
-
-/// Returns true if an excess is larger than a tolerance, or NaN.
-fn exceeds(by: f32, tolerance: f32) -> bool {
-    by.is_nan() || by > tolerance
-}
-
-/// A reason why [`Limits`] are invalid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum LimitsError {
-    /// `max_theta_i` is not in its range.
-    MaxThetaI,
-    /// `max_theta_o` is not in its range.
-    MaxThetaO,
-    /// `min_separation` is not in its range.
-    MinSeparation,
-    /// `min_separation` exceeds the sum of `max_theta_i` and `max_theta_o`, so that nothing is within reach.
-    NoDirections,
-}
-
-impl core::fmt::Display for LimitsError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::MaxThetaI => "the limit `max_theta_i` is not above 0 and at most pi/2 (radians)",
-            Self::MaxThetaO => "the limit `max_theta_o` is not above 0 and at most pi/2 (radians)",
-            Self::MinSeparation => "the limit `min_separation` is not from 0 to pi (radians)",
-            Self::NoDirections => {
-                "nothing is within the limits: `min_separation` exceeds the sum of `max_theta_i` and `max_theta_o`"
-            }
-        })
-    }
-}
-
-impl core::error::Error for LimitsError {}
-
-/// A reason why a pair of directions is out of reach.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum Unreachable {
-    /// The directions have no BRDF.
-    Directions(DirectionsError),
-    /// The light's polar angle is above `max_theta_i`.
-    ThetaI {
-        /// Excess, radians.
-        by: f32,
-    },
-    /// The sensor's polar angle is above `max_theta_o`.
-    ThetaO {
-        /// Excess, radians.
-        by: f32,
-    },
-    /// The angle between light and sensor is below `min_separation`.
-    Separation {
-        /// Excess, radians.
-        by: f32,
-    },
-    /// Light, normal and sensor are not in one plane.
-    OutOfPlane {
-        /// Excess, radians.
-        by: f32,
-    },
-    /// The machine lacks an axis that the move needs.
-    MissingAxis,
-}
-
-impl core::fmt::Display for Unreachable {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let degrees = |radians: &f32| Decimal(radians.to_degrees());
-        match self {
-            Self::Directions(error) => error.fmt(f),
-            Self::ThetaI { by } => write!(
-                f,
-                "the light's polar angle is {} degrees above the limit `max_theta_i`",
-                degrees(by)
+        let check = |code, excess: f32, tolerance| match excess.is_nan() || excess > tolerance {
+            true => Err(Error::with(code, [excess.to_bits(), 0])),
+            false => Ok(()),
+        };
+        let theta_i = arms.incoming.theta - self.max_theta_i;
+        let theta_o = arms.outgoing.theta - self.max_theta_o;
+        let separation = self.min_separation - directions.separation();
+        check(ErrorCode::MaxThetaI, theta_i, Self::TOLERANCE)?;
+        check(ErrorCode::MaxThetaO, theta_o, Self::TOLERANCE)?;
+        check(ErrorCode::MinSeparation, separation, Self::TOLERANCE)?;
+        match self.in_plane {
+            true => check(
+                ErrorCode::InPlane,
+                directions.out_of_plane(),
+                Self::IN_PLANE_TOLERANCE,
             ),
-            Self::ThetaO { by } => write!(
-                f,
-                "the sensor's polar angle is {} degrees above the limit `max_theta_o`",
-                degrees(by)
-            ),
-            Self::Separation { by } => write!(
-                f,
-                "light and sensor are {} degrees closer than the limit `min_separation`",
-                degrees(by)
-            ),
-            Self::OutOfPlane { by } => write!(
-                f,
-                "light, normal and sensor are {} degrees out of one plane, but the limit `in_plane` is set",
-                degrees(by)
-            ),
-            Self::MissingAxis => {
-                f.write_str("the directions need an axis that the machine lacks: its speed is 0")
-            }
+            false => Ok(()),
         }
     }
 }
-
-impl core::error::Error for Unreachable {}

@@ -4,7 +4,8 @@ use core::f32::consts::{PI, TAU};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Limits, Unreachable};
+use super::Limits;
+use crate::error::{Error, ErrorCode};
 use crate::geometry::{ArmAngles, Directions, Spherical};
 use crate::numeric::math;
 
@@ -130,14 +131,14 @@ impl Machine {
     /// Checks that the machine reaches a pair of directions, within its limits and with its axes.
     ///
     /// # Errors
-    /// [`Unreachable`], like [`Limits::check`], or [`Unreachable::MissingAxis`].
-    pub fn check(&self, directions: &Directions<f32>) -> Result<(), Unreachable> {
+    /// Fails like [`Limits::check`], or with [`ErrorCode::MissingAxis`].
+    pub fn check(&self, directions: &Directions<f32>) -> Result<(), Error> {
         self.limits.check(directions)?;
         let (_, seconds) = self.fastest(&ArmAngles::from_directions(directions), &self.fixed);
         // A duration is infinite if the move needs a missing axis.
         match seconds.is_finite() {
             true => Ok(()),
-            false => Err(Unreachable::MissingAxis),
+            false => Err(Error::new(ErrorCode::MissingAxis)),
         }
     }
 

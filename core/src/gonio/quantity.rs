@@ -4,6 +4,9 @@ use core::f32::consts::PI;
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::Error;
+#[cfg(doc)]
+use crate::error::ErrorCode;
 use crate::geometry::{Arm, Directions};
 
 /// The quantity of a reflectance measurement.
@@ -19,7 +22,7 @@ use crate::geometry::{Arm, Directions};
 /// let read = [0.24, 0.16, 0.08]; // the lamp lights all that the sensor sees
 /// let brdf = Quantity::BrdfTimesCosThetaI.to_brdf(read, &at)?;
 /// assert!((brdf[0] - 0.3).abs() < 1e-6);
-/// # Ok::<(), glimpse_core::gonio::CosineError>(())
+/// # Ok::<(), glimpse_core::error::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -41,8 +44,8 @@ impl Quantity {
     /// The positive factor that converts the BRDF to this quantity.
     ///
     /// # Errors
-    /// [`CosineError`] with the arm whose cosine is needed but not above 0.
-    pub fn factor(self, at: &Directions<f32>) -> Result<f32, CosineError> {
+    /// [`ErrorCode::Directions`] with the arm whose cosine is needed but not above 0.
+    pub fn factor(self, at: &Directions<f32>) -> Result<f32, Error> {
         match self {
             Self::Brdf => Ok(1.0),
             Self::BrdfTimesCosThetaI => cosine(at, Arm::Light),
@@ -54,8 +57,8 @@ impl Quantity {
     /// Converts `values` of this quantity at a pair of directions to the BRDF, sr^-1.
     ///
     /// # Errors
-    /// [`CosineError`] with the arm whose cosine is needed but not above 0.
-    pub fn to_brdf(self, values: [f32; 3], at: &Directions<f32>) -> Result<[f32; 3], CosineError> {
+    /// [`ErrorCode::Directions`] with the arm whose cosine is needed but not above 0.
+    pub fn to_brdf(self, values: [f32; 3], at: &Directions<f32>) -> Result<[f32; 3], Error> {
         let factor = self.factor(at)?;
         Ok(values.map(|value| value / factor))
     }
@@ -63,8 +66,8 @@ impl Quantity {
     /// Converts the BRDF `brdf`, sr^-1, at a pair of directions to this quantity.
     ///
     /// # Errors
-    /// [`CosineError`] with the arm whose cosine is needed but not above 0.
-    pub fn of_brdf(self, brdf: [f32; 3], at: &Directions<f32>) -> Result<[f32; 3], CosineError> {
+    /// [`ErrorCode::Directions`] with the arm whose cosine is needed but not above 0.
+    pub fn of_brdf(self, brdf: [f32; 3], at: &Directions<f32>) -> Result<[f32; 3], Error> {
         let factor = self.factor(at)?;
         Ok(brdf.map(|value| value * factor))
     }
@@ -82,7 +85,7 @@ impl core::fmt::Display for Quantity {
 }
 
 /// Returns the cosine of an arm's polar angle, which has to be above 0.
-pub(super) fn cosine(at: &Directions<f32>, arm: Arm) -> Result<f32, CosineError> {
+pub(super) fn cosine(at: &Directions<f32>, arm: Arm) -> Result<f32, Error> {
     let [_, _, cosine] = match arm {
         Arm::Light => at.incoming,
         Arm::Sensor => at.outgoing,
@@ -91,23 +94,6 @@ pub(super) fn cosine(at: &Directions<f32>, arm: Arm) -> Result<f32, CosineError>
     if cosine > 0.0 && cosine.is_finite() {
         Ok(cosine)
     } else {
-        Err(CosineError(arm))
+        Err(arm.error())
     }
 }
-
-/// The arm whose cosine is needed as a factor or divisor, but is not above 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct CosineError(pub Arm);
-
-impl core::fmt::Display for CosineError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(
-            f,
-            "the {} is at or below the horizon: its cosine has to be positive",
-            self.0
-        )
-    }
-}
-
-impl core::error::Error for CosineError {}

@@ -1,5 +1,7 @@
 //! Mean and variance of repeated readings.
 
+use crate::error::{Error, ErrorCode};
+
 /// The mean and the variance of repeated readings of three channels, updated reading by reading (Welford 1962).
 ///
 /// The readings may be counts or calibrated BRDFs. [`Calibration`](super::Calibration) is linear, so the BRDF of the
@@ -15,7 +17,7 @@
 /// }
 /// assert_eq!(counts.mean(), Some([102.0, 80.0, 61.5]));
 /// assert_eq!(counts.variance(), Some([8.0, 0.0, 4.5]));
-/// # Ok::<(), glimpse_core::gonio::RepeatedError>(())
+/// # Ok::<(), glimpse_core::error::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -65,8 +67,8 @@ impl Repeated {
     /// Adds a reading.
     ///
     /// # Errors
-    /// [`RepeatedError`] if a channel is NaN or infinite, or if its sums overflow. The statistics are then unchanged.
-    pub fn add(&mut self, reading: [f32; 3], saturated: bool) -> Result<(), RepeatedError> {
+    /// [`ErrorCode::ChannelNonFinite`] with the channel if it is NaN or infinite, or if its sums overflow. The statistics are then unchanged.
+    pub fn add(&mut self, reading: [f32; 3], saturated: bool) -> Result<(), Error> {
         let mut next = *self;
         next.count = self.count.saturating_add(1);
         next.saturated |= saturated;
@@ -76,7 +78,7 @@ impl Repeated {
             *mean += deviation / next.count as f32;
             *squares += deviation * (value - *mean);
             if !(mean.is_finite() && squares.is_finite()) {
-                return Err(RepeatedError::NonFinite(channel));
+                return Err(Error::with(ErrorCode::ChannelNonFinite, [channel, 0]));
             }
         }
         *self = next;
@@ -108,25 +110,3 @@ impl Repeated {
         Some(self.squares.map(|squares| squares / others as f32))
     }
 }
-
-/// An invalid reading.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum RepeatedError {
-    /// This channel (0 to 2) is NaN or infinite, or too large for the sums.
-    NonFinite(u8),
-}
-
-impl core::fmt::Display for RepeatedError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::NonFinite(channel) => write!(
-                f,
-                "channel {channel} of the reading is not a finite number: read it again"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for RepeatedError {}

@@ -6,8 +6,8 @@
 
 use core::f32::consts::PI;
 
-use super::decimal::Decimal;
 use super::{Quantity, Repeated};
+use crate::error::{Decimal, Error, ErrorCode};
 use crate::geometry::Directions;
 use crate::numeric::math;
 
@@ -36,27 +36,6 @@ pub enum TileResult {
         /// The divisor that converts the readings to the quantity.
         factor: [f32; 3],
     },
-    /// No result.
-    Inconclusive(InconclusiveReason),
-}
-
-/// The reason why the self-test has no result.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum InconclusiveReason {
-    /// There are fewer than three readings.
-    TooFew,
-    /// The tile's reflectance in this channel (0 to 2) is not above 0 and at most 2.
-    Reflectance(u8),
-    /// The reading with this index, counted from 0, is not a positive finite number in each channel,
-    /// or its directions are not unit vectors above the horizon.
-    Reading(u16),
-    /// The spread of the readings about the best quantity, as a standard deviation of the logarithm, is too large:
-    /// noise, stray light, or another quantity.
-    Spread(f32),
-    /// The directions are too similar, or the noise is too large: more than one quantity explains the readings.
-    Ambiguous,
 }
 
 impl core::fmt::Display for TileResult {
@@ -77,31 +56,6 @@ impl core::fmt::Display for TileResult {
                 Decimal(*g),
                 Decimal(*b)
             ),
-            Self::Inconclusive(reason) => reason.fmt(f),
-        }
-    }
-}
-
-impl core::fmt::Display for InconclusiveReason {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::TooFew => f.write_str("the tile has fewer than three readings: take more"),
-            Self::Reflectance(channel) => write!(
-                f,
-                "the tile's reflectance in channel {channel} is not above 0 and at most 2: give a fraction, not per cent"
-            ),
-            Self::Reading(index) => write!(
-                f,
-                "reading {index} of the tile is not positive and finite, or its directions are not unit vectors above the horizon"
-            ),
-            Self::Spread(spread) => write!(
-                f,
-                "the readings scatter by {} % about every known quantity: average more of them, and check for stray light",
-                (100.0 * spread + 0.5) as u32
-            ),
-            Self::Ambiguous => f.write_str(
-                "more than one quantity explains the readings: spread theta_i and theta_o independently over 0 to 60 degrees, or average more readings",
-            ),
         }
     }
 }
@@ -121,7 +75,7 @@ const CANDIDATES: [Quantity; 3] = [
 ///
 /// Spread theta_i and theta_o **independently** over 0 to 60 degrees. If both angles are equal, the test cannot
 /// distinguish the two cosines. If one angle is fixed, it cannot distinguish its cosine from a constant. The result is
-/// then [`InconclusiveReason::Ambiguous`]. Avoid mirror directions and grazing angles, where no tile is matt. Omit
+/// then [`ErrorCode::TileAmbiguous`]. Avoid mirror directions and grazing angles, where no tile is matt. Omit
 /// black and saturated readings, which carry no information.
 ///
 /// ```
@@ -135,21 +89,21 @@ const CANDIDATES: [Quantity; 3] = [
 /// // A gray tile of 50 %, and a conversion without the division by cos(theta_i).
 /// let read = |at: Directions<f32>| (at, [0.5 / 3.14159 * at.incoming[2]; 3]);
 /// let readings = [at(0.1, 0.9), at(0.5, 0.2), at(1.0, 0.5), at(0.8, 1.0)].map(read);
-/// assert_eq!(examine(&readings, [0.5; 3]), TileResult::Is(Quantity::BrdfTimesCosThetaI));
+/// assert_eq!(examine(&readings, [0.5; 3])?, TileResult::Is(Quantity::BrdfTimesCosThetaI));
+/// # Ok::<(), glimpse_core::error::Error>(())
 /// ```
-#[must_use]
-pub fn examine(readings: &[(Directions<f32>, [f32; 3])], reflectance: [f32; 3]) -> TileResult {
-    identify(readings, reflectance).unwrap_or_else(TileResult::Inconclusive)
-}
-
-fn identify(
+///
+/// # Errors
+/// The test has no result: [`ErrorCode::WhiteReflectance`] with the channel, [`ErrorCode::TileTooFew`],
+/// [`ErrorCode::TileReading`] with the index of the reading, [`ErrorCode::TileSpread`], or [`ErrorCode::TileAmbiguous`].
+pub fn examine(
     readings: &[(Directions<f32>, [f32; 3])],
     reflectance: [f32; 3],
-) -> Result<TileResult, InconclusiveReason> {
+) -> Result<TileResult, Error> {
     for (channel, reflectance) in (0..).zip(reflectance) {
         // This form of the condition rejects NaN too.
         if !(reflectance > 0.0 && reflectance <= 2.0) {
-            return Err(InconclusiveReason::Reflectance(channel));
+            return Err(Error::with(ErrorCode::WhiteReflectance, [channel, 0]));
         }
     }
     let tile_brdf = reflectance.map(|reflectance| reflectance / PI);
@@ -165,11 +119,12 @@ fn identify(
         }
     }
     let (quantity, mean, spread) = best;
+    let too_noisy = Error::with(ErrorCode::TileSpread, [(100.0 * spread + 0.5) as u32, 0]);
     if spread > MAX_SPREAD {
-        return Err(InconclusiveReason::Spread(spread));
+        return Err(too_noisy);
     }
     if second < MIN_OTHER_SPREAD || second < MIN_SPREAD_RATIO * spread {
-        return Err(InconclusiveReason::Ambiguous);
+        return Err(Error::new(ErrorCode::TileAmbiguous));
     }
     // Noise may explain a deviation of up to five standard errors. The limit is high, because the standard error itself
     // is estimated from few readings.
@@ -186,7 +141,7 @@ fn identify(
             return Ok(TileResult::Is(quantity));
         }
         if all_within(expected, FACTOR_TOLERANCE + noise) {
-            return Err(InconclusiveReason::Spread(spread));
+            return Err(too_noisy);
         }
     }
     Ok(TileResult::Scaled {
@@ -201,10 +156,10 @@ fn log_ratios(
     quantity: Quantity,
     readings: &[(Directions<f32>, [f32; 3])],
     tile_brdf: [f32; 3],
-) -> Result<([f32; 3], f32), InconclusiveReason> {
+) -> Result<([f32; 3], f32), Error> {
     let mut logarithms = Repeated::new();
     for (index, (at, reading)) in readings.iter().enumerate() {
-        let invalid = InconclusiveReason::Reading(u16::try_from(index).unwrap_or(u16::MAX));
+        let invalid = Error::with(ErrorCode::TileReading, [index as u32, 0]);
         let is_positive = reading
             .iter()
             .all(|value| *value > 0.0 && value.is_finite());
@@ -221,6 +176,6 @@ fn log_ratios(
     let few = logarithms.count() < 3;
     match (logarithms.mean(), logarithms.variance()) {
         (Some(mean), Some([r, g, b])) if !few => Ok((mean, math::sqrt((r + g + b) / 3.0))),
-        _ => Err(InconclusiveReason::TooFew),
+        _ => Err(Error::new(ErrorCode::TileTooFew)),
     }
 }

@@ -1,7 +1,10 @@
 //! Client and server: sequence numbers, repeated requests and late replies.
 
-use super::frame::{FrameError, FrameReader, checksum_of, encode};
+use super::frame::{FrameReader, checksum_of, encode};
 use super::message::{Reply, Request};
+use crate::error::Error;
+#[cfg(doc)]
+use crate::error::ErrorCode;
 
 /// The distance between the first sequence numbers of consecutive seeds: 2^32 divided by the golden ratio. It keeps the
 /// numbers of consecutive seeds far apart.
@@ -36,12 +39,12 @@ impl Client {
     /// reply arrives.
     ///
     /// # Errors
-    /// [`FrameError::TooLong`] if the frame does not fit into `buffer`. [`FRAME_BYTES`](super::FRAME_BYTES) suffice.
+    /// [`ErrorCode::FrameTooLong`] if the frame does not fit into `buffer`. [`FRAME_BYTES`](super::FRAME_BYTES) suffice.
     pub fn request<'b>(
         &mut self,
         request: &Request,
         buffer: &'b mut [u8],
-    ) -> Result<&'b [u8], FrameError> {
+    ) -> Result<&'b [u8], Error> {
         self.sequence = self.sequence.wrapping_add(1);
         encode(self.sequence, request, buffer)
     }
@@ -100,7 +103,7 @@ impl Server {
 
     /// Receives a byte. At the end of a frame, it returns the request, or the error of the frame. An invalid frame
     /// needs no reply: the device sends it again.
-    pub fn receive(&mut self, byte: u8) -> Option<Result<Received, FrameError>> {
+    pub fn receive(&mut self, byte: u8) -> Option<Result<Received, Error>> {
         let (sequence, request) = match self.reader.push::<Request>(byte)? {
             Ok(received) => received,
             Err(error) => return Some(Err(error)),
@@ -124,12 +127,8 @@ impl Server {
     /// Writes the frame of the reply to the last request into `buffer`.
     ///
     /// # Errors
-    /// [`FrameError::TooLong`] if the frame does not fit into `buffer`. [`FRAME_BYTES`](super::FRAME_BYTES) suffice.
-    pub fn reply<'b>(
-        &mut self,
-        reply: Reply,
-        buffer: &'b mut [u8],
-    ) -> Result<&'b [u8], FrameError> {
+    /// [`ErrorCode::FrameTooLong`] if the frame does not fit into `buffer`. [`FRAME_BYTES`](super::FRAME_BYTES) suffice.
+    pub fn reply<'b>(&mut self, reply: Reply, buffer: &'b mut [u8]) -> Result<&'b [u8], Error> {
         let frame = encode(self.sequence, &reply, buffer);
         self.reply = Some(reply);
         frame

@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 
 use super::VALUES_PER_FRAME;
 use crate::checksum::crc_32;
+use crate::error::{Error, ErrorCode};
 
 /// The largest length of a sequence number and a message, in bytes. `Values` is the longest: sequence number (5 bytes),
 /// variant (1), offset and total (3 each), number of values (1), and the values (4 each). `RecipePart` takes 72 bytes.
@@ -18,54 +19,32 @@ const CONTENT_BYTES: usize = MESSAGE_BYTES + CHECKSUM_BYTES;
 /// The length of the longest frame in bytes, with the zeros at both ends.
 pub const FRAME_BYTES: usize = 1 + max_encoding_length(CONTENT_BYTES) + 1;
 
-/// An error in encoding or decoding a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum FrameError {
-    /// The frame, or a list in it, is too long.
-    TooLong,
-    /// The bytes were cut or altered in transit.
-    Damaged,
-    /// The frame is intact, but this version of the protocol has no such message.
-    Unknown,
-}
-
-impl core::fmt::Display for FrameError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
-            Self::TooLong => "the frame, or a list in it, is too long",
-            Self::Damaged => "the frame was cut or altered in transit",
-            Self::Unknown => "the frame holds an unknown message: compare the protocol versions",
-        })
-    }
-}
-
-impl core::error::Error for FrameError {}
+/// The error of a frame that is too long.
+pub(super) const TOO_LONG: Error = Error::new(ErrorCode::FrameTooLong);
+const DAMAGED: Error = Error::new(ErrorCode::FrameDamaged);
 
 /// Writes the frame of a message into `buffer` and returns the bytes used.
 ///
 /// # Errors
-/// [`FrameError::TooLong`] if `buffer` is too small. A [`Request`](super::Request) or a [`Reply`](super::Reply) always
+/// [`ErrorCode::FrameTooLong`] if `buffer` is too small. A [`Request`](super::Request) or a [`Reply`](super::Reply) always
 /// fits into [`FRAME_BYTES`].
 pub fn encode<'b, T: Serialize>(
     sequence: u32,
     message: &T,
     buffer: &'b mut [u8],
-) -> Result<&'b [u8], FrameError> {
+) -> Result<&'b [u8], Error> {
     let mut content = [0; MESSAGE_BYTES];
-    let content =
-        postcard::to_slice(&(sequence, message), &mut content).map_err(|_| FrameError::TooLong)?;
+    let content = postcard::to_slice(&(sequence, message), &mut content).map_err(|_| TOO_LONG)?;
     let checksum = crc_32(content).to_le_bytes();
 
-    let (first, rest) = buffer.split_first_mut().ok_or(FrameError::TooLong)?;
+    let (first, rest) = buffer.split_first_mut().ok_or(TOO_LONG)?;
     *first = 0;
     let mut encoder = CobsEncoder::new(rest);
-    encoder.push(content).map_err(|_| FrameError::TooLong)?;
-    encoder.push(&checksum).map_err(|_| FrameError::TooLong)?;
+    encoder.push(content).map_err(|_| TOO_LONG)?;
+    encoder.push(&checksum).map_err(|_| TOO_LONG)?;
     let end = encoder.finalize().saturating_add(1);
-    *buffer.get_mut(end).ok_or(FrameError::TooLong)? = 0;
-    buffer.get(..=end).ok_or(FrameError::TooLong)
+    *buffer.get_mut(end).ok_or(TOO_LONG)? = 0;
+    buffer.get(..=end).ok_or(TOO_LONG)
 }
 
 /// Returns the CRC in the frame of a message.
@@ -105,7 +84,7 @@ impl FrameReader {
 
     /// Receives a byte. At the end of a frame it returns the sequence number and the message, or the error of the
     /// frame. An error does not affect the next frame.
-    pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<(u32, T), FrameError>> {
+    pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Option<Result<(u32, T), Error>> {
         let is_valid_cobs = match self.cobs.feed(byte) {
             Ok(DecodeResult::NoData) => return None,
             Ok(DecodeResult::DataContinue(byte)) => {
@@ -116,8 +95,8 @@ impl FrameReader {
             Err(_) => false,
         };
         let result = match (self.overflowed, is_valid_cobs) {
-            (true, _) => Err(FrameError::TooLong),
-            (false, false) => Err(FrameError::Damaged),
+            (true, _) => Err(TOO_LONG),
+            (false, false) => Err(DAMAGED),
             (false, true) => decode(&self.content),
         };
         self.content.clear();
@@ -127,15 +106,15 @@ impl FrameReader {
 }
 
 /// Decodes sequence number and message from a frame's content.
-fn decode<T: DeserializeOwned>(content: &[u8]) -> Result<(u32, T), FrameError> {
+fn decode<T: DeserializeOwned>(content: &[u8]) -> Result<(u32, T), Error> {
     let (message, checksum) = content
         .split_last_chunk::<CHECKSUM_BYTES>()
-        .ok_or(FrameError::Damaged)?;
+        .ok_or(DAMAGED)?;
     if crc_32(message) != u32::from_le_bytes(*checksum) {
-        return Err(FrameError::Damaged);
+        return Err(DAMAGED);
     }
     match postcard::take_from_bytes(message) {
         Ok((message, [])) => Ok(message),
-        _ => Err(FrameError::Unknown),
+        _ => Err(Error::new(ErrorCode::FrameUnknown)),
     }
 }

@@ -3,7 +3,11 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
-use super::{BYTES_PER_FRAME, FrameError, VALUES_PER_FRAME};
+use super::frame::TOO_LONG;
+use super::{BYTES_PER_FRAME, VALUES_PER_FRAME};
+use crate::error::Error;
+#[cfg(doc)]
+use crate::error::ErrorCode;
 
 /// The values in one [`Request::Values`](super::Request::Values).
 pub type Values = List<f32, VALUES_PER_FRAME>;
@@ -13,12 +17,14 @@ pub type RecipeBytes = List<u8, BYTES_PER_FRAME>;
 /// A list of at most `N` items, stored inline.
 ///
 /// ```
-/// use glimpse_core::link::{FrameError, Values};
+/// use glimpse_core::error::{Error, ErrorCode};
+/// use glimpse_core::link::Values;
 ///
 /// let values = Values::try_from(&[0.5, 0.25][..])?;
 /// assert_eq!(values.as_slice(), [0.5, 0.25]);
-/// assert_eq!(Values::try_from(&[0.0; 17][..]), Err(FrameError::TooLong));
-/// # Ok::<(), FrameError>(())
+/// let error = Values::try_from(&[0.0; 17][..]).unwrap_err();
+/// assert_eq!(error.code, ErrorCode::FrameTooLong);
+/// # Ok::<(), Error>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -43,14 +49,14 @@ impl<T, const N: usize> List<T, N> {
 }
 
 impl<T: Copy, const N: usize> TryFrom<&[T]> for List<T, N> {
-    type Error = FrameError;
+    type Error = Error;
 
     /// # Errors
-    /// [`FrameError::TooLong`] for more than `N` items.
-    fn try_from(items: &[T]) -> Result<Self, FrameError> {
+    /// [`ErrorCode::FrameTooLong`] for more than `N` items.
+    fn try_from(items: &[T]) -> Result<Self, Error> {
         match items.len() <= N {
             true => Ok(Self::take_from(items.iter().copied())),
-            false => Err(FrameError::TooLong),
+            false => Err(TOO_LONG),
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Messages of the link.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
-use super::{FailureReport, RecipeBytes, Refusal, Values};
+use super::{FailureReport, RecipeBytes, Values};
+use crate::error::ErrorCode;
 use crate::fit::Progress;
 use crate::geometry::Directions;
 use crate::model::ModelKind;
@@ -88,8 +89,8 @@ pub enum Reply {
     },
     /// Replies to all other requests. After [`Request::Update`], it means that the host has no other recipe.
     Accepted,
-    /// Refuses the request.
-    Refused(Refusal),
+    /// Refuses the request: [`ErrorCode::RefusedNoScan`] to [`ErrorCode::RefusedOther`].
+    Refused(#[serde(deserialize_with = "refusal")] ErrorCode),
     /// Replies to [`Request::Update`] if the host has another recipe.
     Recipe {
         /// Length of the recipe in bytes.
@@ -140,4 +141,12 @@ impl Reply {
             _ => false,
         }
     }
+}
+
+/// Decodes the reason of a refusal. One of a newer peer becomes [`ErrorCode::RefusedOther`].
+fn refusal<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ErrorCode, D::Error> {
+    let code = ErrorCode::from_number(u16::deserialize(deserializer)?);
+    Ok(code
+        .filter(|code| code.is_refusal())
+        .unwrap_or(ErrorCode::RefusedOther))
 }

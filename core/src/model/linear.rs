@@ -3,13 +3,11 @@
 //! A fit of Linear yields coefficients of principal components. A [`Basis`] turns them into a BRDF on the device.
 
 mod basis;
-mod error;
 internal! { mod format }
 mod mapping;
 mod nodes;
 
 pub use basis::Basis;
-pub use error::BasisError;
 
 internal! { mapping::{EPSILON, map, unmap} }
 internal! { nodes::{Corner, Nodes} }

@@ -213,7 +213,7 @@ pub trait Real: Scalar<Parameter = Self, Sum = Self> + PartialOrd {
 }
 
 impl Real for f32 {
-    const REFINEMENTS: usize = 1;
+    const REFINEMENTS: usize = 2;
 }
 
 #[cfg(feature = "libm")]

@@ -2,7 +2,8 @@
 
 use serde::Deserialize;
 
-use crate::error_code::{ErrorCode, RecipeError};
+use super::header;
+use crate::error::{Error, ErrorCode};
 use crate::fit::{
     Coefficients, Estimator, GaussNewton, Net, Prediction, RIDGE, Refinement, Ridge, Sgd, Start,
 };
@@ -57,29 +58,36 @@ fn take(bytes: &[u8]) -> Option<(u16, &[u8], &[u8])> {
 }
 
 /// Decodes a section as one value that takes all of its bytes.
-fn decode<'a, T: Deserialize<'a> + Section>(bytes: &'a [u8]) -> Result<Option<T>, RecipeError> {
+fn decode<'a, T: Deserialize<'a> + Section>(bytes: &'a [u8]) -> Result<Option<T>, Error> {
     match postcard::take_from_bytes(bytes) {
         Ok((value, [])) => Ok(Some(value)),
         _ => Err(sections_error(ErrorCode::RecipeSections, T::KIND)),
     }
 }
 
-fn sections_error(code: ErrorCode, kind: u16) -> RecipeError {
-    RecipeError::with(code, [kind.into(), 0])
+fn sections_error(code: ErrorCode, kind: u16) -> Error {
+    Error::with(code, [kind.into(), 0])
 }
 
 impl<'a> Contents<'a> {
+    /// Reads the sections of a recipe, without a check of their numbers.
+    ///
+    /// # Errors
+    /// A defect of the header, or of a section's encoding.
+    pub fn read(bytes: &'a [u8]) -> Result<Self, Error> {
+        Self::decode(header::read(bytes)?.sections)
+    }
+
     /// Decodes a list of sections.
     ///
     /// # Errors
     /// The first defect of their encoding, kinds or order.
-    pub fn decode(sections: &'a [u8]) -> Result<Self, RecipeError> {
+    pub fn decode(sections: &'a [u8]) -> Result<Self, Error> {
         let mut contents = Self::default();
         let mut rest = sections;
         let mut previous = None;
         while !rest.is_empty() {
-            let (kind, value, after) =
-                take(rest).ok_or(RecipeError::new(ErrorCode::RecipeMalformed))?;
+            let (kind, value, after) = take(rest).ok_or(Error::new(ErrorCode::RecipeMalformed))?;
             rest = after;
             // Strictly ascending, so no kind occurs twice.
             if previous >= Some(kind) {
@@ -142,7 +150,7 @@ impl<'a> Contents<'a> {
     ///
     /// # Errors
     /// The first defect.
-    pub fn check(&self) -> Result<(Pattern<'a>, Estimator<'a>), RecipeError> {
+    pub fn check(&self) -> Result<(Pattern<'a>, Estimator<'a>), Error> {
         let counts = self.counts();
         let missing = |kind| Err(sections_error(ErrorCode::RecipeSections, kind));
         let Some(pattern) = self.pattern else {
@@ -151,7 +159,7 @@ impl<'a> Contents<'a> {
         pattern.check(&counts)?;
         if let Some(index) = first_below_horizon(pattern.directions) {
             let code = ErrorCode::RecipeBelowHorizon;
-            return Err(RecipeError::with(code, [index as u32, 0]));
+            return Err(Error::with(code, [index as u32, 0]));
         }
         let (Some(ridge), true) = (self.ridge, RIDGE) else {
             let Some(sgd) = self.sgd else {
@@ -170,11 +178,8 @@ impl<'a> Contents<'a> {
         ridge.check(&counts)?;
         if let Some(net) = &self.net {
             if usize::from(net.components) > ridge.precision.len() {
-                let field = Net::FIELDS
-                    .iter()
-                    .find(|field| field.name == "net.components");
-                let error = field.map(|field| field.error(ErrorCode::RecipeRange));
-                return Err(error.unwrap_or(RecipeError::new(ErrorCode::RecipeRange)));
+                let code = ErrorCode::RecipeRange;
+                return Err(Error::in_field(code, "net.components"));
             }
             net.check(&counts)?;
         }
@@ -187,9 +192,8 @@ impl<'a> Contents<'a> {
                 steps.check(&counts)?;
                 start.check(&counts)?;
                 if first_below_horizon(steps.directions).is_some() {
-                    let mut error = RecipeError::new(ErrorCode::RecipeRange);
-                    error.field = "gauss_newton.directions";
-                    return Err(error);
+                    let code = ErrorCode::RecipeRange;
+                    return Err(Error::in_field(code, "gauss_newton.directions"));
                 }
                 Some(Refinement { start, steps })
             }

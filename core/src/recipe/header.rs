@@ -1,7 +1,7 @@
 //! The header of a recipe, and the memory of a scan, which it states.
 
 use crate::checksum::crc_32_of_file;
-use crate::error_code::{ErrorCode, RecipeError};
+use crate::error::{Error, ErrorCode};
 
 /// The first bytes of every recipe.
 pub const MAGIC: [u8; 4] = *b"GLMP";
@@ -21,16 +21,16 @@ pub(super) struct CheckedBody<'a> {
 }
 
 /// Checks the header of a recipe, and returns its body.
-pub(super) fn read(bytes: &[u8]) -> Result<CheckedBody<'_>, RecipeError> {
+pub(super) fn read(bytes: &[u8]) -> Result<CheckedBody<'_>, Error> {
     let (magic, rest) = bytes
         .split_first_chunk()
-        .ok_or(RecipeError::new(ErrorCode::RecipeMagic))?;
+        .ok_or(Error::new(ErrorCode::RecipeMagic))?;
     if *magic != MAGIC {
-        return Err(RecipeError::new(ErrorCode::RecipeMagic));
+        return Err(Error::new(ErrorCode::RecipeMagic));
     }
     let length_error = |expected| {
         let found = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
-        RecipeError::with(ErrorCode::RecipeLength, [expected, found])
+        Error::with(ErrorCode::RecipeLength, [expected, found])
     };
     let too_short = length_error(SECTIONS_START as u32);
     let (version, rest) = rest.split_first_chunk().ok_or(too_short)?;
@@ -39,7 +39,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<CheckedBody<'_>, RecipeError> {
     let version = u16::from_le_bytes(*version);
     if version != VERSION {
         let code = ErrorCode::RecipeVersion;
-        return Err(RecipeError::with(code, [version.into(), VERSION.into()]));
+        return Err(Error::with(code, [version.into(), 0]));
     }
     let expected = u32::from_le_bytes(*length);
     if u32::try_from(body.len()) != Ok(expected) {
@@ -47,7 +47,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<CheckedBody<'_>, RecipeError> {
     }
     let checksum = u32::from_le_bytes(*checksum);
     if checksum != crc_32_of_file(VERSION, expected, body) {
-        return Err(RecipeError::new(ErrorCode::RecipeChecksum));
+        return Err(Error::new(ErrorCode::RecipeChecksum));
     }
     let (samples, rest) = body.split_first_chunk().ok_or(too_short)?;
     let (words, sections) = rest.split_first_chunk().ok_or(too_short)?;

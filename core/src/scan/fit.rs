@@ -2,10 +2,11 @@
 
 use core::marker::PhantomData;
 
+use super::plausibility;
 use super::plausibility::NODES;
 use super::residual::Residual;
 use super::stage::{Checks, Fitting, Stage};
-use super::{FinishError, plausibility};
+use crate::error::{Error, ErrorCode};
 use crate::fit::{Estimator, Functions, Progress, ScanModel, is_finite};
 use crate::geometry::{Directions, HalfDifference};
 use crate::model::linear::Basis;
@@ -17,11 +18,12 @@ use crate::recipe::Recipe;
 /// ```
 /// # use glimpse_core::model::Phong;
 /// # use glimpse_core::recipe::{Recipe, memory_words};
-/// # use glimpse_core::scan::{FinishError, FitError, Reading, Scan};
+/// # use glimpse_core::error::{Error, ErrorCode};
+/// # use glimpse_core::scan::{Reading, Scan};
 /// # static RECIPE: &[u8] = include_bytes!("../../examples/recipes/phong-n8.recipe");
 /// # let mut memory = [0.0; memory_words(&[RECIPE])];
 /// # let mut scan = Scan::<Phong>::new(Recipe::parse(RECIPE)?, &mut memory)?;
-/// assert!(matches!(scan.fit(), Err(FitError::Incomplete { missing: 8, first: 0 })));
+/// assert_eq!(scan.fit().err(), Some(Error::with(ErrorCode::Incomplete, [8, 0]))); // 8 are missing, the first is 0
 ///
 /// while let Some((index, _)) = scan.next_pending() {
 ///     scan.record(index, Reading::monochrome(0.2 + 0.001 * f32::from(index)))?;
@@ -29,7 +31,7 @@ use crate::recipe::Recipe;
 /// let mut fit = scan.fit()?;
 /// let progress = fit.advance(100);
 /// assert_eq!((progress.done, progress.total), (100, 185)); // 20 steps on 8 samples, then 25 checks
-/// assert!(matches!(fit.finish(), Err(FinishError::Unfinished(_))));
+/// assert_eq!(fit.finish().err(), Some(Error::with(ErrorCode::Unfinished, [100, 185])));
 ///
 /// let mut fit = scan.fit_under_way().unwrap(); // resumes the fit
 /// assert!(fit.advance(85).is_complete());
@@ -91,24 +93,27 @@ impl<'s, K: ScanModel> Fit<'s, K> {
     /// Returns the fitted material, if all values, and the material at every reading, are finite and plausible.
     ///
     /// # Errors
-    /// [`FinishError::Unfinished`] before the fit is complete. [`FinishError::Diverged`] if a number is not finite.
-    /// [`FinishError::Implausible`] if the readings are unlikely to come from a material;
+    /// [`ErrorCode::Unfinished`] before the fit is complete. [`ErrorCode::Diverged`] if a number is not finite. An error
+    /// that [is implausible](Error::is_implausible) if the readings are unlikely to come from a material;
     /// [`Scan::fitted`](super::Scan::fitted) then still returns the fit.
-    pub fn finish(self) -> Result<Fitted<'s, K>, FinishError> {
+    pub fn finish(self) -> Result<Fitted<'s, K>, Error> {
         let progress = self.progress();
         if !progress.is_complete() {
-            return Err(FinishError::Unfinished(progress));
+            return Err(Error::with(
+                ErrorCode::Unfinished,
+                [progress.done, progress.total],
+            ));
         }
         let Fitting {
             readings, checks, ..
         } = self.fitting;
         let Some(residual) = residual_of(&checks, self.recipe) else {
             *self.stage = Stage::Reading;
-            return Err(FinishError::Diverged);
+            return Err(Error::new(ErrorCode::Diverged));
         };
         *self.stage = Stage::Fitted { residual, readings };
         match residual.implausible {
-            Some(reason) => Err(FinishError::Implausible(reason)),
+            Some(code) => Err(Error::new(code)),
             None => Ok(Fitted {
                 recipe: self.recipe,
                 basis: self.basis,

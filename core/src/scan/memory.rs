@@ -2,8 +2,8 @@
 //!
 //! The functions are not generic, so that firmware contains them once.
 
-use super::FitError;
 use super::status::Status;
+use crate::error::{Error, ErrorCode};
 use crate::geometry::{Directions, HalfDifference};
 use crate::model::{SLOT_WORDS, Slot};
 use crate::recipe::Recipe;
@@ -100,13 +100,13 @@ pub(super) fn mark_counted(slots: &mut [Slot], recipe: &Recipe<'_>) -> usize {
 
 /// The error of a fit without enough readings.
 #[inline(never)]
-pub(super) fn incomplete(slots: &[Slot]) -> FitError {
+pub(super) fn incomplete(slots: &[Slot]) -> Error {
     let mut unread = (0..)
         .zip(slots)
         .filter(|(_, slot)| !Status::of(slot).is_read());
     let first = unread.next().map_or(0, |(index, _)| index);
     let missing = unread.fold(1, |sum: u16, _| sum.saturating_add(1));
-    FitError::Incomplete { missing, first }
+    Error::with(ErrorCode::Incomplete, [missing.into(), first])
 }
 
 /// The samples that are neither read nor skipped.

@@ -1,7 +1,7 @@
 //! Checks that readings come from a material.
 
-use super::implausible::Implausible;
 use super::residual::{Residual, ResidualSum};
+use crate::error::ErrorCode;
 use crate::geometry::HalfDifference;
 use crate::numeric::math::sin_cos;
 
@@ -33,7 +33,7 @@ pub(super) fn check(
     sum: &ResidualSum,
     expected_loss: Option<f32>,
     Albedo(albedo): Albedo,
-) -> Option<Implausible> {
+) -> Option<ErrorCode> {
     let Residual {
         mean,
         repeated,
@@ -43,27 +43,33 @@ pub(super) fn check(
     let has_enough_samples = sum.read >= MIN_SAMPLES;
     let brightest = sum.channels.into_iter().fold(0.0, f32::max);
     if has_enough_samples && (clamped >= sum.read || brightest <= 0.0) {
-        return Some(Implausible::Dark);
+        return Some(ErrorCode::Dark);
     }
     if has_enough_samples && repeated.saturating_add(1) >= sum.read {
-        return Some(Implausible::Repeated);
+        return Some(ErrorCode::Repeated);
     }
-    let dead = (0..)
+    let codes = [
+        ErrorCode::DeadRed,
+        ErrorCode::DeadGreen,
+        ErrorCode::DeadBlue,
+    ];
+    let dead = codes
+        .into_iter()
         .zip(sum.channels)
         .find(|(_, channel)| *channel < DEAD_FRACTION * brightest);
-    if let (true, Some((channel, _))) = (has_enough_samples, dead) {
-        return Some(Implausible::DeadChannel(channel));
+    if let (true, Some((code, _))) = (has_enough_samples, dead) {
+        return Some(code);
     }
     let too_bright = albedo.into_iter().zip(sum.minima).any(|(albedo, minimum)| {
         albedo > MAX_ALBEDO || (has_enough_samples && minimum > MAX_MINIMUM)
     });
     if too_bright {
-        return Some(Implausible::Albedo);
+        return Some(ErrorCode::Albedo);
     }
     let limit = expected_loss.map(|expected| MIN_RESIDUAL.max(RESIDUAL_FACTOR * expected));
     limit
         .is_some_and(|limit| mean > limit)
-        .then_some(Implausible::Residual)
+        .then_some(ErrorCode::Residual)
 }
 
 /// The albedo at normal incidence per channel, by the midpoint rule over theta_o.

@@ -2,10 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::FitError;
 use super::memory::{is_clamped, measured_brdf, set_measured_brdf};
 use super::status::Status;
-use crate::error_code::ErrorCode;
+use crate::error::{Error, ErrorCode};
 use crate::fit::Channels;
 use crate::gonio::Calibrated;
 use crate::model::Slot;
@@ -26,18 +25,19 @@ const MIN_SAMPLES: usize = 4;
 /// A reading of the sensor.
 ///
 /// ```
-/// use glimpse_core::scan::{Reading, ReadingError};
+/// use glimpse_core::error::{Error, ErrorCode};
+/// use glimpse_core::scan::Reading;
 ///
 /// let white = Reading::new([0.318, 0.318, 0.318]); // a perfect white is 1 / pi
 /// assert_eq!(white, Reading::monochrome(0.318)); // of a sensor with one channel
 ///
 /// let saturated = Reading { saturated: true, ..white };
-/// assert!(saturated.check().is_ok()); // valid; the residual counts saturated readings
+/// assert!(saturated.check(0).is_ok()); // valid; the residual counts saturated readings
 ///
 /// let dark = Reading::new([-0.002, 0.001, 0.0]); // noise after subtraction of a dark reading
-/// assert!(dark.check().is_ok());
+/// assert!(dark.check(0).is_ok());
 /// let broken = Reading::new([0.1, f32::NAN, 0.1]);
-/// assert_eq!(broken.check(), Err(ReadingError::NonFinite(1)));
+/// assert_eq!(broken.check(7), Err(Error::with(ErrorCode::ReadingNonFinite, [7, 1]))); // sample, channel
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -65,17 +65,19 @@ impl Reading {
         Self::new([brdf; 3])
     }
 
-    /// Checks that the reading is valid.
+    /// Checks that the reading of the sample with this index is valid. The index only becomes part of the error.
     ///
     /// # Errors
-    /// [`ReadingError::NonFinite`], or [`ReadingError::Negative`] for a value below [`MIN_READING`].
-    pub fn check(&self) -> Result<(), ReadingError> {
+    /// [`ErrorCode::ReadingNonFinite`], or [`ErrorCode::ReadingNegative`] for a value below [`MIN_READING`].
+    pub fn check(&self, index: u16) -> Result<(), Error> {
         for (channel, value) in (0..).zip(self.brdf) {
             if !value.is_finite() {
-                return Err(ReadingError::NonFinite(channel));
+                let details = [index.into(), channel];
+                return Err(Error::with(ErrorCode::ReadingNonFinite, details));
             }
             if value < MIN_READING {
-                return Err(ReadingError::Negative(channel));
+                let details = [index.into(), channel];
+                return Err(Error::with(ErrorCode::ReadingNegative, details));
             }
         }
         Ok(())
@@ -99,68 +101,22 @@ pub struct Recorded {
     pub clamped: bool,
 }
 
-/// An invalid reading. Take it again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum ReadingError {
-    /// A channel (0 red, 1 green, 2 blue) is NaN or infinite.
-    NonFinite(u8),
-    /// A channel (0 red, 1 green, 2 blue) is below [`MIN_READING`].
-    Negative(u8),
-    /// The recipe's pattern has no sample with this index.
-    Index {
-        /// The index.
-        index: u16,
-        /// Number of samples of the pattern.
-        samples: u16,
-    },
+/// Returns the slot of a sample.
+pub(super) fn slot_mut(slots: &mut [Slot], index: u16) -> Result<&mut Slot, Error> {
+    let error = index_error(index, slots.len());
+    slots.get_mut(usize::from(index)).ok_or(error)
 }
 
-impl ReadingError {
-    /// The error's code.
-    #[must_use]
-    pub const fn code(&self) -> ErrorCode {
-        match self {
-            Self::NonFinite(_) => ErrorCode::ReadingNonFinite,
-            Self::Negative(_) => ErrorCode::ReadingNegative,
-            Self::Index { .. } => ErrorCode::ReadingIndex,
-        }
-    }
+/// Returns the error of an index that the pattern does not have.
+pub(super) fn index_error(index: u16, samples: usize) -> Error {
+    Error::with(ErrorCode::ReadingIndex, [index.into(), samples as u32])
 }
-
-impl core::fmt::Display for ReadingError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::NonFinite(channel) => write!(f, "channel {channel} is not a finite number"),
-            Self::Negative(channel) => write!(
-                f,
-                "channel {channel} is below {MIN_READING} sr^-1, which is not noise: check the dark reading"
-            ),
-            Self::Index { index, samples } => {
-                write!(
-                    f,
-                    "sample {index} does not exist: the pattern has {samples}"
-                )
-            }
-        }
-    }
-}
-
-impl core::error::Error for ReadingError {}
 
 /// Records a reading. The function is not inlined, so that its temporaries leave the stack when it returns.
 #[inline(never)]
-pub(super) fn record(
-    slots: &mut [Slot],
-    index: u16,
-    reading: Reading,
-) -> Result<Recorded, ReadingError> {
-    let samples = slots.len() as u16;
-    let Some(slot) = slots.get_mut(usize::from(index)) else {
-        return Err(ReadingError::Index { index, samples });
-    };
-    reading.check()?;
+pub(super) fn record(slots: &mut [Slot], index: u16, reading: Reading) -> Result<Recorded, Error> {
+    let slot = slot_mut(slots, index)?;
+    reading.check(index)?;
     set_measured_brdf(slot, reading.brdf);
     let recorded = Recorded {
         replaced: Status::of(slot).is_read(),
@@ -173,7 +129,7 @@ pub(super) fn record(
 /// Checks the readings of a fit. It rejects readings that are too large for any material, such as raw counts. Returns
 /// gray if all readings that count are gray.
 #[inline(never)]
-pub(super) fn check(slots: &[Slot]) -> Result<Channels, FitError> {
+pub(super) fn check(slots: &[Slot]) -> Result<Channels, Error> {
     // A sample that does not count may still hold a reading of the previous material.
     let counted = slots.iter().filter(|slot| Status::of(slot).counts());
     let values = counted.clone().flat_map(measured_brdf);
@@ -186,9 +142,7 @@ pub(super) fn check(slots: &[Slot]) -> Result<Channels, FitError> {
     let counted = counted.count();
     let all = counted.saturating_mul(3);
     if counted >= MIN_SAMPLES && too_large.saturating_mul(4) > all.saturating_mul(3) {
-        return Err(FitError::TooLarge {
-            limit: MAX_QUARTILE as u16,
-        });
+        return Err(Error::with(ErrorCode::TooLarge, [MAX_QUARTILE as u32, 0]));
     }
     Ok(if gray {
         Channels::Gray

@@ -15,51 +15,15 @@
 //!
 //! Bytes after the CRC are ignored.
 
-use super::{Reading, ReadingError, Scan};
+use super::reading::index_error;
+use super::{Reading, Scan};
 use crate::checksum::crc_32;
+use crate::error::{Error, ErrorCode};
 use crate::fit::ScanModel;
 
 const HEADER_BYTES: usize = 10;
 const READING_BYTES: usize = 15;
 const CHECKSUM_BYTES: usize = 4;
-
-/// An error in reading or writing saved readings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum SavedError {
-    /// Neither slot is intact: nothing was written, or the bytes were altered.
-    Damaged,
-    /// The readings belong to another recipe.
-    Recipe {
-        /// That recipe's checksum.
-        found: u32,
-    },
-    /// The buffer is too small for the readings.
-    Full,
-    /// A reading is invalid, or the recipe has no such sample.
-    Reading(ReadingError),
-}
-
-impl core::fmt::Display for SavedError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Damaged => f.write_str("no intact readings are saved: read all samples"),
-            Self::Recipe { found } => {
-                write!(
-                    f,
-                    "the saved readings belong to the recipe {found:08x}: read all samples"
-                )
-            }
-            Self::Full => {
-                f.write_str("the buffer is too small for the readings: use `Saved::slot_bytes`")
-            }
-            Self::Reading(error) => error.fmt(f),
-        }
-    }
-}
-
-impl core::error::Error for SavedError {}
 
 /// Two slots of memory that survives a reset, with the readings of a scan.
 ///
@@ -68,9 +32,10 @@ impl core::error::Error for SavedError {}
 /// not saved: after a reset they are pending again.
 ///
 /// ```
+/// use glimpse_core::error::{Error, ErrorCode};
 /// use glimpse_core::model::Neural;
 /// use glimpse_core::recipe::{Recipe, max_samples, memory_words};
-/// use glimpse_core::scan::{Reading, Saved, SavedError, Scan};
+/// use glimpse_core::scan::{Reading, Saved, Scan};
 ///
 /// static RECIPE: &[u8] = include_bytes!("../../examples/recipes/neural-n8.recipe");
 /// const SLOT_BYTES: usize = Saved::slot_bytes(max_samples(&[RECIPE]));
@@ -79,12 +44,12 @@ impl core::error::Error for SavedError {}
 /// let mut scan = Scan::<Neural>::new(Recipe::parse(RECIPE)?, &mut memory)?;
 /// let mut slots = [[0xff; SLOT_BYTES]; 2]; // erased
 /// let (mut saved, restored) = Saved::restore([&slots[0], &slots[1]], &mut scan);
-/// assert_eq!(restored, Err(SavedError::Damaged));
+/// assert_eq!(restored, Err(Error::new(ErrorCode::SavedDamaged)));
 ///
 /// scan.record(3, Reading::new([0.2, 0.1, 0.05]))?;
 /// saved.write(&scan, &mut [0; SLOT_BYTES], |slot, bytes| {
 ///     slots[slot][..bytes.len()].copy_from_slice(bytes); // erase and write this slot only
-///     Ok::<_, SavedError>(())
+///     Ok::<_, Error>(())
 /// })?;
 ///
 /// // After a reset.
@@ -125,10 +90,10 @@ impl Saved {
     pub fn restore<K: ScanModel>(
         slots: [&[u8]; 2],
         scan: &mut Scan<'_, K>,
-    ) -> (Self, Result<usize, SavedError>) {
+    ) -> (Self, Result<usize, Error>) {
         let (saved, content) = newest(slots);
         let Some(content) = content else {
-            return (saved, Err(SavedError::Damaged));
+            return (saved, Err(Error::new(ErrorCode::SavedDamaged)));
         };
         let (recipe, samples) = (scan.recipe().checksum(), scan.recipe().samples() as u16);
         if let Err(error) = content.check(recipe, samples) {
@@ -146,8 +111,8 @@ impl Saved {
     /// `store` fails, the next write goes to the same slot, so that the other one stays intact.
     ///
     /// # Errors
-    /// [`SavedError::Full`] if `buffer` is smaller than [`Saved::slot_bytes`], or the error of `store`.
-    pub fn write<K: ScanModel, E: From<SavedError>>(
+    /// [`ErrorCode::BufferTooSmall`] if `buffer` is smaller than [`Saved::slot_bytes`], or the error of `store`.
+    pub fn write<K: ScanModel, E: From<Error>>(
         &mut self,
         scan: &Scan<'_, K>,
         buffer: &mut [u8],
@@ -169,7 +134,7 @@ impl Saved {
     ///
     /// # Errors
     /// The error of `store`.
-    pub fn clear<E: From<SavedError>>(
+    pub fn clear<E: From<Error>>(
         &mut self,
         store: impl FnOnce(usize, &[u8]) -> Result<(), E>,
     ) -> Result<(), E> {
@@ -192,15 +157,14 @@ impl Saved {
         samples: u16,
         reading: &dyn Fn(u16) -> Option<Reading>,
         buffer: &'b mut [u8],
-    ) -> Result<&'b [u8], SavedError> {
-        let (header, rest) = buffer
-            .split_first_chunk_mut::<HEADER_BYTES>()
-            .ok_or(SavedError::Full)?;
+    ) -> Result<&'b [u8], Error> {
+        let full = Error::new(ErrorCode::BufferTooSmall);
+        let (header, rest) = buffer.split_first_chunk_mut::<HEADER_BYTES>().ok_or(full)?;
         let mut records = rest.as_chunks_mut::<READING_BYTES>().0.iter_mut();
         let mut count: u16 = 0;
         for index in 0..samples {
             if let Some(reading) = reading(index) {
-                *records.next().ok_or(SavedError::Full)? = pack(index, reading);
+                *records.next().ok_or(full)? = pack(index, reading);
                 count = count.saturating_add(1);
             }
         }
@@ -212,9 +176,9 @@ impl Saved {
             .saturating_mul(READING_BYTES)
             .saturating_add(HEADER_BYTES);
         let (content, rest) = buffer.split_at_mut_checked(length).unwrap_or_default();
-        *rest.first_chunk_mut().ok_or(SavedError::Full)? = crc_32(content).to_le_bytes();
+        *rest.first_chunk_mut().ok_or(full)? = crc_32(content).to_le_bytes();
         let end = length.saturating_add(CHECKSUM_BYTES);
-        buffer.get(..end).ok_or(SavedError::Full)
+        buffer.get(..end).ok_or(full)
     }
 }
 
@@ -247,16 +211,15 @@ impl<'a> Content<'a> {
     }
 
     /// Checks that all readings can be recorded. An empty list belongs to any recipe.
-    fn check(&self, recipe: u32, samples: u16) -> Result<(), SavedError> {
+    fn check(&self, recipe: u32, samples: u16) -> Result<(), Error> {
         if self.recipe != recipe && !self.records.is_empty() {
-            return Err(SavedError::Recipe { found: self.recipe });
+            return Err(Error::with(ErrorCode::SavedRecipe, [self.recipe, 0]));
         }
         for (index, reading) in self.readings() {
             if index >= samples {
-                let error = ReadingError::Index { index, samples };
-                return Err(SavedError::Reading(error));
+                return Err(index_error(index, samples.into()));
             }
-            reading.check().map_err(SavedError::Reading)?;
+            reading.check(index)?;
         }
         Ok(())
     }

@@ -1,8 +1,9 @@
 //! The compact basis: its format, its errors, and its values compared with a second implementation in f64.
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::format::{HEADER_BYTES, MAGIC, VERSION, checksum_of};
-use glimpse_core::model::linear::{Basis, BasisError, Nodes};
+use glimpse_core::model::linear::{Basis, Nodes};
 use proptest::prelude::*;
 
 use crate::documents::hex_bytes;
@@ -183,8 +184,8 @@ fn rejects_cut_and_altered_bytes() {
     for length in (0..bytes.len()).chain([padded.len()]) {
         let error = Basis::parse(&padded[..length]).expect_err("a wrong length");
         let is_named = match length {
-            0..4 => error == BasisError::Magic,
-            _ => matches!(error, BasisError::Length { found, .. } if found as usize == length),
+            0..4 => error == Error::new(ErrorCode::BasisMagic),
+            _ => error.code == ErrorCode::BasisLength && error.details[1] as usize == length,
         };
         assert!(is_named, "{length}: {error:?}");
     }
@@ -194,14 +195,18 @@ fn rejects_cut_and_altered_bytes() {
             altered[index] ^= 1 << bit;
             let error = Basis::parse(&altered).expect_err("altered bytes");
             let is_named = match index {
-                0..4 => error == BasisError::Magic,
-                4..6 => matches!(error, BasisError::Version(_)),
-                6..10 => matches!(error, BasisError::Length { .. }),
-                _ => error == BasisError::Checksum,
+                0..4 => error == Error::new(ErrorCode::BasisMagic),
+                4..6 => error.code == ErrorCode::BasisVersion,
+                6..10 => error.code == ErrorCode::BasisLength,
+                _ => error == Error::new(ErrorCode::BasisChecksum),
             };
             assert!(is_named, "byte {index}: {error:?}");
         }
     }
+}
+
+fn malformed(field: &'static str) -> Error {
+    Error::in_field(ErrorCode::BasisMalformed, field)
 }
 
 #[test]
@@ -213,23 +218,22 @@ fn rejects_invalid_contents() {
         Basis::parse(&wrong.bytes()).expect_err("wrong contents")
     };
     for scale in [f32::NAN, f32::INFINITY, -1.0] {
-        let expected = BasisError::Scale;
+        let expected = malformed("basis.scales");
         assert_eq!(parse_error(&|wrong| wrong.mean_scale = scale), expected);
-        let expected = BasisError::Scale;
         assert_eq!(parse_error(&|wrong| wrong.scales[1] = scale), expected);
     }
     for shape in [[1, 4, 3], [12, 1, 1], [0, 2, 2], [6, 1, 2]] {
         let error = parse_error(&|wrong| wrong.shape = shape);
-        assert_eq!(error, BasisError::Nodes, "{shape:?}");
+        assert_eq!(error, malformed("basis.nodes"), "{shape:?}");
     }
     for shape in [[2, 2, 2], [3, 2, 3], [65535, 65535, 2]] {
         let error = parse_error(&|wrong| wrong.shape = shape);
-        let is_named = matches!(error, BasisError::Length { .. });
+        let is_named = error.code == ErrorCode::BasisLength;
         assert!(is_named, "{shape:?}: {error:?}");
     }
     for components in [0, 1025] {
         let error = parse_error(&|wrong| *wrong = Contents::synthetic([2, 2, 2], components));
-        assert_eq!(error, BasisError::Components(components as u16));
+        assert_eq!(error, malformed("basis.components"));
     }
     let body = &good.bytes()[HEADER_BYTES..];
     for length in 0..body.len() {

@@ -3,9 +3,9 @@
 //!
 //! `GLIMPSE_FORGED=100000` tests more of them.
 
-use glimpse_core::error_code::ErrorCode;
+use glimpse_core::error::ErrorCode;
 use glimpse_core::recipe::{Recipe, memory_words};
-use glimpse_core::scan::{FinishError, Reading, Scan};
+use glimpse_core::scan::{Reading, Scan};
 
 use crate::random::Random;
 use crate::recipe::fields;
@@ -135,7 +135,14 @@ fn scan(recipe: Recipe<'_>, random: &mut Random) -> End {
         progress = fit.advance(1 + (random.bits() % 64) as u32);
     }
     let end = match fit.finish() {
-        Ok(_) | Err(FinishError::Implausible(_)) => {
+        Err(error) if !error.is_implausible() => match error.code {
+            ErrorCode::Unfinished => End::TooLong,
+            code => {
+                assert_eq!(code, ErrorCode::Diverged);
+                End::Diverged
+            }
+        },
+        _ => {
             let fitted = scan.fitted().unwrap();
             assert!(fitted.values().all(f32::is_finite));
             let residual = fitted.residual();
@@ -152,11 +159,6 @@ fn scan(recipe: Recipe<'_>, random: &mut Random) -> End {
                 );
             }
             End::Fitted
-        }
-        Err(FinishError::Unfinished(_)) => End::TooLong,
-        Err(error) => {
-            assert_eq!(error.code(), ErrorCode::Diverged);
-            End::Diverged
         }
     };
     let guards = memory[..GUARD].iter().chain(&memory[GUARD + words..]);

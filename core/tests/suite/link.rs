@@ -3,15 +3,14 @@
 use std::collections::HashSet;
 use std::fmt::Debug;
 
-use glimpse_core::error_code::{ErrorCode, RecipeError};
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::Progress;
 use glimpse_core::link::{
-    BYTES_PER_FRAME, Client, FRAME_BYTES, Failure, FailureReport, FrameError, FrameReader,
-    PROTOCOL, Received, RecipeBytes, Refusal, Reply, Request, Server, VALUES_PER_FRAME, Values,
-    encode,
+    BYTES_PER_FRAME, Client, FRAME_BYTES, FailureReport, FrameReader, PROTOCOL, Received,
+    RecipeBytes, Reply, Request, Server, VALUES_PER_FRAME, Values, encode,
 };
 use glimpse_core::model::ModelKind;
-use glimpse_core::scan::{FitError, Reading, ReadingError, ScanError};
+use glimpse_core::scan::Reading;
 use proptest::prelude::*;
 use serde::de::DeserializeOwned;
 
@@ -25,7 +24,7 @@ pub(crate) fn frame<T: serde::Serialize>(sequence: u32, message: &T) -> Vec<u8> 
 }
 
 /// The messages and errors that a reader finds in some bytes.
-pub(crate) fn read_frames<T: DeserializeOwned>(bytes: &[u8]) -> Vec<Result<(u32, T), FrameError>> {
+pub(crate) fn read_frames<T: DeserializeOwned>(bytes: &[u8]) -> Vec<Result<(u32, T), Error>> {
     let mut reader = FrameReader::new();
     bytes.iter().filter_map(|byte| reader.push(*byte)).collect()
 }
@@ -55,7 +54,7 @@ fn longest_message_fits_exactly() {
     };
     assert_eq!(frame(u32::MAX, &request).len(), FRAME_BYTES);
     let mut short = [0; FRAME_BYTES - 1];
-    let expected = Err(FrameError::TooLong);
+    let expected = Err(Error::new(ErrorCode::FrameTooLong));
     assert_eq!(encode(u32::MAX, &request, &mut short), expected);
     let reply = Reply::RecipePart {
         offset: u32::MAX,
@@ -68,7 +67,8 @@ fn longest_message_fits_exactly() {
 fn recovers_after_endless_frame() {
     let mut bytes = vec![0xAA; 10 * FRAME_BYTES];
     bytes.extend(frame(3, &Reply::Accepted));
-    let expected = [Err(FrameError::TooLong), Ok((3, Reply::Accepted))];
+    let error = Err(Error::new(ErrorCode::FrameTooLong));
+    let expected = [error, Ok((3, Reply::Accepted))];
     assert_eq!(read_frames::<Reply>(&bytes), expected);
 }
 
@@ -76,7 +76,8 @@ fn recovers_after_endless_frame() {
 fn rejects_message_of_other_protocol() {
     // An unknown variant of Reply, and a Welcome with an extra byte.
     for bytes in [frame(1, &99u8), frame(1, &(0u8, 1u8, 0u8))] {
-        assert_eq!(read_frames::<Reply>(&bytes), [Err(FrameError::Unknown)]);
+        let expected = [Err(Error::new(ErrorCode::FrameUnknown))];
+        assert_eq!(read_frames::<Reply>(&bytes), expected);
     }
 }
 
@@ -161,7 +162,7 @@ fn recognizes_reset_device() {
     let mut server = Server::new();
     let welcome = Reply::Welcome { protocol: PROTOCOL };
     for (request, is_new) in [
-        (Request::Failed(Failure::NoReply.into()), true),
+        (Request::Failed(Error::new(ErrorCode::NoReply).into()), true),
         (hello(7), true),
         (hello(7), false),
         // The device has another recipe now.
@@ -274,87 +275,58 @@ fn unknown_codes_arrive_and_print() {
     let bytes = frame(7, &Request::Failed(report));
     assert_eq!(messages(&bytes), [(7, Request::Failed(report))]);
     assert_eq!(report.error(), None);
-    let text = "error 60000, which this host does not know (details 1 and 4294967295)";
+    let text =
+        "error 60000, which this host does not know: update the host (details: 1, 4294967295)";
     assert_eq!(report.to_string(), text);
 
-    let refusal = Refusal::Other { code: 5_000 };
-    let bytes = frame(7, &Reply::Refused(refusal));
-    let expected = [Ok((7, Reply::Refused(refusal)))];
-    assert_eq!(read_frames::<Reply>(&bytes), expected);
-    let text = "the host refused for a reason that the device does not know (number 5000)";
-    assert_eq!(refusal.to_string(), text);
-    let report = FailureReport::from(Failure::Refused(refusal));
-    assert_eq!((report.code, report.details), (107, [5_000, 0]));
-    assert!(
-        report
-            .to_string()
-            .contains("(error 107, details 5000 and 0)")
-    );
+    let reply: Reply = postcard::from_bytes(&[3, 0x88, 0x27]).unwrap(); // `Refused` with 5000
+    assert_eq!(reply, Reply::Refused(ErrorCode::RefusedOther));
 }
 
-/// Codes have unique numbers, and `from_code` inverts `code`.
+/// Codes have unique numbers, and `from_number` returns them.
 #[test]
 fn error_codes_are_unique() {
     let mut numbers = HashSet::new();
     for code in ErrorCode::ALL {
-        assert_eq!(ErrorCode::from_code(code.code()), Some(*code));
-        assert!(numbers.insert(code.code()));
-        assert_eq!(code.to_string(), code.text());
+        assert_eq!(ErrorCode::from_number(*code as u16), Some(*code));
+        assert!(numbers.insert(*code as u16));
     }
-    let unknown = (0..=u16::MAX).filter(|number| !numbers.contains(number));
-    assert!(unknown.map(ErrorCode::from_code).all(|code| code.is_none()));
+    let mut unknown = (0..=u16::MAX).filter(|number| !numbers.contains(number));
+    assert!(unknown.all(|number| ErrorCode::from_number(number).is_none()));
 }
 
-/// The details of failures, as `docs/link.md` lists them.
+/// Messages contain the field, and details in their format.
 #[test]
-fn reports_contain_details() {
-    let report = |failure: Failure| {
-        let report = FailureReport::from(failure);
-        assert_eq!(report.error(), Some(failure.code()));
-        (report.code, report.details)
-    };
-    let (index, samples) = (300, 8);
-    let recipe = |code, details| Failure::Recipe(RecipeError::with(code, details));
-    let model = ScanError::Model {
-        firmware: ModelKind::Linear,
-        recipe: ModelKind::CookTorrance,
-    };
-    let memory = ScanError::Memory {
-        needed: 80,
-        found: 8,
-    };
-    let error = ReadingError::Negative(2);
-    let missing = FitError::Incomplete {
-        missing: 4,
-        first: 2,
-    };
-    for (failure, expected) in [
-        (recipe(ErrorCode::RecipeVersion, [7, 4]), (33, [7, 4])),
+fn messages_contain_details() {
+    let angle = 0.5_f32.to_radians().to_bits();
+    let field = Error::in_field(ErrorCode::RecipeRange, "net.scale");
+    for (error, expected) in [
+        (field, " (field: net.scale)"),
         (
-            recipe(ErrorCode::RecipeLength, [70_000, 3]),
-            (34, [70_000, 3]),
+            Error::with(ErrorCode::Model, [3, 2]),
+            " (firmware: linear, recipe: cook-torrance)",
         ),
-        (recipe(ErrorCode::RecipeSections, [128, 0]), (46, [128, 0])),
-        (Failure::Scan(model), (48, [3, 2])),
-        (Failure::Scan(memory), (50, [80, 8])),
-        (Failure::Reading { index, error }, (65, [300, 2])),
         (
-            Failure::Reading {
-                index,
-                error: ReadingError::Index { index, samples },
-            },
-            (66, [300, 8]),
+            Error::with(ErrorCode::Model, [1, 9]),
+            " (firmware: neural, recipe: unknown)",
         ),
-        (Failure::ReadingRequired { index }, (67, [300, 0])),
-        (Failure::Fit(missing), (18, [4, 2])),
-        (Failure::Diverged, (81, [0, 0])),
-        (Failure::Machine, (96, [0, 0])),
-        (Failure::Protocol { device: 6, host: 5 }, (97, [6, 5])),
-        (Failure::NoReply, (98, [0, 0])),
-        (Failure::Refused(Refusal::Directions), (100, [100, 0])),
-        (Failure::OutOfReach { index, count: 2 }, (105, [300, 2])),
+        (
+            Error::with(ErrorCode::Basis, [0x1234, 7]),
+            " (named by the recipe: 00001234, of this basis: 00000007)",
+        ),
+        (Error::with(ErrorCode::Directions, [1, 0]), " (arm: sensor)"),
+        (
+            Error::with(ErrorCode::MaxThetaI, [angle, 0]),
+            " (excess: 0.500 degrees)",
+        ),
+        (
+            Error::with(ErrorCode::RecipeUnknown, [9, 0]),
+            " (section: 9)",
+        ),
+        (Error::with(ErrorCode::NoReply, [1, 2]), ""),
     ] {
-        assert_eq!(report(failure), expected, "{failure}");
+        let text = error.code.text();
+        assert_eq!(error.to_string(), format!("{text}{expected}"));
     }
 }
 
@@ -362,12 +334,14 @@ fn reports_contain_details() {
 #[test]
 fn list_respects_capacity() {
     let bytes = [7; BYTES_PER_FRAME + 1];
-    assert_eq!(RecipeBytes::try_from(&bytes[..]), Err(FrameError::TooLong));
+    let error = Err(Error::new(ErrorCode::FrameTooLong));
+    assert_eq!(RecipeBytes::try_from(&bytes[..]), error);
     let list = RecipeBytes::try_from(&bytes[1..]).unwrap();
     assert_eq!(list.as_slice(), &bytes[1..]);
     assert_eq!(RecipeBytes::take_from(bytes), list);
     assert!(Values::default().as_slice().is_empty());
     // A received list that is longer than its capacity.
     let long = frame(1, &(3_u8, 0_u16, 17_u16, vec![0.0_f32; 17]));
-    assert_eq!(read_frames::<Request>(&long), [Err(FrameError::Unknown)]);
+    let expected = [Err(Error::new(ErrorCode::FrameUnknown))];
+    assert_eq!(read_frames::<Request>(&long), expected);
 }

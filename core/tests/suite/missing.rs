@@ -1,6 +1,7 @@
 //! Readings that are missing or saturated: recipes that tolerate them, and fits without them.
 
-use glimpse_core::scan::{FitError, Reading, Scan, SkipError};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::scan::{Reading, Scan};
 
 use crate::estimator::{outcome, readings};
 use crate::recipes::{Contents, SAMPLES, tolerant};
@@ -33,21 +34,18 @@ fn for_each_recipe(missing: u8, check: impl Fn(&Contents, &mut Scan<'_, Any>)) {
     }
 }
 
-const NOTHING: FitError = FitError::Incomplete {
-    missing: SAMPLES as u16,
-    first: 0,
-};
+const NOTHING: Error = Error::with(ErrorCode::Incomplete, [SAMPLES as u32, 0]);
 
 #[test]
 fn required_readings_are_required() {
     for_each_recipe(0, |contents, scan| {
-        assert_eq!(scan.skip(0), Err(SkipError::Required));
-        assert_eq!(scan.finish_early(), Err(SkipError::Required));
+        let required = Err(Error::new(ErrorCode::ReadingRequired));
+        assert_eq!((scan.skip(0), scan.finish_early()), (required, required));
         for index in [0, 2, 1, 5, 4, 3] {
             let (first, _) = scan.next_pending().unwrap();
-            let missing = scan.pending().count() as u16;
-            let expected = Some(FitError::Incomplete { missing, first });
-            assert_eq!(scan.fit().err(), expected);
+            let details = [scan.pending().count() as u32, first.into()];
+            let expected = Error::with(ErrorCode::Incomplete, details);
+            assert_eq!(scan.fit().err(), Some(expected));
             // Saturated readings count.
             let reading = if index > 0 {
                 saturated(index)
@@ -141,8 +139,8 @@ fn restart_discards_readings() {
 #[test]
 fn fit_omits_skipped_samples() {
     for_each_recipe(2, |contents, scan| {
-        let (index, samples) = (SAMPLES as u16, SAMPLES as u16);
-        assert_eq!(scan.skip(index), Err(SkipError::Index { index, samples }));
+        let error = Error::with(ErrorCode::ReadingIndex, [SAMPLES as u32; 2]);
+        assert_eq!(scan.skip(SAMPLES as u16), Err(error));
         record(scan, [0, 2, 3, 5], unsaturated);
         scan.skip(1).unwrap();
         assert_eq!(scan.next_pending().unwrap().0, 4);

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use glimpse_core::error_code::{ErrorCode, RecipeError};
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::{GaussNewton, Net, Prediction, Ridge, Sgd, Start};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
@@ -343,7 +343,7 @@ fn names_missing_and_extra_sections() {
         // Other errors follow: those of counts of the sections that are left out.
         let error = Recipe::parse(&all.write_with(&sections)).err();
         let error = error.filter(|error| error.code == ErrorCode::RecipeSections);
-        let expected = expected.map(|kind| RecipeError::with(ErrorCode::RecipeSections, [kind, 0]));
+        let expected = expected.map(|kind| Error::with(ErrorCode::RecipeSections, [kind, 0]));
         let is_earlier = !has(3) && has(6) && error.is_none();
         assert!(error == expected || is_earlier, "{mask:b}: {error:?}");
     }
@@ -363,7 +363,7 @@ fn skips_or_rejects_unknown_kinds() {
                 .position(|(other, _)| *other > kind)
                 .unwrap();
             sections.insert(at, (kind, Vec::new()));
-            let error = RecipeError::with(ErrorCode::RecipeUnknown, [kind.into(), 0]);
+            let error = Error::with(ErrorCode::RecipeUnknown, [kind.into(), 0]);
             assert_eq!(parse_error(&contents.write_with(&sections)), error);
         }
     }
@@ -427,7 +427,7 @@ fn rejects_other_sizes_in_header() {
                 body[index] ^= change;
                 let samples = u16::from_le_bytes([body[0], body[1]]);
                 let words = u32::from_le_bytes(body[2..6].try_into().unwrap());
-                let error = RecipeError::with(ErrorCode::RecipeHeader, [samples.into(), words]);
+                let error = Error::with(ErrorCode::RecipeHeader, [samples.into(), words]);
                 assert_eq!(parse_error(&with_header(VERSION, &body)), error);
             }
         }
@@ -471,7 +471,7 @@ fn rejects_any_truncation_or_padding() {
                 whole.len()
             };
             let details = [expected as u32, length as u32];
-            assert_eq!(error, RecipeError::with(ErrorCode::RecipeLength, details));
+            assert_eq!(error, Error::with(ErrorCode::RecipeLength, details));
         }
     }
 }
@@ -481,8 +481,7 @@ fn rejects_other_format_versions() {
     let body = linear().write().split_off(HEADER_BYTES);
     for version in [0, 1, 2, 3, VERSION + 1, u16::MAX] {
         for body in [&body[..], &[]] {
-            let details = [version.into(), VERSION.into()];
-            let error = RecipeError::with(ErrorCode::RecipeVersion, details);
+            let error = Error::with(ErrorCode::RecipeVersion, [version.into(), 0]);
             assert_eq!(parse_error(&with_header(version, body)), error);
         }
     }

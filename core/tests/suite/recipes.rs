@@ -1,6 +1,6 @@
 //! An independent writer of format 4, and small pseudo-random recipes of every legal combination of stages.
 
-use glimpse_core::error_code::RecipeError;
+use glimpse_core::error::Error;
 use glimpse_core::model::ModelKind::{self, CookTorrance, Neural, Phong};
 use glimpse_core::recipe::Recipe;
 use serde::{Serialize, Serializer};
@@ -221,7 +221,7 @@ pub(crate) fn parsed(bytes: Vec<u8>) -> Recipe<'static> {
 
 /// The error of reading bytes that are not a recipe.
 #[track_caller]
-pub(crate) fn parse_error(bytes: &[u8]) -> RecipeError {
+pub(crate) fn parse_error(bytes: &[u8]) -> Error {
     Recipe::parse(bytes).map(drop).unwrap_err()
 }
 

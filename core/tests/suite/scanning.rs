@@ -1,10 +1,11 @@
 //! Scans in memory: a recipe for each model, synthetic readings, and the outcome of a fit.
 
+use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::{AnyModel, ScanModel};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{FinishError, FitError, Reading, Residual, Scan};
+use glimpse_core::scan::{Reading, Residual, Scan};
 
 use crate::recipes::{linear, parsed, sgd};
 
@@ -123,7 +124,7 @@ pub(crate) fn fit<K: ScanModel>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outc
     let pattern: Vec<_> = scan.recipe().pattern().collect();
     let mut progress = match scan.fit() {
         Ok(fit) => fit.progress(),
-        Err(FitError::TooLarge { .. }) => return Outcome::TooLarge,
+        Err(error) if error.code == ErrorCode::TooLarge => return Outcome::TooLarge,
         Err(error) => panic!("{error}"),
     };
     assert_eq!(progress.done, 0);
@@ -138,8 +139,9 @@ pub(crate) fn fit<K: ScanModel>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outc
     }
     match scan.fit_under_way().unwrap().finish() {
         // A synthetic material may be implausible.
-        Ok(_) | Err(FinishError::Implausible(_)) => {}
-        Err(FinishError::Diverged) => return Outcome::Diverged,
+        Ok(_) => {}
+        Err(error) if error.is_implausible() => {}
+        Err(error) if error.code == ErrorCode::Diverged => return Outcome::Diverged,
         Err(error) => panic!("{error}"),
     }
     let fitted = scan.fitted().unwrap();

@@ -1,6 +1,6 @@
 //! The error of a motion.
 
-use glimpse_core::gonio::LimitsError;
+use glimpse_core::error::Error;
 
 /// An error of an axis, or of the motion of several axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -8,7 +8,7 @@ pub enum MotionError {
     /// This field of an axis' settings is NaN or out of its range.
     Settings(&'static str),
     /// The largest polar angles or the minimum separation are out of range.
-    Limits(LimitsError),
+    Limits(Error),
     /// Lamp and sensor may collide at home: place the lamp's switch near the normal, the sensor's near the horizon.
     HomeTooClose,
     /// The position is unknown since power-up or an error: home the axis.

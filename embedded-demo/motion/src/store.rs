@@ -142,7 +142,7 @@ impl<F: NorFlash, const SAMPLES: usize> Store<F, SAMPLES> {
         if self.state.scan.is_none_or(|(_, samples)| index >= samples) {
             return Err(StoreError::NoSample);
         }
-        reading.check().map_err(StoreError::Reading)?;
+        reading.check(index).map_err(StoreError::Invalid)?;
         self.write(Item::Reading(index, reading, false))
     }
 

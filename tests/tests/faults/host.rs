@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
-use glimpse_core::error_code::ErrorCode;
-use glimpse_core::link::{Failure, PROTOCOL, Refusal, Reply, Request};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::link::{PROTOCOL, Reply, Request};
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{
     Response, WELCOME, measured_reply, noiseless_scanner, serve_requests, unseen_material,
@@ -25,7 +25,7 @@ fn restarted_host_receives_complete_scan() {
     let material = unseen_material(2);
     let mut scanner = noiseless_scanner(&material);
     match scanner.serve(&mut emulator.serial) {
-        Err(ScannerError::Device(report)) if report.error() == Some(ErrorCode::RefusedNoScan) => {}
+        Err(ScannerError::Device(report)) if report.code == ErrorCode::RefusedNoScan as u16 => {}
         other => panic!("{other:?}"),
     }
     assert_scans(&mut emulator);
@@ -34,10 +34,11 @@ fn restarted_host_receives_complete_scan() {
 #[test]
 fn reports_protocol_of_other_version() {
     let mut emulator = Emulator::boot_default();
-    let (device, host) = (PROTOCOL, PROTOCOL + 1);
+    let host = PROTOCOL + 1;
+    let error = Error::with(ErrorCode::Protocol, [PROTOCOL.into(), host.into()]);
     serve_requests(&mut emulator.serial, |request| match request {
         Request::Failed(report) => {
-            assert_eq!(report, Failure::Protocol { device, host }.into());
+            assert_eq!(report, error.into());
             Response::Last(Reply::Accepted)
         }
         _ => Response::Reply(Reply::Welcome { protocol: host }),
@@ -51,14 +52,14 @@ fn reports_directions_out_of_reach() {
     let mut emulator = Emulator::boot_default();
     serve_requests(&mut emulator.serial, |request| match request {
         Request::Hello { .. } => Response::Reply(WELCOME),
-        Request::Measure { .. } => Response::Reply(Reply::Refused(Refusal::Directions)),
+        Request::Measure { .. } => Response::Reply(Reply::Refused(ErrorCode::RefusedDirections)),
         Request::Failed(report) => {
-            assert_eq!(report, Failure::Refused(Refusal::Directions).into());
+            assert_eq!(report.code, ErrorCode::RefusedDirections as u16);
             Response::Last(Reply::Accepted)
         }
         other => panic!("{other:?}"),
     });
-    let _ = emulator.wait_for("Refused(Directions");
+    let _ = emulator.wait_for("RefusedDirections");
     assert_scans(&mut emulator);
 }
 

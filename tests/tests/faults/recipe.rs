@@ -1,17 +1,18 @@
 //! The recipe in flash is damaged or replaced.
 
-use glimpse_core::link::{Failure, FailureReport};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::link::FailureReport;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{
-    PackedDescent, PackedMethod, PackedRidge, Recipe, RecipeError, RecipeParts,
-};
-use glimpse_core::scan::ScanError;
+use glimpse_core::fit::{Ridge, Sgd};
+use glimpse_core::numeric::{Floats, PackedRows};
+use glimpse_core::recipe::{Contents, Pattern, Recipe, SECTIONS_START};
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::elf::{Firmware, pad_recipe};
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_trainer::scanner::ScannerError;
+use glimpse_training::recipe::RecipeFile;
 
 /// Returns the device's report for an altered recipe.
 fn failure(alter: impl FnOnce(&mut [u8])) -> FailureReport {
@@ -26,28 +27,29 @@ fn failure(alter: impl FnOnce(&mut [u8])) -> FailureReport {
         panic!("{error}");
     };
     // The log names the failure too.
-    let name = match report.code {
-        32..48 => "Recipe(",
-        _ => "Scan(",
-    };
-    assert_ne!(emulator.wait_for(name), "");
+    let name = format!("{:?}", report.error().unwrap().code);
+    assert_ne!(emulator.wait_for(&name), "");
     report
 }
 
 /// Checks the device's report for an altered recipe.
 #[track_caller]
-fn check(alter: impl FnOnce(&mut [u8]), expected: RecipeError) {
-    assert_eq!(failure(alter), Failure::Recipe(expected).into());
+fn check(alter: impl FnOnce(&mut [u8]), expected: Error) {
+    assert_eq!(failure(alter), expected.into());
 }
+
+const MAGIC: Error = Error::new(ErrorCode::RecipeMagic);
+const CHECKSUM: Error = Error::new(ErrorCode::RecipeChecksum);
 
 #[test]
 fn reports_flipped_bit() {
-    check(|recipe| recipe[2] ^= 0x40, RecipeError::Magic);
-    let version = u16::from(RECIPE[4] ^ 0x40);
-    check(|recipe| recipe[4] ^= 0x40, RecipeError::Version(version));
-    check(|recipe| recipe[13] ^= 1, RecipeError::Checksum);
-    for index in [14, RECIPE.len() / 3, RECIPE.len() - 1] {
-        check(|recipe| recipe[index] ^= 0x10, RecipeError::Checksum);
+    check(|recipe| recipe[2] ^= 0x40, MAGIC);
+    let version = u32::from(RECIPE[4] ^ 0x40);
+    let error = Error::with(ErrorCode::RecipeVersion, [version, 0]);
+    check(|recipe| recipe[4] ^= 0x40, error);
+    check(|recipe| recipe[13] ^= 1, CHECKSUM);
+    for index in [SECTIONS_START, RECIPE.len() / 3, RECIPE.len() - 1] {
+        check(|recipe| recipe[index] ^= 0x10, CHECKSUM);
     }
 }
 
@@ -55,19 +57,26 @@ fn reports_flipped_bit() {
 fn reports_truncated_recipe() {
     // Fewer bytes than the header states, as after interrupted flashing. Here the stated length grows.
     let found = RECIPE.len() as u32;
-    let expected = found + 0x100;
-    let error = RecipeError::Length { expected, found };
+    let error = Error::with(ErrorCode::RecipeLength, [found + 0x100, found]);
     check(|recipe| recipe[7] += 1, error);
     // The rest of the recipe is erased flash.
-    check(|recipe| recipe[100..].fill(0xFF), RecipeError::Checksum);
-    check(|recipe| recipe.fill(0xFF), RecipeError::Magic);
+    check(|recipe| recipe[100..].fill(0xFF), CHECKSUM);
+    check(|recipe| recipe.fill(0xFF), MAGIC);
 }
 
-/// Returns a valid recipe with this pattern and method, padded to the length of the firmware's recipe.
-fn write_recipe(pattern: &[u8], method: PackedMethod<'_>) -> Vec<u8> {
-    let mut buffer = vec![0; 2 * RECIPE.len()];
-    let bytes = Recipe::write(&RecipeParts::new(pattern, method), &mut buffer).unwrap();
-    pad_recipe(bytes, RECIPE.len())
+/// Returns a valid recipe with these sections and a pattern of `samples` samples that repeats that of the firmware's
+/// recipe, padded to its length.
+fn write_recipe(samples: usize, contents: Contents<'_>) -> Vec<u8> {
+    let directions = pattern(samples);
+    let file = RecipeFile::write(&Contents {
+        pattern: Some(Pattern {
+            directions: Floats::new(&directions),
+            is_path: false,
+            expected_loss: None,
+        }),
+        ..contents
+    });
+    pad_recipe(file.unwrap().bytes(), RECIPE.len())
 }
 
 /// Returns a pattern of `samples` samples that repeats the pattern of the firmware's recipe.
@@ -82,38 +91,57 @@ fn pattern(samples: usize) -> Vec<u8> {
 
 /// Returns the firmware's recipe for another number of samples.
 fn neural(samples: usize) -> Vec<u8> {
-    let method = Recipe::parse(RECIPE).unwrap().method();
-    write_recipe(&pattern(samples), method.into())
+    let contents = Contents::read(RECIPE).unwrap();
+    let (sgd, metadata) = (contents.sgd, &[]);
+    write_recipe(
+        samples,
+        Contents {
+            sgd,
+            metadata,
+            ..Contents::default()
+        },
+    )
 }
 
 #[test]
 fn reports_recipe_of_other_model() {
     let report = |bytes: &[u8]| failure(|recipe| recipe.copy_from_slice(bytes));
-    let expected = |recipe| {
-        let firmware = ModelKind::Neural;
-        FailureReport::from(Failure::Scan(ScanError::Model { firmware, recipe }))
+    let expected = |recipe: ModelKind| {
+        let details = [ModelKind::Neural as u32, recipe as u32];
+        FailureReport::from(Error::with(ErrorCode::Model, details))
     };
     for model in [ModelKind::Phong, ModelKind::CookTorrance] {
         let parameters = [0; 4].repeat(model.parameters().unwrap());
-        let method = PackedMethod::Descent(PackedDescent {
+        let sgd = Some(Sgd {
             model,
-            inner_steps: 20,
-            initial: &parameters,
-            step_sizes: &parameters,
+            steps: 20,
+            initial: Floats::new(&parameters),
+            step_sizes: Floats::new(&parameters),
         });
-        assert_eq!(report(&write_recipe(&pattern(8), method)), expected(model));
+        let contents = Contents {
+            sgd,
+            ..Contents::default()
+        };
+        assert_eq!(report(&write_recipe(8, contents)), expected(model));
     }
     let ones = 1.0_f32.to_le_bytes().repeat(8);
-    let method = PackedMethod::Ridge(PackedRidge {
-        components: 1,
-        basis: &ones,
-        mean: &ones,
-        median: &ones,
-        weight: &ones,
-        precision: &ones[..4],
+    let ridge = Some(Ridge {
+        precision: Floats::new(&ones[..4]),
+        difference_precision: Floats::default(),
+        center: Floats::new(&ones),
+        rows: PackedRows {
+            entries: &ones,
+            scales: Floats::default(),
+        },
         basis_checksum: 0,
     });
-    let linear = write_recipe(&pattern(8), method);
+    let linear = write_recipe(
+        8,
+        Contents {
+            ridge,
+            ..Contents::default()
+        },
+    );
     assert_eq!(report(&linear), expected(ModelKind::Linear));
 }
 
@@ -122,9 +150,9 @@ fn reports_recipe_with_too_many_samples() {
     let bytes = neural(9);
     let needed = Recipe::parse(&bytes).unwrap().memory_words();
     let found = Recipe::parse(&neural(8)).unwrap().memory_words();
-    let error = ScanError::Memory { needed, found };
+    let details = [needed, found].map(|words| words as u32);
     let failure = failure(|recipe| recipe.copy_from_slice(&bytes));
-    assert_eq!(failure, Failure::Scan(error).into());
+    assert_eq!(failure, Error::with(ErrorCode::Memory, details).into());
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! The sensor returns invalid or constant values.
 
-use glimpse_core::error_code::ErrorCode;
-use glimpse_core::link::{Failure, FailureReport, Reply, Request};
-use glimpse_core::scan::{Reading, ReadingError, Residual};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::link::{FailureReport, Reply, Request};
+use glimpse_core::scan::{Reading, Residual};
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{Response, WELCOME, serve_requests};
 
@@ -13,7 +13,7 @@ fn scan(
     emulator: &mut Emulator,
     mut sensor: impl FnMut(u16) -> Reading,
 ) -> Result<Residual, FailureReport> {
-    let mut result = Err(Failure::NoReply.into());
+    let mut result = Err(Error::new(ErrorCode::NoReply).into());
     serve_requests(&mut emulator.serial, |request| match request {
         Request::Hello { .. } => Response::Reply(WELCOME),
         Request::Measure { index, .. } => Response::Reply(Reply::Measured {
@@ -43,13 +43,13 @@ fn valid_reading(index: u16) -> Reading {
 
 #[test]
 fn invalid_readings_are_repeated_and_then_reported() {
-    use ReadingError::{Negative, NonFinite};
+    use ErrorCode::{ReadingNegative, ReadingNonFinite};
     let mut emulator = Emulator::boot_default();
-    for (channel, value, error) in [
-        (0, f32::NAN, NonFinite(0)),
-        (1, f32::INFINITY, NonFinite(1)),
-        (2, f32::NEG_INFINITY, NonFinite(2)),
-        (1, -1.1, Negative(1)),
+    for (channel, value, code) in [
+        (0, f32::NAN, ReadingNonFinite),
+        (1, f32::INFINITY, ReadingNonFinite),
+        (2, f32::NEG_INFINITY, ReadingNonFinite),
+        (1, -1.1, ReadingNegative),
     ] {
         let invalid_reading = |index| {
             let mut reading = valid_reading(index);
@@ -78,9 +78,10 @@ fn invalid_readings_are_repeated_and_then_reported() {
                 valid_reading(index)
             }
         });
-        assert_eq!(result, Err(Failure::Reading { index: 2, error }.into()));
+        let error = Error::with(code, [2, channel as u32]);
+        assert_eq!(result, Err(error.into()));
         assert_eq!(measurements, 2 + 3);
-        let _ = emulator.wait_for("Reading { index: 2");
+        let _ = emulator.wait_for(&format!("{code:?}"));
     }
     assert_scans(&mut emulator);
 }
@@ -137,7 +138,7 @@ fn dark_readings_are_fitted_and_counts_are_reported() {
                 "{residual:?} at {value}"
             ),
             Err(report) => assert!(
-                report.error() == Some(ErrorCode::TooLarge) && value > 0.0,
+                report.code == ErrorCode::TooLarge as u16 && value > 0.0,
                 "{report} at {value}"
             ),
         }

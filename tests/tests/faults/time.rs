@@ -7,7 +7,8 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use glimpse_core::link::{Failure, FrameReader, Refusal, Reply, Request};
+use glimpse_core::error::ErrorCode;
+use glimpse_core::link::{FrameReader, Reply, Request};
 use glimpse_tests::elf::Firmware;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{Response, WELCOME, serve_requests};
@@ -156,10 +157,10 @@ fn watchdog_is_fed_during_motion_and_after_failure() {
                 feeds.push(watchdog_feeds(log.path()));
                 thread::sleep(Duration::from_millis(500));
             }
-            Response::Reply(Reply::Refused(Refusal::Directions))
+            Response::Reply(Reply::Refused(ErrorCode::RefusedDirections))
         }
         Request::Failed(failure) => {
-            assert_eq!(failure, Failure::Refused(Refusal::Directions).into());
+            assert_eq!(failure.code, ErrorCode::RefusedDirections as u16);
             feeds_at_failure = Some(watchdog_feeds(log.path()));
             Response::Reply(Reply::Accepted)
         }

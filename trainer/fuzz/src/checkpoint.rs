@@ -7,9 +7,10 @@ use std::fs;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Effort, Parts, Schedule};
 use glimpse_training::meta::checkpoint::{Checkpoint, CheckpointError};
 use glimpse_training::meta::identity::RunIdentity;
+use glimpse_training::meta::options::TrainedParts;
+use glimpse_training::meta::plan::{Effort, Schedule};
 
 use crate::{Folder, check_rejection};
 
@@ -22,7 +23,7 @@ pub const RUN: RunIdentity = RunIdentity {
     samples: 1,
     schedule: Schedule::Joint,
     effort: Effort::Quick,
-    parts: Parts::All,
+    parts: TrainedParts::All,
     seed: 7,
     materials: 3,
     options_digest: 0x0123_4567_89ab_cdef,

@@ -106,7 +106,6 @@ impl Kernel for ComponentLoss<'_, '_> {
                 mapped_green = mapped_green.plus_product(row, L::broadcast(green[k]));
                 mapped_blue = mapped_blue.plus_product(row, L::broadcast(blue[k]));
             }
-            let zero = Dual::from_value(L::constant(0.0));
             let cosine_product = Dual::from_value(cosine_product);
             let tangent = [L::constant(1.0)];
             let red = unmap(
@@ -114,7 +113,6 @@ impl Kernel for ComponentLoss<'_, '_> {
                     value: mapped_red,
                     tangent,
                 },
-                zero,
                 cosine_product,
             );
             let green = unmap(
@@ -122,7 +120,6 @@ impl Kernel for ComponentLoss<'_, '_> {
                     value: mapped_green,
                     tangent,
                 },
-                zero,
                 cosine_product,
             );
             let blue = unmap(
@@ -130,7 +127,6 @@ impl Kernel for ComponentLoss<'_, '_> {
                     value: mapped_blue,
                     tangent,
                 },
-                zero,
                 cosine_product,
             );
             let [e, f, g, h] = rgb;

@@ -15,10 +15,10 @@
 //! precision p of an active parameter has the derivative v (theta_0 - theta_k - delta), and theta_0 the derivative p v.
 
 use glimpse_core::fit::gauss_newton::{add_reading, system_length, take_step};
-use glimpse_core::fit::ridge::{Real as RidgeReal, packed_length, solve_factorized};
+use glimpse_core::fit::ldl::{packed_length, solve};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{Model, Objective, ParameterSet, Sample, SampleGradient};
-use glimpse_core::numeric::Scalar;
+use glimpse_core::numeric::{self, Scalar};
 
 use crate::dual::Dual;
 use crate::inner_loop::Real;
@@ -84,7 +84,7 @@ pub struct FitGradient<M: Model, R: Real> {
     pub error_scale: R,
 }
 
-impl<M: Model, R: Real + RidgeReal> GaussNewton<'_, M, R> {
+impl<M: Model, R: Real + numeric::Real> GaussNewton<'_, M, R> {
     /// Returns the active parameters of a set, system by system.
     fn active(parameters: &M::Parameters<R>) -> Vec<R> {
         let (systems, count) = (M::ACTIVE.systems(), M::ACTIVE.count());
@@ -157,7 +157,7 @@ impl<M: Model, R: Real + RidgeReal> GaussNewton<'_, M, R> {
                 let (packed, delta) = system.split_at(packed_length(count));
                 let range = index * count..(index + 1) * count;
                 let mut v = lambda[range.clone()].to_vec();
-                solve_factorized(packed, &mut v);
+                solve(packed, &mut v);
                 let (initial, by_initial) = (&initial[range.clone()], &mut by_initial[range]);
                 for k in 0..count {
                     let position = M::ACTIVE.index(index, k);

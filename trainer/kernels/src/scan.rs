@@ -1,26 +1,10 @@
 //! Core's scan on the host, for any recipe.
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::AnyModel;
 use glimpse_core::geometry::Angles;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{FinishError, FitError, Reading, ReadingError, Residual, Scan, ScanError};
-
-/// An error of a scan on the host. A device fails for the same reasons.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum HostScanError {
-    /// The recipe does not permit a scan.
-    #[error(transparent)]
-    Scan(#[from] ScanError),
-    /// A value of the material is not a valid reading.
-    #[error("a reading of the material is invalid: {0}")]
-    Reading(#[from] ReadingError),
-    /// The readings cannot be fitted.
-    #[error("the readings cannot be fitted: {0}")]
-    Fit(#[from] FitError),
-    /// The fit has no result.
-    #[error("the fit has no result: {0}")]
-    Finish(#[from] FinishError),
-}
+use glimpse_core::scan::{Reading, Residual, Scan};
 
 /// The result of a scan.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,16 +49,14 @@ pub type ReadSample<'r> = dyn FnMut(u16, Angles<f32>) -> Option<[f32; 3]> + 'r;
 pub fn scan(
     recipe: &Recipe<'_>,
     read: &mut dyn FnMut(Angles<f32>) -> [f32; 3],
-) -> Result<ScanOutcome, HostScanError> {
+) -> Result<ScanOutcome, Error> {
     scan_with_missing(recipe, &mut |_, angles| Some(read(angles)))
 }
 
 /// Returns the prediction for a scan that ends early, as a device uses it for a target loss: None if the fit fails, is
 /// implausible, or has no upper bound of its loss. The device then continues.
 #[must_use]
-pub fn bounded_prediction(
-    result: &Result<ScanOutcome, HostScanError>,
-) -> Option<BoundedPrediction> {
+pub fn bounded_prediction(result: &Result<ScanOutcome, Error>) -> Option<BoundedPrediction> {
     let outcome = result.as_ref().ok()?;
     let prediction = outcome.prediction?;
     match outcome.residual.implausible {
@@ -93,7 +75,7 @@ pub fn bounded_prediction(
 pub fn scan_with_missing(
     recipe: &Recipe<'_>,
     read: &mut ReadSample<'_>,
-) -> Result<ScanOutcome, HostScanError> {
+) -> Result<ScanOutcome, Error> {
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<AnyModel>::new(*recipe, &mut memory)?;
     for (index, angles) in (0..).zip(recipe.pattern()) {
@@ -105,10 +87,10 @@ pub fn scan_with_missing(
     while !fit.advance(u32::MAX).is_complete() {}
     match fit.finish() {
         // Simulated materials may be perfectly uniform, and callers may want implausible results.
-        Ok(_) | Err(FinishError::Implausible(_)) => {}
-        Err(error) => return Err(error.into()),
+        Err(error) if !error.is_implausible() => return Err(error),
+        _ => {}
     }
-    let fitted = scan.fitted().ok_or(FinishError::Diverged)?;
+    let fitted = scan.fitted().ok_or(Error::new(ErrorCode::Diverged))?;
     Ok(ScanOutcome {
         values: fitted.values().collect(),
         residual: fitted.residual(),

@@ -3,6 +3,7 @@
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::Angles;
+use serde::{Deserialize, Serialize};
 
 use crate::Material;
 
@@ -10,7 +11,7 @@ use crate::Material;
 const STEPS: usize = 4;
 
 /// The name of a material and the digest of its BRDF. Recipes list the identities of their training materials.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identity {
     /// The name.
     pub name: String,

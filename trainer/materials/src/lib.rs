@@ -52,4 +52,4 @@ pub use rgl::{Colors, RglMeasurement, to_rgl};
 pub use sensor::quantize;
 pub use skipped_entries::SkippedEntries;
 pub use source::{MAX_FULLY_CHECKED, Source};
-pub use sources::{MaterialsAndShares, ShareError, SourceShare, Sources};
+pub use sources::{MaterialsAndShares, Origin, ShareError, SourceShare, Sources};

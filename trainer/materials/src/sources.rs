@@ -2,8 +2,7 @@
 
 use std::collections::HashMap;
 
-use glimpse_core::recipe::Origin;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::display_with_setting_names;
 use crate::error::SourceError;
@@ -18,9 +17,30 @@ pub struct Sources {
     shares: Option<Vec<f32>>,
 }
 
+/// The origin of materials.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Origin {
+    /// Files of the user, or materials that a program defines.
+    Files,
+    /// Procedural materials of the trainer.
+    BuiltIn,
+}
+
+impl Origin {
+    /// Returns the name in JSON and Python.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Files => "files",
+            Self::BuiltIn => "built-in",
+        }
+    }
+}
+
 /// The materials of one source and their share of the training tasks. They are consecutive in the list of all
 /// materials.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SourceShare {
     /// The source's label.
     pub label: String,

@@ -2,7 +2,6 @@
 
 use glimpse_core::gonio::{Footprint, Limits, Quantity};
 use glimpse_core::model::ModelKind;
-use glimpse_training::meta::options::RefinementMethod;
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::route::Order;
 use pyo3::prelude::*;
@@ -20,11 +19,6 @@ pub(crate) const SCHEDULES: [(&str, Schedule); 3] = [
     ("joint", Schedule::Joint),
     ("paper", Schedule::Paper),
 ];
-pub(crate) const REFINEMENTS: [(&str, RefinementMethod); 2] = [
-    ("gauss-newton", RefinementMethod::GaussNewton),
-    ("sgd", RefinementMethod::Sgd),
-];
-
 pub(crate) const EFFORTS: [(&str, Effort); 4] = [
     ("brief", Effort::Brief),
     ("quick", Effort::Quick),

@@ -285,7 +285,7 @@ impl PyFittedMaterial {
         keep_all: bool,
     ) -> PyResult<Bound<'py, Self>> {
         let file = Arc::new(RecipeFile::new(recipe.to_vec()).map_err(to_exception)?);
-        let checksum = file.recipe().method().basis_checksum();
+        let checksum = file.recipe().basis_checksum();
         let basis = basis.zip(checksum);
         let basis = basis.map(|(bytes, checksum)| Basis::parse_for_recipe(bytes, checksum));
         let basis = basis.transpose();

@@ -1,6 +1,6 @@
 //! Plans of scans: the order in which a machine's arms visit a recipe's samples.
 
-use glimpse_core::recipe::Recipe;
+use glimpse_training::recipe::RecipeFile;
 use glimpse_training::route::{Axes, Machine, Order, Route, blank_sheet, stops};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -70,19 +70,19 @@ pub(crate) struct PyPlan {
 impl PyPlan {
     pub(crate) fn new(
         py: Python<'_>,
-        recipe: &Recipe<'_>,
+        file: &RecipeFile,
         order: Option<&str>,
         machine: &MachineArgs<'_, '_>,
         swap: bool,
         seed: u64,
     ) -> PyResult<Self> {
+        let recipe = file.recipe();
         let order = match order {
             Some(name) => choose("order", name, &ORDERS)?,
-            None => Order::of_recipe(recipe),
+            None => Order::of_recipe(&recipe),
         };
-        let metadata = recipe.metadata().map_err(to_exception)?;
-        let machine = machine.machine(&Machine::of_recipe(&metadata))?;
-        let stops = stops(recipe, &machine.limits, swap).map_err(|unreachable| {
+        let machine = machine.machine(&Machine::of_recipe(file.metadata()))?;
+        let stops = stops(&recipe, &machine.limits, swap).map_err(|unreachable| {
             let lines: Vec<String> = unreachable
                 .iter()
                 .map(|sample| format!("\n  {sample}"))

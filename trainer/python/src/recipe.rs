@@ -6,7 +6,6 @@ use std::sync::Arc;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::Machine;
 use glimpse_training::route::axes_from_angles;
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
@@ -42,7 +41,7 @@ impl PyRecipe {
 
     /// Combines a recipe with the bytes of its basis, if it needs one.
     pub(crate) fn new_with_basis(file: RecipeFile, basis: Option<&[u8]>) -> PyResult<Self> {
-        let checksum = file.recipe().method().basis_checksum();
+        let checksum = file.recipe().basis_checksum();
         let basis = match (checksum, basis) {
             (None, None) => None,
             (None, Some(_)) => {
@@ -173,23 +172,23 @@ impl PyRecipe {
     /// The expected loss of an unseen material (see `loss`), or None if the recipe does not state it.
     #[getter]
     fn expected_loss(&self) -> Option<f32> {
-        let expectation = self.file.metadata().expectation;
-        expectation.map(|expectation| expectation.loss)
+        self.recipe().expected_loss()
     }
 
     /// The expected loss and its validation materials: a dict of loss, standard_error (or None), materials (their
-    /// number) and on (their description); or None.
+    /// number), split (their role in training) and on (their description, or None); or None.
     #[getter]
     fn expectation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
         let metadata = self.file.metadata();
-        let Some(expectation) = metadata.expectation else {
+        let Some(expected) = metadata.expected_loss else {
             return Ok(None);
         };
         let dict = PyDict::new(py);
-        dict.set_item("loss", expectation.loss)?;
-        dict.set_item("standard_error", expectation.standard_error)?;
-        dict.set_item("materials", expectation.materials)?;
-        dict.set_item("on", expectation.on)?;
+        dict.set_item("loss", expected.estimate.loss)?;
+        dict.set_item("standard_error", expected.estimate.standard_error)?;
+        dict.set_item("materials", expected.estimate.materials)?;
+        dict.set_item("split", expected.split.name())?;
+        dict.set_item("on", metadata.validation_materials())?;
         Ok(Some(dict))
     }
 
@@ -228,69 +227,52 @@ impl PyRecipe {
     /// theta_o, phi_o), settle_seconds and seconds; or None.
     #[getter]
     fn scan_time<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let metadata = self.file.metadata();
-        let Some(scan_time) = metadata.scan_time else {
-            return Ok(None);
-        };
-        let machine = Machine::of_recipe(&metadata);
-        let dict = PyDict::new(py);
-        dict.set_item("speeds_degrees_per_second", machine.speeds.to_array())?;
-        dict.set_item("settle_seconds", machine.settle)?;
-        dict.set_item("seconds", scan_time.seconds)?;
-        Ok(Some(dict))
-    }
-
-    /// The provenance: a dict of trainer, data, materials (their number), schedule, seed and options; or None.
-    #[getter]
-    fn provenance<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(provenance) = self.file.metadata().provenance else {
+        let Some(budget) = self.file.metadata().scan_budget else {
             return Ok(None);
         };
         let dict = PyDict::new(py);
-        dict.set_item("trainer", provenance.trainer)?;
-        dict.set_item("data", provenance.data)?;
-        dict.set_item("materials", provenance.materials)?;
-        dict.set_item("schedule", provenance.schedule)?;
-        dict.set_item("seed", provenance.seed)?;
-        dict.set_item("options", provenance.options)?;
+        dict.set_item("speeds_degrees_per_second", budget.speeds.to_array())?;
+        dict.set_item("settle_seconds", budget.settle)?;
+        dict.set_item("seconds", budget.seconds)?;
         Ok(Some(dict))
     }
 
-    /// The training in machine-readable form, or None: a dict of schedule, effort, parts (the trained parts of the
-    /// recipe), split (the validation materials of the expected loss), digest (of all options, hexadecimal) and
-    /// sources. Its entry `sources` is a list of dicts of label, origin, materials (their number) and share (of
-    /// training tasks).
+    /// The training, or None: a dict of trainer (the program and its version), data, materials (their number), sources,
+    /// schedule, effort, parts (the trained parts of the recipe), options (other options, in words), seed and digest (of
+    /// all options, hexadecimal). Its entry `sources` is a list of dicts of label, origin, materials (their number) and
+    /// share (of training tasks).
     #[getter]
     fn training<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(training) = self.file.metadata().training else {
+        let Some(training) = &self.file.metadata().training else {
             return Ok(None);
         };
-        let sources = training.sources.map(|source| {
+        let sources = training.sources.iter().map(|source| {
             let dict = PyDict::new(py);
-            dict.set_item("label", source.label)?;
+            dict.set_item("label", &source.label)?;
             dict.set_item("origin", source.origin.name())?;
             dict.set_item("materials", source.materials)?;
             dict.set_item("share", source.share)?;
             Ok(dict)
         });
         let dict = PyDict::new(py);
+        dict.set_item("trainer", &training.trainer)?;
+        dict.set_item("data", &training.data)?;
+        dict.set_item("materials", training.materials)?;
+        dict.set_item("sources", sources.collect::<PyResult<Vec<_>>>()?)?;
         dict.set_item("schedule", training.schedule.name())?;
         dict.set_item("effort", training.effort.name())?;
         dict.set_item("parts", training.parts.name())?;
-        dict.set_item("split", training.split.name())?;
+        dict.set_item("options", &training.options)?;
+        dict.set_item("seed", training.seed)?;
         dict.set_item("digest", format!("{:016x}", training.digest))?;
-        dict.set_item("sources", sources.collect::<PyResult<Vec<_>>>()?)?;
         Ok(Some(dict))
     }
 
     /// The names of the training materials, or an empty list if the recipe does not list them.
     #[getter]
-    fn trained_on(&self) -> PyResult<Vec<String>> {
-        let metadata = self.file.metadata();
-        Ok(metadata
-            .materials
-            .map(|(name, _)| name.to_owned())
-            .collect())
+    fn trained_on(&self) -> Vec<String> {
+        let materials = self.file.metadata().materials.iter();
+        materials.map(|material| material.name.clone()).collect()
     }
 
     /// Plans a scan as `trainer plan` does: the order of the samples, and the positions and times of a machine's arms.
@@ -340,7 +322,7 @@ impl PyRecipe {
                 min_separation_degrees,
             ],
         };
-        PyPlan::new(py, &self.recipe(), order, &machine, swap, seed)
+        PyPlan::new(py, &self.file, order, &machine, swap, seed)
     }
 
     /// Fits readings with the code that a device runs, and finds outliers, as `trainer fit` does.

@@ -20,7 +20,7 @@ use glimpse_training::recipe::{PackError, RecipeFile, pack_recipe};
 use glimpse_training::route::Machine;
 use pyo3::prelude::*;
 
-use crate::choices::{EFFORTS, MODELS, REFINEMENTS, SCHEDULES, choose, limits};
+use crate::choices::{EFFORTS, MODELS, SCHEDULES, choose, limits};
 use crate::error::{GlimpseError, reject, to_exception};
 use crate::interruptible::run_interruptible;
 use crate::plan::parse_speeds;
@@ -124,10 +124,9 @@ fn scan_budget(
 /// `additive` is the standard deviation of additive noise, as a share of the BRDF of a white surface, 1/pi. `levels` is
 /// the number of quantization levels of the sensor, 0 for none. `procedural` is the share of training tasks that are
 /// procedural materials (default 0.4). The limits of the machine are `max_theta_i_degrees` (default 90),
-/// `max_theta_o_degrees` (default 90) and `min_separation_degrees` (default 0). `refinement` is the fit that follows the
-/// completion for models other than linear: "gauss-newton" (the default) or "sgd". `scan_seconds` is the longest time of
-/// a scan, motion and settling together (default: any time), on a machine with `speed_degrees_per_second` (default 10)
-/// and `settle_seconds` (default 0.5) as in `Recipe.plan`.
+/// `max_theta_o_degrees` (default 90) and `min_separation_degrees` (default 0). `scan_seconds` is the longest time of a
+/// scan, motion and settling together (default: any time), on a machine with `speed_degrees_per_second` (default 10) and
+/// `settle_seconds` (default 0.5) as in `Recipe.plan`.
 ///
 /// Two options require the model linear and schedule="joint" or "paper". `bases` is the number of principal components.
 /// `eta` is the precision of their coefficients.
@@ -141,7 +140,7 @@ fn scan_budget(
 #[pyo3(signature = (
     model, materials = None, *, samples = 8, schedule = "prior", effort = "standard", seed = 0, share = None,
     missing = None, noise = None, additive = None, levels = None, procedural = None,
-    max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, refinement = None,
+    max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None,
     scan_seconds = None, speed_degrees_per_second = None, settle_seconds = None, bases = None, eta = None,
     checkpoint = None, checkpoint_every_seconds = 10.0, resume = false, progress = None,
 ))]
@@ -163,7 +162,6 @@ pub(crate) fn train(
     max_theta_i_degrees: Option<f64>,
     max_theta_o_degrees: Option<f64>,
     min_separation_degrees: Option<f64>,
-    refinement: Option<&str>,
     scan_seconds: Option<f64>,
     speed_degrees_per_second: Option<&Bound<'_, PyAny>>,
     settle_seconds: Option<f64>,
@@ -189,7 +187,6 @@ pub(crate) fn train(
             ("max_theta_i_degrees", max_theta_i_degrees.is_some()),
             ("max_theta_o_degrees", max_theta_o_degrees.is_some()),
             ("min_separation_degrees", min_separation_degrees.is_some()),
-            ("refinement", refinement.is_some()),
             ("scan_seconds", scan_seconds.is_some()),
         ],
     )?;
@@ -203,11 +200,6 @@ pub(crate) fn train(
             ),
             ("settle_seconds", settle_seconds.is_some()),
         ],
-    )?;
-    reject_unused(
-        model == ModelKind::Linear,
-        "it requires another model than linear",
-        &[("refinement", refinement.is_some())],
     )?;
     let linear_options = [("bases", bases.is_some()), ("eta", eta.is_some())];
     reject_unused(
@@ -240,10 +232,6 @@ pub(crate) fn train(
                 max_theta_o_degrees,
                 min_separation_degrees,
             ),
-            refinement: match refinement {
-                Some(name) => choose("refinement", name, &REFINEMENTS)?,
-                None => default.refinement,
-            },
             scan: scan_budget(scan_seconds, speed_degrees_per_second, settle_seconds)?,
         },
         checkpoints: checkpoints(checkpoint, checkpoint_every_seconds, resume)?,

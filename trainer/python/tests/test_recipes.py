@@ -25,8 +25,8 @@ def test_recipe_matches_inspect_command(trainer, recipe_path):
     converted = glimpse.directions_from_degrees(*recipe.angles_degrees.T)
     np.testing.assert_allclose(converted, recipe.directions, atol=1e-9)
     assert recipe.expected_loss == pytest.approx(recipe.expectation["loss"])
-    assert recipe.provenance["trainer"].startswith("glimpse-trainer ")
-    assert recipe.training["split"] == expected["training"]["split"]
+    assert recipe.training["trainer"].startswith("glimpse-trainer ")
+    assert recipe.expectation["split"] == expected["expectation"]["split"]
     assert recipe.training["digest"] == expected["training"]["digest"]
     shares = [source["share"] for source in recipe.training["sources"]]
     assert sum(shares) == pytest.approx(1)

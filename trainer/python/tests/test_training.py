@@ -170,7 +170,7 @@ def test_trains_on_material_objects(tmp_path):
     ]
     recipe = glimpse.train("phong", tables, samples=2, effort="brief", schedule="joint")
     assert recipe.trained_on == ["gray-0", "gray-1", "gray-2"]
-    assert recipe.provenance["data"] == "3 materials of a program"
+    assert recipe.training["data"] == "3 materials of a program"
     # Training on files of the same tables gives the same pattern.
     for table in tables:
         table.save(tmp_path / f"{table.name}.binary")

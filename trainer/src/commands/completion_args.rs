@@ -3,8 +3,7 @@
 use anyhow::{Context, bail};
 use clap::Args;
 use glimpse_core::gonio::Limits;
-use glimpse_core::model::ModelKind;
-use glimpse_training::meta::options::{CompletionOptions, RefinementMethod};
+use glimpse_training::meta::options::CompletionOptions;
 use glimpse_training::meta::plan::Schedule;
 use glimpse_training::meta::scan_budget::ScanBudget;
 use glimpse_training::route::{Axes, Machine};
@@ -45,9 +44,6 @@ pub(crate) struct CompletionArgs {
     /// degrees, above 0 to 180 [default: 0]
     #[arg(long, value_name = "DEGREES", value_parser = numbers::degrees)]
     min_separation: Option<f32>,
-    /// Schedule prior, except for linear: fit that follows the completion [default: gauss-newton]
-    #[arg(long, value_name = "METHOD")]
-    refinement: Option<RefinementMethod>,
     /// Schedule prior: longest time of a scan in seconds, by the rules of `trainer plan`: motion, and
     /// settling at each sample. The pattern and its order are trained to keep within it [default: any
     /// time]
@@ -71,11 +67,10 @@ impl CompletionArgs {
     /// Returns the options of a training, with defaults for this number of samples.
     ///
     /// # Errors
-    /// If an option was given for another schedule or model, or a value is out of range.
+    /// If an option was given for another schedule, or a value is out of range.
     pub(crate) fn options_for(
         self,
         schedule: Schedule,
-        model: ModelKind,
         samples: usize,
     ) -> anyhow::Result<CompletionOptions> {
         let default = CompletionOptions::for_samples(samples);
@@ -88,16 +83,12 @@ impl CompletionArgs {
             ("--max-theta-i", self.max_theta_i.is_some()),
             ("--max-theta-o", self.max_theta_o.is_some()),
             ("--min-separation", self.min_separation.is_some()),
-            ("--refinement", self.refinement.is_some()),
             ("--scan-seconds", self.scan_seconds.is_some()),
         ];
         if schedule != Schedule::Prior
             && let Some((name, _)) = options.iter().find(|(_, is_set)| *is_set)
         {
             bail!("{name} has no effect: it applies to --schedule prior only; remove it");
-        }
-        if model == ModelKind::Linear && self.refinement.is_some() {
-            bail!("--refinement has no effect: it does not apply to the model linear; remove it");
         }
         let completion_options = CompletionOptions {
             missing: self.missing.unwrap_or(default.missing),
@@ -106,7 +97,6 @@ impl CompletionArgs {
             levels: self.levels.unwrap_or(default.levels),
             procedural: self.procedural.unwrap_or(default.procedural),
             limits: self.limits(),
-            refinement: self.refinement.unwrap_or(default.refinement),
             scan: self.scan_seconds.map(|seconds| self.scan_budget(seconds)),
         };
         completion_options.validate()?;

@@ -1,9 +1,11 @@
 //! Reports of evaluations as text and as JSON, with standard errors and warnings about training materials.
 
-use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_core::recipe::Recipe;
 use glimpse_trainer::evaluation::{Estimate, Report, TargetReport, TrainingOverlap};
+use glimpse_trainer::export::expectation;
 use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 use glimpse_training::meta::completion::loss_predictor::rank_correlation;
+use glimpse_training::recipe::{Metadata, MetadataError};
 use serde_json::{Value, json};
 
 use super::expected_loss::expected_loss;
@@ -33,16 +35,9 @@ impl StatedLoss {
     ///
     /// # Errors
     /// If the recipe's metadata is malformed.
-    pub(super) fn of(recipe: &Recipe<'_>) -> Result<Option<Self>, RecipeError> {
-        let Some(expectation) = recipe.metadata()?.expectation else {
-            return Ok(None);
-        };
-        let json = json!({
-            "loss": expectation.loss,
-            "standard_error": expectation.standard_error,
-            "materials": expectation.materials,
-            "on": expectation.on,
-        });
+    pub(super) fn of(recipe: &Recipe<'_>) -> Result<Option<Self>, MetadataError> {
+        let json = expectation(&Metadata::of(recipe)?);
+        let json = json.unwrap_or_else(|| json!({ "loss": recipe.expected_loss() }));
         Ok(expected_loss(recipe)?.map(|text| Self { text, json }))
     }
 }

@@ -6,7 +6,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::is_stream;
 use glimpse_training::meta::options::Options;
-use glimpse_training::recipe::{RecipeFile, describe_options, describe_training};
+use glimpse_training::recipe::{RecipeFile, Training};
 
 /// The file at a recipe's path before training.
 pub(super) enum ExistingOutput {
@@ -29,10 +29,9 @@ pub(super) fn existing_output(out: &Path, options: &Options, data: &str) -> Exis
         Ok(file) => file,
         Err(error) => return ExistingOutput::Conflict(error.to_string()),
     };
-    let (recipe, metadata) = (file.recipe(), file.metadata());
-    let (Some(training), Some(provenance), Some(expectation)) =
-        (metadata.training, metadata.provenance, metadata.expectation)
-    else {
+    let recipe = file.recipe();
+    let training = file.metadata().training.as_ref();
+    let Some((training, expected_loss)) = training.zip(recipe.expected_loss()) else {
         return ExistingOutput::Conflict(format!(
             "{} does not state its training options",
             out.display()
@@ -40,7 +39,7 @@ pub(super) fn existing_output(out: &Path, options: &Options, data: &str) -> Exis
     };
     let has_basis = recipe.model() != ModelKind::Linear || Basis::path_for(out).exists();
     match training.digest == options.digest() {
-        true if has_basis => ExistingOutput::Trained(expectation.loss),
+        true if has_basis => ExistingOutput::Trained(expected_loss),
         true => ExistingOutput::Conflict(format!(
             "{} has no basis file {}",
             out.display(),
@@ -48,11 +47,14 @@ pub(super) fn existing_output(out: &Path, options: &Options, data: &str) -> Exis
         )),
         false => {
             let (model, samples) = (recipe.model(), recipe.samples());
+            let shares = options.source_shares.iter();
+            let materials = shares.map(|each| each.materials).sum();
+            let requested = Training::new(options, data, materials);
             ExistingOutput::Conflict(format!(
                 "{} was trained with other options (in the file: {}; in this command: {})",
                 out.display(),
-                describe_training(model, samples, &provenance, training.digest),
-                describe_options(options, data)
+                training.describe(model, samples),
+                requested.describe(options.model, options.samples)
             ))
         }
     }
@@ -60,11 +62,10 @@ pub(super) fn existing_output(out: &Path, options: &Options, data: &str) -> Exis
 
 #[cfg(test)]
 mod tests {
-    use glimpse_core::recipe::{Kind, ValidationSplit};
     use glimpse_materials::sampling::sobol_valid;
     use glimpse_materials::{Source, SourceShare};
     use glimpse_training::meta::learned::{
-        LearnedDescent, LearnedFit, LearnedRecipe, ValidatedLoss,
+        LearnedDescent, LearnedFit, LearnedRecipe, ValidatedLoss, ValidationSplit,
     };
     use glimpse_training::meta::objective::LossEstimate;
     use glimpse_training::meta::plan::{Effort, Schedule};
@@ -109,7 +110,7 @@ mod tests {
             ExistingOutput::Missing
         ));
 
-        // The texts of the provenance differ, but the options are the same.
+        // The names of the materials differ, but the options are the same.
         write_file_forced(&out, recipe(&options(), "other words").bytes(), true)
             .expect("the recipe is written");
         let existing = existing_output(&out, &options(), "MERL");
@@ -131,14 +132,9 @@ mod tests {
                 assert!(message.contains(&format!("{digest:016x}")), "{message}");
             }
         }
-        // A recipe without a training section is a conflict.
-        let complete = recipe(&options(), "MERL");
-        let mut buffer = vec![0; complete.bytes().len()];
-        let without_training = complete
-            .recipe()
-            .copy_without(&[Kind::TRAINING], &mut buffer)
-            .expect("a copy");
-        write_file_forced(&out, without_training, true).expect("the recipe is written");
+        // A recipe without metadata is a conflict.
+        let stripped = recipe(&options(), "MERL").stripped().expect("a copy");
+        write_file_forced(&out, stripped.bytes(), true).expect("the recipe is written");
         let existing = existing_output(&out, &options(), "MERL");
         assert!(matches!(existing, ExistingOutput::Conflict(_)));
     }

@@ -1,21 +1,22 @@
 //! Text of a recipe's expected loss. It always names the materials on which the loss was measured.
 
-use glimpse_core::recipe::{
-    ExpectedLoss, Metadata, Origin, Recipe, RecipeError, Training, ValidationSplit,
-};
+use glimpse_core::recipe::Recipe;
+use glimpse_materials::{Origin, SourceShare};
 use glimpse_trainer::bundled;
+use glimpse_training::meta::learned::{ValidatedLoss, ValidationSplit};
+use glimpse_training::recipe::{Metadata, MetadataError};
 
 /// Describes the expected loss that a recipe states; None if it states none. The text starts with the number.
-pub(super) fn expected_loss(recipe: &Recipe<'_>) -> Result<Option<String>, RecipeError> {
+pub(super) fn expected_loss(recipe: &Recipe<'_>) -> Result<Option<String>, MetadataError> {
     let caution = caution(recipe)?;
-    let metadata = recipe.metadata()?;
-    let expectation = metadata.expectation;
-    Ok(expectation.map(|expectation| describe(expectation, &metadata, caution.as_deref())))
+    let metadata = Metadata::of(recipe)?;
+    let loss = recipe.expected_loss();
+    Ok(loss.map(|loss| describe(loss, &metadata, caution.as_deref())))
 }
 
 /// A caution about a bundled recipe, or one that was trained on built-in materials only. None for other recipes, and
 /// for recipes that do not state their training sources.
-pub(super) fn caution(recipe: &Recipe<'_>) -> Result<Option<String>, RecipeError> {
+pub(super) fn caution(recipe: &Recipe<'_>) -> Result<Option<String>, MetadataError> {
     let losses = bundled::find_by_checksum(recipe.checksum()).and_then(|bundled| bundled.losses());
     if let Some(losses) = losses {
         return Ok(Some(format!(
@@ -23,8 +24,8 @@ pub(super) fn caution(recipe: &Recipe<'_>) -> Result<Option<String>, RecipeError
             losses.merl
         )));
     }
-    let training = recipe.metadata()?.training;
-    let is_built_in = training.is_some_and(|training| is_built_in(&training));
+    let training = Metadata::of(recipe)?.training;
+    let is_built_in = training.is_some_and(|training| is_built_in(&training.sources));
     Ok(is_built_in.then(|| {
         "the recipe was trained on built-in materials only, and the loss on measured materials may be several times \
          larger"
@@ -33,36 +34,24 @@ pub(super) fn caution(recipe: &Recipe<'_>) -> Result<Option<String>, RecipeError
 }
 
 /// Returns true if no material came from a file.
-fn is_built_in(training: &Training<'_>) -> bool {
-    let mut sources = training.sources;
-    sources.len() > 0 && sources.all(|source| source.origin == Origin::BuiltIn)
+fn is_built_in(sources: &[SourceShare]) -> bool {
+    let is_built_in = |source: &SourceShare| source.origin == Origin::BuiltIn;
+    !sources.is_empty() && sources.iter().all(is_built_in)
 }
 
-fn describe(
-    expectation: ExpectedLoss<'_>,
-    metadata: &Metadata<'_>,
-    caution: Option<&str>,
-) -> String {
-    let ExpectedLoss {
-        loss,
-        standard_error,
-        materials,
-        on,
-    } = expectation;
-    let error = match standard_error {
+fn describe(loss: f32, metadata: &Metadata, caution: Option<&str>) -> String {
+    let training = metadata.training.as_ref();
+    let Some((expected, training)) = metadata.expected_loss.zip(training) else {
+        return format!("{loss:.4}, on unstated materials");
+    };
+    let ValidatedLoss { estimate, split } = expected;
+    let error = match estimate.standard_error {
         Some(error) => format!(" (standard error {error:.4})"),
         None => String::new(),
     };
-    let split = metadata.training.map(|training| training.split);
-    let test_set = match (materials, split, metadata.provenance) {
-        (0, ..) => return format!("{loss:.4}{error}, on unstated materials"),
-        (_, Some(split), Some(provenance)) => describe_test_set(split, materials, provenance.data),
-        _ => format!("measured on {materials} {on}"),
-    };
+    let test_set = describe_test_set(split, estimate.materials, &training.data);
     let caution = match (split, caution) {
-        (Some(ValidationSplit::Training), _) => {
-            "; the loss on unseen materials is unknown".to_owned()
-        }
+        (ValidationSplit::Training, _) => "; the loss on unseen materials is unknown".to_owned(),
         (_, Some(caution)) => format!("; {caution}"),
         (_, None) => "; other kinds of materials may have a larger loss".to_owned(),
     };
@@ -70,7 +59,7 @@ fn describe(
 }
 
 /// Describes the materials of an expected loss and their role in training; `data` names the training materials.
-fn describe_test_set(split: ValidationSplit, materials: u32, data: &str) -> String {
+fn describe_test_set(split: ValidationSplit, materials: usize, data: &str) -> String {
     let noun = if materials == 1 {
         "material"
     } else {
@@ -86,39 +75,36 @@ fn describe_test_set(split: ValidationSplit, materials: u32, data: &str) -> Stri
             format!("measured on {trained}, each with a basis of the others")
         }
         ValidationSplit::Folds => format!("cross-validated on {trained}"),
-        other => format!("measured on {materials} {noun} of {data}, {}", other.name()),
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use glimpse_core::recipe::{Effort, Parts, Schedule, TrainingSource, TrainingSources};
+    use glimpse_core::model::ModelKind;
+    use glimpse_training::meta::objective::LossEstimate;
+    use glimpse_training::meta::options::Options;
+    use glimpse_training::meta::plan::{Effort, Schedule};
+    use glimpse_training::recipe::Training;
 
     use super::*;
 
-    const TRAINING: Training<'_> = Training {
-        schedule: Schedule::Prior,
-        effort: Effort::Quick,
-        parts: Parts::All,
-        split: ValidationSplit::HeldOut,
-        digest: 0,
-        sources: TrainingSources::new(&[]),
-    };
-
     #[test]
     fn split_selects_caution() {
-        let expectation = ExpectedLoss {
-            loss: 0.0125,
-            standard_error: Some(0.0015),
-            materials: 7,
-            on: "materials of MERL that it was trained on",
-        };
+        let options = Options::new(ModelKind::Phong, 2, Schedule::Prior, Effort::Quick, 0);
         let describe = |split| {
             let metadata = Metadata {
-                training: Some(Training { split, ..TRAINING }),
+                training: Some(Training::new(&options, "MERL", 7)),
+                expected_loss: Some(ValidatedLoss {
+                    estimate: LossEstimate {
+                        loss: 0.0125,
+                        standard_error: Some(0.0015),
+                        materials: 7,
+                    },
+                    split,
+                }),
                 ..Metadata::default()
             };
-            describe(expectation, &metadata, Some("CAUTION"))
+            describe(0.0125, &metadata, Some("CAUTION"))
         };
         for (split, has_caution) in [
             (ValidationSplit::HeldOut, true),
@@ -129,7 +115,7 @@ mod tests {
             let text = describe(split);
             assert_eq!(text.contains("CAUTION"), has_caution, "{text}");
             assert!(text.contains("0.0125") && text.contains("0.0015"));
-            assert!(text.contains(expectation.on), "{text}");
+            assert!(text.contains("7 ") && text.contains("MERL"), "{text}");
         }
     }
 
@@ -137,19 +123,16 @@ mod tests {
     fn caution_about_built_in_materials_and_bundled_recipes() {
         let is_built_in = |origins: &[Origin]| {
             // The label must not matter, only the origin.
-            let sources: Vec<TrainingSource<'_>> = origins
+            let sources: Vec<SourceShare> = origins
                 .iter()
-                .map(|origin| TrainingSource {
-                    label: "procedural:400",
+                .map(|origin| SourceShare {
+                    label: "procedural:400".to_owned(),
                     origin: *origin,
                     materials: 1,
                     share: 0.5,
                 })
                 .collect();
-            is_built_in(&Training {
-                sources: TrainingSources::new(&sources),
-                ..TRAINING
-            })
+            is_built_in(&sources)
         };
         assert!(is_built_in(&[Origin::BuiltIn]));
         assert!(is_built_in(&[Origin::BuiltIn, Origin::BuiltIn]));

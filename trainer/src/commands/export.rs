@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 use glimpse_materials::basis::Basis;
-use glimpse_trainer::export::{to_c, to_csv, to_json, to_rust};
+use glimpse_trainer::export::{to_c, to_csv, to_json};
 use glimpse_training::recipe::RecipeFile;
 
 use super::export_basis::compact_basis_of_recipe;
@@ -17,8 +17,6 @@ use super::output::{refuse_input, write_file_forced};
 enum Format {
     /// The recipe file itself, as a device reads it.
     Postcard,
-    /// A module of Rust constants.
-    Rust,
     /// A C header with the recipe's bytes, for the C library.
     C,
     /// The samples' angles in degrees.
@@ -31,7 +29,7 @@ enum Format {
 
 /// Write a recipe in another format.
 ///
-/// Example: trainer export neural-n8.recipe --format rust --out recipe.rs
+/// Example: trainer export neural-n8.recipe --format json --out recipe.json
 ///          trainer export neural-n8.recipe --format postcard --strip --out flash.recipe
 ///          trainer export neural-n8.recipe --format c --strip --out recipe.h
 #[derive(Args)]
@@ -51,7 +49,8 @@ pub(crate) struct Export {
     /// Replace an existing recipe, basis, material or sheet of readings
     #[arg(long)]
     force: bool,
-    /// Remove the names of the training materials, which a device does not use (postcard and c only)
+    /// Remove the metadata, which only the trainer reads: limits, noise, scan time, training and materials (postcard
+    /// and c only)
     #[arg(long)]
     strip: bool,
 }
@@ -70,11 +69,10 @@ impl Export {
         let recipe = file.recipe();
         let bytes = match self.format {
             Format::Postcard if self.strip => file.stripped()?.bytes().to_vec(),
-            Format::C if self.strip => to_c(file.stripped()?.bytes())?.into_bytes(),
-            Format::C => to_c(file.bytes())?.into_bytes(),
+            Format::C if self.strip => to_c(&file.stripped()?).into_bytes(),
+            Format::C => to_c(&file).into_bytes(),
             Format::Csv => to_csv(&recipe).into_bytes(),
             Format::Postcard => file.bytes().to_vec(),
-            Format::Rust => to_rust(&recipe)?.into_bytes(),
             Format::Basis => compact_basis_of_recipe(&self.recipe, self.components)?,
             Format::Json => (serde_json::to_string_pretty(&to_json(&recipe)?)? + "\n").into_bytes(),
         };

@@ -3,13 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use glimpse_core::fit::Target;
-use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{
-    Completed, Descent, FitMethod, Floats, Materials, Metadata, Noise, Recipe, RecipeError, Ridge,
-};
+use glimpse_core::fit::{Coefficients, Estimator, Prediction, Refinement, Sgd};
+use glimpse_core::numeric::Floats;
+use glimpse_core::recipe::Recipe;
+use glimpse_materials::Identity;
 use glimpse_trainer::export::{eta, to_json};
-use glimpse_training::recipe::RecipeFile;
+use glimpse_training::recipe::{Metadata, MetadataError, Noise, RecipeFile};
 use glimpse_training::route::{Machine, Order, Route, axes_from_angles};
 
 use super::expected_loss::expected_loss;
@@ -42,13 +41,9 @@ impl Inspect {
              sample  theta_h  theta_d    phi_d  theta_i    phi_i  theta_o    phi_o  (degrees)\n",
             recipe.checksum(),
             file.bytes().len(),
-            match recipe.method() {
-                FitMethod::Descent(descent) => describe_descent(&descent, recipe.samples()),
-                FitMethod::Ridge(ridge) => describe_ridge(&ridge, recipe.samples()),
-                FitMethod::Completed(completed) => describe_completed(&completed, recipe.samples()),
-            },
+            describe_estimator(&recipe),
             recipe.memory_words(),
-            describe_metadata(&recipe)?,
+            describe_metadata(&recipe, file.metadata())?,
         );
         for (index, angles) in recipe.pattern().enumerate() {
             let [theta_i, phi_i, theta_o, phi_o] = axes_from_angles(angles).to_array();
@@ -63,109 +58,100 @@ impl Inspect {
     }
 }
 
-fn describe_descent(descent: &Descent<'_>, samples: usize) -> String {
-    format!(
-        "model          {} ({} parameters)\n\
-         samples        {samples}\n\
-         inner steps    {}\n\
-         step sizes     {}\n",
-        descent.model(),
-        descent.initial().len(),
-        descent.inner_steps(),
-        range_and_median(descent.step_sizes()),
-    )
-}
-
-fn describe_ridge(ridge: &Ridge<'_>, samples: usize) -> String {
-    let precision = match eta(ridge) {
-        Some(eta) => format!("{eta} for every coefficient"),
-        None => range_and_median(ridge.precision()),
-    };
-    let basis = match ridge.basis_checksum() {
-        Some(checksum) => format!("{checksum:08x}"),
-        None => "none".to_owned(),
-    };
-    format!(
-        "model          {} ({} components)\n\
-         samples        {samples}\n\
-         precision      {precision}\n\
-         whole basis    {basis}\n",
-        ModelKind::Linear,
-        ridge.components(),
-    )
-}
-
-fn describe_completed(completed: &Completed<'_>, samples: usize) -> String {
-    let net = completed.coefficient_net();
-    let missing = match completed.tolerates_missing() {
+/// Describes the model, the samples, and the stages of the fit, one a line.
+fn describe_estimator(recipe: &Recipe<'_>) -> String {
+    let missing = match recipe.tolerates_missing() {
         true => "any reading may be missing",
         false => "all readings are needed",
     };
-    let uncertainty = match completed.uncertainty() {
-        Some(each) => format!(
-            "upper bound of the loss {:.2} times the prediction; innovation to {:.3} is usual; exponents {:.2} and \
-             {:.2}",
-            each.bound, each.max_innovation, each.innovation, each.residual,
-        ),
-        None => "none".to_owned(),
-    };
-    let correction = match completed.correction() {
-        Some(correction) => format!(
-            "{} components, precision {}",
-            correction.components(),
-            range_and_median(correction.precision()),
-        ),
-        None => "none".to_owned(),
-    };
-    let target = match completed.target() {
-        Target::Linear(components) => {
-            let basis = components.basis_checksum();
-            let basis = basis.map_or_else(|| "none".to_owned(), |basis| format!("{basis:08x}"));
-            format!("whole basis    {basis}\n")
+    let head = format!(
+        "model          {}\nsamples        {}; {missing}\n",
+        recipe.model(),
+        recipe.samples()
+    );
+    head + &match recipe.estimator() {
+        Estimator::Sgd(sgd) => describe_sgd(sgd),
+        Estimator::Ridge {
+            coefficients,
+            refinement,
+            prediction,
+        } => {
+            let refinement = refinement.as_ref().map(describe_refinement);
+            describe_coefficients(coefficients)
+                + &refinement.unwrap_or_default()
+                + &prediction.as_ref().map(describe_prediction).unwrap_or_default()
         }
-        Target::Descent(descent, init_net) => format!(
-            "init net       {} units for {} parameters\n\
-             inner steps    {}\n\
-             step sizes     {}\n",
-            init_net.units(),
-            descent.initial().len(),
-            descent.inner_steps(),
-            range_and_median(descent.step_sizes()),
-        ),
-        Target::GaussNewton(steps, init_net) => format!(
-            "init net       {} units for {} parameters\n\
-             Gauss-Newton   {} steps, {} virtual readings of weight 1, readings of weight {:.3}, error scale {:.4}\n\
-             precision      {}\n",
-            init_net.units(),
-            steps.initial().len(),
-            steps.steps(),
-            steps.virtual_readings().len(),
-            steps.reading_weight(),
-            steps.error_scale(),
-            range_and_median(steps.precision()),
-        ),
+    }
+}
+
+fn describe_sgd(sgd: &Sgd<'_>) -> String {
+    format!(
+        "SGD            {} steps of {} parameters\nstep sizes     {}\n",
+        sgd.steps,
+        sgd.initial.len(),
+        range_and_median(sgd.step_sizes),
+    )
+}
+
+fn describe_coefficients(coefficients: &Coefficients<'_>) -> String {
+    let ridge = &coefficients.ridge;
+    let net = coefficients.net.map_or_else(String::new, |net| {
+        let weights = net.weights();
+        format!(
+            "net            {} coefficients, {} hidden units\n",
+            weights.components,
+            weights.hidden()
+        )
+    });
+    let precision = match eta(ridge) {
+        Some(eta) => format!("{eta} for each"),
+        None => range_and_median(ridge.precision),
+    };
+    let basis = match ridge.basis_checksum {
+        0 => String::new(),
+        checksum => format!("whole basis    {checksum:08x}\n"),
     };
     format!(
-        "model          {} (completed)\n\
-         samples        {samples}; {missing}\n\
-         completion     {} components, {} hidden units\n\
-         correction     {correction}\n\
-         uncertainty    {uncertainty}\n\
-         {target}",
-        completed.model(),
-        net.components,
-        net.hidden(),
+        "{net}ridge          {} components, precision {precision}\n{basis}",
+        coefficients.components(),
+    )
+}
+
+fn describe_refinement(refinement: &Refinement<'_>) -> String {
+    let steps = &refinement.steps;
+    format!(
+        "start          {} units for {} parameters\n\
+         Gauss-Newton   {} steps, {} virtual readings of weight 1, readings of weight {:.3}, error scale {:.4}\n\
+         precision      {}\n",
+        refinement.start.bias.len(),
+        steps.initial.len(),
+        steps.steps,
+        steps.virtual_readings(),
+        steps.reading_weight,
+        steps.error_scale,
+        range_and_median(steps.precision),
+    )
+}
+
+fn describe_prediction(prediction: &Prediction<'_>) -> String {
+    format!(
+        "uncertainty    upper bound of the loss {:.2} times the prediction; innovation to {:.3} is usual; \
+         exponents {:.2} and {:.2}\n",
+        prediction.bound,
+        prediction.max_innovation,
+        prediction.innovation,
+        prediction.residual,
     )
 }
 
 /// Describes the time of a scan, on the machine that the recipe was trained for.
-fn describe_scan(recipe: &Recipe<'_>, metadata: &Metadata<'_>) -> String {
+fn describe_scan(recipe: &Recipe<'_>, metadata: &Metadata) -> String {
     let machine = Machine::of_recipe(metadata);
     let Some(route) = Route::of_recipe(recipe, Order::Travel) else {
         return "some samples exceed the limits".to_owned();
     };
-    let trained = match metadata.scan_time {
-        Some(scan_time) => format!("; trained for at most {} seconds", scan_time.seconds),
+    let trained = match metadata.scan_budget {
+        Some(budget) => format!("; trained for at most {} seconds", budget.seconds),
         None => String::new(),
     };
     format!(
@@ -185,8 +171,7 @@ fn describe_scan(recipe: &Recipe<'_>, metadata: &Metadata<'_>) -> String {
 const MAX_NAMES: usize = 3;
 
 /// Describes the recipe's metadata, one item a line.
-fn describe_metadata(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
-    let metadata = recipe.metadata()?;
+fn describe_metadata(recipe: &Recipe<'_>, metadata: &Metadata) -> Result<String, MetadataError> {
     let unstated = || "not stated".to_owned();
     let mut lines = vec![
         (
@@ -194,36 +179,28 @@ fn describe_metadata(recipe: &Recipe<'_>) -> Result<String, RecipeError> {
             expected_loss(recipe)?.unwrap_or_else(unstated),
         ),
         ("limits", metadata.limits.map_or_else(unstated, describe)),
-        ("scan", describe_scan(recipe, &metadata)),
+        ("scan", describe_scan(recipe, metadata)),
         (
             "noise",
             metadata.noise.map_or_else(unstated, describe_noise),
         ),
     ];
-    match metadata.provenance {
+    match &metadata.training {
         None => lines.push(("trained on", unstated())),
-        Some(provenance) => {
-            let (data, materials) = (provenance.data, provenance.materials);
-            lines.extend([
-                ("trained on", format!("{data} ({materials} materials)")),
-                (
-                    "schedule",
-                    format!("{}, seed {}", provenance.schedule, provenance.seed),
-                ),
-                ("options", provenance.options.to_owned()),
-                ("trainer", provenance.trainer.to_owned()),
-            ]);
-        }
+        Some(training) => lines.extend([
+            (
+                "trained on",
+                format!("{} ({} materials)", training.data, training.materials),
+            ),
+            (
+                "schedule",
+                format!("{}, seed {}", training.describe_schedule(), training.seed),
+            ),
+            ("options", training.options.clone()),
+            ("trainer", training.trainer.clone()),
+        ]),
     }
-    lines.push(("materials", describe_materials(metadata.materials)));
-    lines.extend(
-        recipe
-            .sections()
-            .filter_map(|(kind, bytes)| match kind.name() {
-                Some(_) => None,
-                None => Some(("unknown", format!("section {kind}, {} bytes", bytes.len()))),
-            }),
-    );
+    lines.push(("materials", describe_materials(&metadata.materials)));
     let stated = lines.iter().filter(|(_, text)| !text.is_empty());
     Ok(stated
         .map(|(name, text)| format!("{name:15}{text}\n"))
@@ -241,9 +218,10 @@ fn describe_noise(noise: Noise) -> String {
     )
 }
 
-fn describe_materials(materials: Materials<'_>) -> String {
+fn describe_materials(materials: &[Identity]) -> String {
     let count = materials.len();
-    let names: Vec<&str> = materials.map(|(name, _)| name).take(MAX_NAMES).collect();
+    let names = materials.iter().take(MAX_NAMES);
+    let names: Vec<&str> = names.map(|each| &each.name[..]).collect();
     match count {
         0 => "not named".to_owned(),
         _ if count > MAX_NAMES => format!("{count}: {}, ...", names.join(", ")),

@@ -10,7 +10,7 @@ use std::time::Duration;
 use clap::{Arg, Command};
 use glimpse_training::route::Axes;
 
-use glimpse_core::recipe::MAX_SAMPLES;
+use glimpse_core::section::MAX_SAMPLES;
 
 /// Maximum number of threads on machines with fewer cores. All threads take part in every parallel loop, and
 /// thousands of them mostly wait for each other.

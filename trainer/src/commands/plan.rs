@@ -99,7 +99,7 @@ impl Plan {
         self.refuse_inputs()?;
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe();
-        let stated = Machine::of_recipe(&recipe.metadata()?);
+        let stated = Machine::of_recipe(file.metadata());
         let machine = Machine {
             speeds: self.speed.unwrap_or(stated.speeds),
             settle: self.settle.unwrap_or(stated.settle),
@@ -138,9 +138,7 @@ impl Plan {
             Some(OrderName::Progressive) => Order::Progressive,
             None => Order::of_recipe(&recipe),
         };
-        let takes_missing = recipe
-            .completed()
-            .is_some_and(|own| own.tolerates_missing());
+        let takes_missing = recipe.tolerates_missing();
         if self.order == Some(OrderName::Progressive) && !takes_missing {
             eprintln!(
                 "note: this recipe needs all readings, so a scan cannot end early; --order travel takes \

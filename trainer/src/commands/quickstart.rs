@@ -18,6 +18,7 @@ use glimpse_trainer::report::{
 };
 use glimpse_training::meta::plan::Effort;
 use glimpse_training::meta::run::INNER_STEPS;
+use glimpse_training::recipe::Metadata;
 use glimpse_training::route::{Machine, Order, Route};
 use rayon::prelude::*;
 
@@ -259,10 +260,11 @@ impl ComparedMethod<'static> {
 
 /// Describes the schedule, effort and training set of a recipe.
 fn describe_training(recipe: &Recipe<'_>) -> anyhow::Result<String> {
-    let training = recipe.metadata()?.training;
-    let training = training.context("a bundled recipe lacks its training section")?;
+    let training = Metadata::of(recipe)?.training;
+    let training = training.context("a bundled recipe does not state its training")?;
     let sources = training
         .sources
+        .iter()
         .map(|source| format!("{} ({} materials)", source.label, source.materials));
     Ok(format!(
         "trained with schedule {} at effort {} on {}",

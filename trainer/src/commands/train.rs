@@ -226,11 +226,7 @@ impl Train {
         Ok(TrainingRun {
             options: Options {
                 prior: self.linear_prior.or(default)?,
-                completion_options: self.completion_args.options_for(
-                    self.schedule,
-                    model.into(),
-                    samples,
-                )?,
+                completion_options: self.completion_args.options_for(self.schedule, samples)?,
                 ..Options::new(model.into(), samples, self.schedule, self.effort, seed)
             },
             data,

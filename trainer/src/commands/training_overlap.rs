@@ -1,8 +1,9 @@
 //! Warnings about test materials that a recipe was trained on: losses on them say nothing about unseen materials.
 
-use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_core::recipe::Recipe;
 use glimpse_materials::Material;
 use glimpse_trainer::evaluation::{TrainingMaterials, TrainingOverlap};
+use glimpse_training::recipe::MetadataError;
 
 /// Compares test materials with training materials: for each test material, the kind of overlap, if there is one.
 /// Returns None if the training materials are unknown.
@@ -24,7 +25,7 @@ pub(super) fn training_overlaps(
 pub(super) fn warn_of_overlap(
     recipe: &Recipe<'_>,
     materials: &[Box<dyn Material>],
-) -> Result<(), RecipeError> {
+) -> Result<(), MetadataError> {
     let overlaps = training_overlaps(TrainingMaterials::from_recipe(recipe)?.as_ref(), materials);
     let names = materials.iter().map(|material| material.name());
     for warning in warnings(overlaps.as_deref(), &names.collect::<Vec<_>>()) {

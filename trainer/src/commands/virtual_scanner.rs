@@ -144,9 +144,10 @@ impl VirtualScanner {
             residual.worst,
             residual.worst_index,
             residual.saturated,
-            residual
-                .implausible
-                .map_or(String::new(), |reason| format!("; implausible: {reason}")),
+            residual.implausible.map_or(String::new(), |reason| format!(
+                "; implausible: {}",
+                reason.text()
+            )),
         ))?;
         match &self.out {
             Some(path) => {

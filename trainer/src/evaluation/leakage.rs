@@ -2,8 +2,9 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_core::recipe::Recipe;
 use glimpse_materials::{Identity, Material};
+use glimpse_training::recipe::{Metadata, MetadataError};
 
 /// The names and digests of the materials that a recipe was trained on.
 #[derive(Clone, Debug, Default)]
@@ -27,10 +28,10 @@ impl TrainingMaterials {
     ///
     /// # Errors
     /// If the recipe's metadata are invalid.
-    pub fn from_recipe(recipe: &Recipe<'_>) -> Result<Option<Self>, RecipeError> {
+    pub fn from_recipe(recipe: &Recipe<'_>) -> Result<Option<Self>, MetadataError> {
         let mut all = Self::default();
-        for (name, digest) in recipe.metadata()?.materials {
-            all.add(name.to_owned(), digest);
+        for identity in Metadata::of(recipe)?.materials {
+            all.add(identity);
         }
         Ok((!all.names.is_empty()).then_some(all))
     }
@@ -40,13 +41,12 @@ impl TrainingMaterials {
     pub fn from_materials(materials: &[Box<dyn Material>]) -> Self {
         let mut all = Self::default();
         for material in materials {
-            let Identity { name, digest } = Identity::new(&**material);
-            all.add(name, digest);
+            all.add(Identity::new(&**material));
         }
         all
     }
 
-    fn add(&mut self, name: String, digest: u32) {
+    fn add(&mut self, Identity { name, digest }: Identity) {
         self.names.insert(name, digest);
         self.digests.insert(digest);
     }

@@ -1,10 +1,10 @@
 //! Methods: the directions that they measure and the way they fit.
 
-use glimpse_core::fit::{Algorithm, Channels};
+use glimpse_core::fit::{Channels, Estimator, ScanModel, Sgd};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, ModelKind, Sample, Samples, Slot, slot_of};
-use glimpse_core::recipe::{Descent, FitMethod, Recipe};
-use glimpse_kernels::scan::{HostScanError, LossPrediction, ScanOutcome, scan_with_missing};
+use glimpse_core::recipe::Recipe;
+use glimpse_kernels::scan::{LossPrediction, ScanOutcome, scan_with_missing};
 use glimpse_kernels::with_model;
 use glimpse_materials::basis::{Basis, Coefficients};
 use glimpse_materials::sampling::uniform_valid;
@@ -33,7 +33,7 @@ enum FitAlgorithm<'a> {
     /// A scan with a recipe, as on a device. Linear also needs the recipe's basis.
     Scan(Box<Recipe<'a>>, Option<&'a Basis>),
     /// The recipe's gradient descent, at any directions.
-    DescentAnywhere(Descent<'a>),
+    SgdAnywhere(Sgd<'a>),
     /// Ridge regression with these precisions, at any directions.
     RidgeAnywhere(Vec<f64>, &'a Basis),
     /// Adam from a random start, with a number of steps.
@@ -69,7 +69,7 @@ impl<'a> Method<'a> {
             return Err(EvaluationError::Basis);
         }
         Ok(Self {
-            name: match recipe.completed() {
+            name: match recipe.estimator().net() {
                 Some(_) => "completed",
                 None => "ours",
             },
@@ -110,15 +110,17 @@ impl<'a> Method<'a> {
         basis: Option<&'a Basis>,
         directions: SampleDirections,
     ) -> Result<Self, EvaluationError> {
-        let algorithm = match (recipe.method(), basis) {
-            (FitMethod::Descent(descent), _) => FitAlgorithm::DescentAnywhere(descent),
-            // The reduced basis in the recipe is only valid at the recipe's own directions.
-            (FitMethod::Ridge(ridge), Some(basis)) => {
-                let precision = ridge.precision().iter().map(f64::from).collect();
-                FitAlgorithm::RidgeAnywhere(precision, basis)
+        let algorithm = match (recipe.estimator(), basis) {
+            (Estimator::Sgd(sgd), _) => FitAlgorithm::SgdAnywhere(*sgd),
+            (estimator, _) if estimator.net().is_some() => {
+                return Err(EvaluationError::OtherDirections);
             }
-            (FitMethod::Ridge(_), None) => return Err(EvaluationError::Basis),
-            (FitMethod::Completed(_), _) => return Err(EvaluationError::OtherDirections),
+            // The rows in the recipe are only valid at the recipe's own directions.
+            (Estimator::Ridge { coefficients, .. }, Some(basis)) => {
+                let precision = coefficients.ridge.precision.iter().map(f64::from);
+                FitAlgorithm::RidgeAnywhere(precision.collect(), basis)
+            }
+            (Estimator::Ridge { .. }, None) => return Err(EvaluationError::Basis),
         };
         Ok(Self {
             name,
@@ -264,7 +266,7 @@ impl<'a> Method<'a> {
     pub fn model(&self) -> ModelKind {
         match &self.algorithm {
             FitAlgorithm::Scan(recipe, _) => recipe.model(),
-            FitAlgorithm::DescentAnywhere(descent) => descent.model(),
+            FitAlgorithm::SgdAnywhere(descent) => descent.model,
             FitAlgorithm::RidgeAnywhere(..) => ModelKind::Linear,
             FitAlgorithm::Adam(model, _) | FitAlgorithm::Optimum(model, _) => *model,
         }
@@ -309,7 +311,7 @@ impl<'a> Method<'a> {
         recipe: &Recipe<'_>,
         material: &dyn Material,
         seed: u64,
-    ) -> Result<ScanOutcome, HostScanError> {
+    ) -> Result<ScanOutcome, glimpse_core::error::Error> {
         let mut read = self.degradation.reader(material, recipe.samples(), seed);
         scan_with_missing(recipe, &mut read)
     }
@@ -351,11 +353,10 @@ impl<'a> Method<'a> {
                     .collect();
                 let measured: Vec<[f32; 3]> =
                     angles.iter().map(|angles| material.brdf(*angles)).collect();
-                let coefficients =
-                    ReducedBasis::new(basis, &directions).fit(precision, &measured)?;
+                let coefficients = ReducedBasis::new(basis, &directions).fit(precision, &measured);
                 return Ok((self.reconstruct(basis, &coefficients), None));
             }
-            FitAlgorithm::DescentAnywhere(descent) => with_model!(
+            FitAlgorithm::SgdAnywhere(descent) => with_model!(
                 self.model(), M => descend::<M>(*descent, &measure(material, angles)),
                 _ => Vec::new()
             ),
@@ -394,16 +395,22 @@ pub fn measure(material: &dyn Material, angles: &[Angles<f32>]) -> Vec<Sample<f3
         .collect()
 }
 
-/// Runs a recipe's descent at other directions than its own, with the code of glimpse-core but without a scan.
-fn descend<M: Model>(descent: Descent<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
-    let method = FitMethod::Descent(descent);
-    let mut words = vec![0.0; M::words(&method, samples.len()).unwrap_or_default()];
-    M::start(&mut words, &method, Channels::Color);
+/// Runs a recipe's SGD at other directions than its own, with the code of glimpse-core but without a scan.
+fn descend<M: Model>(sgd: Sgd<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
+    let Ok(functions) = M::functions(M::KIND) else {
+        return Vec::new();
+    };
+    let estimator = Estimator::Sgd(sgd);
+    let mut words = vec![0.0; estimator.words(samples.len())];
+    estimator.start(&mut words, Channels::Color);
     let slots: Vec<Slot> = samples
         .iter()
         .map(|sample| slot_of(&sample.at, sample.measured))
         .collect();
-    let samples = Samples::new(&slots, 1.0 / (3.0 * samples.len() as f32));
-    M::advance(&mut words, &method, samples, Channels::Color, 0, u32::MAX);
-    M::values(&words, &method).concat()
+    let inputs = (
+        Samples::new(&slots, 1.0 / (3.0 * samples.len() as f32)),
+        Channels::Color,
+    );
+    estimator.advance(functions, &mut words, inputs, 0, estimator.units(samples.len()));
+    estimator.values_of(&words).concat()
 }

@@ -64,15 +64,12 @@ pub enum EvaluationError {
         /// The number of the recipe's samples.
         samples: usize,
     },
-    /// A ridge regression has no solution.
-    #[error("the linear model cannot be fitted: {0}")]
-    Ridge(#[from] glimpse_core::fit::ridge::RidgeError),
     /// A basis does not belong to a recipe.
     #[error(transparent)]
     Count(#[from] glimpse_materials::basis::CoefficientCountError),
     /// A material cannot be scanned with a recipe.
     #[error(transparent)]
-    Scan(#[from] glimpse_kernels::scan::HostScanError),
+    Scan(#[from] glimpse_core::error::Error),
     /// A recipe has no upper bounds of the loss for scans that end early.
     #[error("{}", self.message(Setting::name))]
     NoPartialBound,
@@ -302,7 +299,7 @@ impl<'a> Evaluator<'a> {
     /// Fits every material with a method and compares the fits. A random method runs once per seed.
     ///
     /// # Errors
-    /// [`EvaluationError::Ridge`]
+    /// See [`EvaluationError`].
     pub fn evaluate(
         &self,
         method: &Method<'_>,
@@ -316,7 +313,7 @@ impl<'a> Evaluator<'a> {
     /// starts once `stop` is set.
     ///
     /// # Errors
-    /// [`EvaluationError::Ridge`], [`EvaluationError::Stopped`]
+    /// [`EvaluationError::Stopped`]
     pub fn evaluate_with_progress(
         &self,
         method: &Method<'_>,

@@ -4,7 +4,7 @@ use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_training::linear::Prior;
 use glimpse_training::meta::options::TrainedParts;
-use glimpse_training::meta::plan::Schedule;
+use glimpse_training::meta::plan::{PretrainedInit, Schedule};
 use glimpse_training::meta::scan_budget::ScanBudget;
 use glimpse_training::route::Axes;
 
@@ -132,6 +132,8 @@ pub(crate) struct TrainingRun {
     pub(crate) samples: usize,
     pub(crate) schedule: Schedule,
     pub(crate) parts: TrainedParts,
+    /// Initial parameters and step sizes for [`TrainedParts::PatternOnly`].
+    pub(crate) pretrained: Option<PretrainedInit>,
     pub(crate) prior: Prior,
     /// Budget for motion, as in [`Case::motion`].
     pub(crate) motion: Option<u32>,
@@ -156,6 +158,7 @@ impl TrainingRun {
                 Approach::Meta(Schedule::Joint | Schedule::Prior) => TrainedParts::WithoutPattern,
                 _ => TrainedParts::All,
             },
+            pretrained: None,
             prior: case.prior,
             motion: case.motion,
             repetition: 0,
@@ -174,8 +177,9 @@ impl TrainingRun {
 
     /// Returns the training that this one starts from, if any.
     pub(super) fn prerequisite(&self) -> Option<Self> {
-        matches!(self.parts, TrainedParts::PatternOnly(_)).then(|| Self {
+        matches!(self.parts, TrainedParts::PatternOnly).then(|| Self {
             parts: TrainedParts::WithoutPattern,
+            pretrained: None,
             repetition: 0,
             subset: None,
             ..self.clone()
@@ -194,7 +198,7 @@ impl TrainingRun {
             TrainedParts::All => "",
             TrainedParts::AllTwice => "-twice",
             TrainedParts::WithoutPattern => "-meta",
-            TrainedParts::PatternOnly(_) => "-pattern",
+            TrainedParts::PatternOnly => "-pattern",
         };
         if let Some(seconds) = self.motion {
             name += &format!("-within-{seconds}s");

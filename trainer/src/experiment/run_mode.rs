@@ -5,13 +5,14 @@ use std::fmt;
 use std::path::PathBuf;
 
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::ValidationSplit;
 use glimpse_materials::Material;
 use glimpse_materials::sampling::sobol_valid;
 use glimpse_trainer::evaluation::MaterialMetrics;
 use glimpse_trainer::metrics::Metrics;
 use glimpse_training::meta::initialization::initial_guess;
-use glimpse_training::meta::learned::{LearnedDescent, LearnedFit, LearnedRecipe, ValidatedLoss};
+use glimpse_training::meta::learned::{
+    LearnedFit, LearnedRecipe, LearnedSgd, ValidatedLoss, ValidationSplit,
+};
 use glimpse_training::meta::objective::LossEstimate;
 use glimpse_training::meta::options::Options;
 use glimpse_training::meta::plan::{Effort, Schedule};
@@ -157,9 +158,9 @@ pub(super) fn blank_recipe(samples: usize) -> anyhow::Result<TrainedRecipe> {
     let options = Options::new(MODEL, samples, Schedule::Joint, Effort::Brief, 0);
     let learned = LearnedRecipe {
         pattern: sobol_valid(samples, 0),
-        fit: LearnedFit::Descent(LearnedDescent {
+        fit: LearnedFit::Sgd(LearnedSgd {
             model: MODEL,
-            inner_steps: 1,
+            steps: 1,
             step_sizes: vec![1e-3; initial.len()],
             initial,
         }),

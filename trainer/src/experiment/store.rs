@@ -10,7 +10,6 @@ use std::time::Duration;
 
 use anyhow::{Context, bail};
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::ensure_dir_all;
 use glimpse_materials::loss::DIRECTIONS;
@@ -73,8 +72,8 @@ impl Settings {
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct RecordedSettings {
     trainer: String,
-    effort: recipe::Effort,
-    paper_effort: recipe::Effort,
+    effort: Effort,
+    paper_effort: Effort,
     seed: u64,
     seeds: u64,
     light: String,
@@ -299,7 +298,8 @@ impl<'a> Store<'a> {
                 ..defaults.completion_options
             },
             source_shares: vec![SourceShare::single(&self.settings.data, materials.len())],
-            parts: training.parts.clone(),
+            parts: training.parts,
+            pretrained: training.pretrained.clone(),
             prior: training.prior,
             checkpoints: Some(CheckpointOptions {
                 directory: checkpoint.clone(),

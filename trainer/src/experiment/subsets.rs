@@ -1,6 +1,7 @@
 //! Patterns trained and evaluated on subsets of the materials (paper, "Subsets").
 
 use anyhow::Context;
+use glimpse_core::fit::Estimator;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::Material;
 use glimpse_trainer::evaluation::{MaterialMetrics, Method};
@@ -45,19 +46,20 @@ pub(super) fn run(store: &Store<'_>) -> anyhow::Result<Findings> {
         TrainingRun::for_case(&case).context("a case of Meta has no training run")?;
     let learned = store.recipe(&full_training)?;
     let recipe = learned.file.recipe();
-    let Some(descent) = recipe.descent() else {
+    let Estimator::Sgd(sgd) = recipe.estimator() else {
         anyhow::bail!(
             "the recipe of the model neural is not fitted by descent: remove it to train it again"
         );
     };
     let pretrained = PretrainedInit {
-        initial: descent.initial().iter().collect(),
-        step_sizes: descent.step_sizes().iter().collect(),
+        initial: sgd.initial.iter().collect(),
+        step_sizes: sgd.step_sizes.iter().collect(),
     };
     let mut rows = Vec::new();
     for (subset, names) in SUBSETS.into_iter().zip(training_names) {
         let training = TrainingRun {
-            parts: TrainedParts::PatternOnly(pretrained.clone()),
+            parts: TrainedParts::PatternOnly,
+            pretrained: Some(pretrained.clone()),
             subset: Some((subset, names)),
             ..full_training.clone()
         };

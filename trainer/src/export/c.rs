@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use glimpse_core::recipe::{Recipe, RecipeError};
+use glimpse_training::recipe::RecipeFile;
 
 use super::comment::expected_loss_text;
 
@@ -10,19 +10,18 @@ use super::comment::expected_loss_text;
 const BYTES_PER_LINE: usize = 16;
 
 /// Returns a C header with a recipe's bytes in an array, `glimpse_recipe_bytes`.
-///
-/// # Errors
-/// If the bytes are not a recipe, or its metadata are invalid.
-pub fn to_c(bytes: &[u8]) -> Result<String, RecipeError> {
-    let recipe = Recipe::parse(bytes)?;
+#[must_use]
+pub fn to_c(file: &RecipeFile) -> String {
+    let (recipe, bytes) = (file.recipe(), file.bytes());
     let mut source = format!(
         "/* Recipe {:08x}: {} at n = {}.\n",
         recipe.checksum(),
         recipe.model(),
         recipe.samples(),
     );
-    if let Some(expectation) = recipe.metadata()?.expectation {
-        source += &format!("   {}\n", expected_loss_text(&expectation));
+    if let Some(loss) = recipe.expected_loss() {
+        let text = expected_loss_text(loss, file.metadata());
+        source += &format!("   {text}\n");
     }
     source += "   glimpse_scan_begin() and glimpse_recipe_describe() take the array and its size. */\n\n\
                #include <stdint.h>\n\n";
@@ -37,5 +36,5 @@ pub fn to_c(bytes: &[u8]) -> Result<String, RecipeError> {
         let _ = writeln!(source, "    {},", line.join(", "));
     }
     source += "};\n";
-    Ok(source)
+    source
 }

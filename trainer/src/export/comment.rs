@@ -1,6 +1,6 @@
 //! Recipe metadata as text for comments in exported source code.
 
-use glimpse_core::recipe::ExpectedLoss;
+use glimpse_training::recipe::Metadata;
 
 /// Makes a text safe inside a comment: each control character, such as a line break, becomes a space, and `*/` becomes
 /// `* /`.
@@ -18,43 +18,47 @@ pub(super) fn comment_text(text: &str) -> String {
     line.replace("*/", "* /")
 }
 
-/// Describes the expected loss and the materials on which it was measured.
-pub(super) fn expected_loss_text(expected_loss: &ExpectedLoss<'_>) -> String {
-    let ExpectedLoss {
-        loss,
-        materials,
-        on,
-        ..
-    } = expected_loss;
-    match materials {
-        0 => format!("Expected loss: {loss:.4}, on unstated materials."),
-        _ => format!(
-            "Expected loss: {loss:.4}, measured on {materials} {}.",
-            comment_text(on)
+/// Describes an expected loss and the materials on which it was measured.
+pub(super) fn expected_loss_text(loss: f32, metadata: &Metadata) -> String {
+    let materials = metadata.validation_materials();
+    match metadata.expected_loss.zip(materials) {
+        None => format!("Expected loss: {loss:.4}, on unstated materials."),
+        Some((expected, materials)) => format!(
+            "Expected loss: {loss:.4}, measured on {} {}.",
+            expected.estimate.materials,
+            comment_text(&materials)
         ),
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use glimpse_core::model::ModelKind;
+    use glimpse_training::meta::learned::{ValidatedLoss, ValidationSplit};
+    use glimpse_training::meta::objective::LossEstimate;
+    use glimpse_training::meta::options::Options;
+    use glimpse_training::meta::plan::{Effort, Schedule};
+    use glimpse_training::recipe::Training;
+
     use super::*;
 
     #[test]
     fn comment_text_cannot_end_the_comment() {
         assert_eq!(comment_text("a\nfn b() {}\r*/ c"), "a fn b() {} * / c");
-        let text_for = |materials| {
-            expected_loss_text(&ExpectedLoss {
-                loss: 0.0125,
-                standard_error: None,
-                materials,
-                on: "materials\nof MERL",
-            })
+        let options = Options::new(ModelKind::Phong, 2, Schedule::Joint, Effort::Brief, 0);
+        let metadata = Metadata {
+            training: Some(Training::new(&options, "MERL\nand others", 7)),
+            expected_loss: Some(ValidatedLoss {
+                estimate: LossEstimate::new(0.0125, [0.0125; 7].into_iter()),
+                split: ValidationSplit::Folds,
+            }),
+            ..Metadata::default()
         };
-        let stated = text_for(7);
+        let stated = expected_loss_text(0.0125, &metadata);
         assert!(
             stated.contains("0.0125") && stated.contains('7') && !stated.contains('\n'),
             "{stated}"
         );
-        assert!(text_for(0).contains("0.0125"));
+        assert!(expected_loss_text(0.0125, &Metadata::default()).contains("0.0125"));
     }
 }

@@ -1,14 +1,12 @@
 //! Export of a recipe as JSON, complete enough to reimplement the fit.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
-use glimpse_core::fit::component_rows::ComponentRows;
-use glimpse_core::fit::{InitNet, Target};
+use glimpse_core::fit::{Coefficients, Estimator, Net, Prediction, Refinement, Ridge, Sgd};
 use glimpse_core::geometry::ArmAngles;
-use glimpse_core::gonio::{Limits, Speeds};
-use glimpse_core::recipe::{
-    Completed, Descent, ExpectedLoss, FitMethod, Floats, Materials, Noise, Provenance, Recipe,
-    RecipeError, Ridge, ScanTime, Training,
-};
+use glimpse_core::numeric::{ComponentRows, Floats, Rows};
+use glimpse_core::recipe::Recipe;
+use glimpse_materials::Identity;
+use glimpse_training::recipe::{Metadata, MetadataError, Training};
 use serde_json::{Value, json};
 
 /// Converts a recipe to JSON.
@@ -16,38 +14,36 @@ use serde_json::{Value, json};
 /// All recipes have `model`, `samples` (n), `pattern` (rows of theta_h, theta_d, phi_d in radians), `arms` (the same
 /// directions as rows of theta_i, phi_i, theta_o, phi_o in radians), `memory_words`, `expected_loss` and `checksum`.
 ///
-/// The recipe's metadata are null if the recipe does not state them: `limits` (radians), `noise`, `scan_time` (speeds of
-/// the four axes in radians per second, and seconds), `expectation`, `provenance` (text), `training` (schedule, effort,
-/// sources, and a hexadecimal digest) and `materials` (names and hexadecimal digests).
+/// The recipe's metadata are null if the recipe does not state them: `limits` (radians), `noise` (sr⁻¹), `scan_time`
+/// (speeds of the four axes in degrees per second, and seconds), `expectation` (of the loss), `training` (with a
+/// hexadecimal digest) and `materials` (names and hexadecimal digests).
 ///
-/// The other keys depend on the fit method. m is the number of coefficients per channel.
-/// - Descent: `inner_steps`, and `initial` parameters and `step_sizes` in the model's order.
-/// - Ridge solve: `basis` (n rows of m), `mean`, `median` BRDF and `weight` (n each), and `basis_checksum` of the whole
-///   basis (null if there is none). The precisions are `eta` if all are equal, and `precision` (m) otherwise.
-/// - Completion: `prediction`, `uncertainty`, `partial` and `completion`. Linear adds `basis` (n rows of m) and
-///   `basis_checksum`. The other models add the keys of a descent, or `initial` and `gauss_newton`, and `start`.
-///   `correction` has the `precision` (m) of a correction by the readings.
+/// The other keys are the stages of the fit, as `core/docs/recipe.md` describes them.
+/// - SGD: `inner_steps`, and `initial` parameters and `step_sizes` in the model's order.
+/// - The ridge stage: `basis` (n rows of K), `centre` (n), and `basis_checksum` of the whole basis (null if there is
+///   none). The precisions are `eta` if all are equal, and `precision` (K) otherwise. `difference_precision` (K) is null
+///   if it is the same.
+/// - `completion`: the net before it, if there is one.
+/// - `initial`, `gauss_newton` and `start`: the stages after it, except for Linear.
+/// - `prediction` has a bias and m weights, `uncertainty` has `innovation`, `residual`, `bound` and `max_innovation`, and
+///   `partial` has `loss` and `bound` for 1 to n readings. They are null if the recipe has none.
 ///
-/// `prediction` has a bias and m weights (null if there are none). They map the mean coefficients of the three channels
-/// to the logarithm of the expected loss. `uncertainty` has `innovation`, `residual`, `bound` and `max_innovation`, and
-/// `partial` has `loss` and `bound` for 1 to n readings. Both are null if the recipe has none.
-///
-/// `completion` has these keys; h is the number of hidden units:
+/// `completion` has these keys; m is the number of its coefficients, and h that of hidden units:
 /// - `components`: m.
 /// - `takes_missing`: true if readings may be missing.
 /// - `gain`: true if the remaining readings are multiplied by a factor when others are missing.
-/// - `centre` (n) and `scale`: the center and the factor of the inputs.
+/// - `scale`: the factor of the centered inputs.
 /// - `readings`: for each sample, the weights `own`, `mean` and `missing` (m + h each).
 /// - `bias` (m + h).
 /// - `output` (m rows of h).
 ///
-/// `start` has `hidden` (g rows of 3 m, where g is the number of hidden units), `bias` (g) and `output` (one row of g
+/// `start` has `hidden` (g rows of 3 K, where g is the number of hidden units), `bias` (g) and `output` (one row of g
 /// per parameter).
 ///
 /// # Errors
 /// If the recipe's metadata are invalid.
-pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
-    let metadata = recipe.metadata()?;
+pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, MetadataError> {
+    let metadata = Metadata::of(recipe)?;
     let pattern: Vec<[f32; 3]> = recipe
         .pattern()
         .map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d])
@@ -67,176 +63,117 @@ pub fn to_json(recipe: &Recipe<'_>) -> Result<Value, RecipeError> {
         "memory_words": recipe.memory_words(),
         "expected_loss": recipe.expected_loss(),
         "checksum": format!("{:08x}", recipe.checksum()),
-        "limits": metadata.limits.map(limits),
-        "noise": metadata.noise.map(noise),
-        "scan_time": metadata.scan_time.map(scan_time),
-        "expectation": metadata.expectation.map(expectation),
-        "provenance": metadata.provenance.map(provenance),
-        "training": metadata.training.map(training),
-        "materials": materials(metadata.materials),
+        "limits": metadata.limits,
+        "noise": metadata.noise,
+        "scan_time": metadata.scan_budget,
+        "expectation": expectation(&metadata),
+        "training": metadata.training.as_ref().map(training),
+        "materials": materials(&metadata.materials),
     });
-    match recipe.method() {
-        FitMethod::Descent(descent) => add_descent(&mut value, &descent),
-        FitMethod::Ridge(ridge) => add_ridge(&mut value, &ridge),
-        FitMethod::Completed(completed) => add_completed(&mut value, &completed),
+    match recipe.estimator() {
+        Estimator::Sgd(sgd) => add_sgd(&mut value, sgd),
+        Estimator::Ridge {
+            coefficients,
+            refinement,
+            prediction,
+        } => {
+            add_ridge(&mut value, coefficients);
+            if let Some(net) = &coefficients.net {
+                value["completion"] = completion(net);
+            }
+            if let Some(refinement) = refinement {
+                add_refinement(&mut value, refinement, coefficients.components());
+            }
+            add_prediction(&mut value, prediction.as_ref());
+        }
     }
     Ok(value)
 }
 
-fn limits(limits: Limits) -> Value {
-    json!({
-        "max_theta_i": limits.max_theta_i,
-        "max_theta_o": limits.max_theta_o,
-        "min_separation": limits.min_separation,
-        "in_plane": limits.in_plane,
-    })
+/// Returns the expected loss and the materials that it was measured on; None if the recipe does not state them.
+#[must_use]
+pub fn expectation(metadata: &Metadata) -> Option<Value> {
+    let expected = metadata.expected_loss?;
+    Some(json!({
+        "loss": expected.estimate.loss,
+        "standard_error": expected.estimate.standard_error,
+        "materials": expected.estimate.materials,
+        "split": expected.split,
+        "on": metadata.validation_materials(),
+    }))
 }
 
-fn noise(noise: Noise) -> Value {
-    json!({
-        "multiplicative": noise.multiplicative,
-        "additive": noise.additive,
-        "levels": Some(noise.levels).filter(|levels| *levels > 0),
-    })
+fn training(training: &Training) -> Value {
+    let mut value = json!(training);
+    value["digest"] = json!(format!("{:016x}", training.digest));
+    value
 }
 
-fn scan_time(scan_time: ScanTime) -> Value {
-    let Speeds {
-        theta_i,
-        phi_i,
-        theta_o,
-        phi_o,
-    } = scan_time.speeds;
-    json!({
-        "speeds": [theta_i, phi_i, theta_o, phi_o],
-        "settle": scan_time.settle,
-        "seconds": scan_time.seconds,
-    })
-}
-
-/// Converts the expected loss. Unknown values become null.
-fn expectation(expectation: ExpectedLoss<'_>) -> Value {
-    let is_known = expectation.materials > 0;
-    json!({
-        "loss": expectation.loss,
-        "standard_error": expectation.standard_error,
-        "materials": is_known.then_some(expectation.materials),
-        "on": is_known.then_some(expectation.on),
-    })
-}
-
-fn provenance(provenance: Provenance<'_>) -> Value {
-    json!({
-        "trainer": provenance.trainer,
-        "data": provenance.data,
-        "materials": provenance.materials,
-        "schedule": provenance.schedule,
-        "seed": provenance.seed,
-        "options": provenance.options,
-    })
-}
-
-fn training(training: Training<'_>) -> Value {
-    let sources = training.sources.map(|source| {
-        json!({
-            "label": source.label,
-            "origin": source.origin.name(),
-            "materials": source.materials,
-            "share": source.share,
-        })
-    });
-    json!({
-        "schedule": training.schedule.name(),
-        "effort": training.effort.name(),
-        "parts": training.parts.name(),
-        "split": training.split.name(),
-        "digest": format!("{:016x}", training.digest),
-        "sources": sources.collect::<Vec<Value>>(),
-    })
-}
-
-fn materials(list: Materials<'_>) -> Option<Vec<Value>> {
+fn materials(list: &[Identity]) -> Option<Vec<Value>> {
     let list: Vec<Value> = list
-        .map(|(name, digest)| json!({ "name": name, "digest": format!("{digest:08x}") }))
+        .iter()
+        .map(|each| json!({ "name": each.name, "digest": format!("{:08x}", each.digest) }))
         .collect();
     Some(list).filter(|list| !list.is_empty())
 }
 
-fn add_descent(value: &mut Value, descent: &Descent<'_>) {
-    value["inner_steps"] = json!(descent.inner_steps());
-    value["initial"] = list(descent.initial());
-    value["step_sizes"] = list(descent.step_sizes());
+fn add_sgd(value: &mut Value, sgd: &Sgd<'_>) {
+    value["inner_steps"] = json!(sgd.steps);
+    value["initial"] = list(sgd.initial);
+    value["step_sizes"] = list(sgd.step_sizes);
 }
 
-fn add_completed(value: &mut Value, completed: &Completed<'_>) {
-    let prediction = Some(completed.prediction()).filter(|list| !list.is_empty());
-    value["prediction"] = json!(prediction.map(list));
-    value["uncertainty"] = json!(completed.uncertainty());
-    value["partial"] = json!(completed.partial().map(|partial| {
-        json!({ "loss": list(partial.loss()), "bound": list(partial.bound()) })
-    }));
-    let completion = completed.coefficient_net();
-    let (rows, components) = (completion.rows(), completion.components);
-    let scales = floats(completion.scales);
-    let readings = scaled_weights(completion.readings, &|index| scales[index % rows]);
+fn add_ridge(value: &mut Value, coefficients: &Coefficients<'_>) {
+    let ridge = &coefficients.ridge;
+    let (samples, components) = (ridge.center.len(), coefficients.components());
+    value["basis"] = component_rows(coefficients.rows(), [samples, components]);
+    value["centre"] = list(ridge.center);
+    match eta(ridge) {
+        Some(eta) => value["eta"] = json!(eta),
+        None => value["precision"] = list(ridge.precision),
+    }
+    value["difference_precision"] = optional(ridge.difference_precision);
+    let checksum = Some(ridge.basis_checksum).filter(|checksum| *checksum != 0);
+    value["basis_checksum"] = json!(checksum.map(|checksum| format!("{checksum:08x}")));
+}
+
+fn completion(net: &Net<'_>) -> Value {
+    let weights = net.weights();
+    let rows = weights.rows();
+    let scales = floats(weights.scales);
+    let readings = scaled_weights(weights.readings, &|index| scales[index % rows]);
     let columns: Vec<&[f32]> = readings.chunks(rows).collect();
     let samples: Vec<Value> = columns
         .chunks(3)
         .map(|columns| json!({ "own": columns[0], "mean": columns[1], "missing": columns[2] }))
         .collect();
-    let hidden = completion.hidden().max(1);
-    let scales = floats(completion.output_scales);
-    let output = scaled_weights(completion.output, &|index| scales[index / hidden]);
-    value["completion"] = json!({
-        "components": components,
-        "takes_missing": completed.tolerates_missing(),
-        "gain": completed.missing() == MissingPolicy::Scaled,
-        "centre": list(completed.center()),
-        "scale": completed.scale(),
+    let hidden = weights.hidden().max(1);
+    let scales = floats(weights.output_scales);
+    let output = scaled_weights(weights.output, &|index| scales[index / hidden]);
+    json!({
+        "components": weights.components,
+        "takes_missing": net.missing() != MissingPolicy::AllRequired,
+        "gain": net.missing() == MissingPolicy::Scaled,
+        "scale": net.scale,
         "readings": samples,
-        "bias": floats(completion.bias),
+        "bias": floats(weights.bias),
         "output": output.chunks(hidden).collect::<Vec<_>>(),
-    });
-    if let Some(at_samples) = completed.at_samples() {
-        value["basis"] = component_rows(at_samples);
-    }
-    if let Some(correction) = completed.correction() {
-        value["correction"] = json!({ "precision": list(correction.precision()) });
-    }
-    match completed.target() {
-        Target::Linear(linear) => {
-            value["basis_checksum"] = checksum(linear.basis_checksum());
-        }
-        Target::Descent(descent, start) => {
-            add_descent(value, descent);
-            add_start(value, start, components);
-        }
-        Target::GaussNewton(steps, start) => {
-            let readings = steps.virtual_readings();
-            let directions: Vec<[f32; 3]> = readings
-                .directions()
-                .iter()
-                .map(|packed| {
-                    let words = packed.as_chunks().0;
-                    [words[0], words[1], words[2]].map(f32::from_le_bytes)
-                })
-                .collect();
-            value["initial"] = list(steps.initial());
-            value["gauss_newton"] = json!({
-                "steps": steps.steps(),
-                "precision": list(steps.precision()),
-                "reading_weight": steps.reading_weight(),
-                "error_scale": steps.error_scale(),
-                "directions": directions,
-                "center": list(readings.center()),
-                "rows": component_rows(readings.components()),
-            });
-            add_start(value, start, components);
-        }
-    }
+    })
 }
 
-fn add_start(value: &mut Value, start: &InitNet<'_>, components: usize) {
+fn add_refinement(value: &mut Value, refinement: &Refinement<'_>, components: usize) {
+    let steps = &refinement.steps;
+    value["initial"] = list(steps.initial);
+    value["gauss_newton"] = json!({
+        "steps": steps.steps,
+        "precision": list(steps.precision),
+        "reading_weight": steps.reading_weight,
+        "error_scale": steps.error_scale,
+        "directions": steps.directions.triples().collect::<Vec<_>>(),
+        "center": list(steps.center),
+        "rows": component_rows(steps.rows.of(components), [steps.virtual_readings(), components]),
+    });
+    let start = refinement.start.weights();
     let (inputs, units) = (3 * components, start.units());
     let scales = floats(start.hidden_scales);
     let hidden = scaled_weights(start.hidden, &|index| scales[index / inputs]);
@@ -249,11 +186,25 @@ fn add_start(value: &mut Value, start: &InitNet<'_>, components: usize) {
     });
 }
 
+fn add_prediction(value: &mut Value, prediction: Option<&Prediction<'_>>) {
+    value["prediction"] = json!(prediction.map(|each| list(each.weights)));
+    value["uncertainty"] = json!(prediction.map(|each| json!({
+        "innovation": each.innovation,
+        "residual": each.residual,
+        "bound": each.bound,
+        "max_innovation": each.max_innovation,
+    })));
+    let partial = prediction.filter(|each| !each.partial_bound.is_empty());
+    value["partial"] = json!(partial.map(|each| {
+        json!({ "loss": list(each.partial_loss), "bound": list(each.partial_bound) })
+    }));
+}
+
 /// Returns the components at each of some directions, as in the fit.
-fn component_rows(components: ComponentRows<'_>) -> Value {
-    let scales: Vec<f32> = components.scales().iter().collect();
-    let rows = scaled_weights(components.rows(), &|index| scales[index % scales.len()]);
-    json!(rows.chunks(scales.len()).collect::<Vec<_>>())
+fn component_rows(components: ComponentRows<'_>, [rows, columns]: [usize; 2]) -> Value {
+    let row = |row| (0..columns).map(|column| components.entry(row, column)).collect();
+    let rows: Vec<Vec<f32>> = (0..rows).map(row).collect();
+    json!(rows)
 }
 
 /// Returns weights times their scales, as in the fit.
@@ -268,22 +219,9 @@ fn floats(words: &[[u8; 4]]) -> Vec<f32> {
     words.iter().map(|word| f32::from_le_bytes(*word)).collect()
 }
 
-fn checksum(checksum: Option<u32>) -> Value {
-    json!(checksum.map(|checksum| format!("{checksum:08x}")))
-}
-
-fn add_ridge(value: &mut Value, ridge: &Ridge<'_>) {
-    let basis: Vec<f32> = ridge.basis().iter().collect();
-    let rows: Vec<&[f32]> = basis.chunks(ridge.components()).collect();
-    value["basis"] = json!(rows);
-    value["mean"] = list(ridge.mean());
-    value["median"] = list(ridge.median());
-    value["weight"] = list(ridge.weight());
-    match eta(ridge) {
-        Some(eta) => value["eta"] = json!(eta),
-        None => value["precision"] = list(ridge.precision()),
-    }
-    value["basis_checksum"] = checksum(ridge.basis_checksum());
+/// Returns a list, or null if it is empty.
+fn optional(floats: Floats<'_>) -> Value {
+    json!(Some(floats).filter(|floats| !floats.is_empty()).map(list))
 }
 
 fn list(floats: Floats<'_>) -> Value {
@@ -293,7 +231,7 @@ fn list(floats: Floats<'_>) -> Value {
 /// Returns the paper's eta: the precision that all coefficients share; None if their precisions differ.
 #[must_use]
 pub fn eta(ridge: &Ridge<'_>) -> Option<f32> {
-    let mut precision = ridge.precision().iter();
+    let mut precision = ridge.precision.iter();
     let first = precision.next()?;
     precision.all(|next| next == first).then_some(first)
 }

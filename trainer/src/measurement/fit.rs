@@ -1,11 +1,11 @@
 //! Fits of lab measurements.
 
+use glimpse_core::error::Error;
 use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::{
-    BoundedPrediction, HostScanError, LossPrediction, ScanOutcome, bounded_prediction,
-    scan_with_missing,
+    BoundedPrediction, LossPrediction, ScanOutcome, bounded_prediction, scan_with_missing,
 };
 use glimpse_materials::display_with_setting_names;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
@@ -83,7 +83,7 @@ pub enum FitFailure {
         samples: usize,
     },
     /// The readings cannot be fitted.
-    Scan(HostScanError),
+    Scan(Error),
 }
 
 impl SettingError for FitFailure {
@@ -104,8 +104,8 @@ impl SettingError for FitFailure {
 display_with_setting_names!(FitFailure);
 impl std::error::Error for FitFailure {}
 
-impl From<HostScanError> for FitFailure {
-    fn from(error: HostScanError) -> Self {
+impl From<Error> for FitFailure {
+    fn from(error: Error) -> Self {
         Self::Scan(error)
     }
 }
@@ -182,7 +182,7 @@ fn scan_first(
     recipe: &Recipe<'_>,
     readings: &[Option<[f32; 3]>],
     count: usize,
-) -> Result<ScanOutcome, HostScanError> {
+) -> Result<ScanOutcome, Error> {
     scan_with_missing(recipe, &mut |index, _| {
         *readings[..count].get(usize::from(index))?
     })

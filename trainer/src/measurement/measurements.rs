@@ -74,7 +74,8 @@ impl Measurements {
                 )
             };
             let reading = Reading::from(quantity.to_brdf(&row, values).map_err(error)?);
-            reading.check().map_err(|cause| error(cause.to_string()))?;
+            let checked = reading.check(row.sample as u16);
+            checked.map_err(|cause| error(cause.to_string()))?;
             measurements.samples[row.sample]
                 .add(reading.brdf, reading.saturated)
                 .map_err(|cause| error(cause.to_string()))?;

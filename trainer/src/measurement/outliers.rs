@@ -20,10 +20,10 @@
 //! A reading of an unusual material is improbable, too, but it helps to predict the others. Only the worst outlier is
 //! excluded from the fit, and only if the others predict each other better without it.
 
-use glimpse_core::fit::coefficient_net::standardized;
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::linear::unmap;
-use glimpse_core::recipe::{FitMethod, Recipe};
+use glimpse_core::model::linear::{map, unmap};
+use glimpse_core::numeric::Rows;
+use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::{Material, Procedural};
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -270,7 +270,7 @@ impl Distribution {
             let weight = self.weights[*sample];
             let expected = [0, 1, 2].map(|channel: usize| {
                 let (mean, _) = moments[channel][position];
-                unmap(mean, 0.0, weight) as f32
+                unmap(mean, weight) as f32
             });
             Prediction {
                 z: z.unwrap_or_default(),
@@ -414,17 +414,11 @@ impl NormalGroup {
 
     /// Creates the group of a recipe's training materials; None if the recipe does not hold their components.
     fn trained(recipe: &Recipe<'_>) -> Option<Self> {
-        let FitMethod::Completed(completed) = recipe.method() else {
-            return None;
-        };
-        let at_samples = completed.at_samples()?;
-        let rows = at_samples.rows();
-        let scales: Vec<f64> = at_samples.scales().iter().map(f64::from).collect();
-        let loading = |sample: usize, component: usize| {
-            let byte = rows.get(sample * scales.len() + component);
-            f64::from(byte.copied().unwrap_or_default().cast_signed()) * scales[component]
-        };
-        let rows = DMatrix::from_fn(recipe.samples(), scales.len(), loading);
+        recipe.estimator().net()?;
+        let coefficients = recipe.estimator().coefficients()?;
+        let rows = coefficients.rows();
+        let loading = |sample, component| f64::from(rows.entry(sample, component));
+        let rows = DMatrix::from_fn(recipe.samples(), coefficients.components(), loading);
         Some(Self {
             means: vec![training_mean(recipe)?],
             covariance: with_floor(&rows * rows.transpose(), TRAINED_FLOOR),
@@ -445,10 +439,9 @@ impl NormalGroup {
 
 /// Returns the mean logarithms of a recipe's training materials; None if the recipe does not hold them.
 fn training_mean(recipe: &Recipe<'_>) -> Option<DVector<f64>> {
-    let FitMethod::Completed(completed) = recipe.method() else {
-        return None;
-    };
-    let center = completed.center().iter().map(f64::from);
+    recipe.estimator().net()?;
+    let center = recipe.estimator().coefficients()?.ridge.center;
+    let center = center.iter().map(f64::from);
     Some(DVector::from_iterator(recipe.samples(), center))
 }
 
@@ -462,5 +455,5 @@ fn with_floor(mut covariance: DMatrix<f64>, floor: f64) -> DMatrix<f64> {
 
 /// Returns u = ln((f w + e) / e) of a BRDF f. A value of f below 0, from noise, counts as 0.
 fn logarithm(brdf: f32, weight: f64) -> f64 {
-    standardized(f64::from(brdf).max(0.0), weight.max(0.0), 0.0, 1.0)
+    map(f64::from(brdf).max(0.0), weight.max(0.0))
 }

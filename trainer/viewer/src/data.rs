@@ -4,10 +4,12 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glimpse_core::geometry::{ArmAngles, HalfDifference};
 use glimpse_core::model::linear::Basis;
-use glimpse_core::recipe::{FitMethod, Recipe, RecipeError};
+use glimpse_core::fit::Estimator;
+use glimpse_core::recipe::Recipe;
 use glimpse_materials::Material;
 use glimpse_materials::loss::{coarse_directions, loss_between};
 use glimpse_training::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
+use glimpse_training::recipe::{Metadata, RecipeDefect};
 use serde_json::{Value, json};
 
 use crate::{View, WASM};
@@ -83,7 +85,7 @@ impl Reference {
 }
 
 impl RecipeScan {
-    fn to_json(&self) -> Result<Value, RecipeError> {
+    fn to_json(&self) -> Result<Value, RecipeDefect> {
         let recipe = Recipe::parse(&self.recipe)?;
         let samples = recipe.pattern().zip(&self.readings).map(|(angles, reading)| {
             let directions = HalfDifference::from_angles(angles).directions();
@@ -99,7 +101,7 @@ impl RecipeScan {
             "how": method_summary(&recipe),
             "takes_missing": recipe.tolerates_missing(),
             "expected_loss": recipe.expected_loss(),
-            "trained_on": recipe.metadata()?.provenance.map(|provenance| provenance.data),
+            "trained_on": Metadata::of(&recipe)?.training.map(|training| training.data),
             "recipe": STANDARD.encode(&self.recipe),
             "basis": self.basis.as_ref().map(|basis| STANDARD.encode(basis)),
             "samples": samples,
@@ -109,10 +111,13 @@ impl RecipeScan {
 
 /// Returns a short description of a recipe's fit method.
 fn method_summary(recipe: &Recipe<'_>) -> String {
-    match recipe.method() {
-        FitMethod::Descent(descent) => format!("{} steps of SGD", descent.inner_steps()),
-        FitMethod::Ridge(ridge) => format!("{} components, solved", ridge.components()),
-        FitMethod::Completed(_) => "completed readings".to_owned(),
+    let estimator = recipe.estimator();
+    match estimator {
+        Estimator::Sgd(sgd) => format!("{} steps of SGD", sgd.steps),
+        Estimator::Ridge { .. } if estimator.net().is_some() => "completed readings".to_owned(),
+        Estimator::Ridge { coefficients, .. } => {
+            format!("{} components, solved", coefficients.components())
+        }
     }
 }
 

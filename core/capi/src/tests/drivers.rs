@@ -7,26 +7,26 @@ use std::vec;
 use std::vec::Vec;
 use std::{format, string::String};
 
-use glimpse_core::driver::{Config, Driver, DriverError, Host};
+use glimpse_core::driver::{Config, Driver, Host};
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::{Limits, Machine};
 use glimpse_core::link::{
-    BYTES_PER_FRAME, FRAME_BYTES, Failure, PROTOCOL, Received, RecipeBytes, Refusal, Reply,
-    Request, Server,
+    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Reply, Request, Server,
 };
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Saved, SavedError, Scan};
+use glimpse_core::scan::{Saved, Scan};
 
 use super::scans::assert_fitted;
 use super::{AlignedMemory, MASKED, RECIPES, Random, UNLIKE, WORDS, begin_driver, reading};
 use crate::driver::*;
-use crate::handle::{Fitter, glimpse_driver};
+use crate::handle::{ScanModel, glimpse_driver};
 use crate::status::glimpse_status as Status;
 use crate::types::{glimpse_action, glimpse_action_kind as Kind, glimpse_host, glimpse_saved};
 
 /// A driver in C and the same one in Rust.
 struct Pair<'a> {
     c: *mut glimpse_driver,
-    core: Driver<'a, Fitter>,
+    core: Driver<'a, ScanModel>,
 }
 
 impl Pair<'_> {
@@ -70,9 +70,8 @@ impl Pair<'_> {
     /// A random call of the firmware for a sample, mostly a reading of it. Returns its status.
     fn call(&mut self, index: u16, random: &mut Random) -> Status {
         let (c, core) = (self.c, &mut self.core);
-        let status = |result: Result<(), DriverError>| {
-            result.map_or_else(|error| error.code().into(), |()| Status::Ok)
-        };
+        let status =
+            |result: Result<(), Error>| result.map_or_else(|error| error.into(), |()| Status::Ok);
         let (expected, found) = match random.below(24) {
             0 => (status(core.skip(index)), unsafe {
                 glimpse_driver_skip(c, index)
@@ -81,7 +80,7 @@ impl Pair<'_> {
                 glimpse_driver_finish_early(c)
             }),
             2 => {
-                core.fail(Failure::Machine);
+                core.fail(Error::new(ErrorCode::Machine));
                 let failure = Status::Machine as i32;
                 (Status::Ok, unsafe { glimpse_driver_fail(c, failure) })
             }
@@ -108,10 +107,10 @@ impl Pair<'_> {
     /// Rejects the stored recipe, or reports that it could not be stored.
     fn reject(&mut self, stored: &[u8], random: &mut Random) {
         let (failure, found) = match Recipe::parse(stored) {
-            Err(error) if random.below(2) == 0 => (Failure::Recipe(error), unsafe {
+            Err(error) if random.below(2) == 0 => (Error::from(error), unsafe {
                 glimpse_driver_reject(self.c, stored.as_ptr(), stored.len())
             }),
-            _ => (Failure::Storage, unsafe {
+            _ => (Error::new(ErrorCode::Storage), unsafe {
                 glimpse_driver_fail(self.c, Status::Storage as i32)
             }),
         };
@@ -138,7 +137,7 @@ fn reply(request: &Request, random: &mut Random) -> Reply {
         (Request::Hello { .. }, _) => Reply::Welcome { protocol: PROTOCOL },
         (Request::Measure { .. }, 0) => Reply::FinishEarly,
         (Request::Measure { index, .. }, 1) => Reply::Skip { index: *index },
-        (Request::Measure { .. }, 2) => Reply::Refused(Refusal::Directions),
+        (Request::Measure { .. }, 2) => Reply::Refused(ErrorCode::RefusedDirections),
         (Request::Measure { index, .. }, _) => Reply::Measured {
             index: *index,
             reading: random.reading(*index),
@@ -154,7 +153,7 @@ fn reply(request: &Request, random: &mut Random) -> Reply {
                 bytes: RecipeBytes::take_from(rest.take(BYTES_PER_FRAME)),
             }
         }
-        (_, 0) => Reply::Refused(Refusal::Saved),
+        (_, 0) => Reply::Refused(ErrorCode::RefusedSaved),
         _ => Reply::Accepted,
     }
 }
@@ -207,7 +206,7 @@ fn run(recipe: &[u8], role: glimpse_host, seed: u64, found: &mut HashSet<String>
         (c.recipe_bytes, config.recipe_bytes) = (2000, 2000);
         (c.target_loss, config.target_loss) = (0.05, Some(0.05));
     }
-    let parsed = Recipe::parse(recipe).map_err(Failure::Recipe);
+    let parsed = Recipe::parse(recipe).map_err(Error::from);
     let mut scan = parsed.map(|recipe| Scan::new(recipe, &mut words).unwrap());
 
     // Readings that survived a reset.
@@ -219,7 +218,7 @@ fn run(recipe: &[u8], role: glimpse_host, seed: u64, found: &mut HashSet<String>
         scan.record(5, reading(5)).unwrap();
         let written = Saved::default().write(scan, &mut [0; 300], |_, bytes| {
             slot[..bytes.len()].copy_from_slice(bytes);
-            Ok::<_, SavedError>(())
+            Ok::<_, Error>(())
         });
         assert_eq!(written, Ok(()));
     }

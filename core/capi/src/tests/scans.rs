@@ -10,7 +10,7 @@ use glimpse_core::scan::{Fitted, Reading, Scan};
 
 use super::{AlignedMemory, MASKED, RECIPES, Random, UNLIKE, WORDS, begin, reading};
 use crate::fit::*;
-use crate::handle::{Fitter, glimpse_scan};
+use crate::handle::{ScanModel, glimpse_scan};
 use crate::machine::glimpse_directions_of;
 use crate::scan::*;
 use crate::status::glimpse_status as Status;
@@ -22,7 +22,7 @@ fn status<T, E: Into<Status>>(result: Result<T, E>) -> Status {
 }
 
 /// Asserts that the fitted material equals core's, or that neither scan has one.
-pub(super) fn assert_fitted(scan: *const glimpse_scan, expected: Option<Fitted<'_, Fitter>>) {
+pub(super) fn assert_fitted(scan: *const glimpse_scan, expected: Option<Fitted<'_, ScanModel>>) {
     let at = |z: f32| Directions {
         incoming: [0.6, 0.0, 0.8],
         outgoing: [-0.6, 0.0, z],
@@ -74,7 +74,7 @@ pub(super) fn assert_fitted(scan: *const glimpse_scan, expected: Option<Fitted<'
 /// A scan in C and the same one in Rust.
 struct Pair<'a> {
     c: *mut glimpse_scan,
-    core: Scan<'a, Fitter>,
+    core: Scan<'a, ScanModel>,
 }
 
 impl Pair<'_> {

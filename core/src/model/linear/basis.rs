@@ -3,7 +3,8 @@
 use super::format::{
     HEADER_BYTES, MAGIC, MAX_COMPONENTS, NODE_HEAD_BYTES, SHAPE_BYTES, VERSION, checksum_of,
 };
-use super::{BasisError, Nodes, unmap};
+use super::{Nodes, unmap};
+use crate::error::{Error, ErrorCode};
 use crate::geometry::{HalfDifference, UNIT_TOLERANCE};
 use crate::numeric::Floats;
 
@@ -39,44 +40,45 @@ impl<'a> Basis<'a> {
     /// Reads a compact basis in place.
     ///
     /// # Errors
-    /// [`BasisError`] with the first fault of the bytes.
-    pub fn parse(bytes: &'a [u8]) -> Result<Self, BasisError> {
-        let (magic, rest) = bytes.split_first_chunk().ok_or(BasisError::Magic)?;
+    /// The first defect of the bytes: [`ErrorCode::BasisMagic`] to [`ErrorCode::BasisMalformed`].
+    pub fn parse(bytes: &'a [u8]) -> Result<Self, Error> {
+        let not_a_basis = Error::new(ErrorCode::BasisMagic);
+        let (magic, rest) = bytes.split_first_chunk().ok_or(not_a_basis)?;
         if *magic != MAGIC {
-            return Err(BasisError::Magic);
+            return Err(not_a_basis);
         }
-        let length = |expected: usize| BasisError::Length {
-            expected: u32::try_from(expected).unwrap_or(u32::MAX),
-            found: u32::try_from(bytes.len()).unwrap_or(u32::MAX),
-        };
-        let header = length(HEADER_BYTES);
+        let header = length_error(HEADER_BYTES, bytes.len());
         let (version, rest) = rest.split_first_chunk().ok_or(header)?;
         let version = u16::from_le_bytes(*version);
         if version != VERSION {
-            return Err(BasisError::Version(version));
+            return Err(Error::with(ErrorCode::BasisVersion, [version.into(), 0]));
         }
         let (body_length, rest) = rest.split_first_chunk().ok_or(header)?;
         let (checksum, body) = rest.split_first_chunk().ok_or(header)?;
         let body_length = u32::from_le_bytes(*body_length);
         if u32::try_from(body.len()) != Ok(body_length) {
             let body_length = usize::try_from(body_length).unwrap_or(usize::MAX);
-            return Err(length(body_length.saturating_add(HEADER_BYTES)));
+            return Err(length_error(
+                body_length.saturating_add(HEADER_BYTES),
+                bytes.len(),
+            ));
         }
         let checksum = u32::from_le_bytes(*checksum);
         if checksum != checksum_of(version, body_length, body) {
-            return Err(BasisError::Checksum);
+            return Err(Error::new(ErrorCode::BasisChecksum));
         }
-        Self::parse_body(body, checksum).map_err(|error| match error {
-            BodyError::Length(body_length) => length(body_length.saturating_add(HEADER_BYTES)),
-            BodyError::Other(error) => error,
-        })
+        Self::parse_body(body, checksum)
     }
 
-    fn parse_body(bytes: &'a [u8], checksum: u32) -> Result<Self, BodyError> {
-        let wrong_length = BodyError::Length(SHAPE_BYTES);
+    fn parse_body(bytes: &'a [u8], checksum: u32) -> Result<Self, Error> {
+        let wrong_length = |expected: usize| {
+            let [expected, found] =
+                [expected, bytes.len()].map(|length| length.saturating_add(HEADER_BYTES));
+            length_error(expected, found)
+        };
         let (shape, rest) = bytes
             .split_first_chunk::<SHAPE_BYTES>()
-            .ok_or(wrong_length)?;
+            .ok_or(wrong_length(SHAPE_BYTES))?;
         // c: checksum of the whole basis; m: components; h, d and p: nodes along each axis; s: scale of the means.
         let [
             c0,
@@ -98,7 +100,10 @@ impl<'a> Basis<'a> {
         ] = *shape;
         let components = u16::from_le_bytes([m0, m1]);
         if !(1..=MAX_COMPONENTS).contains(&components) {
-            return Err(BodyError::Other(BasisError::Components(components)));
+            return Err(Error::in_field(
+                ErrorCode::BasisMalformed,
+                "basis.components",
+            ));
         }
         let nodes = Nodes {
             theta_h: u16::from_le_bytes([h0, h1]),
@@ -110,7 +115,7 @@ impl<'a> Basis<'a> {
             .count()
             .filter(|_| nodes.theta_h.min(nodes.theta_d).min(nodes.phi_d) >= 2)
             .and_then(|count| count.checked_mul(components.saturating_add(NODE_HEAD_BYTES)))
-            .ok_or(BodyError::Other(BasisError::Nodes))?;
+            .ok_or(Error::in_field(ErrorCode::BasisMalformed, "basis.nodes"))?;
         let scales_length = components.saturating_mul(size_of::<f32>());
         let expected = SHAPE_BYTES
             .saturating_add(scales_length)
@@ -118,12 +123,12 @@ impl<'a> Basis<'a> {
         let (scales, table) = rest
             .split_at_checked(scales_length)
             .filter(|_| bytes.len() == expected)
-            .ok_or(BodyError::Length(expected))?;
+            .ok_or(wrong_length(expected))?;
         let scales = Floats::new(scales);
         let mean_scale = f32::from_le_bytes([s0, s1, s2, s3]);
         let mut all = scales.iter().chain([mean_scale]);
         if !all.all(|scale| scale.is_finite() && scale >= 0.0) {
-            return Err(BodyError::Other(BasisError::Scale));
+            return Err(Error::in_field(ErrorCode::BasisMalformed, "basis.scales"));
         }
         Ok(Self {
             whole_checksum: u32::from_le_bytes([c0, c1, c2, c3]),
@@ -235,12 +240,9 @@ impl<'a> Basis<'a> {
     }
 }
 
-/// An error in the body of a compact basis.
-enum BodyError {
-    /// The length is wrong. It should be this number of bytes.
-    Length(usize),
-    /// Another error.
-    Other(BasisError),
+fn length_error(expected: usize, found: usize) -> Error {
+    let details = [expected, found].map(|length| u32::try_from(length).unwrap_or(u32::MAX));
+    Error::with(ErrorCode::BasisLength, details)
 }
 
 fn is_unit(at: &HalfDifference<f32>) -> bool {

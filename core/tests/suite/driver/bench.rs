@@ -1,9 +1,10 @@
 //! A simulated host, line and clock for drivers. Time passes only while a driver waits.
 
 use glimpse_core::driver::{Action, Config, Driver};
+use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::ScanModel;
 use glimpse_core::link::{
-    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Refusal, Reply, Request, Server,
+    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Reply, Request, Server,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
@@ -41,7 +42,7 @@ pub(crate) fn default_reply(request: &Request) -> Reply {
             reading: synthetic_reading(*index),
         },
         Request::Saved { index, reading } if *reading != synthetic_reading(*index) => {
-            Reply::Refused(Refusal::Saved)
+            Reply::Refused(ErrorCode::RefusedSaved)
         }
         _ => Reply::Accepted,
     }

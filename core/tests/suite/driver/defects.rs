@@ -2,10 +2,10 @@
 
 use std::cell::Cell;
 
-use glimpse_core::driver::{Action, Config, Driver, DriverError, Host};
-use glimpse_core::error_code::{ErrorCode, RecipeError};
+use glimpse_core::driver::{Action, Config, Driver, Host};
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::{Limits, Machine};
-use glimpse_core::link::{Failure, PROTOCOL, Refusal, Reply, Request};
+use glimpse_core::link::{PROTOCOL, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Reading;
@@ -24,7 +24,7 @@ fn tolerant_recipe() -> Recipe<'static> {
 /// Checks that nothing moves and nothing is forgotten after a failure. After [`Driver::resume`], the scan finishes
 /// with the readings that it had.
 #[track_caller]
-fn check_halted(bench: &mut Bench<'_>, driver: &mut AnyDriver, failure: Failure, read: usize) {
+fn check_halted(bench: &mut Bench<'_>, driver: &mut AnyDriver, failure: Error, read: usize) {
     assert_eq!(bench.actions.last().unwrap().1, Action::Failed(failure));
     bench.take_actions();
     bench.requests.clear();
@@ -34,7 +34,7 @@ fn check_halted(bench: &mut Bench<'_>, driver: &mut AnyDriver, failure: Failure,
     let is_report = |request: &Request| *request == Request::Failed(failure.into());
     assert!(bench.requests.len() <= 1 && bench.requests.iter().all(is_report));
     assert_eq!(driver.scan().unwrap().pending().count(), SAMPLES - read);
-    let error = Err(DriverError::NotScanning);
+    let error = Err(Error::new(ErrorCode::NotScanning));
     assert_eq!(driver.record(7, synthetic_reading(7)), error);
     assert_eq!((driver.skip(7), driver.finish_early()), (error, error));
 
@@ -69,10 +69,11 @@ fn nothing_moves_after_failure_of_host() {
     let progress: When = |request| matches!(request, Request::Progress(_));
     let (device, host) = (PROTOCOL, PROTOCOL + 1);
     let welcome = Reply::Welcome { protocol: host };
-    let protocol = Failure::Protocol { device, host };
-    let [model, no_scan] = [Refusal::Model, Refusal::NoScan].map(Failure::Refused);
-    let [not_model, not_scan] = [Refusal::Model, Refusal::NoScan].map(Reply::Refused);
-    let missing = Failure::ReadingRequired { index: 5 };
+    let protocol = Error::with(ErrorCode::Protocol, [device.into(), host.into()]);
+    let codes = [ErrorCode::RefusedModel, ErrorCode::RefusedNoScan];
+    let [model, no_scan] = codes.map(|code| Error::with(code, [code as u32, 0]));
+    let [not_model, not_scan] = codes.map(Reply::Refused);
+    let missing = Error::with(ErrorCode::ReadingRequired, [5, 0]);
     let either = &[Host::Measures, Host::Listens][..];
     let cases = [
         (hello, welcome, protocol, either),
@@ -108,12 +109,13 @@ fn late_host_receives_failure() {
         let mut driver = phong_driver(Config::new(host));
         let mut bench = Bench::cooperative();
         bench.disconnected = true;
-        driver.fail(Failure::Machine);
+        driver.fail(Error::new(ErrorCode::Machine));
         bench.wait(&mut driver, HOUR_MS);
         assert!(bench.frames.len() < 4_000, "{}", bench.frames.len());
         bench.disconnected = false;
         bench.wait(&mut driver, 33_000);
-        assert_eq!(bench.requests, [Request::Failed(Failure::Machine.into())]);
+        let report = Request::Failed(Error::new(ErrorCode::Machine).into());
+        assert_eq!(bench.requests, [report]);
         // The arms' failure does not delay their operator.
         bench.sensor = Box::new(synthetic_reading);
         let start = bench.now;
@@ -132,7 +134,7 @@ fn published_result_stays_published() {
     bench.run(&mut driver, is_forget);
     // The firmware continues before its report of a failure is sent, or before the reply arrives.
     for steps in 0..4 {
-        driver.fail(Failure::Machine);
+        driver.fail(Error::new(ErrorCode::Machine));
         bench.sleep_ms = 0;
         for _ in 0..steps {
             bench.step(&mut driver);
@@ -151,7 +153,7 @@ fn refusing_host_wears_out_no_flash() {
         for host in [Host::Measures, Host::Listens] {
             let mut driver = phong_driver(Config::new(host));
             let mut bench = Bench::new(|request| match request {
-                Request::Hello { .. } => Some(Reply::Refused(Refusal::Model)),
+                Request::Hello { .. } => Some(Reply::Refused(ErrorCode::RefusedModel)),
                 _ => Some(default_reply(request)),
             });
             while bench.now < HOUR_MS {
@@ -175,10 +177,7 @@ fn storing_device(host: Host, has_scan: bool) -> AnyDriver {
     config.recipe_bytes = 8_192;
     match has_scan {
         true => phong_driver(config),
-        false => Driver::without_scan(
-            Failure::Recipe(RecipeError::new(ErrorCode::RecipeMagic)),
-            config,
-        ),
+        false => Driver::without_scan(Error::new(ErrorCode::RecipeMagic), config),
     }
 }
 
@@ -194,7 +193,7 @@ fn transient_errors_decline_no_recipe() {
             let mut bench = Bench::new(|request| match request {
                 Request::RecipePart { offset: 60 } if !flash_fails && failures.get() > 0 => {
                     failures.set(failures.get() - 1);
-                    Some(Reply::Refused(Refusal::NoScan))
+                    Some(Reply::Refused(ErrorCode::RefusedNoScan))
                 }
                 _ => Some(offer(&offered, request).unwrap_or_else(|| default_reply(request))),
             });
@@ -210,7 +209,7 @@ fn transient_errors_decline_no_recipe() {
                         erasures += 1;
                         if flash_fails && failures.get() > 0 {
                             failures.set(failures.get() - 1);
-                            driver.fail(Failure::Storage);
+                            driver.fail(Error::new(ErrorCode::Storage));
                         }
                     }
                     Action::Failed(_) => driver.resume(),
@@ -234,7 +233,7 @@ fn unusable_recipe_is_fetched_once() {
     });
     let mut driver = storing_device(Host::Measures, true);
     bench.run(&mut driver, is_installed);
-    driver.fail(Failure::Recipe(RecipeError::new(ErrorCode::RecipeChecksum)));
+    driver.fail(Error::new(ErrorCode::RecipeChecksum));
     bench.run(&mut driver, is_failed);
     driver.resume();
     bench.take_actions();
@@ -257,7 +256,7 @@ fn device_without_scan_waits_for_recipe() {
         });
         let mut driver = storing_device(host, false);
         bench.wait(&mut driver, HOUR_MS);
-        let failure = Failure::Recipe(RecipeError::new(ErrorCode::RecipeMagic));
+        let failure = Error::new(ErrorCode::RecipeMagic);
         assert_eq!(bench.take_actions(), [Action::Failed(failure)]);
         let reports = bench.count(|request| matches!(request, Request::Failed(_)));
         let hellos = bench.count(|request| matches!(request, Request::Hello { .. }));
@@ -267,13 +266,13 @@ fn device_without_scan_waits_for_recipe() {
         assert!(at <= HOUR_MS + 30_000);
     }
     // Without storage or host it only reports the failure.
-    let failure = Failure::Recipe(RecipeError::new(ErrorCode::RecipeMagic));
+    let failure = Error::new(ErrorCode::RecipeMagic);
     for host in [Host::Measures, Host::Listens, Host::Absent] {
         let mut driver = AnyDriver::without_scan(failure, Config::new(host));
         let mut bench = Bench::cooperative();
         bench.wait(&mut driver, HOUR_MS);
         assert_eq!(bench.take_actions(), [Action::Failed(failure)]);
-        let expected = Err(DriverError::NotScanning);
+        let expected = Err(Error::new(ErrorCode::NotScanning));
         assert_eq!(driver.record(0, synthetic_reading(0)), expected);
         assert_eq!(driver.scan().err(), Some(failure));
         assert_eq!(driver.into_scan().err(), Some(failure));

@@ -7,14 +7,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use glimpse_core::driver::{Action, Config, Driver, DriverError, Host};
+use glimpse_core::driver::{Action, Config, Driver, Host};
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::{Limits, Machine};
-use glimpse_core::link::{
-    FRAME_BYTES, Failure, PROTOCOL, Received, RecipeBytes, Refusal, Reply, Request, Server,
-};
+use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Reply, Request, Server};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Reading, ReadingError, Saved, SavedError, Scan};
+use glimpse_core::scan::{Reading, Saved, Scan};
 
 use super::bench::{AnyDriver, fitted_bits};
 use crate::random::Random;
@@ -52,7 +51,7 @@ fn invalid_reading(random: &mut Random) -> Reading {
 enum Mood {
     Good,
     Silent,
-    Refuses(Refusal),
+    Refuses(ErrorCode),
     OtherProtocol,
     /// Replies `Skip`, or `FinishEarly` for sample 0.
     Skips,
@@ -95,7 +94,7 @@ impl Computer {
                     self.skips.insert(*index);
                 }
                 let is_saved = matches!(request, Request::Saved { .. });
-                self.refused_saved |= is_saved && refusal == Refusal::Saved;
+                self.refused_saved |= is_saved && refusal == ErrorCode::RefusedSaved;
                 return Some(Reply::Refused(refusal));
             }
             _ => {}
@@ -119,7 +118,7 @@ impl Computer {
                     Mood::InvalidReadings => invalid_reading(random),
                     _ => valid_reading(random),
                 };
-                match reading.check() {
+                match reading.check(index) {
                     Ok(()) => {
                         self.given.insert(index, reading);
                         self.sent.push((index, reading));
@@ -132,7 +131,7 @@ impl Computer {
             }
             Request::Saved { index, reading } if self.given.get(index) != Some(reading) => {
                 self.refused_saved = true;
-                Reply::Refused(Refusal::Saved)
+                Reply::Refused(ErrorCode::RefusedSaved)
             }
             Request::Update => match &self.offered {
                 Some(recipe) => Reply::Recipe {
@@ -309,17 +308,17 @@ impl World {
             }
             167..169 => self.skip(),
             169 => self.finish_early(),
-            170 => self.fail(Failure::Machine),
+            170 => self.fail(Error::new(ErrorCode::Machine)),
             171..177 => self.resume(),
             177 => self.restart(),
             178 => self.reset(),
             179..184 => self.now += [10, 300, 3_000, 70_000, 4_000_000][self.below(5) as usize],
             184..188 => {
                 let refusals = [
-                    Refusal::NoScan,
-                    Refusal::Directions,
-                    Refusal::Saved,
-                    Refusal::Model,
+                    ErrorCode::RefusedNoScan,
+                    ErrorCode::RefusedDirections,
+                    ErrorCode::RefusedSaved,
+                    ErrorCode::RefusedModel,
                 ];
                 self.host.mood = match self.below(6) {
                     0 => Mood::Silent,
@@ -381,16 +380,18 @@ impl World {
                 self.halt();
                 self.count("failed");
             }
-            Action::Store { .. } if self.below(20) == 0 => self.fail(Failure::Storage),
+            Action::Store { .. } if self.below(20) == 0 => {
+                self.fail(Error::new(ErrorCode::Storage))
+            }
             Action::Install { .. } => {
                 self.count("install");
                 let unusable = Recipe::parse(b"").map(drop).unwrap_err();
                 match self.below(2) {
                     0 => {
                         self.is_unusable = true;
-                        self.fail(Failure::Recipe(unusable));
+                        self.fail(unusable);
                     }
-                    _ => self.fail(Failure::Storage),
+                    _ => self.fail(Error::new(ErrorCode::Storage)),
                 }
             }
             Action::Wait => {
@@ -507,22 +508,22 @@ impl World {
         let result = self.driver().record(index, reading);
         let reference = &mut self.reference;
         if reference.is_halted || reference.is_finished {
-            assert_eq!(result, Err(DriverError::NotScanning));
+            assert_eq!(result, Err(Error::new(ErrorCode::NotScanning)));
             return;
         }
         if index >= samples {
-            let error = ReadingError::Index { index, samples };
-            assert_eq!(result, Err(DriverError::Reading(error)));
+            let error = Error::with(ErrorCode::ReadingIndex, [index.into(), samples.into()]);
+            assert_eq!(result, Err(error));
             return;
         }
-        let Err(error) = reading.check() else {
+        let Err(error) = reading.check(index) else {
             assert_eq!(result, Ok(()));
             reference.readings.insert(index, reading);
             reference.skipped.remove(&index);
             reference.invalid.remove(&index);
             return;
         };
-        assert_eq!(result, Err(DriverError::Reading(error)));
+        assert_eq!(result, Err(error));
         let count = reference.invalid.entry(index).or_default();
         *count += 1;
         if *count < self.config.attempts.max(1) {
@@ -561,7 +562,7 @@ impl World {
         }
     }
 
-    fn fail(&mut self, failure: Failure) {
+    fn fail(&mut self, failure: Error) {
         self.driver().fail(failure);
         self.halt();
     }
@@ -586,7 +587,7 @@ impl World {
         saved
             .write(scan, &mut buffer, |slot, bytes| {
                 write = Some((slot, bytes.to_vec()));
-                Ok::<_, SavedError>(())
+                Ok::<_, Error>(())
             })
             .unwrap();
         let (slot, bytes) = write.unwrap();
@@ -599,7 +600,7 @@ impl World {
         saved
             .clear(|slot, bytes| {
                 write = Some((slot, bytes.to_vec()));
-                Ok::<_, SavedError>(())
+                Ok::<_, Error>(())
             })
             .unwrap();
         let (slot, bytes) = write.unwrap();
@@ -696,12 +697,17 @@ impl World {
                     return;
                 }
                 // Readings that cannot be fitted, or too few of them.
-                Action::Failed(Failure::Fit(_) | Failure::Diverged) => self.driver().restart(),
-                Action::Failed(Failure::OutOfReach { count, .. }) => {
-                    assert!((1..=self.out_of_reach.len()).contains(&count.into()));
-                    return;
-                }
-                Action::Failed(_) => self.driver().resume(),
+                Action::Failed(error) => match error.code {
+                    ErrorCode::Incomplete | ErrorCode::TooLarge | ErrorCode::Diverged => {
+                        self.driver().restart();
+                    }
+                    ErrorCode::OutOfReach => {
+                        let count = error.details[1] as usize;
+                        assert!((1..=self.out_of_reach.len()).contains(&count));
+                        return;
+                    }
+                    _ => self.driver().resume(),
+                },
                 Action::Wait if !self.driver().outgoing().is_empty() => self.now += 10,
                 Action::Wait => match self.driver().poll_delay(now) {
                     Some(delay) => self.now += u64::from(delay),

@@ -2,8 +2,9 @@
 //! plain scan, whatever the order of the readings and the quality of the line.
 
 use glimpse_core::driver::{Action, Config, Host};
+use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::ScanModel;
-use glimpse_core::link::{Failure, PROTOCOL, Request};
+use glimpse_core::link::{PROTOCOL, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 
@@ -100,7 +101,10 @@ fn noisy_line_keeps_result() {
                     let (_, action) =
                         bench.run(&mut driver, |action| is_forget(action) || is_failed(action));
                     match action {
-                        Action::Failed(Failure::NoReply) => driver.resume(),
+                        Action::Failed(error) => {
+                            assert_eq!(error.code, ErrorCode::NoReply);
+                            driver.resume();
+                        }
                         Action::Forget => break,
                         other => panic!("{other:?}"),
                     }

@@ -1,16 +1,17 @@
 //! Invalid pairs of directions.
 
-use glimpse_core::geometry::{Arm, Directions, DirectionsError, HalfDifference};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::geometry::{Directions, HalfDifference};
 
+/// The arms in an error's details.
+const LIGHT: u32 = 0;
+const SENSOR: u32 = 1;
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
 
 /// Pairs with the same fault in either direction.
-fn in_either_direction(broken: [f32; 3]) -> [(Arm, Directions<f32>); 2] {
+fn in_either_direction(broken: [f32; 3]) -> [(u32, Directions<f32>); 2] {
     let pair = |incoming, outgoing| Directions { incoming, outgoing };
-    [
-        (Arm::Light, pair(broken, UP)),
-        (Arm::Sensor, pair(UP, broken)),
-    ]
+    [(LIGHT, pair(broken, UP)), (SENSOR, pair(UP, broken))]
 }
 
 #[test]
@@ -37,7 +38,10 @@ fn rejects_non_finite_numbers() {
             broken[coordinate] = number;
             for (arm, pair) in in_either_direction(broken) {
                 assert!(HalfDifference::from_directions(&pair).is_none(), "{pair:?}");
-                assert_eq!(pair.check(), Err(DirectionsError::NonFinite(arm)));
+                assert_eq!(
+                    pair.check(),
+                    Err(Error::with(ErrorCode::Directions, [arm, 0]))
+                );
             }
         }
     }
@@ -50,7 +54,10 @@ fn rejects_non_unit_vectors() {
         for direction in [UP, [0.6, 0.0, 0.8], [0.48, -0.64, 0.6]] {
             for (arm, pair) in in_either_direction(direction.map(|x| x * length)) {
                 assert!(HalfDifference::from_directions(&pair).is_none(), "{pair:?}");
-                assert_eq!(pair.check(), Err(DirectionsError::NotUnit(arm)));
+                assert_eq!(
+                    pair.check(),
+                    Err(Error::with(ErrorCode::Directions, [arm, 0]))
+                );
             }
         }
     }
@@ -71,7 +78,10 @@ fn rejects_non_unit_vectors() {
 fn rejects_directions_at_or_below_horizon() {
     for low in [[1.0, 0.0, 0.0], [1.0, 0.0, -0.0], [0.6, 0.0, -0.8]] {
         for (arm, pair) in in_either_direction(low) {
-            assert_eq!(pair.check(), Err(DirectionsError::BelowHorizon(arm)));
+            assert_eq!(
+                pair.check(),
+                Err(Error::with(ErrorCode::Directions, [arm, 0]))
+            );
             // The pair has a half vector, and its cosines show the fault.
             let at = HalfDifference::from_directions(&pair).expect("a half vector");
             assert!(at.cos_theta_i().min(at.cos_theta_o()) < 1e-6);

@@ -2,10 +2,9 @@
 
 use std::f32::consts::PI;
 
-use glimpse_core::geometry::{Arm, Directions};
-use glimpse_core::gonio::{
-    Calibrated, Calibration, CalibrationError, CosineError, Footprint, Quantity,
-};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::geometry::Directions;
+use glimpse_core::gonio::{Calibrated, Calibration, Footprint, Quantity};
 use proptest::prelude::*;
 
 use super::{at, close};
@@ -118,37 +117,37 @@ fn monochrome_fills_all_channels() {
 
 #[test]
 fn errors_name_the_channel() {
-    for channel in 0..3u8 {
+    for channel in 0..3_u32 {
         let with = |mut values: [f32; 3], value| {
-            values[usize::from(channel)] = value;
+            values[channel as usize] = value;
             values
         };
         let white = [3000.0; 3];
         let new =
             |dark, white, reflectance| Calibration::new(dark, white, reflectance).unwrap_err();
         for broken in [f32::NAN, f32::INFINITY] {
-            let error = CalibrationError::NonFinite(channel);
+            let error = Error::with(ErrorCode::ChannelNonFinite, [channel, 0]);
             assert_eq!(new(with(DARK, broken), white, WHITE), error);
             assert_eq!(new(DARK, with(white, broken), WHITE), error);
             let valid = Calibration::new(DARK, white, WHITE).expect("valid");
             assert_eq!(valid.brdf(with(white, broken)), Err(error));
         }
-        let error = CalibrationError::WhiteNotBrighter(channel);
+        let error = Error::with(ErrorCode::WhiteNotBrighter, [channel, 0]);
         assert_eq!(new(with(DARK, 3000.0), white, WHITE), error);
         assert_eq!(new(DARK, with(white, 10.0), WHITE), error);
         for broken in [f32::NAN, 0.0, -0.5, 99.0, f32::INFINITY] {
-            let error = CalibrationError::Reflectance(channel);
+            let error = Error::with(ErrorCode::WhiteReflectance, [channel, 0]);
             assert_eq!(new(DARK, white, with(WHITE, broken)), error);
         }
         let valid = Calibration::new(DARK, with(white, 3500.0), WHITE).expect("valid");
-        let error = Err(CalibrationError::WhiteSaturated(channel));
+        let error = Err(Error::with(ErrorCode::WhiteSaturated, [channel, 0]));
         assert_eq!(valid.saturating_at(3500.0), error);
         assert!(valid.saturating_at(3501.0).is_ok());
         assert!(valid.saturating_at(f32::NAN).is_err());
     }
     // A quotient that overflows is not a BRDF.
     let dim = Calibration::monochrome(0.0, 1e-30, 1.0).expect("valid");
-    let error = Err(CalibrationError::NonFinite(0));
+    let error = Err(Error::with(ErrorCode::ChannelNonFinite, [0, 0]));
     assert_eq!(dim.brdf([1e30; 3]), error);
 }
 
@@ -160,24 +159,21 @@ fn errors_name_the_arm_below_horizon() {
         outgoing: [0.6, 0.0, z],
     };
     let valid = Calibration::monochrome(0.0, 1.0, 1.0).expect("valid");
-    for (footprint, arm) in [
-        (Footprint::LightLarger, Arm::Light),
-        (Footprint::SensorLarger, Arm::Sensor),
-    ] {
+    for (footprint, arm) in [(Footprint::LightLarger, 0), (Footprint::SensorLarger, 1)] {
         let from_reference = valid
             .read_once_at(&above, footprint)
             .expect("above the horizon");
         for z in [0.0, -0.8, f32::NAN, f32::INFINITY] {
-            let error = CalibrationError::Cosine(CosineError(arm));
+            let error = Error::with(ErrorCode::Directions, [arm, 0]);
             assert_eq!(valid.read_once_at(&below(z), footprint), Err(error));
             assert_eq!(from_reference.brdf([1.0; 3], &below(z)), Err(error));
         }
     }
     for (quantity, arm) in [
-        (Quantity::BrdfTimesCosThetaI, Arm::Light),
-        (Quantity::BrdfTimesCosThetaO, Arm::Sensor),
+        (Quantity::BrdfTimesCosThetaI, 0),
+        (Quantity::BrdfTimesCosThetaO, 1),
     ] {
-        let error = Err(CosineError(arm));
+        let error = Err(Error::with(ErrorCode::Directions, [arm, 0]));
         assert_eq!(quantity.to_brdf([1.0; 3], &below(-0.8)), error);
         assert_eq!(quantity.of_brdf([1.0; 3], &below(0.0)), error);
     }

@@ -2,7 +2,8 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use glimpse_core::gonio::{Limits, LimitsError, Machine, Unreachable};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::gonio::{Limits, Machine};
 use proptest::prelude::*;
 
 use super::{arms, at};
@@ -21,27 +22,22 @@ fn reports_limit_and_excess() {
     let limits = limits();
     assert_eq!(limits.validate(), Ok(()));
     assert_eq!(limits.check(&at([59.0, 0.0, 74.0, 90.0])), Ok(()));
-    let name_and_degrees = |error: Unreachable| match error {
-        Unreachable::ThetaI { by } => ("theta_i", by.to_degrees()),
-        Unreachable::ThetaO { by } => ("theta_o", by.to_degrees()),
-        Unreachable::Separation { by } => ("separation", by.to_degrees()),
-        Unreachable::OutOfPlane { by } => ("plane", by.to_degrees()),
-        error => panic!("{error}"),
-    };
     let in_plane = Limits {
         in_plane: true,
         ..limits
     };
-    for (limits, angles, name, by) in [
-        (limits, [62.0, 0.0, 0.0, 0.0], "theta_i", 2.0),
-        (limits, [0.0, 0.0, 75.5, 0.0], "theta_o", 0.5),
-        (limits, [40.0, 20.0, 30.0, 20.0], "separation", 2.0),
-        (limits, [0.0, 0.0, 0.0, 0.0], "separation", 12.0),
-        (in_plane, [10.0, 0.0, 40.0, 90.0], "plane", 10.0),
+    let near = ErrorCode::MinSeparation;
+    for (limits, angles, code, by) in [
+        (limits, [62.0, 0.0, 0.0, 0.0], ErrorCode::MaxThetaI, 2.0),
+        (limits, [0.0, 0.0, 75.5, 0.0], ErrorCode::MaxThetaO, 0.5),
+        (limits, [40.0, 20.0, 30.0, 20.0], near, 2.0),
+        (limits, [0.0, 0.0, 0.0, 0.0], near, 12.0),
+        (in_plane, [10.0, 0.0, 40.0, 90.0], ErrorCode::InPlane, 10.0),
     ] {
-        let (actual, excess) = name_and_degrees(limits.check(&at(angles)).unwrap_err());
-        assert_eq!(actual, name);
-        assert!((excess - by).abs() < 1e-3, "{name}: {excess}");
+        let error = limits.check(&at(angles)).unwrap_err();
+        assert_eq!(error.code, code);
+        let excess = f32::from_bits(error.details[0]).to_degrees();
+        assert!((excess - by).abs() < 1e-3, "{error}");
     }
     for azimuth in [0.0, 180.0, 180.05, -179.95] {
         let actual = in_plane.check(&at([20.0, 30.0, 40.0, 30.0 + azimuth]));
@@ -92,7 +88,7 @@ fn missing_axes_limit_reach() {
         machine
     };
     let in_reach = at([45.0, 0.0, 30.0, 90.0]);
-    let missing = Err(Unreachable::MissingAxis);
+    let missing = Err(Error::new(ErrorCode::MissingAxis));
     for speed in [0.0, -1.0, f32::NAN] {
         let lacks_theta_i = machine(&|machine| machine.speeds.theta_i = speed);
         assert_eq!(lacks_theta_i.check(&in_reach), Ok(()));
@@ -108,10 +104,8 @@ fn missing_axes_limit_reach() {
         assert_eq!(lacks_phi_i.check(&at([45.0, 10.0, 30.0, 200.0])), Ok(()));
     }
     let beyond = at([70.0, 0.0, 30.0, 90.0]);
-    assert!(matches!(
-        machine(&|_| {}).check(&beyond),
-        Err(Unreachable::ThetaI { .. })
-    ));
+    let error = machine(&|_| {}).check(&beyond).unwrap_err();
+    assert_eq!(error.code, ErrorCode::MaxThetaI);
 }
 
 #[test]
@@ -119,20 +113,21 @@ fn names_fields_out_of_range() {
     let validation_error = |change: &dyn Fn(&mut Limits)| {
         let mut limits = limits();
         change(&mut limits);
-        limits.validate().unwrap_err()
+        let error = limits.validate().unwrap_err();
+        assert_eq!(error.code, ErrorCode::Limits);
+        error.field
     };
     for theta in [f32::NAN, 0.0, -0.1, 1.6, f32::INFINITY] {
-        let expected = LimitsError::MaxThetaI;
-        assert_eq!(validation_error(&|l| l.max_theta_i = theta), expected);
-        let expected = LimitsError::MaxThetaO;
-        assert_eq!(validation_error(&|l| l.max_theta_o = theta), expected);
+        let field = validation_error(&|l| l.max_theta_i = theta);
+        assert_eq!(field, "limits.max_theta_i");
+        let field = validation_error(&|l| l.max_theta_o = theta);
+        assert_eq!(field, "limits.max_theta_o");
     }
-    for separation in [f32::NAN, -0.1, 3.2, f32::INFINITY] {
-        let error = validation_error(&|l| l.min_separation = separation);
-        assert_eq!(error, LimitsError::MinSeparation);
+    // 2.4 exceeds the sum of the largest polar angles.
+    for separation in [f32::NAN, -0.1, 2.4, 3.2, f32::INFINITY] {
+        let field = validation_error(&|l| l.min_separation = separation);
+        assert_eq!(field, "limits.min_separation");
     }
-    let expected = LimitsError::NoDirections;
-    assert_eq!(validation_error(&|l| l.min_separation = 2.4), expected);
     let widest = Limits {
         max_theta_i: FRAC_PI_2,
         max_theta_o: FRAC_PI_2,

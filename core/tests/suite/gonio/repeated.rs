@@ -1,6 +1,7 @@
 //! Repeated readings, compared with the two-pass formulas in f64.
 
-use glimpse_core::gonio::{Repeated, RepeatedError};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::gonio::Repeated;
 use proptest::prelude::*;
 
 #[test]
@@ -29,16 +30,16 @@ fn rejects_non_finite_readings() {
     let mut repeated = Repeated::new();
     repeated.add([1.0, 2.0, 3.0], false).expect("finite");
     let before = repeated;
-    for (channel, broken) in (0..3).zip([f32::NAN, f32::INFINITY, f32::NEG_INFINITY]) {
+    for (channel, broken) in (0..3_u32).zip([f32::NAN, f32::INFINITY, f32::NEG_INFINITY]) {
         let mut reading = [1.0; 3];
-        reading[usize::from(channel)] = broken;
-        let error = RepeatedError::NonFinite(channel);
+        reading[channel as usize] = broken;
+        let error = Error::with(ErrorCode::ChannelNonFinite, [channel, 0]);
         assert_eq!(repeated.add(reading, true), Err(error));
         assert_eq!(repeated, before);
     }
     // The square overflows.
     let error = repeated.add([1.0, 1.0, f32::MAX], false);
-    assert_eq!(error, Err(RepeatedError::NonFinite(2)));
+    assert_eq!(error, Err(Error::with(ErrorCode::ChannelNonFinite, [2, 0])));
     assert_eq!(repeated, before);
 }
 

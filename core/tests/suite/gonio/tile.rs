@@ -2,9 +2,10 @@
 
 use std::f32::consts::PI;
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::Quantity;
-use glimpse_core::gonio::tile::{InconclusiveReason, TileResult, examine};
+use glimpse_core::gonio::tile::{TileResult, examine};
 
 use super::at;
 use crate::random::Random;
@@ -32,10 +33,6 @@ fn directions(count: usize, random: &mut Random) -> Vec<Directions<f32>> {
             ])
         })
         .collect()
-}
-
-fn inconclusive(reason: InconclusiveReason) -> TileResult {
-    TileResult::Inconclusive(reason)
 }
 
 struct Case {
@@ -77,16 +74,15 @@ fn readings(
     directions.iter().map(read).collect()
 }
 
-fn simulate(case: &Case, count: usize, random: &mut Random) -> TileResult {
+fn simulate(case: &Case, count: usize, random: &mut Random) -> Result<TileResult, Error> {
     let directions = directions(count, random);
     let tile = if case.monochrome { [TILE[0]; 3] } else { TILE };
     examine(&readings(case, &directions, random), tile)
 }
 
 /// True for the correct result, false for a wrong one, None for an inconclusive one.
-fn is_correct(case: &Case, result: &TileResult) -> Option<bool> {
-    match *result {
-        TileResult::Inconclusive(_) => None,
+fn is_correct(case: &Case, result: Result<TileResult, Error>) -> Option<bool> {
+    match result.ok()? {
         TileResult::Is(quantity) => Some(case.factor == [1.0; 3] && quantity == case.quantity),
         TileResult::Scaled { quantity, factor } => Some(
             quantity == case.quantity
@@ -115,7 +111,7 @@ fn count_results(count: usize, noise: f32, monochrome: bool, factor: [f32; 3]) -
             monochrome,
         };
         for _ in 0..500 {
-            match is_correct(&case, &simulate(&case, count, &mut random)) {
+            match is_correct(&case, simulate(&case, count, &mut random)) {
                 Some(true) => correct += 1,
                 Some(false) => wrong += 1,
                 None => {}
@@ -159,13 +155,11 @@ fn three_exact_readings_are_enough() {
     for quantity in ALL {
         let case = Case { quantity, ..EXACT };
         let readings = readings(&case, &directions, &mut random);
-        assert_eq!(examine(&readings, TILE), TileResult::Is(quantity));
+        assert_eq!(examine(&readings, TILE), Ok(TileResult::Is(quantity)));
         let two = readings.get(..2).expect("three readings");
-        let expected = inconclusive(InconclusiveReason::TooFew);
-        assert_eq!(examine(two, TILE), expected);
+        assert_eq!(examine(two, TILE), Err(Error::new(ErrorCode::TileTooFew)));
     }
-    let expected = inconclusive(InconclusiveReason::TooFew);
-    assert_eq!(examine(&[], TILE), expected);
+    assert_eq!(examine(&[], TILE), Err(Error::new(ErrorCode::TileTooFew)));
 }
 
 /// Exact readings, but at directions that do not exclude other quantities.
@@ -184,7 +178,7 @@ fn similar_directions_are_ambiguous() {
     ] {
         let case = Case { quantity, ..EXACT };
         let readings = readings(&case, &directions, &mut Random(1));
-        let expected = inconclusive(InconclusiveReason::Ambiguous);
+        let expected = Err(Error::new(ErrorCode::TileAmbiguous));
         assert_eq!(examine(&readings, TILE), expected);
     }
 }
@@ -202,7 +196,7 @@ fn unknown_quantity_is_inconclusive() {
         TILE,
     );
     assert!(
-        matches!(result, TileResult::Inconclusive(InconclusiveReason::Spread(spread)) if spread > 0.08),
+        result.is_err_and(|error| error.code == ErrorCode::TileSpread && error.details[0] > 8),
         "{result:?}"
     );
     let both = |at: &Directions<f32>| TILE.map(|r| r / PI * at.incoming[2] * at.outgoing[2]);
@@ -213,7 +207,7 @@ fn unknown_quantity_is_inconclusive() {
             .collect::<Vec<_>>(),
         TILE,
     );
-    assert!(matches!(result, TileResult::Inconclusive(_)));
+    assert!(result.is_err());
 }
 
 #[test]
@@ -223,20 +217,20 @@ fn names_invalid_readings_and_reflectances() {
         .iter()
         .map(|at| (*at, TILE.map(|r| r / PI)))
         .collect();
-    assert_eq!(examine(&valid, TILE), TileResult::Is(Quantity::Brdf));
+    assert_eq!(examine(&valid, TILE), Ok(TileResult::Is(Quantity::Brdf)));
     for value in [0.0, -0.01, f32::NAN, f32::INFINITY] {
         let mut broken = valid.clone();
         broken[5].1[2] = value;
-        let expected = inconclusive(InconclusiveReason::Reading(5));
+        let expected = Err(Error::with(ErrorCode::TileReading, [5, 0]));
         assert_eq!(examine(&broken, TILE), expected);
     }
     let mut below = valid.clone();
     below[3].0.outgoing[2] *= -1.0;
-    let expected = inconclusive(InconclusiveReason::Reading(3));
+    let expected = Err(Error::with(ErrorCode::TileReading, [3, 0]));
     assert_eq!(examine(&below, TILE), expected);
     for reflectance in [0.0, -0.5, 99.0, f32::NAN] {
         let result = examine(&valid, [0.5, reflectance, 0.5]);
-        let expected = inconclusive(InconclusiveReason::Reflectance(1));
+        let expected = Err(Error::with(ErrorCode::WhiteReflectance, [1, 0]));
         assert_eq!(result, expected);
     }
 }

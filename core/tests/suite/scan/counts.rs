@@ -3,8 +3,9 @@
 //! In version 0.1, readings times 16,777,215 gave 219 NaN parameters, a finite residual and black (on x86). One reading
 //! of `f32::MAX` gave NaN coefficients and a residual of 87.9. Counts of 12 or 16 bits gave a finished fit.
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{FitError, Reading};
+use glimpse_core::scan::Reading;
 
 use crate::recipes::parsed;
 use crate::scanning::*;
@@ -71,6 +72,9 @@ fn accepts_metal_at_grazing_angles() {
         record(&mut scan, 6..8, |_| Reading::new([0.9; 3]));
         assert!(scan.fit().is_ok());
         scan.record(6, Reading::new([0.9, 11.0, 0.9])).unwrap();
-        assert_eq!(scan.fit().err(), Some(FitError::TooLarge { limit: 10 }));
+        assert_eq!(
+            scan.fit().err(),
+            Some(Error::with(ErrorCode::TooLarge, [10, 0]))
+        );
     }
 }

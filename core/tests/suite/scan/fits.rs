@@ -1,8 +1,9 @@
 //! A fit requires all readings, and its result does not depend on the budgets of its slices.
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::Progress;
 use glimpse_core::model::ModelKind;
-use glimpse_core::scan::{FitError, Reading};
+use glimpse_core::scan::Reading;
 
 use crate::scanning::{Any, SAMPLES, empty_scans, fit, full_scan, record, synthetic_reading};
 
@@ -14,7 +15,7 @@ fn fit_needs_all_readings() {
         for first in 0..SAMPLES as u16 {
             for _ in 0..30 {
                 let missing = SAMPLES as u16 - first;
-                let error = FitError::Incomplete { missing, first };
+                let error = Error::with(ErrorCode::Incomplete, [missing.into(), first.into()]);
                 assert_eq!(scan.fit().err(), Some(error));
                 assert!(scan.fit_under_way().is_none());
                 assert!(scan.fitted().is_none());

@@ -1,9 +1,10 @@
 //! The caller provides the memory of a scan, and gets it back.
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::Linear;
 use glimpse_core::model::{ModelKind, Neural};
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
-use glimpse_core::scan::{Reading, Scan, ScanError};
+use glimpse_core::scan::{Reading, Scan};
 
 use crate::recipes::combinations;
 use crate::scanning::*;
@@ -88,10 +89,10 @@ fn rejects_recipe_for_other_firmware() {
         let needed = recipe.memory_words();
         let wrong = |firmware| match firmware == recipe.model() {
             true => Ok(needed),
-            false => Err(ScanError::Model {
-                firmware,
-                recipe: recipe.model(),
-            }),
+            false => {
+                let details = [firmware as u32, recipe.model() as u32];
+                Err(Error::with(ErrorCode::Model, details))
+            }
         };
         let accepted = Scan::<Neural>::accept(&recipe, needed);
         assert_eq!(accepted, wrong(ModelKind::Neural));
@@ -99,7 +100,8 @@ fn rejects_recipe_for_other_firmware() {
         assert_eq!(accepted, wrong(ModelKind::Linear));
         assert_eq!(Scan::<Any>::accept(&recipe, needed), Ok(needed));
         let found = needed - 1;
-        let small = Err(ScanError::Memory { needed, found });
+        let details = [needed, found].map(|words| words as u32);
+        let small = Err(Error::with(ErrorCode::Memory, details));
         assert_eq!(Scan::<Any>::accept(&recipe, found), small);
     }
 }

@@ -1,7 +1,8 @@
 //! Broken sensors: the fit has a result, but is implausible.
 
+use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::AnyModel;
-use glimpse_core::scan::{FinishError, Implausible, Reading, Scan};
+use glimpse_core::scan::{Reading, Scan};
 
 use super::SCAN_RECIPES;
 use crate::recipes::parsed;
@@ -14,7 +15,7 @@ fn matt(index: u16) -> [f32; 3] {
 }
 
 /// The reason why a fit of readings with a trained recipe is implausible, if it is.
-fn implausible_reason(recipe: &[u8], reading: impl Fn(u16) -> Reading) -> Option<Implausible> {
+fn implausible_reason(recipe: &[u8], reading: impl Fn(u16) -> Reading) -> Option<ErrorCode> {
     let recipe = parsed(recipe.to_vec());
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<AnyModel>::new(recipe, &mut memory).unwrap();
@@ -23,7 +24,7 @@ fn implausible_reason(recipe: &[u8], reading: impl Fn(u16) -> Reading) -> Option
     while !fit.advance(64).is_complete() {}
     let reason = match fit.finish() {
         Ok(fitted) => fitted.residual().implausible,
-        Err(FinishError::Implausible(reason)) => Some(reason),
+        Err(error) if error.is_implausible() => Some(error.code),
         Err(error) => panic!("{error}"),
     };
     // The fit is available in both cases, and contains the same reason.
@@ -34,7 +35,7 @@ fn implausible_reason(recipe: &[u8], reading: impl Fn(u16) -> Reading) -> Option
 }
 
 /// The reasons with a recipe of each model.
-fn implausible_reasons(reading: impl Fn(u16) -> Reading) -> [Option<Implausible>; 4] {
+fn implausible_reasons(reading: impl Fn(u16) -> Reading) -> [Option<ErrorCode>; 4] {
     SCAN_RECIPES.map(|bytes| implausible_reason(bytes, &reading))
 }
 
@@ -49,13 +50,13 @@ fn noisy_sensor_is_plausible() {
 #[test]
 fn negative_readings_are_implausible() {
     let dark = |_| Reading::monochrome(-0.9);
-    assert_eq!(implausible_reasons(dark), [Some(Implausible::Dark); 4]);
+    assert_eq!(implausible_reasons(dark), [Some(ErrorCode::Dark); 4]);
 }
 
 #[test]
 fn equal_readings_are_implausible() {
     let stuck = |_| Reading::new([0.2, 0.1, 0.05]);
-    assert_eq!(implausible_reasons(stuck), [Some(Implausible::Repeated); 4]);
+    assert_eq!(implausible_reasons(stuck), [Some(ErrorCode::Repeated); 4]);
 }
 
 /// Readings too far below 0 are clamped for the fit; repeated readings are counted before that.
@@ -78,13 +79,18 @@ fn repeated_readings_are_counted_before_clamping() {
 
 #[test]
 fn dead_channel_is_implausible() {
-    for channel in 0..3_u8 {
+    let codes = [
+        ErrorCode::DeadRed,
+        ErrorCode::DeadGreen,
+        ErrorCode::DeadBlue,
+    ];
+    for (channel, code) in codes.into_iter().enumerate() {
         let reasons = implausible_reasons(|index| {
             let mut brdf = matt(index);
-            brdf[usize::from(channel)] = 0.0;
+            brdf[channel] = 0.0;
             Reading::new(brdf)
         });
-        assert_eq!(reasons, [Some(Implausible::DeadChannel(channel)); 4]);
+        assert_eq!(reasons, [Some(code); 4]);
     }
 }
 
@@ -93,7 +99,7 @@ fn dead_channel_is_implausible() {
 fn counts_relative_to_full_scale_are_implausible() {
     let counts =
         |index: u16| Reading::new(matt(index).map(|f| (200.0 + 220.0 * f).round() / 255.0));
-    assert_eq!(implausible_reasons(counts), [Some(Implausible::Albedo); 4]);
+    assert_eq!(implausible_reasons(counts), [Some(ErrorCode::Albedo); 4]);
 }
 
 /// Readings that belong to other directions: no fit explains them.
@@ -102,6 +108,6 @@ fn unexplained_readings_are_implausible() {
     let bytes = include_bytes!("../../../../trainer/recipes/completed/neural-n16.recipe");
     let inconsistent =
         |index: u16| Reading::monochrome([0.002, 3.0, 2.0, 0.01][usize::from(index % 4)]);
-    let expected = Some(Implausible::Residual);
+    let expected = Some(ErrorCode::Residual);
     assert_eq!(implausible_reason(bytes, inconsistent), expected);
 }

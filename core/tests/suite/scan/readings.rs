@@ -1,26 +1,26 @@
 //! Readings that are rejected, clamped or counted.
 
 use crate::scanning::*;
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::model::linear::EPSILON;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Implausible, MIN_READING, Reading, ReadingError, Recorded, Residual};
+use glimpse_core::scan::{MIN_READING, Reading, Recorded, Residual};
 
 #[test]
 fn rejects_invalid_readings() {
     for mut scan in empty_scans() {
         let first = scan.next_pending().unwrap();
+        let below = MIN_READING.next_down();
         for (brdf, error) in [
-            ([f32::NAN, 0.1, 0.1], ReadingError::NonFinite(0)),
-            ([0.1, f32::INFINITY, 0.1], ReadingError::NonFinite(1)),
-            ([0.1, 0.1, f32::NEG_INFINITY], ReadingError::NonFinite(2)),
-            (
-                [0.1, 0.1, MIN_READING.next_down()],
-                ReadingError::Negative(2),
-            ),
-            ([f32::MIN, 0.1, 0.1], ReadingError::Negative(0)),
+            ([f32::NAN, 0.1, 0.1], (ErrorCode::ReadingNonFinite, 0)),
+            ([0.1, f32::INFINITY, 0.1], (ErrorCode::ReadingNonFinite, 1)),
+            ([0.1, 0.1, -f32::INFINITY], (ErrorCode::ReadingNonFinite, 2)),
+            ([0.1, 0.1, below], (ErrorCode::ReadingNegative, 2)),
+            ([f32::MIN, 0.1, 0.1], (ErrorCode::ReadingNegative, 0)),
         ] {
+            let error = Error::with(error.0, [0, error.1]);
             assert_eq!(scan.record(0, Reading::new(brdf)), Err(error));
             assert_eq!(scan.next_pending(), Some(first));
             assert_eq!(scan.reading(0), None);
@@ -77,7 +77,7 @@ fn clamps_negative_readings() {
         assert_eq!(actual.bits(), unclamped.bits());
         let expected = Residual {
             clamped,
-            implausible: Some(Implausible::Dark),
+            implausible: Some(ErrorCode::Dark),
             ..residual
         };
         assert_eq!(actual.residual(), expected);

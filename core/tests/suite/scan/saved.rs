@@ -1,7 +1,8 @@
 //! A reset at any byte of any write loses at most the reading that is being written.
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::model::ModelKind;
-use glimpse_core::scan::{MIN_READING, Reading, ReadingError, Saved, SavedError, Scan};
+use glimpse_core::scan::{MIN_READING, Reading, Saved, Scan};
 use proptest::prelude::*;
 
 use crate::recipes::sgd;
@@ -38,7 +39,7 @@ impl Flash {
             slots[slot][..count].copy_from_slice(&bytes[..count]);
             match count == length {
                 true => Ok(()),
-                false => Err(SavedError::Full), // the error of a flash driver
+                false => Err(Error::new(ErrorCode::BufferTooSmall)), // the error of a flash driver
             }
         });
         assert_eq!(written.is_err(), cut < length);
@@ -46,7 +47,7 @@ impl Flash {
     }
 
     /// Restores the readings into a new scan.
-    fn restore(&mut self, scan: &mut Scan<'_, Any>) -> Result<usize, SavedError> {
+    fn restore(&mut self, scan: &mut Scan<'_, Any>) -> Result<usize, Error> {
         let slots = [self.slots[0].as_slice(), &self.slots[1]];
         let (saved, restored) = Saved::restore(slots, scan);
         assert_eq!(Saved::find(slots), saved);
@@ -121,7 +122,7 @@ fn cleared_readings_stay_cleared() {
         let slots = &mut flash.slots;
         let cleared = flash.saved.clear(|slot, bytes| {
             slots[slot][..bytes.len()].copy_from_slice(bytes);
-            Ok::<_, SavedError>(())
+            Ok::<_, Error>(())
         });
         assert_eq!(cleared, Ok(()));
         let mut restored = new_scan(*scan.recipe());
@@ -141,7 +142,7 @@ fn rejects_readings_of_other_recipe() {
     record(&mut scan, [2], synthetic_reading);
     flash.write(&scan, usize::MAX, None);
     let found = scan.recipe().checksum();
-    let error = SavedError::Recipe { found };
+    let error = Error::with(ErrorCode::SavedRecipe, [found, 0]);
     assert_eq!(flash.restore(&mut other), Err(error));
     assert_eq!(other.pending().count(), 8);
     record(&mut other, [1, 3], synthetic_reading);
@@ -154,16 +155,16 @@ fn unwritten_or_short_memory_is_damaged() {
     let [mut scan, ..] = empty_scans();
     for byte in [0, 0xFF, 0xA5] {
         let restored = Flash::blank(byte).restore(&mut scan);
-        assert_eq!(restored, Err(SavedError::Damaged));
+        assert_eq!(restored, Err(Error::new(ErrorCode::SavedDamaged)));
     }
     for length in 0..20 {
         let (_, restored) = Saved::restore([&[0; 20][..length], &[]], &mut scan);
-        assert_eq!(restored, Err(SavedError::Damaged));
+        assert_eq!(restored, Err(Error::new(ErrorCode::SavedDamaged)));
     }
     record(&mut scan, ORDER, synthetic_reading);
     for length in 0..SLOT {
         let written = Saved::default().write(&scan, &mut vec![0; length], |_, _| Ok(()));
-        assert_eq!(written, Err(SavedError::Full));
+        assert_eq!(written, Err(Error::new(ErrorCode::BufferTooSmall)));
     }
 }
 
@@ -189,22 +190,15 @@ fn rejects_invalid_saved_readings() {
         restored
     };
     assert_eq!(restore(2, 0.2), Ok(2));
-    let samples = 8;
     for (index, value, error) in [
-        (2, f32::NAN, ReadingError::NonFinite(1)),
-        (2, f32::INFINITY, ReadingError::NonFinite(1)),
-        (2, MIN_READING.next_down(), ReadingError::Negative(1)),
-        (8, 0.2, ReadingError::Index { index: 8, samples }),
-        (
-            u16::MAX,
-            0.2,
-            ReadingError::Index {
-                index: u16::MAX,
-                samples,
-            },
-        ),
+        (2, f32::NAN, (ErrorCode::ReadingNonFinite, 1)),
+        (2, f32::INFINITY, (ErrorCode::ReadingNonFinite, 1)),
+        (2, MIN_READING.next_down(), (ErrorCode::ReadingNegative, 1)),
+        (8, 0.2, (ErrorCode::ReadingIndex, 8)),
+        (u16::MAX, 0.2, (ErrorCode::ReadingIndex, 8)),
     ] {
-        assert_eq!(restore(index, value), Err(SavedError::Reading(error)));
+        let error = Error::with(error.0, [index.into(), error.1]);
+        assert_eq!(restore(index, value), Err(error));
     }
 }
 

@@ -19,14 +19,14 @@ use cortex_m_rt::entry;
 #[cfg(target_arch = "riscv32")]
 use riscv_rt::entry;
 
-use glimpse_core::error_code::ErrorCode;
-use glimpse_core::fit::{Fitter, Linear};
+use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::fit::{Linear, ScanModel};
 use glimpse_core::geometry::{ArmAngles, Directions};
 use glimpse_core::gonio::{Limits, Machine, Quantity, tile};
 use glimpse_core::link::{Client, FRAME_BYTES, Received, Reply, Request, Server, Values};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
-use glimpse_core::recipe::{Field, Kind, Recipe, max_samples};
+use glimpse_core::recipe::{Recipe, max_samples};
 use glimpse_core::scan::{Reading, Scan};
 
 unsafe extern "C" {
@@ -74,7 +74,7 @@ fn directions() -> Directions<f32> {
 
 /// A scan whose model is a type. The C library takes the model from the recipe.
 #[inline(never)]
-fn scan<K: Fitter>() {
+fn scan<K: ScanModel>() {
     let (Ok(recipe), Ok(basis)) = (Recipe::parse(bytes()), Basis::parse(bytes())) else {
         return;
     };
@@ -116,25 +116,16 @@ fn recipe() {
     recipe.directions().for_each(|each| {
         black_box(each);
     });
-    recipe.sections().for_each(|(kind, bytes)| {
-        black_box((kind.number(), kind.name(), kind.is_required(), bytes));
-    });
-    let mut buffer = [0; 64];
-    let kinds = [Kind::new(any(200)), Kind::MATERIALS];
-    let _ = black_box(recipe.copy_without(&kinds, black_box(&mut buffer[..])));
-    if let Ok(metadata) = recipe.metadata() {
-        black_box((metadata.limits, metadata.noise, metadata.training.is_some()));
-        metadata.materials.for_each(|material| {
-            black_box(material);
-        });
-    }
+    black_box((recipe.metadata(), recipe.expected_loss()));
     let machine = Machine::new(any(Limits::NONE));
     black_box((recipe.out_of_reach(&machine), recipe.is_in_path_order()));
     black_box((recipe.tolerates_missing(), recipe.bounds_partial_loss()));
     black_box((recipe.basis_checksum(), max_samples(&[bytes()])));
-    let code = ErrorCode::from_code(any(32));
-    black_box(code.map(|code| (code.code(), code.text())));
-    black_box((any(ModelKind::Linear).name(), any(Field::Basis).range()));
+    if let Some(code) = ErrorCode::from_number(any(32)) {
+        let error = Error::with(code, any([7, 8]));
+        black_box((code as u16, code.text(), error.is_implausible()));
+    }
+    black_box(any(ModelKind::Linear).name());
 }
 
 #[inline(never)]
@@ -155,7 +146,7 @@ fn sensor() {
     black_box(quantity.of_brdf(any([0.5; 3]), &directions)).ok();
     let readings = [(directions, any([0.3; 3])); 8];
     let readings = readings.get(..any(8)).unwrap_or_default();
-    black_box(tile::examine(readings, any([0.9; 3])));
+    let _ = black_box(tile::examine(readings, any([0.9; 3])));
 }
 
 /// The host's end of the link, and the device's without a driver.

@@ -12,7 +12,8 @@ use glimpse_bench::recipes::PHONG;
 use glimpse_bench::report::print_result;
 use glimpse_bench::{BenchError, measure};
 use glimpse_core::geometry::HalfDifference;
-use glimpse_core::recipe::{FitMethod, Recipe};
+use glimpse_core::fit::Estimator;
+use glimpse_core::recipe::Recipe;
 use multicalc::numerical_derivative::AutoDiffMulti;
 use multicalc::optimization::LevenbergMarquardt;
 use multicalc::scalar::{Numeric, VectorFn};
@@ -63,11 +64,11 @@ glimpse_bench::firmware!(fit());
 fn fit() -> Result<(), BenchError> {
     glimpse_bench::machine::stack::paint();
     let recipe = Recipe::parse(black_box(PHONG)).map_err(|_| BenchError)?;
-    let FitMethod::Descent(descent) = recipe.method() else {
+    let Estimator::Sgd(sgd) = recipe.estimator() else {
         return Err(BenchError);
     };
     let mut start = [0.0; PARAMETERS];
-    for (parameter, value) in start.iter_mut().zip(descent.initial().iter()) {
+    for (parameter, value) in start.iter_mut().zip(sgd.initial.iter()) {
         *parameter = value;
     }
     let mut measured = Measurements {

@@ -1,7 +1,6 @@
 //! The error of a store.
 
-use glimpse_core::recipe::RecipeError;
-use glimpse_core::scan::{ReadingError, ScanError};
+use glimpse_core::error::Error;
 
 /// Result of a call of a store.
 pub(super) type Result<T = ()> = core::result::Result<T, StoreError>;
@@ -19,10 +18,6 @@ pub enum StoreError {
     OutOfOrder,
     /// The current scan has no sample with this index.
     NoSample,
-    /// The reading is invalid: take it again.
-    Reading(ReadingError),
-    /// The bytes are not a valid recipe.
-    Recipe(RecipeError),
-    /// The recipe is valid, but the firmware declines it.
-    Declined(ScanError),
+    /// The reading is invalid, the bytes are not a valid recipe, or the firmware declines the recipe.
+    Invalid(Error),
 }

@@ -3,8 +3,8 @@
 //! A new recipe is written to the inactive slot, in whole blocks. Then an item of the journal activates it.
 
 use embedded_storage::nor_flash::NorFlash;
+use glimpse_core::error::Error;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::ScanError;
 
 use super::error::{Result, StoreError};
 use super::journal::BLOCK_BYTES;
@@ -53,7 +53,7 @@ impl<F: NorFlash, const SAMPLES: usize> Store<F, SAMPLES> {
     pub fn install<'b>(
         &mut self,
         buffer: &'b mut [u8],
-        accepts: impl FnOnce(&Recipe<'_>) -> core::result::Result<(), ScanError>,
+        accepts: impl FnOnce(&Recipe<'_>) -> core::result::Result<(), Error>,
     ) -> Result<Recipe<'b>> {
         let length = self.received.take().ok_or(StoreError::OutOfOrder)?;
         if !(length as usize).is_multiple_of(BLOCK_BYTES) {
@@ -61,7 +61,7 @@ impl<F: NorFlash, const SAMPLES: usize> Store<F, SAMPLES> {
         }
         let slot = self.inactive_slot();
         let recipe = self.read_recipe(slot, length, buffer)?;
-        accepts(&recipe).map_err(StoreError::Declined)?;
+        accepts(&recipe).map_err(StoreError::Invalid)?;
         self.write(Item::Recipe((slot, length)))?;
         Ok(recipe)
     }
@@ -96,7 +96,7 @@ impl<F: NorFlash, const SAMPLES: usize> Store<F, SAMPLES> {
         let result = self.flash.read(slot, blocks);
         result.map_err(|_| StoreError::Flash)?;
         let bytes = blocks.get(..length as usize).unwrap_or_default();
-        Recipe::parse(bytes).map_err(StoreError::Recipe)
+        Recipe::parse(bytes).map_err(|error| StoreError::Invalid(error.into()))
     }
 
     /// Returns the offset of the inactive slot.

@@ -114,7 +114,7 @@ fn readings_count_once_confirmed() {
     store.begin_scan(1, 2).unwrap();
     assert_eq!(run(&mut store, '2', 1.0), Err(StoreError::NoSample));
     let invalid = run(&mut store, '0', f32::NAN);
-    assert!(matches!(invalid, Err(StoreError::Reading(_))));
+    assert!(matches!(invalid, Err(StoreError::Invalid(_))));
     for check in [StepCheck::Unknown, StepCheck::Lost(0, 3), StepCheck::Passed] {
         run(&mut store, '0', 1.0).unwrap();
         assert_eq!((store.is_saved(0), store.reading(0)), (true, None));
@@ -138,7 +138,7 @@ fn recipe_transfer_can_be_retried() {
     let mut store = mount(&mut flash);
     assert_eq!(install(&mut store, &mut []), StoreError::OutOfOrder);
     let invalid = replace(&mut store, start);
-    assert!(matches!(invalid, Err(StoreError::Recipe(_))));
+    assert!(matches!(invalid, Err(StoreError::Invalid(_))));
     assert_eq!(replace(&mut store, &[0; 1537]), Err(StoreError::TooLarge));
     store.write_recipe(0, start).unwrap();
     for offset in [1, 61, 120, u32::MAX] {
@@ -147,7 +147,7 @@ fn recipe_transfer_can_be_retried() {
     // The transfer goes on after a part that was out of order.
     store.write_recipe(60, rest).unwrap();
     let declined = install(&mut store, &mut [0; 1536]);
-    assert!(matches!(declined, StoreError::Declined(_)));
+    assert!(matches!(declined, StoreError::Invalid(_)));
     store.write_recipe(0, COOK_TORRANCE).unwrap();
     assert_eq!(install(&mut store, &mut [0; 64]), StoreError::TooLarge);
     assert_eq!(content(&flash), present);

@@ -17,4 +17,4 @@ pub use grid::Grid;
 pub use table::{
     Basis, BasisError, BasisValues, MAGIC as BASIS_MAGIC, NODE_HEADER, Reconstruction,
 };
-pub use values::{AngleDual, Coefficients, angles_to_f64, median_brdf};
+pub use values::{AngleDual, Coefficients, angles_to_f64};

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 
 use super::Grid;
 use super::nodes::Nodes;
-use super::values::{AngleDual, Coefficients, angles_to_f64, median_brdf};
+use super::values::{AngleDual, Coefficients, angles_to_f64};
 use crate::untrusted::read_at_most;
 
 /// The number of values before the components of a node: the mean of the mapped columns, and ln(median w + e).
@@ -354,8 +354,7 @@ impl Reconstruction {
                 *sum += corner.weight * f64::from(value);
             }
         }
-        let median = median_brdf(log_median, weight);
-        mapped.map(|mapped| unmap(mapped, median, weight) as f32)
+        mapped.map(|mapped| unmap(mapped + log_median - EPSILON.ln(), weight) as f32)
     }
 
     /// Returns the BRDF at angles in radians, with the derivatives of the interpolant with respect to theta_h, theta_d
@@ -378,7 +377,7 @@ impl Reconstruction {
         }
         let at = HalfDifference::from_angles(AngleDual::variables(angles));
         let weight = at.cos_theta_i() * at.cos_theta_o();
-        let median = median_brdf(log_median, weight);
-        mapped.map(|mapped| unmap(mapped, median, weight))
+        let center = log_median - AngleDual::from_value(EPSILON.ln());
+        mapped.map(|mapped| unmap(mapped + center, weight))
     }
 }

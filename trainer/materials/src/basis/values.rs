@@ -1,8 +1,6 @@
 //! Types and conversions of the model Linear in f64.
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::model::linear::{EPSILON, unmap};
-use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
 
 /// A number and its derivatives with respect to theta_h, theta_d and phi_d.
@@ -19,14 +17,4 @@ pub fn angles_to_f64(angles: &Angles<f32>) -> Angles<f64> {
         theta_d: f64::from(angles.theta_d),
         phi_d: f64::from(angles.phi_d),
     }
-}
-
-/// Returns the median BRDF, at least 0. `log_median` is ln(median w + e), and `weight` is w.
-pub fn median_brdf<S: Scalar>(log_median: S, weight: S) -> S {
-    // unmap(x, 0, w) = max((e exp(x) - e) / w, 0)
-    unmap(
-        log_median - S::constant(EPSILON.ln()),
-        S::constant(0.0),
-        weight,
-    )
 }

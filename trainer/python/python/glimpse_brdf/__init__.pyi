@@ -45,7 +45,8 @@ class _ExpectedLoss(TypedDict):
     loss: float
     standard_error: Optional[float]
     materials: int
-    on: str
+    split: str
+    on: Optional[str]
 
 @type_check_only
 class _Limits(TypedDict):
@@ -67,15 +68,6 @@ class _ScanTime(TypedDict):
     seconds: float
 
 @type_check_only
-class _Provenance(TypedDict):
-    trainer: str
-    data: str
-    materials: int
-    schedule: str
-    seed: int
-    options: str
-
-@type_check_only
 class _TrainingSource(TypedDict):
     label: str
     origin: str
@@ -84,12 +76,16 @@ class _TrainingSource(TypedDict):
 
 @type_check_only
 class _Training(TypedDict):
+    trainer: str
+    data: str
+    materials: int
+    sources: list[_TrainingSource]
     schedule: str
     effort: str
     parts: str
-    split: str
+    options: str
+    seed: int
     digest: str
-    sources: list[_TrainingSource]
 
 @type_check_only
 class _Residual(TypedDict):
@@ -237,8 +233,6 @@ class Recipe:
     @property
     def scan_time(self) -> Optional[_ScanTime]: ...
     @property
-    def provenance(self) -> Optional[_Provenance]: ...
-    @property
     def training(self) -> Optional[_Training]: ...
     @property
     def trained_on(self) -> list[str]: ...
@@ -340,7 +334,6 @@ def train(
     max_theta_i_degrees: Optional[float] = None,
     max_theta_o_degrees: Optional[float] = None,
     min_separation_degrees: Optional[float] = None,
-    refinement: Optional[Literal["gauss-newton", "sgd"]] = None,
     scan_seconds: Optional[float] = None,
     speed_degrees_per_second: Optional[npt.ArrayLike] = None,
     settle_seconds: Optional[float] = None,

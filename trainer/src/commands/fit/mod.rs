@@ -328,7 +328,7 @@ impl Fit {
         recipe: &Recipe<'_>,
         has_basis: bool,
     ) -> anyhow::Result<Option<(String, u32)>> {
-        let checksum = recipe.method().basis_checksum().filter(|_| has_basis);
+        let checksum = recipe.basis_checksum().filter(|_| has_basis);
         let Some(checksum) = checksum else {
             return Ok(None);
         };

@@ -4,13 +4,15 @@ mod text;
 
 use std::path::Path;
 
+use glimpse_core::error::ErrorCode;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Implausible, Residual};
+use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::LossPrediction;
 use glimpse_trainer::measurement::{
     AngularDistance, Fit, Measurements, OutlierReport, PartialScan, ReadingQuantity, ReadingStatus,
     coefficient_of_variation,
 };
+use glimpse_training::recipe::Metadata;
 use serde::Serialize;
 
 use super::super::expected_loss::{self, caution};
@@ -106,7 +108,7 @@ struct ResidualSummary {
     mean: f32,
     worst: f32,
     worst_index: u16,
-    implausible: Option<Implausible>,
+    implausible: Option<ErrorCode>,
 }
 
 /// The expected loss of this fit.
@@ -122,7 +124,7 @@ struct FitLoss {
     /// With [`LossSource::Validation`]: the standard error over the materials, if there were several.
     standard_error: Option<f32>,
     /// With [`LossSource::Validation`]: the number of materials of the mean; 0 if it is not stated.
-    materials: Option<u32>,
+    materials: Option<usize>,
     /// Text for the terminal.
     #[serde(skip)]
     text: String,
@@ -346,16 +348,19 @@ fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<FitLos
             ),
         }));
     }
-    let stated = recipe.metadata()?.expectation;
-    Ok(stated
+    let estimate = Metadata::of(recipe)?
+        .expected_loss
+        .map(|each| each.estimate);
+    Ok(recipe
+        .expected_loss()
         .zip(expected_loss::expected_loss(recipe)?)
-        .map(|(stated, text)| FitLoss {
-            loss: stated.loss,
+        .map(|(loss, text)| FitLoss {
+            loss,
             source: LossSource::Validation,
             bound: None,
             unlike_training: None,
-            standard_error: stated.standard_error,
-            materials: Some(stated.materials),
+            standard_error: estimate.and_then(|each| each.standard_error),
+            materials: estimate.map(|each| each.materials),
             text,
         }))
 }

@@ -107,7 +107,7 @@ impl View {
             if !materials.is_empty() {
                 warn_of_overlap(&recipe, &materials)?;
             }
-            let basis = match recipe.method().basis_checksum() {
+            let basis = match recipe.basis_checksum() {
                 Some(of) => Some(basis(path, of, compact.as_deref(), &mut is_used)?),
                 None => None,
             };

@@ -1,11 +1,11 @@
 //! `trainer evaluate`: accuracy of its numbers, and comparisons.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::recipe::{Recipe, RecipeParts};
+use glimpse_core::recipe::Recipe;
 use glimpse_materials::loss::mean_log_error;
-use glimpse_materials::{Material, Procedural, Source, digest};
+use glimpse_materials::{Identity, Material, Procedural, Source, digest};
 use glimpse_trainer::evaluation::Method;
-use glimpse_training::recipe::{RecipeFile, pack_pattern};
+use glimpse_training::recipe::{Metadata, RecipeFile};
 use serde_json::{Value, json};
 
 use super::folder::{COOK_TORRANCE_N8, NEURAL_N8, PHONG_N8};
@@ -153,14 +153,15 @@ fn compares_recipes_by_paired_differences() {
 
 /// Writes a recipe of Linear, and its basis, that states these training materials.
 fn write_recipe_trained_on(folder: &Folder, materials: &[(&str, u32)]) {
+    let identities = materials.iter().map(|(name, digest)| Identity {
+        name: (*name).to_owned(),
+        digest: *digest,
+    });
     LINEAR_N2.copy_to(folder.path());
     let file = RecipeFile::read(&folder.at("linear-n2.recipe")).expect("a valid recipe");
-    let recipe = file.recipe();
-    let pattern: Vec<_> = recipe.pattern().collect();
-    let file = RecipeFile::write(&RecipeParts {
-        expectation: file.metadata().expectation,
-        materials,
-        ..RecipeParts::new(&pack_pattern(&pattern), recipe.method().into())
+    let file = file.with_metadata(&Metadata {
+        materials: identities.collect(),
+        ..file.metadata().clone()
     });
     let file = file.expect("a valid recipe");
     folder.write("k.recipe", file.bytes());
@@ -222,7 +223,7 @@ fn expected_loss_names_its_materials() {
     let train = train.replace("procedural:12", "procedural:1");
     let [_, messages] = folder.succeed_with_messages(&train.replace("phong.recipe", "one.recipe"));
     let recipe = folder.succeed_as_json("inspect one.recipe");
-    assert_eq!(recipe["training"]["split"], "training");
+    assert_eq!(recipe["expectation"]["split"], "training");
     let options = "--recipe one.recipe --test procedural:1:3";
     let report = evaluate(&folder, options);
     assert_eq!(report["promise"]["materials"], 1);

@@ -1,14 +1,15 @@
 //! Recipes of the model Linear on the command line.
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
-use glimpse_core::recipe::{
-    Effort, ExpectedLoss, Field, Noise, Origin, Parts, Provenance, Recipe, RecipeError,
-    RecipeParts, Schedule, Training, TrainingSource, TrainingSources, ValidationSplit,
-};
-use glimpse_training::linear::RecipeBasis;
-use glimpse_training::meta::learned::LearnedFit;
-use glimpse_training::recipe::{RecipeFile, pack_fit, pack_pattern};
+use glimpse_core::recipe::Recipe;
+use glimpse_materials::{Identity, Source, SourceShare};
+use glimpse_training::meta::learned::{LearnedFit, LearnedRidge, ValidatedLoss, ValidationSplit};
+use glimpse_training::meta::objective::LossEstimate;
+use glimpse_training::meta::options::TrainedParts;
+use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::recipe::{Metadata, Noise, RecipeDefect, RecipeFile, Training, pack_fit};
 use serde_json::{Value, json};
 
 use super::{Folder, number, numbers};
@@ -23,27 +24,18 @@ fn pattern() -> [Angles<f32>; 3] {
 }
 
 /// The basis of a recipe, reduced to the directions of [`pattern`].
-fn reduced_basis() -> RecipeBasis {
-    RecipeBasis {
-        basis: vec![1.5, -2.0, 0.25, 8.0, 3.0, -0.1],
-        mean: vec![-0.5, 0.0, 0.5],
-        median: vec![0.25, 0.0, 1.5],
-        weight: vec![0.9, 0.8, 0.7],
+fn reduced_basis() -> LearnedRidge {
+    LearnedRidge {
+        center: vec![-0.5, 0.0, 0.5],
+        rows: vec![1.5, -2.0, 0.25, 8.0, 3.0, -0.1],
         precision: vec![40.0; 2],
         basis_checksum: 0x0123_abcd,
     }
 }
 
-const SOURCES: [TrainingSource<'_>; 1] = [TrainingSource {
-    label: "procedural:7",
-    origin: Origin::BuiltIn,
-    materials: 7,
-    share: 1.0,
-}];
-
-/// Adds all metadata that a recipe can have.
-fn with_metadata(bare: RecipeParts<'_>) -> RecipeParts<'_> {
-    RecipeParts {
+/// All metadata that a recipe can have.
+fn metadata() -> Metadata {
+    Metadata {
         limits: Some(Limits {
             max_theta_i: 1.25,
             max_theta_o: 1.5,
@@ -55,49 +47,50 @@ fn with_metadata(bare: RecipeParts<'_>) -> RecipeParts<'_> {
             additive: 0.001,
             levels: 4096,
         }),
-        expectation: Some(ExpectedLoss {
-            loss: 0.0125,
-            standard_error: Some(0.0015),
-            materials: 7,
-            on: "materials of nowhere",
+        scan_budget: None,
+        expected_loss: Some(ValidatedLoss {
+            estimate: LossEstimate {
+                loss: 0.0125,
+                standard_error: Some(0.0015),
+                materials: 7,
+            },
+            split: ValidationSplit::LeftOut,
         }),
-        provenance: Some(Provenance {
-            trainer: "test",
-            data: "procedural:7",
-            materials: 7,
-            schedule: "joint quick",
-            seed: 5,
-            options: "no options",
-        }),
-        materials: &[("brass", 1), ("felt", 2), ("silk", 3), ("teflon", u32::MAX)],
         training: Some(Training {
+            trainer: "test".into(),
+            data: "procedural:7".into(),
+            materials: 7,
+            sources: vec![SourceShare::single(&Source("procedural:7".into()), 7)],
             schedule: Schedule::Joint,
             effort: Effort::Quick,
-            parts: Parts::All,
-            split: ValidationSplit::LeftOut,
+            parts: TrainedParts::AllTwice,
+            options: "no options".into(),
+            seed: 5,
             digest: 0x0123_4567_89ab_cdef,
-            sources: TrainingSources::new(&SOURCES),
         }),
-        ..bare
+        materials: [("brass", 1), ("felt", 2), ("silk", 3), ("teflon", u32::MAX)]
+            .map(|(name, digest)| Identity {
+                name: name.into(),
+                digest,
+            })
+            .into(),
     }
 }
 
 /// A recipe with all metadata that a recipe can have.
 pub(crate) fn recipe_with_metadata() -> RecipeFile {
-    build_recipe(reduced_basis(), with_metadata).expect("a valid recipe")
+    build_recipe(reduced_basis(), &metadata()).expect("a valid recipe")
 }
 
 /// Builds a recipe of the model Linear.
-fn build_recipe(
-    reduced: RecipeBasis,
-    add_metadata: fn(RecipeParts<'_>) -> RecipeParts<'_>,
-) -> Result<RecipeFile, RecipeError> {
-    pack_fit(&LearnedFit::Ridge(reduced), |fit| {
-        RecipeFile::write(&add_metadata(RecipeParts::new(
-            &pack_pattern(&pattern()),
-            fit,
-        )))
-    })
+fn build_recipe(ridge: LearnedRidge, metadata: &Metadata) -> Result<RecipeFile, RecipeDefect> {
+    let fit = LearnedFit::Ridge {
+        net: None,
+        ridge,
+        refinement: None,
+    };
+    let expected_loss = metadata.expected_loss.map(|each| each.estimate.loss);
+    pack_fit(&fit, &pattern(), expected_loss)?.with_metadata(metadata)
 }
 
 #[test]
@@ -107,14 +100,14 @@ fn inspects_and_exports_linear_recipe() {
     unequal.precision[1] = 4.0;
     unequal.basis_checksum = 0;
     for (name, reduced) in [("equal", reduced_basis()), ("unequal", unequal)] {
-        let file = build_recipe(reduced.clone(), with_metadata).expect("a valid recipe");
+        let file = build_recipe(reduced.clone(), &metadata()).expect("a valid recipe");
         folder.write(&format!("{name}.recipe"), file.bytes());
         let recipe = file.recipe();
         assert!(recipe.pattern().eq(pattern()));
-        let ridge = recipe.ridge().expect("a ridge");
-        assert!(ridge.basis().iter().eq(reduced.basis));
-        assert!(ridge.precision().iter().eq(reduced.precision));
-        for format in ["json", "rust", "postcard"] {
+        let ridge = recipe.estimator().coefficients().expect("coefficients").ridge;
+        assert!(ridge.rows.floats().iter().eq(reduced.rows));
+        assert!(ridge.precision.iter().eq(reduced.precision));
+        for format in ["json", "postcard"] {
             folder.succeed(&format!(
                 "export {name}.recipe --format {format} --out {name}.{format}"
             ));
@@ -132,10 +125,13 @@ fn inspects_and_exports_linear_recipe() {
         ("/eta", json!(40.0)),
         ("/basis_checksum", json!("0123abcd")),
         ("/checksum", json!(format!("{:08x}", recipe.checksum()))),
-        ("/provenance/data", json!("procedural:7")),
-        ("/provenance/options", json!("no options")),
+        ("/scan_time", Value::Null),
+        ("/expectation/split", json!("left-out")),
         ("/noise/levels", json!(4096)),
-        ("/expectation/on", json!("materials of nowhere")),
+        (
+            "/expectation/on",
+            json!("materials of procedural:7 that it was trained on, each with a basis of others"),
+        ),
         (
             "/materials/3",
             json!({"name": "teflon", "digest": "ffffffff"}),
@@ -147,10 +143,14 @@ fn inspects_and_exports_linear_recipe() {
         (
             "/training",
             json!({
+                "trainer": "test",
+                "data": "procedural:7",
+                "materials": 7,
                 "schedule": "joint",
                 "effort": "quick",
-                "parts": "all",
-                "split": "left-out",
+                "parts": "all-twice",
+                "options": "no options",
+                "seed": 5,
                 "digest": "0123456789abcdef",
                 "sources": [
                     {"label": "procedural:7", "origin": "built-in", "materials": 7, "share": 1.0},
@@ -166,9 +166,7 @@ fn inspects_and_exports_linear_recipe() {
     assert_eq!(numbers(&json["pattern"][1]), [0.2, 0.2, 1.0]);
     assert_eq!(json["basis"].as_array().map(Vec::len), Some(3));
     assert_eq!(numbers(&json["basis"][1]), [0.25, 8.0]);
-    assert_eq!(numbers(&json["mean"]), expected.mean);
-    assert_eq!(numbers(&json["median"]), expected.median);
-    assert_eq!(numbers(&json["weight"]), expected.weight);
+    assert_eq!(numbers(&json["centre"]), expected.center);
     for absent in ["precision", "initial"] {
         assert_eq!(json.get(absent), None, "{absent}");
     }
@@ -177,18 +175,6 @@ fn inspects_and_exports_linear_recipe() {
     assert_eq!(json.get("eta"), None);
     assert_eq!(numbers(&json["precision"]), [40.0, 4.0]);
     assert_eq!(json["basis_checksum"], Value::Null);
-
-    let rust = folder.read_text("equal.rust");
-    for line in [
-        "pub const PATTERN: [[f32; 3]; 3] = [",
-        "pub const BASIS: [[f32; 2]; 3] = [\n    [1.5, -2.0],\n    [0.25, 8.0],\n    [3.0, -0.1],\n];",
-        "pub const MEDIAN: [f32; 3] = [\n    0.25, 0.0, 1.5,\n];",
-        "pub const PRECISION: [f32; 2] = [\n    40.0, 40.0,\n];",
-        "pub const BASIS_CHECKSUM: u32 = 0x0123abcd;",
-    ] {
-        assert!(rust.contains(line), "no {line} in {rust}");
-    }
-    assert!(!rust.contains("INNER_STEPS"));
 
     let printed = folder.succeed("inspect equal.recipe");
     let figures = [
@@ -204,21 +190,16 @@ fn inspects_and_exports_linear_recipe() {
 
 #[test]
 fn inspects_and_exports_recipe_without_metadata() {
-    let file = build_recipe(reduced_basis(), |bare| bare).expect("a valid recipe");
+    let file = build_recipe(reduced_basis(), &Metadata::default()).expect("a valid recipe");
     let folder = Folder::with("bare.recipe", file.bytes());
     folder.succeed("inspect bare.recipe");
-    for format in ["json", "rust"] {
-        folder.succeed(&format!(
-            "export bare.recipe --format {format} --out {format}"
-        ));
-    }
+    folder.succeed("export bare.recipe --format json --out json");
     let json = folder.succeed_as_json("inspect bare.recipe");
     for field in [
         "expected_loss",
         "limits",
         "noise",
         "expectation",
-        "provenance",
         "training",
         "materials",
     ] {
@@ -239,11 +220,13 @@ fn rejects_evaluation_without_basis() {
 #[test]
 fn rejects_malformed_reduced_basis() {
     let mut wrong = reduced_basis();
-    wrong.basis.pop();
-    let error = build_recipe(wrong, with_metadata).expect_err("a short basis");
-    assert_eq!(error, RecipeError::Count(Field::Basis));
+    wrong.rows.pop();
+    let error = build_recipe(wrong, &metadata()).expect_err("a short row");
+    let field = Error::in_field(ErrorCode::RecipeCount, "ridge.rows");
+    assert_eq!(error, field.into());
     let mut wrong = reduced_basis();
-    wrong.weight[2] = 0.0;
-    let error = build_recipe(wrong, with_metadata).expect_err("a weight of 0");
-    assert_eq!(error, RecipeError::NotPositive(Field::Weight));
+    wrong.precision[1] = 0.0;
+    let error = build_recipe(wrong, &metadata()).expect_err("a precision of 0");
+    let field = Error::in_field(ErrorCode::RecipeRange, "ridge.precision");
+    assert_eq!(error, field.into());
 }

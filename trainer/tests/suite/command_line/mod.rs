@@ -27,8 +27,12 @@ mod shared;
 mod skipped_entries;
 mod view;
 
-use glimpse_core::recipe::{Effort, Kind, Parts, Recipe, Schedule, ValidationSplit};
-use glimpse_materials::{Material, Procedural, digest};
+use glimpse_core::recipe::{Kind, Recipe};
+use glimpse_materials::{Identity, Material, Procedural, digest};
+use glimpse_training::meta::learned::ValidationSplit;
+use glimpse_training::meta::options::TrainedParts;
+use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::recipe::Metadata;
 use serde_json::{Value, json};
 
 use crate::common::assert_names;
@@ -58,29 +62,29 @@ fn trains_inspects_exports_and_evaluates() {
     let bytes = folder.read("phong.recipe");
     let recipe = Recipe::parse(&bytes).expect("a valid recipe");
     assert_eq!((recipe.model().name(), recipe.samples()), ("phong", 4));
-    let statements = recipe.metadata().expect("valid metadata");
-    let provenance = statements.provenance.expect("stated provenance");
+    let metadata = Metadata::of(&recipe).expect("valid metadata");
+    let training = metadata.training.expect("stated training");
     assert_eq!(
-        (provenance.data, provenance.materials),
+        (&training.data[..], training.materials),
         ("procedural:12", 12)
     );
-    let training = statements.training.expect("stated training");
     assert_eq!(
         (training.schedule, training.effort, training.parts),
-        (Schedule::Joint, Effort::Brief, Parts::All)
+        (Schedule::Joint, Effort::Brief, TrainedParts::All)
     );
-    assert_eq!(training.split, ValidationSplit::HeldOut);
+    let expected = metadata.expected_loss.expect("a stated loss");
+    assert_eq!(expected.split, ValidationSplit::HeldOut);
     // One of twelve materials is held out; a single material has no standard error.
-    let expectation = statements.expectation.expect("a stated loss");
     assert_eq!(
-        (expectation.materials, expectation.standard_error),
+        (
+            expected.estimate.materials,
+            expected.estimate.standard_error
+        ),
         (1, None)
     );
     let materials = Procedural::set(12, 0);
-    let identities = materials
-        .iter()
-        .map(|material| (material.name(), digest(material)));
-    assert!(statements.materials.eq(identities));
+    let identities = materials.iter().map(|material| Identity::new(material));
+    assert!(metadata.materials.into_iter().eq(identities));
 
     // The same seed gives the same bytes, also on one thread.
     let again = TRAIN.replace("phong.recipe", "again.recipe");
@@ -143,7 +147,7 @@ fn trains_inspects_exports_and_evaluates() {
 }
 
 #[test]
-fn strip_removes_material_names() {
+fn strip_removes_metadata() {
     let whole = linear::recipe_with_metadata();
     let folder = Folder::with("whole.recipe", whole.bytes());
     let strip = |format: &str, out: &str| {
@@ -153,17 +157,13 @@ fn strip_removes_material_names() {
     let bytes = folder.read("flash.recipe");
     let flash = Recipe::parse(&bytes).expect("a valid recipe");
     let whole = whole.recipe();
-    let materials_of = |recipe: &Recipe<'_>| {
-        let statements = recipe.metadata().expect("valid metadata");
-        statements.materials.count()
-    };
-    assert_eq!([materials_of(&whole), materials_of(&flash)], [4, 0]);
-    let others = whole
-        .sections()
-        .filter(|(kind, _)| *kind != Kind::MATERIALS);
+    assert!(!whole.metadata().is_empty() && flash.metadata().is_empty());
+    assert_eq!(flash.expected_loss(), whole.expected_loss());
+    let others = whole.sections().filter(|(kind, _)| *kind != Kind::METADATA);
     assert!(flash.sections().eq(others));
     let printed = folder.succeed_as_json("inspect flash.recipe");
     assert_eq!(printed["materials"], Value::Null);
+    assert_eq!(number(&printed["expected_loss"]) as f32, 0.0125);
 
     // The C header has the same bytes.
     folder.succeed(&strip("c", "flash.h"));

@@ -2,6 +2,7 @@
 
 use glimpse_core::gonio::Machine;
 use glimpse_core::recipe::Recipe;
+use glimpse_training::recipe::Metadata;
 use serde_json::Value;
 
 use super::{Folder, number};
@@ -77,7 +78,7 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
         // All directions are within the machine's limits.
         let bytes = folder.read(&recipe);
         let recipe = Recipe::parse(&bytes).expect("a valid recipe");
-        let limits = recipe.metadata().expect("valid metadata").limits;
+        let limits = Metadata::of(&recipe).expect("valid metadata").limits;
         let limits = limits.expect("stated limits");
         assert_eq!(recipe.out_of_reach(&Machine::new(limits)), None);
         assert!((limits.min_separation.to_degrees() - 10.0).abs() < 1e-4);

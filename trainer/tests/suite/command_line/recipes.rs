@@ -3,6 +3,7 @@
 use std::fs;
 
 use glimpse_trainer::bundled;
+use glimpse_training::recipe::Metadata;
 use serde_json::json;
 
 use super::{Folder, number};
@@ -79,8 +80,9 @@ fn lists_recipes_as_json() {
         let recipe = bundled.recipe().expect("a valid recipe");
         let losses = bundled.losses().expect("recorded losses");
         let seconds = number(&entry["seconds"]);
-        match recipe.metadata().expect("valid metadata").scan_time {
-            Some(scan_time) => assert!(seconds <= f64::from(scan_time.seconds), "{entry}"),
+        let metadata = Metadata::of(&recipe).expect("valid metadata");
+        match metadata.scan_budget {
+            Some(budget) => assert!(seconds <= budget.seconds, "{entry}"),
             None => assert!(seconds > 0.5 * recipe.samples() as f64, "{entry}"),
         }
         let expected = json!({

@@ -88,7 +88,7 @@ impl Columns {
                         for channel in 0..3 {
                             let mean = 0.5 * (f64::from(one[channel]) + f64::from(other[channel]));
                             // ln((brdf w + e) / e), without a median. It is far enough from 0 for single precision.
-                            row[3 * index + channel] = map(mean, 0.0, *weight) as f32;
+                            row[3 * index + channel] = map(mean, *weight) as f32;
                         }
                     }
                 }

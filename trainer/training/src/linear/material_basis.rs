@@ -91,7 +91,7 @@ fn mapped_brdf(material: &dyn Material, angles: Angles<f64>) -> [f64; 3] {
             } else {
                 0.0
             };
-            *sum += 0.25 * map(f64::from(value), 0.0, weight);
+            *sum += 0.25 * map(f64::from(value), weight);
         }
     }
     sum

@@ -17,7 +17,6 @@ mod condition;
 mod least_squares;
 mod material_basis;
 mod prior;
-mod recipe_basis;
 mod reduced_basis;
 
 pub use columns::{Columns, MAX_TABULATED};
@@ -26,5 +25,4 @@ pub use components::principal_components;
 pub use condition::min_condition_pattern;
 pub use material_basis::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
 pub use prior::Prior;
-pub use recipe_basis::RecipeBasis;
 pub use reduced_basis::ReducedBasis;

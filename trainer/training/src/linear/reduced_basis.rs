@@ -1,25 +1,26 @@
 //! A basis reduced to the directions of a pattern.
 
-use glimpse_core::fit::ridge::{Factors, Problem, RidgeError, factor_length, scratch_length};
+use glimpse_core::fit::ridge::{System, factor_length, scratch_length};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::map;
-use glimpse_materials::basis::{AngleDual, Basis, Coefficients, median_brdf};
+use glimpse_core::numeric::Matrix;
+use glimpse_materials::basis::{AngleDual, Basis, Coefficients};
 
-/// The rows of a basis of m components at n directions, with derivatives with respect to the angles.
+/// The rows of a basis of K components at n directions, with derivatives with respect to the angles.
 #[derive(Clone, Debug)]
 pub struct ReducedBasis {
     /// The directions, angles in radians.
     pub angles: Vec<Angles<f64>>,
-    /// The matrix A: n rows of m values.
+    /// The matrix Q: n rows of K values.
     pub basis: Vec<f64>,
-    /// The derivatives of each entry of A with respect to the three angles of its row.
+    /// The derivatives of each entry of Q with respect to the three angles of its row.
     pub derivatives: Vec<[f64; 3]>,
     /// The mean of the training BRDFs after [`map`], n values.
-    pub mean: Vec<AngleDual>,
-    /// The median of the training BRDFs, sr⁻¹ (not times the cosine), n values.
-    pub median: Vec<AngleDual>,
+    pub center: Vec<AngleDual>,
     /// cos(theta_i) cos(theta_o), n values.
     pub weight: Vec<AngleDual>,
+    /// The weights of the readings: 1.
+    scales: Vec<f64>,
 }
 
 impl ReducedBasis {
@@ -30,23 +31,20 @@ impl ReducedBasis {
             angles: pattern.to_vec(),
             basis: Vec::with_capacity(pattern.len() * basis.components()),
             derivatives: Vec::with_capacity(pattern.len() * basis.components()),
-            mean: Vec::new(),
-            median: Vec::new(),
+            center: Vec::new(),
             weight: Vec::new(),
+            scales: vec![1.0; pattern.len()],
         };
         for angles in pattern {
             let row = basis.look_up(*angles);
+            let [value, tangent @ ..] = row.center();
+            reduced.center.push(AngleDual { value, tangent });
             for [value, derivatives @ ..] in row.components {
                 reduced.basis.push(value);
                 reduced.derivatives.push(derivatives);
             }
-            let dual = |[value, tangent @ ..]: [f64; 4]| AngleDual { value, tangent };
             let direction = HalfDifference::from_angles(AngleDual::variables(*angles));
             let weight = direction.cos_theta_i() * direction.cos_theta_o();
-            reduced.mean.push(dual(row.mean));
-            reduced
-                .median
-                .push(median_brdf(dual(row.log_median), weight));
             reduced.weight.push(weight);
         }
         reduced
@@ -55,54 +53,54 @@ impl ReducedBasis {
     /// Returns n, the number of directions.
     #[must_use]
     pub fn samples(&self) -> usize {
-        self.mean.len()
+        self.center.len()
     }
 
     /// Returns t: the mapped BRDF of a sample minus the mean.
     #[must_use]
     pub fn mapped(&self, sample: usize, brdf: AngleDual) -> AngleDual {
-        map(brdf, self.median[sample], self.weight[sample]) - self.mean[sample]
+        map(brdf, self.weight[sample]) - self.center[sample]
     }
 
-    /// Factorizes the ridge problem in `buffer`.
-    ///
-    /// # Errors
-    /// Fails if the system has no solution.
-    pub fn factorize<'a, 'b>(
-        &'a self,
-        precision: &'a [f64],
-        buffer: &'b mut Vec<f64>,
-    ) -> Result<Factors<'a, 'b, f64, f64>, RidgeError> {
-        buffer.resize(factor_length(self.samples(), precision.len()), 0.0);
-        let mut scratch = vec![0.0; scratch_length(self.samples(), precision.len())];
-        Problem::new(&self.basis[..], precision)?.factorize(buffer, &mut scratch)
+    /// Returns the ridge system.
+    #[must_use]
+    pub fn system<'a>(&'a self, precision: &'a [f64]) -> System<'a, f64, f64, Matrix<'a, f64>> {
+        System {
+            rows: Matrix(&self.basis, precision.len()),
+            scales: &self.scales,
+            precision,
+        }
+    }
+
+    /// Factorizes the ridge system.
+    #[must_use]
+    pub fn factorize(&self, precision: &[f64]) -> Vec<f64> {
+        let system = self.system(precision);
+        let mut factors = vec![0.0; factor_length(self.samples(), precision.len())];
+        let mut scratch = vec![0.0; precision.len()];
+        for row in 0..system.order() {
+            system.factorize_row(row, &mut factors, &mut scratch);
+        }
+        factors
     }
 
     /// Returns the coefficients of measured values, one per sample (BRDF in linear RGB, sr⁻¹, not times the cosine).
-    ///
-    /// # Errors
-    /// Fails if the system has no solution.
-    pub fn fit(
-        &self,
-        precision: &[f64],
-        measured: &[[f32; 3]],
-    ) -> Result<Coefficients, RidgeError> {
-        let mut buffer = Vec::new();
-        let factors = self.factorize(precision, &mut buffer)?;
-        let components = precision.len();
-        let mut scratch = vec![0.0; scratch_length(self.samples(), components)];
-        let mut coefficients = [(); 3].map(|()| vec![0.0; components]);
+    #[must_use]
+    pub fn fit(&self, precision: &[f64], measured: &[[f32; 3]]) -> Coefficients {
+        let factors = self.factorize(precision);
+        let mut scratch = vec![0.0; scratch_length(self.samples(), precision.len())];
+        let mut coefficients = [(); 3].map(|()| vec![0.0; precision.len()]);
         for (channel, coefficients) in coefficients.iter_mut().enumerate() {
-            let mapped: Vec<f64> = measured
-                .iter()
-                .enumerate()
+            let samples = measured.iter().enumerate();
+            let mapped: Vec<f64> = samples
                 .map(|(sample, brdf)| {
                     let brdf = AngleDual::from_value(f64::from(brdf[channel]));
                     self.mapped(sample, brdf).value
                 })
                 .collect();
-            factors.coefficients(&mapped, coefficients, &mut scratch)?;
+            let system = self.system(precision);
+            system.solve(&factors, &mapped, coefficients, &mut scratch);
         }
-        Ok(coefficients)
+        coefficients
     }
 }

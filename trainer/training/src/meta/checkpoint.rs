@@ -217,8 +217,9 @@ fn create_parent_directory(path: &Path) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
+    use crate::meta::options::TrainedParts;
+    use crate::meta::plan::{Effort, Schedule};
     use glimpse_core::model::ModelKind;
-    use glimpse_core::recipe::{Effort, Parts, Schedule};
     use glimpse_optimizer::{Groups, Optimizer};
 
     use super::*;
@@ -228,7 +229,7 @@ mod tests {
         samples: 1,
         schedule: Schedule::Joint,
         effort: Effort::Quick,
-        parts: Parts::All,
+        parts: TrainedParts::All,
         seed: 7,
         materials: 3,
         options_digest: 0x0123_4567_89ab_cdef,

@@ -3,8 +3,10 @@
 use std::fmt;
 
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{Effort, Parts, Schedule};
 use serde::{Deserialize, Serialize};
+
+use super::options::TrainedParts;
+use super::plan::{Effort, Schedule};
 
 const CHECKSUM: crc::Crc<u64> = crc::Crc::<u64>::new(&crc::CRC_64_XZ);
 
@@ -20,7 +22,7 @@ pub struct RunIdentity {
     /// The effort.
     pub effort: Effort,
     /// The parts that are trained.
-    pub parts: Parts,
+    pub parts: TrainedParts,
     /// The seed of all random numbers.
     pub seed: u64,
     /// The number of materials.

@@ -3,14 +3,15 @@
 use glimpse_core::fit::coefficient_net::MissingPolicy;
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::ValidationSplit;
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::Identity;
+use glimpse_materials::basis::{Basis, angles_to_f64};
+use serde::{Deserialize, Serialize};
 
+use super::completion::correction::bounded_precision;
 use super::completion::loss_predictor::LossPredictor;
-use super::completion::virtual_readings::VirtualReadings;
 use super::objective::LossEstimate;
-use crate::linear::RecipeBasis;
+use crate::linear::ReducedBasis;
 
 /// The result of a training run.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,33 +31,64 @@ pub struct LearnedRecipe {
     pub materials: Vec<Identity>,
 }
 
-/// A learned fit.
+/// A learned fit: the stages of an estimator.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LearnedFit {
     /// SGD steps from learned parameters, for Phong, Cook-Torrance and Neural.
-    Descent(LearnedDescent),
-    /// A ridge solve, for Linear.
-    Ridge(RecipeBasis),
-    /// Completed coefficients, for any model with `--schedule prior`.
-    Completed(LearnedCoefficientNet, LearnedCorrection, CompletionTarget),
+    Sgd(LearnedSgd),
+    /// Coefficients.
+    Ridge {
+        /// The net before the ridge stage. None for the paper's Linear.
+        net: Option<LearnedNet>,
+        /// The ridge stage.
+        ridge: LearnedRidge,
+        /// Gauss-Newton steps, and the weights of the InitNet that offsets their initial parameters. None for Linear.
+        refinement: Option<(LearnedSteps, Vec<f32>)>,
+    },
 }
 
-/// A correction of completed coefficients by the residuals of the readings.
+/// A Gaussian prior of the coefficients, and the components at the pattern.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LearnedCorrection {
+pub struct LearnedRidge {
+    /// The mean of the mapped training columns at the pattern, n values.
+    pub center: Vec<f32>,
     /// The components at the pattern, n rows of K values.
     pub rows: Vec<f32>,
     /// The precision of each component.
     pub precision: Vec<f32>,
+    /// The CRC-32 of the file of the whole basis; 0 without a file.
+    pub basis_checksum: u32,
+}
+
+impl LearnedRidge {
+    /// Evaluates a basis at a pattern.
+    #[must_use]
+    pub fn new(
+        basis: &Basis,
+        pattern: &[Angles<f32>],
+        precision: &[f32],
+        basis_checksum: u32,
+    ) -> Self {
+        let angles: Vec<Angles<f64>> = pattern.iter().map(angles_to_f64).collect();
+        let reduced = ReducedBasis::new(basis, &angles);
+        let rows: Vec<f32> = reduced.basis.iter().map(|value| *value as f32).collect();
+        let center = reduced.center.iter().map(|dual| dual.value as f32);
+        Self {
+            center: center.collect(),
+            precision: bounded_precision(&rows, precision),
+            rows,
+            basis_checksum,
+        }
+    }
 }
 
 /// SGD steps from learned parameters.
 #[derive(Clone, Debug, PartialEq)]
-pub struct LearnedDescent {
+pub struct LearnedSgd {
     /// The model.
     pub model: ModelKind,
     /// The number of inner steps, K.
-    pub inner_steps: usize,
+    pub steps: usize,
     /// The initial parameters, theta_0.
     pub initial: Vec<f32>,
     /// The step sizes, alpha, one per parameter.
@@ -65,38 +97,15 @@ pub struct LearnedDescent {
 
 /// A network from readings to coefficients of principal components (core's CoefficientNet).
 #[derive(Clone, Debug, PartialEq)]
-pub struct LearnedCoefficientNet {
+pub struct LearnedNet {
     /// The layer sizes of this network and of the InitNet.
     pub shape: Shape,
     /// The policy for missing readings used in training.
     pub missing: MissingPolicy,
-    /// The mean of each sample's logarithm, n values.
-    pub center: Vec<f32>,
     /// The scale of centered logarithms.
     pub scale: f32,
     /// The weights of all layers.
     pub weights: Vec<f32>,
-}
-
-/// The use of completed coefficients.
-#[derive(Clone, Debug, PartialEq)]
-pub enum CompletionTarget {
-    /// Coefficients of the model Linear.
-    Linear {
-        /// The CRC-32 of the file of the whole basis.
-        basis_checksum: u32,
-    },
-    /// Inputs of an InitNet with these weights, which offsets the initial parameters of a fit.
-    Refinement(LearnedRefinement, Vec<f32>),
-}
-
-/// A fit that starts from the initial parameters of an InitNet.
-#[derive(Clone, Debug, PartialEq)]
-pub enum LearnedRefinement {
-    /// SGD steps.
-    Descent(LearnedDescent),
-    /// Gauss-Newton steps.
-    GaussNewton(LearnedSteps),
 }
 
 /// Gauss-Newton steps toward virtual readings and those of the pattern.
@@ -122,47 +131,49 @@ pub struct LearnedSteps {
     pub rows: Vec<f32>,
 }
 
-impl LearnedRefinement {
-    pub(super) fn descent(
-        model: ModelKind,
-        inner_steps: usize,
-        initial: Vec<f32>,
-        step_sizes: Vec<f32>,
-    ) -> Self {
-        Self::Descent(LearnedDescent {
-            model,
-            inner_steps,
-            initial,
-            step_sizes,
-        })
-    }
-
-    pub(super) fn gauss_newton(
-        model: ModelKind,
-        steps: usize,
-        initial: Vec<f32>,
-        (precision, [reading_weight, error_scale]): (Vec<f32>, [f32; 2]),
-        virtual_readings: &VirtualReadings,
-    ) -> Self {
-        Self::GaussNewton(LearnedSteps {
-            model,
-            steps,
-            initial,
-            precision,
-            reading_weight,
-            error_scale,
-            directions: virtual_readings.angles.clone(),
-            center: virtual_readings.center.clone(),
-            rows: virtual_readings.rows.clone(),
-        })
-    }
-}
-
 /// The expected loss on an unseen material, and the materials it was estimated on.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ValidatedLoss {
     /// The estimate.
     pub estimate: LossEstimate,
     /// The materials.
     pub split: ValidationSplit,
+}
+
+/// The materials of an expected loss.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ValidationSplit {
+    /// Materials held out of training.
+    HeldOut,
+    /// The training materials. Their loss does not predict that of other materials.
+    Training,
+    /// The training materials, each with a basis of the others.
+    LeftOut,
+    /// The training materials, each by a training without its fold.
+    Folds,
+}
+
+impl ValidationSplit {
+    /// Returns the name in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::HeldOut => "held-out",
+            Self::Training => "training",
+            Self::LeftOut => "left-out",
+            Self::Folds => "folds",
+        }
+    }
+
+    /// Describes the materials in words that follow "materials of" and a source.
+    #[must_use]
+    pub const fn description(self) -> &'static str {
+        match self {
+            Self::HeldOut => "held out of training",
+            Self::Training => "that it was trained on",
+            Self::LeftOut => "that it was trained on, each with a basis of others",
+            Self::Folds => "that it was trained on, each by what was trained without it",
+        }
+    }
 }

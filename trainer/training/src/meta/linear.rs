@@ -14,7 +14,6 @@ mod task;
 
 pub use task::{OuterBasis, OuterSamples, TaskGradient};
 
-use glimpse_core::fit::ridge::{Factors, RidgeError};
 use glimpse_core::geometry::Angles;
 use glimpse_materials::Material;
 use glimpse_materials::basis::{AngleDual, angles_to_f64};
@@ -101,30 +100,26 @@ impl<'a> LinearObjective<'a> {
     /// Returns the mean loss of materials, each at given directions of the pool, and its gradient. The gradient is with
     /// respect to the logarithms of precisions and the logits of the pattern. It includes the barrier, the loss does
     /// not.
-    ///
-    /// # Errors
-    /// If a ridge problem cannot be factorized, as with non-finite precisions.
+    #[must_use]
     pub fn batch_gradient(
         &self,
         pattern: &Pattern,
         log_precision: &[f32],
         tasks: &[(usize, Vec<u32>)],
-    ) -> Result<(f32, Groups<Vec<f32>>), RidgeError> {
+    ) -> (f32, Groups<Vec<f32>>) {
         let sample_angles: Vec<Angles<f64>> = pattern
             .valid_angles()
             .map(|angles| angles_to_f64(&angles))
             .collect();
         let precision = precisions(log_precision);
         if sample_angles.is_empty() {
-            return Ok(self.without_samples(pattern, precision.len(), tasks));
+            return self.without_samples(pattern, precision.len(), tasks);
         }
         let reduced = self.reduced(&sample_angles);
-        let mut buffers = vec![Vec::new(); self.folds.len()];
-        let factors: Vec<Factors<'_, '_, f64, f64>> = reduced
+        let factors: Vec<Vec<f64>> = reduced
             .iter()
-            .zip(&mut buffers)
-            .map(|(reduced, buffer)| reduced.factorize(&precision, buffer))
-            .collect::<Result<_, _>>()?;
+            .map(|reduced| reduced.factorize(&precision))
+            .collect();
         let gradients: Vec<TaskGradient> = tasks
             .par_iter()
             .map(|(material, directions)| {
@@ -138,9 +133,10 @@ impl<'a> LinearObjective<'a> {
                     directions,
                     values: &self.values[*material],
                 };
-                TaskGradient::new(&reduced[fold], &factors[fold], &measured, &outer)
+                let inputs = (&precision[..], &factors[fold][..]);
+                TaskGradient::new(&reduced[fold], inputs, &measured, &outer)
             })
-            .collect::<Result<_, _>>()?;
+            .collect();
 
         let mut mean = TaskGradient {
             loss: 0.0,
@@ -166,7 +162,7 @@ impl<'a> LinearObjective<'a> {
             pattern: by_logits,
             ..Groups::default()
         };
-        Ok((mean.loss as f32, gradient))
+        (mean.loss as f32, gradient)
     }
 
     /// Returns the mean loss and its gradient for a pattern without valid samples, which may occur at n = 1. All
@@ -198,14 +194,12 @@ impl<'a> LinearObjective<'a> {
 
     /// Returns the loss of each material over the whole pool, with the basis of the other folds. All samples of the
     /// pattern must be valid.
-    ///
-    /// # Errors
-    /// See [`LinearObjective::batch_gradient`].
+    #[must_use]
     pub fn pool_losses(
         &self,
         pattern: &[Angles<f32>],
         log_precision: &[f32],
-    ) -> Result<Vec<f64>, RidgeError> {
+    ) -> Vec<f64> {
         let sample_angles: Vec<Angles<f64>> = pattern.iter().map(angles_to_f64).collect();
         let precision = precisions(log_precision);
         let reduced = self.reduced(&sample_angles);
@@ -223,7 +217,7 @@ impl<'a> LinearObjective<'a> {
                     directions: &directions,
                     values: &self.values[material],
                 };
-                Ok(outer.loss(&reduced[fold].fit(&precision, &measured)?, None))
+                outer.loss(&reduced[fold].fit(&precision, &measured), None)
             })
             .collect()
     }
@@ -231,8 +225,7 @@ impl<'a> LinearObjective<'a> {
     /// Returns the loss of each material, or NaN for diverged precisions.
     fn validation_losses(&self, values: &Groups<Vec<f32>>) -> Vec<f64> {
         let pattern = angles_above_horizon(&values.pattern);
-        let losses = self.pool_losses(&pattern, &values.hyperparameters);
-        losses.unwrap_or_else(|_| vec![f64::NAN; self.materials.len()])
+        self.pool_losses(&pattern, &values.hyperparameters)
     }
 
     fn reduced(&self, sample_angles: &[Angles<f64>]) -> Vec<ReducedBasis> {
@@ -281,22 +274,13 @@ impl MetaObjective for LinearObjective<'_> {
                 Pattern::new(uniform_valid(count, seed))
             }
         };
-        let zero = || Groups {
-            initial: Vec::new(),
-            hyperparameters: vec![0.0; values.hyperparameters.len()],
-            pattern: vec![0.0; values.pattern.len()],
-            ..Groups::default()
-        };
-        match self.batch_gradient(&pattern, &values.hyperparameters, &tasks) {
-            Ok((loss, mut gradient)) => {
-                if phase.inner_samples != InnerSamples::Pattern {
-                    gradient.pattern = zero().pattern;
-                }
-                (loss, gradient)
-            }
-            // Precisions have diverged. A NaN loss is never selected as the best.
-            Err(_) => (f32::NAN, zero()),
+        // A NaN loss, after precisions have diverged, is never selected as the best.
+        let (loss, mut gradient) =
+            self.batch_gradient(&pattern, &values.hyperparameters, &tasks);
+        if phase.inner_samples != InnerSamples::Pattern {
+            gradient.pattern.fill(0.0);
         }
+        (loss, gradient)
     }
 
     fn fitness(&self, values: &Groups<Vec<f32>>, _: &Phase) -> f32 {

@@ -5,6 +5,7 @@ use glimpse_optimizer::Groups;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
 use super::pattern::logits_from_angles;
 use super::phase::{OuterStep, Phase};
@@ -68,7 +69,7 @@ pub(super) fn permute(list: &mut [f32], width: usize, order: &[usize]) {
 }
 
 /// An estimate of the loss on an unseen material.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LossEstimate {
     /// The mean loss.
     pub loss: f32,

@@ -3,18 +3,19 @@
 use std::f32::consts::FRAC_1_PI;
 use std::fmt;
 
-use glimpse_core::gonio::{Limits, LimitsError};
+use glimpse_core::error::Error;
+use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{self, Noise, Origin, TrainingSource};
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
-use glimpse_materials::{Identity, SourceShare, display_with_setting_names};
-use serde::Serialize;
+use glimpse_materials::{Identity, Origin, SourceShare, display_with_setting_names};
+use serde::{Deserialize, Serialize};
 
 use super::identity::{RunIdentity, digest};
 use super::outer::CheckpointOptions;
 use super::plan::{Effort, PretrainedInit, Schedule};
 use super::scan_budget::{Motion, ScanBudget};
 use crate::linear::Prior;
+use crate::recipe::Noise;
 
 /// The options of a training run.
 #[derive(Clone, Debug)]
@@ -29,6 +30,8 @@ pub struct Options {
     pub effort: Effort,
     /// The trained parts.
     pub parts: TrainedParts,
+    /// The initial parameters and step sizes for [`TrainedParts::PatternOnly`]; ignored by other parts.
+    pub pretrained: Option<PretrainedInit>,
     /// The prior of Linear's coefficients; ignored by other models.
     pub prior: Prior,
     /// Options of schedule prior; ignored by other schedules.
@@ -59,6 +62,7 @@ impl Options {
             schedule,
             effort,
             parts: TrainedParts::All,
+            pretrained: None,
             prior: Prior::LEARNED,
             completion_options: CompletionOptions::for_samples(samples),
             source_shares: Vec::new(),
@@ -85,19 +89,8 @@ pub struct CompletionOptions {
     pub procedural: f32,
     /// The limits of the goniometer.
     pub limits: Limits,
-    /// The fit from completed coefficients; ignored by the model Linear.
-    pub refinement: RefinementMethod,
     /// The budget for the time of a scan; None for any time.
     pub scan: Option<ScanBudget>,
-}
-
-/// The fit of a model other than Linear that follows the completion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
-pub enum RefinementMethod {
-    /// Gauss-Newton steps toward the readings and the completed material.
-    GaussNewton,
-    /// A step of SGD on the readings.
-    Sgd,
 }
 
 impl Default for CompletionOptions {
@@ -109,7 +102,6 @@ impl Default for CompletionOptions {
             levels: 0,
             procedural: 0.4,
             limits: Limits::NONE,
-            refinement: RefinementMethod::GaussNewton,
             scan: None,
         }
     }
@@ -128,7 +120,7 @@ pub enum CompletionOptionsError {
         value: f32,
     },
     /// The goniometer limits are invalid.
-    Limits(LimitsError),
+    Limits(Error),
     /// The arms cannot reach the minimum separation within the limits of the polar angles. Holds the maximum possible
     /// separation in degrees.
     Separation(f32),
@@ -229,7 +221,6 @@ impl fmt::Display for CompletionOptions {
             levels,
             procedural,
             limits,
-            refinement,
             scan,
         } = self;
         write!(f, "missing readings {missing}, noise {noise}")?;
@@ -249,9 +240,6 @@ impl fmt::Display for CompletionOptions {
                 limits.min_separation.to_degrees()
             )?;
         }
-        if *refinement == RefinementMethod::Sgd {
-            write!(f, ", refined by SGD")?;
-        }
         if let Some(scan) = scan {
             write!(f, ", scans of {} s", scan.seconds)?;
         }
@@ -260,7 +248,8 @@ impl fmt::Display for CompletionOptions {
 }
 
 /// The parts of a recipe that are trained.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum TrainedParts {
     /// Initial parameters, step sizes and pattern.
     All,
@@ -268,19 +257,20 @@ pub enum TrainedParts {
     AllTwice,
     /// Initial parameters and step sizes only, as in the method Meta.
     WithoutPattern,
-    /// The pattern only, for pretrained initial parameters and step sizes. (Linear: same as [`TrainedParts::All`].)
-    PatternOnly(PretrainedInit),
+    /// The pattern only, for [pretrained](Options::pretrained) initial parameters and step sizes. (Linear: same as
+    /// [`TrainedParts::All`].)
+    PatternOnly,
 }
 
 impl TrainedParts {
-    /// Returns the corresponding value in recipes.
+    /// Returns the name in text and JSON.
     #[must_use]
-    pub fn to_recipe(&self) -> recipe::Parts {
+    pub const fn name(self) -> &'static str {
         match self {
-            Self::All => recipe::Parts::All,
-            Self::AllTwice => recipe::Parts::AllTwice,
-            Self::WithoutPattern => recipe::Parts::WithoutPattern,
-            Self::PatternOnly(_) => recipe::Parts::PatternOnly,
+            Self::All => "all",
+            Self::AllTwice => "all-twice",
+            Self::WithoutPattern => "without-pattern",
+            Self::PatternOnly => "pattern-only",
         }
     }
 }
@@ -290,9 +280,9 @@ impl TrainedParts {
 struct DigestedOptions<'a> {
     model: ModelKind,
     samples: usize,
-    schedule: recipe::Schedule,
-    effort: recipe::Effort,
-    parts: recipe::Parts,
+    schedule: Schedule,
+    effort: Effort,
+    parts: TrainedParts,
     pretrained: Option<&'a PretrainedInit>,
     prior: Option<Prior>,
     completion_options: Option<CompletionOptions>,
@@ -307,13 +297,13 @@ impl Options {
         digest(&DigestedOptions {
             model: self.model,
             samples: self.samples,
-            schedule: self.schedule.into(),
-            effort: self.effort.into(),
-            parts: self.parts.to_recipe(),
-            pretrained: match &self.parts {
-                TrainedParts::PatternOnly(pretrained) => Some(pretrained),
-                TrainedParts::All | TrainedParts::AllTwice | TrainedParts::WithoutPattern => None,
-            },
+            schedule: self.schedule,
+            effort: self.effort,
+            parts: self.parts,
+            pretrained: self
+                .pretrained
+                .as_ref()
+                .filter(|_| self.parts == TrainedParts::PatternOnly),
             prior: Some(self.prior).filter(|_| self.model == ModelKind::Linear),
             completion_options: self.completion_options(),
             source_shares: &self.source_shares,
@@ -328,9 +318,9 @@ impl Options {
         RunIdentity {
             model: self.model,
             samples: self.samples as u32,
-            schedule: self.schedule.into(),
-            effort: self.effort.into(),
-            parts: self.parts.to_recipe(),
+            schedule: self.schedule,
+            effort: self.effort,
+            parts: self.parts,
             seed: self.seed,
             materials: materials.len() as u32,
             options_digest: self.digest(),
@@ -341,23 +331,18 @@ impl Options {
     /// Returns the sources of the training tasks for the recipe: those of the materials, and the added procedural
     /// materials. Empty if the sources are unknown.
     #[must_use]
-    pub fn sources(&self) -> Vec<TrainingSource<'_>> {
+    pub fn sources(&self) -> Vec<SourceShare> {
         let procedural_share = self
             .completion_options()
             .map_or(0.0, |each| each.procedural);
-        let own = self
-            .source_shares
-            .iter()
-            .map(|source_share| TrainingSource {
-                label: &source_share.label,
-                origin: source_share.origin,
-                materials: source_share.materials as u32,
-                share: source_share.share * (1.0 - procedural_share),
-            });
-        let procedural = TrainingSource {
-            label: CompletionOptions::PROCEDURAL_LABEL,
+        let own = self.source_shares.iter().map(|source_share| SourceShare {
+            share: source_share.share * (1.0 - procedural_share),
+            ..source_share.clone()
+        });
+        let procedural = SourceShare {
+            label: CompletionOptions::PROCEDURAL_LABEL.to_owned(),
             origin: Origin::BuiltIn,
-            materials: CompletionOptions::PROCEDURAL_SET.0 as u32,
+            materials: CompletionOptions::PROCEDURAL_SET.0,
             share: procedural_share,
         };
         let has_procedural = procedural_share > 0.0 && !self.source_shares.is_empty();

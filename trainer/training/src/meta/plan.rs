@@ -1,16 +1,16 @@
 //! A training plan: the phases of a run and its initial values. [`schedules`](super::schedules) create plans.
 
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe;
 use rand_chacha::ChaCha8Rng;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::phase::{OuterStep, Phase, StepSizeEncoding};
 use glimpse_kernels::samples::SampleOctets;
 use glimpse_kernels::sums::loss_of_black;
 
 /// The training schedule.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum Schedule {
     /// Initial parameters, step sizes and pattern, trained together for one number of samples n. Starts from the best
     /// of several initializations.
@@ -22,18 +22,21 @@ pub enum Schedule {
     Prior,
 }
 
-impl From<Schedule> for recipe::Schedule {
-    fn from(schedule: Schedule) -> Self {
-        match schedule {
-            Schedule::Joint => Self::Joint,
-            Schedule::Paper => Self::Paper,
-            Schedule::Prior => Self::Prior,
+impl Schedule {
+    /// Returns the name on the command line and in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Joint => "joint",
+            Self::Paper => "paper",
+            Self::Prior => "prior",
         }
     }
 }
 
 /// The training effort.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
 pub enum Effort {
     /// A few seconds, for a first look; 1/500 of the paper's steps with schedule paper.
     Brief,
@@ -45,13 +48,15 @@ pub enum Effort {
     Long,
 }
 
-impl From<Effort> for recipe::Effort {
-    fn from(effort: Effort) -> Self {
-        match effort {
-            Effort::Brief => Self::Brief,
-            Effort::Quick => Self::Quick,
-            Effort::Standard => Self::Standard,
-            Effort::Long => Self::Long,
+impl Effort {
+    /// Returns the name on the command line and in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Brief => "brief",
+            Self::Quick => "quick",
+            Self::Standard => "standard",
+            Self::Long => "long",
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::marker::PhantomData;
 
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::{MAX_PRECISION, MIN_PRECISION, ValidationSplit};
+use glimpse_core::section::{MAX_PRECISION, MAX_SAMPLES, MIN_PRECISION};
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::with_model;
 use glimpse_materials::basis::Basis;
@@ -13,21 +13,21 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::CheckpointError;
-use super::completion::refinement::{GaussNewtonRefinement, Refinement, SgdRefinement};
-use super::completion::train::{self, GAUSS_NEWTON_STEPS, SGD_STEPS};
+use super::completion::refinement::{GaussNewtonRefinement, Refinement};
+use super::completion::train::{self, GAUSS_NEWTON_STEPS};
 use super::descent::{DescentObjective, TaskSet};
 use super::identity::RunIdentity;
-use super::learned::{LearnedDescent, LearnedFit, LearnedRecipe, ValidatedLoss};
+use super::learned::{LearnedFit, LearnedRecipe, LearnedRidge, LearnedSgd, ValidatedLoss, ValidationSplit};
 use super::linear::LinearObjective;
 use super::objective::{MetaObjective, RandomStreams};
-use super::options::{CompletionOptionsError, Options, RefinementMethod, TrainedParts};
+use super::options::{CompletionOptionsError, Options, TrainedParts};
 use super::outer::{Observer, Outcome, OuterLoop, RunError};
 use super::pattern::angles_above_horizon;
 use super::plan::{Plan, Schedule};
 use super::pool::Pool;
 use super::scan_budget::ScanBudgetError;
 use crate::linear::principal_components;
-use crate::linear::{Columns, RecipeBasis};
+use crate::linear::Columns;
 
 /// The number of SGD steps of the inner loop (paper: 20).
 pub const INNER_STEPS: usize = 20;
@@ -43,7 +43,7 @@ pub enum TrainError {
     #[error("the list of training materials is empty; name at least one material")]
     NoMaterials,
     /// The number of samples, n, is out of range.
-    #[error("the number of samples is {0}; choose 1 to {max}", max = glimpse_core::recipe::MAX_SAMPLES)]
+    #[error("the number of samples is {0}; choose 1 to {max}", max = MAX_SAMPLES)]
     Samples(usize),
     /// Source shares do not match the materials, or are not positive numbers with sum 1.
     #[error(
@@ -62,9 +62,6 @@ pub enum TrainError {
     /// The budget for the time of a scan is impossible.
     #[error(transparent)]
     ScanBudget(#[from] ScanBudgetError),
-    /// A value of the finished recipe is not finite.
-    #[error("training did not converge: {0}; train with another seed")]
-    Diverged(#[from] glimpse_core::fit::ridge::RidgeError),
     /// A checkpoint cannot be written or read.
     #[error(transparent)]
     Checkpoint(#[from] CheckpointError),
@@ -98,7 +95,7 @@ pub fn train(
     if materials.is_empty() {
         return Err(TrainError::NoMaterials);
     }
-    if !(1..=glimpse_core::recipe::MAX_SAMPLES).contains(&options.samples) {
+    if !(1..=MAX_SAMPLES).contains(&options.samples) {
         return Err(TrainError::Samples(options.samples));
     }
     options.completion_options.validate()?;
@@ -155,14 +152,7 @@ fn train_completion(
     };
     let learned = with_model!(
         options.model,
-        M => match options.completion_options.refinement {
-            RefinementMethod::GaussNewton => {
-                train(Some(&GaussNewtonRefinement::<M>::new(GAUSS_NEWTON_STEPS)))
-            }
-            RefinementMethod::Sgd => {
-                train(Some(&SgdRefinement::<M>::new(SGD_STEPS, plan.initial_step_size)))
-            }
-        },
+        M => train(Some(&GaussNewtonRefinement::<M>::new(GAUSS_NEWTON_STEPS))),
         _ => train(None),
     );
     Ok(learned?)
@@ -172,11 +162,11 @@ fn train_completion(
 fn plan_of(options: &Options, materials: usize) -> Plan {
     let (schedule, effort) = (options.schedule, options.effort);
     let plan = Plan::new(schedule, effort, options.model, options.samples, materials);
-    let plan = match &options.parts {
+    let plan = match options.parts {
         TrainedParts::All => plan,
         TrainedParts::AllTwice => plan.twice(),
         TrainedParts::WithoutPattern => plan.without_pattern(options.samples),
-        TrainedParts::PatternOnly(pretrained) => plan.pattern_only(pretrained.clone()),
+        TrainedParts::PatternOnly => plan.pattern_only(options.pretrained.clone()),
     };
     match options.model == ModelKind::Linear && options.prior.eta.is_some() {
         true => plan.without_step_sizes(),
@@ -269,9 +259,9 @@ impl<'o> Session<'o> {
         } = self.run(&objective, observer)?;
         Ok(LearnedRecipe {
             pattern: angles_above_horizon(&values.pattern),
-            fit: LearnedFit::Descent(LearnedDescent {
+            fit: LearnedFit::Sgd(LearnedSgd {
                 model: M::KIND,
-                inner_steps: INNER_STEPS,
+                steps: INNER_STEPS,
                 initial: values.initial,
                 step_sizes: self.plan.step_size_encoding.decode(&values.hyperparameters),
             }),
@@ -300,14 +290,18 @@ impl<'o> Session<'o> {
         let basis = principal_components(&columns, &all, objective.components());
         let bytes = basis.to_bytes();
         let pattern = angles_above_horizon(&values.pattern);
-        let mut recipe_basis = RecipeBasis::new(&basis, &pattern);
         // The precision of an unconstrained or unused coefficient may exceed the range of recipes.
         let precision = |log: &f32| log.exp().clamp(MIN_PRECISION, MAX_PRECISION);
-        recipe_basis.precision = values.hyperparameters.iter().map(precision).collect();
-        recipe_basis.basis_checksum = Basis::checksum(&bytes);
+        let precision: Vec<f32> = values.hyperparameters.iter().map(precision).collect();
+        let checksum = Basis::checksum(&bytes);
+        let ridge = LearnedRidge::new(&basis, &pattern, &precision, checksum);
         Ok(LearnedRecipe {
             pattern,
-            fit: LearnedFit::Ridge(recipe_basis),
+            fit: LearnedFit::Ridge {
+                net: None,
+                ridge,
+                refinement: None,
+            },
             loss_predictor: None,
             basis: Some(bytes),
             expected_loss: ValidatedLoss {

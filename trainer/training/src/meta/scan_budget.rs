@@ -5,17 +5,16 @@
 //! time the samples are put into the fastest order.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::gonio::{Limits, Speeds};
-use glimpse_core::recipe::ScanTime;
+use glimpse_core::gonio::Limits;
 use glimpse_kernels::Dual;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::pattern::{Pattern, logits_from_reachable, reachable_angles};
 use super::phase::{Initialization, OuterStep};
 use crate::route::{self, Axes, Machine, MachineError, axes_from_angles};
 
 /// A budget for the time of a scan, and the machine that scans.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScanBudget {
     /// The maximum time of motion and settling from [`Machine::default`]'s start to the last reading, in seconds.
     pub seconds: f64,
@@ -66,25 +65,6 @@ impl ScanBudget {
             settle: self.settle,
             limits,
             ..Machine::default()
-        }
-    }
-
-    /// Returns the corresponding part of a recipe.
-    #[must_use]
-    pub fn to_recipe(&self) -> ScanTime {
-        let [theta_i, phi_i, theta_o, phi_o] = self
-            .speeds
-            .to_array()
-            .map(|speed| speed.to_radians() as f32);
-        ScanTime {
-            speeds: Speeds {
-                theta_i,
-                phi_i,
-                theta_o,
-                phi_o,
-            },
-            settle: self.settle as f32,
-            seconds: self.seconds as f32,
         }
     }
 

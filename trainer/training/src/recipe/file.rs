@@ -3,12 +3,16 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use glimpse_core::recipe::{
-    Kind, MAX_COMPONENTS, MAX_SAMPLES, Metadata, Recipe, RecipeError, RecipeParts,
-};
+use glimpse_core::checksum::crc_32_of_file;
+use glimpse_core::error::Error;
+use glimpse_core::recipe::{Contents, MAGIC, METADATA, Recipe, VERSION, words_of};
+use glimpse_core::section::{MAX_COMPONENTS, MAX_SAMPLES, Section};
 use glimpse_materials::basis::{Basis, BasisError};
 use glimpse_materials::untrusted::read_at_most;
 use self_cell::self_cell;
+use serde::Serialize;
+
+use super::metadata::{Metadata, MetadataError};
 
 /// An error of a recipe file.
 #[derive(Debug, thiserror::Error)]
@@ -27,7 +31,7 @@ pub enum RecipeFileError {
         /// The file.
         path: PathBuf,
         /// The cause.
-        source: RecipeError,
+        source: RecipeDefect,
     },
     /// The basis of the recipe cannot be used.
     #[error(transparent)]
@@ -35,29 +39,36 @@ pub enum RecipeFileError {
 }
 
 /// The maximum size of a recipe file. The largest list of a recipe, the basis of a ridge problem, takes a quarter of
-/// it. The rest has room for the names of materials.
+/// it. The rest has room for metadata.
 const MAX_BYTES: u64 = 4 * (MAX_SAMPLES * MAX_COMPONENTS * size_of::<f32>()) as u64;
 
-/// A recipe and its metadata.
-#[derive(Debug)]
-struct Parsed<'a> {
-    recipe: Recipe<'a>,
-    metadata: Metadata<'a>,
+/// A defect of a recipe's bytes.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RecipeDefect {
+    /// The bytes are not a recipe.
+    #[error(transparent)]
+    Recipe(#[from] Error),
+    /// The metadata is invalid.
+    #[error(transparent)]
+    Metadata(#[from] MetadataError),
 }
 
 self_cell! {
-    struct Owned {
+    struct ParsedBytes {
         owner: Vec<u8>,
         #[covariant]
-        dependent: Parsed,
+        dependent: Recipe,
     }
 
     impl {Debug}
 }
 
-/// A recipe that owns its bytes, parsed once.
+/// A recipe that owns its bytes and its metadata, parsed once.
 #[derive(Debug)]
-pub struct RecipeFile(Owned);
+pub struct RecipeFile {
+    parsed: ParsedBytes,
+    metadata: Metadata,
+}
 
 impl RecipeFile {
     /// Reads and checks a recipe file.
@@ -81,7 +92,7 @@ impl RecipeFile {
     /// Fails if one of the files cannot be read, or if the basis belongs to another recipe.
     pub fn read_with_basis(path: &Path) -> Result<(Self, Option<Basis>), RecipeFileError> {
         let file = Self::read(path)?;
-        let checksum = file.recipe().method().basis_checksum();
+        let checksum = file.recipe().basis_checksum();
         let basis = checksum.map(|checksum| Basis::read(&Basis::path_for(path), checksum));
         Ok((file, basis.transpose()?))
     }
@@ -90,56 +101,90 @@ impl RecipeFile {
     ///
     /// # Errors
     /// Fails if the bytes are not a recipe, or if its metadata is damaged.
-    pub fn new(bytes: Vec<u8>) -> Result<Self, RecipeError> {
-        let owned = Owned::try_new(bytes, |bytes| {
-            let recipe = Recipe::parse(bytes)?;
-            let metadata = recipe.metadata()?;
-            Ok::<_, RecipeError>(Parsed { recipe, metadata })
-        });
-        owned.map(Self)
+    pub fn new(bytes: Vec<u8>) -> Result<Self, RecipeDefect> {
+        let parsed = ParsedBytes::try_new(bytes, |bytes| Recipe::parse(bytes))?;
+        let metadata = Metadata::of(parsed.borrow_dependent())?;
+        Ok(Self { parsed, metadata })
     }
 
     /// Encodes a recipe in memory.
     ///
     /// # Errors
     /// Fails if a list has a wrong length, a number is not finite, or another rule of the format is broken.
-    pub fn write(parts: &RecipeParts<'_>) -> Result<Self, RecipeError> {
-        let mut buffer = vec![0; 1 << 14];
-        loop {
-            match Recipe::write(parts, &mut buffer) {
-                Err(RecipeError::BufferTooSmall) => buffer.resize(2 * buffer.len(), 0),
-                written => return Self::new(written?.to_vec()),
-            }
+    pub fn write(contents: &Contents<'_>) -> Result<Self, RecipeDefect> {
+        let (pattern, estimator) = contents.check()?;
+        let samples = pattern.directions.len() / 3;
+        let mut body = Vec::new();
+        // At most MAX_SAMPLES, and words of one computer's memory.
+        body.extend((samples as u16).to_le_bytes());
+        body.extend((words_of(&estimator, samples) as u32).to_le_bytes());
+        put(&mut body, contents.pattern.as_ref());
+        put(&mut body, contents.sgd.as_ref());
+        put(&mut body, contents.ridge.as_ref());
+        put(&mut body, contents.net.as_ref());
+        put(&mut body, contents.start.as_ref());
+        put(&mut body, contents.gauss_newton.as_ref());
+        put(&mut body, contents.prediction.as_ref());
+        if !contents.metadata.is_empty() {
+            put_bytes(&mut body, METADATA, contents.metadata);
         }
+        let length = body.len() as u32;
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend(VERSION.to_le_bytes());
+        bytes.extend(length.to_le_bytes());
+        bytes.extend(crc_32_of_file(VERSION, length, &body).to_le_bytes());
+        bytes.extend(body);
+        Self::new(bytes)
     }
 
     /// Returns the bytes.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
-        self.0.borrow_owner()
+        self.parsed.borrow_owner()
     }
 
     /// Returns the recipe.
     #[must_use]
     pub fn recipe(&self) -> Recipe<'_> {
-        self.0.borrow_dependent().recipe
+        *self.parsed.borrow_dependent()
     }
 
     /// Returns the metadata of the recipe.
     #[must_use]
-    pub fn metadata(&self) -> Metadata<'_> {
-        self.0.borrow_dependent().metadata
+    pub fn metadata(&self) -> &Metadata {
+        &self.metadata
     }
 
-    /// Returns the recipe without the names of its materials, in the form stored in flash.
+    /// Returns the recipe without metadata, in the form stored in flash.
     ///
     /// # Errors
     /// Never fails in practice, because the recipe was parsed.
-    pub fn stripped(&self) -> Result<Self, RecipeError> {
-        let mut buffer = vec![0; self.bytes().len()];
-        let bytes = self
-            .recipe()
-            .copy_without(&[Kind::MATERIALS], &mut buffer)?;
-        Self::new(bytes.to_vec())
+    pub fn stripped(&self) -> Result<Self, RecipeDefect> {
+        self.with_metadata(&Metadata::default())
     }
+
+    /// Returns the recipe with other metadata.
+    ///
+    /// # Errors
+    /// Fails if the metadata are invalid.
+    pub fn with_metadata(&self, metadata: &Metadata) -> Result<Self, RecipeDefect> {
+        let contents = Contents::read(self.bytes())?;
+        Self::write(&Contents {
+            metadata: &metadata.to_bytes(),
+            ..contents
+        })
+    }
+}
+
+/// Appends a section, if there is one.
+fn put<T: Section + Serialize>(body: &mut Vec<u8>, section: Option<&T>) {
+    if let Some(section) = section {
+        // Serialization of numbers and lists of known length cannot fail.
+        let bytes = postcard::to_stdvec(section).unwrap_or_default();
+        put_bytes(body, T::KIND, &bytes);
+    }
+}
+
+fn put_bytes(body: &mut Vec<u8>, kind: u16, bytes: &[u8]) {
+    body.extend(postcard::to_stdvec(&(kind, bytes)).unwrap_or_default());
 }

@@ -1,186 +1,240 @@
-//! The conversion of a learned fit to the bytes of a recipe.
+//! The conversion of a training result to the sections of a recipe.
 
+use glimpse_core::fit::{GaussNewton, Net, Prediction, Ridge, Sgd, Start};
 use glimpse_core::geometry::Angles;
-use glimpse_core::recipe::{
-    Field, PackedCoefficientNet, PackedCorrection, PackedDescent, PackedGaussNewton, PackedInitNet,
-    PackedMethod, PackedRidge, PackedTarget, RecipeError,
-};
+use glimpse_core::gonio::Limits;
+use glimpse_core::numeric::{Floats, PackedRows};
+use glimpse_core::recipe::{Contents, Pattern};
 use glimpse_kernels::completion::split_lists;
 
+use super::file::{RecipeDefect, RecipeFile};
+use super::metadata::{Metadata, Noise, Training};
 use super::quantize::quantize;
-use crate::linear::RecipeBasis;
 use crate::meta::learned::{
-    CompletionTarget, LearnedCoefficientNet, LearnedCorrection, LearnedDescent, LearnedFit,
-    LearnedRefinement, LearnedSteps,
+    LearnedFit, LearnedNet, LearnedRecipe, LearnedRidge, LearnedSgd, LearnedSteps,
 };
+use crate::meta::options::{CompletionOptions, Options};
+use crate::meta::plan::Schedule;
 
-/// Packs a learned fit and passes it to `write`.
-///
-/// # Errors
-/// Fails if a count exceeds the format's limit, or if `write` fails.
-pub fn pack_fit<T>(
-    fit: &LearnedFit,
-    write: impl FnOnce(PackedMethod<'_>) -> Result<T, RecipeError>,
-) -> Result<T, RecipeError> {
-    match fit {
-        LearnedFit::Descent(learned) => {
-            pack_descent(learned, |descent| write(PackedMethod::Descent(descent)))
-        }
-        LearnedFit::Ridge(basis) => pack_ridge(basis, |ridge| write(PackedMethod::Ridge(ridge))),
-        LearnedFit::Completed(learned, correction, target) => {
-            pack_completed(learned, correction, target, write)
-        }
+/// The training result is not a valid recipe.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error(
+    "training did not converge to a valid recipe; train with another seed or with more materials"
+)]
+pub struct PackError(#[from] RecipeDefect);
+
+/// The bytes of lists, which sections borrow.
+#[derive(Default)]
+struct Arena(bumpalo::Bump);
+
+impl Arena {
+    fn bytes(&self, bytes: &[u8]) -> &[u8] {
+        self.0.alloc_slice_copy(bytes)
+    }
+
+    fn floats(&self, values: &[f32]) -> Floats<'_> {
+        let bytes: Vec<u8> = values.iter().copied().flat_map(f32::to_le_bytes).collect();
+        Floats::new(self.bytes(&bytes))
+    }
+
+    fn angles(&self, angles: &[Angles<f32>]) -> Floats<'_> {
+        let triples = angles.iter();
+        let numbers = triples.flat_map(|each| [each.theta_h, each.theta_d, each.phi_d]);
+        self.floats(&numbers.collect::<Vec<_>>())
+    }
+
+    /// Quantizes weights; see [`quantize`].
+    fn weights(
+        &self,
+        weights: &[f32],
+        rows: usize,
+        row_of: impl Fn(usize) -> usize,
+    ) -> (&[u8], Floats<'_>) {
+        let (bytes, scales) = quantize(weights, rows, row_of);
+        (self.bytes(&bytes), self.floats(&scales))
+    }
+
+    /// Quantizes rows of components.
+    fn rows(&self, rows: &[f32], components: usize) -> PackedRows<'_> {
+        let (entries, scales) = self.weights(rows, components, |index| index % components);
+        PackedRows { entries, scales }
     }
 }
 
-/// Packs a pattern as little-endian bytes: theta_h, theta_d and phi_d of each sample, in radians.
-#[must_use]
-pub fn pack_pattern(pattern: &[Angles<f32>]) -> Vec<u8> {
-    let coordinates = pattern
-        .iter()
-        .flat_map(|angles| [angles.theta_h, angles.theta_d, angles.phi_d]);
-    coordinates.flat_map(f32::to_le_bytes).collect()
-}
-
-/// Packs numbers as little-endian bytes.
-pub(super) fn pack_values(values: &[f32]) -> Vec<u8> {
-    values.iter().copied().flat_map(f32::to_le_bytes).collect()
-}
-
-fn pack_descent<T>(
-    learned: &LearnedDescent,
-    write: impl FnOnce(PackedDescent<'_>) -> Result<T, RecipeError>,
-) -> Result<T, RecipeError> {
-    write(PackedDescent {
-        model: learned.model,
-        inner_steps: u16::try_from(learned.inner_steps)
-            .map_err(|_| RecipeError::Count(Field::InnerSteps))?,
-        initial: &pack_values(&learned.initial),
-        step_sizes: &pack_values(&learned.step_sizes),
-    })
-}
-
-fn pack_ridge<T>(
-    basis: &RecipeBasis,
-    write: impl FnOnce(PackedRidge<'_>) -> Result<T, RecipeError>,
-) -> Result<T, RecipeError> {
-    write(PackedRidge {
-        components: u16::try_from(basis.precision.len())
-            .map_err(|_| RecipeError::Count(Field::Components))?,
-        basis: &pack_values(&basis.basis),
-        mean: &pack_values(&basis.mean),
-        median: &pack_values(&basis.median),
-        weight: &pack_values(&basis.weight),
-        precision: &pack_values(&basis.precision),
-        basis_checksum: basis.basis_checksum,
-    })
-}
-
-fn pack_completed<T>(
-    learned: &LearnedCoefficientNet,
-    learned_correction: &LearnedCorrection,
-    target: &CompletionTarget,
-    write: impl FnOnce(PackedMethod<'_>) -> Result<T, RecipeError>,
-) -> Result<T, RecipeError> {
-    let shape = learned.shape;
-    let (outputs, components) = (shape.rows(), shape.components);
-    let [reading_weights, bias, output] =
-        split_lists(&learned.weights, shape.coefficient_net_lengths());
-    let (reading_weights, reading_scales) =
-        quantize(reading_weights, outputs, |index| index % outputs);
-    let (output, output_scales) = quantize(output, components, |index| index / shape.hidden);
-    let [center, reading_scales, bias, output_scales] =
-        [&learned.center[..], &reading_scales, bias, &output_scales].map(pack_values);
-    let coefficient_net = PackedCoefficientNet {
-        components: u16::try_from(components).map_err(|_| RecipeError::Count(Field::Components))?,
-        missing: learned.missing as u8,
-        center: &center,
-        scale: learned.scale,
-        readings: &reading_weights,
-        reading_scales: &reading_scales,
-        bias: &bias,
-        output: &output,
-        output_scales: &output_scales,
-        rows: &[],
-        row_scales: &[],
-        basis_checksum: 0,
+/// Packs a training result and its metadata as a recipe. `data` is the name of the training materials.
+///
+/// # Errors
+/// Fails if the result is not a valid recipe, for example if a number is not finite.
+pub fn pack_recipe(
+    learned: &LearnedRecipe,
+    options: &Options,
+    data: &str,
+) -> Result<RecipeFile, PackError> {
+    let completion_options =
+        Some(&options.completion_options).filter(|_| options.schedule == Schedule::Prior);
+    let metadata = Metadata {
+        limits: completion_options
+            .map(|each| each.limits)
+            .filter(|limits| *limits != Limits::NONE),
+        noise: completion_options
+            .map(CompletionOptions::noise)
+            .filter(|noise| *noise != Noise::default()),
+        scan_budget: completion_options.and_then(|each| each.scan),
+        expected_loss: Some(learned.expected_loss),
+        training: Some(Training::new(options, data, learned.materials.len())),
+        materials: learned.materials.clone(),
     };
-    let corrected = learned_correction.precision.len();
-    let (rows, row_scales) = quantize(&learned_correction.rows, corrected, |index| {
-        index % corrected
-    });
-    let [row_scales, precision] = [&row_scales[..], &learned_correction.precision].map(pack_values);
-    let correction = PackedCorrection {
-        rows: &rows,
-        row_scales: &row_scales,
-        precision: &precision,
-    };
-    match target {
-        CompletionTarget::Linear { basis_checksum } => {
-            let coefficient_net = PackedCoefficientNet {
-                basis_checksum: *basis_checksum,
-                ..coefficient_net
-            };
-            let target = PackedTarget::Linear;
-            write(PackedMethod::Completed(
-                coefficient_net,
-                Some(correction),
-                target,
-            ))
+    let arena = Arena::default();
+    let loss = Some(learned.expected_loss.estimate.loss);
+    let mut contents = contents(&learned.fit, &learned.pattern, loss, &arena);
+    if let Some(pattern) = &mut contents.pattern {
+        pattern.is_path = metadata.scan_budget.is_some();
+    }
+    contents.prediction = learned.loss_predictor.as_ref().map(|predictor| {
+        let partial = predictor.partial.as_ref();
+        let evidence = predictor.uncertainty;
+        Prediction {
+            weights: arena.floats(&predictor.weights),
+            innovation: evidence.innovation,
+            residual: evidence.residual,
+            bound: evidence.bound,
+            max_innovation: evidence.max_innovation,
+            partial_loss: arena.floats(partial.map_or(&[], |each| &each.loss)),
+            partial_bound: arena.floats(partial.map_or(&[], |each| &each.bound)),
         }
-        CompletionTarget::Refinement(refinement, init_net) => {
-            let [hidden, bias, output] = split_lists(init_net, shape.init_net_lengths());
-            let inputs = 3 * components;
-            let (hidden, hidden_scales) = quantize(hidden, shape.units, |index| index / inputs);
-            let units = shape.units;
-            let (output, output_scales) = quantize(output, shape.parameters, |index| index / units);
-            let [hidden_scales, bias, output_scales] =
-                [&hidden_scales[..], bias, &output_scales].map(pack_values);
-            let init_net = PackedInitNet {
-                hidden: &hidden,
-                hidden_scales: &hidden_scales,
-                bias: &bias,
-                output: &output,
-                output_scales: &output_scales,
-            };
-            match refinement {
-                LearnedRefinement::Descent(descent) => pack_descent(descent, |descent| {
-                    let target = PackedTarget::Descent(descent, init_net);
-                    write(PackedMethod::Completed(
-                        coefficient_net,
-                        Some(correction),
-                        target,
-                    ))
-                }),
-                LearnedRefinement::GaussNewton(steps) => pack_steps(steps, corrected, |steps| {
-                    let target = PackedTarget::GaussNewton(steps, init_net);
-                    write(PackedMethod::Completed(
-                        coefficient_net,
-                        Some(correction),
-                        target,
-                    ))
-                }),
+    });
+    let metadata = metadata.to_bytes();
+    contents.metadata = &metadata;
+    Ok(RecipeFile::write(&contents)?)
+}
+
+/// Packs a learned fit without metadata.
+///
+/// # Errors
+/// Fails if the fit is not valid.
+pub fn pack_fit(
+    fit: &LearnedFit,
+    pattern: &[Angles<f32>],
+    expected_loss: Option<f32>,
+) -> Result<RecipeFile, RecipeDefect> {
+    let arena = Arena::default();
+    RecipeFile::write(&contents(fit, pattern, expected_loss, &arena))
+}
+
+fn contents<'a>(
+    fit: &LearnedFit,
+    pattern: &[Angles<f32>],
+    expected_loss: Option<f32>,
+    arena: &'a Arena,
+) -> Contents<'a> {
+    let pattern = Pattern {
+        directions: arena.angles(pattern),
+        is_path: false,
+        expected_loss,
+    };
+    let mut contents = Contents {
+        pattern: Some(pattern),
+        ..Contents::default()
+    };
+    match fit {
+        LearnedFit::Sgd(learned) => contents.sgd = Some(sgd(learned, arena)),
+        LearnedFit::Ridge {
+            net,
+            ridge,
+            refinement,
+        } => {
+            let components = ridge.precision.len();
+            contents.ridge = Some(packed_ridge(ridge, net.is_some(), arena));
+            contents.net = net.as_ref().map(|learned| packed_net(learned, arena));
+            if let (Some((steps, weights)), Some(net)) = (refinement, net) {
+                contents.gauss_newton = Some(gauss_newton(steps, components, arena));
+                contents.start = Some(start(net, weights, arena));
             }
         }
     }
+    contents
 }
 
-fn pack_steps<T>(
+/// Returns a count as the format holds it. The format's limits are smaller, so that larger counts are refused.
+fn count(number: usize) -> u16 {
+    u16::try_from(number).unwrap_or(u16::MAX)
+}
+
+fn sgd<'a>(learned: &LearnedSgd, arena: &'a Arena) -> Sgd<'a> {
+    Sgd {
+        model: learned.model,
+        steps: count(learned.steps),
+        initial: arena.floats(&learned.initial),
+        step_sizes: arena.floats(&learned.step_sizes),
+    }
+}
+
+/// The rows are bytes after a net, and f32 in the paper's Linear.
+fn packed_ridge<'a>(learned: &LearnedRidge, has_net: bool, arena: &'a Arena) -> Ridge<'a> {
+    Ridge {
+        precision: arena.floats(&learned.precision),
+        difference_precision: Floats::default(),
+        center: arena.floats(&learned.center),
+        rows: match has_net {
+            true => arena.rows(&learned.rows, learned.precision.len()),
+            false => PackedRows {
+                entries: arena.floats(&learned.rows).words().as_flattened(),
+                scales: Floats::default(),
+            },
+        },
+        basis_checksum: learned.basis_checksum,
+    }
+}
+
+fn packed_net<'a>(learned: &LearnedNet, arena: &'a Arena) -> Net<'a> {
+    let shape = learned.shape;
+    let rows = shape.rows();
+    let [readings, bias, output] = split_lists(&learned.weights, shape.coefficient_net_lengths());
+    let (readings, reading_scales) = arena.weights(readings, rows, |index| index % rows);
+    let (output, output_scales) =
+        arena.weights(output, shape.components, |index| index / shape.hidden);
+    Net {
+        bias: arena.floats(bias),
+        components: count(shape.components),
+        missing: learned.missing as u8,
+        scale: learned.scale,
+        readings,
+        reading_scales,
+        output,
+        output_scales,
+    }
+}
+
+fn start<'a>(net: &LearnedNet, weights: &[f32], arena: &'a Arena) -> Start<'a> {
+    let shape = net.shape;
+    let [hidden, bias, output] = split_lists(weights, shape.init_net_lengths());
+    let inputs = hidden.len() / shape.units.max(1);
+    let (hidden, hidden_scales) = arena.weights(hidden, shape.units, |index| index / inputs);
+    let (output, output_scales) =
+        arena.weights(output, shape.parameters, |index| index / shape.units);
+    Start {
+        bias: arena.floats(bias),
+        hidden,
+        hidden_scales,
+        output,
+        output_scales,
+    }
+}
+
+fn gauss_newton<'a>(
     learned: &LearnedSteps,
     components: usize,
-    write: impl FnOnce(PackedGaussNewton<'_>) -> Result<T, RecipeError>,
-) -> Result<T, RecipeError> {
-    let (rows, scales) = quantize(&learned.rows, components, |index| index % components);
-    write(PackedGaussNewton {
+    arena: &'a Arena,
+) -> GaussNewton<'a> {
+    GaussNewton {
         model: learned.model,
-        steps: u16::try_from(learned.steps).map_err(|_| RecipeError::Count(Field::StepCount))?,
-        initial: &pack_values(&learned.initial),
-        precision: &pack_values(&learned.precision),
+        steps: count(learned.steps),
+        initial: arena.floats(&learned.initial),
+        precision: arena.floats(&learned.precision),
         reading_weight: learned.reading_weight,
         error_scale: learned.error_scale,
-        directions: &pack_pattern(&learned.directions),
-        center: &pack_values(&learned.center),
-        rows: &rows,
-        row_scales: &pack_values(&scales),
-    })
+        directions: arena.angles(&learned.directions),
+        center: arena.floats(&learned.center),
+        rows: arena.rows(&learned.rows, components),
+    }
 }

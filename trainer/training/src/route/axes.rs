@@ -1,9 +1,9 @@
 //! Axis values of a machine with two arms.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// One value for each axis of a machine with two arms: a position in degrees, or a speed in degrees per second.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Axes {
     /// The light's polar angle, from the normal.
     pub theta_i: f64,

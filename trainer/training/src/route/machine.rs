@@ -3,9 +3,9 @@
 use std::ops::RangeInclusive;
 
 use glimpse_core::gonio::Limits;
-use glimpse_core::recipe::{Metadata, ScanTime};
 
 use super::axes::{Axes, wrapped};
+use crate::recipe::Metadata;
 
 /// A machine with two arms.
 ///
@@ -106,29 +106,20 @@ pub enum MachineError {
     WoundUp(f64),
     /// The limits are invalid.
     #[error(transparent)]
-    Limits(#[from] glimpse_core::gonio::LimitsError),
+    Limits(#[from] glimpse_core::error::Error),
 }
 
 impl Machine {
     /// Returns the machine that a recipe was trained for. Fields that the recipe does not state have their defaults.
     #[must_use]
-    pub fn of_recipe(metadata: &Metadata<'_>) -> Self {
-        let default = Self {
-            limits: metadata.limits.unwrap_or(Limits::NONE),
-            ..Self::default()
-        };
-        let Some(ScanTime { speeds, settle, .. }) = metadata.scan_time else {
-            return default;
-        };
-        // Recipes hold single precision, about seven digits.
-        let rounded = |value: f64| format!("{value:.6e}").parse().unwrap_or(value);
-        let degrees = |radians: f32| rounded(f64::from(radians).to_degrees());
-        Self {
-            speeds: Axes::from_array(
-                [speeds.theta_i, speeds.phi_i, speeds.theta_o, speeds.phi_o].map(degrees),
-            ),
-            settle: rounded(f64::from(settle)),
-            ..default
+    pub fn of_recipe(metadata: &Metadata) -> Self {
+        let limits = metadata.limits.unwrap_or(Limits::NONE);
+        match &metadata.scan_budget {
+            Some(budget) => budget.machine(limits),
+            None => Self {
+                limits,
+                ..Self::default()
+            },
         }
     }
 
@@ -255,7 +246,7 @@ impl Machine {
 
 #[cfg(test)]
 mod tests {
-    use glimpse_core::gonio::LimitsError;
+    use glimpse_core::error::{Error, ErrorCode};
 
     use super::*;
 
@@ -290,7 +281,7 @@ mod tests {
             ),
             (
                 |machine| machine.limits.max_theta_i = 2.0,
-                MachineError::Limits(LimitsError::MaxThetaI),
+                MachineError::Limits(Error::in_field(ErrorCode::Limits, "limits.max_theta_i")),
             ),
             (
                 |machine| machine.speeds.phi_o = f64::INFINITY,

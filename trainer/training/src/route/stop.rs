@@ -1,7 +1,8 @@
 //! Poses of the arms for each sample of a recipe.
 
+use glimpse_core::error::Error;
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
-use glimpse_core::gonio::{Limits, Unreachable};
+use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::Recipe;
 
 use super::axes::Axes;
@@ -36,7 +37,7 @@ pub struct OutOfReach {
     /// The directions of the arms for this sample, in degrees.
     pub arms: Axes,
     /// The limit that is exceeded, and by how much.
-    pub reason: Unreachable,
+    pub reason: Error,
 }
 
 /// Returns the directions of the arms at a sample of a pattern, in degrees. They are those of [`Recipe::directions`],
@@ -112,6 +113,7 @@ pub fn stops(
 
 #[cfg(test)]
 mod tests {
+    use glimpse_core::error::ErrorCode;
     use glimpse_core::gonio::Machine;
 
     use super::*;
@@ -133,7 +135,7 @@ mod tests {
             .out_of_reach(&Machine::new(limits))
             .expect("a sample is out of reach");
         assert_eq!((first.0, first.1), (6, unreachable[0].reason));
-        assert!(matches!(unreachable[0].reason, Unreachable::ThetaO { .. }));
+        assert_eq!(unreachable[0].reason.code, ErrorCode::MaxThetaO);
         let message = unreachable[0].to_string();
         for part in ["6", "56.90", "86.76", "max_theta_o"] {
             assert!(message.contains(part), "no {part} in {message}");

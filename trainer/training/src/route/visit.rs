@@ -8,6 +8,7 @@ use super::order::fast_order;
 use super::points::Points;
 use super::stop::{Stop, stops};
 use super::{exact, poses, search};
+use crate::recipe::Metadata;
 
 /// The order in which samples are visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,7 +77,7 @@ impl Route {
     /// sample exceeds its own limits.
     #[must_use]
     pub fn of_recipe(recipe: &Recipe<'_>, order: Order) -> Option<Self> {
-        let machine = Machine::of_recipe(&recipe.metadata().ok()?);
+        let machine = Machine::of_recipe(&Metadata::of(recipe).ok()?);
         machine.validate().ok()?;
         let mut stops = stops(recipe, &machine.limits, false).ok()?;
         if order == Order::Travel {

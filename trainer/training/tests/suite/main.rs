@@ -4,6 +4,7 @@ mod burn_reference;
 mod gauss_newton;
 mod linear;
 mod meta_gradient;
+mod metadata;
 mod problem;
 mod scan_budget;
 mod support;

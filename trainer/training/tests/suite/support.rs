@@ -55,8 +55,7 @@ pub(crate) fn task_gradient(
     outer: &OuterSamples<'_>,
 ) -> TaskGradient {
     let reduced = ReducedBasis::new(basis, pattern);
-    let mut buffer = Vec::new();
-    let factors = reduced.factorize(prior_precisions, &mut buffer);
+    let factors = reduced.factorize(prior_precisions);
     let weights = network.parameters().iter();
     let weights = weights.map(|weight| Dual::from_value(f64::from(*weight)));
     let weights: NeuralParameters<Dual<f64, 3>> = parameters(weights, Dual::from_value(0.0));
@@ -65,8 +64,8 @@ pub(crate) fn task_gradient(
         Neural::brdf::<Dual<f64, 3>>(&weights, &at)
     };
     let measured: Vec<[AngleDual; 3]> = pattern.iter().map(measure).collect();
-    let factors = factors.expect("the system is regular");
-    TaskGradient::new(&reduced, &factors, &measured, outer).expect("the lengths match")
+    let inputs = (prior_precisions, &factors[..]);
+    TaskGradient::new(&reduced, inputs, &measured, outer)
 }
 
 /// Returns the bits of each step's loss, of the expected loss, and of the learned values.

@@ -7,7 +7,7 @@ use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{FinishError, Fitted, Reading, Scan};
+use glimpse_core::scan::{Fitted, Reading, Scan};
 use heapless::String;
 
 use crate::buffer::Buffer;
@@ -138,8 +138,8 @@ impl Scene {
         fit.advance(u32::MAX);
         match fit.finish() {
             // The page also displays implausible fits.
-            Ok(_) | Err(FinishError::Implausible(_)) => Ok(()),
-            Err(error) => Err(error.into()),
+            Err(error) if !error.is_implausible() => Err(error.into()),
+            _ => Ok(()),
         }
     }
 

@@ -79,7 +79,7 @@ impl FitReport {
                 ),
             ));
             if let Some(reason) = residual.implausible {
-                lines.push(("implausible", reason.to_string()));
+                lines.push(("implausible", reason.text().to_owned()));
             }
         }
         lines.push((

@@ -1,13 +1,11 @@
-//! The correction of completed coefficients by the residuals of the readings, and its adjoint; see
-//! [`glimpse_core::fit::correction`].
+//! The ridge stage after the net, and its adjoint; see [`glimpse_core::fit::ridge`].
 
 use std::sync::OnceLock;
 
-use glimpse_core::fit::ridge::{
-    add_outer_product, factorize_row_with, packed_length, solve_factorized,
-};
+use glimpse_core::fit::ridge::{RidgeGradient, System, factor_length, scratch_length};
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::linear::unmap;
+use glimpse_core::numeric::Matrix;
 use glimpse_materials::basis::{Basis, angles_to_f64};
 
 use super::reading::{LOG_SCALE, Reading, Standardization};
@@ -25,7 +23,7 @@ pub struct Correction {
     /// The derivatives of the rows with respect to the angles of each sample.
     slopes: Vec<[f32; 3]>,
     precision: Vec<f32>,
-    /// The factors of Q'Q + P for a task with all readings.
+    /// The factors for a task with all readings.
     complete: OnceLock<Vec<f32>>,
 }
 
@@ -34,10 +32,11 @@ pub struct Corrected {
     /// Those of red, then of green, then of blue.
     pub coefficients: Vec<f32>,
     completed: Vec<f32>,
-    /// r, for each sample and channel.
-    residuals: Vec<[f32; CHANNELS]>,
-    /// The factors of Q'Q + P.
-    packed: Vec<f32>,
+    /// t of each channel, n; 0 for missing readings.
+    targets: [Vec<f32>; CHANNELS],
+    /// The weights of the readings: 1, or 0 for missing ones.
+    scales: Vec<f32>,
+    factors: Vec<f32>,
 }
 
 /// The gradient of a correction.
@@ -51,11 +50,11 @@ pub struct CorrectionGradient {
 }
 
 impl Corrected {
-    /// Returns the innovation: the mean of |r| over the present readings and channels.
+    /// Returns the innovation: the mean of |t| over the present readings and channels.
     #[must_use]
     pub fn innovation(&self, present: &[bool]) -> f32 {
         let count = present.iter().filter(|present| **present).count().max(1);
-        let sum: f32 = self.residuals.iter().flatten().map(|r| r.abs()).sum();
+        let sum: f32 = self.targets.iter().flatten().map(|t| t.abs()).sum();
         sum / (CHANNELS * count) as f32
     }
 }
@@ -74,30 +73,33 @@ impl Correction {
         Self {
             completed,
             components: precision.len(),
+            precision: bounded_precision(&rows, precision),
             rows,
             slopes,
-            precision: precision.to_vec(),
             complete: OnceLock::new(),
         }
     }
 
-    fn present_rows<'r>(
-        &'r self,
-        present: &'r [bool],
-    ) -> impl Iterator<Item = (usize, &'r [f32])> + 'r {
-        let rows = self.rows.chunks_exact(self.components).enumerate();
-        rows.filter(|(sample, _)| present[*sample])
+    fn system<'s>(&'s self, scales: &'s [f32]) -> System<'s, f32, f32, Matrix<'s, f32>> {
+        System {
+            rows: Matrix(&self.rows, self.components),
+            scales,
+            precision: &self.precision,
+        }
     }
 
-    fn factors(&self, present: &[bool]) -> Vec<f32> {
-        let mut packed = vec![0.0; packed_length(self.components)];
-        for (_, row) in self.present_rows(present) {
-            add_outer_product(&mut packed, row.iter().copied(), 1.0);
+    fn factors(&self, scales: &[f32]) -> Vec<f32> {
+        let system = self.system(scales);
+        let mut factors = vec![0.0; factor_length(scales.len(), self.components)];
+        let mut scratch = vec![0.0; self.components];
+        for row in 0..system.order() {
+            system.factorize_row(row, &mut factors, &mut scratch);
         }
-        for (index, precision) in self.precision.iter().enumerate() {
-            factorize_row_with(&mut packed, index, *precision);
-        }
-        packed
+        factors
+    }
+
+    fn row(&self, sample: usize) -> &[f32] {
+        &self.rows[sample * self.components..][..self.components]
     }
 
     /// Returns the BRDF of coefficients at a sample, sr⁻¹.
@@ -108,12 +110,12 @@ impl Correction {
         standardization: &Standardization,
         coefficients: &[f32],
     ) -> [f32; CHANNELS] {
-        let row = &self.rows[sample * self.components..][..self.components];
+        let row = self.row(sample);
         let (mean, cosines) = standardization.mean_and_cosines(sample);
         let mut channels = coefficients.chunks_exact(self.components);
         [(); CHANNELS].map(|()| {
             let list = channels.next().unwrap_or_default();
-            unmap(mean + dot(row, list), 0.0, cosines)
+            unmap(mean + dot(row, list), cosines)
         })
     }
 
@@ -121,84 +123,111 @@ impl Correction {
     #[must_use]
     pub fn correct(&self, readings: &[Reading], present: &[bool], completed: &[f32]) -> Corrected {
         let count = self.components;
-        let mut coefficients = vec![0.0; CHANNELS * count];
-        let mut residuals = vec![[0.0; CHANNELS]; readings.len()];
-        for (sample, row) in self.present_rows(present) {
-            let lists = coefficients.chunks_exact_mut(count);
-            let channels = completed.chunks_exact(self.completed);
-            for (channel, (list, completed)) in lists.zip(channels).enumerate() {
-                let mapped = readings[sample].standardized[channel].value / LOG_SCALE;
-                let residual = mapped - dot(row, completed);
-                residuals[sample][channel] = residual;
-                add_scaled(list, residual, row);
-            }
-        }
-        let packed = match present.contains(&false) {
-            true => self.factors(present),
-            false => self.complete.get_or_init(|| self.factors(present)).clone(),
+        let scales: Vec<f32> = present.iter().map(|present| f32::from(*present)).collect();
+        let factors = match present.contains(&false) {
+            true => self.factors(&scales),
+            false => self.complete.get_or_init(|| self.factors(&scales)).clone(),
         };
+        let system = self.system(&scales);
+        let mut scratch = vec![0.0; scratch_length(readings.len(), count)];
+        let mut coefficients = vec![0.0; CHANNELS * count];
         let lists = coefficients.chunks_exact_mut(count);
-        for (list, completed) in lists.zip(completed.chunks_exact(self.completed)) {
-            solve_factorized(&packed, list);
+        let channels = completed.chunks_exact(self.completed);
+        let mut targets = [(); CHANNELS].map(|()| vec![0.0; readings.len()]);
+        for (channel, (list, completed)) in lists.zip(channels).enumerate() {
+            for (sample, target) in targets[channel].iter_mut().enumerate() {
+                if present[sample] {
+                    let mapped = readings[sample].standardized[channel].value / LOG_SCALE;
+                    *target = mapped - dot(self.row(sample), completed);
+                }
+            }
+            system.solve(&factors, &targets[channel], list, &mut scratch);
             add_scaled(list, 1.0, completed);
         }
         Corrected {
             coefficients,
             completed: completed.to_vec(),
-            residuals,
-            packed,
+            targets,
+            scales,
+            factors,
         }
     }
 
     /// Returns the gradient, given that with respect to the corrected coefficients.
     ///
-    /// With s = (Q'Q + P)^-1 lambda of a channel, the derivatives are lambda - Q'Q s with respect to c_0, Q s with respect
-    /// to the mapped reading, (r - Q z)_i s_k - (Q s)_i (z_k + c_0k) with respect to Q_ik, and -s_k z_k with respect to p_k.
+    /// t depends on the completed coefficients a and the rows: t = u - Q a.
     #[must_use]
     pub fn adjoint(
         &self,
         corrected: &Corrected,
         readings: &[Reading],
-        present: &[bool],
         by_corrected: &[f32],
     ) -> CorrectionGradient {
-        let count = self.components;
+        let (count, samples) = (self.components, readings.len());
         let mut gradient = CorrectionGradient {
             completed: vec![0.0; CHANNELS * self.completed],
             precision: vec![0.0; count],
-            angles: vec![[0.0; 3]; readings.len()],
+            angles: vec![[0.0; 3]; samples],
         };
-        for channel in 0..CHANNELS {
-            let range = channel * count..(channel + 1) * count;
-            let lambda = &by_corrected[range.clone()];
-            let all = &corrected.coefficients[range];
-            let completed_range = channel * self.completed..(channel + 1) * self.completed;
-            let completed = &corrected.completed[completed_range.clone()];
+        let system = self.system(&corrected.scales);
+        let mut scratch = vec![0.0; count + scratch_length(samples, count)];
+        let mut by_rows = vec![0.0; samples * count];
+        let channels = corrected.coefficients.chunks_exact(count);
+        let channels = channels.zip(by_corrected.chunks_exact(count));
+        let initial = corrected.completed.chunks_exact(self.completed);
+        let by_initial = gradient.completed.chunks_exact_mut(self.completed);
+        for (channel, (((all, lambda), initial), by_initial)) in
+            channels.zip(initial).zip(by_initial).enumerate()
+        {
             let mut z = all.to_vec();
-            add_scaled(&mut z, -1.0, completed);
-            let mut s = lambda.to_vec();
-            solve_factorized(&corrected.packed, &mut s);
-            for ((sum, s), z) in gradient.precision.iter_mut().zip(&s).zip(&z) {
-                *sum -= s * z;
-            }
-            let by_completed = &mut gradient.completed[completed_range];
-            add_scaled(by_completed, 1.0, lambda);
-            for (sample, row) in self.present_rows(present) {
-                let projection = dot(row, &s);
-                let rest = corrected.residuals[sample][channel] - dot(row, &z);
-                add_scaled(by_completed, -projection, row);
-                let by_angles = &mut gradient.angles[sample];
+            add_scaled(&mut z, -1.0, initial);
+            let mut by_targets = vec![0.0; samples];
+            system.adjoint(
+                &corrected.factors,
+                (&corrected.targets[channel], &z),
+                lambda,
+                &mut RidgeGradient {
+                    targets: &mut by_targets,
+                    rows: &mut by_rows,
+                    precision: &mut gradient.precision,
+                },
+                &mut scratch,
+            );
+            add_scaled(by_initial, 1.0, lambda);
+            let rows = by_rows.chunks_exact_mut(count).zip(by_targets).enumerate();
+            for (sample, (by_row, by_target)) in rows {
+                add_scaled(by_initial, -by_target, self.row(sample));
+                add_scaled(by_row, -by_target, initial);
                 let tangent = readings[sample].standardized[channel].tangent;
-                add_scaled(by_angles, projection / LOG_SCALE, &tangent);
-                let slopes = self.slopes.chunks_exact(count).nth(sample);
-                let slopes = slopes.unwrap_or_default();
-                for ((slopes, s), c) in slopes.iter().zip(&s).zip(all) {
-                    add_scaled(by_angles, rest * s - projection * c, slopes);
-                }
+                let by_angles = &mut gradient.angles[sample];
+                add_scaled(by_angles, by_target / LOG_SCALE, &tangent);
+            }
+        }
+        let rows = by_rows.chunks_exact(count);
+        let rows = rows.zip(self.slopes.chunks_exact(count));
+        for (by_angles, (by_row, slopes)) in gradient.angles.iter_mut().zip(rows) {
+            for (by_entry, slopes) in by_row.iter().zip(slopes) {
+                add_scaled(by_angles, *by_entry, slopes);
             }
         }
         gradient
     }
+}
+
+/// The largest ratio of a component's squared entries to its precision.
+const MAX_RATIO: f32 = 3e4;
+
+/// Raises the precisions that would make the system of order n too ill-conditioned for the device's f32. They hardly
+/// restrain their coefficients.
+#[must_use]
+pub fn bounded_precision(rows: &[f32], precision: &[f32]) -> Vec<f32> {
+    let mut bounded = precision.to_vec();
+    for row in rows.chunks_exact(precision.len().max(1)) {
+        for (precision, entry) in bounded.iter_mut().zip(row) {
+            *precision = precision.max(entry * entry / MAX_RATIO);
+        }
+    }
+    bounded
 }
 
 fn dot(a: &[f32], b: &[f32]) -> f32 {

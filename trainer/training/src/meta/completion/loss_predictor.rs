@@ -1,7 +1,6 @@
 //! The prediction of the loss of a fit from its completed coefficients and the evidence of its readings.
 
-use glimpse_core::fit::Uncertainty;
-use glimpse_core::recipe::MAX_PREDICTION;
+use glimpse_core::fit::prediction::{MIN_INNOVATION, MIN_RESIDUAL};
 use nalgebra::{DMatrix, DVector};
 
 use crate::meta::objective::LossEstimate;
@@ -22,6 +21,22 @@ const PARTIAL_COVERAGE: f64 = 0.97;
 /// The share of materials like those of the training whose innovation is not unusual.
 const LIKE_TRAINING: f64 = 0.99;
 
+/// The largest weight of a recipe's prediction.
+const MAX_PREDICTION: f32 = 1e4;
+
+/// The use of the evidence in a prediction; see [`glimpse_core::fit::prediction`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Uncertainty {
+    /// The exponent of the innovation.
+    pub innovation: f32,
+    /// The exponent of the residual.
+    pub residual: f32,
+    /// The ratio of the upper bound to the predicted loss.
+    pub bound: f32,
+    /// The largest innovation of a material like those of the training.
+    pub max_innovation: f32,
+}
+
 /// The evidence of readings for the loss of a fit.
 #[derive(Clone, Copy, Debug)]
 pub struct Evidence {
@@ -35,13 +50,13 @@ impl Evidence {
     /// Returns the feature of the innovation.
     #[must_use]
     pub fn log_innovation(&self) -> f32 {
-        (self.innovation + Uncertainty::MIN_INNOVATION).ln()
+        (self.innovation + MIN_INNOVATION).ln()
     }
 
     /// Returns the feature of the residual.
     #[must_use]
     pub fn log_residual(&self) -> f32 {
-        (self.residual + Uncertainty::MIN_RESIDUAL).ln()
+        (self.residual + MIN_RESIDUAL).ln()
     }
 }
 

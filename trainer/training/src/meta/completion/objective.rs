@@ -1,7 +1,7 @@
 //! The loss of the schedule `prior` and its gradient over tasks: CoefficientNet, InitNet and pattern.
 
 use glimpse_core::gonio::Limits;
-use glimpse_core::recipe::{MAX_READING_WEIGHT, MIN_PRECISION};
+use glimpse_core::section::MIN_PRECISION;
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::components::ComponentTable;
 use glimpse_kernels::lanes::{InstructionSet, Octet, OctetDirections, WIDTH};
@@ -24,6 +24,8 @@ use crate::meta::scan_budget::Motion;
 
 /// The number of tasks that a thread processes together.
 pub(super) const CHUNK: usize = 16;
+/// The largest hyperparameter in a recipe.
+const MAX_READING_WEIGHT: f32 = 1e4;
 /// The encoding of the step sizes, which keeps them positive.
 pub(super) const ENCODING: StepSizeEncoding = StepSizeEncoding::Logarithm;
 
@@ -367,7 +369,6 @@ impl<'a> CompletionObjective<'a> {
             let correction = prepared.correction.adjoint(
                 &corrected[index],
                 readings,
-                &present[index],
                 &by_corrected[index],
             );
             let precisions = gradient.hyperparameters.len() - correction.precision.len();

@@ -1,8 +1,7 @@
 //! Simulated readings of tasks, and their standardization for the CoefficientNet.
 
-use glimpse_core::fit::coefficient_net::standardized;
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::linear::EPSILON;
+use glimpse_core::model::linear::{EPSILON, map};
 use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
 use glimpse_kernels::lanes::{InstructionSet, Octet, WIDTH};
@@ -122,7 +121,7 @@ impl Reading {
                 y.value = quantize(y.value, cos_theta_i, augmentation_options.noise.levels);
                 brdf[channel] = y.value;
                 slopes[channel] = y.tangent;
-                standardized(y, cosines, mean, Dual::from_value(LOG_SCALE))
+                (map(y, cosines) - mean) * Dual::from_value(LOG_SCALE)
             });
             Self {
                 brdf,

@@ -5,12 +5,12 @@ use std::marker::PhantomData;
 use glimpse_core::model::{Active, ModelKind, ParameterSet, SampleGradient};
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::gauss_newton::{FitGradient, GaussNewton, OctetAdjoint};
-use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient, unflatten};
+use glimpse_kernels::inner_loop::unflatten;
 use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights};
 
 use super::virtual_readings::VirtualReadings;
-use crate::meta::learned::LearnedRefinement;
+use crate::meta::learned::LearnedSteps;
 
 /// The inputs of a refinement of one task.
 pub struct RefinementInputs<'t> {
@@ -40,7 +40,7 @@ pub trait Refinement: Sync {
         initial: Vec<f32>,
         hyperparameters: Vec<f32>,
         virtual_readings: &VirtualReadings,
-    ) -> LearnedRefinement;
+    ) -> LearnedSteps;
 
     /// Returns the fitted parameters.
     fn fit(&self, inputs: &RefinementInputs<'_>) -> Vec<f32>;
@@ -64,29 +64,10 @@ pub struct RefinementGradient {
     pub initial: Vec<f32>,
     /// The gradient with respect to the hyperparameters.
     pub hyperparameters: Vec<f32>,
-    /// The gradient with respect to the coefficients, by way of virtual readings. Empty without them.
+    /// The gradient with respect to the coefficients, by way of virtual readings.
     pub coefficients: Vec<f32>,
     /// The gradient with respect to each octet of readings.
     pub samples: Vec<SampleGradient<Octet>>,
-}
-
-/// A fixed number of steps of SGD. The hyperparameters are the step sizes.
-pub struct SgdRefinement<M> {
-    steps: usize,
-    initial_step_size: f32,
-    model: PhantomData<M>,
-}
-
-impl<M> SgdRefinement<M> {
-    /// Creates a descent of `steps` steps, K.
-    #[must_use]
-    pub fn new(steps: usize, initial_step_size: f32) -> Self {
-        Self {
-            steps,
-            initial_step_size,
-            model: PhantomData,
-        }
-    }
 }
 
 fn flatten<M: LaneModel>(parameters: &M::Parameters<f32>) -> Vec<f32> {
@@ -97,60 +78,6 @@ fn unflattened<M: LaneModel>(list: &[f32]) -> M::Parameters<f32> {
     let mut parameters = M::Parameters::filled(0.0);
     unflatten(list, &mut parameters);
     parameters
-}
-
-impl<M: LaneModel> Refinement for SgdRefinement<M> {
-    fn model(&self) -> ModelKind {
-        M::KIND
-    }
-
-    fn initial_hyperparameters(&self) -> Vec<f32> {
-        vec![self.initial_step_size; M::PARAMETERS]
-    }
-
-    fn learned(
-        &self,
-        initial: Vec<f32>,
-        hyperparameters: Vec<f32>,
-        _: &VirtualReadings,
-    ) -> LearnedRefinement {
-        LearnedRefinement::descent(M::KIND, self.steps, initial, hyperparameters)
-    }
-
-    fn fit(&self, inputs: &RefinementInputs<'_>) -> Vec<f32> {
-        let (initial, step_sizes) = (inputs.initial, inputs.hyperparameters);
-        let inner_loop = InnerLoop::<M, f32>::new(initial, step_sizes, self.steps);
-        flatten::<M>(&M::fit(&inner_loop, inputs.readings))
-    }
-
-    fn loss(&self, parameters: &[f32], outer: &SampleOctets<'_>) -> f32 {
-        M::loss(&unflattened::<M>(parameters), outer)
-    }
-
-    fn gradient(
-        &self,
-        inputs: &RefinementInputs<'_>,
-        outer: &SampleOctets<'_>,
-    ) -> RefinementGradient {
-        let (initial, step_sizes) = (inputs.initial, inputs.hyperparameters);
-        let inner_loop = InnerLoop::<M, f32>::new(initial, step_sizes, self.steps);
-        let mut meta_gradient = MetaGradient::<M, f32>::default();
-        let mut samples = inputs.readings.zero_derivatives();
-        let loss = M::meta_gradient(
-            &mut meta_gradient,
-            &inner_loop,
-            &[inputs.readings],
-            outer,
-            Some(&mut samples),
-        );
-        RefinementGradient {
-            loss,
-            initial: flatten::<M>(&meta_gradient.initial),
-            hyperparameters: flatten::<M>(&meta_gradient.step_sizes),
-            coefficients: Vec::new(),
-            samples,
-        }
-    }
 }
 
 /// The precision of each parameter before training.
@@ -234,15 +161,19 @@ impl<M: LaneModel> Refinement for GaussNewtonRefinement<M> {
         initial: Vec<f32>,
         hyperparameters: Vec<f32>,
         virtual_readings: &VirtualReadings,
-    ) -> LearnedRefinement {
+    ) -> LearnedSteps {
         let (precision, others) = hyperparameters.split_at(M::ACTIVE.count());
-        LearnedRefinement::gauss_newton(
-            M::KIND,
-            self.steps,
+        LearnedSteps {
+            model: M::KIND,
+            steps: self.steps,
             initial,
-            (precision.to_vec(), [others[0], others[1]]),
-            virtual_readings,
-        )
+            precision: precision.to_vec(),
+            reading_weight: others[0],
+            error_scale: others[1],
+            directions: virtual_readings.angles.clone(),
+            center: virtual_readings.center.clone(),
+            rows: virtual_readings.rows.clone(),
+        }
     }
 
     fn fit(&self, inputs: &RefinementInputs<'_>) -> Vec<f32> {

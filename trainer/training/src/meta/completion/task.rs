@@ -4,7 +4,6 @@
 //! smooth field multiplies the mixture.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
-use glimpse_core::recipe::Noise;
 use glimpse_kernels::lanes::WIDTH;
 use glimpse_kernels::samples::OctetRgb;
 use rand::seq::SliceRandom;
@@ -16,6 +15,7 @@ use super::pool::WarpedPool;
 use super::smooth_field::FIELD_TERMS;
 use crate::meta::augmentation::Augmentation;
 use crate::meta::initialization::standard_normal;
+use crate::recipe::Noise;
 
 /// The augmentation of materials, and the noise of readings.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,11 +49,7 @@ impl Default for AugmentationOptions {
             share_spread: 0.3,
             field_deviation: 0.1,
             missing_share: 0.0,
-            noise: Noise {
-                multiplicative: 0.0,
-                additive: 0.0,
-                levels: 0,
-            },
+            noise: Noise::default(),
         }
     }
 }

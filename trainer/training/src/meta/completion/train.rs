@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::ValidationSplit;
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Identity, Material, Procedural, SourceShare};
@@ -16,14 +15,13 @@ use super::dataset::{Dataset, Subset};
 use super::held_out::{HeldOut, TrainedFold};
 use super::loss_predictor::{HeldOutLoss, HeldOutOrigin, LossPredictor};
 use super::objective::{CompletionObjective, hyperparameters};
-use super::reading::{LOG_SCALE, Standardization};
+use super::reading::LOG_SCALE;
 use super::refinement::Refinement;
 use super::task::{AugmentationOptions, MaterialGroup};
-use crate::linear::RecipeBasis;
 use crate::meta::identity::RunIdentity;
 use crate::meta::learned::{
-    CompletionTarget, LearnedCoefficientNet, LearnedCorrection, LearnedFit, LearnedRecipe,
-    ValidatedLoss,
+    LearnedFit, LearnedNet, LearnedRecipe, LearnedRidge,
+    ValidatedLoss, ValidationSplit,
 };
 use crate::meta::objective::{LossEstimate, RandomStreams};
 use crate::meta::options::{CompletionOptions, Options};
@@ -31,8 +29,6 @@ use crate::meta::outer::{Observer, Outcome, OuterLoop, Progress, RunError};
 use crate::meta::pattern::reachable_angles;
 use crate::meta::plan::Plan;
 
-/// The number of SGD steps from the initial parameters of the InitNet.
-pub const SGD_STEPS: usize = 1;
 /// The number of Gauss-Newton steps from these parameters.
 pub const GAUSS_NEWTON_STEPS: usize = 2;
 /// The number of coefficients, m.
@@ -126,37 +122,30 @@ pub fn train(
     let expected_loss = validated_loss(expected_loss, &held_out.complete);
     let pattern = reachable_angles(&values.pattern, &options.completion_options.limits);
     let hyperparameters = hyperparameters(&values);
-    let standardization = Standardization::new(&all.basis, &pattern);
-    let coefficient_net = LearnedCoefficientNet {
+    let net = LearnedNet {
         shape,
         missing: dataset.augmentation_options.missing_policy(),
-        center: standardization.means(),
         scale: LOG_SCALE,
         weights: values.coefficient_net,
     };
     let (hyperparameters, precision) =
         hyperparameters.split_at(hyperparameters.len() - all.basis.components());
-    let correction = LearnedCorrection {
-        rows: RecipeBasis::new(&all.basis, &pattern).basis,
-        precision: precision.to_vec(),
-    };
-    let mut basis = None;
-    let target = match refinement {
-        None => CompletionTarget::Linear {
-            basis_checksum: Basis::checksum(basis.insert(all.basis.to_bytes())),
-        },
-        Some(refinement) => {
-            let refinement = refinement.learned(
-                values.initial,
-                hyperparameters.to_vec(),
-                &all.virtual_readings,
-            );
-            CompletionTarget::Refinement(refinement, values.init_net)
-        }
-    };
+    let basis = refinement.is_none().then(|| all.basis.to_bytes());
+    let checksum = basis.as_deref().map_or(0, Basis::checksum);
+    let ridge = LearnedRidge::new(&all.basis, &pattern, precision, checksum);
+    let refinement = refinement.map(|refinement| {
+        let virtual_readings = &all.virtual_readings;
+        let hyperparameters = hyperparameters.to_vec();
+        let steps = refinement.learned(values.initial, hyperparameters, virtual_readings);
+        (steps, values.init_net)
+    });
     Ok(LearnedRecipe {
         pattern,
-        fit: LearnedFit::Completed(coefficient_net, correction, target),
+        fit: LearnedFit::Ridge {
+            net: Some(net),
+            ridge,
+            refinement,
+        },
         loss_predictor: LossPredictor::new(&held_out.complete, FOLDS).map(|predictor| {
             let counts = options.source_shares.iter().map(|each| each.materials);
             predictor

@@ -100,7 +100,7 @@ impl VirtualReadings {
                         value: center + sum,
                         tangent: [1.0],
                     };
-                    let brdf = unmap(mapped, Dual::from_value(0.0), Dual::from_value(*cosines));
+                    let brdf = unmap(mapped, Dual::from_value(*cosines));
                     (*value, [*slope]) = (brdf.value, brdf.tangent);
                 }
                 (values, slopes)

@@ -1,6 +1,6 @@
 //! The outer loss of one task of the model Linear, and its gradient through the solve.
 
-use glimpse_core::fit::ridge::{Factors, RidgeError, RidgeGradient, scratch_length};
+use glimpse_core::fit::ridge::{RidgeGradient, scratch_length};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::unmap;
 use glimpse_core::model::loss::cosine_weighted_log_error;
@@ -15,8 +15,7 @@ pub struct OuterBasis {
     pub(super) basis: Basis,
     directions: Vec<HalfDifference<f64>>,
     components: Vec<f32>,
-    mean: Vec<f64>,
-    median: Vec<f64>,
+    center: Vec<f64>,
 }
 
 impl OuterBasis {
@@ -28,19 +27,15 @@ impl OuterBasis {
             .par_chunks(256)
             .map(|angles| ReducedBasis::new(&basis, angles))
             .collect();
-        let values_of = |list: fn(&ReducedBasis) -> &Vec<AngleDual>| {
-            let values = blocks.iter().flat_map(list);
-            values.map(|dual| dual.value).collect::<Vec<f64>>()
-        };
         let components = blocks.iter().flat_map(|block| &block.basis);
+        let center = blocks.iter().flat_map(|block| &block.center);
         Self {
             directions: angles
                 .into_iter()
                 .map(HalfDifference::from_angles)
                 .collect(),
             components: components.map(|value| *value as f32).collect(),
-            mean: values_of(|block| &block.mean),
-            median: values_of(|block| &block.median),
+            center: center.map(|dual| dual.value).collect(),
             basis,
         }
     }
@@ -69,16 +64,15 @@ impl OuterSamples<'_> {
             let row = &outer.components[index * components..][..components];
             let direction = &outer.directions[index];
             let weight = Dual::from_value(direction.cos_theta_i() * direction.cos_theta_o());
-            let median = Dual::from_value(outer.median[index]);
             // Dual numbers, because `unmap` in core has no separate derivative.
             let modeled: [Dual<f64>; 3] = coefficients.each_ref().map(|coefficients| {
                 let products = row.iter().zip(coefficients);
                 let sum: f64 = products.map(|(a, c)| f64::from(*a) * c).sum();
                 let mapped = Dual {
-                    value: sum + outer.mean[index],
+                    value: sum + outer.center[index],
                     tangent: [1.0],
                 };
-                unmap(mapped, median, weight)
+                unmap(mapped, weight)
             });
             let weighted = cosine_weighted_log_error(
                 self.values[index].map(f64::from),
@@ -114,19 +108,19 @@ pub struct TaskGradient {
 }
 
 impl TaskGradient {
-    /// Fits the coefficients of a material measured at the pattern, and differentiates its loss.
-    ///
-    /// # Errors
-    /// If the lengths of lists differ.
+    /// Fits the coefficients of a material measured at the pattern, and differentiates its loss. `precision` is
+    /// factorized by [`ReducedBasis::factorize`].
+    #[must_use]
     pub fn new(
         reduced: &ReducedBasis,
-        factors: &Factors<'_, '_, f64, f64>,
+        (precision, factors): (&[f64], &[f64]),
         measured: &[[AngleDual; 3]],
         outer: &OuterSamples<'_>,
-    ) -> Result<Self, RidgeError> {
+    ) -> Self {
         let samples = reduced.samples();
-        let components = factors.problem().components();
-        let mut scratch = vec![0.0; scratch_length(samples, components)];
+        let components = precision.len();
+        let system = reduced.system(precision);
+        let mut scratch = vec![0.0; components + scratch_length(samples, components)];
         let zeros = || [(); 3].map(|()| vec![0.0; components]);
         let mapped: [Vec<AngleDual>; 3] = [0, 1, 2].map(|channel| {
             let brdf = measured.iter().map(|brdf| brdf[channel]).enumerate();
@@ -138,7 +132,7 @@ impl TaskGradient {
             .map(|mapped| mapped.iter().map(|mapped| mapped.value).collect());
         let mut coefficients = zeros();
         for (values, coefficients) in values.iter().zip(&mut coefficients) {
-            factors.coefficients(values, coefficients, &mut scratch)?;
+            system.solve(factors, values, coefficients, &mut scratch);
         }
         let mut lambda = zeros();
         let loss = outer.loss(&coefficients, Some(&mut lambda));
@@ -149,18 +143,12 @@ impl TaskGradient {
         for channel in 0..3 {
             let mut by_mapped = vec![0.0; samples];
             let mut gradient = RidgeGradient {
-                mapped: &mut by_mapped,
-                basis: &mut by_basis,
+                targets: &mut by_mapped,
+                rows: &mut by_basis,
                 precision: &mut by_precision,
             };
-            let (values, coefficients) = (&values[channel], &coefficients[channel]);
-            factors.adjoint(
-                values,
-                coefficients,
-                &lambda[channel],
-                &mut gradient,
-                &mut scratch,
-            )?;
+            let solved = (&values[channel][..], &coefficients[channel][..]);
+            system.adjoint(factors, solved, &lambda[channel], &mut gradient, &mut scratch);
             let mapped = mapped[channel].iter().zip(by_mapped);
             for (by_angles, (mapped, by_mapped)) in by_angles.iter_mut().zip(mapped) {
                 add_scaled(by_angles, by_mapped, &mapped.tangent);
@@ -174,11 +162,11 @@ impl TaskGradient {
                 add_scaled(by_angles, *by_entry, derivatives);
             }
         }
-        Ok(Self {
+        Self {
             loss,
             by_angles,
             by_precision,
-        })
+        }
     }
 
     pub(super) fn add(&mut self, other: &Self, share: f64) {

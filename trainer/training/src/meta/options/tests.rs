@@ -6,11 +6,12 @@ use std::time::Duration;
 use super::*;
 use glimpse_materials::Source;
 
-fn pattern_only(first: f32) -> TrainedParts {
-    TrainedParts::PatternOnly(PretrainedInit {
+fn set_pattern_only(options: &mut Options, first: f32) {
+    options.parts = TrainedParts::PatternOnly;
+    options.pretrained = Some(PretrainedInit {
         initial: vec![first; 7],
         step_sizes: vec![0.5; 7],
-    })
+    });
 }
 
 fn options(model: ModelKind, schedule: Schedule) -> Options {
@@ -37,8 +38,8 @@ fn effective_options_change_digest() {
         |o| o.effort = Effort::Long,
         |o| o.parts = TrainedParts::AllTwice,
         |o| o.parts = TrainedParts::WithoutPattern,
-        |o| o.parts = pattern_only(0.5),
-        |o| o.parts = pattern_only(0.25),
+        |o| set_pattern_only(o, 0.5),
+        |o| set_pattern_only(o, 0.25),
         |o| o.prior.components = 5,
         |o| o.prior.eta = Some(40.0),
         |o| o.completion_options.missing = 0.5,
@@ -50,7 +51,6 @@ fn effective_options_change_digest() {
         |o| o.completion_options.limits.max_theta_o = 1.25,
         |o| o.completion_options.limits.min_separation = 0.25,
         |o| o.completion_options.limits.in_plane = true,
-        |o| o.completion_options.refinement = RefinementMethod::Sgd,
         |o| o.source_shares.clear(),
         |o| o.source_shares.reverse(),
         |o| o.source_shares[0].label = "RGL".into(),

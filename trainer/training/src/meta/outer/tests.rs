@@ -5,6 +5,7 @@ use std::sync::Mutex;
 use glimpse_core::model::ModelKind;
 
 use super::*;
+use crate::meta::options::TrainedParts;
 use crate::meta::plan::{Effort, Schedule};
 
 /// An objective with scripted losses per phase and step, and a constant gradient of the pattern.
@@ -50,9 +51,9 @@ impl MetaObjective for ScriptedObjective {
 const IDENTITY: RunIdentity = RunIdentity {
     model: ModelKind::Linear,
     samples: 2,
-    schedule: glimpse_core::recipe::Schedule::Paper,
-    effort: glimpse_core::recipe::Effort::Long,
-    parts: glimpse_core::recipe::Parts::All,
+    schedule: Schedule::Paper,
+    effort: Effort::Long,
+    parts: TrainedParts::All,
     seed: 0,
     materials: 2,
     options_digest: 0,

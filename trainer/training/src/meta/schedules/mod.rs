@@ -106,7 +106,7 @@ mod tests {
             initial: vec![1.0],
             step_sizes: vec![0.5],
         };
-        let pattern_only = plan.pattern_only(pretrained);
+        let pattern_only = plan.pattern_only(Some(pretrained));
         assert_eq!(pattern_only.phases.len(), 5);
         assert!(
             pattern_only

@@ -27,9 +27,10 @@ impl Plan {
         self
     }
 
-    /// Trains only the pattern. The pretrained initial parameters and step sizes stay constant.
+    /// Trains only the pattern. The initial parameters and step sizes stay constant: the pretrained ones, or else those
+    /// of an untrained run.
     #[must_use]
-    pub fn pattern_only(mut self, pretrained: PretrainedInit) -> Self {
+    pub fn pattern_only(mut self, pretrained: Option<PretrainedInit>) -> Self {
         let mut removed = None;
         self.phases.retain_mut(|phase| {
             if phase.inner_samples != InnerSamples::Pattern {
@@ -46,7 +47,7 @@ impl Plan {
             phase.rates.hyperparameters = 0.0;
             true
         });
-        self.pretrained = Some(pretrained);
+        self.pretrained = pretrained;
         self
     }
 

@@ -5,11 +5,11 @@ use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use std::time::Duration;
 
-use glimpse_core::fit::coefficient_net::standardized;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::Noise;
+use glimpse_core::model::linear::map;
+
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::scan::scan;
 use glimpse_kernels::with_model;
@@ -17,20 +17,18 @@ use glimpse_materials::{Material, Procedural};
 use glimpse_optimizer::Groups;
 use glimpse_training::meta::completion::dataset::{Dataset, Subset};
 use glimpse_training::meta::completion::objective::CompletionObjective;
-use glimpse_training::meta::completion::refinement::{
-    GaussNewtonRefinement, Refinement, SgdRefinement,
-};
+use glimpse_training::meta::completion::refinement::{GaussNewtonRefinement, Refinement};
 use glimpse_training::meta::completion::task::{AugmentationOptions, MaterialGroup};
 use glimpse_training::meta::learned::LearnedFit;
 use glimpse_training::meta::objective::{MetaObjective, RandomStreams};
-use glimpse_training::meta::options::{CompletionOptions, Options, RefinementMethod};
+use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::outer::{CheckpointOptions, OuterLoop, RunError};
 use glimpse_training::meta::pattern::Pattern;
 use glimpse_training::meta::phase::{Initialization, OuterStep};
 use glimpse_training::meta::plan::{Effort, LossWeights, Plan, Schedule};
 use glimpse_training::meta::run::{TrainError, train};
 use glimpse_training::meta::scan_budget::ScanBudget;
-use glimpse_training::recipe::pack_recipe;
+use glimpse_training::recipe::{Noise, pack_recipe};
 use glimpse_training::route::Axes;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -51,7 +49,6 @@ const MODELS: [ModelKind; 4] = [
 /// Calls a function with a small objective and a plan of a few steps.
 fn with_objective<T>(
     model: ModelKind,
-    refinement: RefinementMethod,
     function: impl FnOnce(&CompletionObjective<'_>, &Plan) -> T,
 ) -> T {
     let augmentation_options = AugmentationOptions {
@@ -73,10 +70,7 @@ fn with_objective<T>(
     let subset = Subset::all(&dataset, 6);
     let refinement: Option<Box<dyn Refinement>> = with_model!(
         model,
-        M => Some(match refinement {
-            RefinementMethod::GaussNewton => Box::new(GaussNewtonRefinement::<M>::new(2)),
-            RefinementMethod::Sgd => Box::new(SgdRefinement::<M>::new(2, if model == ModelKind::Neural { 3e-3 } else { 0.1 })),
-        }),
+        M => Some(Box::new(GaussNewtonRefinement::<M>::new(2))),
         _ => None,
     );
     let refinement = refinement.as_deref();
@@ -118,8 +112,8 @@ fn move_toward_normal(values: &mut Groups<Vec<f32>>) {
 }
 
 /// Asserts that the derivative of the loss along the gradient of each group is the squared norm of that gradient.
-fn assert_gradient_matches_loss(model: ModelKind, refinement: RefinementMethod) {
-    with_objective(model, refinement, |objective, plan| {
+fn assert_gradient_matches_loss(model: ModelKind) {
+    with_objective(model, |objective, plan| {
         let phase_index = plan.phases.len() - 1;
         let outer_step = OuterStep {
             phase: &plan.phases[phase_index],
@@ -136,12 +130,6 @@ fn assert_gradient_matches_loss(model: ModelKind, refinement: RefinementMethod) 
         assert!(pattern.valid().iter().all(|valid| *valid));
         let mut compared = 0;
         for group in GROUPS {
-            // For the same reason, the gradient steps are short in the comparison of the pattern; `pattern.rs` tests
-            // their derivative with respect to the directions.
-            if group == PATTERN && refinement == RefinementMethod::Sgd {
-                let step_sizes = model.parameters().unwrap_or(0);
-                values.hyperparameters[..step_sizes].fill(-30.0);
-            }
             let (loss, gradient) = objective.gradient(&values, outer_step);
             assert!(loss > 0.0 && loss.is_finite());
             let direction = gradient.each()[group].clone();
@@ -152,17 +140,12 @@ fn assert_gradient_matches_loss(model: ModelKind, refinement: RefinementMethod) 
             if square == 0.0 {
                 continue;
             }
-            // The largest change of a value. Gauss-Newton steps have a large curvature, Neural has kinks, and the gradient
-            // with respect to the step sizes of SGD is small.
-            let change = match (refinement, model) {
-                (RefinementMethod::GaussNewton, _) => 1e-4,
-                (RefinementMethod::Sgd, ModelKind::Neural) => 4e-4,
-                (RefinementMethod::Sgd, _) => 4e-3,
-            };
+            // The largest change of a value. Gauss-Newton steps have a large curvature.
+            const CHANGE: f64 = 1e-4;
             let largest = direction
                 .iter()
                 .fold(0.0_f32, |max, entry| max.max(entry.abs()));
-            let step = (0.6 * change * f64::from(loss) / square).min(change / f64::from(largest));
+            let step = (0.6 * CHANGE * f64::from(loss) / square).min(CHANGE / f64::from(largest));
             let loss_at = |sign: f64| {
                 let mut values: Groups<Vec<f32>> = values.clone();
                 let list = values.each_mut().into_iter().nth(group);
@@ -184,29 +167,22 @@ fn assert_gradient_matches_loss(model: ModelKind, refinement: RefinementMethod) 
 
 #[test]
 fn linear_gradient_matches_loss() {
-    assert_gradient_matches_loss(ModelKind::Linear, RefinementMethod::GaussNewton);
+    assert_gradient_matches_loss(ModelKind::Linear);
 }
 
 #[test]
 fn phong_gradient_matches_loss() {
-    assert_gradient_matches_loss(ModelKind::Phong, RefinementMethod::GaussNewton);
+    assert_gradient_matches_loss(ModelKind::Phong);
 }
 
 #[test]
 fn cook_torrance_gradient_matches_loss() {
-    assert_gradient_matches_loss(ModelKind::CookTorrance, RefinementMethod::GaussNewton);
+    assert_gradient_matches_loss(ModelKind::CookTorrance);
 }
 
 #[test]
 fn neural_gradient_matches_loss() {
-    assert_gradient_matches_loss(ModelKind::Neural, RefinementMethod::GaussNewton);
-}
-
-#[test]
-fn gradient_of_sgd_matches_loss() {
-    for model in [ModelKind::Phong, ModelKind::CookTorrance, ModelKind::Neural] {
-        assert_gradient_matches_loss(model, RefinementMethod::Sgd);
-    }
+    assert_gradient_matches_loss(ModelKind::Neural);
 }
 
 /// The weights of samples are permuted together with their directions.
@@ -214,7 +190,6 @@ fn gradient_of_sgd_matches_loss() {
 fn reordering_samples_preserves_the_loss() {
     with_objective(
         ModelKind::Linear,
-        RefinementMethod::GaussNewton,
         |objective, _| {
             let mut values = objective.initial_values(0);
             move_toward_normal(&mut values);
@@ -274,7 +249,7 @@ fn checkpoints(directory: &Path) -> CheckpointOptions {
 fn training_is_independent_of_threads() {
     for model in MODELS {
         let bits = assert_independent_of_threads(model.name(), || {
-            with_objective(model, RefinementMethod::GaussNewton, |objective, plan| {
+            with_objective(model, |objective, plan| {
                 run_bits(&outer_loop(objective, plan, model, None))
             })
         });
@@ -333,7 +308,6 @@ fn assert_resumed_run_matches(scan: Option<ScanBudget>, stop_at: f64) {
 fn run_resumed_at_sample_reordering_matches_uninterrupted_run() {
     with_objective(
         ModelKind::Linear,
-        RefinementMethod::GaussNewton,
         |objective, plan| {
             let last = plan.phases.len() - 1;
             assert!(
@@ -375,12 +349,17 @@ fn packed_recipe_matches_trained_net() {
     let file = pack_recipe(&learned, &options, "procedural:12:3");
     let file = file.expect("the result is a valid recipe");
     let recipe = file.recipe();
-    let LearnedFit::Completed(net, correction, _) = &learned.fit else {
+    let LearnedFit::Ridge {
+        net: Some(net),
+        ridge,
+        ..
+    } = &learned.fit
+    else {
         panic!("{learned:?}");
     };
-    let components = correction.precision.len();
-    let rows = DMatrix::from_row_slice(SAMPLES, components, &correction.rows);
-    let precision = DMatrix::from_diagonal(&DVector::from_column_slice(&correction.precision));
+    let components = ridge.precision.len();
+    let rows = DMatrix::from_row_slice(SAMPLES, components, &ridge.rows);
+    let precision = DMatrix::from_diagonal(&DVector::from_column_slice(&ridge.precision));
     let system = rows.transpose() * &rows + precision;
     let system = Cholesky::new(system).expect("the system is positive definite");
     let (mut squared_error, mut squared_norm) = (0.0, 0.0);
@@ -388,11 +367,11 @@ fn packed_recipe_matches_trained_net() {
         let outcome = scan(&recipe, &mut |angles| material.brdf(angles)).expect("the fit succeeds");
         let mut batch = Batch::new(net.shape, 1);
         let mut mapped = [const { Vec::new() }; 3];
-        for (sample, (angles, center)) in learned.pattern.iter().zip(&net.center).enumerate() {
+        for (sample, (angles, center)) in learned.pattern.iter().zip(&ridge.center).enumerate() {
             let at = HalfDifference::from_angles(*angles);
             let weight = at.cos_theta_i() * at.cos_theta_o();
             let reading = material.brdf(*angles);
-            let reading = reading.map(|y| standardized(y, weight, *center, net.scale));
+            let reading = reading.map(|y| (map(y, weight) - center) * net.scale);
             for (list, value) in mapped.iter_mut().zip(reading) {
                 list.push(value / net.scale);
             }

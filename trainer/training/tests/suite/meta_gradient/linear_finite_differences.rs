@@ -40,10 +40,9 @@ fn record(number: usize) {
     }
 }
 
-/// A row of the basis: mean, median BRDF, weight and components at a direction.
+/// A row of the basis: mean of ln((f w + e) / e), weight and components at a direction.
 struct BasisRow {
-    mean: Traced,
-    median: Traced,
+    center: Traced,
     weight: Traced,
     components: Vec<f64>,
 }
@@ -54,11 +53,9 @@ fn basis_row(basis: &Basis, angles: [f64; 3]) -> BasisRow {
     let values = basis.look_up(angles_from_array(angles));
     let at = traced(HalfDifference::from_angles(angles_from_array(angles)));
     let weight = at.cos_theta_i() * at.cos_theta_o();
-    // The inverse of ln(median w + e).
-    let median = Traced(values.log_median[0]).exp() - Traced(EPSILON);
     BasisRow {
-        mean: Traced(values.mean[0]),
-        median: median.relu() / weight,
+        // The mean is relative to the median.
+        center: Traced(values.mean[0] + values.log_median[0] - EPSILON.ln()),
         weight,
         components: values.components.iter().map(|entry| entry[0]).collect(),
     }
@@ -90,7 +87,7 @@ impl Task<'_> {
             .zip(&rows)
             .map(|(angles, row)| {
                 let at = traced(HalfDifference::from_angles(angles_from_array(*angles)));
-                brdf(self.network, &at).map(|brdf| (map(brdf, row.median, row.weight) - row.mean).0)
+                brdf(self.network, &at).map(|brdf| (map(brdf, row.weight) - row.center).0)
             })
             .collect();
         let normal =
@@ -119,11 +116,7 @@ impl Task<'_> {
                     .zip(coefficients.column(channel).iter())
                     .map(|(a, c)| a * c)
                     .sum();
-                unmap(
-                    Traced(sum) + basis_row.mean,
-                    basis_row.median,
-                    basis_row.weight,
-                )
+                unmap(Traced(sum) + basis_row.center, basis_row.weight)
             });
             let measured = self.values[index].map(|value| Traced(value.into()));
             loss = loss

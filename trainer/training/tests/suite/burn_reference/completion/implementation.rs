@@ -2,8 +2,9 @@
 //! and the trainer's batches on lanes.
 
 use glimpse_core::fit::coefficient_net::{
-    CoefficientNet, CoefficientNetGradient, InitNet, InitNetGradient, Input, Plain, standardized,
+    CoefficientNet, CoefficientNetGradient, InitNet, InitNetGradient, Input, Plain,
 };
+use glimpse_core::model::linear::map;
 use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
 use glimpse_kernels::completion::{Batch, CompletionWeights};
@@ -20,7 +21,7 @@ fn standardized_reading<S: Scalar>(case: &Case, material: usize, sample: usize) 
         case.scale,
     ]
     .map(S::constant);
-    Some(reading.map(|value| standardized(S::constant(value), weight, center, scale)))
+    Some(reading.map(|value| (map(S::constant(value), weight) - center) * scale))
 }
 
 fn inputs<S: Scalar>(case: &Case, material: usize) -> Vec<Input<S>> {
@@ -52,7 +53,7 @@ fn by_readings(case: &Case, by_inputs: &[[f64; 3]]) -> [Vec<f64>; 3] {
                 value: *value,
                 tangent: [1.0],
             };
-            let standardized: Dual<f64, 1> = standardized(value, weight, center, scale);
+            let standardized: Dual<f64, 1> = (map(value, weight) - center) * scale;
             by_reading.push(by_input * standardized.tangent[0]);
         }
     }
