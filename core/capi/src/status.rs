@@ -109,12 +109,6 @@ pub enum glimpse_status {
     RecipeNonFinite = 38,
     /// A direction of the recipe's pattern is below the horizon.
     RecipeBelowHorizon = 39,
-    /// A descent cannot fit the recipe's model.
-    RecipeModel = 40,
-    /// A field of the recipe holds a number that is not positive.
-    RecipeNotPositive = 41,
-    /// A field of the recipe holds a negative number.
-    RecipeNegative = 42,
     /// A field of the recipe holds a number out of range.
     RecipeRange = 43,
     /// The machine's limits are invalid.
@@ -123,6 +117,8 @@ pub enum glimpse_status {
     RecipeUnknown = 45,
     /// The recipe's sections are invalid or out of order.
     RecipeSections = 46,
+    /// The recipe's header states other sizes than its sections have.
+    RecipeHeader = 47,
 
     /// The recipe's model is not the one that this library was built for.
     Model = 48,

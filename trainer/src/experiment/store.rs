@@ -157,8 +157,8 @@ impl<'a> Store<'a> {
         };
         let recorded = RecordedSettings {
             trainer: env!("CARGO_PKG_VERSION").into(),
-            effort: settings.effort.into(),
-            paper_effort: settings.paper_effort.into(),
+            effort: settings.effort,
+            paper_effort: settings.paper_effort,
             seed: settings.seed,
             seeds: settings.seeds,
             light: settings.light.clone(),
