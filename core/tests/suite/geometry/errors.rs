@@ -3,15 +3,13 @@
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{Directions, HalfDifference};
 
-/// The arms in an error's details.
-const LIGHT: u32 = 0;
-const SENSOR: u32 = 1;
 const UP: [f32; 3] = [0.0, 0.0, 1.0];
 
-/// Pairs with the same fault in either direction.
-fn in_either_direction(broken: [f32; 3]) -> [(u32, Directions<f32>); 2] {
+/// Pairs with the same fault in either direction, and errors that name the arm: 0 for light, 1 for sensor.
+fn in_either_direction(broken: [f32; 3]) -> [(Error, Directions<f32>); 2] {
+    let error = |arm| Error::with(ErrorCode::Directions, [arm, 0]);
     let pair = |incoming, outgoing| Directions { incoming, outgoing };
-    [(LIGHT, pair(broken, UP)), (SENSOR, pair(UP, broken))]
+    [(error(0), pair(broken, UP)), (error(1), pair(UP, broken))]
 }
 
 #[test]
@@ -36,12 +34,9 @@ fn rejects_non_finite_numbers() {
         for coordinate in 0..3 {
             let mut broken = UP;
             broken[coordinate] = number;
-            for (arm, pair) in in_either_direction(broken) {
+            for (error, pair) in in_either_direction(broken) {
                 assert!(HalfDifference::from_directions(&pair).is_none(), "{pair:?}");
-                assert_eq!(
-                    pair.check(),
-                    Err(Error::with(ErrorCode::Directions, [arm, 0]))
-                );
+                assert_eq!(pair.check(), Err(error));
             }
         }
     }
@@ -52,12 +47,9 @@ fn rejects_non_finite_numbers() {
 fn rejects_non_unit_vectors() {
     for length in [0.0, 1e-30, 0.5, 0.9989, 1.0011, 2.0, 1e10, 1e19, f32::MAX] {
         for direction in [UP, [0.6, 0.0, 0.8], [0.48, -0.64, 0.6]] {
-            for (arm, pair) in in_either_direction(direction.map(|x| x * length)) {
+            for (error, pair) in in_either_direction(direction.map(|x| x * length)) {
                 assert!(HalfDifference::from_directions(&pair).is_none(), "{pair:?}");
-                assert_eq!(
-                    pair.check(),
-                    Err(Error::with(ErrorCode::Directions, [arm, 0]))
-                );
+                assert_eq!(pair.check(), Err(error));
             }
         }
     }
@@ -77,11 +69,8 @@ fn rejects_non_unit_vectors() {
 #[test]
 fn rejects_directions_at_or_below_horizon() {
     for low in [[1.0, 0.0, 0.0], [1.0, 0.0, -0.0], [0.6, 0.0, -0.8]] {
-        for (arm, pair) in in_either_direction(low) {
-            assert_eq!(
-                pair.check(),
-                Err(Error::with(ErrorCode::Directions, [arm, 0]))
-            );
+        for (error, pair) in in_either_direction(low) {
+            assert_eq!(pair.check(), Err(error));
             // The pair has a half vector, and its cosines show the fault.
             let at = HalfDifference::from_directions(&pair).expect("a half vector");
             assert!(at.cos_theta_i().min(at.cos_theta_o()) < 1e-6);
