@@ -5,7 +5,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_core::error::ErrorCode;
-use glimpse_core::fit::{ScanModel, Linear, MAX_ROWS, MAX_UNITS, Target};
+use glimpse_core::fit::{Linear, MAX_ROWS, MAX_UNITS, ScanModel, Target};
 use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_core::recipe::{
     Completed, FitMethod, HEADER_BYTES, Kind, Recipe, VERSION, memory_words,

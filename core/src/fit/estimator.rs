@@ -221,17 +221,28 @@ impl<'a> Estimator<'a> {
         let coefficients = self.coefficients();
         let coefficients = coefficients.map_or([&[][..]; 3], |each| each.coefficients(state));
         let mut lists = self.values_of(words).into_iter().chain(coefficients);
-        lists.all(is_finite) && self.refinement().is_none_or(|each| each.has_finite_start(words))
+        lists.all(is_finite)
+            && self
+                .refinement()
+                .is_none_or(|each| each.has_finite_start(words))
     }
 
     /// Returns the loss of a complete fit, predicted from its readings and its mean residual. None if the recipe has no
     /// prediction.
-    pub(crate) fn predicted_loss(&self, words: &[f32], residual: f32, readings: u16) -> Option<f32> {
+    pub(crate) fn predicted_loss(
+        &self,
+        words: &[f32],
+        residual: f32,
+        readings: u16,
+    ) -> Option<f32> {
         let coefficients = self.coefficients()?;
         let state = self.state(words);
         let innovation = coefficients.innovation(state);
         let lists = coefficients.coefficients(state);
-        Some(self.prediction()?.loss(lists, innovation, residual, readings))
+        Some(
+            self.prediction()?
+                .loss(lists, innovation, residual, readings),
+        )
     }
 
     /// Returns the ratio of the upper bound to the predicted loss. None if the recipe has no prediction.
@@ -285,7 +296,10 @@ impl<'a> Estimator<'a> {
     ) -> Option<[f32; 3]> {
         match self.parameters() {
             0 => basis?.brdf(self.values_of(words), at),
-            parameters => Some((functions.brdf)(words.get(..parameters).unwrap_or_default(), at)),
+            parameters => Some((functions.brdf)(
+                words.get(..parameters).unwrap_or_default(),
+                at,
+            )),
         }
     }
 }

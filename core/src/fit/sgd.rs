@@ -93,4 +93,3 @@ fn step_one(parameter: &mut f32, gradient: &mut f32, step_size: [u8; 4]) {
     *parameter -= f32::from_le_bytes(step_size) * *gradient;
     *gradient = 0.0;
 }
-

@@ -149,7 +149,9 @@ impl Refinement<'_> {
     fn add_offsets(&self, parts: &mut Parts<'_>, part: usize) {
         let first = part.saturating_mul(PARAMETERS_PER_UNIT);
         let mut offsets = [0.0; PARAMETERS_PER_UNIT];
-        self.start.weights().offsets(first, parts.units, &mut offsets);
+        self.start
+            .weights()
+            .offsets(first, parts.units, &mut offsets);
         let parameters = parts.parameters.get_mut(first..).unwrap_or_default();
         for (parameter, offset) in parameters.iter_mut().zip(offsets) {
             *parameter += offset;

@@ -84,8 +84,7 @@ impl<'a> Contents<'a> {
         let mut rest = sections;
         let mut previous = None;
         while !rest.is_empty() {
-            let (kind, value, after) =
-                take(rest).ok_or(Error::new(ErrorCode::RecipeMalformed))?;
+            let (kind, value, after) = take(rest).ok_or(Error::new(ErrorCode::RecipeMalformed))?;
             rest = after;
             // Strictly ascending, so no kind occurs twice.
             if previous >= Some(kind) {
@@ -176,7 +175,9 @@ impl<'a> Contents<'a> {
         ridge.check(&counts)?;
         if let Some(net) = &self.net {
             if usize::from(net.components) > ridge.precision.len() {
-                let field = Net::FIELDS.iter().find(|field| field.name == "net.components");
+                let field = Net::FIELDS
+                    .iter()
+                    .find(|field| field.name == "net.components");
                 let error = field.map(|field| field.error(ErrorCode::RecipeRange));
                 return Err(error.unwrap_or(Error::new(ErrorCode::RecipeRange)));
             }
@@ -214,7 +215,6 @@ impl<'a> Contents<'a> {
 
 fn first_below_horizon(directions: Floats<'_>) -> Option<usize> {
     let mut directions = directions.triples();
-    directions.position(|angles| {
-        !HalfDifference::from_angles(Angles::from_array(angles)).is_valid()
-    })
+    directions
+        .position(|angles| !HalfDifference::from_angles(Angles::from_array(angles)).is_valid())
 }

@@ -235,7 +235,10 @@ impl<K: ScanModel> Fitted<'_, K> {
         let at = HalfDifference::from_directions(directions).filter(HalfDifference::is_valid)?;
         let functions = K::functions(self.recipe.model()).ok()?;
         let basis = self.basis.as_ref();
-        let brdf = self.recipe.estimator.brdf(functions, self.words, basis, &at)?;
+        let brdf = self
+            .recipe
+            .estimator
+            .brdf(functions, self.words, basis, &at)?;
         Some(brdf).filter(|brdf| is_finite(brdf))
     }
 

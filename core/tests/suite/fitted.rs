@@ -1,6 +1,6 @@
 //! The BRDF of a fitted material, and directions without a BRDF.
 
-use glimpse_core::fit::{ScanModel, Linear};
+use glimpse_core::fit::{Linear, ScanModel};
 use glimpse_core::geometry::Directions;
 use glimpse_core::model::{ModelKind, Neural};
 use glimpse_core::scan::Fitted;

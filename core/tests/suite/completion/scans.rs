@@ -1,7 +1,7 @@
 //! Full scans: the values match the formulas for any slicing. Descents continue from them.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
-use glimpse_core::fit::{AnyModel, ScanModel, Linear};
+use glimpse_core::fit::{AnyModel, Linear, ScanModel};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{
     CookTorrance, Model, ModelKind, Neural, ParameterSet, Phong, Samples, Slot, slot_of,
@@ -25,7 +25,10 @@ pub(crate) fn record_readings<K: ScanModel>(scan: &mut Scan<'_, K>, readings: &R
 }
 
 /// A full scan in its own memory.
-pub(crate) fn full_scan<K: ScanModel>(contents: &CompletedContents, readings: &Readings) -> Outcome {
+pub(crate) fn full_scan<K: ScanModel>(
+    contents: &CompletedContents,
+    readings: &Readings,
+) -> Outcome {
     let recipe = contents.recipe();
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<K>::new(recipe, &mut memory).unwrap();

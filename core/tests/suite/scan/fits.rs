@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::fit::{Algorithm, Channels, FitMethod, ScanModel, Progress};
+use glimpse_core::fit::{Algorithm, Channels, FitMethod, Progress, ScanModel};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::{ModelKind, Phong, Samples};
@@ -106,7 +106,11 @@ fn reading_during_fit_discards_it() {
     }
 }
 
-fn check_slices<K: ScanModel + 'static>(recipe: Recipe<'static>, brdfs: &[[f32; 3]], budgets: &[u32]) {
+fn check_slices<K: ScanModel + 'static>(
+    recipe: Recipe<'static>,
+    brdfs: &[[f32; 3]],
+    budgets: &[u32],
+) {
     let reading = |index: u16| Reading::new(brdfs[usize::from(index)]);
     let mut scan = new_scan::<K>(recipe);
     record(&mut scan, 0..8, reading);

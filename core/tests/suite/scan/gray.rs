@@ -1,7 +1,7 @@
 //! A sensor with one channel gives a gray material, to the bit.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
-use glimpse_core::fit::{AnyModel, ScanModel, Linear};
+use glimpse_core::fit::{AnyModel, Linear, ScanModel};
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Reading, Scan};
