@@ -103,10 +103,7 @@ fn header() -> Result<String, Box<dyn Error>> {
         values.join(", ")
     };
     let mut header = format!("#define SAMPLES {}\n", recipe.samples());
-    for (name, values) in [
-        ("INITIAL", sgd.initial),
-        ("STEP_SIZES", sgd.step_sizes),
-    ] {
+    for (name, values) in [("INITIAL", sgd.initial), ("STEP_SIZES", sgd.step_sizes)] {
         let values = list(&mut values.iter());
         writeln!(header, "static const float {name}[] = {{{values}}};")?;
     }

@@ -1,8 +1,8 @@
 //! Bundled recipes. They are trained on the built-in procedural materials and on 17 materials that RGL published in the
 //! public domain (CC0), so they can be redistributed. `trainer/recipes/README.md` describes their training.
 
-use glimpse_core::model::ModelKind;
 use glimpse_core::error::Error;
+use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 
 /// The compact basis of all bundled recipes of the model Linear.
@@ -144,6 +144,7 @@ impl BundledRecipe {
 
 #[cfg(test)]
 mod tests {
+    use glimpse_core::fit::Estimator;
     use glimpse_core::model::linear;
     use glimpse_training::meta::plan::Schedule;
     use glimpse_training::recipe::Metadata;

@@ -1,9 +1,9 @@
 //! The recipe in flash is damaged or replaced.
 
 use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::fit::{Ridge, Sgd};
 use glimpse_core::link::FailureReport;
 use glimpse_core::model::ModelKind;
-use glimpse_core::fit::{Ridge, Sgd};
 use glimpse_core::numeric::{Floats, PackedRows};
 use glimpse_core::recipe::{Contents, Pattern, Recipe, SECTIONS_START};
 use glimpse_tests::RECIPE;

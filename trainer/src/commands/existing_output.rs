@@ -65,7 +65,7 @@ mod tests {
     use glimpse_materials::sampling::sobol_valid;
     use glimpse_materials::{Source, SourceShare};
     use glimpse_training::meta::learned::{
-        LearnedDescent, LearnedFit, LearnedRecipe, ValidatedLoss, ValidationSplit,
+        LearnedFit, LearnedRecipe, LearnedSgd, ValidatedLoss, ValidationSplit,
     };
     use glimpse_training::meta::objective::LossEstimate;
     use glimpse_training::meta::plan::{Effort, Schedule};
@@ -84,9 +84,9 @@ mod tests {
     fn recipe(options: &Options, data: &str) -> RecipeFile {
         let learned = LearnedRecipe {
             pattern: sobol_valid(2, 0),
-            fit: LearnedFit::Descent(LearnedDescent {
+            fit: LearnedFit::Sgd(LearnedSgd {
                 model: ModelKind::Phong,
-                inner_steps: 1,
+                steps: 1,
                 initial: vec![0.5; 7],
                 step_sizes: vec![0.5; 7],
             }),

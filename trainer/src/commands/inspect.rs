@@ -79,7 +79,10 @@ fn describe_estimator(recipe: &Recipe<'_>) -> String {
             let refinement = refinement.as_ref().map(describe_refinement);
             describe_coefficients(coefficients)
                 + &refinement.unwrap_or_default()
-                + &prediction.as_ref().map(describe_prediction).unwrap_or_default()
+                + &prediction
+                    .as_ref()
+                    .map(describe_prediction)
+                    .unwrap_or_default()
         }
     }
 }
@@ -137,10 +140,7 @@ fn describe_prediction(prediction: &Prediction<'_>) -> String {
     format!(
         "uncertainty    upper bound of the loss {:.2} times the prediction; innovation to {:.3} is usual; \
          exponents {:.2} and {:.2}\n",
-        prediction.bound,
-        prediction.max_innovation,
-        prediction.innovation,
-        prediction.residual,
+        prediction.bound, prediction.max_innovation, prediction.innovation, prediction.residual,
     )
 }
 

@@ -411,6 +411,12 @@ fn descend<M: Model>(sgd: Sgd<'_>, samples: &[Sample<f32>]) -> Vec<f32> {
         Samples::new(&slots, 1.0 / (3.0 * samples.len() as f32)),
         Channels::Color,
     );
-    estimator.advance(functions, &mut words, inputs, 0, estimator.units(samples.len()));
+    estimator.advance(
+        functions,
+        &mut words,
+        inputs,
+        0,
+        estimator.units(samples.len()),
+    );
     estimator.values_of(&words).concat()
 }

@@ -202,7 +202,11 @@ fn add_prediction(value: &mut Value, prediction: Option<&Prediction<'_>>) {
 
 /// Returns the components at each of some directions, as in the fit.
 fn component_rows(components: ComponentRows<'_>, [rows, columns]: [usize; 2]) -> Value {
-    let row = |row| (0..columns).map(|column| components.entry(row, column)).collect();
+    let row = |row| {
+        (0..columns)
+            .map(|column| components.entry(row, column))
+            .collect()
+    };
     let rows: Vec<Vec<f32>> = (0..rows).map(row).collect();
     json!(rows)
 }

@@ -2,9 +2,9 @@
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use glimpse_core::fit::Estimator;
 use glimpse_core::geometry::{ArmAngles, HalfDifference};
 use glimpse_core::model::linear::Basis;
-use glimpse_core::fit::Estimator;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::Material;
 use glimpse_materials::loss::{coarse_directions, loss_between};

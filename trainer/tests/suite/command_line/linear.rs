@@ -104,7 +104,11 @@ fn inspects_and_exports_linear_recipe() {
         folder.write(&format!("{name}.recipe"), file.bytes());
         let recipe = file.recipe();
         assert!(recipe.pattern().eq(pattern()));
-        let ridge = recipe.estimator().coefficients().expect("coefficients").ridge;
+        let ridge = recipe
+            .estimator()
+            .coefficients()
+            .expect("coefficients")
+            .ridge;
         assert!(ridge.rows.floats().iter().eq(reduced.rows));
         assert!(ridge.precision.iter().eq(reduced.precision));
         for format in ["json", "postcard"] {

@@ -100,10 +100,7 @@ fn trains_inspects_exports_and_evaluates() {
     assert_eq!(as_json["memory_words"], words);
     assert_names(&printed, &[materials[0].name(), materials[2].name()]);
 
-    for (format, file) in [
-        ("postcard", "copy.recipe"),
-        ("json", "p.json"),
-    ] {
+    for (format, file) in [("postcard", "copy.recipe"), ("json", "p.json")] {
         folder.succeed(&format!(
             "export phong.recipe --format {format} --out {file}"
         ));

@@ -195,11 +195,7 @@ impl<'a> LinearObjective<'a> {
     /// Returns the loss of each material over the whole pool, with the basis of the other folds. All samples of the
     /// pattern must be valid.
     #[must_use]
-    pub fn pool_losses(
-        &self,
-        pattern: &[Angles<f32>],
-        log_precision: &[f32],
-    ) -> Vec<f64> {
+    pub fn pool_losses(&self, pattern: &[Angles<f32>], log_precision: &[f32]) -> Vec<f64> {
         let sample_angles: Vec<Angles<f64>> = pattern.iter().map(angles_to_f64).collect();
         let precision = precisions(log_precision);
         let reduced = self.reduced(&sample_angles);
@@ -275,8 +271,7 @@ impl MetaObjective for LinearObjective<'_> {
             }
         };
         // A NaN loss, after precisions have diverged, is never selected as the best.
-        let (loss, mut gradient) =
-            self.batch_gradient(&pattern, &values.hyperparameters, &tasks);
+        let (loss, mut gradient) = self.batch_gradient(&pattern, &values.hyperparameters, &tasks);
         if phase.inner_samples != InnerSamples::Pattern {
             gradient.pattern.fill(0.0);
         }

@@ -17,7 +17,9 @@ use super::completion::refinement::{GaussNewtonRefinement, Refinement};
 use super::completion::train::{self, GAUSS_NEWTON_STEPS};
 use super::descent::{DescentObjective, TaskSet};
 use super::identity::RunIdentity;
-use super::learned::{LearnedFit, LearnedRecipe, LearnedRidge, LearnedSgd, ValidatedLoss, ValidationSplit};
+use super::learned::{
+    LearnedFit, LearnedRecipe, LearnedRidge, LearnedSgd, ValidatedLoss, ValidationSplit,
+};
 use super::linear::LinearObjective;
 use super::objective::{MetaObjective, RandomStreams};
 use super::options::{CompletionOptionsError, Options, TrainedParts};
@@ -26,8 +28,8 @@ use super::pattern::angles_above_horizon;
 use super::plan::{Plan, Schedule};
 use super::pool::Pool;
 use super::scan_budget::ScanBudgetError;
-use crate::linear::principal_components;
 use crate::linear::Columns;
+use crate::linear::principal_components;
 
 /// The number of SGD steps of the inner loop (paper: 20).
 pub const INNER_STEPS: usize = 20;

@@ -366,11 +366,10 @@ impl<'a> CompletionObjective<'a> {
             }
         }
         for (index, readings) in readings.iter().enumerate() {
-            let correction = prepared.correction.adjoint(
-                &corrected[index],
-                readings,
-                &by_corrected[index],
-            );
+            let correction =
+                prepared
+                    .correction
+                    .adjoint(&corrected[index], readings, &by_corrected[index]);
             let precisions = gradient.hyperparameters.len() - correction.precision.len();
             let by_precision = &mut gradient.hyperparameters[precisions..];
             add_scaled(by_precision, 1.0, &correction.precision);

@@ -20,8 +20,7 @@ use super::refinement::Refinement;
 use super::task::{AugmentationOptions, MaterialGroup};
 use crate::meta::identity::RunIdentity;
 use crate::meta::learned::{
-    LearnedFit, LearnedNet, LearnedRecipe, LearnedRidge,
-    ValidatedLoss, ValidationSplit,
+    LearnedFit, LearnedNet, LearnedRecipe, LearnedRidge, ValidatedLoss, ValidationSplit,
 };
 use crate::meta::objective::{LossEstimate, RandomStreams};
 use crate::meta::options::{CompletionOptions, Options};

@@ -148,7 +148,13 @@ impl TaskGradient {
                 precision: &mut by_precision,
             };
             let solved = (&values[channel][..], &coefficients[channel][..]);
-            system.adjoint(factors, solved, &lambda[channel], &mut gradient, &mut scratch);
+            system.adjoint(
+                factors,
+                solved,
+                &lambda[channel],
+                &mut gradient,
+                &mut scratch,
+            );
             let mapped = mapped[channel].iter().zip(by_mapped);
             for (by_angles, (mapped, by_mapped)) in by_angles.iter_mut().zip(mapped) {
                 add_scaled(by_angles, by_mapped, &mapped.tangent);

@@ -188,34 +188,31 @@ fn neural_gradient_matches_loss() {
 /// The weights of samples are permuted together with their directions.
 #[test]
 fn reordering_samples_preserves_the_loss() {
-    with_objective(
-        ModelKind::Linear,
-        |objective, _| {
-            let mut values = objective.initial_values(0);
-            move_toward_normal(&mut values);
-            let ordered = objective.reorder_samples(values.clone());
-            assert_ne!(ordered.pattern, values.pattern);
-            let sorted_samples = |values: &Groups<Vec<f32>>| {
-                let mut samples: Vec<[u32; 3]> = values
-                    .pattern
-                    .as_chunks()
-                    .0
-                    .iter()
-                    .map(|logits: &[f32; 3]| logits.map(f32::to_bits))
-                    .collect();
-                samples.sort_unstable();
-                samples
-            };
-            assert_eq!(sorted_samples(&ordered), sorted_samples(&values));
-            let (before, after) = (
-                objective.validation_loss(&values),
-                objective.validation_loss(&ordered),
-            );
-            assert!((after / before - 1.0).abs() < 1e-4, "{before} and {after}");
-            // Reordering is idempotent.
-            assert_eq!(objective.reorder_samples(ordered.clone()), ordered);
-        },
-    );
+    with_objective(ModelKind::Linear, |objective, _| {
+        let mut values = objective.initial_values(0);
+        move_toward_normal(&mut values);
+        let ordered = objective.reorder_samples(values.clone());
+        assert_ne!(ordered.pattern, values.pattern);
+        let sorted_samples = |values: &Groups<Vec<f32>>| {
+            let mut samples: Vec<[u32; 3]> = values
+                .pattern
+                .as_chunks()
+                .0
+                .iter()
+                .map(|logits: &[f32; 3]| logits.map(f32::to_bits))
+                .collect();
+            samples.sort_unstable();
+            samples
+        };
+        assert_eq!(sorted_samples(&ordered), sorted_samples(&values));
+        let (before, after) = (
+            objective.validation_loss(&values),
+            objective.validation_loss(&ordered),
+        );
+        assert!((after / before - 1.0).abs() < 1e-4, "{before} and {after}");
+        // Reordering is idempotent.
+        assert_eq!(objective.reorder_samples(ordered.clone()), ordered);
+    });
 }
 
 /// Returns a run, with checkpoints if a directory is given.
@@ -306,35 +303,31 @@ fn assert_resumed_run_matches(scan: Option<ScanBudget>, stop_at: f64) {
 /// The run is stopped before the phase that reorders samples, or after its first step.
 #[test]
 fn run_resumed_at_sample_reordering_matches_uninterrupted_run() {
-    with_objective(
-        ModelKind::Linear,
-        |objective, plan| {
-            let last = plan.phases.len() - 1;
-            assert!(
-                plan.phases[last].initialization == Initialization::BestReordered
-                    && plan.phases[last].samples_ordered
+    with_objective(ModelKind::Linear, |objective, plan| {
+        let last = plan.phases.len() - 1;
+        assert!(
+            plan.phases[last].initialization == Initialization::BestReordered
+                && plan.phases[last].samples_ordered
+        );
+        let run = |directory: Option<&Path>, stop_after| {
+            let outer_loop = outer_loop(objective, plan, ModelKind::Linear, directory);
+            outer_loop.run(&mut |progress| match progress.done == stop_after {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            })
+        };
+        let expected = run(None, usize::MAX).expect("the run is not stopped");
+        for stop_after in [last * STEPS, last * STEPS + 1] {
+            let scratch = tempfile::tempdir().expect("a temporary directory");
+            let stopped = run(Some(scratch.path()), stop_after);
+            assert!(matches!(stopped, Err(RunError::Stopped(done)) if done == stop_after));
+            let resumed = run(Some(scratch.path()), usize::MAX).expect("the run is not stopped");
+            assert_eq!(
+                resumed.values, expected.values,
+                "stopped after {stop_after} steps"
             );
-            let run = |directory: Option<&Path>, stop_after| {
-                let outer_loop = outer_loop(objective, plan, ModelKind::Linear, directory);
-                outer_loop.run(&mut |progress| match progress.done == stop_after {
-                    true => ControlFlow::Break(()),
-                    false => ControlFlow::Continue(()),
-                })
-            };
-            let expected = run(None, usize::MAX).expect("the run is not stopped");
-            for stop_after in [last * STEPS, last * STEPS + 1] {
-                let scratch = tempfile::tempdir().expect("a temporary directory");
-                let stopped = run(Some(scratch.path()), stop_after);
-                assert!(matches!(stopped, Err(RunError::Stopped(done)) if done == stop_after));
-                let resumed =
-                    run(Some(scratch.path()), usize::MAX).expect("the run is not stopped");
-                assert_eq!(
-                    resumed.values, expected.values,
-                    "stopped after {stop_after} steps"
-                );
-            }
-        },
-    );
+        }
+    });
 }
 
 /// Tests that the quantization of the weights changes the corrected coefficients by less than 1 %.
