@@ -248,7 +248,7 @@ error_codes! {
     ReadingRequired = 67, "a sample was skipped, but the recipe needs every reading: train one with `--missing`",
         Number "sample";
 
-    TooLarge = 80, "more than three quarters of the readings are too large for a BRDF: convert counts to sr^-1",
+    ReadingsTooLarge = 80, "more than three quarters of the readings are too large for a BRDF: convert counts to sr^-1",
         Number "limit in sr^-1";
     Diverged = 81, "the fit diverged, because the recipe describes no material with such readings: check the units (sr^-1, not counts) and the sensor's range";
     Directions = 82, "a direction is not a finite unit vector above the horizon: its length has to be 1 within 0.001, and z positive, along the sample's normal",

@@ -14,6 +14,7 @@ mod spherical;
 
 pub use angles::Angles;
 pub(crate) use directions::Arm;
-pub use directions::{Directions, UNIT_TOLERANCE};
+pub use directions::Directions;
+pub(crate) use directions::UNIT_TOLERANCE;
 internal! { half_difference::HalfDifference }
 pub use spherical::{ArmAngles, Spherical};

@@ -17,7 +17,7 @@ use crate::error::{Error, ErrorCode};
 use crate::fit::Estimator;
 use crate::geometry::{Angles, Directions, HalfDifference};
 use crate::gonio::Machine;
-use crate::model::{ModelKind, SLOT_WORDS};
+use crate::model::ModelKind;
 use header::CheckedBody;
 
 /// A checked recipe in memory or in flash.
@@ -118,7 +118,7 @@ impl<'a> Recipe<'a> {
     /// The memory of a scan in words of 4 bytes: [`memory_words`] at run time.
     #[must_use]
     pub fn memory_words(&self) -> usize {
-        words_of(&self.estimator, self.samples())
+        self.estimator.scan_words(self.samples())
     }
 
     /// The angles of the directions to measure, in radians. Both directions of each sample are above the horizon.
@@ -168,11 +168,4 @@ impl<'a> Recipe<'a> {
     pub fn checksum(&self) -> u32 {
         self.checksum
     }
-}
-
-/// Returns the memory of a scan in words.
-#[must_use]
-pub fn words_of(estimator: &Estimator<'_>, samples: usize) -> usize {
-    let slots = samples.saturating_mul(SLOT_WORDS);
-    slots.saturating_add(estimator.words(samples))
 }

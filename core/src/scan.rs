@@ -125,8 +125,8 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     /// [`ErrorCode::Basis`] if the recipe names another basis, or none. Only recipes of Linear name a basis.
     pub fn with_basis(mut self, basis: Basis<'a>) -> Result<Self, Error> {
         let named = self.recipe.estimator.basis_checksum();
-        if named != Some(basis.of()) {
-            let details = [named.unwrap_or(0), basis.of()];
+        if named != Some(basis.whole_checksum()) {
+            let details = [named.unwrap_or(0), basis.whole_checksum()];
             return Err(Error::with(ErrorCode::Basis, details));
         }
         self.basis = Some(basis);
@@ -280,7 +280,7 @@ impl<'a, K: ScanModel> Scan<'a, K> {
     ///
     /// # Errors
     /// [`ErrorCode::Incomplete`] if no reading was recorded, or if a reading is missing that the recipe needs.
-    /// [`ErrorCode::TooLarge`] if the readings are too large for any material.
+    /// [`ErrorCode::ReadingsTooLarge`] if the readings are too large for any material.
     pub fn fit(&mut self) -> Result<Fit<'_, K>, Error> {
         let recipe = self.recipe;
         let (slots, words) = self.parts();

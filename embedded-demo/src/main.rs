@@ -129,7 +129,7 @@ fn go_on(driver: &mut Driver<'static, Model>, failure: ErrorCode) {
         ErrorCode::ReadingNonFinite
         | ErrorCode::ReadingNegative
         | ErrorCode::Incomplete
-        | ErrorCode::TooLarge
+        | ErrorCode::ReadingsTooLarge
         | ErrorCode::Diverged => driver.restart(),
         _ => driver.resume(),
     }

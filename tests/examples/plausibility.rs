@@ -109,7 +109,7 @@ fn scan(
     let mut memory = vec![0.0; recipe.memory_words()];
     let mut scan = Scan::<AnyModel>::new(*recipe, &mut memory)?;
     let basis = Basis::parse(basis)?;
-    if recipe.basis_checksum() == Some(basis.of()) {
+    if recipe.basis_checksum() == Some(basis.whole_checksum()) {
         scan = scan.with_basis(basis)?;
     }
     let (mut sums, mut min_reading) = ([0.0_f32; 3], [f32::MAX; 3]);

@@ -170,7 +170,11 @@ mod tests {
                 "{name}"
             );
             let checksum = recipe.basis_checksum();
-            assert_eq!(checksum, bundled.basis().map(|_| basis.of()), "{name}");
+            assert_eq!(
+                checksum,
+                bundled.basis().map(|_| basis.whole_checksum()),
+                "{name}"
+            );
             let by_checksum = find_by_checksum(recipe.checksum());
             assert_eq!(by_checksum.map(|bundled| bundled.name), Some(bundled.name));
         }

@@ -30,7 +30,7 @@ static const struct {
 };
 #define RECIPE_COUNT (sizeof RECIPES / sizeof RECIPES[0])
 /* Words of the largest recipe, completed/neural-n8.recipe, as printed by trainer inspect. */
-#define RECIPE_WORDS 2404
+#define RECIPE_WORDS 2211
 
 static inline float lobe(float sharpness, float theta_h)
 {

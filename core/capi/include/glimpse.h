@@ -48,18 +48,18 @@
 #define GLIMPSE_SCAN_BYTES(words) (64 * sizeof(void *) + 160 + 4 * (size_t)(words))
 
 /** Bytes of static memory for a driver. glimpse_driver_bytes() returns the exact size at run time. */
-#define GLIMPSE_DRIVER_BYTES(words) (GLIMPSE_SCAN_BYTES(words) + 704)
+#define GLIMPSE_DRIVER_BYTES(words) (GLIMPSE_SCAN_BYTES(words) + 720)
 
 /** Maximum memory, in words, of a Phong recipe with up to the given number of samples. Use it for firmware
     whose recipe is replaced in the field. With several models use the largest of these values. A recipe
-    may have a correction of up to 24 components, as those of the trainer, and Gauss-Newton steps. */
-#define GLIMPSE_PHONG_WORDS(samples) (10 * (samples) + 839)
+    may have up to 24 components, as those of the trainer, and Gauss-Newton steps. */
+#define GLIMPSE_PHONG_WORDS(samples) (14 * (samples) + 910)
 
 /** The same for Cook-Torrance. */
-#define GLIMPSE_COOK_TORRANCE_WORDS(samples) (10 * (samples) + 850)
+#define GLIMPSE_COOK_TORRANCE_WORDS(samples) (14 * (samples) + 921)
 
 /** The same for Neural. */
-#define GLIMPSE_NEURAL_WORDS(samples) (10 * (samples) + 2356)
+#define GLIMPSE_NEURAL_WORDS(samples) (14 * (samples) + 2427)
 
 /** Bytes of a slot of saved readings, for recipes of up to the given number of samples. */
 #define GLIMPSE_SAVED_BYTES(samples) (14 + 15 * (size_t)(samples))
@@ -268,18 +268,6 @@ enum glimpse_status
      */
     GLIMPSE_STATUS_RECIPE_BELOW_HORIZON = 39,
     /**
-     * A descent cannot fit the recipe's model.
-     */
-    GLIMPSE_STATUS_RECIPE_MODEL = 40,
-    /**
-     * A field of the recipe holds a number that is not positive.
-     */
-    GLIMPSE_STATUS_RECIPE_NOT_POSITIVE = 41,
-    /**
-     * A field of the recipe holds a negative number.
-     */
-    GLIMPSE_STATUS_RECIPE_NEGATIVE = 42,
-    /**
      * A field of the recipe holds a number out of range.
      */
     GLIMPSE_STATUS_RECIPE_RANGE = 43,
@@ -295,6 +283,10 @@ enum glimpse_status
      * The recipe's sections are invalid or out of order.
      */
     GLIMPSE_STATUS_RECIPE_SECTIONS = 46,
+    /**
+     * The recipe's header states other sizes than its sections have.
+     */
+    GLIMPSE_STATUS_RECIPE_HEADER = 47,
     /**
      * The recipe's model is not the one that this library was built for.
      */
@@ -346,7 +338,7 @@ enum glimpse_status
     /**
      * The readings are too large for a BRDF: pass values in sr^-1, not counts.
      */
-    GLIMPSE_STATUS_TOO_LARGE = 80,
+    GLIMPSE_STATUS_READINGS_TOO_LARGE = 80,
     /**
      * The fit diverged.
      */
@@ -1317,7 +1309,7 @@ glimpse_status glimpse_saved_clear(const struct glimpse_saved *saved,
  *
  * @param scan  The scan.
  * @return GLIMPSE_STATUS_INCOMPLETE if a required reading or every reading is missing;
- *         GLIMPSE_STATUS_TOO_LARGE if the readings are too large for a BRDF, such as counts.
+ *         GLIMPSE_STATUS_READINGS_TOO_LARGE if the readings are too large for a BRDF, such as counts.
  */
 glimpse_status glimpse_fit_begin(struct glimpse_scan *scan);
 

@@ -16,7 +16,7 @@ use crate::types::{glimpse_directions, glimpse_fitted, glimpse_progress};
 ///
 /// @param scan  The scan.
 /// @return GLIMPSE_STATUS_INCOMPLETE if a required reading or every reading is missing;
-///         GLIMPSE_STATUS_TOO_LARGE if the readings are too large for a BRDF, such as counts.
+///         GLIMPSE_STATUS_READINGS_TOO_LARGE if the readings are too large for a BRDF, such as counts.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn glimpse_fit_begin(scan: *mut glimpse_scan) -> glimpse_status {
     // SAFETY: the C caller keeps the contract of the header.

@@ -216,7 +216,7 @@ pub(crate) const ALIGNMENT: usize = 8;
 /// `GLIMPSE_SCAN_BYTES(0)`.
 pub(crate) const SCAN_BYTES: usize = 64 * size_of::<usize>() + 160;
 /// `GLIMPSE_DRIVER_BYTES(0)`.
-pub(crate) const DRIVER_BYTES: usize = SCAN_BYTES + 832;
+pub(crate) const DRIVER_BYTES: usize = SCAN_BYTES + 720;
 
 // If one of these is too small, raise it in cbindgen.toml, too.
 const _: () = assert!(size_of::<Handle<CScan>>() <= SCAN_BYTES);

@@ -147,7 +147,7 @@ pub enum glimpse_status {
     ReadingRequired = 67,
 
     /// The readings are too large for a BRDF: pass values in sr^-1, not counts.
-    TooLarge = 80,
+    ReadingsTooLarge = 80,
     /// The fit diverged.
     Diverged = 81,
     /// A direction is below the horizon, not finite or not of unit length.
@@ -278,7 +278,7 @@ core_codes! {
     RecipeBelowHorizon RecipeRange Limits RecipeUnknown RecipeSections RecipeHeader
     Model Memory Basis BasisMagic BasisVersion BasisLength BasisChecksum BasisMalformed
     ReadingNonFinite ReadingNegative ReadingIndex ReadingRequired
-    TooLarge Diverged Directions Dark Repeated DeadRed DeadGreen DeadBlue Albedo Residual ImplausibleOther
+    ReadingsTooLarge Diverged Directions Dark Repeated DeadRed DeadGreen DeadBlue Albedo Residual ImplausibleOther
     Machine Protocol NoReply
     RefusedNoScan RefusedDirections RefusedValues RefusedModel RefusedSaved RefusedRecipe OutOfReach
     RefusedRequest RefusedOther Storage

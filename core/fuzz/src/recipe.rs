@@ -8,7 +8,7 @@ use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::{AnyModel, Linear, ScanModel};
 use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_core::recipe::{
-    Contents, HEADER_BYTES, Recipe, SECTIONS_START, max_samples, memory_words, words_of,
+    Contents, HEADER_BYTES, Recipe, SECTIONS_START, max_samples, memory_words,
 };
 use glimpse_core::scan::{Reading, Scan};
 
@@ -45,7 +45,7 @@ fn correct(bytes: &mut [u8]) {
     let contents = Contents::decode(&bytes[SECTIONS_START..]);
     if let Ok((pattern, estimator)) = contents.and_then(|contents| contents.check()) {
         let samples = pattern.directions.len() / 3;
-        let words = words_of(&estimator, samples) as u32;
+        let words = estimator.scan_words(samples) as u32;
         bytes[14..16].copy_from_slice(&(samples as u16).to_le_bytes());
         bytes[16..20].copy_from_slice(&words.to_le_bytes());
     }

@@ -8,7 +8,7 @@ use super::sgd::Sgd;
 use super::start::Refinement;
 use crate::geometry::HalfDifference;
 use crate::model::linear::{Basis, EPSILON};
-use crate::model::{ModelKind, Samples};
+use crate::model::{ModelKind, SLOT_WORDS, Samples};
 
 /// True if the crate has all stages, not only SGD.
 pub(crate) const RIDGE: bool = cfg!(feature = "ridge");
@@ -136,6 +136,13 @@ impl<'a> Estimator<'a> {
                 self.refinement_words().saturating_add(words)
             }
         }
+    }
+
+    /// The memory of a scan in words: the samples, and the fit.
+    #[must_use]
+    pub fn scan_words(&self, samples: usize) -> usize {
+        let slots = samples.saturating_mul(SLOT_WORDS);
+        slots.saturating_add(self.words(samples))
     }
 
     /// The units of work of a fit.

@@ -6,7 +6,7 @@ use crate::error::{Error, ErrorCode};
 use crate::numeric::math;
 
 /// The largest deviation of a direction's length from 1. It admits directions from tables with three decimals.
-pub const UNIT_TOLERANCE: f32 = 1e-3;
+pub(crate) const UNIT_TOLERANCE: f32 = 1e-3;
 
 /// One of the two arms of a scanner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +60,7 @@ impl Directions<f32> {
     ///
     /// # Errors
     /// [`ErrorCode::Directions`] with the arm (0 light, 1 sensor) whose direction is not finite, not a unit vector
-    /// within [`UNIT_TOLERANCE`], or not above the horizon.
+    /// within 0.001, or not above the horizon.
     pub fn check(&self) -> Result<(), Error> {
         for (arm, direction) in [(Arm::Light, self.incoming), (Arm::Sensor, self.outgoing)] {
             match normalize(direction) {

@@ -92,7 +92,7 @@ fn length(x: f32, y: f32, z: f32) -> f32 {
 
 impl HalfDifference<f32> {
     /// Converts a pair of directions. None if a direction is not finite or not a unit vector within
-    /// [`UNIT_TOLERANCE`](super::UNIT_TOLERANCE), or if the two are opposite and have no half vector. Directions below
+    /// 0.001, or if the two are opposite and have no half vector. Directions below
     /// the horizon are accepted: see [`is_valid`](Self::is_valid).
     ///
     /// If both directions turn about the normal, the result changes only by rounding. For this, phi_d is 0 if the half

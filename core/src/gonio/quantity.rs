@@ -45,7 +45,7 @@ impl Quantity {
     ///
     /// # Errors
     /// [`ErrorCode::Directions`] with the arm whose cosine is needed but not above 0.
-    pub fn factor(self, at: &Directions<f32>) -> Result<f32, Error> {
+    fn factor(self, at: &Directions<f32>) -> Result<f32, Error> {
         match self {
             Self::Brdf => Ok(1.0),
             Self::BrdfTimesCosThetaI => cosine(at, Arm::Light),

@@ -12,9 +12,9 @@ use crate::geometry::Directions;
 use crate::numeric::math;
 
 /// The largest deviation of a factor from its nominal value, as a logarithm: e^0.05, 5 %.
-pub const FACTOR_TOLERANCE: f32 = 0.05;
+const FACTOR_TOLERANCE: f32 = 0.05;
 /// The largest spread of the readings about the best quantity, as a standard deviation: 8 %.
-pub const MAX_SPREAD: f32 = 0.08;
+const MAX_SPREAD: f32 = 0.08;
 /// The smallest spread of the readings about each other quantity.
 const MIN_OTHER_SPREAD: f32 = 0.06;
 /// The smallest ratio of that spread to the spread about the best quantity.

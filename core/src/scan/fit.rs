@@ -259,7 +259,7 @@ impl<K: ScanModel> Fitted<'_, K> {
     /// or if the loss overflows.
     ///
     /// It is the mean of |ln(1 + f cos(theta_i)) - ln(1 + f_fitted cos(theta_i))| over all directions, like
-    /// [`expected_loss`](Fitted::expected_loss). A material unlike all training materials may have a larger loss.
+    /// [`expected_loss`](Recipe::expected_loss). A material unlike all training materials may have a larger loss.
     #[must_use]
     pub fn predicted_loss(&self) -> Option<f32> {
         let estimator = &self.recipe.estimator;
@@ -285,11 +285,5 @@ impl<K: ScanModel> Fitted<'_, K> {
     #[must_use]
     pub fn is_unlike_training(&self) -> Option<bool> {
         self.recipe.estimator.is_unlike_training(self.words)
-    }
-
-    /// The expected loss on a material outside the training set. None if the recipe states none.
-    #[must_use]
-    pub fn expected_loss(&self) -> Option<f32> {
-        self.recipe.expected_loss()
     }
 }

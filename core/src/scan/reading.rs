@@ -142,7 +142,10 @@ pub(super) fn check(slots: &[Slot]) -> Result<Channels, Error> {
     let counted = counted.count();
     let all = counted.saturating_mul(3);
     if counted >= MIN_SAMPLES && too_large.saturating_mul(4) > all.saturating_mul(3) {
-        return Err(Error::with(ErrorCode::TooLarge, [MAX_QUARTILE as u32, 0]));
+        return Err(Error::with(
+            ErrorCode::ReadingsTooLarge,
+            [MAX_QUARTILE as u32, 0],
+        ));
     }
     Ok(if gray {
         Channels::Gray

@@ -153,7 +153,7 @@ fn documented_example_parses() {
     let expected = example().bytes();
     assert_eq!(bytes, expected, "the bytes are {expected:02x?}");
     let basis = basis(&example());
-    assert_eq!(basis.of(), 0x0123_abcd);
+    assert_eq!(basis.whole_checksum(), 0x0123_abcd);
     assert_eq!(basis.components(), 1);
     assert_eq!(basis.checksum().to_le_bytes(), bytes[10..14]);
     let shape = Nodes {

@@ -124,7 +124,7 @@ pub(crate) fn fit<K: ScanModel>(scan: &mut Scan<'_, K>, budgets: &[u32]) -> Outc
     let pattern: Vec<_> = scan.recipe().pattern().collect();
     let mut progress = match scan.fit() {
         Ok(fit) => fit.progress(),
-        Err(error) if error.code == ErrorCode::TooLarge => return Outcome::TooLarge,
+        Err(error) if error.code == ErrorCode::ReadingsTooLarge => return Outcome::TooLarge,
         Err(error) => panic!("{error}"),
     };
     assert_eq!(progress.done, 0);

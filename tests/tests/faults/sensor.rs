@@ -138,7 +138,7 @@ fn dark_readings_are_fitted_and_counts_are_reported() {
                 "{residual:?} at {value}"
             ),
             Err(report) => assert!(
-                report.code == ErrorCode::TooLarge as u16 && value > 0.0,
+                report.code == ErrorCode::ReadingsTooLarge as u16 && value > 0.0,
                 "{report} at {value}"
             ),
         }

@@ -14,7 +14,7 @@ const SQUARED_LENGTH_TOLERANCE: f32 = 2.0 * UNIT_TOLERANCE;
 /// A valid compact basis in memory or in flash: principal components of the training materials on a coarse grid, as
 /// bytes.
 ///
-/// One file serves all recipes that were trained with the same whole basis, for any n. [`Basis::of`] equals the
+/// One file serves all recipes that were trained with the same whole basis, for any n. [`Basis::whole_checksum`] equals the
 /// `basis_checksum` of such a recipe. The format is documented in
 /// [`docs/basis.md`](https://docs.rs/crate/glimpse-core/latest/source/docs/basis.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -161,7 +161,7 @@ impl<'a> Basis<'a> {
     /// The checksum of the whole basis from which this basis was made. Only coefficients of recipes with the same
     /// `basis_checksum` belong to this basis.
     #[must_use]
-    pub fn of(&self) -> u32 {
+    pub fn whole_checksum(&self) -> u32 {
         self.whole_checksum
     }
 

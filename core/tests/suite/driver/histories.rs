@@ -698,7 +698,7 @@ impl World {
                 }
                 // Readings that cannot be fitted, or too few of them.
                 Action::Failed(error) => match error.code {
-                    ErrorCode::Incomplete | ErrorCode::TooLarge | ErrorCode::Diverged => {
+                    ErrorCode::Incomplete | ErrorCode::ReadingsTooLarge | ErrorCode::Diverged => {
                         self.driver().restart();
                     }
                     ErrorCode::OutOfReach => {

@@ -74,7 +74,7 @@ fn accepts_metal_at_grazing_angles() {
         scan.record(6, Reading::new([0.9, 11.0, 0.9])).unwrap();
         assert_eq!(
             scan.fit().err(),
-            Some(Error::with(ErrorCode::TooLarge, [10, 0]))
+            Some(Error::with(ErrorCode::ReadingsTooLarge, [10, 0]))
         );
     }
 }

@@ -99,7 +99,7 @@ fn scan<K: ScanModel>() {
         && let Ok(fitted) = fit.finish()
     {
         black_box((fitted.brdf(&directions()), fitted.residual()));
-        black_box((fitted.expected_loss(), fitted.predicted_loss()));
+        black_box(fitted.predicted_loss());
         black_box((fitted.loss_bound(), fitted.is_unlike_training()));
         fitted.values().for_each(|value| {
             black_box(value);

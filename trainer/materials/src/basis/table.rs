@@ -292,7 +292,7 @@ impl Basis {
             components: compact.components(),
             compact: Some(Compact {
                 nodes,
-                whole_checksum: compact.of(),
+                whole_checksum: compact.whole_checksum(),
                 file: bytes.to_vec(),
             }),
         })

@@ -243,7 +243,7 @@ fn basis(
 ) -> anyhow::Result<Vec<u8>> {
     if let Some(bytes) = compact {
         *is_used = true;
-        let found = linear::Basis::parse(bytes)?.of();
+        let found = linear::Basis::parse(bytes)?.whole_checksum();
         ensure!(
             found == of,
             "--basis belongs to the whole basis {found:08x}, but {} needs {of:08x}: export the basis of \

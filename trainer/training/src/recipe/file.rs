@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::checksum::crc_32_of_file;
 use glimpse_core::error::Error;
-use glimpse_core::recipe::{Contents, MAGIC, METADATA, Recipe, VERSION, words_of};
+use glimpse_core::recipe::{Contents, MAGIC, METADATA, Recipe, VERSION};
 use glimpse_core::section::{MAX_COMPONENTS, MAX_SAMPLES, Section};
 use glimpse_materials::basis::{Basis, BasisError};
 use glimpse_materials::untrusted::read_at_most;
@@ -117,7 +117,7 @@ impl RecipeFile {
         let mut body = Vec::new();
         // At most MAX_SAMPLES, and words of one computer's memory.
         body.extend((samples as u16).to_le_bytes());
-        body.extend((words_of(&estimator, samples) as u32).to_le_bytes());
+        body.extend((estimator.scan_words(samples) as u32).to_le_bytes());
         put(&mut body, contents.pattern.as_ref());
         put(&mut body, contents.sgd.as_ref());
         put(&mut body, contents.ridge.as_ref());

@@ -180,7 +180,7 @@ fn fewer_components_have_higher_loss() {
 #[test]
 fn compact_basis_has_requested_shape_and_checksum_of_whole_basis() {
     let compact = linear::Basis::parse(&COMPACT).expect("the bytes are a basis");
-    assert_eq!(compact.of(), Basis::checksum(&WHOLE.to_bytes()));
+    assert_eq!(compact.whole_checksum(), Basis::checksum(&WHOLE.to_bytes()));
     assert_eq!(compact.components(), COMPONENTS);
     assert_eq!(compact.nodes(), COMPACT_NODES);
     let nodes = COMPACT_NODES.count().expect("the nodes are valid");
