@@ -85,8 +85,8 @@ fn document_matches_sections() {
     for (name, table) in tables() {
         let begin = format!("<!-- {name} -->\n");
         let (before, rest) = updated.split_once(&begin).expect(&name);
-        let (_, after) = rest.split_once("<!-- end -->").expect(&name);
-        updated = format!("{before}{begin}\n{table}\n<!-- end -->{after}");
+        let (_, after) = rest.split_once("<!-- end of table -->").expect(&name);
+        updated = format!("{before}{begin}\n{table}\n<!-- end of table -->{after}");
     }
     if std::env::var_os("GLIMPSE_BLESS").is_some() {
         std::fs::write(PATH, &updated).unwrap();

@@ -11,7 +11,7 @@ use std::error::Error;
 
 use glimpse_bench::evaluation::loss;
 use glimpse_bench::{Material, recipes};
-use glimpse_core::fit::Fitter;
+use glimpse_core::fit::ScanModel;
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
@@ -51,7 +51,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Returns the mean loss over all materials.
-fn mean_loss<M: Model + Fitter>(recipe: &[u8]) -> Result<f64, Box<dyn Error>> {
+fn mean_loss<M: Model + ScanModel>(recipe: &[u8]) -> Result<f64, Box<dyn Error>> {
     let recipe = Recipe::parse(recipe)?;
     let mut sum = 0.0;
     for index in 0..MATERIALS {

@@ -2,7 +2,7 @@
 
 use core::hint::black_box;
 
-use glimpse_core::fit::Fitter;
+use glimpse_core::fit::ScanModel;
 use glimpse_core::geometry::Directions;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
@@ -17,7 +17,7 @@ use crate::{BenchError, is_missing, measure, residual_bits};
 ///
 /// # Errors
 /// If the scan or the fit fails.
-pub fn fit<'a, K: Fitter, const WITH_MISSING: bool>(
+pub fn fit<'a, K: ScanModel, const WITH_MISSING: bool>(
     recipe: &'a [u8],
     basis: Option<&'a [u8]>,
     memory: &'a mut [f32],
@@ -30,7 +30,7 @@ pub fn fit<'a, K: Fitter, const WITH_MISSING: bool>(
 
 /// Records the readings and fits. Not inlined, like [`begin`], so that their stack frames do not add up.
 #[inline(never)]
-fn advance<K: Fitter, const WITH_MISSING: bool>(
+fn advance<K: ScanModel, const WITH_MISSING: bool>(
     scan: &mut Scan<'_, K>,
     parsing: u32,
 ) -> Result<(), BenchError> {
@@ -70,7 +70,7 @@ const OBLIQUE: Directions<f32> = Directions {
 /// Parses the recipe and begins a scan. Also returns the instructions of parsing. Not inlined: its stack frame is free
 /// again before the fit.
 #[inline(never)]
-fn begin<'a, 's, K: Fitter>(
+fn begin<'a, 's, K: ScanModel>(
     recipe: &'a [u8],
     basis: Option<&'a [u8]>,
     memory: &'a mut [f32],
