@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::decimal::Decimal;
 use crate::geometry::{ArmAngles, Directions, DirectionsError};
 
-/// The reach of a machine's arms, without limits of the azimuths; angles in radians. [`Limits::validate`] checks them; deserialized ones are valid.
+/// The reach of a machine's arms, without limits of the azimuths; angles in radians. [`Limits::validate`] checks them;
+/// deserialized ones are valid.
 ///
 /// ```
 /// use glimpse_core::geometry::{ArmAngles, Spherical};

@@ -551,7 +551,8 @@ fn attempts_of_required_sample_fail() {
     );
 }
 
-/// Defect 7: A fit overwrote values that it clamps, so a host did not recognize them, and accepted samples were measured again.
+/// Defect 7: A fit overwrote values that it clamps, so a host did not recognize them, and accepted samples were measured
+/// again.
 #[test]
 fn clamped_readings_are_kept() {
     for recipe in [
@@ -662,7 +663,8 @@ fn target_needs_first_readings_in_order() {
     );
 }
 
-/// Defect 9: The driver asked forever for samples that need an axis that the machine lacks. A limit that was NaN did not limit.
+/// Defect 9: The driver asked forever for samples that need an axis that the machine lacks. A limit that was NaN did not
+/// limit.
 #[test]
 fn reach_fails_closed() {
     let mut fixed = Machine::new(Limits::NONE);
