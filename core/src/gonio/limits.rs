@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, ErrorCode};
 use crate::geometry::{ArmAngles, Directions};
 
-/// The reach of a machine's arms, without limits of the azimuths; angles in radians. [`Limits::validate`] checks them; deserialized ones are valid.
+/// The reach of a machine's arms, without limits of the azimuths; angles in radians. [`Limits::validate`] checks them;
+/// deserialized ones are valid.
 ///
 /// ```
 /// use glimpse_core::error::{Error, ErrorCode};

@@ -27,9 +27,9 @@ const CHECKSUM_BYTES: usize = 4;
 
 /// Two slots of memory that survives a reset, with the readings of a scan.
 ///
-/// The slots may be ranges of battery-backed RAM, or sectors of flash that are erased one at a time. They may be longer than
-/// [`Saved::slot_bytes`], and a write may be padded. Skipped samples are
-/// not saved: after a reset they are pending again.
+/// The slots may be ranges of battery-backed RAM, or sectors of flash that are erased one at a time. They may be longer
+/// than [`Saved::slot_bytes`], and a write may be padded. Skipped samples are not saved: after a reset they are pending
+/// again.
 ///
 /// ```
 /// use glimpse_core::error::{Error, ErrorCode};
