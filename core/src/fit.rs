@@ -13,7 +13,7 @@
 //! | `--schedule prior`, the others | yes | yes | from the coefficients | Gauss-Newton |
 //!
 //! The formula of each stage is in one file, beside the fields of its section in a recipe: 1 in `coefficient_net.rs`,
-//! 2 in `ridge.rs`, 3 in `coefficient_net/init_net.rs`, and 4 in `sgd.rs` and `gauss_newton.rs`. `coefficients.rs` and
+//! 2 in `ridge.rs`, 3 in `coefficient_net/start_net.rs`, and 4 in `sgd.rs` and `gauss_newton.rs`. `coefficients.rs` and
 //! `start.rs` compute the stages in slices of work, and `prediction.rs` has the predicted loss.
 //!
 //! [`Phong`](crate::model::Phong), [`CookTorrance`](crate::model::CookTorrance), [`Neural`](crate::model::Neural) or

@@ -135,7 +135,7 @@ fn scan(
         minimum.add(min_reading.into_iter().fold(0.0, f32::max), case);
     }
     let mean = fitted.residual().mean;
-    let expected = fitted.predicted_loss().or(fitted.expected_loss());
+    let expected = fitted.predicted_loss().or(recipe.expected_loss());
     if let Some(expected) = expected.filter(|_| mean > 0.25) {
         residual.add(mean / expected, case);
     }

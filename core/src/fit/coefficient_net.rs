@@ -9,19 +9,19 @@
 //! ```
 //!
 //! Hence all channels are treated alike, and any reading may be missing. g is 1 or the [dropout_gain] of the present
-//! readings. An [`InitNet`] maps all a_c to a model's initial parameters.
+//! readings. A [`StartNet`] maps all a_c to a model's initial parameters.
 //!
 //! The forward pass is generic over [`Scalar`] and over the [encoding](Encoding) of weights: bytes in a recipe, plain
 //! numbers in training. Training also has the [adjoint](CoefficientNetGradient).
 
 mod adjoint;
 mod encoding;
-mod init_net;
+mod start_net;
 mod missing;
 
 pub use adjoint::CoefficientNetGradient;
 pub use encoding::{Encoding, Packed, Plain};
-pub use init_net::{InitNet, InitNetGradient, MAX_RMS};
+pub use start_net::{StartNet, StartNetGradient, MAX_RMS};
 pub use missing::{MissingPolicy, dropout_gain};
 
 use crate::numeric::Scalar;

@@ -1,7 +1,7 @@
 //! The start of a fit from coefficients, and the Gauss-Newton steps after it, in slices of work.
 
 use super::channels::{Channels, keep_gray};
-use super::coefficient_net::{InitNet, Packed};
+use super::coefficient_net::{Packed, StartNet};
 use super::gauss_newton::{GaussNewton, system_length, take_step};
 use super::model::AddReading;
 use crate::model::{Active, Samples};
@@ -30,8 +30,8 @@ section! {
 impl<'a> Start<'a> {
     /// The map's weights.
     #[must_use]
-    pub fn weights(&self) -> InitNet<'a, f32, Packed> {
-        InitNet {
+    pub fn weights(&self) -> StartNet<'a, f32, Packed> {
+        StartNet {
             hidden: self.hidden,
             hidden_scales: self.hidden_scales.words(),
             bias: self.bias.words(),

@@ -1,7 +1,7 @@
 //! The adjoints of both nets, compared with central differences in f64 for every weight and every input.
 
 use glimpse_core::fit::coefficient_net::{
-    CoefficientNet, CoefficientNetGradient, InitNet, InitNetGradient, Input, Plain,
+    CoefficientNet, CoefficientNetGradient, Input, Plain, StartNet, StartNetGradient,
 };
 
 use crate::finite_differences::assert_derivatives;
@@ -87,7 +87,7 @@ fn coefficient_net_adjoint_matches_differences() {
 }
 
 /// The loss is the sum of the offsets, weighted with `lambda`. Units beyond `capacity` have no effect.
-fn check_init_net([components, units, parameters, capacity]: [usize; 4], scale: f64) {
+fn check_start_net([components, units, parameters, capacity]: [usize; 4], scale: f64) {
     let mut random = Random((100 * components + units) as u64);
     let inputs = 3 * components;
     let lengths = [
@@ -107,7 +107,7 @@ fn check_init_net([components, units, parameters, capacity]: [usize; 4], scale: 
     let run = |list: &[f64], gradient: Option<&mut [Vec<f64>; 6]>| {
         let [hidden, bias, output, coefficients @ ..] = split(list, lengths);
         let (hidden_scales, output_scales) = (&[][..], &[][..]);
-        let net = InitNet::<f64, Plain> {
+        let net = StartNet::<f64, Plain> {
             hidden,
             hidden_scales,
             bias,
@@ -118,7 +118,7 @@ fn check_init_net([components, units, parameters, capacity]: [usize; 4], scale: 
         net.activate(coefficients, &mut state);
         if let Some([hidden, bias, output, by_coefficients @ ..]) = gradient {
             let mut by_units = vec![f64::NAN; capacity];
-            let mut gradient = InitNetGradient {
+            let mut gradient = StartNetGradient {
                 hidden,
                 bias,
                 output,
@@ -134,18 +134,18 @@ fn check_init_net([components, units, parameters, capacity]: [usize; 4], scale: 
     let mut gradient = lengths.map(|length| vec![0.0; length]);
     run(&at, Some(&mut gradient));
     run(&at, Some(&mut gradient));
-    assert_derivatives("init net", &gradient.concat(), &at, BOUND, |list| {
+    assert_derivatives("start net", &gradient.concat(), &at, BOUND, |list| {
         2.0 * run(&list, None)
     });
 }
 
 #[test]
-fn init_net_adjoint_matches_differences() {
+fn start_net_adjoint_matches_differences() {
     // The capacity equals the number of units, is larger (memory shared with other uses), or is smaller.
     for shape in [[1, 1, 1, 1], [3, 2, 7, 2], [2, 4, 8, 32], [2, 4, 8, 3]] {
         // Coefficients below the limit of the net, and far above.
         for scale in [1.5, 5.0] {
-            check_init_net(shape, scale);
+            check_start_net(shape, scale);
         }
     }
 }

@@ -9,7 +9,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_core::model::ModelKind;
 use glimpse_training::meta::checkpoint::{Checkpoint, CheckpointError};
 use glimpse_training::meta::identity::RunIdentity;
-use glimpse_training::meta::options::TrainedParts;
+use glimpse_training::meta::plan::TrainedParts;
 use glimpse_training::meta::plan::{Effort, Schedule};
 
 use crate::{Folder, check_rejection};

@@ -1,6 +1,6 @@
-//! The coefficient net and the init net for a batch of materials on lanes, one material per lane, and their adjoint.
+//! The coefficient net and the start net for a batch of materials on lanes, one material per lane, and their adjoint.
 
-use glimpse_core::fit::coefficient_net::{CoefficientNetGradient, InitNetGradient, Input};
+use glimpse_core::fit::coefficient_net::{CoefficientNetGradient, Input, StartNetGradient};
 
 use crate::completion_weights::split_lists_mut;
 pub use crate::completion_weights::{CompletionWeights, Shape, split_lists};
@@ -18,7 +18,7 @@ pub struct Batch {
     /// The coefficient net's state.
     state: Vec<Octet>,
     by_state: Vec<Octet>,
-    /// The init net's hidden units, and its offset of each parameter.
+    /// The start net's hidden units, and its offset of each parameter.
     units: Vec<Octet>,
     offsets: Vec<Octet>,
     by_offsets: Vec<Octet>,
@@ -122,7 +122,7 @@ impl Batch {
         (0..hidden).map(unit).collect()
     }
 
-    /// Returns the init net's offsets of a material's initial parameters.
+    /// Returns the start net's offsets of a material's initial parameters.
     #[must_use]
     pub fn offsets(&self, material: usize) -> Vec<f32> {
         let Shape { parameters, .. } = self.shape;
@@ -185,11 +185,11 @@ impl Batch {
 
     /// Propagates the gradients with respect to initial parameters backwards. Adds the gradient with respect to the init
     /// net's weights to the argument, and that with respect to the coefficients to the gradient of these.
-    pub fn init_net_adjoint(&mut self, weights: &CompletionWeights<'_>, by_init_net: &mut [f32]) {
-        dispatch(InitNetAdjoint {
+    pub fn start_net_adjoint(&mut self, weights: &CompletionWeights<'_>, by_start_net: &mut [f32]) {
+        dispatch(StartNetAdjoint {
             batch: self,
             weights: *weights,
-            by_init_net,
+            by_start_net,
         });
     }
 
@@ -327,17 +327,17 @@ impl Kernel for Activate<'_, '_> {
         let shape = batch.shape;
         let (octets, state_len) = (batch.octets(), shape.state_len());
         let coefficient_net = weights.coefficient_net::<L>();
-        let init_net = weights.init_net::<L>();
+        let start_net = weights.start_net::<L>();
         let mut state = vec![L::constant(0.0); state_len];
         let mut units = vec![L::constant(0.0); shape.units];
         for first in (0..octets).step_by(L::OCTETS) {
             load_list(&batch.state, state_len, first, octets, &mut state);
-            init_net.activate(coefficient_net.coefficients(&state), &mut units);
+            start_net.activate(coefficient_net.coefficients(&state), &mut units);
             for (unit, value) in units.iter().enumerate() {
                 store(*value, &mut batch.units, shape.units, first, octets, unit);
             }
             for parameter in 0..shape.parameters {
-                let offset = init_net.offset(parameter, &units);
+                let offset = start_net.offset(parameter, &units);
                 store(
                     offset,
                     &mut batch.offsets,
@@ -362,13 +362,13 @@ fn valid_lanes<L: Lanes>(first: usize, octets: usize) -> L {
     L::load([a, b, c, d])
 }
 
-struct InitNetAdjoint<'b, 'w, 'g> {
+struct StartNetAdjoint<'b, 'w, 'g> {
     batch: &'b mut Batch,
     weights: CompletionWeights<'w>,
-    by_init_net: &'g mut [f32],
+    by_start_net: &'g mut [f32],
 }
 
-impl Kernel for InitNetAdjoint<'_, '_, '_> {
+impl Kernel for StartNetAdjoint<'_, '_, '_> {
     type Output = ();
 
     #[inline(always)]
@@ -376,7 +376,7 @@ impl Kernel for InitNetAdjoint<'_, '_, '_> {
         let Self {
             batch,
             weights,
-            by_init_net,
+            by_start_net,
         } = self;
         let shape = batch.shape;
         let (octets, rows, state_len) = (batch.octets(), shape.rows(), shape.state_len());
@@ -386,7 +386,7 @@ impl Kernel for InitNetAdjoint<'_, '_, '_> {
         let mut units = vec![L::constant(0.0); shape.units];
         let mut by_units = units.clone();
         let mut by_offsets = vec![L::constant(0.0); shape.parameters];
-        let mut sums = vec![L::zero_sum(); by_init_net.len()];
+        let mut sums = vec![L::zero_sum(); by_start_net.len()];
         for first in (0..octets).step_by(L::OCTETS) {
             let valid = valid_lanes::<L>(first, octets);
             load_list(&batch.state, state_len, first, octets, &mut state);
@@ -396,8 +396,8 @@ impl Kernel for InitNetAdjoint<'_, '_, '_> {
                 let list = &batch.by_offsets;
                 *value = load::<L>(list, shape.parameters, first, octets, parameter) * valid;
             }
-            let [hidden, bias, output] = split_lists_mut(&mut sums, shape.init_net_lengths());
-            let mut gradient = InitNetGradient {
+            let [hidden, bias, output] = split_lists_mut(&mut sums, shape.start_net_lengths());
+            let mut gradient = StartNetGradient {
                 hidden,
                 bias,
                 output,
@@ -405,7 +405,7 @@ impl Kernel for InitNetAdjoint<'_, '_, '_> {
             let (red, rest) = by_state.split_at_mut(rows);
             let (green, blue) = rest.split_at_mut(rows);
             let by_coefficients = [red, green, blue].map(|list| &mut list[..shape.components]);
-            weights.init_net::<L>().adjoint(
+            weights.start_net::<L>().adjoint(
                 coefficient_net.coefficients(&state),
                 &units,
                 &by_offsets,
@@ -417,7 +417,7 @@ impl Kernel for InitNetAdjoint<'_, '_, '_> {
                 store(*value, &mut batch.by_state, state_len, first, octets, entry);
             }
         }
-        add_totals::<L>(&sums, by_init_net);
+        add_totals::<L>(&sums, by_start_net);
     }
 }
 

@@ -1,10 +1,10 @@
-//! The layer sizes and the weights of the coefficient net and the init net.
+//! The layer sizes and the weights of the coefficient net and the start net.
 
-use glimpse_core::fit::coefficient_net::{CoefficientNet, InitNet, Plain};
+use glimpse_core::fit::coefficient_net::{CoefficientNet, Plain, StartNet};
 
 use crate::lanes::Lanes;
 
-/// The layer sizes of a coefficient net and its init net.
+/// The layer sizes of a coefficient net and its start net.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shape {
     /// n, the number of samples.
@@ -13,9 +13,9 @@ pub struct Shape {
     pub components: usize,
     /// h, the number of hidden units of the coefficient net.
     pub hidden: usize,
-    /// g, the number of hidden units of the init net; 0 without an init net.
+    /// g, the number of hidden units of the start net; 0 without an start net.
     pub units: usize,
-    /// The number of parameters of the model that the init net initializes; 0 without an init net.
+    /// The number of parameters of the model that the start net initializes; 0 without an start net.
     pub parameters: usize,
 }
 
@@ -34,9 +34,9 @@ impl Shape {
         [3 * self.samples * rows, rows, self.components * self.hidden]
     }
 
-    /// Returns the lengths of the init net's lists of weights: hidden, bias and output ([`InitNet`]'s P, p and U).
+    /// Returns the lengths of the start net's lists of weights: hidden, bias and output ([`StartNet`]'s P, p and U).
     #[must_use]
-    pub fn init_net_lengths(&self) -> [usize; 3] {
+    pub fn start_net_lengths(&self) -> [usize; 3] {
         let Self {
             components,
             units,
@@ -70,15 +70,15 @@ pub(crate) fn split_lists_mut<T>(
     [a, b, &mut rest[..third]]
 }
 
-/// The weights of a coefficient net and its init net as flat lists.
+/// The weights of a coefficient net and its start net as flat lists.
 #[derive(Clone, Copy, Debug)]
 pub struct CompletionWeights<'a> {
     /// The layer sizes.
     pub shape: Shape,
     /// The weights of the coefficient net: readings, bias and output.
     pub coefficient_net: &'a [f32],
-    /// The weights of the init net: hidden, bias and output; empty without an init net.
-    pub init_net: &'a [f32],
+    /// The weights of the start net: hidden, bias and output; empty without an start net.
+    pub start_net: &'a [f32],
 }
 
 impl<'a> CompletionWeights<'a> {
@@ -95,9 +95,9 @@ impl<'a> CompletionWeights<'a> {
         }
     }
 
-    pub(crate) fn init_net<L: Lanes>(&self) -> InitNet<'a, L, Plain> {
-        let [hidden, bias, output] = split_lists(self.init_net, self.shape.init_net_lengths());
-        InitNet {
+    pub(crate) fn start_net<L: Lanes>(&self) -> StartNet<'a, L, Plain> {
+        let [hidden, bias, output] = split_lists(self.start_net, self.shape.start_net_lengths());
+        StartNet {
             hidden,
             hidden_scales: &[],
             bias,

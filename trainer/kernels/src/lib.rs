@@ -11,8 +11,8 @@
 //! - [`samples`]: samples in memory, in the layout that registers load
 //! - [`sums`]: gradient, Hessian-vector product and loss over samples, on one thread
 //! - [`brdf`]: a model's BRDF at many directions
-//! - `completion_weights`: the layer sizes and the weights of the coefficient net and the init net
-//! - [`completion`]: the coefficient net and the init net for a batch of materials, and their adjoint
+//! - `completion_weights`: the layer sizes and the weights of the coefficient net and the start net
+//! - [`completion`]: the coefficient net and the start net for a batch of materials, and their adjoint
 //! - [`components`]: the loss of a combination of principal components
 //! - [`inner_loop`]: the unrolled descent and its adjoint
 //! - [`gauss_newton`]: Gauss-Newton steps and their adjoint

@@ -25,8 +25,8 @@ pub struct Groups<T> {
     pub pattern: T,
     /// The weights of the coefficient net.
     pub coefficient_net: T,
-    /// The weights of the init net.
-    pub init_net: T,
+    /// The weights of the start net.
+    pub start_net: T,
 }
 
 impl<T> Groups<T> {
@@ -37,7 +37,7 @@ impl<T> Groups<T> {
             &self.hyperparameters,
             &self.pattern,
             &self.coefficient_net,
-            &self.init_net,
+            &self.start_net,
         ]
     }
 
@@ -48,7 +48,7 @@ impl<T> Groups<T> {
             &mut self.hyperparameters,
             &mut self.pattern,
             &mut self.coefficient_net,
-            &mut self.init_net,
+            &mut self.start_net,
         ]
     }
 
@@ -59,19 +59,25 @@ impl<T> Groups<T> {
             hyperparameters: function(self.hyperparameters),
             pattern: function(self.pattern),
             coefficient_net: function(self.coefficient_net),
-            init_net: function(self.init_net),
+            start_net: function(self.start_net),
         }
     }
 
     /// Returns references to the groups.
     pub fn as_ref(&self) -> Groups<&T> {
-        let [initial, hyperparameters, pattern, coefficient_net, init_net] = self.each();
+        let [
+            initial,
+            hyperparameters,
+            pattern,
+            coefficient_net,
+            start_net,
+        ] = self.each();
         Groups {
             initial,
             hyperparameters,
             pattern,
             coefficient_net,
-            init_net,
+            start_net,
         }
     }
 }
@@ -234,7 +240,7 @@ impl Optimizer {
                 hyperparameters: record.hyperparameters.into_group()?,
                 pattern: record.pattern.into_group()?,
                 coefficient_net: record.coefficient_net.into_group()?,
-                init_net: record.init_net.into_group()?,
+                start_net: record.start_net.into_group()?,
             },
             ..self
         })
@@ -251,7 +257,7 @@ mod tests {
             hyperparameters: vec![2.0 * value; 5],
             pattern: vec![-value; 3],
             coefficient_net: vec![0.5 * value; 4],
-            init_net: Vec::new(),
+            start_net: Vec::new(),
         }
     }
 
@@ -260,7 +266,7 @@ mod tests {
         hyperparameters: 1e-3,
         pattern: 0.0,
         coefficient_net: 2e-3,
-        init_net: 1e-3,
+        start_net: 1e-3,
     };
 
     #[test]

@@ -81,7 +81,7 @@ impl PyPlan {
             Some(name) => choose("order", name, &ORDERS)?,
             None => Order::of_recipe(&recipe),
         };
-        let machine = machine.machine(&Machine::of_recipe(file.metadata()))?;
+        let machine = machine.machine(&file.metadata().machine())?;
         let stops = stops(&recipe, &machine.limits, swap).map_err(|unreachable| {
             let lines: Vec<String> = unreachable
                 .iter()

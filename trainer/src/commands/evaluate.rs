@@ -12,7 +12,8 @@ use glimpse_trainer::evaluation::{
     Degradation, Evaluator, Method, OPTIMUM_STEPS, Report, TrainingMaterials,
 };
 use glimpse_training::linear::{Columns, Prior, min_condition_pattern, principal_components};
-use glimpse_training::meta::options::{Options, TrainedParts};
+use glimpse_training::meta::options::Options;
+use glimpse_training::meta::plan::TrainedParts;
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::run::INNER_STEPS;
 use glimpse_training::recipe::{RecipeFile, pack_recipe};

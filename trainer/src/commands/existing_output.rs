@@ -120,7 +120,7 @@ mod tests {
             |o| o.seed = 1,
             |o| o.completion_options.limits.min_separation = 0.001,
             |o| o.source_shares[0].materials = 13,
-            |o| o.parts = glimpse_training::meta::options::TrainedParts::AllTwice,
+            |o| o.parts = glimpse_training::meta::plan::TrainedParts::AllTwice,
         ];
         for change in changes {
             let mut other = options();

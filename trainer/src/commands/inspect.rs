@@ -8,8 +8,9 @@ use glimpse_core::numeric::Floats;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::Identity;
 use glimpse_trainer::export::{eta, to_json};
-use glimpse_training::recipe::{Metadata, MetadataError, Noise, RecipeFile};
-use glimpse_training::route::{Machine, Order, Route, axes_from_angles};
+use glimpse_training::meta::completion::task::Noise;
+use glimpse_training::recipe::{Metadata, MetadataError, RecipeFile};
+use glimpse_training::route::{Order, Route, axes_from_angles};
 
 use super::expected_loss::expected_loss;
 use super::limits::describe;
@@ -146,8 +147,8 @@ fn describe_prediction(prediction: &Prediction<'_>) -> String {
 
 /// Describes the time of a scan, on the machine that the recipe was trained for.
 fn describe_scan(recipe: &Recipe<'_>, metadata: &Metadata) -> String {
-    let machine = Machine::of_recipe(metadata);
-    let Some(route) = Route::of_recipe(recipe, Order::Travel) else {
+    let machine = metadata.machine();
+    let Some(route) = Route::of_recipe(recipe, &machine, Order::Travel) else {
         return "some samples exceed the limits".to_owned();
     };
     let trained = match metadata.scan_budget {

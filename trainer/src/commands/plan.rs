@@ -99,7 +99,7 @@ impl Plan {
         self.refuse_inputs()?;
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe();
-        let stated = Machine::of_recipe(file.metadata());
+        let stated = file.metadata().machine();
         let machine = Machine {
             speeds: self.speed.unwrap_or(stated.speeds),
             settle: self.settle.unwrap_or(stated.settle),

@@ -248,12 +248,14 @@ impl ComparedMethod<'static> {
     /// Creates the method of a bundled recipe without a basis.
     fn from_bundled(bundled: &'static BundledRecipe) -> anyhow::Result<Self> {
         let recipe = bundled.recipe()?;
+        let machine = Metadata::of(&recipe)?.machine();
+        let route = Route::of_recipe(&recipe, &machine, Order::Travel);
         Ok(Self {
             label: bundled.name.into(),
             method: Method::ours(&recipe, None)?,
             training: Some(describe_training(&recipe)?),
             bundled: Some(bundled),
-            seconds: Route::of_recipe(&recipe, Order::Travel).map(|route| route.total()),
+            seconds: route.map(|route| route.total()),
         })
     }
 }

@@ -11,6 +11,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_trainer::bundled::{self, BundledRecipe};
 use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
+use glimpse_training::recipe::Metadata;
 use glimpse_training::route::{Order, Route};
 use serde_json::{Value, json};
 
@@ -135,7 +136,8 @@ fn recipe_of(bundled: &BundledRecipe) -> anyhow::Result<Recipe<'static>> {
 
 /// Returns the seconds of a scan on the machine that the recipe was trained for, or else on the default one.
 fn scan_seconds(recipe: &Recipe<'_>) -> Option<f64> {
-    Route::of_recipe(recipe, Order::Travel).map(|route| route.total())
+    let machine = Metadata::of(recipe).ok()?.machine();
+    Route::of_recipe(recipe, &machine, Order::Travel).map(|route| route.total())
 }
 
 fn list_as_json() -> anyhow::Result<Value> {

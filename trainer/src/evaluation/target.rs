@@ -2,6 +2,7 @@
 
 use glimpse_core::recipe::Recipe;
 use glimpse_kernels::scan::bounded_prediction;
+use glimpse_training::recipe::Metadata;
 use glimpse_training::route::{Order, Route};
 use rayon::prelude::*;
 
@@ -67,7 +68,9 @@ impl Evaluator<'_> {
         if !recipe.bounds_partial_loss() {
             return Err(EvaluationError::NoPartialBound);
         }
-        let route = Route::of_recipe(recipe, Order::Progressive);
+        let route = Metadata::of(recipe)
+            .ok()
+            .and_then(|metadata| Route::of_recipe(recipe, &metadata.machine(), Order::Progressive));
         let route = route.ok_or(EvaluationError::Unreachable)?;
         let samples = recipe.samples();
         let prefixes = (1..=samples).map(|first| {

@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_training::linear::Prior;
-use glimpse_training::meta::options::TrainedParts;
+use glimpse_training::meta::plan::TrainedParts;
 use glimpse_training::meta::plan::{PretrainedInit, Schedule};
 use glimpse_training::meta::scan_budget::ScanBudget;
 use glimpse_training::route::Axes;

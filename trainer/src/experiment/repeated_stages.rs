@@ -4,8 +4,8 @@ use anyhow::Context;
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
-use glimpse_training::meta::options::TrainedParts;
 use glimpse_training::meta::plan::Schedule;
+use glimpse_training::meta::plan::TrainedParts;
 
 use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;

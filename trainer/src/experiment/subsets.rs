@@ -6,8 +6,8 @@ use glimpse_core::model::ModelKind;
 use glimpse_materials::Material;
 use glimpse_trainer::evaluation::{MaterialMetrics, Method};
 use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
-use glimpse_training::meta::options::TrainedParts;
 use glimpse_training::meta::plan::PretrainedInit;
+use glimpse_training::meta::plan::TrainedParts;
 
 use super::case::{Approach, Case, TrainingRun};
 use super::findings::Findings;

@@ -217,7 +217,7 @@ fn create_parent_directory(path: &Path) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use crate::meta::options::TrainedParts;
+    use crate::meta::plan::TrainedParts;
     use crate::meta::plan::{Effort, Schedule};
     use glimpse_core::model::ModelKind;
     use glimpse_optimizer::{Groups, Optimizer};

@@ -5,8 +5,7 @@ use std::fmt;
 use glimpse_core::model::ModelKind;
 use serde::{Deserialize, Serialize};
 
-use super::options::TrainedParts;
-use super::plan::{Effort, Schedule};
+use super::plan::{Effort, Schedule, TrainedParts};
 
 const CHECKSUM: crc::Crc<u64> = crc::Crc::<u64>::new(&crc::CRC_64_XZ);
 

@@ -42,7 +42,7 @@ pub enum LearnedFit {
         net: Option<LearnedNet>,
         /// The ridge stage.
         ridge: LearnedRidge,
-        /// Gauss-Newton steps, and the weights of the InitNet that offsets their initial parameters. None for Linear.
+        /// Gauss-Newton steps, and the weights of the StartNet that offsets their initial parameters. None for Linear.
         refinement: Option<(LearnedSteps, Vec<f32>)>,
     },
 }
@@ -98,7 +98,7 @@ pub struct LearnedSgd {
 /// A network from readings to coefficients of principal components (core's CoefficientNet).
 #[derive(Clone, Debug, PartialEq)]
 pub struct LearnedNet {
-    /// The layer sizes of this network and of the InitNet.
+    /// The layer sizes of this network and of the StartNet.
     pub shape: Shape,
     /// The policy for missing readings used in training.
     pub missing: MissingPolicy,

@@ -8,14 +8,14 @@ use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 use glimpse_materials::{Identity, Origin, SourceShare, display_with_setting_names};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
+use super::completion::task::Noise;
 use super::identity::{RunIdentity, digest};
 use super::outer::CheckpointOptions;
-use super::plan::{Effort, PretrainedInit, Schedule};
+use super::plan::{Effort, PretrainedInit, Schedule, TrainedParts};
 use super::scan_budget::{Motion, ScanBudget};
 use crate::linear::Prior;
-use crate::recipe::Noise;
 
 /// The options of a training run.
 #[derive(Clone, Debug)]
@@ -244,34 +244,6 @@ impl fmt::Display for CompletionOptions {
             write!(f, ", scans of {} s", scan.seconds)?;
         }
         Ok(())
-    }
-}
-
-/// The parts of a recipe that are trained.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum TrainedParts {
-    /// Initial parameters, step sizes and pattern.
-    All,
-    /// All parts, then initial parameters and step sizes again, then the pattern again.
-    AllTwice,
-    /// Initial parameters and step sizes only, as in the method Meta.
-    WithoutPattern,
-    /// The pattern only, for [pretrained](Options::pretrained) initial parameters and step sizes. (Linear: same as
-    /// [`TrainedParts::All`].)
-    PatternOnly,
-}
-
-impl TrainedParts {
-    /// Returns the name in text and JSON.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::All => "all",
-            Self::AllTwice => "all-twice",
-            Self::WithoutPattern => "without-pattern",
-            Self::PatternOnly => "pattern-only",
-        }
     }
 }
 

@@ -160,3 +160,31 @@ mod tests {
         assert_eq!(LossWeights::Equal.weight(0.001), 1.0);
     }
 }
+
+/// The parts of a recipe that are trained.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TrainedParts {
+    /// Initial parameters, step sizes and pattern.
+    All,
+    /// All parts, then initial parameters and step sizes again, then the pattern again.
+    AllTwice,
+    /// Initial parameters and step sizes only, as in the method Meta.
+    WithoutPattern,
+    /// The pattern only, for pretrained initial parameters and step sizes. (Linear: same as
+    /// [`TrainedParts::All`].)
+    PatternOnly,
+}
+
+impl TrainedParts {
+    /// Returns the name in text and JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::All => "all",
+            Self::AllTwice => "all-twice",
+            Self::WithoutPattern => "without-pattern",
+            Self::PatternOnly => "pattern-only",
+        }
+    }
+}

@@ -22,10 +22,10 @@ use super::learned::{
 };
 use super::linear::LinearObjective;
 use super::objective::{MetaObjective, RandomStreams};
-use super::options::{CompletionOptionsError, Options, TrainedParts};
+use super::options::{CompletionOptionsError, Options};
 use super::outer::{Observer, Outcome, OuterLoop, RunError};
 use super::pattern::angles_above_horizon;
-use super::plan::{Plan, Schedule};
+use super::plan::{Plan, Schedule, TrainedParts};
 use super::pool::Pool;
 use super::scan_budget::ScanBudgetError;
 use crate::linear::Columns;

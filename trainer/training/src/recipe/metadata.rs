@@ -11,10 +11,13 @@ use glimpse_materials::{Identity, SourceShare};
 use serde::{Deserialize, Serialize};
 
 use crate::linear::Prior;
+use crate::meta::completion::task::Noise;
 use crate::meta::learned::ValidatedLoss;
-use crate::meta::options::{Options, TrainedParts};
+use crate::meta::options::Options;
+use crate::meta::plan::TrainedParts;
 use crate::meta::plan::{Effort, Schedule};
 use crate::meta::scan_budget::ScanBudget;
+use crate::route::Machine;
 
 /// The version of the encoding.
 const VERSION: u8 = 1;
@@ -34,18 +37,6 @@ pub struct Metadata {
     pub training: Option<Training>,
     /// The names of the training materials, and the digests of their BRDFs. Empty if they are unknown.
     pub materials: Vec<Identity>,
-}
-
-/// The noise of readings in training, independent for each channel.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Noise {
-    /// The standard deviation relative to the reading, 0 or more.
-    pub multiplicative: f32,
-    /// The standard deviation of the additive noise in sr⁻¹ (of the BRDF, not times the cosine), 0 or more.
-    pub additive: f32,
-    /// The number of levels of the sensor from darkness to a white surface (BRDF 1/π) that faces the light; 0 without
-    /// quantization.
-    pub levels: u32,
 }
 
 /// The training of a recipe.
@@ -147,6 +138,19 @@ impl Metadata {
         }
         metadata.check()?;
         Ok(metadata)
+    }
+
+    /// Returns the machine that the recipe was trained for. Fields that the metadata do not state have their defaults.
+    #[must_use]
+    pub fn machine(&self) -> Machine {
+        let limits = self.limits.unwrap_or(Limits::NONE);
+        match &self.scan_budget {
+            Some(budget) => budget.machine(limits),
+            None => Machine {
+                limits,
+                ..Machine::default()
+            },
+        }
     }
 
     fn check(&self) -> Result<(), MetadataError> {

@@ -6,5 +6,5 @@ mod pack;
 mod quantize;
 
 pub use file::{RecipeDefect, RecipeFile, RecipeFileError};
-pub use metadata::{Metadata, MetadataError, Noise, Training};
+pub use metadata::{Metadata, MetadataError, Training};
 pub use pack::{PackError, pack_fit, pack_recipe};

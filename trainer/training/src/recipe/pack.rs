@@ -8,8 +8,9 @@ use glimpse_core::recipe::{Contents, Pattern};
 use glimpse_kernels::completion::split_lists;
 
 use super::file::{RecipeDefect, RecipeFile};
-use super::metadata::{Metadata, Noise, Training};
+use super::metadata::{Metadata, Training};
 use super::quantize::quantize;
+use crate::meta::completion::task::Noise;
 use crate::meta::learned::{
     LearnedFit, LearnedNet, LearnedRecipe, LearnedRidge, LearnedSgd, LearnedSteps,
 };
@@ -207,7 +208,7 @@ fn packed_net<'a>(learned: &LearnedNet, arena: &'a Arena) -> Net<'a> {
 
 fn start<'a>(net: &LearnedNet, weights: &[f32], arena: &'a Arena) -> Start<'a> {
     let shape = net.shape;
-    let [hidden, bias, output] = split_lists(weights, shape.init_net_lengths());
+    let [hidden, bias, output] = split_lists(weights, shape.start_net_lengths());
     let inputs = hidden.len() / shape.units.max(1);
     let (hidden, hidden_scales) = arena.weights(hidden, shape.units, |index| index / inputs);
     let (output, output_scales) =

@@ -5,7 +5,6 @@ use std::ops::RangeInclusive;
 use glimpse_core::gonio::Limits;
 
 use super::axes::{Axes, wrapped};
-use crate::recipe::Metadata;
 
 /// A machine with two arms.
 ///
@@ -110,19 +109,6 @@ pub enum MachineError {
 }
 
 impl Machine {
-    /// Returns the machine that a recipe was trained for. Fields that the recipe does not state have their defaults.
-    #[must_use]
-    pub fn of_recipe(metadata: &Metadata) -> Self {
-        let limits = metadata.limits.unwrap_or(Limits::NONE);
-        match &metadata.scan_budget {
-            Some(budget) => budget.machine(limits),
-            None => Self {
-                limits,
-                ..Self::default()
-            },
-        }
-    }
-
     /// Checks the ranges of all fields.
     ///
     /// # Errors

@@ -8,7 +8,6 @@ use super::order::fast_order;
 use super::points::Points;
 use super::stop::{Stop, stops};
 use super::{exact, poses, search};
-use crate::recipe::Metadata;
 
 /// The order in which samples are visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,22 +72,20 @@ pub struct Route {
 }
 
 impl Route {
-    /// Plans a scan on the machine that a recipe [states](Machine::of_recipe), quickly. None if its metadata are invalid, or a
-    /// sample exceeds its own limits.
+    /// Plans the scan of a recipe quickly. None if the machine is invalid, or a sample exceeds its limits.
     #[must_use]
-    pub fn of_recipe(recipe: &Recipe<'_>, order: Order) -> Option<Self> {
-        let machine = Machine::of_recipe(&Metadata::of(recipe).ok()?);
+    pub fn of_recipe(recipe: &Recipe<'_>, machine: &Machine, order: Order) -> Option<Self> {
         machine.validate().ok()?;
         let mut stops = stops(recipe, &machine.limits, false).ok()?;
         if order == Order::Travel {
             let arms: Vec<Axes> = stops.iter().map(|stop| stop.poses[0].arms).collect();
-            let order = fast_order(&machine, &arms, arms.len() <= exact::MAX_STOPS);
+            let order = fast_order(machine, &arms, arms.len() <= exact::MAX_STOPS);
             stops = order
                 .into_iter()
                 .map(|index| stops[index].clone())
                 .collect();
         }
-        Some(Self::new(&machine, &stops, Order::Progressive, 0))
+        Some(Self::new(machine, &stops, Order::Progressive, 0))
     }
 
     /// Plans a route through all stops. `stops` is in the recipe's own order. The seed determines the route of a

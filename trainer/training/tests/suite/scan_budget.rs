@@ -17,7 +17,7 @@ use glimpse_training::meta::plan::{Effort, Plan, Schedule};
 use glimpse_training::meta::run::{TrainError, train};
 use glimpse_training::meta::scan_budget::{Motion, ScanBudget, ScanBudgetError};
 use glimpse_training::recipe::pack_recipe;
-use glimpse_training::route::{Axes, Machine, Order, Route, stops};
+use glimpse_training::route::{Axes, Order, Route, stops};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -323,7 +323,7 @@ fn trained_recipes_of_all_models_keep_their_budget() {
         let (options, learned) = train_within(model, missing, scan);
         let file = pack_recipe(&learned, &options, "procedural").expect("a recipe");
         let recipe: Recipe<'_> = file.recipe();
-        let machine = Machine::of_recipe(file.metadata());
+        let machine = file.metadata().machine();
         assert_eq!(file.metadata().scan_budget, Some(scan));
         assert!(recipe.is_in_path_order());
         assert_eq!(machine, scan.machine(options.completion_options.limits));

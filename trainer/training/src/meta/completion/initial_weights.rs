@@ -1,13 +1,13 @@
-//! Random initial weights of CoefficientNet and InitNet.
+//! Random initial weights of CoefficientNet and StartNet.
 
 use glimpse_kernels::completion::Shape;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
-/// The bound of the initial output weights of the InitNet.
+/// The bound of the initial output weights of the StartNet.
 const OUTPUT_BOUND: f32 = 0.02;
 
-/// Draws initial weights of CoefficientNet and InitNet. Biases are 0, and so are the weights of the inputs that mark
+/// Draws initial weights of CoefficientNet and StartNet. Biases are 0, and so are the weights of the inputs that mark
 /// missing readings.
 pub(super) fn initial_weights(shape: Shape, random: &mut ChaCha8Rng) -> [Vec<f32>; 2] {
     let mut uniform = |bound: f32| bound * (2.0 * random.random::<f32>() - 1.0);
@@ -29,10 +29,10 @@ pub(super) fn initial_weights(shape: Shape, random: &mut ChaCha8Rng) -> [Vec<f32
     let bound = 0.3 / (shape.hidden.max(1) as f32).sqrt();
     coefficient_net.extend((0..output_count).map(|_| uniform(bound)));
 
-    let [hidden_count, bias_count, output_count] = shape.init_net_lengths();
+    let [hidden_count, bias_count, output_count] = shape.start_net_lengths();
     let bound = 1.0 / (3.0 * shape.components as f32).sqrt();
-    let mut init_net: Vec<f32> = (0..hidden_count).map(|_| uniform(bound)).collect();
-    init_net.extend(std::iter::repeat_n(0.0, bias_count));
-    init_net.extend((0..output_count).map(|_| uniform(OUTPUT_BOUND)));
-    [coefficient_net, init_net]
+    let mut start_net: Vec<f32> = (0..hidden_count).map(|_| uniform(bound)).collect();
+    start_net.extend(std::iter::repeat_n(0.0, bias_count));
+    start_net.extend((0..output_count).map(|_| uniform(OUTPUT_BOUND)));
+    [coefficient_net, start_net]
 }

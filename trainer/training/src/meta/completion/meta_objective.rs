@@ -1,4 +1,4 @@
-//! The [`MetaObjective`] of the schedule `prior`: CoefficientNet, InitNet and pattern.
+//! The [`MetaObjective`] of the schedule `prior`: CoefficientNet, StartNet and pattern.
 
 use glimpse_optimizer::Groups;
 use rand::SeedableRng;
@@ -50,7 +50,7 @@ impl CompletionObjective<'_> {
 impl MetaObjective for CompletionObjective<'_> {
     fn initial_values(&self, guess: u64) -> Groups<Vec<f32>> {
         let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess_seed(guess));
-        let [coefficient_net, init_net] = initial_weights(self.shape, &mut random);
+        let [coefficient_net, start_net] = initial_weights(self.shape, &mut random);
         let initial = match self.refinement {
             Some(refinement) => initial_guess(refinement.model(), &mut random),
             None => Vec::new(),
@@ -63,7 +63,7 @@ impl MetaObjective for CompletionObjective<'_> {
                 None => self.streams.initial_pattern(guess, self.shape.samples),
             },
             coefficient_net,
-            init_net,
+            start_net,
         }
     }
 
@@ -176,7 +176,7 @@ impl MetaObjective for CompletionObjective<'_> {
             .collect();
         let refinement = self
             .refinement
-            .filter(|_| outer_step.phase.rates.init_net > 0.0);
+            .filter(|_| outer_step.phase.rates.start_net > 0.0);
         let chunks: Vec<_> = tasks
             .par_chunks(CHUNK)
             .map(|tasks| self.chunk_gradient(&prepared, tasks, refinement))
@@ -204,7 +204,7 @@ impl MetaObjective for CompletionObjective<'_> {
         self.validation_loss(values)
     }
 
-    /// Uses the loss of the completed coefficients: the InitNet is trained only after the pattern search.
+    /// Uses the loss of the completed coefficients: the StartNet is trained only after the pattern search.
     fn validation_loss(&self, values: &Groups<Vec<f32>>) -> f32 {
         let prepared = self.prepare(values, self.reachable_pattern(values));
         let tasks = self.plain_tasks(&self.subset.validation);

@@ -5,7 +5,7 @@
 //! are noisy, and some may be missing.
 //!
 //! The CoefficientNet maps the readings to coefficients of principal components. For the model Linear, the loss is that
-//! of these coefficients. For models fitted by descent, an InitNet maps the coefficients to initial parameters, and the
+//! of these coefficients. For models fitted by descent, a StartNet maps the coefficients to initial parameters, and the
 //! loss is that of the parameters after the [descent](refinement).
 
 pub mod correction;

@@ -1,4 +1,4 @@
-//! The loss of the schedule `prior` and its gradient over tasks: CoefficientNet, InitNet and pattern.
+//! The loss of the schedule `prior` and its gradient over tasks: CoefficientNet, StartNet and pattern.
 
 use glimpse_core::gonio::Limits;
 use glimpse_core::section::MIN_PRECISION;
@@ -29,7 +29,7 @@ const MAX_READING_WEIGHT: f32 = 1e4;
 /// The encoding of the step sizes, which keeps them positive.
 pub(super) const ENCODING: StepSizeEncoding = StepSizeEncoding::Logarithm;
 
-/// The objective of schedule prior: the CoefficientNet alone for the model Linear, otherwise with the InitNet and its
+/// The objective of schedule prior: the CoefficientNet alone for the model Linear, otherwise with the StartNet and its
 /// descent.
 pub struct CompletionObjective<'a> {
     /// The materials.
@@ -42,7 +42,7 @@ pub struct CompletionObjective<'a> {
     pub loss_weights: LossWeights,
     /// The random number streams.
     pub streams: RandomStreams,
-    /// The fit after the InitNet; None for the model Linear.
+    /// The fit after the StartNet; None for the model Linear.
     pub refinement: Option<&'a dyn Refinement>,
     /// The weight of the loss before the descent in the gradient, for models fitted by descent. The weight of the loss
     /// after the descent is 1.
@@ -171,7 +171,7 @@ impl<'a> CompletionObjective<'a> {
             weights: CompletionWeights {
                 shape: self.shape,
                 coefficient_net: &values.coefficient_net,
-                init_net: &values.init_net,
+                start_net: &values.start_net,
             },
             hyperparameters,
             standardization: Standardization::new(&self.subset.basis, pattern.angles()),
@@ -243,7 +243,7 @@ impl<'a> CompletionObjective<'a> {
         }
     }
 
-    /// Returns theta_0 of a task: the shared initial parameters plus the output of the InitNet.
+    /// Returns theta_0 of a task: the shared initial parameters plus the output of the StartNet.
     pub(super) fn initial_parameters(
         prepared: &PreparedParameters<'_>,
         completed: &CompletedBatch,
@@ -360,7 +360,7 @@ impl<'a> CompletionObjective<'a> {
             corrected,
         } = completed;
         if refinement.is_some() {
-            batch.init_net_adjoint(&prepared.weights, &mut gradient.init_net);
+            batch.start_net_adjoint(&prepared.weights, &mut gradient.start_net);
             for (index, by_corrected) in by_corrected.iter_mut().enumerate() {
                 *by_corrected = batch.coefficient_gradient(index);
             }

@@ -1,4 +1,4 @@
-//! Refinement of completed coefficients: a fit from initial parameters chosen by the InitNet.
+//! Refinement of completed coefficients: a fit from initial parameters chosen by the StartNet.
 
 use std::marker::PhantomData;
 

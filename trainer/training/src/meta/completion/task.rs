@@ -9,13 +9,25 @@ use glimpse_kernels::samples::OctetRgb;
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
 use super::highlight_warp::HighlightWarp;
 use super::pool::WarpedPool;
 use super::smooth_field::FIELD_TERMS;
 use crate::meta::augmentation::Augmentation;
 use crate::meta::initialization::standard_normal;
-use crate::recipe::Noise;
+
+/// The noise of readings in training, independent for each channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Noise {
+    /// The standard deviation relative to the reading, 0 or more.
+    pub multiplicative: f32,
+    /// The standard deviation of the additive noise in sr⁻¹ (of the BRDF, not times the cosine), 0 or more.
+    pub additive: f32,
+    /// The number of levels of the sensor from darkness to a white surface (BRDF 1/π) that faces the light; 0 without
+    /// quantization.
+    pub levels: u32,
+}
 
 /// The augmentation of materials, and the noise of readings.
 #[derive(Clone, Debug, PartialEq)]

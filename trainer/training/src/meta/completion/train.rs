@@ -38,7 +38,7 @@ const MAX_CORRECTED_COMPONENTS: usize = 120;
 const MAX_DEVICE_SAMPLES: usize = 64;
 /// The number of hidden units of the CoefficientNet, h.
 const HIDDEN_UNITS: usize = 64;
-/// The number of hidden units of the InitNet, g.
+/// The number of hidden units of the StartNet, g.
 const INIT_NET_UNITS: usize = 32;
 /// The weight of the loss before the descent in the gradient, for models fitted by descent. The weight of the loss
 /// after the descent is 1.
@@ -136,7 +136,7 @@ pub fn train(
         let virtual_readings = &all.virtual_readings;
         let hyperparameters = hyperparameters.to_vec();
         let steps = refinement.learned(values.initial, hyperparameters, virtual_readings);
-        (steps, values.init_net)
+        (steps, values.start_net)
     });
     Ok(LearnedRecipe {
         pattern,

@@ -5,7 +5,7 @@ use std::sync::Mutex;
 use glimpse_core::model::ModelKind;
 
 use super::*;
-use crate::meta::options::TrainedParts;
+use crate::meta::plan::TrainedParts;
 use crate::meta::plan::{Effort, Schedule};
 
 /// An objective with scripted losses per phase and step, and a constant gradient of the pattern.

@@ -1,4 +1,4 @@
-//! The schedule `prior`, which trains the CoefficientNet and the InitNet jointly with the pattern.
+//! The schedule `prior`, which trains the CoefficientNet and the StartNet jointly with the pattern.
 
 use glimpse_core::model::ModelKind;
 
@@ -17,16 +17,16 @@ struct EffortSettings {
     search_steps: usize,
     /// The number of steps of the CoefficientNet phase.
     coefficient_net_steps: usize,
-    /// The number of steps of the InitNet phase; 0 for Linear.
-    init_net_steps: usize,
-    /// The number of steps of the CoefficientNet and InitNet phases in each fold.
+    /// The number of steps of the StartNet phase; 0 for Linear.
+    start_net_steps: usize,
+    /// The number of steps of the CoefficientNet and StartNet phases in each fold.
     fold_steps: [usize; 2],
 }
 
 impl EffortSettings {
     fn new(effort: Effort, model: ModelKind) -> Self {
-        let (patterns, search_steps, coefficient_net_steps, init_net_steps, fold_steps) =
-            match (effort, has_init_net(model)) {
+        let (patterns, search_steps, coefficient_net_steps, start_net_steps, fold_steps) =
+            match (effort, has_start_net(model)) {
                 (Effort::Brief, true) => (0, 0, 1_000, 400, [250, 100]),
                 (Effort::Brief, false) => (0, 0, 1_000, 0, [250, 0]),
                 (Effort::Quick, true) => (2, 500, 6_000, 2_500, [1_500, 1_000]),
@@ -40,13 +40,13 @@ impl EffortSettings {
             patterns,
             search_steps,
             coefficient_net_steps,
-            init_net_steps,
+            start_net_steps,
             fold_steps,
         }
     }
 }
 
-fn has_init_net(model: ModelKind) -> bool {
+fn has_start_net(model: ModelKind) -> bool {
     model != ModelKind::Linear
 }
 
@@ -78,7 +78,7 @@ fn pattern_search(samples: usize, steps: usize) -> Phase {
     }
 }
 
-/// Returns the phase that trains the CoefficientNet without an InitNet.
+/// Returns the phase that trains the CoefficientNet without a StartNet.
 fn coefficient_net(samples: usize, steps: usize) -> Phase {
     Phase {
         name: "coefficient network",
@@ -89,11 +89,11 @@ fn coefficient_net(samples: usize, steps: usize) -> Phase {
     }
 }
 
-/// Returns the phase that trains the InitNet.
+/// Returns the phase that trains the StartNet.
 ///
 /// Neural can represent what the coefficients do, and is worse on other materials than the training set if they change.
 /// For the models with few parameters, pattern and coefficients are trained again, for the fit.
-fn init_net(model: ModelKind, samples: usize, steps: usize) -> Phase {
+fn start_net(model: ModelKind, samples: usize, steps: usize) -> Phase {
     let (pattern, coefficient_net) = match model {
         ModelKind::Neural => (0.0, 0.0),
         _ => (1e-2, 1.5e-3),
@@ -108,7 +108,7 @@ fn init_net(model: ModelKind, samples: usize, steps: usize) -> Phase {
             hyperparameters: 1e-2,
             pattern,
             coefficient_net,
-            init_net: 3e-3,
+            start_net: 3e-3,
         },
         final_rate_ratio: 0.01,
         ..pattern_search(samples, steps)
@@ -134,7 +134,7 @@ fn plan_of(phases: Vec<Phase>, model: ModelKind, tasks: usize) -> Plan {
 ///
 /// A search trains several patterns, each with its own CoefficientNet. The best pattern continues, with its samples
 /// sorted for scans that end early. Without a search, the samples keep their order. For models other than Linear, a final
-/// phase trains the InitNet.
+/// phase trains the StartNet.
 pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
     let settings = EffortSettings::new(effort, model);
     let mut phases: Vec<Phase> = (0..settings.patterns)
@@ -150,21 +150,21 @@ pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usiz
         },
         ..coefficient_net(samples, settings.coefficient_net_steps)
     });
-    if has_init_net(model) {
-        phases.push(init_net(model, samples, settings.init_net_steps));
+    if has_start_net(model) {
+        phases.push(start_net(model, samples, settings.start_net_steps));
     }
     plan_of(phases, model, tasks)
 }
 
 /// Returns the plan of a cross-validation fold, at a fixed pattern.
 pub(super) fn fold(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
-    let [coefficient_net_steps, init_net_steps] = EffortSettings::new(effort, model).fold_steps;
+    let [coefficient_net_steps, start_net_steps] = EffortSettings::new(effort, model).fold_steps;
     let mut phases = vec![Phase {
         initialization: Initialization::Guess(0),
         ..coefficient_net(samples, coefficient_net_steps)
     }];
-    if has_init_net(model) {
-        phases.push(init_net(model, samples, init_net_steps));
+    if has_start_net(model) {
+        phases.push(start_net(model, samples, start_net_steps));
     }
     for phase in &mut phases {
         phase.name = "cross-validation";

@@ -1,4 +1,4 @@
-//! The coefficient net and the init net in tensor operations: logarithms of readings, matrix products, hyperbolic
+//! The coefficient net and the start net in tensor operations: logarithms of readings, matrix products, hyperbolic
 //! tangents. Each material is a row of the matrices; core processes one material after the other.
 
 mod case;
@@ -24,7 +24,7 @@ const F32_TOLERANCE: f64 = 5e-6;
 struct Outcome {
     /// The coefficients of each material: red, green, blue.
     coefficients: Vec<f64>,
-    /// theta_0 of each material; empty without an init net.
+    /// theta_0 of each material; empty without an start net.
     initial: Vec<f64>,
     /// The gradient with respect to the weights, in the order of [`Case::weights`].
     by_weights: [Vec<f64>; 6],
@@ -129,7 +129,7 @@ fn coefficient_net(case: &Case) -> (Matrix, [Matrix; 3], [Matrix; 3]) {
 }
 
 /// Returns theta_0 of all materials, and the weights that it depends on.
-fn init_net(case: &Case, coefficients: Matrix) -> (Matrix, [Matrix; 3]) {
+fn start_net(case: &Case, coefficients: Matrix) -> (Matrix, [Matrix; 3]) {
     let Shape {
         components,
         units,
@@ -161,12 +161,12 @@ fn reference(case: &Case) -> Outcome {
     };
     let mut score = score_of(&coefficients, &case.coefficient_score_weights);
     let mut initial = Vec::new();
-    let mut init_net_weights = None;
+    let mut start_net_weights = None;
     if case.shape.units > 0 {
-        let (theta, weights) = init_net(case, coefficients.clone());
+        let (theta, weights) = start_net(case, coefficients.clone());
         score = score + score_of(&theta, &case.initial_score_weights);
         initial = to_vec(theta);
-        init_net_weights = Some(weights);
+        start_net_weights = Some(weights);
     }
 
     let gradients = score.backward();
@@ -176,7 +176,7 @@ fn reference(case: &Case) -> Outcome {
         None => Vec::new(),
     };
     let [readings, bias, output] = coefficient_net_weights.each_ref().map(gradient);
-    let [hidden, init_bias, init_output] = match &init_net_weights {
+    let [hidden, init_bias, init_output] = match &start_net_weights {
         Some(weights) => weights.each_ref().map(gradient),
         None => [const { Vec::new() }; 3],
     };
@@ -241,7 +241,7 @@ fn coefficient_net_matches_burn() {
 }
 
 #[test]
-fn init_net_matches_burn() {
+fn start_net_matches_burn() {
     compare(&[
         shape(1, [1, 0, 1], 7),
         shape(1, [3, 2, 4], 8),

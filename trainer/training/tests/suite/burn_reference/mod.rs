@@ -1,6 +1,6 @@
 //! Independent reference implementation of the meta-gradient in tensor operations, differentiated by burn.
 //!
-//! It covers the inner loop, the ridge solve of the model Linear, the coefficient net and the init net. It is written
+//! It covers the inner loop, the ridge solve of the model Linear, the coefficient net and the start net. It is written
 //! from the formulas, without the crates under test.
 //!
 //! burn's autodiff is first-order, so the gradient of the inner loop is derived by hand. burn differentiates the steps

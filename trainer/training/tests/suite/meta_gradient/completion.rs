@@ -18,6 +18,7 @@ use glimpse_optimizer::Groups;
 use glimpse_training::meta::completion::dataset::{Dataset, Subset};
 use glimpse_training::meta::completion::objective::CompletionObjective;
 use glimpse_training::meta::completion::refinement::{GaussNewtonRefinement, Refinement};
+use glimpse_training::meta::completion::task::Noise;
 use glimpse_training::meta::completion::task::{AugmentationOptions, MaterialGroup};
 use glimpse_training::meta::learned::LearnedFit;
 use glimpse_training::meta::objective::{MetaObjective, RandomStreams};
@@ -28,7 +29,7 @@ use glimpse_training::meta::phase::{Initialization, OuterStep};
 use glimpse_training::meta::plan::{Effort, LossWeights, Plan, Schedule};
 use glimpse_training::meta::run::{TrainError, train};
 use glimpse_training::meta::scan_budget::ScanBudget;
-use glimpse_training::recipe::{Noise, pack_recipe};
+use glimpse_training::recipe::pack_recipe;
 use glimpse_training::route::Axes;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -121,9 +122,12 @@ fn assert_gradient_matches_loss(model: ModelKind) {
             step: 1,
         };
         let mut values = objective.initial_values(0);
-        // Gradient steps are discontinuous where a residual changes sign. With larger weights, the init net dominates
+        // Gradient steps are discontinuous where a residual changes sign. With larger weights, the start net dominates
         // the fit, and its output is a smooth function of the readings.
-        values.init_net.iter_mut().for_each(|weight| *weight *= 5.0);
+        values
+            .start_net
+            .iter_mut()
+            .for_each(|weight| *weight *= 5.0);
         // All samples are within the limits: the barrier contributes to the gradient but not to the loss.
         move_toward_normal(&mut values);
         let pattern = Pattern::from_logits_within(&values.pattern, objective.limits);
@@ -373,7 +377,7 @@ fn packed_recipe_matches_trained_net() {
         batch.complete(&CompletionWeights {
             shape: net.shape,
             coefficient_net: &net.weights,
-            init_net: &[],
+            start_net: &[],
         });
         let completed = batch.coefficients(0);
         let channels = completed.chunks(components).zip(mapped);

@@ -14,9 +14,9 @@ const MATERIALS: usize = 41;
 pub(super) struct Case {
     pub(super) shape: Shape,
     pub(super) materials: usize,
-    /// The weights of the coefficient net (readings, bias and W), then of the init net (P, p and U).
+    /// The weights of the coefficient net (readings, bias and W), then of the start net (P, p and U).
     pub(super) weights: [Vec<f64>; 6],
-    /// The initial parameters to which the init net adds its offsets.
+    /// The initial parameters to which the start net adds its offsets.
     pub(super) initial: Vec<f64>,
     /// w = cos(theta_i) cos(theta_o) of each sample.
     pub(super) cosine_products: Vec<f64>,
@@ -64,7 +64,7 @@ fn max_weights(shape: Shape) -> [f64; 6] {
 
 fn lengths(shape: Shape) -> [usize; 6] {
     let [a, b, c] = shape.coefficient_net_lengths();
-    let [d, e, f] = shape.init_net_lengths();
+    let [d, e, f] = shape.start_net_lengths();
     [a, b, c, d, e, f]
 }
 

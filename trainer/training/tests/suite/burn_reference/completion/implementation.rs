@@ -2,7 +2,7 @@
 //! and the trainer's batches on lanes.
 
 use glimpse_core::fit::coefficient_net::{
-    CoefficientNet, CoefficientNetGradient, InitNet, InitNetGradient, Input, Plain,
+    CoefficientNet, CoefficientNetGradient, Input, Plain, StartNet, StartNetGradient,
 };
 use glimpse_core::model::linear::map;
 use glimpse_core::numeric::Scalar;
@@ -82,7 +82,7 @@ where
         output: &weights[2],
         output_scales: &[],
     };
-    let init_net = InitNet::<S, Plain> {
+    let start_net = StartNet::<S, Plain> {
         hidden: &weights[3],
         hidden_scales: &[],
         bias: &weights[4],
@@ -110,26 +110,26 @@ where
         }
         all_coefficients.extend(coefficients.concat());
 
-        let [readings, bias, output, init_net_gradient @ ..] = &mut by_weights;
+        let [readings, bias, output, start_net_gradient @ ..] = &mut by_weights;
         if shape.units > 0 {
             let mut units = zeros(shape.units);
-            init_net.activate(coefficients, &mut units);
+            start_net.activate(coefficients, &mut units);
             let mut by_parameters = Vec::new();
             for (parameter, value) in case.initial.iter().enumerate() {
-                let value = S::constant(*value) + init_net.offset(parameter, &units);
+                let value = S::constant(*value) + start_net.offset(parameter, &units);
                 let weight = case.initial_score_weights[material * shape.parameters + parameter];
                 by_parameters.push(S::constant(weight) * value);
                 initial.push(value);
             }
-            let [hidden, bias, output] = init_net_gradient;
+            let [hidden, bias, output] = start_net_gradient;
             let (red, rest) = by_state.split_at_mut(rows);
             let (green, blue) = rest.split_at_mut(rows);
-            init_net.adjoint(
+            start_net.adjoint(
                 coefficients,
                 &units,
                 &by_parameters,
                 &mut zeros(shape.units),
-                &mut InitNetGradient {
+                &mut StartNetGradient {
                     hidden,
                     bias,
                     output,
@@ -170,12 +170,12 @@ pub(super) fn lanes(case: &Case) -> Outcome {
         let numbers = lists.iter().flatten();
         numbers.map(|number| *number as f32).collect()
     };
-    let (coefficient_net, init_net) = case.weights.split_at(3);
-    let (coefficient_net, init_net) = (to_f32(coefficient_net), to_f32(init_net));
+    let (coefficient_net, start_net) = case.weights.split_at(3);
+    let (coefficient_net, start_net) = (to_f32(coefficient_net), to_f32(start_net));
     let weights = CompletionWeights {
         shape,
         coefficient_net: &coefficient_net,
-        init_net: &init_net,
+        start_net: &start_net,
     };
     let mut batch = Batch::new(shape, case.materials);
     for material in 0..case.materials {
@@ -214,12 +214,12 @@ pub(super) fn lanes(case: &Case) -> Outcome {
         initial.extend(values);
     }
     let mut by_coefficient_net = vec![0.0; coefficient_net.len()];
-    let mut by_init_net = vec![0.0; init_net.len()];
-    batch.init_net_adjoint(&weights, &mut by_init_net);
+    let mut by_start_net = vec![0.0; start_net.len()];
+    batch.start_net_adjoint(&weights, &mut by_start_net);
     batch.adjoint(&weights, &mut by_coefficient_net);
 
-    let (by_coefficient_net, by_init_net) = (to_f64(&by_coefficient_net), to_f64(&by_init_net));
-    let mut flat = by_coefficient_net.iter().chain(&by_init_net).copied();
+    let (by_coefficient_net, by_start_net) = (to_f64(&by_coefficient_net), to_f64(&by_start_net));
+    let mut flat = by_coefficient_net.iter().chain(&by_start_net).copied();
     let lengths = case.weights.each_ref().map(Vec::len);
     let by_weights = lengths.map(|length| flat.by_ref().take(length).collect());
     let mut by_inputs = Vec::new();

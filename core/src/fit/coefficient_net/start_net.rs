@@ -1,4 +1,4 @@
-//! InitNet: a small learned map from coefficients to the initial parameters of a descent.
+//! StartNet: a small learned map from coefficients to the initial parameters of a descent.
 
 use super::encoding::{Encoding, Plain};
 use super::tanh;
@@ -28,7 +28,7 @@ fn limit<S: Scalar>(coefficients: [&[S]; 3]) -> (S, S) {
 /// [`MAX_RMS`] times that of a list of ones: far from the training set, the map would be arbitrary. Phi are the initial
 /// parameters in the recipe's descent.
 #[derive(Debug)]
-pub struct InitNet<'a, S: Scalar, E: Encoding<S>> {
+pub struct StartNet<'a, S: Scalar, E: Encoding<S>> {
     /// P, g rows of 3 m.
     pub hidden: &'a [E::Weight],
     /// The factor of each row of P, g; empty for factors of 1.
@@ -41,14 +41,14 @@ pub struct InitNet<'a, S: Scalar, E: Encoding<S>> {
     pub output_scales: &'a [E::Number],
 }
 
-impl<S: Scalar, E: Encoding<S>> Clone for InitNet<'_, S, E> {
+impl<S: Scalar, E: Encoding<S>> Clone for StartNet<'_, S, E> {
     fn clone(&self) -> Self {
         *self
     }
 }
-impl<S: Scalar, E: Encoding<S>> Copy for InitNet<'_, S, E> {}
+impl<S: Scalar, E: Encoding<S>> Copy for StartNet<'_, S, E> {}
 
-impl<S: Scalar, E: Encoding<S>> InitNet<'_, S, E> {
+impl<S: Scalar, E: Encoding<S>> StartNet<'_, S, E> {
     /// g, the number of units.
     #[must_use]
     pub fn units(&self) -> usize {
@@ -88,7 +88,7 @@ impl<S: Scalar, E: Encoding<S>> InitNet<'_, S, E> {
     }
 
     /// Adds the offsets of consecutive parameters, from index `first`, to `offsets`, which are 0. This takes less time
-    /// than single calls of [`InitNet::offset`].
+    /// than single calls of [`StartNet::offset`].
     #[inline(always)]
     pub fn offsets(&self, first: usize, units: &[S], offsets: &mut [S]) {
         let units = units.get(..self.units()).unwrap_or(units);
@@ -99,9 +99,9 @@ impl<S: Scalar, E: Encoding<S>> InitNet<'_, S, E> {
     }
 }
 
-/// The gradient of the loss with respect to the weights of an [`InitNet`]. [`InitNet::adjoint`] adds to it.
+/// The gradient of the loss with respect to the weights of a [`StartNet`]. [`StartNet::adjoint`] adds to it.
 #[derive(Debug)]
-pub struct InitNetGradient<'g, T> {
+pub struct StartNetGradient<'g, T> {
     /// With respect to P.
     pub hidden: &'g mut [T],
     /// With respect to p.
@@ -110,11 +110,11 @@ pub struct InitNetGradient<'g, T> {
     pub output: &'g mut [T],
 }
 
-impl<S: Scalar> InitNet<'_, S, Plain> {
+impl<S: Scalar> StartNet<'_, S, Plain> {
     /// Propagates derivatives from the initial parameters to the weights and the coefficients. Adds those of the
     /// weights to `gradient`, and those of the coefficients to `by_coefficients`.
     ///
-    /// `units` is the result of [`InitNet::activate`] for `coefficients`. `by_units` is scratch memory of the same
+    /// `units` is the result of [`StartNet::activate`] for `coefficients`. `by_units` is scratch memory of the same
     /// length. Rows have no scales in training.
     #[inline(always)]
     pub fn adjoint(
@@ -123,7 +123,7 @@ impl<S: Scalar> InitNet<'_, S, Plain> {
         units: &[S],
         by_parameters: &[S],
         by_units: &mut [S],
-        gradient: &mut InitNetGradient<'_, S::Sum>,
+        gradient: &mut StartNetGradient<'_, S::Sum>,
         by_coefficients: [&mut [S]; 3],
     ) {
         let one = S::constant(1.0);
