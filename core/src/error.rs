@@ -133,7 +133,7 @@ macro_rules! error_codes {
         ///
         /// The link transmits these numbers, and the C library returns them. The meaning of a number never changes. Of the
         /// numbers that are not listed here, the C library uses 7, 16, 17, 19, 21, 83, and negative ones. 40 to 42 and 49
-        /// are no longer used.
+        /// are not used.
         ///
         /// ```
         /// use glimpse_core::error::ErrorCode;

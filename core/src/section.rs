@@ -3,83 +3,13 @@
 //! From the table come the checks of a recipe, the names in its errors, the tables in `docs/recipe.md`, and the test
 //! that damages every field.
 
-use core::ops::RangeInclusive;
+mod counts;
+
+pub use counts::{Count, Counts, MAX_COMPONENTS, MAX_PRECISION, MAX_SAMPLES, MIN_PRECISION};
 
 use crate::error::{Error, ErrorCode};
 use crate::model::ModelKind;
 use crate::numeric::{Floats, PackedRows};
-
-/// A count in a recipe, which determines lengths of lists.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Count {
-    /// n, samples of the pattern.
-    Samples,
-    /// K, components of the ridge stage.
-    Components,
-    /// m, coefficients that the net computes for each channel.
-    Coefficients,
-    /// m + h, coefficients and hidden units of the net.
-    Rows,
-    /// h, hidden units of the net.
-    Hidden,
-    /// g, units of the start.
-    Units,
-    /// P, parameters of the model.
-    Parameters,
-    /// A, active parameters of a Gauss-Newton system.
-    Active,
-    /// V, virtual readings.
-    VirtualReadings,
-    /// 1 + m, weights of the predicted loss.
-    Weights,
-    /// 3, channels or angles.
-    Three,
-}
-
-impl Count {
-    /// The symbol in documents, and the smallest and largest count.
-    #[must_use]
-    pub const fn bounds(self) -> (&'static str, RangeInclusive<usize>) {
-        match self {
-            Self::Samples => ("n", 1..=MAX_SAMPLES),
-            Self::Components => ("K", 1..=MAX_COMPONENTS),
-            Self::Coefficients => ("m", 1..=96),
-            Self::Rows => ("(m + h)", 1..=96),
-            Self::Hidden => ("h", 0..=95),
-            Self::Units => ("g", 1..=32),
-            Self::Parameters => ("P", 1..=usize::MAX),
-            Self::Active => ("A", 1..=usize::MAX),
-            Self::VirtualReadings => ("V", 1..=1024),
-            Self::Weights => ("(1 + m)", 1..=usize::MAX),
-            Self::Three => ("3", 3..=3),
-        }
-    }
-}
-
-/// The largest number of samples.
-pub const MAX_SAMPLES: usize = 4096;
-/// The smallest precision of a coefficient or parameter.
-pub const MIN_PRECISION: f32 = 1e-6;
-/// The largest precision.
-pub const MAX_PRECISION: f32 = 1e8;
-/// The largest number of components.
-pub const MAX_COMPONENTS: usize = 1024;
-
-/// The counts of a recipe, in the order of [`Count`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts(pub [usize; 11]);
-
-impl Counts {
-    fn get(&self, count: Count) -> usize {
-        self.0.get(count as usize).copied().unwrap_or_default()
-    }
-
-    pub(crate) fn set(&mut self, count: Count, value: usize) {
-        if let Some(entry) = self.0.get_mut(count as usize) {
-            *entry = value;
-        }
-    }
-}
 
 /// The numbers of a field.
 #[derive(Clone, Copy, Debug)]
@@ -154,18 +84,9 @@ pub struct Field {
 }
 
 impl Field {
-    /// Returns an error of this field.
-    pub(crate) const fn error(&self, code: ErrorCode) -> Error {
-        Error {
-            code,
-            field: self.name,
-            details: [0; 2],
-        }
-    }
-
     /// Checks the length and all numbers of the field. Not inlined, because it is called for many fields.
     #[inline(never)]
-    fn check(&self, numbers: Numbers<'_>, counts: &Counts) -> Result<(), Error> {
+    pub(crate) fn check(&self, numbers: Numbers<'_>, counts: &Counts) -> Result<(), Error> {
         let mut length = 1_usize;
         let mut is_possible = true;
         for count in self.length {
@@ -183,17 +104,15 @@ impl Field {
             }
         };
         if !(is_possible && fits) {
-            return Err(self.error(ErrorCode::RecipeCount));
+            return Err(Error::in_field(ErrorCode::RecipeCount, self.name));
         }
-        match numbers {
-            Numbers::One(number) => self.check_number(number),
-            Numbers::List(list) => list.iter().try_for_each(|number| self.check_number(number)),
-            Numbers::Rows(rows) => {
-                let mut numbers = rows.floats().iter();
-                numbers.try_for_each(|number| self.check_number(number))
-            }
-            Numbers::Any | Numbers::Bytes(_) => Ok(()),
-        }
+        let numbers = match numbers {
+            Numbers::Any | Numbers::Bytes(_) => return Ok(()),
+            Numbers::One(number) => return self.check_number(number),
+            Numbers::List(list) => list,
+            Numbers::Rows(rows) => rows.floats(),
+        };
+        numbers.iter().try_for_each(|number| self.check_number(number))
     }
 
     #[inline(always)]
@@ -202,10 +121,11 @@ impl Field {
         if (min..=max).contains(&number) {
             return Ok(());
         }
-        Err(self.error(match number.is_finite() {
+        let code = match number.is_finite() {
             true => ErrorCode::RecipeRange,
             false => ErrorCode::RecipeNonFinite,
-        }))
+        };
+        Err(Error::in_field(code, self.name))
     }
 }
 
@@ -223,15 +143,6 @@ pub trait Section {
     /// # Errors
     /// The first field with a wrong length or number.
     fn check(&self, counts: &Counts) -> Result<(), Error>;
-}
-
-pub(crate) fn check_all<const N: usize>(
-    fields: &[Field],
-    numbers: [Numbers<'_>; N],
-    counts: &Counts,
-) -> Result<(), Error> {
-    let mut pairs = fields.iter().zip(numbers);
-    pairs.try_for_each(|(field, numbers)| field.check(numbers, counts))
 }
 
 /// Defines a section: its structure, and the table of its fields.
@@ -268,8 +179,8 @@ macro_rules! section {
                 &self,
                 counts: &crate::section::Counts,
             ) -> Result<(), crate::error::Error> {
-                use crate::section::FieldType;
-                crate::section::check_all(Self::FIELDS, [$(self.$field.numbers()),+], counts)
+                let mut fields = Self::FIELDS.iter().zip([$(crate::section::FieldType::numbers(self.$field)),+]);
+                fields.try_for_each(|(field, numbers)| field.check(numbers, counts))
             }
         }
     };

@@ -1,6 +1,6 @@
 //! Types of the C API.
 
-use glimpse_core::fit::{ScanModel, Progress};
+use glimpse_core::fit::{Progress, ScanModel};
 use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
 use glimpse_core::gonio::{Limits, Machine, Move, Speeds};
 use glimpse_core::link::BYTES_PER_FRAME;

@@ -205,7 +205,10 @@ fn scans_match_core() {
         (|index| [0.0, level(index), level(index)], Status::DeadRed),
         (|index| [level(index), level(index), 0.0], Status::DeadBlue),
         (|index| [9.0 * level(index) / 0.3; 3], Status::Albedo),
-        (|index| [1000.0 + f32::from(index); 3], Status::ReadingsTooLarge),
+        (
+            |index| [1000.0 + f32::from(index); 3],
+            Status::ReadingsTooLarge,
+        ),
         (|index| reading(index).brdf, Status::Ok),
     ];
     let (mut memory, mut random) = (AlignedMemory::for_scan(), Random(5));

@@ -9,7 +9,11 @@ use crate::scan::glimpse_scan_bytes;
 
 macro_rules! recipe {
     ($name:literal) => {
-        include_bytes!(concat!("../../../../trainer/recipes/completed/", $name, ".recipe"))
+        include_bytes!(concat!(
+            "../../../../trainer/recipes/completed/",
+            $name,
+            ".recipe"
+        ))
     };
 }
 
