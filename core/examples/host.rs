@@ -6,10 +6,11 @@ mod common;
 use common::material;
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::gonio::Reading;
 use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server};
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, memory_words};
-use glimpse_core::scan::{Reading, Residual, Scan};
+use glimpse_core::scan::{Residual, Scan};
 
 const RECIPE: &[u8] = include_bytes!("recipes/neural-n8.recipe");
 

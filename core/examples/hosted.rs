@@ -1,9 +1,10 @@
 //! A scan on a PC: `cargo run -p glimpse-core --example hosted`
 
 mod common;
+use glimpse_core::gonio::Reading;
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, memory_words};
-use glimpse_core::scan::{Reading, Scan};
+use glimpse_core::scan::Scan;
 
 static RECIPE: &[u8] = include_bytes!("recipes/neural-n8.recipe");
 

@@ -4,8 +4,9 @@
 mod common;
 use glimpse_core::error::Error;
 use glimpse_core::fit::AnyModel;
+use glimpse_core::gonio::Reading;
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
-use glimpse_core::scan::{Reading, Residual, Saved, Scan};
+use glimpse_core::scan::{Residual, Saved, Scan};
 
 /// Linear, which tolerates missing readings, and Neural.
 pub(crate) static RECIPES: [&[u8]; 2] = [

@@ -11,7 +11,8 @@
 //! use glimpse_core::gonio::{Limits, Machine, Speeds};
 //! use glimpse_core::model::Neural;
 //! use glimpse_core::recipe::{Recipe, max_samples, memory_words};
-//! use glimpse_core::scan::{Reading, Saved, Scan};
+//! use glimpse_core::gonio::Reading;
+//! use glimpse_core::scan::{Saved, Scan};
 //!
 //! static RECIPE: &[u8] = include_bytes!("../examples/recipes/neural-n8.recipe");
 //! const SLOT_BYTES: usize = Saved::slot_bytes(max_samples(&[RECIPE]));
@@ -116,8 +117,9 @@ pub use config::{Config, Host};
 
 use crate::error::{Error, ErrorCode};
 use crate::fit::ScanModel;
+use crate::gonio::Reading;
 use crate::link::Request;
-use crate::scan::{Reading, Scan};
+use crate::scan::Scan;
 use pause::Pause;
 use pending_request::{PendingRequest, PollResult};
 use phase::Phase;

@@ -2,6 +2,7 @@
 //!
 //! - [`Limits`]: the reach of its arms;
 //! - [`Machine`]: its axes with their speeds, and the pending sample that the arms reach first;
+//! - [`Reading`]: a reading of the sensor;
 //! - [`Calibration`]: the conversion of counts to the BRDF, with dark and white readings;
 //! - [`Quantity`]: the BRDF, and quantities that are mistaken for it;
 //! - [`Repeated`]: mean and variance of repeated readings;
@@ -10,8 +11,7 @@
 //! # Monochrome sensors
 //!
 //! A scan has three channels. A reading of a monochrome sensor repeats its number in all three
-//! ([`Calibration::monochrome`], [`Calibrated::monochrome`]). The fitted BRDF is then gray, and the fit takes no more
-//! time.
+//! ([`Calibration::monochrome`], [`Reading::monochrome`]). The fitted BRDF is then gray, and the fit takes no more time.
 //!
 //! A monochrome sensor with three filters, or with three lamps that are lit in turn, is calibrated like a sensor with
 //! three channels: read dark, white and sample once with each filter or lamp, and combine each three numbers into an
@@ -21,12 +21,13 @@ mod calibration;
 mod limits;
 mod nearest;
 mod quantity;
+mod reading;
 mod repeated;
 pub mod tile;
 
-pub use calibration::{Calibrated, Calibration, Footprint, ReferenceCalibration};
+pub use calibration::{Calibration, Footprint, ReferenceCalibration};
 pub use limits::Limits;
-
 pub use nearest::{Machine, Move, Speeds};
 pub use quantity::Quantity;
+pub use reading::{MIN_READING, Reading};
 pub use repeated::Repeated;

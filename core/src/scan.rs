@@ -15,7 +15,7 @@ mod stage;
 mod status;
 
 pub use fit::{Fit, Fitted};
-pub use reading::{MIN_READING, Reading, Recorded};
+pub use reading::Recorded;
 pub use residual::Residual;
 pub use saved::Saved;
 
@@ -24,6 +24,7 @@ use core::marker::PhantomData;
 use crate::error::{Error, ErrorCode};
 use crate::fit::ScanModel;
 use crate::geometry::Directions;
+use crate::gonio::Reading;
 use crate::model::Slot;
 use crate::model::linear::Basis;
 use crate::recipe::Recipe;
@@ -40,7 +41,8 @@ use status::Status;
 /// ```
 /// use glimpse_core::model::Neural;
 /// use glimpse_core::recipe::{Recipe, memory_words};
-/// use glimpse_core::scan::{Reading, Scan};
+/// use glimpse_core::gonio::Reading;
+/// use glimpse_core::scan::Scan;
 ///
 /// # fn read(index: u16) -> Reading { Reading::new([0.1 + 0.01 * f32::from(index); 3]) }
 /// # fn motors_and_watchdog() {}

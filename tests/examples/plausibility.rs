@@ -11,9 +11,10 @@ use std::path::Path;
 
 use glimpse_core::fit::AnyModel;
 use glimpse_core::geometry::HalfDifference;
+use glimpse_core::gonio::Reading;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Reading, Scan};
+use glimpse_core::scan::Scan;
 use glimpse_materials::{Material, Source};
 
 /// Number of polar angles at which the integral of an albedo evaluates the BRDF. The light is at the normal.

@@ -2,8 +2,8 @@
 
 use std::io::{Read, Write};
 
+use glimpse_core::gonio::Reading;
 use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server};
-use glimpse_core::scan::Reading;
 use glimpse_materials::{Material, Procedural};
 use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 

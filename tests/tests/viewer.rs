@@ -7,10 +7,11 @@ use std::{env, fs};
 
 use glimpse_core::fit::AnyModel;
 use glimpse_core::geometry::{Directions, HalfDifference, Spherical};
+use glimpse_core::gonio::Reading;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Reading, Scan};
+use glimpse_core::scan::Scan;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, Procedural};
 use glimpse_training::linear::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};

@@ -8,12 +8,13 @@ use std::io::{self, Read, Write};
 
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
+use glimpse_core::gonio::Reading;
 use glimpse_core::link::{
     FRAME_BYTES, FailureReport, PROTOCOL, Received, RecipeBytes, Reply, Request, Server,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Reading, Residual};
+use glimpse_core::scan::Residual;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::loss::{directions, mean_log_error};
 use glimpse_materials::{FittedBrdf, Material};

@@ -1,8 +1,7 @@
 //! The measuring machine: its arms, the calibration of its sensor, and repeated readings.
 
 use glimpse_core::geometry::{ArmAngles, Directions};
-use glimpse_core::gonio::{Calibration, Footprint, Limits, Machine, Repeated};
-use glimpse_core::scan::Reading;
+use glimpse_core::gonio::{Calibration, Footprint, Limits, Machine, Reading, Repeated};
 
 use crate::handle::{glimpse_scan, scan as shared};
 use crate::pointer::{Out, check, copy, status};
@@ -108,7 +107,7 @@ pub unsafe extern "C" fn glimpse_calibrate(
             .saturating_at(white.saturation)?;
         let footprint = match white.footprint {
             number if number == glimpse_footprint::Any as i32 => {
-                return out.put(Reading::from(calibration.brdf(counts)?).into());
+                return out.put(calibration.reading(counts)?.into());
             }
             number if number == glimpse_footprint::LightLarger as i32 => Footprint::LightLarger,
             number if number == glimpse_footprint::SensorLarger as i32 => Footprint::SensorLarger,
@@ -116,7 +115,7 @@ pub unsafe extern "C" fn glimpse_calibrate(
         };
         let at: Directions<f32> = copy(at, glimpse_status::ArgumentDirections)?.into();
         let calibration = calibration.read_once_at(&white.reference.into(), footprint)?;
-        out.put(Reading::from(calibration.brdf(counts, &at)?).into())
+        out.put(calibration.reading(counts, &at)?.into())
     })
 }
 

@@ -21,8 +21,8 @@ use core::ptr::{null, null_mut};
 use std::boxed::Box;
 use std::vec;
 
+use glimpse_core::gonio::Reading;
 use glimpse_core::recipe::memory_words;
-use glimpse_core::scan::Reading;
 
 use crate::driver::glimpse_driver_begin;
 use crate::handle::{DRIVER_BYTES, SCAN_BYTES, glimpse_driver, glimpse_scan};

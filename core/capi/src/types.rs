@@ -2,9 +2,9 @@
 
 use glimpse_core::fit::{Progress, ScanModel};
 use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
-use glimpse_core::gonio::{Limits, Machine, Move, Speeds};
+use glimpse_core::gonio::{Limits, Machine, Move, Reading, Speeds};
 use glimpse_core::link::BYTES_PER_FRAME;
-use glimpse_core::scan::{Fitted, Reading, Recorded, Residual};
+use glimpse_core::scan::{Fitted, Recorded, Residual};
 
 use crate::status::glimpse_status;
 

@@ -5,7 +5,7 @@
 use std::f32::consts::FRAC_1_PI;
 
 use glimpse_core::geometry::Directions;
-use glimpse_core::scan::Reading;
+use glimpse_core::gonio::Reading;
 
 /// Returns the BRDF of a synthetic red lacquer: linear RGB, sr^-1, not times the cosine.
 pub(crate) fn material(directions: &Directions<f32>) -> [f32; 3] {

@@ -6,11 +6,12 @@
 use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::{AnyModel, Linear, ScanModel};
+use glimpse_core::gonio::Reading;
 use glimpse_core::model::{CookTorrance, Neural, Phong};
 use glimpse_core::recipe::{
     Contents, HEADER_BYTES, Recipe, SECTIONS_START, max_samples, memory_words,
 };
-use glimpse_core::scan::{Reading, Scan};
+use glimpse_core::scan::Scan;
 
 /// The largest number of samples of a fit in this check.
 const MAX_SAMPLES: usize = 64;

@@ -6,8 +6,9 @@ use crate::error::Error;
 #[cfg(doc)]
 use crate::error::ErrorCode;
 use crate::geometry::Directions;
+use crate::gonio::Reading;
 use crate::link::RecipeBytes;
-use crate::scan::{Reading, Residual};
+use crate::scan::Residual;
 #[cfg(doc)]
 use crate::scan::{Saved, Scan};
 

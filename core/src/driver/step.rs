@@ -4,9 +4,10 @@ use super::phase::Phase;
 use super::{Action, Driver, Host};
 use crate::error::Error;
 use crate::fit::ScanModel;
+use crate::gonio::Reading;
 use crate::link::{PROTOCOL, Request, VALUES_PER_FRAME, Values};
 use crate::model::ModelKind;
-use crate::scan::{Fitted, Reading};
+use crate::scan::Fitted;
 
 impl<K: ScanModel> Driver<'_, K> {
     /// Does the next step of the phase.

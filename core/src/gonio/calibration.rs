@@ -22,30 +22,9 @@ use core::f32::consts::FRAC_1_PI;
 use serde::{Deserialize, Serialize};
 
 use super::quantity::cosine;
+use super::reading::Reading;
 use crate::error::{Error, ErrorCode};
 use crate::geometry::{Arm, Directions};
-
-/// A calibrated reading.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Calibrated {
-    /// The BRDF in sr^-1, linear RGB, not times the cosine. Noise may make it slightly negative after the dark counts
-    /// are subtracted. It is not clamped, because clamping would make means too bright.
-    pub brdf: [f32; 3],
-    /// True if a channel was saturated, so that the true BRDF is at least this.
-    pub saturated: bool,
-}
-
-impl Calibrated {
-    /// A reading of a sensor with one channel: all three channels have the same BRDF.
-    #[must_use]
-    pub fn monochrome(brdf: f32, saturated: bool) -> Self {
-        Self {
-            brdf: [brdf; 3],
-            saturated,
-        }
-    }
-}
 
 /// Dark counts, white counts, and the white's reflectance. Dark and white are read at the **same directions** as the
 /// sample, with the same lamp and exposure.
@@ -57,10 +36,10 @@ impl Calibrated {
 /// let white = [3100.0, 3600.0, 2900.0]; // a tile of 99 % reflectance at these directions
 /// let calibration = Calibration::new(dark, white, [0.99; 3])?.saturating_at(4095.0)?;
 ///
-/// let reading = calibration.brdf([620.0, 830.0, 510.0])?;
+/// let reading = calibration.reading([620.0, 830.0, 510.0])?;
 /// assert!((reading.brdf[0] - 0.99 / 3.14159 * 524.0 / 3004.0).abs() < 1e-6);
 /// assert!(!reading.saturated);
-/// assert!(calibration.brdf([620.0, 4095.0, 510.0])?.saturated);
+/// assert!(calibration.reading([620.0, 4095.0, 510.0])?.saturated);
 /// # Ok::<(), glimpse_core::error::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -129,7 +108,7 @@ impl Calibration {
     ///
     /// # Errors
     /// [`ErrorCode::ChannelNonFinite`] with the channel that is not finite.
-    pub fn brdf(&self, counts: [f32; 3]) -> Result<Calibrated, Error> {
+    pub fn reading(&self, counts: [f32; 3]) -> Result<Reading, Error> {
         self.scaled(counts, 1.0)
     }
 
@@ -149,8 +128,8 @@ impl Calibration {
         })
     }
 
-    fn scaled(&self, counts: [f32; 3], scale: f32) -> Result<Calibrated, Error> {
-        let mut calibrated = Calibrated {
+    fn scaled(&self, counts: [f32; 3], scale: f32) -> Result<Reading, Error> {
+        let mut calibrated = Reading {
             brdf: counts,
             saturated: false,
         };
@@ -202,7 +181,7 @@ impl Footprint {
 ///
 /// // A Lambertian gray of half the reflectance, under a lamp at 60 degrees: a quarter of the counts.
 /// let at = Directions { incoming: [0.8660, 0.0, 0.5], outgoing: [0.0, 0.0, 1.0] };
-/// let reading = calibration.brdf([850.0; 3], &at)?;
+/// let reading = calibration.reading([850.0; 3], &at)?;
 /// assert!((reading.brdf[0] - 0.5 * 0.99 / 3.14159).abs() < 1e-6);
 /// # Ok::<(), glimpse_core::error::Error>(())
 /// ```
@@ -220,7 +199,7 @@ impl ReferenceCalibration {
     /// # Errors
     /// [`ErrorCode::ChannelNonFinite`] with the channel, or [`ErrorCode::Directions`] with the arm that is at or below the
     /// horizon.
-    pub fn brdf(&self, counts: [f32; 3], at: &Directions<f32>) -> Result<Calibrated, Error> {
+    pub fn reading(&self, counts: [f32; 3], at: &Directions<f32>) -> Result<Reading, Error> {
         let cosine = cosine(at, self.footprint.arm())?;
         self.calibration.scaled(counts, self.cosine / cosine)
     }

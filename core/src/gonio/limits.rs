@@ -90,7 +90,7 @@ impl Limits {
     /// angles lie exactly on a limit.
     pub const TOLERANCE: f32 = 1e-4;
     /// The tolerance of `in_plane`, radians (0.06 degrees).
-    pub const IN_PLANE_TOLERANCE: f32 = 1e-3;
+    const IN_PLANE_TOLERANCE: f32 = 1e-3;
 
     /// Checks the ranges of the limits.
     ///

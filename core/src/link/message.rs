@@ -6,8 +6,9 @@ use super::{FailureReport, RecipeBytes, Values};
 use crate::error::ErrorCode;
 use crate::fit::Progress;
 use crate::geometry::Directions;
+use crate::gonio::Reading;
 use crate::model::ModelKind;
-use crate::scan::{Reading, Residual};
+use crate::scan::Residual;
 
 /// The protocol version of this crate.
 ///

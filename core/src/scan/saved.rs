@@ -15,11 +15,12 @@
 //!
 //! Bytes after the CRC are ignored.
 
+use super::Scan;
 use super::reading::index_error;
-use super::{Reading, Scan};
 use crate::checksum::crc_32;
 use crate::error::{Error, ErrorCode};
 use crate::fit::ScanModel;
+use crate::gonio::Reading;
 
 const HEADER_BYTES: usize = 10;
 const READING_BYTES: usize = 15;
@@ -35,7 +36,8 @@ const CHECKSUM_BYTES: usize = 4;
 /// use glimpse_core::error::{Error, ErrorCode};
 /// use glimpse_core::model::Neural;
 /// use glimpse_core::recipe::{Recipe, max_samples, memory_words};
-/// use glimpse_core::scan::{Reading, Saved, Scan};
+/// use glimpse_core::gonio::Reading;
+/// use glimpse_core::scan::{Saved, Scan};
 ///
 /// static RECIPE: &[u8] = include_bytes!("../../examples/recipes/neural-n8.recipe");
 /// const SLOT_BYTES: usize = Saved::slot_bytes(max_samples(&[RECIPE]));

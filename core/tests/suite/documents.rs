@@ -16,12 +16,12 @@ use std::fmt::Debug;
 use glimpse_core::driver::{Config, Host};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::Directions;
+use glimpse_core::gonio::{MIN_READING, Reading};
 use glimpse_core::link::{
     BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Reply, Request, VALUES_PER_FRAME,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{MIN_READING, Reading};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

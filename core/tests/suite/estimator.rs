@@ -1,8 +1,9 @@
 //! Fits match the formulas in f64, for every legal combination of stages and any slices of work.
 
 use glimpse_core::fit::{Linear, ScanModel};
+use glimpse_core::gonio::Reading;
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
-use glimpse_core::scan::{Fitted, Reading, Scan};
+use glimpse_core::scan::{Fitted, Scan};
 
 use crate::recipes::*;
 use crate::reference::{Readings, color, estimate};

@@ -4,8 +4,9 @@
 //! `GLIMPSE_FORGED=100000` tests more of them.
 
 use glimpse_core::error::ErrorCode;
+use glimpse_core::gonio::Reading;
 use glimpse_core::recipe::{Recipe, memory_words};
-use glimpse_core::scan::{Reading, Scan};
+use glimpse_core::scan::Scan;
 
 use crate::random::Random;
 use crate::recipe::fields;

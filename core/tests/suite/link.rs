@@ -5,12 +5,12 @@ use std::fmt::Debug;
 
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::Progress;
+use glimpse_core::gonio::Reading;
 use glimpse_core::link::{
     BYTES_PER_FRAME, Client, FRAME_BYTES, FailureReport, FrameReader, PROTOCOL, Received,
     RecipeBytes, Reply, Request, Server, VALUES_PER_FRAME, Values, encode,
 };
 use glimpse_core::model::ModelKind;
-use glimpse_core::scan::Reading;
 use proptest::prelude::*;
 use serde::de::DeserializeOwned;
 

@@ -1,7 +1,8 @@
 //! Readings that are missing or saturated: recipes that tolerate them, and fits without them.
 
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::scan::{Reading, Scan};
+use glimpse_core::gonio::Reading;
+use glimpse_core::scan::Scan;
 
 use crate::estimator::{outcome, readings};
 use crate::recipes::{Contents, SAMPLES, tolerant};

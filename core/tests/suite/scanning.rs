@@ -3,9 +3,10 @@
 use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::{AnyModel, ScanModel};
 use glimpse_core::geometry::HalfDifference;
+use glimpse_core::gonio::Reading;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Reading, Residual, Scan};
+use glimpse_core::scan::{Residual, Scan};
 
 use crate::recipes::{linear, parsed, sgd};
 

@@ -13,7 +13,8 @@ pub mod machine;
 pub mod report;
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::scan::{Reading, Residual};
+use glimpse_core::gonio::Reading;
+use glimpse_core::scan::Residual;
 
 /// Recipes of the benchmarks: n = 8. A descent has 20 steps, and Linear has 5 components.
 pub mod recipes {

@@ -13,7 +13,7 @@ mod recipes;
 pub use error::StoreError;
 
 use embedded_storage::nor_flash::NorFlash;
-use glimpse_core::scan::Reading;
+use glimpse_core::gonio::Reading;
 use serde::{Deserialize, Serialize};
 
 use crate::goniometer::StepCheck;

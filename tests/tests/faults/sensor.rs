@@ -1,8 +1,9 @@
 //! The sensor returns invalid or constant values.
 
 use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::gonio::Reading;
 use glimpse_core::link::{FailureReport, Reply, Request};
-use glimpse_core::scan::{Reading, Residual};
+use glimpse_core::scan::Residual;
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{Response, WELCOME, serve_requests};
 

@@ -3,8 +3,9 @@
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::AnyModel;
 use glimpse_core::geometry::Angles;
+use glimpse_core::gonio::Reading;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Reading, Residual, Scan};
+use glimpse_core::scan::{Residual, Scan};
 
 /// The result of a scan.
 #[derive(Clone, Debug, PartialEq)]

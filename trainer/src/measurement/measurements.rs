@@ -4,7 +4,6 @@ use std::path::Path;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Repeated;
-use glimpse_core::scan::Reading;
 
 use super::matching::AngularDistance;
 use super::quantity::ReadingQuantity;
@@ -73,7 +72,7 @@ impl Measurements {
                     &format!("{message}; correct the row or remove it"),
                 )
             };
-            let reading = Reading::from(quantity.to_brdf(&row, values).map_err(error)?);
+            let reading = quantity.to_brdf(&row, values).map_err(error)?;
             let checked = reading.check(row.sample as u16);
             checked.map_err(|cause| error(cause.to_string()))?;
             measurements.samples[row.sample]

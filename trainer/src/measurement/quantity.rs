@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glimpse_core::geometry::{Angles, Directions};
-use glimpse_core::gonio::{Calibrated, Calibration, Footprint, Quantity, Repeated};
+use glimpse_core::gonio::{Calibration, Footprint, Quantity, Reading, Repeated};
 
 use super::rows::{MatchedRow, Rows, SATURATED_WHITE};
 use super::table::TableError;
@@ -106,14 +106,11 @@ impl ReadingQuantity {
     }
 
     /// Converts a row's numbers to the BRDF. The error is a message.
-    pub(super) fn to_brdf(&self, row: &MatchedRow, values: [f32; 3]) -> Result<Calibrated, String> {
+    pub(super) fn to_brdf(&self, row: &MatchedRow, values: [f32; 3]) -> Result<Reading, String> {
         let mut reading = match self {
             Self::Values(quantity) => {
                 let brdf = quantity.to_brdf(values, &row.directions);
-                Calibrated {
-                    brdf: brdf.map_err(|error| error.to_string())?,
-                    saturated: false,
-                }
+                Reading::new(brdf.map_err(|error| error.to_string())?)
             }
             Self::Counts(counts) => counts.to_brdf(row, values)?,
         };
@@ -123,7 +120,7 @@ impl ReadingQuantity {
 }
 
 impl CountCalibration {
-    fn to_brdf(&self, row: &MatchedRow, values: [f32; 3]) -> Result<Calibrated, String> {
+    fn to_brdf(&self, row: &MatchedRow, values: [f32; 3]) -> Result<Reading, String> {
         let white = match &self.white {
             WhiteReference::Single(white, ..) => *white,
             WhiteReference::PerSample(whites) => {
@@ -147,10 +144,10 @@ impl CountCalibration {
                 None => calibration,
             };
             match &self.white {
-                WhiteReference::PerSample(_) => calibration.brdf(values),
+                WhiteReference::PerSample(_) => calibration.reading(values),
                 WhiteReference::Single(_, directions, footprint) => calibration
                     .read_once_at(directions, *footprint)?
-                    .brdf(values, &row.directions),
+                    .reading(values, &row.directions),
             }
         };
         calibrate().map_err(|error| error.to_string())

@@ -5,8 +5,9 @@ use std::vec;
 use std::vec::Vec;
 
 use glimpse_core::geometry::Directions;
+use glimpse_core::gonio::Reading;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Fitted, Reading, Scan};
+use glimpse_core::scan::{Fitted, Scan};
 
 use super::{AlignedMemory, MASKED, RECIPES, Random, UNLIKE, WORDS, begin, reading};
 use crate::fit::*;

@@ -5,9 +5,9 @@ use std::process::Command;
 
 use glimpse_core::fit::AnyModel;
 use glimpse_core::geometry::{Angles, Directions};
-use glimpse_core::gonio::{Calibration, Footprint, Limits, Machine, Repeated};
+use glimpse_core::gonio::{Calibration, Footprint, Limits, Machine, Reading, Repeated};
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Reading, Scan};
+use glimpse_core::scan::Scan;
 
 /// Names and files of the recipes, in the order of the examples.
 const RECIPES: [(&str, &str); 5] = [

@@ -3,12 +3,12 @@
 use glimpse_core::driver::{Action, Config, Driver};
 use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::ScanModel;
+use glimpse_core::gonio::Reading;
 use glimpse_core::link::{
     BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Reply, Request, Server,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::Reading;
 
 use crate::scanning::{Any, new_scan, recipe_for, synthetic_reading};
 

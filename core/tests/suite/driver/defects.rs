@@ -4,11 +4,10 @@ use std::cell::Cell;
 
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::gonio::{Limits, Machine};
+use glimpse_core::gonio::{Limits, Machine, Reading};
 use glimpse_core::link::{PROTOCOL, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::Reading;
 
 use super::bench::*;
 use crate::recipes::{SMALL, random_recipe};

@@ -9,11 +9,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::gonio::{Limits, Machine};
+use glimpse_core::gonio::{Limits, Machine, Reading};
 use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Reply, Request, Server};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Reading, Saved, Scan};
+use glimpse_core::scan::{Saved, Scan};
 
 use super::bench::{AnyDriver, fitted_bits};
 use crate::random::Random;

@@ -4,7 +4,7 @@ use std::f32::consts::PI;
 
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::Directions;
-use glimpse_core::gonio::{Calibrated, Calibration, Footprint, Quantity};
+use glimpse_core::gonio::{Calibration, Footprint, Quantity, Reading};
 use proptest::prelude::*;
 
 use super::{at, close};
@@ -38,10 +38,10 @@ proptest! {
         let directions = at([theta_i, 0.0, theta_o, phi]);
         let read = counts([r, g, b], &directions, footprint);
         // Cosines cancel for both footprints.
-        let same_directions = calibration(&directions, footprint).brdf(read).expect("finite");
+        let same_directions = calibration(&directions, footprint).reading(read).expect("finite");
         let reference = at([0.0, 0.0, 45.0, 0.0]);
         let from_reference = calibration(&reference, footprint).read_once_at(&reference, footprint).expect("above the horizon");
-        let from_reference = from_reference.brdf(read, &directions).expect("finite");
+        let from_reference = from_reference.reading(read, &directions).expect("finite");
         for actual in [same_directions, from_reference] {
             prop_assert!(!actual.saturated);
             for (actual, expected) in actual.brdf.into_iter().zip([r, g, b]) {
@@ -74,7 +74,7 @@ fn keeps_negative_noise() {
     let directions = at([30.0, 0.0, 30.0, 90.0]);
     let read = DARK.map(|dark| dark - 1.0);
     let actual = calibration(&directions, Footprint::LightLarger)
-        .brdf(read)
+        .reading(read)
         .expect("finite");
     for (channel, value) in actual.brdf.into_iter().enumerate() {
         let is_valid = close(value, -1.0 / (GAIN[channel] * directions.incoming[2]));
@@ -88,7 +88,7 @@ fn flags_saturation_in_any_channel() {
     let directions = at([0.0, 0.0, 30.0, 90.0]);
     let calibration = calibration(&directions, Footprint::LightLarger);
     let is_saturated =
-        |calibration: &Calibration, read| calibration.brdf(read).expect("finite").saturated;
+        |calibration: &Calibration, read| calibration.reading(read).expect("finite").saturated;
     let saturating = calibration
         .saturating_at(4095.0)
         .expect("the white reading is not saturated");
@@ -103,15 +103,15 @@ fn flags_saturation_in_any_channel() {
     let from_reference = saturating.read_once_at(&directions, Footprint::LightLarger);
     let from_reference = from_reference
         .expect("above the horizon")
-        .brdf([4095.0; 3], &directions);
+        .reading([4095.0; 3], &directions);
     assert!(from_reference.expect("finite").saturated);
 }
 
 #[test]
 fn monochrome_fills_all_channels() {
     let calibration = Calibration::monochrome(100.0, 1100.0, 0.5).expect("valid");
-    let actual = calibration.brdf([600.0; 3]).expect("finite");
-    assert_eq!(actual, Calibrated::monochrome(actual.brdf[0], false));
+    let actual = calibration.reading([600.0; 3]).expect("finite");
+    assert_eq!(actual, Reading::monochrome(actual.brdf[0]));
     assert!(close(actual.brdf[0], 0.25 / PI));
 }
 
@@ -130,7 +130,7 @@ fn errors_name_the_channel() {
             assert_eq!(new(with(DARK, broken), white, WHITE), error);
             assert_eq!(new(DARK, with(white, broken), WHITE), error);
             let valid = Calibration::new(DARK, white, WHITE).expect("valid");
-            assert_eq!(valid.brdf(with(white, broken)), Err(error));
+            assert_eq!(valid.reading(with(white, broken)), Err(error));
         }
         let error = Error::with(ErrorCode::WhiteNotBrighter, [channel, 0]);
         assert_eq!(new(with(DARK, 3000.0), white, WHITE), error);
@@ -148,7 +148,7 @@ fn errors_name_the_channel() {
     // A quotient that overflows is not a BRDF.
     let dim = Calibration::monochrome(0.0, 1e-30, 1.0).expect("valid");
     let error = Err(Error::with(ErrorCode::ChannelNonFinite, [0, 0]));
-    assert_eq!(dim.brdf([1e30; 3]), error);
+    assert_eq!(dim.reading([1e30; 3]), error);
 }
 
 #[test]
@@ -166,7 +166,7 @@ fn errors_name_the_arm_below_horizon() {
         for z in [0.0, -0.8, f32::NAN, f32::INFINITY] {
             let error = Error::with(ErrorCode::Directions, [arm, 0]);
             assert_eq!(valid.read_once_at(&below(z), footprint), Err(error));
-            assert_eq!(from_reference.brdf([1.0; 3], &below(z)), Err(error));
+            assert_eq!(from_reference.reading([1.0; 3], &below(z)), Err(error));
         }
     }
     for (quantity, arm) in [

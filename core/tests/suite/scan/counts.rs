@@ -4,8 +4,8 @@
 //! of `f32::MAX` gave NaN coefficients and a residual of 87.9. Counts of 12 or 16 bits gave a finished fit.
 
 use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::gonio::Reading;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::Reading;
 
 use crate::recipes::parsed;
 use crate::scanning::*;

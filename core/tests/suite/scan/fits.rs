@@ -2,8 +2,8 @@
 
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::Progress;
+use glimpse_core::gonio::Reading;
 use glimpse_core::model::ModelKind;
-use glimpse_core::scan::Reading;
 
 use crate::scanning::{Any, SAMPLES, empty_scans, fit, full_scan, record, synthetic_reading};
 

@@ -2,9 +2,10 @@
 
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::Linear;
+use glimpse_core::gonio::Reading;
 use glimpse_core::model::{ModelKind, Neural};
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
-use glimpse_core::scan::{Reading, Scan};
+use glimpse_core::scan::Scan;
 
 use crate::recipes::combinations;
 use crate::scanning::*;

@@ -2,7 +2,8 @@
 
 use glimpse_core::error::ErrorCode;
 use glimpse_core::fit::AnyModel;
-use glimpse_core::scan::{Reading, Scan};
+use glimpse_core::gonio::Reading;
+use glimpse_core::scan::Scan;
 
 use super::SCAN_RECIPES;
 use crate::recipes::parsed;

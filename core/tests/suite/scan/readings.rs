@@ -3,10 +3,11 @@
 use crate::scanning::*;
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::HalfDifference;
+use glimpse_core::gonio::{MIN_READING, Reading};
 use glimpse_core::model::ModelKind;
 use glimpse_core::model::linear::EPSILON;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{MIN_READING, Reading, Recorded, Residual};
+use glimpse_core::scan::{Recorded, Residual};
 
 #[test]
 fn rejects_invalid_readings() {

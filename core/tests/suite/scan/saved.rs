@@ -1,8 +1,9 @@
 //! A reset at any byte of any write loses at most the reading that is being written.
 
 use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::gonio::{MIN_READING, Reading};
 use glimpse_core::model::ModelKind;
-use glimpse_core::scan::{MIN_READING, Reading, Saved, Scan};
+use glimpse_core::scan::{Saved, Scan};
 use proptest::prelude::*;
 
 use crate::recipes::sgd;

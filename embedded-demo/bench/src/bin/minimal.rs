@@ -9,9 +9,10 @@ use core::panic::PanicInfo;
 
 use glimpse_bench::recipes::NEURAL;
 use glimpse_core::geometry::Directions;
+use glimpse_core::gonio::Reading;
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, memory_words};
-use glimpse_core::scan::{Reading, Scan};
+use glimpse_core::scan::Scan;
 
 #[cfg(target_arch = "arm")]
 use cortex_m_rt::entry;

@@ -22,12 +22,12 @@ use riscv_rt::entry;
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::{Linear, ScanModel};
 use glimpse_core::geometry::{ArmAngles, Directions};
-use glimpse_core::gonio::{Limits, Machine, Quantity, tile};
+use glimpse_core::gonio::{Limits, Machine, Quantity, Reading, tile};
 use glimpse_core::link::{Client, FRAME_BYTES, Received, Reply, Request, Server, Values};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::{CookTorrance, ModelKind, Neural, Phong};
 use glimpse_core::recipe::{Recipe, max_samples};
-use glimpse_core::scan::{Reading, Scan};
+use glimpse_core::scan::Scan;
 
 unsafe extern "C" {
     /// Undefined.

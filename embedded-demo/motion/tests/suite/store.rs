@@ -3,9 +3,10 @@
 use crate::Random;
 use crate::flash::{Effect, Flash, SECTOR_BYTES, effects};
 use glimpse_core::fit::AnyModel;
+use glimpse_core::gonio::Reading;
 use glimpse_core::link::BYTES_PER_FRAME;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Reading, Scan};
+use glimpse_core::scan::Scan;
 use glimpse_motion::goniometer::StepCheck;
 use glimpse_motion::store::{Layout, Store, StoreError};
 

@@ -3,7 +3,6 @@
 use core::fmt;
 
 use glimpse_core::error::Error;
-use glimpse_core::error::Error;
 
 /// An error of core, or of the page's calls.
 pub(crate) enum SceneError {

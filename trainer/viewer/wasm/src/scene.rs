@@ -4,10 +4,11 @@ use core::fmt::Write;
 
 use glimpse_core::fit::AnyModel;
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
+use glimpse_core::gonio::Reading;
 use glimpse_core::model::linear::Basis;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 use glimpse_core::recipe::Recipe;
-use glimpse_core::scan::{Fitted, Reading, Scan};
+use glimpse_core::scan::{Fitted, Scan};
 use heapless::String;
 
 use crate::buffer::Buffer;
