@@ -1,7 +1,7 @@
 //! The measuring machine: its arms, the calibration of its sensor, and repeated readings.
 
 use glimpse_core::geometry::{ArmAngles, Directions};
-use glimpse_core::gonio::{Calibration, Footprint, Limits, Machine, Reading, Repeated};
+use glimpse_core::gonio::{Calibration, Footprint, Limits, Machine, Repeated};
 
 use crate::handle::{glimpse_scan, scan as shared};
 use crate::pointer::{Out, check, copy, status};
