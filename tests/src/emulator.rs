@@ -8,6 +8,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use glimpse_core::error::ErrorCode;
+
 use crate::elf::Firmware;
 use crate::microcontroller::spawn;
 
@@ -164,6 +166,14 @@ impl Emulator {
         };
         self.wait_until(|log| rest(log).is_some());
         rest(&self.log()).unwrap_or_default()
+    }
+
+    /// Waits for the log of an error.
+    ///
+    /// # Panics
+    /// If there is none within 60 s.
+    pub fn wait_for_error(&self, code: ErrorCode) {
+        let _ = self.wait_for(&format!("Error {{ code: {code:?}"));
     }
 
     /// Waits until the log meets a condition.

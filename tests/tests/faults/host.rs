@@ -43,7 +43,7 @@ fn reports_protocol_of_other_version() {
         }
         _ => Response::Reply(Reply::Welcome { protocol: host }),
     });
-    let _ = emulator.wait_for("Protocol");
+    emulator.wait_for_error(ErrorCode::Protocol);
     assert_scans(&mut emulator);
 }
 
@@ -59,7 +59,7 @@ fn reports_directions_out_of_reach() {
         }
         other => panic!("{other:?}"),
     });
-    let _ = emulator.wait_for("RefusedDirections");
+    emulator.wait_for_error(ErrorCode::RefusedDirections);
     assert_scans(&mut emulator);
 }
 
@@ -80,7 +80,7 @@ fn device_sends_hello_again_if_host_is_silent_during_fit() {
     });
     let seconds = start.elapsed().as_secs_f64();
     assert!((2.0..45.0).contains(&seconds), "{seconds}");
-    let _ = emulator.wait_for("NoReply");
+    emulator.wait_for_error(ErrorCode::NoReply);
     assert_scans(&mut emulator);
 }
 
@@ -101,7 +101,7 @@ fn reports_measurement_without_reply() {
     });
     let seconds = first_request.unwrap().elapsed().as_secs_f64();
     assert!((58.0..75.0).contains(&seconds), "{seconds}");
-    let _ = emulator.wait_for("NoReply");
+    emulator.wait_for_error(ErrorCode::NoReply);
     assert_scans(&mut emulator);
 }
 

@@ -26,9 +26,7 @@ fn failure(alter: impl FnOnce(&mut [u8])) -> FailureReport {
     let ScannerError::Device(report) = error else {
         panic!("{error}");
     };
-    // The log names the failure too.
-    let name = format!("{:?}", report.error().unwrap().code);
-    assert_ne!(emulator.wait_for(&name), "");
+    emulator.wait_for_error(report.error().unwrap().code);
     report
 }
 

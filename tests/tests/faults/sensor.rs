@@ -82,7 +82,7 @@ fn invalid_readings_are_repeated_and_then_reported() {
         let error = Error::with(code, [2, channel as u32]);
         assert_eq!(result, Err(error.into()));
         assert_eq!(measurements, 2 + 3);
-        let _ = emulator.wait_for(&format!("{code:?}"));
+        emulator.wait_for_error(code);
     }
     assert_scans(&mut emulator);
 }
