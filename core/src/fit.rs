@@ -33,7 +33,7 @@ mod start;
 
 pub use model::{AnyModel, Linear, ScanModel};
 
-pub(crate) use estimator::{RIDGE, is_finite};
+pub(crate) use estimator::{RIDGE, SGD, is_finite};
 
 internal! { channels::Channels }
 internal! { coefficients::{Coefficients, Net, Ridge} }

@@ -71,16 +71,18 @@ field_types! {
 pub struct Field {
     /// The names of section and field, as `ridge.center`.
     pub name: &'static str,
-    /// The name of the type.
-    pub encoding: &'static str,
-    /// The documentation, a list of lines.
-    pub text: &'static [&'static str],
     /// The factors of a list's length.
     pub length: &'static [Count],
     /// True if a list may be empty instead.
     pub optional: bool,
     /// The range of each number.
     pub range: (f32, f32),
+    /// The name of the type. Firmware omits it.
+    #[cfg(feature = "training")]
+    pub encoding: &'static str,
+    /// The documentation, a list of lines. Firmware omits it.
+    #[cfg(feature = "training")]
+    pub text: &'static [&'static str],
 }
 
 impl Field {
@@ -121,11 +123,10 @@ impl Field {
         if (min..=max).contains(&number) {
             return Ok(());
         }
-        let code = match number.is_finite() {
-            true => ErrorCode::RecipeRange,
-            false => ErrorCode::RecipeNonFinite,
-        };
-        Err(Error::in_field(code, self.name))
+        if number.is_finite() {
+            return Err(Error::in_field(ErrorCode::RecipeRange, self.name));
+        }
+        Err(Error::in_field(ErrorCode::RecipeNonFinite, self.name))
     }
 }
 
@@ -168,11 +169,13 @@ macro_rules! section {
             const NAME: &'static str = $section;
             const FIELDS: &'static [crate::section::Field] = &[$(crate::section::Field {
                 name: concat!($section, ".", stringify!($field)),
-                encoding: <$field_type as crate::section::FieldType>::NAME,
-                text: &[$($text),+],
                 length: &[$($(crate::section::Count::$count),+)?],
                 optional: false $(|| $optional)?,
                 range: crate::section::range(&[$($min, $max)?]),
+                #[cfg(feature = "training")]
+                encoding: <$field_type as crate::section::FieldType>::NAME,
+                #[cfg(feature = "training")]
+                text: &[$($text),+],
             }),+];
 
             fn check(

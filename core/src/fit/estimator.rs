@@ -2,15 +2,17 @@
 
 use super::channels::{Channels, keep_gray};
 use super::coefficients::{Coefficients, Net, brdf_at};
-use super::model::Functions;
+use super::model::{Functions, Readings};
 use super::prediction::Prediction;
 use super::sgd::Sgd;
 use super::start::Refinement;
 use crate::geometry::HalfDifference;
 use crate::model::linear::{Basis, EPSILON};
-use crate::model::{ModelKind, SLOT_WORDS, Samples};
+use crate::model::{ModelKind, SLOT_WORDS};
 
-/// True if the crate has all stages, not only SGD.
+/// True if the crate has SGD from constant initial parameters.
+pub(crate) const SGD: bool = cfg!(feature = "sgd");
+/// True if the crate has the stages that begin with coefficients.
 pub(crate) const RIDGE: bool = cfg!(feature = "ridge");
 
 /// The stages of a recipe. A fit uses a list of numbers, `words`, as its memory; with fewer of them, nothing is fitted.
@@ -180,16 +182,17 @@ impl<'a> Estimator<'a> {
         &self,
         functions: &Functions,
         words: &mut [f32],
-        (samples, channels): (Samples<'_>, Channels),
+        readings: Readings<'_>,
         done: u32,
         end: u32,
     ) {
         if let Self::Sgd(sgd) = self {
-            return sgd.advance(functions, words, samples, channels, done..end);
+            return (functions.descend)(sgd, words, readings, done..end);
         }
         let Some(coefficients) = self.coefficients() else {
             return;
         };
+        let samples = readings.0;
         let before = coefficients.units(samples.len());
         let split = words.split_at_mut_checked(self.refinement_words());
         let (words, state) = split.unwrap_or_default();
@@ -199,8 +202,7 @@ impl<'a> Estimator<'a> {
                 Some(unit) => {
                     if let Some(refinement) = self.refinement() {
                         let lists = coefficients.coefficients(state);
-                        let add_reading = functions.add_reading;
-                        refinement.advance(add_reading, words, (samples, channels), lists, unit);
+                        (functions.refine)(refinement, words, readings, lists, unit);
                     }
                 }
             }
@@ -302,7 +304,7 @@ impl<'a> Estimator<'a> {
         at: &HalfDifference<f32>,
     ) -> Option<[f32; 3]> {
         match self.parameters() {
-            0 => basis?.brdf(self.values_of(words), at),
+            0 => (functions.look_up)(basis?, self.values_of(words), at),
             parameters => Some((functions.brdf)(
                 words.get(..parameters).unwrap_or_default(),
                 at,

@@ -1,7 +1,14 @@
 //! The models that a scan accepts as its type parameter.
 
+use core::ops::Range;
+
+use super::channels::Channels;
+use super::estimator::SGD;
 use super::gauss_newton;
+use super::sgd::Sgd;
+use super::start::Refinement;
 use crate::geometry::HalfDifference;
+use crate::model::linear::Basis;
 use crate::model::{CookTorrance, Model, ModelKind, Neural, ParameterSet, Phong, Samples};
 
 /// A type parameter of a scan: one of the four models, or [`AnyModel`] for that of the recipe.
@@ -11,18 +18,23 @@ pub trait ScanModel {
     fn functions(recipe: ModelKind) -> Result<&'static Functions, ModelKind>;
 }
 
-/// The functions of a model that its fit calls. Parameters are a list in the model's order. All else is not generic, so
-/// that firmware contains it once and not for each model.
+/// What a model's fit does beyond coefficients. Firmware contains the functions of its model only: no basis for Phong, and
+/// no steps for Linear. Parameters are a list in the model's order.
 #[derive(Clone, Copy, Debug)]
 pub struct Functions {
-    /// Adds the loss gradients of samples to a gradient.
-    pub(super) add_gradients: fn(&[f32], Samples<'_>, &mut [f32]),
-    /// Adds a reading to the systems of a Gauss-Newton step.
-    pub(super) add_reading: AddReading,
-    /// Returns the BRDF in linear RGB, sr^-1, not times the cosine.
+    /// Does units of work of SGD.
+    pub(super) descend: fn(&Sgd<'_>, &mut [f32], Readings<'_>, Range<u32>),
+    /// Does a unit of work of the stages start and steps, from coefficients.
+    pub(super) refine: fn(&Refinement<'_>, &mut [f32], Readings<'_>, [&[f32]; 3], u32),
+    /// Returns the BRDF of parameters in linear RGB, sr^-1, not times the cosine.
     pub(super) brdf: fn(&[f32], &HalfDifference<f32>) -> [f32; 3],
+    /// Returns the BRDF of coefficients.
+    pub(super) look_up: fn(&Basis<'_>, [&[f32]; 3], &HalfDifference<f32>) -> Option<[f32; 3]>,
 }
 
+/// The readings of a fit.
+pub(super) type Readings<'a> = (Samples<'a>, Channels);
+pub(super) type AddGradients = fn(&[f32], Samples<'_>, &mut [f32]);
 pub(super) type AddReading = fn(&[f32], &HalfDifference<f32>, [f32; 3], [f32; 2], &mut [f32]);
 
 /// The model Linear: principal components of measured materials, fitted by a ridge solve.
@@ -62,33 +74,44 @@ fn expect(firmware: ModelKind, recipe: ModelKind) -> Result<(), ModelKind> {
 }
 
 impl<M: Model> ScanModel for M {
+    #[inline]
     fn functions(recipe: ModelKind) -> Result<&'static Functions, ModelKind> {
         expect(M::KIND, recipe)?;
         Ok(&const {
             Functions {
-                add_gradients: add_gradients::<M>,
-                add_reading: add_reading::<M>,
+                descend: |sgd, words, readings, units| {
+                    if SGD {
+                        sgd.advance(add_gradients::<M>, words, readings, units);
+                    }
+                },
+                refine: |refinement, words, readings, coefficients, unit| {
+                    refinement.advance(add_reading::<M>, words, readings, coefficients, unit);
+                },
                 brdf: brdf::<M>,
+                look_up: |_, _, _| None,
             }
         })
     }
 }
 
 impl ScanModel for Linear {
+    #[inline]
     fn functions(recipe: ModelKind) -> Result<&'static Functions, ModelKind> {
         expect(ModelKind::Linear, recipe)?;
         // Linear has neither parameters nor steps.
         Ok(&const {
             Functions {
-                add_gradients: |_, _, _| (),
-                add_reading: |_, _, _, _, _| (),
+                descend: |_, _, _, _| (),
+                refine: |_, _, _, _, _| (),
                 brdf: |_, _| [f32::NAN; 3],
+                look_up: |basis, coefficients, at| basis.brdf(coefficients, at),
             }
         })
     }
 }
 
 impl ScanModel for AnyModel {
+    #[inline]
     fn functions(recipe: ModelKind) -> Result<&'static Functions, ModelKind> {
         match recipe {
             ModelKind::Phong => Phong::functions(recipe),

@@ -5,9 +5,9 @@
 
 use core::ops::Range;
 
-use super::channels::{Channels, keep_gray};
-use super::model::Functions;
-use crate::model::{ModelKind, Samples};
+use super::channels::keep_gray;
+use super::model::{AddGradients, Readings};
+use crate::model::ModelKind;
 use crate::numeric::Floats;
 use crate::section::section;
 
@@ -40,10 +40,9 @@ impl Sgd<'_> {
     #[inline(never)]
     pub(super) fn advance(
         &self,
-        functions: &Functions,
+        add_gradients: AddGradients,
         words: &mut [f32],
-        samples: Samples<'_>,
-        channels: Channels,
+        (samples, channels): Readings<'_>,
         units: Range<u32>,
     ) {
         let Some((parameters, gradient)) = words.split_at_mut_checked(self.initial.len()) else {
@@ -58,7 +57,7 @@ impl Sgd<'_> {
             if batch.is_empty() {
                 return;
             }
-            (functions.add_gradients)(parameters, batch, gradient);
+            add_gradients(parameters, batch, gradient);
             done = done.saturating_add(batch.len() as u32);
             if (next as usize).saturating_add(batch.len()) >= samples.len() {
                 step(parameters, gradient, self.step_sizes);

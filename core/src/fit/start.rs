@@ -1,9 +1,9 @@
 //! The start of a fit from coefficients, and the Gauss-Newton steps after it, in slices of work.
 
-use super::channels::{Channels, keep_gray};
+use super::channels::keep_gray;
 use super::coefficient_net::{Packed, StartNet};
 use super::gauss_newton::{GaussNewton, system_length, take_step};
-use super::model::AddReading;
+use super::model::{AddReading, Readings};
 use crate::model::{Active, Samples};
 use crate::numeric::Floats;
 use crate::section::section;
@@ -112,7 +112,7 @@ impl Refinement<'_> {
         &self,
         add_reading: AddReading,
         words: &mut [f32],
-        (samples, channels): (Samples<'_>, Channels),
+        (samples, channels): Readings<'_>,
         coefficients: [&[f32]; 3],
         unit: u32,
     ) {

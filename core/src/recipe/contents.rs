@@ -5,7 +5,7 @@ use serde::Deserialize;
 use super::header;
 use crate::error::{Error, ErrorCode};
 use crate::fit::{
-    Coefficients, Estimator, GaussNewton, Net, Prediction, RIDGE, Refinement, Ridge, Sgd, Start,
+    Coefficients, Estimator, GaussNewton, Net, Prediction, RIDGE, Refinement, Ridge, SGD, Sgd, Start,
 };
 use crate::geometry::{Angles, HalfDifference};
 use crate::model::ModelKind;
@@ -96,7 +96,7 @@ impl<'a> Contents<'a> {
             previous = Some(kind);
             match kind {
                 Pattern::KIND => contents.pattern = decode(value)?,
-                Sgd::KIND => contents.sgd = decode(value)?,
+                Sgd::KIND if SGD => contents.sgd = decode(value)?,
                 Ridge::KIND if RIDGE => contents.ridge = decode(value)?,
                 Net::KIND if RIDGE => contents.net = decode(value)?,
                 Start::KIND if RIDGE => contents.start = decode(value)?,
