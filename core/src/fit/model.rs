@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use super::channels::Channels;
-use super::estimator::SGD;
+use super::estimator::{RIDGE, SGD};
 use super::gauss_newton;
 use super::sgd::Sgd;
 use super::start::Refinement;
@@ -85,7 +85,9 @@ impl<M: Model> ScanModel for M {
                     }
                 },
                 refine: |refinement, words, readings, coefficients, unit| {
-                    refinement.advance(add_reading::<M>, words, readings, coefficients, unit);
+                    if RIDGE {
+                        refinement.advance(add_reading::<M>, words, readings, coefficients, unit);
+                    }
                 },
                 brdf: brdf::<M>,
                 look_up: |_, _, _| None,

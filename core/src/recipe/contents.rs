@@ -5,7 +5,8 @@ use serde::Deserialize;
 use super::header;
 use crate::error::{Error, ErrorCode};
 use crate::fit::{
-    Coefficients, Estimator, GaussNewton, Net, Prediction, RIDGE, Refinement, Ridge, SGD, Sgd, Start,
+    Coefficients, Estimator, GaussNewton, Net, Prediction, RIDGE, Refinement, Ridge, SGD, Sgd,
+    Start,
 };
 use crate::geometry::{Angles, HalfDifference};
 use crate::model::ModelKind;
