@@ -33,7 +33,8 @@ mod start;
 
 pub use model::{AnyModel, Linear, ScanModel};
 
-pub(crate) use estimator::{RIDGE, SGD, is_finite};
+pub(crate) use estimator::is_finite;
+pub(crate) use model::{RIDGE, SGD};
 
 internal! { channels::Channels }
 internal! { coefficients::{Coefficients, Net, Ridge} }

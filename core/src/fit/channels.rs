@@ -1,6 +1,6 @@
-//! Gray readings.
+//! The readings of a fit, and gray ones.
 
-use crate::model::ModelKind;
+use crate::model::{ModelKind, Samples};
 
 /// The channels of a fit's readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,6 +10,9 @@ pub enum Channels {
     /// The channels of each reading are equal: the fitted material is gray, to the bit.
     Gray,
 }
+
+/// The readings of a fit.
+pub(super) type Readings<'a> = (Samples<'a>, Channels);
 
 /// Replaces the parameters of the three channels by their mean if the readings are gray.
 pub(super) fn keep_gray(parameters: &mut [f32], model: ModelKind, channels: Channels) {

@@ -1,19 +1,14 @@
 //! The estimator: four optional stages from readings to a fitted BRDF.
 
-use super::channels::{Channels, keep_gray};
+use super::channels::{Channels, Readings, keep_gray};
 use super::coefficients::{Coefficients, Net, brdf_at};
-use super::model::{Functions, Readings};
+use super::model::{Functions, RIDGE};
 use super::prediction::Prediction;
 use super::sgd::Sgd;
 use super::start::Refinement;
 use crate::geometry::HalfDifference;
 use crate::model::linear::{Basis, EPSILON};
 use crate::model::{ModelKind, SLOT_WORDS};
-
-/// True if the crate has SGD from constant initial parameters.
-pub(crate) const SGD: bool = cfg!(feature = "sgd");
-/// True if the crate has the stages that begin with coefficients.
-pub(crate) const RIDGE: bool = cfg!(feature = "ridge");
 
 /// The stages of a recipe. A fit uses a list of numbers, `words`, as its memory; with fewer of them, nothing is fitted.
 #[derive(Clone, Copy, Debug)]

@@ -2,14 +2,18 @@
 
 use core::ops::Range;
 
-use super::channels::Channels;
-use super::estimator::{RIDGE, SGD};
+use super::channels::Readings;
 use super::gauss_newton;
 use super::sgd::Sgd;
 use super::start::Refinement;
 use crate::geometry::HalfDifference;
 use crate::model::linear::Basis;
 use crate::model::{CookTorrance, Model, ModelKind, Neural, ParameterSet, Phong, Samples};
+
+/// True if the crate has SGD from constant initial parameters.
+pub(crate) const SGD: bool = cfg!(feature = "sgd");
+/// True if the crate has the stages that begin with coefficients.
+pub(crate) const RIDGE: bool = cfg!(feature = "ridge");
 
 /// A type parameter of a scan: one of the four models, or [`AnyModel`] for that of the recipe.
 pub trait ScanModel {
@@ -18,7 +22,7 @@ pub trait ScanModel {
     fn functions(recipe: ModelKind) -> Result<&'static Functions, ModelKind>;
 }
 
-/// What a model's fit does beyond coefficients. Firmware contains the functions of its model only: no basis for Phong, and
+/// The part of a fit that depends on the model. Firmware contains the functions of its model only: no basis for Phong, and
 /// no steps for Linear. Parameters are a list in the model's order.
 #[derive(Clone, Copy, Debug)]
 pub struct Functions {
@@ -31,11 +35,6 @@ pub struct Functions {
     /// Returns the BRDF of coefficients.
     pub(super) look_up: fn(&Basis<'_>, [&[f32]; 3], &HalfDifference<f32>) -> Option<[f32; 3]>,
 }
-
-/// The readings of a fit.
-pub(super) type Readings<'a> = (Samples<'a>, Channels);
-pub(super) type AddGradients = fn(&[f32], Samples<'_>, &mut [f32]);
-pub(super) type AddReading = fn(&[f32], &HalfDifference<f32>, [f32; 3], [f32; 2], &mut [f32]);
 
 /// The model Linear: principal components of measured materials, fitted by a ridge solve.
 ///

@@ -5,9 +5,8 @@
 
 use core::ops::Range;
 
-use super::channels::keep_gray;
-use super::model::{AddGradients, Readings};
-use crate::model::ModelKind;
+use super::channels::{Readings, keep_gray};
+use crate::model::{ModelKind, Samples};
 use crate::numeric::Floats;
 use crate::section::section;
 
@@ -24,6 +23,9 @@ section! {
         step_sizes: Floats<'a>, [Parameters];
     }
 }
+
+/// Adds the loss gradients of samples at some parameters to a gradient.
+pub(super) type AddGradients = fn(&[f32], Samples<'_>, &mut [f32]);
 
 impl Sgd<'_> {
     /// The memory in words: the parameters and their gradient.

@@ -1,9 +1,9 @@
 //! The start of a fit from coefficients, and the Gauss-Newton steps after it, in slices of work.
 
-use super::channels::keep_gray;
+use super::channels::{Readings, keep_gray};
 use super::coefficient_net::{Packed, StartNet};
 use super::gauss_newton::{GaussNewton, system_length, take_step};
-use super::model::{AddReading, Readings};
+use crate::geometry::HalfDifference;
 use crate::model::{Active, Samples};
 use crate::numeric::Floats;
 use crate::section::section;
@@ -40,6 +40,10 @@ impl<'a> Start<'a> {
         }
     }
 }
+
+/// Adds a reading to the systems of a Gauss-Newton step: parameters, directions, reading, its weight and the scale of its
+/// error, systems.
+pub(super) type AddReading = fn(&[f32], &HalfDifference<f32>, [f32; 3], [f32; 2], &mut [f32]);
 
 /// A start from coefficients, and Gauss-Newton steps.
 #[derive(Clone, Copy, Debug)]
