@@ -33,7 +33,7 @@ fn parts(text: &str) -> Result<(Vec<Printed<'_>>, Vec<&str>), String> {
                 return Err(format!("line {number}: no marker to close"));
             }
             open = false;
-        } else if line.starts_with("<!--") {
+        } else if line.starts_with("<!-- print") {
             return Err(format!("line {number}: unknown marker {line}"));
         } else if let (true, Some(printed)) = (open, printed.last_mut()) {
             printed.lines.push(line);
