@@ -25,6 +25,7 @@ pub trait ScanModel {
 /// The part of a fit that depends on the model. Firmware contains the functions of its model only: no basis for Phong, and
 /// no steps for Linear. Parameters are a list in the model's order.
 #[derive(Clone, Copy, Debug)]
+#[allow(clippy::type_complexity)] // signatures read better than their names
 pub struct Functions {
     /// Does units of work of SGD.
     pub(super) descend: fn(&Sgd<'_>, &mut [f32], Readings<'_>, Range<u32>),

@@ -52,8 +52,8 @@ impl Batch {
         self.inputs.len() / self.shape.samples.max(1)
     }
 
-    /// Sets a material's reading of a sample: its [standardized](glimpse_core::fit::coefficient_net::standardized)
-    /// channels, or None if it is missing.
+    /// Sets a material's reading of a sample: its standardized channels, or None if it is
+    /// missing.
     pub fn set_reading(&mut self, material: usize, sample: usize, reading: Option<[f32; 3]>) {
         let (octet, lane) = (material / WIDTH, material % WIDTH);
         let input = &mut self.inputs[octet * self.shape.samples + sample];

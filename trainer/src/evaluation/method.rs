@@ -300,7 +300,7 @@ impl<'a> Method<'a> {
     /// Fits a material. Recipes run as on a device: in f32, with the code of glimpse-core.
     ///
     /// # Errors
-    /// [`EvaluationError::Ridge`]
+    /// [`EvaluationError::Scan`] or [`EvaluationError::Count`].
     pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<FittedBrdf, EvaluationError> {
         Ok(self.fit_and_predict(material, seed)?.0)
     }
@@ -319,7 +319,7 @@ impl<'a> Method<'a> {
     /// Fits a material, and returns the recipe's prediction of the loss, if it has one.
     ///
     /// # Errors
-    /// [`EvaluationError::Ridge`]
+    /// [`EvaluationError::Scan`] or [`EvaluationError::Count`].
     pub fn fit_and_predict(
         &self,
         material: &dyn Material,

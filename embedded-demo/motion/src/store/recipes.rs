@@ -96,7 +96,7 @@ impl<F: NorFlash, const SAMPLES: usize> Store<F, SAMPLES> {
         let result = self.flash.read(slot, blocks);
         result.map_err(|_| StoreError::Flash)?;
         let bytes = blocks.get(..length as usize).unwrap_or_default();
-        Recipe::parse(bytes).map_err(|error| StoreError::Invalid(error.into()))
+        Recipe::parse(bytes).map_err(StoreError::Invalid)
     }
 
     /// Returns the offset of the inactive slot.

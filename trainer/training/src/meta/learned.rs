@@ -33,6 +33,7 @@ pub struct LearnedRecipe {
 
 /// A learned fit: the stages of an estimator.
 #[derive(Clone, Debug, PartialEq)]
+#[allow(clippy::large_enum_variant)] // a run has one
 pub enum LearnedFit {
     /// SGD steps from learned parameters, for Phong, Cook-Torrance and Neural.
     Sgd(LearnedSgd),
