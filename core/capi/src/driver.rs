@@ -134,7 +134,7 @@ fn begin(
     slots: [&[u8]; 2],
     config: Config,
 ) -> *mut Handle<CDriver> {
-    let scan = recipe.map_err(Error::from).and_then(|recipe| {
+    let scan = recipe.and_then(|recipe| {
         // SAFETY: this is the only call.
         let numbers = unsafe { memory.numbers() };
         CScan::new(recipe, numbers)
@@ -341,7 +341,7 @@ pub unsafe extern "C" fn glimpse_driver_reject(
     status(|| unsafe {
         let handle = exclusive::<CDriver>(driver.cast())?;
         let recipe = slice(recipe, count, glimpse_status::ArgumentRecipe)?;
-        let recipe = Recipe::parse(recipe).map_err(Error::from);
+        let recipe = Recipe::parse(recipe);
         let accepted = recipe.and_then(|recipe| CScan::accept(&recipe, handle.words));
         let error = accepted.err().ok_or(glimpse_status::ArgumentRecipe)?;
         handle.value.fail(error);

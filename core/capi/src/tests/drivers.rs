@@ -107,7 +107,7 @@ impl Pair<'_> {
     /// Rejects the stored recipe, or reports that it could not be stored.
     fn reject(&mut self, stored: &[u8], random: &mut Random) {
         let (failure, found) = match Recipe::parse(stored) {
-            Err(error) if random.below(2) == 0 => (Error::from(error), unsafe {
+            Err(error) if random.below(2) == 0 => (error, unsafe {
                 glimpse_driver_reject(self.c, stored.as_ptr(), stored.len())
             }),
             _ => (Error::new(ErrorCode::Storage), unsafe {
@@ -206,7 +206,7 @@ fn run(recipe: &[u8], role: glimpse_host, seed: u64, found: &mut HashSet<String>
         (c.recipe_bytes, config.recipe_bytes) = (2000, 2000);
         (c.target_loss, config.target_loss) = (0.05, Some(0.05));
     }
-    let parsed = Recipe::parse(recipe).map_err(Error::from);
+    let parsed = Recipe::parse(recipe);
     let mut scan = parsed.map(|recipe| Scan::new(recipe, &mut words).unwrap());
 
     // Readings that survived a reset.

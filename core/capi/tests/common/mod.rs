@@ -45,7 +45,7 @@ fn read_sensor(angles: Angles<f32>, at: &Directions<f32>) -> Reading {
     let calibration = Calibration::monochrome(100.0, 3000.0, 0.99).unwrap();
     let calibration = calibration.read_once_at(&reference, Footprint::LightLarger);
     let counts = repeated.mean().unwrap();
-    calibration.unwrap().reading(counts, at).unwrap().into()
+    calibration.unwrap().reading(counts, at).unwrap()
 }
 
 /// Returns the folder of the bundled recipes.
