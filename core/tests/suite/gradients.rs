@@ -1,6 +1,5 @@
-//! The models' gradients compared with central differences, and their losses compared with the formulas.
+//! The models' gradients compared with derivatives in forward mode, and their losses compared with the formulas.
 
-use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -8,106 +7,45 @@ use glimpse_core::model::{
     CookTorrance, CookTorranceParameters, Model, Neural, NeuralParameters, ParameterSet, Phong,
     SampleGradient,
 };
+use glimpse_core::numeric::Scalar;
 use proptest::prelude::*;
-use proptest::test_runner::{TestCaseError, TestRunner};
 
 use crate::reference::{self, Place, logistic};
-use glimpse_gradcheck::cases::{
-    VARIABLE_NAMES, Variables, cook_torrance, is_too_steep, neural, phong, sample, variables,
-};
-use glimpse_gradcheck::{Differences, Traced, gradient_scale, parameters};
+use glimpse_gradcheck::cases::{Variables, cook_torrance, neural, phong, sample, variables};
+use glimpse_gradcheck::{compare, parameters};
 
-/// The weighted loss. `Traced` records the branches taken.
-fn loss<M: Model>(list: &[f64], variables: Variables, weight: f64) -> Traced {
-    let zero = Traced(0.0);
-    let theta = parameters(list.iter().copied().map(Traced), zero);
+/// The weighted loss.
+fn loss<M: Model, S: Scalar<Parameter = S, Sum = S>>(
+    list: &[S],
+    variables: [S; 8],
+    weight: f64,
+) -> S {
+    let zero = S::constant(0.0);
+    let theta = parameters(list.iter().copied(), zero);
     let mut gradient = parameters([], zero);
-    M::accumulate_gradient::<Traced, false>(&theta, &sample(variables, weight), &mut gradient)
-        .loss()
+    M::accumulate_gradient::<S, false>(&theta, &sample(variables, weight), &mut gradient).loss()
 }
 
-/// Compares all derivatives of one model at one sample.
-fn compare<M: Model>(
+/// Compares the derivatives of one model at one sample: those with respect to parameters, directions and readings.
+fn gradient_matches<M: Model>(
     list: &[f64],
     variables: Variables,
     weight: f64,
-    by_parameters: &mut Differences,
-    by_sample: &mut Differences,
-) -> Result<(), String> {
+) -> Result<(), TestCaseError> {
     let theta = parameters(list.iter().copied(), 0.0);
     let mut gradient: M::Parameters<f64> = parameters([], 0.0);
     let sample = sample(variables, weight);
     let actual = M::accumulate_gradient::<f64, true>(&theta, &sample, &mut gradient).gradient;
-
-    let derivatives: Vec<f64> = gradient.iter().copied().collect();
-    let scale = gradient_scale(&derivatives);
-    for (index, derivative) in derivatives.iter().enumerate() {
-        by_parameters.compare(
-            &format!("parameter {index}"),
-            *derivative,
-            scale,
-            |offset| {
-                let mut list = list.to_vec();
-                list[index] += offset;
-                loss::<M>(&list, variables, weight)
-            },
-        )?;
-    }
-
-    if is_too_steep(M::KIND, variables) {
-        by_sample.discard(VARIABLE_NAMES.len());
-        return Ok(());
-    }
     let at = actual.at;
-    let [red, green, blue] = actual.measured;
-    let derivatives = [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue];
-    let scale = gradient_scale(&derivatives);
-    for (index, (derivative, name)) in derivatives.iter().zip(VARIABLE_NAMES).enumerate() {
-        by_sample.compare(name, *derivative, scale, |offset| {
-            let mut variables = variables;
-            variables[index] += offset;
-            loss::<M>(list, variables, weight)
-        })?;
-    }
-    Ok(())
-}
-
-fn compare_many<M: Model>(cases: u32, list: impl Strategy<Value = Vec<f64>>) {
-    let by_parameters = RefCell::new(Differences::new(1e-4, 1e-5));
-    let by_sample = RefCell::new(Differences::new(1e-4, 1e-5));
-    let config = ProptestConfig {
-        cases,
-        max_shrink_iters: 200,
-        failure_persistence: None,
-        ..ProptestConfig::default()
-    };
-    let outcome = TestRunner::new(config).run(
-        &(list, variables(), 0.01..1.0f64),
-        |(list, variables, weight)| {
-            compare::<M>(
-                &list,
-                variables,
-                weight,
-                &mut by_parameters.borrow_mut(),
-                &mut by_sample.borrow_mut(),
-            )
-            .map_err(TestCaseError::fail)
-        },
-    );
-    outcome.unwrap_or_else(|error| panic!("{error}"));
-    let name = M::KIND.name();
-    let cases = cases as usize;
-    let (by_parameters, by_sample) = (by_parameters.borrow(), by_sample.borrow());
-    by_parameters
-        .assert_enough_compared(&format!("{name} by parameters"), cases * M::PARAMETERS / 4);
-    by_sample.assert_enough_compared(&format!("{name} by sample"), cases * 8 / 2);
-}
-
-#[test]
-fn gradients_match_finite_differences() {
-    compare_many::<Phong>(2000, phong());
-    compare_many::<CookTorrance>(2000, cook_torrance());
-    compare_many::<Neural>(100, neural());
+    let mut derivatives = gradient.as_slice().to_vec();
+    derivatives.extend([at.hx, at.hz, at.dx, at.dy, at.dz]);
+    derivatives.extend(actual.measured);
+    let point = [list, &variables].concat();
+    let outcome = compare(&[M::PARAMETERS, 5, 3], &point, &derivatives, |point| {
+        let (list, variables) = point.split_at(M::PARAMETERS);
+        loss::<M, _>(list, variables.try_into().unwrap(), weight)
+    });
+    outcome.map_err(TestCaseError::fail)
 }
 
 /// weight * sum of |ln(1 + y c) - ln(1 + f c)|, in plain f64.
@@ -146,7 +84,7 @@ fn agree_with<M: Model>(
     for (actual, expected) in actual.into_iter().zip(expected) {
         agree(actual, expected)?;
     }
-    let loss = loss::<M>(list, variables, weight).0;
+    let loss = loss::<M, f64>(list, variables, weight);
     agree(loss, expected_loss(variables, expected, weight))
 }
 
@@ -177,6 +115,17 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
+    fn gradients_match_forward_mode(
+        (phong, cook_torrance, neural) in (phong(), cook_torrance(), neural()),
+        variables in variables(),
+        weight in 0.01..1.0f64,
+    ) {
+        gradient_matches::<Phong>(&phong, variables, weight)?;
+        gradient_matches::<CookTorrance>(&cook_torrance, variables, weight)?;
+        gradient_matches::<Neural>(&neural, variables, weight)?;
+    }
+
+    #[test]
     fn phong_matches_formula(list in phong(), variables in variables(), weight in 0.01..1.0f64) {
         agree_with::<Phong>(&list, variables, weight, reference::phong(&list, place(variables)))?;
     }
@@ -193,7 +142,7 @@ proptest! {
     ) {
         let theta = parameters(list.iter().map(|logit| *logit as f32), 0.0);
         let mut gradient = CookTorranceParameters::filled(0.0);
-        let sample = sample::<f32>(variables, 1.0);
+        let sample = sample(variables.map(|number| number as f32), 1.0);
         let actual = CookTorrance::accumulate_gradient::<f32, true>(&theta, &sample, &mut gradient);
         prop_assert!(actual.loss().is_finite());
         prop_assert!(gradient.iter().all(|derivative| derivative.is_finite()), "{:?}", gradient);
@@ -207,7 +156,7 @@ proptest! {
         // Pushed along x until one of the cosines is negative.
         let [hx, hz, dx, dy, dz, red, green, blue] = variables;
         let push = (hz * dz / hx.max(0.05) + 0.1 + dx.abs()) * if outgoing { -1.0 } else { 1.0 };
-        let sample = sample::<f64>([hx, hz, dx + push, dy, dz, red, green, blue], 1.0);
+        let sample = sample([hx, hz, dx + push, dy, dz, red, green, blue], 1.0);
         let cosine = if outgoing { sample.at.cos_theta_o() } else { sample.at.cos_theta_i() };
         prop_assume!(cosine < 0.0);
         let theta = parameters(list.iter().copied(), 0.0);
@@ -226,7 +175,7 @@ proptest! {
         // Pushed along x until hz dz - hx dx, the cosine, is negative.
         let [hx, hz, dx, dy, dz, red, green, blue] = variables;
         let lower = [hx, hz, dx + hz * dz / hx.max(0.05) + 0.1, dy, dz, red, green, blue];
-        let sample = sample::<f64>(lower, 1.0);
+        let sample = sample(lower, 1.0);
         prop_assume!(sample.at.cos_theta_i() < 0.0);
         let theta = parameters(list.iter().copied(), 0.0);
         let mut gradient = NeuralParameters::filled(0.0);

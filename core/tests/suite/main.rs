@@ -18,8 +18,6 @@ mod checksum;
 mod documents;
 mod driver;
 mod estimator;
-#[cfg(feature = "libm")]
-mod finite_differences;
 mod fitted;
 mod forged;
 mod geometry;

@@ -1,5 +1,5 @@
 //! The ridge solve matches an independent solve in f64, in f32 and f64, for packed and plain rows, and in both of its
-//! forms. Its adjoint matches finite differences.
+//! forms. Its adjoint matches forward mode.
 
 use glimpse_core::fit::ridge::{System, factor_length, scratch_length};
 use glimpse_core::numeric::{Floats, PackedRows, Real, Rows, Stored};
@@ -201,9 +201,10 @@ fn bound(n: usize, k: usize) -> f64 {
 
 #[cfg(feature = "libm")] // f64 implements `Scalar` only with the feature libm
 #[test]
-fn f64_solve_and_adjoint_match_independent_solve() {
-    use crate::finite_differences::assert_derivatives;
+fn f64_solve_matches_independent_solve_and_its_adjoint_forward_mode() {
     use glimpse_core::fit::ridge::RidgeGradient;
+    use glimpse_core::numeric::Matrix;
+    use glimpse_gradcheck::{Forward, compare};
 
     for (n, k) in [(1, 1), (1, 4), (3, 5), (5, 5), (8, 5), (12, 3)] {
         let mut case = Case::new(n, k, |j| 4.0 + 3.0 * j as f64, false);
@@ -219,7 +220,7 @@ fn f64_solve_and_adjoint_match_independent_solve() {
             ..
         } = &case;
         let system = System {
-            rows: glimpse_core::numeric::Matrix(rows, k),
+            rows: Matrix(rows, k),
             scales,
             precision,
         };
@@ -227,7 +228,8 @@ fn f64_solve_and_adjoint_match_independent_solve() {
         assert!(distance(&z, &case.reference()) < 1e-11);
         let mut random = Random(3);
         let lambda: Vec<f64> = (0..k).map(|_| random.normal()).collect();
-        let mut by = [n, n * k, k].map(|length| vec![0.0; length]);
+        let lengths = [n, n * k, k];
+        let mut by = lengths.map(|length| vec![0.0; length]);
         // `adjoint` adds derivatives. Two equal calls double them.
         for _ in 0..2 {
             let [by_targets, by_rows, by_precision] = &mut by;
@@ -245,26 +247,22 @@ fn f64_solve_and_adjoint_match_independent_solve() {
                 &mut scratch,
             );
         }
-        let loss = |list: Vec<f64>| {
+        let at = [&targets[..], rows, precision].concat();
+        let scales: Vec<Forward> = scales.iter().copied().map(Forward::fixed).collect();
+        let outcome = compare(&lengths, &at, &by.concat(), |list| {
             let (targets, rest) = list.split_at(n);
             let (rows, precision) = rest.split_at(n * k);
-            let (targets, rows) = (targets.to_vec(), rows.to_vec());
-            let (scales, precision) = (scales.clone(), precision.to_vec());
-            let z = Case {
-                k,
-                rows,
-                scales,
+            let system = System {
+                rows: Matrix(rows, k),
+                scales: &scales,
                 precision,
-                targets,
-            }
-            .reference();
-            2.0 * z
-                .iter()
-                .zip(&lambda)
-                .map(|(z, lambda)| z * lambda)
-                .sum::<f64>()
-        };
-        let at = [&targets[..], rows, precision].concat();
-        assert_derivatives("ridge", &by.concat(), &at, 1e-7, loss);
+            };
+            let (_, z) = solution(&system, targets);
+            let products = z.iter().zip(&lambda);
+            products.fold(Forward::fixed(0.0), |sum, (z, lambda)| {
+                sum + *z * Forward::fixed(2.0 * lambda)
+            })
+        });
+        outcome.expect("the adjoint is correct");
     }
 }

@@ -3,17 +3,14 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_core::model::{CookTorrance, Model, ModelKind, Neural, NeuralParameters, Sample};
+use glimpse_core::model::{CookTorrance, Model, Neural, NeuralParameters, Sample};
 use glimpse_core::numeric::Scalar;
 use proptest::prelude::*;
 
-use super::{Traced, parameters};
+use super::{Forward, parameters};
 
 /// Variables of a gradient in addition to the parameters: hx, hz, dx, dy, dz, and the reading y in red, green, blue.
 pub type Variables = [f64; 8];
-
-/// Names of the [`Variables`], in their order.
-pub const VARIABLE_NAMES: [&str; 8] = ["hx", "hz", "dx", "dy", "dz", "y_r", "y_g", "y_b"];
 
 /// Generates random samples: uniform angles above the horizon, and measured values over five decades.
 pub fn variables() -> impl Strategy<Value = Variables> {
@@ -44,13 +41,13 @@ pub fn variables() -> impl Strategy<Value = Variables> {
 
 /// Returns the cosines of theta_i and theta_o.
 fn cosines(variables: Variables) -> [f64; 2] {
-    let at = sample::<Traced>(variables, 0.0).at;
-    [at.cos_theta_i().0, at.cos_theta_o().0]
+    let at = sample(variables.map(Forward::fixed), 0.0).at;
+    [at.cos_theta_i().value, at.cos_theta_o().value]
 }
 
-/// Returns the sample with these variables.
-pub fn sample<S: Scalar>(variables: Variables, weight: f64) -> Sample<S> {
-    let [hx, hz, dx, dy, dz, red, green, blue] = variables.map(S::constant);
+/// Returns the sample with these [`Variables`].
+pub fn sample<S: Scalar>(variables: [S; 8], weight: f64) -> Sample<S> {
+    let [hx, hz, dx, dy, dz, red, green, blue] = variables;
     Sample {
         at: HalfDifference { hx, hz, dx, dy, dz },
         measured: [red, green, blue],
@@ -93,38 +90,4 @@ pub fn neural() -> impl Strategy<Value = Vec<f64>> {
         network[672..].iter_mut().for_each(|bias| *bias += 0.4);
         network.to_vec()
     })
-}
-
-/// Returns true near the edge of Phong's lobe. The slope there is as steep as (1e-5)^(q-1), too steep for central
-/// differences.
-fn near_edge_of_lobe(variables: Variables) -> bool {
-    mirror_cosine(variables).abs() < 0.02
-}
-
-/// Returns true near grazing angles. Cook-Torrance divides by cos theta_i cos theta_o and by cos theta_d. If one of
-/// these cosines is below a hundred difference steps, the function is too curved for central differences.
-fn near_grazing(variables: Variables) -> bool {
-    let [cos_theta_i, cos_theta_o] = cosines(variables);
-    cos_theta_i.min(cos_theta_o).min(variables[4]) < 0.01
-}
-
-/// Returns true if the model is too steep at these variables for central differences along them.
-pub fn is_too_steep(model: ModelKind, variables: Variables) -> bool {
-    match model {
-        ModelKind::Phong => near_edge_of_lobe(variables),
-        ModelKind::CookTorrance => near_grazing(variables),
-        _ => false,
-    }
-}
-
-/// Returns <w_o, r>, where r is the mirror direction of w_i.
-pub fn mirror_cosine(variables: Variables) -> f64 {
-    let [hx, hz, dx, dy, dz, ..] = variables;
-    // Rotating (dx, dy, dz) about y by theta_h gives w_i; w_o = 2 <h, w_i> h - w_i.
-    let incoming = [hz * dx + hx * dz, dy, hz * dz - hx * dx];
-    let half = [hx, 0.0, hz];
-    let cosine: f64 = (0..3).map(|i| half[i] * incoming[i]).sum();
-    let outgoing: [f64; 3] = std::array::from_fn(|i| 2.0 * cosine * half[i] - incoming[i]);
-    let mirror = [-incoming[0], -incoming[1], incoming[2]];
-    (0..3).map(|i| outgoing[i] * mirror[i]).sum()
 }

@@ -1,222 +1,184 @@
-//! Gradient checks for tests: central differences that detect kinks.
+//! Derivatives in forward mode and double precision, as the independent witness of all reverse sweeps.
 //!
-//! A kink (of a ReLU, an absolute value, a clamp) is a branch of the model's code, and all branches go through
-//! [`Scalar::if_positive`]. [`Traced`] is an f64 that records all branches taken. If all points of a difference take
-//! the branches of its center, the function is smooth between them, and the difference must agree. Otherwise the
-//! difference is discarded and counted.
+//! [`Forward`] is a number with its derivative along one direction. The code under test runs on it, and the derivative of
+//! the result must equal the product of the gradient, which a reverse sweep computed, and the direction. Both take the same
+//! branches, so they agree at kinks, too.
 
 pub mod cases;
 
-use std::cell::Cell;
+use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use glimpse_core::model::ParameterSet;
-use glimpse_core::numeric::{Scalar, Value};
+use glimpse_core::numeric::{Real, Scalar, Value};
 
-thread_local! {
-    /// A fingerprint of the branches taken since the start of the last [`traced`].
-    static BRANCHES: Cell<u64> = const { Cell::new(0) };
+/// A number with its derivative along one direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Forward {
+    /// The number.
+    pub value: f64,
+    /// Its derivative.
+    pub slope: f64,
 }
 
-/// An f64 that records the branches taken.
-#[derive(Clone, Copy, Debug)]
-pub struct Traced(pub f64);
-
-/// Runs `computation` and returns its value and a fingerprint of the branches taken.
-fn traced(computation: impl FnOnce() -> Traced) -> (f64, u64) {
-    BRANCHES.set(0xcbf2_9ce4_8422_2325);
-    let value = computation().0;
-    (value, BRANCHES.get())
-}
-
-macro_rules! operator {
-    ($trait:ident, $method:ident, $operator:tt) => {
-        impl $trait for Traced {
-            type Output = Self;
-            fn $method(self, other: Self) -> Self {
-                Self(self.0 $operator other.0)
-            }
-        }
-    };
-}
-operator!(Add, add, +);
-operator!(Sub, sub, -);
-operator!(Mul, mul, *);
-operator!(Div, div, /);
-
-impl Neg for Traced {
-    type Output = Self;
-    fn neg(self) -> Self {
-        Self(-self.0)
+impl Forward {
+    /// Returns a number that does not change.
+    #[must_use]
+    pub const fn fixed(value: f64) -> Self {
+        Self { value, slope: 0.0 }
     }
 }
 
-impl Scalar for Traced {
+impl Add for Forward {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self {
+            value: self.value + other.value,
+            slope: self.slope + other.slope,
+        }
+    }
+}
+
+impl Sub for Forward {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}
+
+impl Mul for Forward {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        Self {
+            value: self.value * other.value,
+            slope: self.slope * other.value + self.value * other.slope,
+        }
+    }
+}
+
+impl Div for Forward {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        let value = self.value / other.value;
+        Self {
+            value,
+            slope: (self.slope - value * other.slope) / other.value,
+        }
+    }
+}
+
+impl Neg for Forward {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self {
+            value: -self.value,
+            slope: -self.slope,
+        }
+    }
+}
+
+impl Scalar for Forward {
     type Parameter = Self;
     type Sum = Self;
 
     fn constant(value: f64) -> Self {
-        Self(value)
+        Self::fixed(value)
     }
     fn broadcast(parameter: Self) -> Self {
         parameter
     }
     fn add_product(sum: &mut Self, a: Self, b: Self) {
-        sum.0 += a.0 * b.0;
+        *sum = *sum + a * b;
     }
     fn add_to(sum: &mut Self, a: Self) {
-        sum.0 += a.0;
+        *sum = *sum + a;
     }
     fn plus_product(self, a: Self, b: Self) -> Self {
-        Self(self.0 + a.0 * b.0)
+        self + a * b
     }
     fn if_positive(self, then: Self, otherwise: Self) -> Self {
-        let positive = self.0 > 0.0;
-        // FNV-1a, one step for each branch.
-        let mixed = BRANCHES.get() ^ u64::from(positive) ^ 0x55;
-        BRANCHES.set(mixed.wrapping_mul(0x0100_0000_01b3));
-        if positive { then } else { otherwise }
+        if self.value > 0.0 { then } else { otherwise }
     }
     fn exp(self) -> Self {
-        Self(self.0.exp())
+        let value = self.value.exp();
+        Self {
+            value,
+            slope: value * self.slope,
+        }
     }
     fn ln(self) -> Self {
-        Self(self.0.ln())
-    }
-}
-
-/// A comparison of slopes with central differences.
-#[derive(Debug)]
-pub struct Differences {
-    /// Half the distance between a difference's inner points.
-    step: f64,
-    /// Largest allowed relative error.
-    tolerance: f64,
-    /// Number of slopes that agreed.
-    compared: usize,
-    /// Number of those that are not 0.
-    nonzero: usize,
-    /// Number of differences that were discarded, most of them because of a kink.
-    discarded: usize,
-    /// Largest error relative to the larger of slope and scale.
-    max_error: f64,
-}
-
-/// Sum of the absolute weights of a difference.
-const WEIGHTS: f64 = 18.0 / 12.0;
-
-/// Returns the central difference of `function` at 0, and the largest absolute value in it. Returns None if a point
-/// takes other `branches`.
-fn central(step: f64, branches: u64, function: &impl Fn(f64) -> Traced) -> Option<(f64, f64)> {
-    let mut difference = 0.0;
-    let mut largest: f64 = 0.0;
-    for (offset, weight) in [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)] {
-        let (value, branches_taken) = traced(|| function(offset * step));
-        if branches_taken != branches {
-            return None;
-        }
-        difference += weight * value;
-        largest = largest.max(value.abs());
-    }
-    Some((difference / (12.0 * step), largest))
-}
-
-/// Assumed rounding error of a function's value, in units of the last place. The value is a loss after many steps of a
-/// fit, and each step rounds.
-const ROUNDINGS: f64 = 8.0;
-
-impl Differences {
-    /// An empty comparison. `step` is half the distance between a difference's inner points, and `tolerance` the
-    /// largest allowed relative error.
-    pub fn new(step: f64, tolerance: f64) -> Self {
         Self {
-            step,
-            tolerance,
-            compared: 0,
-            nonzero: 0,
-            discarded: 0,
-            max_error: 0.0,
+            value: self.value.ln(),
+            slope: self.slope / self.value,
         }
     }
+}
 
-    /// Compares `slope` with the central difference (fourth order) of `function` at 0.
-    ///
-    /// The error is relative to the larger of `slope` and `scale`. Rounding errors of `ROUNDINGS` units per value are
-    /// subtracted. A difference that changes with the step by half its error is not reliable and is discarded: a steep
-    /// function rounds worse than assumed.
-    pub fn compare(
-        &mut self,
-        variable: &str,
-        slope: f64,
-        scale: f64,
-        function: impl Fn(f64) -> Traced,
-    ) -> Result<(), String> {
-        let (_, branches) = traced(|| function(0.0));
-        let Some((difference, largest)) = central(self.step, branches, &function) else {
-            self.discarded += 1;
-            return Ok(());
-        };
-        let rounding = ROUNDINGS * f64::EPSILON * WEIGHTS / self.step * largest;
-        let error = ((slope - difference).abs() - rounding).max(0.0) / slope.abs().max(scale);
-        if error.is_nan() || error > self.tolerance {
-            let others = [0.7, 1.4, 2.0].map(|factor| {
-                let other = central(factor * self.step, branches, &function);
-                other.map_or(0.0, |(other, _)| (other - difference).abs())
-            });
-            let uncertainty = others.into_iter().fold(0.0, f64::max);
-            if (slope - difference).abs() <= 2.0 * uncertainty {
-                self.discarded += 1;
-                return Ok(());
+impl PartialOrd for Forward {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        self.value.partial_cmp(&other.value)
+    }
+}
+
+impl Real for Forward {
+    const REFINEMENTS: usize = 0;
+}
+
+/// The largest permitted error of a derivative along a direction, relative to the sum of its absolute terms.
+const TOLERANCE: f64 = 1e-9;
+
+/// Compares a gradient with the derivatives of `function` along one random direction for each group of variables. `groups`
+/// are the lengths of the groups in `at`.
+///
+/// # Errors
+/// Names the first group whose derivative differs.
+pub fn compare(
+    groups: &[usize],
+    at: &[f64],
+    gradient: &[f64],
+    function: impl Fn(&[Forward]) -> Forward,
+) -> Result<(), String> {
+    assert_eq!(at.len(), gradient.len());
+    assert_eq!(at.len(), groups.iter().sum::<usize>());
+    let mut random = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut first = 0;
+    for (group, length) in groups.iter().enumerate() {
+        let range = first..first + length;
+        first = range.end;
+        let mut terms = (0.0, 0.0_f64);
+        let moving = at.iter().enumerate().map(|(index, value)| {
+            let slope = match range.contains(&index) {
+                true => uniform(&mut random),
+                false => 0.0,
+            };
+            let term = slope * gradient[index];
+            terms = (terms.0 + term, terms.1 + term.abs());
+            Forward {
+                value: *value,
+                slope,
             }
+        });
+        let moving: Vec<Forward> = moving.collect();
+        let (expected, scale) = terms;
+        let slope = function(&moving).slope;
+        let error = (slope - expected).abs();
+        // This form also fails for NaN.
+        if !(error <= TOLERANCE * scale.max(1e-6)) {
             return Err(format!(
-                "along {variable}: the slope is {slope:e}, but the central difference is {difference:e}; \
-                 the relative error is {error:e} with a scale of {scale:e}"
+                "group {group}: the derivative is {slope:e} forward, and {expected:e} by the gradient, with terms of \
+                 {scale:e}"
             ));
         }
-        self.compared += 1;
-        self.nonzero += usize::from(slope != 0.0);
-        self.max_error = self.max_error.max(error);
-        Ok(())
     }
-
-    /// Counts `count` differences as discarded, because a kink is near.
-    pub fn discard(&mut self, count: usize) {
-        self.discarded += count;
-    }
-
-    /// Prints the counts, and asserts that enough differences were compared.
-    ///
-    /// # Panics
-    /// If fewer than `min_nonzero` nonzero slopes were compared, or more than 5 % were discarded.
-    pub fn assert_enough_compared(&self, name: &str, min_nonzero: usize) {
-        let Self {
-            compared,
-            nonzero,
-            discarded,
-            max_error,
-            ..
-        } = self;
-        println!(
-            "{name}: {compared} compared ({nonzero} nonzero), {discarded} discarded, largest error \
-             {max_error:.1e}"
-        );
-        assert!(
-            *nonzero >= min_nonzero,
-            "{name}: {nonzero} nonzero slopes compared, fewer than {min_nonzero}"
-        );
-        assert!(
-            20 * discarded <= compared + discarded,
-            "{name}: {discarded} of {} discarded",
-            compared + discarded
-        );
-    }
+    Ok(())
 }
 
-/// Returns the scale for errors of some slopes: a thousandth of the largest of them.
-pub fn gradient_scale(slopes: &[f64]) -> f64 {
-    1e-3 * slopes
-        .iter()
-        .fold(1e-3, |largest: f64, slope| largest.max(slope.abs()))
+/// Returns a number in [-1, 1), from an xorshift generator.
+fn uniform(state: &mut u64) -> f64 {
+    *state ^= *state << 13;
+    *state ^= *state >> 7;
+    *state ^= *state << 17;
+    (*state >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
 /// Converts a list in the model's order to a parameter set.

@@ -4,7 +4,7 @@
 //!
 //! - [`route`]: the order in which a machine's arms visit samples
 //! - [`linear`]: principal components of materials, for the model Linear
-//! - [`meta`]: meta-learning with the schedules `paper`, `joint` and `prior`, and checkpoints
+//! - [`meta`]: meta-learning with the schedules `paper` and `prior`, and checkpoints
 //! - [`recipe`]: recipe files, and the conversion of a training result to a recipe
 
 pub mod linear;

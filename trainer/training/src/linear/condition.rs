@@ -1,13 +1,13 @@
 //! The method NJR15: sample directions for a well-conditioned ridge problem (Nielsen et al. 2015).
 
 use glimpse_core::geometry::Angles;
-use glimpse_materials::basis::{Basis, angles_to_f64};
+use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::uniform_valid;
 use nalgebra::{DMatrix, DVector};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use super::ReducedBasis;
+use super::ComponentsAt;
 
 /// The number of candidate directions.
 const CANDIDATES: usize = 4_096;
@@ -25,11 +25,10 @@ const TRIES: usize = 64;
 #[must_use]
 pub fn min_condition_pattern(basis: &Basis, samples: usize, seed: u64) -> Vec<Angles<f32>> {
     let candidates = uniform_valid(CANDIDATES, seed);
-    let angles: Vec<Angles<f64>> = candidates.iter().map(angles_to_f64).collect();
-    let rows: Vec<DVector<f64>> = ReducedBasis::new(basis, &angles)
-        .basis
+    let rows: Vec<DVector<f64>> = ComponentsAt::new(basis, candidates.clone())
+        .rows
         .chunks(basis.components())
-        .map(DVector::from_row_slice)
+        .map(|row| DVector::from_iterator(row.len(), row.iter().copied().map(f64::from)))
         .collect();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut draw = || random.random_range(0..CANDIDATES);

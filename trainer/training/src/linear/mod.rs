@@ -13,16 +13,17 @@
 mod columns;
 mod compact;
 mod components;
+mod components_at;
 mod condition;
 mod least_squares;
 mod material_basis;
 mod prior;
-mod reduced_basis;
 
 pub use columns::{Columns, MAX_TABULATED};
 pub use compact::{COMPACT_COMPONENTS, COMPACT_NODES, to_compact_bytes};
 pub use components::principal_components;
+pub use components_at::{AngleDual, ComponentsAt};
+pub(crate) use components_at::{add_scaled, dot};
 pub use condition::min_condition_pattern;
 pub use material_basis::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
 pub use prior::Prior;
-pub use reduced_basis::ReducedBasis;

@@ -10,7 +10,8 @@ use glimpse_optimizer::Record;
 use serde::{Deserialize, Serialize};
 
 use super::identity::RunIdentity;
-use super::state::RunState;
+use super::phase::Values;
+use super::scan_budget::INITIAL_WEIGHT;
 
 /// The file name of the first stage without its extension; later stages append their number.
 const FILE_STEM: &str = "checkpoint";
@@ -18,7 +19,7 @@ const FILE_STEM: &str = "checkpoint";
 const FILE_EXTENSION: &str = "bin";
 /// A file starts with the magic bytes, one format byte, and the CRC-32 of the rest, little-endian.
 const MAGIC: [u8; 3] = *b"GLC";
-const FORMAT: u8 = b'4';
+const FORMAT: u8 = b'5';
 const CHECKSUM: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 /// The maximum size of a file in bytes, hundreds of times the size for the largest network.
 const MAX_BYTES: u64 = 1 << 30;
@@ -65,20 +66,56 @@ pub enum CheckpointError {
     },
     /// The checkpoint belongs to another training run.
     #[error(
-        "{} belongs to another run ({actual}, not {expected}); repeat that run's options, or delete it to \
-         start over", path.display()
+        "{} belongs to a run with other {1}; repeat that run with its {1}, or delete it to start over",
+        path.display(), expected.difference(actual)
     )]
     OtherRun {
         /// The file.
         path: PathBuf,
         /// The identity of the current run.
-        expected: Box<RunIdentity>,
+        expected: RunIdentity,
         /// The identity stored in the checkpoint.
-        actual: Box<RunIdentity>,
+        actual: RunIdentity,
     },
     /// The state cannot be serialized.
     #[error("cannot serialize the checkpoint: {0}; report this as a bug")]
     Record(String),
+}
+
+/// The best values of all groups so far, with their loss.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BestValues {
+    /// The loss, as defined by the phase's [`Selection`](super::phase::Selection).
+    pub loss: f32,
+    /// The values.
+    pub values: Values,
+}
+
+/// The state of a run, except the meta-parameters and the optimizer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunState {
+    /// The number of completed outer steps of all phases.
+    pub done: usize,
+    /// The outer loss, smoothed over about 50 steps.
+    pub smoothed_loss: f32,
+    /// The sum of losses over the steps of the current epoch, including the barriers.
+    pub epoch_loss: f32,
+    /// The weight of a second of motion, for a run with a [scan budget](super::scan_budget).
+    pub motion_weight: f32,
+    /// The best values so far.
+    pub best: Option<BestValues>,
+}
+
+impl Default for RunState {
+    fn default() -> Self {
+        Self {
+            done: 0,
+            smoothed_loss: 0.0,
+            epoch_loss: 0.0,
+            motion_weight: INITIAL_WEIGHT,
+            best: None,
+        }
+    }
 }
 
 /// The state of a training run, as saved to a file.
@@ -185,8 +222,8 @@ impl Checkpoint {
             Ok(checkpoint) if checkpoint.identity == *identity => Ok(Some(checkpoint)),
             Ok(checkpoint) => Err(CheckpointError::OtherRun {
                 path,
-                expected: Box::new(*identity),
-                actual: Box::new(checkpoint.identity),
+                expected: *identity,
+                actual: checkpoint.identity,
             }),
             Err(ParseError::OtherVersion) => Err(CheckpointError::OtherVersion { path }),
             Err(ParseError::Damaged(reason)) => Err(CheckpointError::Damaged { path, reason }),
@@ -217,23 +254,13 @@ fn create_parent_directory(path: &Path) -> io::Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use crate::meta::plan::TrainedParts;
-    use crate::meta::plan::{Effort, Schedule};
-    use glimpse_core::model::ModelKind;
     use glimpse_optimizer::{Groups, Optimizer};
 
     use super::*;
 
     const RUN: RunIdentity = RunIdentity {
-        model: ModelKind::Phong,
-        samples: 1,
-        schedule: Schedule::Joint,
-        effort: Effort::Quick,
-        parts: TrainedParts::All,
-        seed: 7,
-        materials: 3,
-        options_digest: 0x0123_4567_89ab_cdef,
-        materials_digest: u64::MAX,
+        options: 0x0123_4567_89ab_cdef,
+        materials: u64::MAX,
     };
 
     fn checkpoint() -> Checkpoint {
@@ -293,21 +320,17 @@ mod tests {
         let path = Checkpoint::path(scratch.path(), 0);
         checkpoint().write(&path).expect("the file is written");
         for other in [
+            RunIdentity { options: 1, ..RUN },
             RunIdentity {
-                options_digest: 1,
+                materials: 1,
                 ..RUN
             },
-            RunIdentity {
-                materials_digest: 1,
-                ..RUN
-            },
-            RunIdentity { seed: 8, ..RUN },
         ] {
             match Checkpoint::read(&path, &other).expect_err("the run differs") {
                 CheckpointError::OtherRun {
                     expected, actual, ..
                 } => {
-                    assert_eq!((*expected, *actual), (other, RUN));
+                    assert_eq!((expected, actual), (other, RUN));
                 }
                 error => panic!("{error}"),
             }

@@ -5,13 +5,12 @@ use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::Identity;
-use glimpse_materials::basis::{Basis, angles_to_f64};
 use serde::{Deserialize, Serialize};
 
 use super::completion::correction::bounded_precision;
 use super::completion::loss_predictor::LossPredictor;
 use super::objective::LossEstimate;
-use crate::linear::ReducedBasis;
+use crate::linear::ComponentsAt;
 
 /// The result of a training run.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,22 +61,13 @@ pub struct LearnedRidge {
 }
 
 impl LearnedRidge {
-    /// Evaluates a basis at a pattern.
+    /// Creates the stage of a pattern.
     #[must_use]
-    pub fn new(
-        basis: &Basis,
-        pattern: &[Angles<f32>],
-        precision: &[f32],
-        basis_checksum: u32,
-    ) -> Self {
-        let angles: Vec<Angles<f64>> = pattern.iter().map(angles_to_f64).collect();
-        let reduced = ReducedBasis::new(basis, &angles);
-        let rows: Vec<f32> = reduced.basis.iter().map(|value| *value as f32).collect();
-        let center = reduced.center.iter().map(|dual| dual.value as f32);
+    pub fn new(at: ComponentsAt, precision: &[f32], basis_checksum: u32) -> Self {
         Self {
-            center: center.collect(),
-            precision: bounded_precision(&rows, precision),
-            rows,
+            center: at.means(),
+            precision: bounded_precision(&at.rows, precision),
+            rows: at.rows,
             basis_checksum,
         }
     }

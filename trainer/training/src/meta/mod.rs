@@ -1,22 +1,19 @@
 //! Meta-learning of the sample pattern, the initial parameters and the step sizes.
 
-pub mod augmentation;
 pub mod checkpoint;
 pub mod completion;
 pub mod descent;
-pub mod evolution;
 pub mod identity;
 pub mod initialization;
 pub mod learned;
-pub mod linear;
 pub mod objective;
 pub mod options;
 pub mod outer;
 pub mod pattern;
 pub mod phase;
 pub mod plan;
-pub mod pool;
+pub mod ridge;
 pub mod run;
+pub mod samples;
 pub mod scan_budget;
 pub mod schedules;
-pub mod state;

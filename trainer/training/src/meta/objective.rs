@@ -1,71 +1,48 @@
-//! The objective of the outer loop, and its random number streams.
+//! The objectives of schedule paper, and the random number streams of all schedules.
 
 use glimpse_materials::sampling::sobol_valid;
-use glimpse_optimizer::Groups;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::pattern::logits_from_angles;
-use super::phase::{OuterStep, Phase};
-use super::scan_budget::Motion;
+use super::phase::{OuterStep, Values};
 
-/// A differentiable function of the meta-parameters, evaluated on batches of tasks.
-pub trait MetaObjective: Sync {
-    /// Returns initial meta-parameters. `guess` is the index of an independent initialization.
-    fn initial_values(&self, guess: u64) -> Groups<Vec<f32>>;
+/// The samples of the inner loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InnerSamples {
+    /// A number of uniform samples, redrawn at every inner step.
+    Fresh(usize),
+    /// The samples of the pattern, the same at every inner step.
+    Pattern,
+}
 
-    /// Returns the motion of a scan, if its time has a budget.
-    fn motion(&self) -> Option<&Motion> {
-        None
-    }
+/// The samples of a task's loss.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LossSamples {
+    /// The samples of the inner loop.
+    pub inner: InnerSamples,
+    /// The number of samples of the outer loss.
+    pub outer: usize,
+}
 
-    /// Returns meta-parameters, or their moments, with the samples in another order, given as indices. A list may be
-    /// empty. By default, only the pattern depends on the order.
-    fn permute_samples(&self, mut values: Groups<Vec<f32>>, order: &[usize]) -> Groups<Vec<f32>> {
-        permute(&mut values.pattern, 3, order);
-        values
-    }
+/// A differentiable function of the meta-parameters of schedule paper, evaluated on batches of tasks.
+pub trait PaperObjective: Sync {
+    /// Returns initial meta-parameters.
+    fn initial_values(&self) -> Values;
 
-    /// Returns meta-parameters with the samples sorted by importance, for scans that may end early. By default, the
-    /// order is kept.
-    fn reorder_samples(&self, values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
-        values
-    }
-
-    /// Returns meta-parameters with the best of several draws of initial parameters, given the other meta-parameters. By
-    /// default, they are kept.
-    fn choose_initial(&self, values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
-        values
-    }
-
-    /// Returns the weighted mean outer loss over a step's batch of tasks, and its gradient. The gradient includes the
+    /// Returns the mean outer loss over a step's batch of tasks, and its gradient. The gradient includes the
     /// [barrier](super::pattern::Pattern::barrier), the loss does not.
     fn gradient(
         &self,
-        values: &Groups<Vec<f32>>,
-        outer_step: OuterStep<'_>,
-    ) -> (f32, Groups<Vec<f32>>);
+        values: &Values,
+        outer_step: OuterStep,
+        samples: LossSamples,
+    ) -> (f32, Values);
 
-    /// Returns the mean loss over all training materials, [weighted](super::plan::LossWeights) and at fixed directions,
-    /// plus the barrier. Phases of [evolution](super::evolution) minimize it.
-    fn fitness(&self, values: &Groups<Vec<f32>>, phase: &Phase) -> f32;
-
-    /// Returns the weighted mean loss on the validation materials, by which the best meta-parameters are selected.
-    fn validation_loss(&self, values: &Groups<Vec<f32>>) -> f32;
-
-    /// Returns the unweighted mean loss on the validation materials: an estimate for an unseen material.
-    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> LossEstimate;
-}
-
-/// Reorders a list with `width` entries per sample.
-pub(super) fn permute(list: &mut [f32], width: usize, order: &[usize]) {
-    let original = list.to_vec();
-    let entries = order.iter().zip(list.chunks_exact_mut(width));
-    for (sample, entry) in entries {
-        entry.copy_from_slice(&original[sample * width..][..width]);
-    }
+    /// Returns the mean loss on the validation materials: an estimate for an unseen material.
+    fn expected_loss(&self, values: &Values) -> LossEstimate;
 }
 
 /// An estimate of the loss on an unseen material.
@@ -106,7 +83,7 @@ pub struct RandomStreams {
 impl RandomStreams {
     /// Returns the stream of a slot of a step. Slot 0 orders tasks; task k of a batch draws from slot k + 1.
     #[must_use]
-    pub fn slot(self, outer_step: OuterStep<'_>, slot: usize) -> ChaCha8Rng {
+    pub fn slot(self, outer_step: OuterStep, slot: usize) -> ChaCha8Rng {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(
             ((outer_step.phase_index as u64) << 56)
@@ -132,8 +109,8 @@ impl RandomStreams {
 
     /// Returns the tasks of a step's batch: consecutive entries of an order that is reshuffled each epoch.
     #[must_use]
-    pub fn batch(self, outer_step: OuterStep<'_>, tasks: usize) -> Vec<usize> {
-        let size = outer_step.phase.batch;
+    pub fn batch(self, outer_step: OuterStep, tasks: usize) -> Vec<usize> {
+        let size = outer_step.batch;
         let mut batch = Vec::with_capacity(size);
         let mut shuffled: Option<(usize, Vec<usize>)> = None;
         for position in outer_step.step * size..(outer_step.step + 1) * size {
@@ -159,10 +136,10 @@ impl RandomStreams {
 
 /// Returns the mean of a batch's losses and gradients, summed in the batch's order, independent of threads.
 #[must_use]
-pub fn mean_gradient(tasks: &[(f32, Groups<Vec<f32>>)]) -> (f32, Groups<Vec<f32>>) {
+pub fn mean_gradient(tasks: &[(f32, Values)]) -> (f32, Values) {
     let share = 1.0 / tasks.len() as f32;
     let mut loss = 0.0;
-    let mut sum = Groups::<Vec<f32>>::default();
+    let mut sum = Values::default();
     for (task_loss, gradients) in tasks {
         loss += share * task_loss;
         for (sum, gradient) in sum.each_mut().into_iter().zip(gradients.each()) {

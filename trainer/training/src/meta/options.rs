@@ -32,7 +32,7 @@ pub struct Options {
     pub parts: TrainedParts,
     /// The initial parameters and step sizes for [`TrainedParts::PatternOnly`]; ignored by other parts.
     pub pretrained: Option<PretrainedInit>,
-    /// The prior of Linear's coefficients; ignored by other models.
+    /// The prior of Linear's coefficients with schedule paper; ignored by other models and schedules.
     pub prior: Prior,
     /// Options of schedule prior; ignored by other schedules.
     pub completion_options: CompletionOptions,
@@ -46,7 +46,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// Creates options that train all parts for n = `samples`, 1 to 4,096. The prior of Linear is learned, the
+    /// Creates options that train all parts for n = `samples`, 1 to 4,096. The prior of Linear is the paper's, the
     /// completion options are [`CompletionOptions::for_samples`], and checkpoints are disabled.
     #[must_use]
     pub fn new(
@@ -63,7 +63,7 @@ impl Options {
             effort,
             parts: TrainedParts::All,
             pretrained: None,
-            prior: Prior::LEARNED,
+            prior: Prior::PAPER,
             completion_options: CompletionOptions::for_samples(samples),
             source_shares: Vec::new(),
             seed,
@@ -276,7 +276,8 @@ impl Options {
                 .pretrained
                 .as_ref()
                 .filter(|_| self.parts == TrainedParts::PatternOnly),
-            prior: Some(self.prior).filter(|_| self.model == ModelKind::Linear),
+            prior: Some(self.prior)
+                .filter(|_| self.model == ModelKind::Linear && self.schedule == Schedule::Paper),
             completion_options: self.completion_options(),
             source_shares: &self.source_shares,
             seed: self.seed,
@@ -288,15 +289,8 @@ impl Options {
     pub fn identity(&self, materials: &[Identity]) -> RunIdentity {
         let list = materials.iter().map(|each| (&each.name[..], each.digest));
         RunIdentity {
-            model: self.model,
-            samples: self.samples as u32,
-            schedule: self.schedule,
-            effort: self.effort,
-            parts: self.parts,
-            seed: self.seed,
-            materials: materials.len() as u32,
-            options_digest: self.digest(),
-            materials_digest: digest(&list.collect::<Vec<_>>()),
+            options: self.digest(),
+            materials: digest(&list.collect::<Vec<_>>()),
         }
     }
 

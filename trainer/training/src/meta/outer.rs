@@ -1,31 +1,19 @@
-//! The outer loop: phases of Adam or evolution on an objective, with checkpoints.
+//! The outer loop: phases of Adam on an objective, with checkpoints.
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use glimpse_materials::sampling::{sobol_valid, uniform_valid};
-use glimpse_optimizer::{Groups, Optimizer};
-use rayon::prelude::*;
+use glimpse_optimizer::Optimizer;
 
-use super::checkpoint::{Checkpoint, CheckpointError};
-use super::evolution::Evolution;
+use super::checkpoint::{BestValues, Checkpoint, CheckpointError, RunState};
 use super::identity::RunIdentity;
-use super::initialization::standard_normal;
-use super::objective::{LossEstimate, MetaObjective, RandomStreams};
-use super::pattern::{Pattern, logits_from_angles};
-use super::phase::{AddedSamples, Initialization, OuterStep, Phase, SearchMethod, Selection};
-use super::plan::Plan;
-use super::scan_budget::{REORDER_INTERVAL, ScanBudgetError};
-use super::state::{BestValues, RunState};
+use super::pattern::Pattern;
+use super::phase::{OuterStep, Phase, Selection, Values};
+use super::scan_budget::{Motion, REORDER_INTERVAL, ScanBudgetError};
 
 /// The number of validations per phase.
 const VALIDATIONS: usize = 20;
-
-/// The standard deviation of the jitter that [`AddedSamples::Jittered`] adds to logits; one or two degrees.
-const JITTER: f32 = 0.05;
-/// The random number slot of the jitter, above all slots of a batch.
-const JITTER_SLOT: usize = 0xFFFF;
 
 /// The progress of a run.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +26,7 @@ pub struct Progress {
     pub done: usize,
     /// Outer steps of all phases.
     pub total: usize,
-    /// The [weighted](super::plan::LossWeights) outer loss, smoothed over about 50 steps.
+    /// The outer loss, smoothed over about 50 steps.
     pub loss: f32,
     /// The smallest loss so far, on validation materials or over an epoch (see [`Selection`]).
     pub best: Option<f32>,
@@ -46,15 +34,6 @@ pub struct Progress {
 
 /// A callback after each outer step, which may stop the run.
 pub type Observer<'a> = dyn FnMut(&Progress) -> ControlFlow<()> + Send + 'a;
-
-/// The result of an outer loop.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Outcome {
-    /// The loss of the best values on the validation materials.
-    pub expected_loss: LossEstimate,
-    /// The best values.
-    pub values: Groups<Vec<f32>>,
-}
 
 /// The location and interval of checkpoints.
 #[derive(Clone, Debug)]
@@ -81,18 +60,27 @@ pub enum RunError {
     Stopped(usize),
 }
 
+/// The motion of a scan within a budget.
+pub struct PathOfSamples<'a> {
+    /// The motion.
+    pub motion: &'a Motion,
+    /// Returns meta-parameters, or their moments, with the samples in another order, given as indices. A list may be
+    /// empty.
+    pub permute: &'a dyn Fn(Values, &[usize]) -> Values,
+}
+
 /// The outer loop of one run.
 pub struct OuterLoop<'a> {
-    /// The objective.
-    pub objective: &'a dyn MetaObjective,
+    /// The first meta-parameters.
+    pub initial: Values,
     /// The phases.
-    pub plan: &'a Plan,
+    pub phases: &'a [Phase<'a>],
+    /// The motion of a scan, if its time has a budget.
+    pub path: Option<PathOfSamples<'a>>,
     /// The identity of the run. Checkpoints of other runs are rejected.
     pub identity: RunIdentity,
-    /// The seed of random patterns.
-    pub seed: u64,
     /// The options of checkpoints; None disables them.
-    pub checkpoints: Option<CheckpointOptions>,
+    pub checkpoints: Option<&'a CheckpointOptions>,
     /// The index of this run in the training. Each run has its own checkpoint file.
     pub stage: usize,
 }
@@ -104,12 +92,8 @@ struct State {
 }
 
 impl State {
-    fn restart(&mut self, values: Groups<Vec<f32>>) {
-        self.optimizer = Optimizer::new(values);
-    }
-
     /// Stores values if their loss is below the smallest so far.
-    fn store_if_better(&mut self, loss: f32, values: Groups<Vec<f32>>) {
+    fn store_if_better(&mut self, loss: f32, values: Values) {
         let best = &mut self.run.best;
         if best.as_ref().is_none_or(|best| loss < best.loss) {
             *best = Some(BestValues { loss, values });
@@ -118,38 +102,32 @@ impl State {
 }
 
 impl OuterLoop<'_> {
-    /// Runs all phases, calling `observer` after each outer step. Returns the best values, and their loss on the
-    /// validation materials.
+    /// Runs all phases, calling `observer` after each outer step. Returns the best values.
     ///
     /// # Errors
     /// See [`RunError`].
-    pub fn run(&self, observer: &mut Observer<'_>) -> Result<Outcome, RunError> {
+    pub fn run(&self, observer: &mut Observer<'_>) -> Result<Values, RunError> {
         let mut state = self.initial_state()?;
-        let total = self.plan.steps();
+        let total = self.phases.iter().map(|phase| phase.steps).sum();
         let mut last_saved = Instant::now();
-        while let Some(outer_step) = self.plan.outer_step(state.run.done) {
-            self.advance(&mut state, outer_step);
-            let RunState {
-                done,
-                smoothed_loss,
-                best,
-                ..
-            } = &state.run;
+        while let Some((phase, outer_step)) = self.outer_step(state.run.done) {
+            self.advance(&mut state, phase, outer_step);
+            let run = &state.run;
             let stop = observer(&Progress {
-                phase: outer_step.phase.name,
-                samples: outer_step.phase.samples,
-                done: *done,
+                phase: phase.name,
+                samples: phase.samples,
+                done: run.done,
                 total,
-                loss: *smoothed_loss,
+                loss: run.smoothed_loss,
                 // With `Selection::Last` the best loss of earlier phases is not comparable.
-                best: match outer_step.phase.selection {
+                best: match phase.selection {
                     Selection::Last => None,
-                    _ => best.as_ref().map(|best| best.loss),
+                    _ => run.best.as_ref().map(|best| best.loss),
                 },
             });
-            let stop = stop.is_break() && *done < total;
-            if let Some(checkpoints) = &self.checkpoints
-                && (stop || *done == total || last_saved.elapsed() >= checkpoints.interval)
+            let stop = stop.is_break() && run.done < total;
+            if let Some(checkpoints) = self.checkpoints
+                && (stop || run.done == total || last_saved.elapsed() >= checkpoints.interval)
             {
                 self.checkpoint(&state)
                     .write(&self.checkpoint_path(checkpoints))?;
@@ -163,13 +141,27 @@ impl OuterLoop<'_> {
             Some(best) => best.values,
             None => state.optimizer.values(),
         };
-        if let Some(motion) = self.objective.motion() {
-            motion.shorten(&mut values.pattern)?;
+        if let Some(path) = &self.path {
+            path.motion.shorten(&mut values.pattern)?;
         }
-        Ok(Outcome {
-            expected_loss: self.objective.expected_loss(&values),
-            values,
-        })
+        Ok(values)
+    }
+
+    /// Returns an outer step and its phase, given its index over all phases; None after the last step.
+    fn outer_step(&self, index: usize) -> Option<(&Phase<'_>, OuterStep)> {
+        let mut step = index;
+        for (phase_index, phase) in self.phases.iter().enumerate() {
+            if step < phase.steps {
+                let outer_step = OuterStep {
+                    phase_index,
+                    step,
+                    batch: phase.batch,
+                };
+                return Some((phase, outer_step));
+            }
+            step -= phase.steps;
+        }
+        None
     }
 
     /// Returns the initial state, or the state of the checkpoint.
@@ -178,13 +170,12 @@ impl OuterLoop<'_> {
             optimizer: Optimizer::new(values),
             run: RunState::default(),
         };
-        let initial_values = self.objective.initial_values(0);
-        let mut state = new_state(initial_values.clone());
-        if let Some(checkpoints) = &self.checkpoints {
+        let mut state = new_state(self.initial.clone());
+        if let Some(checkpoints) = self.checkpoints {
             let path = self.checkpoint_path(checkpoints);
             // The pattern may grow from phase to phase; check the space for the largest one.
-            let samples = self.plan.phases.iter().map(|phase| phase.samples).max();
-            let mut largest = initial_values;
+            let samples = self.phases.iter().map(|phase| phase.samples).max();
+            let mut largest = self.initial.clone();
             largest.pattern.resize(3 * samples.unwrap_or(0), 0.0);
             self.checkpoint(&new_state(largest)).check_writable(&path)?;
             if checkpoints.resume
@@ -215,22 +206,12 @@ impl OuterLoop<'_> {
     }
 
     /// Runs one outer step.
-    fn advance(&self, state: &mut State, outer_step: OuterStep<'_>) {
-        let OuterStep { phase, step, .. } = outer_step;
+    fn advance(&self, state: &mut State, phase: &Phase<'_>, outer_step: OuterStep) {
+        let step = outer_step.step;
         if step == 0 {
-            self.initialize_phase(state, outer_step);
+            self.start_phase(state, phase);
         }
-        let epoch_steps = self.plan.tasks.div_ceil(phase.batch);
-        if phase.initialization == Initialization::RandomPatterns
-            && step.is_multiple_of(epoch_steps)
-        {
-            self.randomize_pattern(state, phase, step / epoch_steps);
-        }
-
-        let (loss, values) = match phase.search {
-            SearchMethod::Gradient => self.descend(state, outer_step),
-            SearchMethod::Evolution(population) => self.evolve(state, outer_step, population),
-        };
+        let (loss, values) = self.descend(state, phase, outer_step);
 
         let run = &mut state.run;
         run.done += 1;
@@ -243,27 +224,18 @@ impl OuterLoop<'_> {
             run.smoothed_loss += share * (loss - run.smoothed_loss);
         }
         let is_last = step + 1 == phase.steps;
-        match phase.selection {
-            Selection::Unchanged => {}
-            Selection::BestValidation => {
+        match &phase.selection {
+            Selection::BestValidation(validation_loss) => {
                 let period = phase.steps.div_ceil(VALIDATIONS);
                 if (step + 1).is_multiple_of(period) || is_last {
-                    let values = match phase.search {
-                        SearchMethod::Gradient => state.optimizer.values(),
-                        SearchMethod::Evolution(_) => values,
-                    };
-                    let factor = match self.objective.motion() {
-                        Some(motion) => motion.selection_factor(&values.pattern),
-                        None => 1.0,
-                    };
-                    let loss = factor * self.objective.validation_loss(&values);
-                    state.store_if_better(loss, values);
+                    let values = state.optimizer.values();
+                    state.store_if_better(validation_loss(&values), values);
                 }
             }
-            Selection::BestEpoch => {
+            Selection::BestEpoch(epoch_steps) => {
                 run.epoch_loss += loss + Pattern::from_logits(&values.pattern).barrier();
-                if (step + 1).is_multiple_of(epoch_steps) {
-                    let loss = std::mem::take(&mut run.epoch_loss) / epoch_steps as f32;
+                if (step + 1).is_multiple_of(*epoch_steps) {
+                    let loss = std::mem::take(&mut run.epoch_loss) / *epoch_steps as f32;
                     state.store_if_better(loss, state.optimizer.values());
                 }
             }
@@ -271,33 +243,47 @@ impl OuterLoop<'_> {
                 let values = state.optimizer.values();
                 run.best = Some(BestValues { loss, values });
             }
-            Selection::BestFitness if is_last => {
-                let values = state.optimizer.values();
-                state.store_if_better(self.objective.fitness(&values, phase), values);
-            }
-            Selection::Last | Selection::BestFitness => {}
+            Selection::Last => {}
+        }
+    }
+
+    /// Sets the meta-parameters to the first ones of a phase.
+    fn start_phase(&self, state: &mut State, phase: &Phase<'_>) {
+        if let Some(start) = &phase.start {
+            let values = match &state.run.best {
+                Some(best) => best.values.clone(),
+                None => state.optimizer.values(),
+            };
+            state.optimizer = Optimizer::new(start(values));
+        }
+        if let Selection::BestEpoch(_) = phase.selection {
+            // Losses of earlier phases are not comparable: their patterns have other sizes.
+            state.run.best = None;
+            state.run.epoch_loss = 0.0;
         }
     }
 
     /// Runs a step of Adam. Returns the loss of the values before the step, and these values.
-    fn descend(&self, state: &mut State, outer_step: OuterStep<'_>) -> (f32, Groups<Vec<f32>>) {
-        let OuterStep { phase, step, .. } = outer_step;
-        let motion = self
-            .objective
-            .motion()
-            .filter(|_| phase.rates.pattern > 0.0);
-        if let Some(motion) = motion
+    fn descend(
+        &self,
+        state: &mut State,
+        phase: &Phase<'_>,
+        outer_step: OuterStep,
+    ) -> (f32, Values) {
+        let step = outer_step.step;
+        let path = self.path.as_ref().filter(|_| phase.rates.pattern > 0.0);
+        if let Some(PathOfSamples { motion, permute }) = path
             && step.is_multiple_of(REORDER_INTERVAL)
             && let Some(order) = motion.faster_order(&state.optimizer.values().pattern, step == 0)
         {
-            let permute = |values| self.objective.permute_samples(values, &order);
-            state.optimizer.rearrange(permute);
+            state.optimizer.rearrange(|values| permute(values, &order));
         }
+        let allowance = phase.allowance_at(step);
         let values = state.optimizer.values();
-        let (loss, mut gradient) = self.objective.gradient(&values, outer_step);
-        if let Some(motion) = motion {
+        let (loss, mut gradient) = (phase.gradient)(&values, outer_step);
+        if let Some(PathOfSamples { motion, .. }) = path {
             let weight = &mut state.run.motion_weight;
-            let by_logits = motion.weighted_gradient(&values.pattern, outer_step, weight);
+            let by_logits = motion.weighted_gradient(&values.pattern, allowance, weight);
             for (sum, derivative) in gradient.pattern.iter_mut().zip(by_logits) {
                 *sum += derivative;
             }
@@ -309,106 +295,10 @@ impl OuterLoop<'_> {
             }
         }
         state.optimizer.step(gradient, &phase.rates_at(step));
-        if let Some(motion) = motion {
-            motion.project(state.optimizer.pattern_mut(), outer_step);
+        if let Some(PathOfSamples { motion, .. }) = path {
+            motion.project(state.optimizer.pattern_mut(), allowance);
         }
         (loss, values)
-    }
-
-    /// Runs one generation of evolution. Returns the smallest loss, and the mean of the search distribution.
-    fn evolve(
-        &self,
-        state: &mut State,
-        outer_step: OuterStep<'_>,
-        population: usize,
-    ) -> (f32, Groups<Vec<f32>>) {
-        let OuterStep { phase, step, .. } = outer_step;
-        let evolution = state
-            .run
-            .evolution
-            .get_or_insert_with(|| Evolution::new(state.optimizer.values(), phase.rates.clone()));
-        let mut random = RandomStreams { seed: self.seed }.slot(outer_step, 0);
-        let loss = evolution.advance(population, &mut random, |candidates| {
-            let losses = candidates.par_iter();
-            losses
-                .map(|values| self.objective.fitness(values, phase))
-                .collect()
-        });
-        let values = evolution.values();
-        // The next phase starts from the mean of the distribution.
-        if step + 1 == phase.steps {
-            state.run.evolution = None;
-            state.optimizer = Optimizer::new(values.clone());
-        }
-        (loss, values)
-    }
-
-    /// Sets the meta-parameters to the initialization of a phase.
-    fn initialize_phase(&self, state: &mut State, outer_step: OuterStep<'_>) {
-        let phase = outer_step.phase;
-        match (phase.initialization, &state.run.best) {
-            (Initialization::Guess(guess), _) => {
-                state.restart(self.objective.initial_values(guess))
-            }
-            (Initialization::Best, Some(best)) => state.restart(best.values.clone()),
-            (Initialization::BestRedrawn, Some(best)) => {
-                state.restart(self.objective.choose_initial(best.values.clone()));
-            }
-            (Initialization::BestReordered, Some(best)) => {
-                state.restart(self.objective.reorder_samples(best.values.clone()));
-            }
-            _ => {}
-        }
-        let mut values = state.optimizer.values();
-        let existing = values.pattern.len() / 3;
-        if phase.samples > existing {
-            let added_count = 3 * (phase.samples - existing);
-            let copies = values.pattern.iter().copied().cycle();
-            let added_logits: Vec<f32> = match phase.added_samples {
-                AddedSamples::Sobol => {
-                    let sobol = sobol_valid(phase.samples, self.seed as u32);
-                    sobol
-                        .into_iter()
-                        .skip(existing)
-                        .flat_map(logits_from_angles)
-                        .collect()
-                }
-                AddedSamples::Repeated => copies.take(added_count).collect(),
-                AddedSamples::Jittered => {
-                    let mut random =
-                        RandomStreams { seed: self.seed }.slot(outer_step, JITTER_SLOT);
-                    let jittered =
-                        copies.map(|logit| logit + JITTER * standard_normal(&mut random));
-                    jittered.take(added_count).collect()
-                }
-            };
-            values.pattern.extend(added_logits);
-            // The best values of earlier phases have fewer samples. Replace them even if their loss is smaller.
-            let loss = match phase.selection {
-                Selection::BestFitness => Some(self.objective.fitness(&values, phase)),
-                Selection::BestValidation => Some(self.objective.validation_loss(&values)),
-                _ => None,
-            };
-            if let Some(loss) = loss {
-                let values = values.clone();
-                state.run.best = Some(BestValues { loss, values });
-            }
-            state.restart(values);
-        }
-        if phase.selection == Selection::BestEpoch {
-            // Losses of earlier phases are not comparable: their patterns have other sizes.
-            state.run.best = None;
-            state.run.epoch_loss = 0.0;
-        }
-    }
-
-    /// Replaces the pattern with a random one.
-    fn randomize_pattern(&self, state: &mut State, phase: &Phase, guess: usize) {
-        let seed = self.seed.wrapping_add((guess as u64 + 1) << 32);
-        let pattern = uniform_valid(phase.samples, seed);
-        let mut values = state.optimizer.values();
-        values.pattern = pattern.into_iter().flat_map(logits_from_angles).collect();
-        state.restart(values);
     }
 }
 

@@ -8,13 +8,8 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::SampleGradient;
 use glimpse_kernels::Dual;
-use glimpse_kernels::lanes::{InstructionSet, Octet, OctetDirections, WIDTH};
-use glimpse_kernels::samples::{OctetRgb, transpose_rgb};
-use glimpse_kernels::samples::{SampleOctets, SampleWeights};
-use glimpse_materials::Material;
+use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_materials::sampling::RANGE;
-
-use super::augmentation::Augmentation;
 
 /// The weight of the barrier.
 const BARRIER: f32 = 0.005;
@@ -100,20 +95,12 @@ pub fn reachable_angles(logits: &[f32], limits: &Limits) -> Vec<Angles<f32>> {
     angles
 }
 
-/// A pattern, prepared for measuring materials.
+/// A pattern with its directions.
 pub struct Pattern {
     limits: Limits,
     angles: Vec<Angles<f32>>,
-    directions: Vec<HalfDifference<f32>>,
     valid: Vec<bool>,
     octet_directions: Vec<OctetDirections>,
-    weights: Vec<Octet>,
-}
-
-/// The measurement of one material at a pattern.
-pub struct MeasuredPattern<'p> {
-    pattern: &'p Pattern,
-    values: Vec<OctetRgb>,
 }
 
 impl Pattern {
@@ -129,25 +116,12 @@ impl Pattern {
             .copied()
             .map(HalfDifference::from_angles)
             .collect();
-        let valid: Vec<bool> = directions
-            .iter()
-            .map(|direction| is_valid_within(direction, &limits))
-            .collect();
-        let valid_count = valid.iter().filter(|valid| **valid).count().max(1);
-        let weight = 1.0 / (3.0 * valid_count as f32);
-        let mut weights = vec![Octet::default(); angles.len().div_ceil(WIDTH)];
-        for (index, valid) in valid.iter().enumerate() {
-            if *valid {
-                weights[index / WIDTH].0[index % WIDTH] = weight;
-            }
-        }
+        let valid = directions.iter();
         Self {
             limits,
+            valid: valid.map(|each| is_valid_within(each, &limits)).collect(),
             octet_directions: directions.chunks(WIDTH).map(Octet::transpose).collect(),
-            directions,
             angles,
-            valid,
-            weights,
         }
     }
 
@@ -196,12 +170,6 @@ impl Pattern {
             .sum()
     }
 
-    /// Returns the angles of the valid samples.
-    pub fn valid_angles(&self) -> impl Iterator<Item = Angles<f32>> {
-        let all = self.angles.iter().zip(&self.valid);
-        all.filter(|(_, valid)| **valid).map(|(angles, _)| *angles)
-    }
-
     /// Returns the gradient with respect to the logits, including the barrier. `by_angles` is called in order with the
     /// index of each valid sample, and returns the derivatives with respect to its angles.
     #[must_use]
@@ -245,71 +213,5 @@ impl Pattern {
                 + by_direction.dy.0[lane] * direction.dy.tangent[i]
                 + by_direction.dz.0[lane] * direction.dz.tangent[i]
         })
-    }
-
-    /// Measures a material at the pattern.
-    #[must_use]
-    pub fn measure(&self, material: &dyn Material) -> MeasuredPattern<'_> {
-        self.with_values(&self.values(material))
-    }
-
-    /// Measures an augmented material at the pattern.
-    #[must_use]
-    pub fn measure_augmented(
-        &self,
-        material: &dyn Material,
-        partner: &dyn Material,
-        augmentation: &Augmentation,
-    ) -> MeasuredPattern<'_> {
-        let mut values = self.values(material);
-        for (value, partner) in values.iter_mut().zip(self.values(partner)) {
-            *value = augmentation.brdf(*value, partner);
-        }
-        self.with_values(&values)
-    }
-
-    /// Returns the BRDF of a material at each valid sample, sr⁻¹, and 0 for each invalid sample.
-    fn values(&self, material: &dyn Material) -> Vec<[f32; 3]> {
-        let mut values = vec![[0.0; 3]; self.directions.len()];
-        material.brdf_batch(&self.directions, &mut values);
-        for (value, valid) in values.iter_mut().zip(&self.valid) {
-            if !valid {
-                *value = [0.0; 3];
-            }
-        }
-        values
-    }
-
-    fn with_values(&self, values: &[[f32; 3]]) -> MeasuredPattern<'_> {
-        MeasuredPattern {
-            pattern: self,
-            values: values.chunks(WIDTH).map(transpose_rgb).collect(),
-        }
-    }
-}
-
-impl MeasuredPattern<'_> {
-    /// Returns the samples in the layout of the kernels.
-    #[must_use]
-    pub fn octets(&self) -> SampleOctets<'_> {
-        SampleOctets {
-            at: &self.pattern.octet_directions,
-            values: &self.values,
-            order: None,
-            weights: SampleWeights::Each(&self.pattern.weights),
-            instruction_set: InstructionSet::detect(),
-            back_to_back: false,
-        }
-    }
-
-    /// Converts the gradient with respect to the half and difference vectors of all samples to the gradient with
-    /// respect to the logits of the pattern, including the barrier.
-    ///
-    /// A sample's angles also change its measured value. The gradient of a fit's log loss depends on that value only
-    /// through the sign of model minus measurement, so the corresponding derivative is 0.
-    #[must_use]
-    pub fn gradient_by_logits(&self, samples: &[SampleGradient<Octet>]) -> Vec<f32> {
-        self.pattern
-            .gradient_by_logits(|index| self.pattern.gradient_by_angles(samples, index))
     }
 }

@@ -3,33 +3,35 @@
 use std::marker::PhantomData;
 
 use glimpse_core::model::ModelKind;
-use glimpse_core::section::{MAX_PRECISION, MAX_SAMPLES, MIN_PRECISION};
+use glimpse_core::section::MAX_SAMPLES;
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::with_model;
 use glimpse_materials::basis::Basis;
+use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Identity, Material, SourceShare};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::CheckpointError;
+use super::completion::highlight_warp::HighlightWarp;
+use super::completion::pool::WarpedPool;
 use super::completion::refinement::{GaussNewtonRefinement, Refinement};
 use super::completion::train::{self, GAUSS_NEWTON_STEPS};
-use super::descent::{DescentObjective, TaskSet};
-use super::identity::RunIdentity;
+use super::descent::DescentObjective;
 use super::learned::{
     LearnedFit, LearnedRecipe, LearnedRidge, LearnedSgd, ValidatedLoss, ValidationSplit,
 };
-use super::linear::LinearObjective;
-use super::objective::{MetaObjective, RandomStreams};
+use super::objective::{PaperObjective, RandomStreams};
 use super::options::{CompletionOptionsError, Options};
-use super::outer::{Observer, Outcome, OuterLoop, RunError};
+use super::outer::{Observer, OuterLoop, RunError};
 use super::pattern::angles_above_horizon;
-use super::plan::{Plan, Schedule, TrainedParts};
-use super::pool::Pool;
+use super::phase::Values;
+use super::plan::{Schedule, TrainedParts};
+use super::ridge::RidgeObjective;
 use super::scan_budget::ScanBudgetError;
-use crate::linear::Columns;
-use crate::linear::principal_components;
+use super::schedules::paper;
+use crate::linear::{Columns, ComponentsAt, principal_components};
 
 /// The number of SGD steps of the inner loop (paper: 20).
 pub const INNER_STEPS: usize = 20;
@@ -58,6 +60,9 @@ pub enum TrainError {
         /// The number of materials.
         materials: usize,
     },
+    /// Schedule prior trains all parts, and Linear has nothing to train without a pattern.
+    #[error("the parts \"{}\" cannot be trained with these options; choose \"all\"", .0.name())]
+    Parts(TrainedParts),
     /// The options of schedule prior are invalid.
     #[error(transparent)]
     CompletionOptions(#[from] CompletionOptionsError),
@@ -100,6 +105,14 @@ pub fn train(
     if !(1..=MAX_SAMPLES).contains(&options.samples) {
         return Err(TrainError::Samples(options.samples));
     }
+    let can_train = match (options.schedule, options.model) {
+        (Schedule::Prior, _) => options.parts == TrainedParts::All,
+        (Schedule::Paper, ModelKind::Linear) => options.parts != TrainedParts::WithoutPattern,
+        (Schedule::Paper, _) => true,
+    };
+    if !can_train {
+        return Err(TrainError::Parts(options.parts));
+    }
     options.completion_options.validate()?;
     if let Some(scan) = &options.completion_options.scan {
         scan.validate(options.completion_options.limits, options.samples)?;
@@ -110,11 +123,10 @@ pub fn train(
         if options.schedule == Schedule::Prior {
             return train_completion(options, materials, observer);
         }
-        let session = Session::new(options, materials);
         with_model!(
             options.model,
-            M => session.descent::<M>(observer),
-            _ => session.ridge(observer),
+            M => train_sgd::<M>(options, materials, observer),
+            _ => train_ridge(options, materials, observer),
         )
     })
 }
@@ -148,9 +160,8 @@ fn train_completion(
     materials: Vec<Box<dyn Material>>,
     observer: &mut Observer<'_>,
 ) -> Result<LearnedRecipe, TrainError> {
-    let plan = plan_of(options, materials.len());
     let train = |refinement: Option<&dyn Refinement>| {
-        train::train(options, &plan, refinement, materials, observer)
+        train::train(options, refinement, materials, observer)
     };
     let learned = with_model!(
         options.model,
@@ -160,163 +171,124 @@ fn train_completion(
     Ok(learned?)
 }
 
-/// Returns the plan of a run on a number of materials.
-fn plan_of(options: &Options, materials: usize) -> Plan {
-    let (schedule, effort) = (options.schedule, options.effort);
-    let plan = Plan::new(schedule, effort, options.model, options.samples, materials);
-    let plan = match options.parts {
-        TrainedParts::All => plan,
-        TrainedParts::AllTwice => plan.twice(),
-        TrainedParts::WithoutPattern => plan.without_pattern(options.samples),
-        TrainedParts::PatternOnly => plan.pattern_only(options.pretrained.clone()),
+/// Runs schedule paper on an objective with a number of materials.
+fn run(
+    options: &Options,
+    identities: &[Identity],
+    objective: &dyn PaperObjective,
+    tasks: usize,
+    observer: &mut Observer<'_>,
+) -> Result<Values, TrainError> {
+    let outer_loop = OuterLoop {
+        initial: objective.initial_values(),
+        phases: &paper::phases(objective, options, tasks),
+        path: None,
+        identity: options.identity(identities),
+        checkpoints: options.checkpoints.as_ref(),
+        stage: 0,
     };
-    match options.model == ModelKind::Linear && options.prior.eta.is_some() {
-        true => plan.without_step_sizes(),
-        false => plan,
-    }
+    Ok(outer_loop.run(observer)?)
 }
 
-/// The state of a training with schedule joint or paper.
-struct Session<'o> {
-    options: &'o Options,
-    identity: RunIdentity,
-    plan: Plan,
-    /// The identities of all materials, in the original order.
-    identities: Vec<Identity>,
-    training: Vec<Box<dyn Material>>,
-    validation: Vec<Box<dyn Material>>,
+fn identities(materials: &[Box<dyn Material>]) -> Vec<Identity> {
+    let identities = materials.iter().map(|each| Identity::new(&**each));
+    identities.collect()
 }
 
-impl<'o> Session<'o> {
-    fn new(options: &'o Options, materials: Vec<Box<dyn Material>>) -> Self {
-        let identities: Vec<Identity> = materials
-            .iter()
-            .map(|each| Identity::new(&**each))
-            .collect();
-        let identity = options.identity(&identities);
-        let (training, validation) = split(materials, options.seed);
-        let plan = plan_of(options, training.len());
-        Self {
-            options,
-            identity,
-            plan,
-            identities,
-            training,
-            validation,
-        }
+/// Trains SGD steps with schedule paper. A tenth of the materials is held out.
+fn train_sgd<M: LaneModel>(
+    options: &Options,
+    materials: Vec<Box<dyn Material>>,
+    observer: &mut Observer<'_>,
+) -> Result<LearnedRecipe, TrainError> {
+    let seed = options.seed;
+    let identities = identities(&materials);
+    let (training, validation) = split(materials, seed);
+    let tasks = training.len();
+    let pool = |materials: Vec<Box<dyn Material>>, size, seed| {
+        let warps = [HighlightWarp::IDENTITY];
+        WarpedPool::new(materials.into(), 0, &warps, uniform_valid(size, seed))
+    };
+    let training = pool(training, POOL, seed);
+    let (held_out, split) = match validation.is_empty() {
+        true => (None, ValidationSplit::Training),
+        false => (
+            Some(pool(validation, VALIDATION_POOL, !seed)),
+            ValidationSplit::HeldOut,
+        ),
+    };
+    let objective = DescentObjective::<M> {
+        training: &training,
+        validation: held_out.as_ref().unwrap_or(&training),
+        pretrained: options
+            .pretrained
+            .as_ref()
+            .filter(|_| options.parts == TrainedParts::PatternOnly),
+        inner_steps: INNER_STEPS,
+        streams: RandomStreams { seed },
+        model: PhantomData,
+    };
+    let mut values = run(options, &identities, &objective, tasks, observer)?;
+    if options.parts == TrainedParts::WithoutPattern {
+        // The method Meta is evaluated at random patterns; a recipe needs one.
+        values.pattern = RandomStreams { seed }.initial_pattern(0, options.samples);
     }
+    let estimate = objective.expected_loss(&values);
+    Ok(LearnedRecipe {
+        pattern: angles_above_horizon(&values.pattern),
+        fit: LearnedFit::Sgd(LearnedSgd {
+            model: M::KIND,
+            steps: INNER_STEPS,
+            initial: values.initial,
+            step_sizes: values.hyperparameters,
+        }),
+        loss_predictor: None,
+        basis: None,
+        expected_loss: ValidatedLoss { estimate, split },
+        materials: identities,
+    })
+}
 
-    /// Returns the materials held out, or the training materials if none are held out.
-    fn validation_materials(&self) -> &[Box<dyn Material>] {
-        match self.validation.is_empty() {
-            true => &self.training,
-            false => &self.validation,
-        }
-    }
+/// Trains the pattern of the model Linear with schedule paper.
+fn train_ridge(
+    options: &Options,
+    materials: Vec<Box<dyn Material>>,
+    observer: &mut Observer<'_>,
+) -> Result<LearnedRecipe, TrainError> {
+    let (prior, seed, tasks) = (options.prior, options.seed, materials.len());
+    let identities = identities(&materials);
+    let (mut materials, mut held_out) = split(materials, seed);
+    materials.append(&mut held_out);
+    let columns = Columns::new(&materials);
+    let objective = RidgeObjective::new(materials, &columns, prior, seed);
+    let values = run(options, &identities, &objective, tasks, observer)?;
 
-    fn split(&self) -> ValidationSplit {
-        match self.validation.is_empty() {
-            true => ValidationSplit::Training,
-            false => ValidationSplit::HeldOut,
-        }
-    }
-
-    /// Runs the outer loop. Returns the best values and their loss.
-    fn run(
-        &self,
-        objective: &dyn MetaObjective,
-        observer: &mut Observer<'_>,
-    ) -> Result<Outcome, TrainError> {
-        let outer_loop = OuterLoop {
-            objective,
-            plan: &self.plan,
-            identity: self.identity,
-            seed: self.options.seed,
-            checkpoints: self.options.checkpoints.clone(),
-            stage: 0,
-        };
-        Ok(outer_loop.run(observer)?)
-    }
-
-    fn descent<M: LaneModel>(
-        &self,
-        observer: &mut Observer<'_>,
-    ) -> Result<LearnedRecipe, TrainError> {
-        let seed = self.options.seed;
-        let tasks = |materials, size, seed| TaskSet {
-            pool: Pool::new(materials, size, seed),
-            materials,
-        };
-        let objective = DescentObjective::<M> {
-            training: &tasks(&self.training, POOL, seed),
-            validation: &tasks(self.validation_materials(), VALIDATION_POOL, !seed),
-            plan: &self.plan,
-            inner_steps: INNER_STEPS,
-            streams: RandomStreams { seed },
-            model: PhantomData,
-        };
-        let Outcome {
-            expected_loss,
-            values,
-        } = self.run(&objective, observer)?;
-        Ok(LearnedRecipe {
-            pattern: angles_above_horizon(&values.pattern),
-            fit: LearnedFit::Sgd(LearnedSgd {
-                model: M::KIND,
-                steps: INNER_STEPS,
-                initial: values.initial,
-                step_sizes: self.plan.step_size_encoding.decode(&values.hyperparameters),
-            }),
-            loss_predictor: None,
-            basis: None,
-            expected_loss: ValidatedLoss {
-                estimate: expected_loss,
-                split: self.split(),
+    let all: Vec<usize> = (0..columns.count()).collect();
+    let basis = principal_components(&columns, &all, objective.components());
+    let bytes = basis.to_bytes();
+    let pattern = angles_above_horizon(&values.pattern);
+    let at = ComponentsAt::new(&basis, pattern.clone());
+    let precision = vec![prior.eta; basis.components()];
+    let ridge = LearnedRidge::new(at, &precision, Basis::checksum(&bytes));
+    Ok(LearnedRecipe {
+        pattern,
+        fit: LearnedFit::Ridge {
+            net: None,
+            ridge,
+            refinement: None,
+        },
+        loss_predictor: None,
+        basis: Some(bytes),
+        expected_loss: ValidatedLoss {
+            estimate: objective.expected_loss(&values),
+            // A single material is trained with its own basis.
+            split: match identities.len() {
+                1 => ValidationSplit::Training,
+                _ => ValidationSplit::LeftOut,
             },
-            materials: self.identities.clone(),
-        })
-    }
-
-    /// Trains the model Linear. No materials are held out: each is trained with the basis of other folds.
-    fn ridge(mut self, observer: &mut Observer<'_>) -> Result<LearnedRecipe, TrainError> {
-        self.training.append(&mut self.validation);
-        let columns = Columns::new(&self.training);
-        let (prior, seed) = (self.options.prior, self.options.seed);
-        let objective = LinearObjective::new(&self.training, &columns, prior, &self.plan, seed);
-        let Outcome {
-            expected_loss,
-            values,
-        } = self.run(&objective, observer)?;
-
-        let all: Vec<usize> = (0..columns.count()).collect();
-        let basis = principal_components(&columns, &all, objective.components());
-        let bytes = basis.to_bytes();
-        let pattern = angles_above_horizon(&values.pattern);
-        // The precision of an unconstrained or unused coefficient may exceed the range of recipes.
-        let precision = |log: &f32| log.exp().clamp(MIN_PRECISION, MAX_PRECISION);
-        let precision: Vec<f32> = values.hyperparameters.iter().map(precision).collect();
-        let checksum = Basis::checksum(&bytes);
-        let ridge = LearnedRidge::new(&basis, &pattern, &precision, checksum);
-        Ok(LearnedRecipe {
-            pattern,
-            fit: LearnedFit::Ridge {
-                net: None,
-                ridge,
-                refinement: None,
-            },
-            loss_predictor: None,
-            basis: Some(bytes),
-            expected_loss: ValidatedLoss {
-                estimate: expected_loss,
-                // A single material is trained with its own basis.
-                split: match self.identities.len() {
-                    1 => ValidationSplit::Training,
-                    _ => ValidationSplit::LeftOut,
-                },
-            },
-            materials: self.identities,
-        })
-    }
+        },
+        materials: identities,
+    })
 }
 
 /// Holds out a tenth of the shuffled materials, rounded down.

@@ -10,7 +10,6 @@ use glimpse_kernels::Dual;
 use serde::{Deserialize, Serialize};
 
 use super::pattern::{Pattern, logits_from_reachable, reachable_angles};
-use super::phase::{Initialization, OuterStep};
 use crate::route::{self, Axes, Machine, MachineError, axes_from_angles};
 
 /// A budget for the time of a scan, and the machine that scans.
@@ -122,10 +121,6 @@ const DAMPING: f64 = 4.0;
 const WEIGHTS: [f32; 2] = [1e-7, 10.0];
 /// The share of the budget that training aims at. The last steps overshoot by less than the rest.
 const AIM: f64 = 0.99;
-/// The multiples of the budget at the start of a first guess and of other phases. Patterns spread before they contract.
-const INITIAL_ALLOWANCES: [f64; 2] = [3.0, 1.3];
-/// The share of a phase after which the budget is the given one.
-const CONTRACTION: f64 = 0.4;
 /// The slope of the factor of validation losses beyond the budget.
 const SELECTION_SLOPE: f32 = 20.0;
 /// The number of steps between two searches for a faster order.
@@ -218,16 +213,10 @@ impl Motion {
         })
     }
 
-    /// Returns the gradient of the weighted time of a path with respect to the pattern's logits. Updates `weight`, that of
-    /// a second, for the next step.
+    /// Returns the gradient of the weighted time of a path with respect to the pattern's logits. `allowance` is the present
+    /// budget, as a multiple of the given one. Updates `weight`, that of a second, for the next step.
     #[must_use]
-    pub fn weighted_gradient(
-        &self,
-        logits: &[f32],
-        outer_step: OuterStep<'_>,
-        weight: &mut f32,
-    ) -> Vec<f32> {
-        let allowance = allowance(outer_step);
+    pub fn weighted_gradient(&self, logits: &[f32], allowance: f64, weight: &mut f32) -> Vec<f32> {
         let pattern = Pattern::from_logits_within(logits, self.machine.limits);
         let path = self.path(pattern.angles());
         let excess = (path.seconds / (allowance * AIM * self.seconds) - 1.0).clamp(-1.0, 1.0);
@@ -272,8 +261,8 @@ impl Motion {
 
     /// Shortens a pattern after a step, if the budget is the given one by then. The completion then learns for a pattern within
     /// the budget: it is sensitive to the directions of samples that are close to each other.
-    pub fn project(&self, logits: &mut [f32], outer_step: OuterStep<'_>) {
-        if allowance(outer_step) <= 1.0 {
+    pub fn project(&self, logits: &mut [f32], allowance: f64) {
+        if allowance <= 1.0 {
             // The finished pattern is shortened further, or refused.
             let _ = self.shorten_within(PROJECTION_STEPS, logits);
         }
@@ -308,17 +297,6 @@ impl Motion {
             seconds: self.budget.seconds,
         })
     }
-}
-
-/// Returns the current budget as a multiple of the given one.
-fn allowance(OuterStep { phase, step, .. }: OuterStep<'_>) -> f64 {
-    let [guess, other] = INITIAL_ALLOWANCES;
-    let initial = match phase.initialization {
-        Initialization::Guess(_) => guess,
-        _ => other,
-    };
-    let progress = step as f64 / phase.steps as f64;
-    1.0 + (initial - 1.0) * (1.0 - progress / CONTRACTION).max(0.0)
 }
 
 /// Returns the derivatives of the polar angle and of the azimuth of a direction. They are 0 along the normal, where

@@ -220,7 +220,6 @@ impl Training {
             options: match (options.schedule, options.model) {
                 (Schedule::Prior, _) => options.completion_options.to_string(),
                 (_, ModelKind::Linear) => {
-                    let eta = eta.map_or("learned".to_owned(), |eta| eta.to_string());
                     format!("{components} bases, eta {eta}")
                 }
                 _ => String::new(),

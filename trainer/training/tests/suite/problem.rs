@@ -8,7 +8,7 @@ use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient, Real, SampleList};
 use proptest::prelude::*;
 
 use glimpse_gradcheck::cases::{Variables, sample, variables};
-use glimpse_gradcheck::{Traced, parameters};
+use glimpse_gradcheck::parameters;
 
 /// An inner loop with inner and outer samples.
 #[derive(Clone, Debug)]
@@ -49,31 +49,38 @@ pub(crate) fn problems<M: Model>(
 }
 
 /// Converts variables to samples of equal weight, for the mean over samples and channels.
-fn samples<S: Scalar>(list: &[Variables]) -> Vec<Sample<S>> {
+fn samples<S: Scalar>(list: impl ExactSizeIterator<Item = [S; 8]>) -> Vec<Sample<S>> {
     let weight = 1.0 / (3.0 * list.len() as f64);
-    list.iter().map(|each| sample(*each, weight)).collect()
+    list.map(|each| sample(each, weight)).collect()
 }
 
 impl Problem {
-    /// Returns the outer loss, and records each branch that the computation takes.
-    pub(crate) fn loss<M: Model>(&self) -> Traced {
-        let traced = |list: &[f64]| -> Vec<Traced> { list.iter().copied().map(Traced).collect() };
-        let initial = traced(&self.initial);
-        let inner_loop =
-            InnerLoop::<M, Traced>::new(&initial, &traced(&self.step_sizes), self.steps);
-        let fitted = inner_loop.fit(&samples(&self.inner)[..]);
-        let zero = Traced(0.0);
+    /// Returns theta_0, alpha, and the variables of the inner samples in one list.
+    pub(crate) fn inputs(&self) -> Vec<f64> {
+        let inner = self.inner.as_flattened();
+        [&self.initial[..], &self.step_sizes, inner].concat()
+    }
+
+    /// Returns the outer loss of inputs, computed forward.
+    pub(crate) fn loss<M: Model, S: Real>(&self, inputs: &[S]) -> S {
+        let (initial, rest) = inputs.split_at(M::PARAMETERS);
+        let (step_sizes, inner) = rest.split_at(M::PARAMETERS);
+        let inner_loop = InnerLoop::<M, S>::new(initial, step_sizes, self.steps);
+        let inner = samples(inner.as_chunks().0.iter().copied());
+        let fitted = inner_loop.fit(&inner[..]);
+        let zero = S::constant(0.0);
         let mut gradient = parameters([], zero);
-        samples(&self.outer).iter().fold(zero, |sum, sample| {
-            sum + M::accumulate_gradient::<Traced, false>(&fitted, sample, &mut gradient).loss()
+        let outer = self.outer.iter().map(|each| each.map(S::constant));
+        samples(outer).iter().fold(zero, |sum, sample| {
+            sum + M::accumulate_gradient::<S, false>(&fitted, sample, &mut gradient).loss()
         })
     }
 
     /// Returns the meta-gradient under test.
     pub(crate) fn meta_gradient<M: Model>(&self) -> LossGradient<f64, SampleGradient<f64>> {
         let inner_loop = InnerLoop::<M, f64>::new(&self.initial, &self.step_sizes, self.steps);
-        let inner = samples(&self.inner);
-        let outer = samples(&self.outer);
+        let inner = samples(self.inner.iter().copied());
+        let outer = samples(self.outer.iter().copied());
         let by_samples = vec![SampleGradient::zero(); inner.len()];
         LossGradient::compute(&inner_loop, &[&inner[..]], &outer[..], by_samples)
     }

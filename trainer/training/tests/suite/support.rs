@@ -3,15 +3,16 @@
 use std::fmt::Debug;
 use std::ops::ControlFlow;
 
-use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
+use glimpse_core::geometry::Angles;
+use glimpse_core::model::Neural;
+use glimpse_core::model::{Model, ParameterSet};
 use glimpse_gradcheck::parameters;
-use glimpse_kernels::Dual;
-use glimpse_materials::basis::{AngleDual, Basis};
+use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, NeuralBrdf, Procedural};
-use glimpse_training::linear::ReducedBasis;
-use glimpse_training::meta::linear::{OuterSamples, TaskGradient};
-use glimpse_training::meta::outer::{Outcome, OuterLoop};
+use glimpse_training::meta::completion::highlight_warp::HighlightWarp;
+use glimpse_training::meta::completion::pool::WarpedPool;
+use glimpse_training::meta::outer::OuterLoop;
+use glimpse_training::meta::phase::Values;
 use rand::Rng;
 use rand_chacha::ChaCha8Rng;
 
@@ -45,44 +46,63 @@ pub(crate) fn angles_from_array([theta_h, theta_d, phi_d]: [f64; 3]) -> Angles<f
     }
 }
 
-/// Returns the gradient of the loss of the model Linear for one material, a network. Its readings are computed in
-/// double precision.
-pub(crate) fn task_gradient(
-    network: &NeuralBrdf,
-    basis: &Basis,
-    pattern: &[Angles<f64>],
-    prior_precisions: &[f64],
-    outer: &OuterSamples<'_>,
-) -> TaskGradient {
-    let reduced = ReducedBasis::new(basis, pattern);
-    let factors = reduced.factorize(prior_precisions);
-    let weights = network.parameters().iter();
-    let weights = weights.map(|weight| Dual::from_value(f64::from(*weight)));
-    let weights: NeuralParameters<Dual<f64, 3>> = parameters(weights, Dual::from_value(0.0));
-    let measure = |angles: &Angles<f64>| -> [AngleDual; 3] {
-        let at = HalfDifference::from_angles(Dual::variables(*angles));
-        Neural::brdf::<Dual<f64, 3>>(&weights, &at)
-    };
-    let measured: Vec<[AngleDual; 3]> = pattern.iter().map(measure).collect();
-    let inputs = (prior_precisions, &factors[..]);
-    TaskGradient::new(&reduced, inputs, &measured, outer)
+/// Returns materials at `size` uniform directions.
+pub(crate) fn pool(materials: Vec<Box<dyn Material>>, size: usize, seed: u64) -> WarpedPool {
+    let warps = [HighlightWarp::IDENTITY];
+    WarpedPool::new(materials.into(), 0, &warps, uniform_valid(size, seed))
 }
 
-/// Returns the bits of each step's loss, of the expected loss, and of the learned values.
+/// Returns the bits of all numbers.
+pub(crate) fn bits(values: &Values) -> Vec<u32> {
+    let numbers = values.each().into_iter().flatten();
+    numbers.map(|number| number.to_bits()).collect()
+}
+
+/// Asserts that the slope of a loss along each group of its gradient is the squared norm of that group. Returns the
+/// number of groups with a gradient.
+pub(crate) fn assert_gradient_matches_loss(
+    name: &str,
+    values: &Values,
+    gradient: impl Fn(&Values) -> (f32, Values),
+) -> usize {
+    /// The largest change of a value. Gauss-Newton steps have a large curvature.
+    const CHANGE: f64 = 1e-4;
+    let (loss, by_values) = gradient(values);
+    assert!(loss > 0.0 && loss.is_finite());
+    let mut compared = 0;
+    for (group, direction) in by_values.each().into_iter().enumerate() {
+        let numbers = || direction.iter().map(|entry| f64::from(*entry));
+        let square: f64 = numbers().map(|entry| entry * entry).sum();
+        if square == 0.0 {
+            continue;
+        }
+        let largest = numbers().fold(0.0_f64, |max, entry| max.max(entry.abs()));
+        let step = (0.6 * CHANGE * f64::from(loss) / square).min(CHANGE / largest);
+        let loss_at = |sign: f64| {
+            let mut values = values.clone();
+            for (value, entry) in values.each_mut()[group].iter_mut().zip(direction) {
+                *value += (sign * step * f64::from(*entry)) as f32;
+            }
+            f64::from(gradient(&values).0)
+        };
+        let slope = (loss_at(1.0) - loss_at(-1.0)) / (2.0 * step);
+        let error = (slope - square).abs() / square;
+        println!("{name}, group {group}: {slope:.4e} and {square:.4e}");
+        assert!(error < 0.03, "{name}, group {group}: {slope} and {square}");
+        compared += 1;
+    }
+    compared
+}
+
+/// Returns the bits of each step's loss, and of the learned values.
 pub(crate) fn run_bits(run: &OuterLoop<'_>) -> Vec<u32> {
-    let mut bits = Vec::new();
-    let outcome = run.run(&mut |progress| {
-        bits.push(progress.loss.to_bits());
+    let mut all = Vec::new();
+    let values = run.run(&mut |progress| {
+        all.push(progress.loss.to_bits());
         ControlFlow::Continue(())
     });
-    let Outcome {
-        expected_loss,
-        values,
-    } = outcome.expect("the run is not stopped");
-    bits.push(expected_loss.loss.to_bits());
-    let values = values.each().into_iter().flatten();
-    bits.extend(values.map(|value| value.to_bits()));
-    bits
+    all.extend(bits(&values.expect("the run is not stopped")));
+    all
 }
 
 /// Runs `work` on one, two and seven threads, asserts equal results, and returns the result.

@@ -1,18 +1,17 @@
 //! The evidence of readings for the loss of a fit: coefficients, innovation and residual.
 
-use glimpse_optimizer::Groups;
 use rayon::prelude::*;
 
 use super::loss_predictor::Evidence;
 use super::objective::{CHUNK, CompletedBatch, CompletionObjective, PreparedParameters};
-use super::reading::{PresentReadings, Reading};
-use super::refinement::RefinementInputs;
+use super::reading::Reading;
 use super::task::Task;
+use crate::meta::phase::Values;
 
 impl CompletionObjective<'_> {
     /// Returns the innovation and the mean residual at the readings of each task.
     #[must_use]
-    pub fn evidence(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<Evidence> {
+    pub fn evidence(&self, values: &Values, tasks: &[Task]) -> Vec<Evidence> {
         let prepared = self.prepare(values, self.reachable_pattern(values));
         let evaluate_chunk = |tasks: &[Task]| -> Vec<Evidence> {
             let readings = self.read_all(&prepared, tasks);
@@ -42,39 +41,32 @@ impl CompletionObjective<'_> {
         readings: &[Reading],
         index: usize,
     ) -> f32 {
-        let present = &completed.present[index];
-        let coefficients = &completed.corrected[index].coefficients;
-        let inner = PresentReadings::new(readings, present);
-        let octets = inner.octets(&prepared.pattern);
-        let Some(refinement) = self.refinement else {
+        let refined = self.refinement.and_then(|refinement| {
+            self.with_inputs((prepared, completed, readings), index, |inputs| {
+                refinement.loss(&refinement.fit(inputs), inputs.readings)
+            })
+        });
+        refined.unwrap_or_else(|| {
+            let present = &completed.present[index];
+            let coefficients = &completed.corrected[index].coefficients;
+            let at = &prepared.correction.at;
             let count = present.iter().filter(|present| **present).count().max(1);
             let errors = readings.iter().enumerate().filter(|(i, _)| present[*i]);
             let errors = errors.map(|(sample, reading)| {
-                let modeled =
-                    prepared
-                        .correction
-                        .brdf(sample, &prepared.standardization, coefficients);
-                let cosine = prepared.standardization.cos_theta_i(sample);
+                let modeled = at.brdf(sample, coefficients);
+                let cosine = at.cos_theta_i[sample];
                 let channels = modeled.iter().zip(&reading.brdf);
                 channels
                     .map(|(f, y)| ((1.0 + f * cosine) / (1.0 + y * cosine)).ln().abs())
                     .sum::<f32>()
             });
-            return errors.sum::<f32>() / (3 * count) as f32;
-        };
-        let parameters = refinement.fit(&RefinementInputs {
-            initial: &Self::initial_parameters(prepared, completed, index),
-            hyperparameters: &prepared.hyperparameters,
-            coefficients,
-            readings: &octets,
-            virtual_readings: &self.subset.virtual_readings,
-        });
-        refinement.loss(&parameters, &octets)
+            errors.sum::<f32>() / (3 * count) as f32
+        })
     }
 
     /// Returns the corrected coefficients of each task that the net completes, averaged over channels.
     #[must_use]
-    pub fn mean_coefficients(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<Vec<f32>> {
+    pub fn mean_coefficients(&self, values: &Values, tasks: &[Task]) -> Vec<Vec<f32>> {
         let prepared = self.prepare(values, self.reachable_pattern(values));
         let evaluate_chunk = |tasks: &[Task]| -> Vec<Vec<f32>> {
             let completed = self.complete(&prepared, tasks, &self.read_all(&prepared, tasks));

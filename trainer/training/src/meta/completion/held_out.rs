@@ -1,6 +1,5 @@
 //! Losses of materials that were held out of training: the data of the loss predictor.
 
-use glimpse_optimizer::Groups;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -9,6 +8,7 @@ use super::loss_predictor::{Evidence, HeldOutLoss, HeldOutOrigin};
 use super::objective::CompletionObjective;
 use super::task::{Dropout, MaterialGroup, Task};
 use crate::meta::options::Options;
+use crate::meta::phase::Values;
 
 /// The number of rough tasks per fold.
 const ROUGH_TASKS: usize = 1_024;
@@ -20,7 +20,7 @@ const MAX_PARTIAL_COUNTS: usize = 16;
 const PARTIAL_OCTET_STRIDE: usize = 4;
 
 /// The objective and the values of a run.
-type Trained<'t> = (&'t CompletionObjective<'t>, &'t Groups<Vec<f32>>);
+type Trained<'t> = (&'t CompletionObjective<'t>, &'t Values);
 
 /// A fold, and the run without its materials.
 pub(super) struct TrainedFold<'t> {

@@ -1,22 +1,22 @@
-//! The [`MetaObjective`] of the schedule `prior`: CoefficientNet, StartNet and pattern.
+//! The parts of the schedule `prior`: initial values, the gradient of a step, and what happens between phases.
 
-use glimpse_optimizer::Groups;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
+use super::hyperparameters::Hyperparameters;
 use super::initial_weights::initial_weights;
-use super::objective::{CHUNK, CompletionObjective, ENCODING, add_scaled};
+use super::objective::{CHUNK, CompletionObjective, StepOptions};
 use super::reading::Reading;
 use super::refinement::Refinement;
 use super::sample_order::greedy_order;
-use super::task::{Dropout, Task};
+use super::task::Task;
 use super::weighted_loss::{mean, weighted_mean};
+use crate::linear::add_scaled;
 use crate::meta::initialization::initial_guess;
-use crate::meta::objective::{LossEstimate, MetaObjective, permute};
+use crate::meta::objective::LossEstimate;
 use crate::meta::pattern::Pattern;
-use crate::meta::phase::{OuterStep, Phase};
-use crate::meta::scan_budget::Motion;
+use crate::meta::phase::{OuterStep, Values};
 
 /// The initial precision of a component in the correction.
 const INITIAL_PRECISION: f32 = 3.0;
@@ -30,32 +30,30 @@ const INITIAL_TASKS: usize = 32;
 const INITIAL_STREAM: u64 = u64::MAX - 100;
 
 impl CompletionObjective<'_> {
-    /// Returns the hyperparameters before training: those of the refinement, then the precisions of the correction. A fold
-    /// may have fewer components than an earlier run.
+    /// Returns the trained hyperparameters before training. A fold may have fewer components than an earlier run.
     fn initial_hyperparameters(&self) -> Vec<f32> {
-        let refinement = self.refinement.map(Refinement::initial_hyperparameters);
-        let refinement = refinement.unwrap_or_default();
-        let count = refinement.len() + self.subset.basis.components();
-        if let Some(earlier) = self.earlier {
-            return earlier.hyperparameters[..count].to_vec();
+        let components = self.subset.basis.components();
+        let initial = Hyperparameters {
+            steps: self.refinement.map(Refinement::initial_hyperparameters),
+            precision: vec![INITIAL_PRECISION; components],
+        };
+        let initial = initial.encode();
+        match self.earlier {
+            Some(earlier) => earlier.hyperparameters[..initial.len()].to_vec(),
+            None => initial,
         }
-        let mut all = refinement;
-        all.resize(count, INITIAL_PRECISION);
-        all.into_iter()
-            .map(|value| ENCODING.encode(value))
-            .collect()
     }
-}
 
-impl MetaObjective for CompletionObjective<'_> {
-    fn initial_values(&self, guess: u64) -> Groups<Vec<f32>> {
+    /// Returns initial meta-parameters. `guess` is the index of an independent initialization.
+    #[must_use]
+    pub fn initial_values(&self, guess: u64) -> Values {
         let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess_seed(guess));
         let [coefficient_net, start_net] = initial_weights(self.shape, &mut random);
         let initial = match self.refinement {
             Some(refinement) => initial_guess(refinement.model(), &mut random),
             None => Vec::new(),
         };
-        Groups {
+        Values {
             hyperparameters: self.initial_hyperparameters(),
             initial,
             pattern: match self.earlier {
@@ -67,20 +65,20 @@ impl MetaObjective for CompletionObjective<'_> {
         }
     }
 
-    fn motion(&self) -> Option<&Motion> {
-        self.motion.as_ref()
-    }
-
-    fn permute_samples(&self, mut values: Groups<Vec<f32>>, order: &[usize]) -> Groups<Vec<f32>> {
+    /// Returns meta-parameters, or their moments, with the samples in another order, given as indices. A list may be
+    /// empty.
+    #[must_use]
+    pub fn permute_samples(&self, mut values: Values, order: &[usize]) -> Values {
         permute(&mut values.pattern, 3, order);
         permute(&mut values.coefficient_net, 3 * self.shape.rows(), order);
         values
     }
 
-    /// Sorts samples by the loss of the completed coefficients on the validation materials.
+    /// Sorts samples by their importance, for scans that may end early: by the loss of the completed coefficients on the validation materials.
     ///
     /// With a budget for the time of a scan, the order is that of the path instead.
-    fn reorder_samples(&self, values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
+    #[must_use]
+    pub fn reorder_samples(&self, values: Values) -> Values {
         if self.dataset.augmentation_options.missing_share == 0.0 || self.motion.is_some() {
             return values;
         }
@@ -115,9 +113,10 @@ impl MetaObjective for CompletionObjective<'_> {
         self.permute_samples(values, &order)
     }
 
-    /// Compares the losses after the fit. They differ by a factor of two between draws of Neural; Phong and Cook-Torrance
+    /// Returns meta-parameters with the best of several draws of initial parameters. The losses after the fit differ by a factor of two between draws of Neural; Phong and Cook-Torrance
     /// have a single draw.
-    fn choose_initial(&self, mut values: Groups<Vec<f32>>) -> Groups<Vec<f32>> {
+    #[must_use]
+    pub fn choose_initial(&self, mut values: Values) -> Values {
         let Some(refinement) = self.refinement else {
             return values;
         };
@@ -148,35 +147,33 @@ impl MetaObjective for CompletionObjective<'_> {
         values
     }
 
-    fn gradient(
+    /// Returns the weighted mean loss over a step's batch of tasks, and its gradient, which includes the
+    /// [barrier](Pattern::barrier).
+    #[must_use]
+    pub fn gradient(
         &self,
-        values: &Groups<Vec<f32>>,
-        outer_step: OuterStep<'_>,
-    ) -> (f32, Groups<Vec<f32>>) {
+        values: &Values,
+        outer_step: OuterStep,
+        options: StepOptions,
+    ) -> (f32, Values) {
         let prepared = self.prepare(
             values,
             Pattern::from_logits_within(&values.pattern, self.limits),
         );
-        let dropout = match outer_step.phase.samples_ordered {
-            true => Dropout::TailOrFew,
-            false => Dropout::Any,
-        };
-        let tasks: Vec<Task> = (0..outer_step.phase.batch)
+        let tasks: Vec<Task> = (0..outer_step.batch)
             .map(|slot| {
                 let mut random = self.streams.slot(outer_step, slot + 1);
                 Task::random(
                     &self.dataset.pool,
                     &self.subset.groups,
                     &self.dataset.augmentation_options,
-                    [self.shape.samples, outer_step.phase.outer_samples],
-                    dropout,
+                    [self.shape.samples, options.outer_samples],
+                    options.dropout,
                     &mut random,
                 )
             })
             .collect();
-        let refinement = self
-            .refinement
-            .filter(|_| outer_step.phase.rates.start_net > 0.0);
+        let refinement = self.refinement.filter(|_| options.is_refined);
         let chunks: Vec<_> = tasks
             .par_chunks(CHUNK)
             .map(|tasks| self.chunk_gradient(&prepared, tasks, refinement))
@@ -200,20 +197,33 @@ impl MetaObjective for CompletionObjective<'_> {
         (loss, gradient)
     }
 
-    fn fitness(&self, values: &Groups<Vec<f32>>, _: &Phase) -> f32 {
-        self.validation_loss(values)
-    }
-
-    /// Uses the loss of the completed coefficients: the StartNet is trained only after the pattern search.
-    fn validation_loss(&self, values: &Groups<Vec<f32>>) -> f32 {
+    /// Returns the weighted mean loss of the completed coefficients on the validation materials, by which the best pattern
+    /// is selected: the StartNet is trained only after the search. It is larger for patterns beyond a budget.
+    #[must_use]
+    pub fn selection_loss(&self, values: &Values) -> f32 {
+        let factor = match &self.motion {
+            Some(motion) => motion.selection_factor(&values.pattern),
+            None => 1.0,
+        };
         let prepared = self.prepare(values, self.reachable_pattern(values));
         let tasks = self.plain_tasks(&self.subset.validation);
-        weighted_mean(&self.losses(&prepared, &tasks, None, self.validation_directions()))
+        factor * weighted_mean(&self.losses(&prepared, &tasks, None, self.validation_directions()))
     }
 
-    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> LossEstimate {
+    /// Returns the unweighted mean loss on the validation materials: an estimate for an unseen material.
+    #[must_use]
+    pub fn expected_loss(&self, values: &Values) -> LossEstimate {
         let losses = self.material_losses(values, &self.subset.validation);
         let losses = losses.iter().copied();
         LossEstimate::new(mean(losses.clone()), losses.map(f64::from))
+    }
+}
+
+/// Reorders a list with `width` entries per sample.
+fn permute(list: &mut [f32], width: usize, order: &[usize]) {
+    let original = list.to_vec();
+    let entries = order.iter().zip(list.chunks_exact_mut(width));
+    for (sample, entry) in entries {
+        entry.copy_from_slice(&original[sample * width..][..width]);
     }
 }

@@ -13,6 +13,7 @@ pub mod dataset;
 mod evidence;
 mod held_out;
 pub mod highlight_warp;
+pub mod hyperparameters;
 mod initial_weights;
 pub mod loss_predictor;
 mod meta_objective;

@@ -1,34 +1,29 @@
 //! The loss of the schedule `prior` and its gradient over tasks: CoefficientNet, StartNet and pattern.
 
 use glimpse_core::gonio::Limits;
-use glimpse_core::section::MIN_PRECISION;
+use glimpse_core::model::ModelKind;
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::components::ComponentTable;
-use glimpse_kernels::lanes::{InstructionSet, Octet, OctetDirections, WIDTH};
-use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights};
-use glimpse_optimizer::Groups;
+use glimpse_kernels::lanes::WIDTH;
 use rayon::prelude::*;
 
 use super::correction::{Corrected, Correction};
 use super::dataset::{Dataset, Subset};
+use super::hyperparameters::Hyperparameters;
 use super::pool::WarpedPool;
-use super::reading::{PresentReadings, Reading, Standardization};
+use super::reading::Reading;
 use super::refinement::{Refinement, RefinementGradient, RefinementInputs};
-use super::task::Task;
-use super::weighted_loss::WeightedLoss;
+use super::task::{Dropout, Task};
+use super::weighted_loss::{WeightedLoss, task_weight};
+use crate::linear::{ComponentsAt, add_scaled};
 use crate::meta::objective::RandomStreams;
 use crate::meta::pattern::{Pattern, reachable_angles};
-use crate::meta::phase::StepSizeEncoding;
-use crate::meta::plan::LossWeights;
+use crate::meta::phase::Values;
+use crate::meta::samples::{WeightedSamples, uniform_weight};
 use crate::meta::scan_budget::Motion;
 
 /// The number of tasks that a thread processes together.
 pub(super) const CHUNK: usize = 16;
-/// The largest hyperparameter in a recipe.
-const MAX_READING_WEIGHT: f32 = 1e4;
-/// The encoding of the step sizes, which keeps them positive.
-pub(super) const ENCODING: StepSizeEncoding = StepSizeEncoding::Logarithm;
-
 /// The objective of schedule prior: the CoefficientNet alone for the model Linear, otherwise with the StartNet and its
 /// descent.
 pub struct CompletionObjective<'a> {
@@ -38,8 +33,6 @@ pub struct CompletionObjective<'a> {
     pub subset: &'a Subset,
     /// The layer sizes of both networks.
     pub shape: Shape,
-    /// The weighting of material losses.
-    pub loss_weights: LossWeights,
     /// The random number streams.
     pub streams: RandomStreams,
     /// The fit after the StartNet; None for the model Linear.
@@ -52,7 +45,7 @@ pub struct CompletionObjective<'a> {
     /// The motion of a scan, if its time has a budget.
     pub motion: Option<Motion>,
     /// The values of an earlier run, whose pattern and hyperparameters a run starts with; None draws a pattern per guess.
-    pub earlier: Option<&'a Groups<Vec<f32>>>,
+    pub earlier: Option<&'a Values>,
 }
 
 /// The directions of the loss, and the components at them.
@@ -64,11 +57,10 @@ pub(super) struct Directions<'a> {
 
 /// Meta-parameters, prepared for tasks.
 pub(super) struct PreparedParameters<'v> {
-    values: &'v Groups<Vec<f32>>,
+    values: &'v Values,
     weights: CompletionWeights<'v>,
-    pub(super) hyperparameters: Vec<f32>,
+    pub(super) hyperparameters: Hyperparameters,
     pub(super) pattern: Pattern,
-    pub(super) standardization: Standardization,
     pub(super) correction: Correction,
 }
 
@@ -90,50 +82,30 @@ struct TaskResult {
     refined: Option<RefinementGradient>,
 }
 
-/// Returns the pool directions at which the loss of a task is evaluated.
-fn octet_directions(pool: &WarpedPool, task: &Task) -> Vec<OctetDirections> {
-    let directions = task.octets.iter();
-    directions
-        .map(|octet| pool.octet_directions[*octet as usize])
-        .collect()
-}
-
-/// Returns samples of equal weight.
-fn uniform_samples<'s>(
-    directions: &'s [OctetDirections],
-    values: &'s [OctetRgb],
-) -> SampleOctets<'s> {
-    let weight = Octet([uniform_weight(values.len()); WIDTH]);
-    SampleOctets {
-        at: directions,
-        values,
-        order: None,
-        weights: SampleWeights::Mean([weight; 2]),
-        instruction_set: InstructionSet::detect(),
-        back_to_back: false,
-    }
-}
-
-/// Returns the weight of each value in a mean over octets of directions.
-fn uniform_weight(octets: usize) -> f32 {
-    1.0 / (3 * WIDTH * octets) as f32
-}
-
-/// Returns the hyperparameters, within the range of recipes.
-pub(super) fn hyperparameters(values: &Groups<Vec<f32>>) -> Vec<f32> {
-    let list = ENCODING.decode(&values.hyperparameters).into_iter();
-    list.map(|value| value.clamp(MIN_PRECISION, MAX_READING_WEIGHT))
-        .collect()
-}
-
-/// sum += factor * vector
-pub(super) fn add_scaled(sum: &mut [f32], factor: f32, vector: &[f32]) {
-    for (entry, value) in sum.iter_mut().zip(vector) {
-        *entry += factor * value;
-    }
+/// The tasks of a step.
+#[derive(Clone, Copy, Debug)]
+pub struct StepOptions {
+    /// The number of directions of a task's loss.
+    pub outer_samples: usize,
+    /// The distribution of missing readings.
+    pub dropout: Dropout,
+    /// True if the loss is that after the steps, false for that of the coefficients.
+    pub is_refined: bool,
 }
 
 impl<'a> CompletionObjective<'a> {
+    /// Returns the model.
+    #[must_use]
+    pub fn model(&self) -> ModelKind {
+        self.refinement
+            .map_or(ModelKind::Linear, |refinement| refinement.model())
+    }
+
+    /// Returns the hyperparameters of meta-parameters.
+    pub(super) fn hyperparameters(&self, values: &Values) -> Hyperparameters {
+        Hyperparameters::decode(&values.hyperparameters, self.subset.basis.components())
+    }
+
     fn training_directions(&self) -> Directions<'a> {
         Directions {
             pool: &self.dataset.pool,
@@ -149,24 +121,19 @@ impl<'a> CompletionObjective<'a> {
     }
 
     /// Returns the pattern of the recipe, within the limits.
-    pub(super) fn reachable_pattern(&self, values: &Groups<Vec<f32>>) -> Pattern {
+    pub(super) fn reachable_pattern(&self, values: &Values) -> Pattern {
         Pattern::new(reachable_angles(&values.pattern, &self.limits))
     }
 
     pub(super) fn prepare<'v>(
         &self,
-        values: &'v Groups<Vec<f32>>,
+        values: &'v Values,
         pattern: Pattern,
     ) -> PreparedParameters<'v> {
-        let hyperparameters = hyperparameters(values);
-        let refinement = hyperparameters.len() - self.subset.basis.components();
+        let hyperparameters = self.hyperparameters(values);
+        let at = ComponentsAt::new(&self.subset.basis, pattern.angles().to_vec());
         PreparedParameters {
-            correction: Correction::new(
-                &self.subset.basis,
-                pattern.angles(),
-                self.shape.components,
-                &hyperparameters[refinement..],
-            ),
+            correction: Correction::new(at, self.shape.components, &hyperparameters.precision),
             values,
             weights: CompletionWeights {
                 shape: self.shape,
@@ -174,7 +141,6 @@ impl<'a> CompletionObjective<'a> {
                 start_net: &values.start_net,
             },
             hyperparameters,
-            standardization: Standardization::new(&self.subset.basis, pattern.angles()),
             pattern,
         }
     }
@@ -185,8 +151,7 @@ impl<'a> CompletionObjective<'a> {
             task,
             &self.dataset.materials,
             &self.dataset.augmentation_options,
-            prepared.pattern.angles(),
-            &prepared.standardization,
+            &prepared.correction.at,
         )
     }
 
@@ -254,6 +219,26 @@ impl<'a> CompletionObjective<'a> {
         initial
     }
 
+    /// Calls a function with the inputs of a task's refinement.
+    pub(super) fn with_inputs<T>(
+        &self,
+        (prepared, completed, readings): (&PreparedParameters<'_>, &CompletedBatch, &[Reading]),
+        index: usize,
+        function: impl FnOnce(&RefinementInputs<'_>) -> T,
+    ) -> Option<T> {
+        let hyperparameters = prepared.hyperparameters.steps.as_ref()?;
+        let brdf: Vec<[f32; 3]> = readings.iter().map(|reading| reading.brdf).collect();
+        let directions = prepared.pattern.octet_directions();
+        let present = WeightedSamples::present(directions, &brdf, &completed.present[index]);
+        Some(function(&RefinementInputs {
+            initial: &Self::initial_parameters(prepared, completed, index),
+            hyperparameters,
+            coefficients: &completed.corrected[index].coefficients,
+            readings: &present.octets(),
+            virtual_readings: &self.subset.virtual_readings,
+        }))
+    }
+
     /// Returns the loss of one task, and its gradients.
     fn task_result(
         &self,
@@ -275,7 +260,7 @@ impl<'a> CompletionObjective<'a> {
             uniform_weight(values.len()),
             Some(&mut by_coefficients),
         );
-        let weight = self.loss_weights.weight(black) * task.reading_weight();
+        let weight = task_weight(black) * task.reading_weight();
         let share = match refinement {
             Some(_) => self.auxiliary_weight,
             None => 1.0,
@@ -283,22 +268,14 @@ impl<'a> CompletionObjective<'a> {
         for derivative in &mut by_coefficients {
             *derivative *= share * weight;
         }
-        let refined = refinement.map(|refinement| {
-            let directions = octet_directions(pool, task);
-            let inner = PresentReadings::new(readings, &completed.present[index]);
-            let gradient = refinement.gradient(
-                &RefinementInputs {
-                    initial: &Self::initial_parameters(prepared, completed, index),
-                    hyperparameters: &prepared.hyperparameters,
-                    coefficients,
-                    readings: &inner.octets(&prepared.pattern),
-                    virtual_readings: &self.subset.virtual_readings,
-                },
-                &uniform_samples(&directions, &values),
-            );
-            add_scaled(&mut by_coefficients, weight, &gradient.coefficients);
-            gradient
+        let refined = refinement.and_then(|refinement| {
+            self.with_inputs((prepared, completed, readings), index, |inputs| {
+                refinement.gradient(inputs, &task.samples(pool).octets())
+            })
         });
+        if let Some(refined) = &refined {
+            add_scaled(&mut by_coefficients, weight, &refined.coefficients);
+        }
         TaskResult {
             loss: weight * refined.as_ref().map_or(loss, |refined| refined.loss),
             weight,
@@ -313,11 +290,12 @@ impl<'a> CompletionObjective<'a> {
         prepared: &PreparedParameters<'_>,
         tasks: &[Task],
         refinement: Option<&dyn Refinement>,
-    ) -> (f32, Groups<Vec<f32>>, Vec<[f32; 3]>) {
+    ) -> (f32, Values, Vec<[f32; 3]>) {
         let readings = self.read_all(prepared, tasks);
         let mut completed = self.complete(prepared, tasks, &readings);
         let mut loss = 0.0;
         let mut gradient = prepared.values.as_ref().map(|list| vec![0.0; list.len()]);
+        let mut by_hyperparameters = prepared.hyperparameters.zeros();
         let mut by_angles = vec![[0.0; 3]; self.shape.samples];
         let mut by_corrected = Vec::with_capacity(tasks.len());
         for (index, (task, readings)) in tasks.iter().zip(&readings).enumerate() {
@@ -332,11 +310,9 @@ impl<'a> CompletionObjective<'a> {
                 continue;
             };
             add_scaled(&mut gradient.initial, weight, &refined.initial);
-            add_scaled(
-                &mut gradient.hyperparameters,
-                weight,
-                &refined.hyperparameters,
-            );
+            if let Some(by_steps) = &mut by_hyperparameters.steps {
+                by_steps.add_scaled(weight, &refined.hyperparameters);
+            }
             batch.set_offset_gradient(
                 index,
                 refined.initial.iter().map(|derivative| weight * derivative),
@@ -370,16 +346,18 @@ impl<'a> CompletionObjective<'a> {
                 prepared
                     .correction
                     .adjoint(&corrected[index], readings, &by_corrected[index]);
-            let precisions = gradient.hyperparameters.len() - correction.precision.len();
-            let by_precision = &mut gradient.hyperparameters[precisions..];
-            add_scaled(by_precision, 1.0, &correction.precision);
+            add_scaled(
+                &mut by_hyperparameters.precision,
+                1.0,
+                &correction.precision,
+            );
             for (sum, by_sample) in by_angles.iter_mut().zip(&correction.angles) {
                 add_scaled(sum, 1.0, by_sample);
             }
             batch.set_coefficient_gradient(index, &correction.completed);
         }
         batch.adjoint(&prepared.weights, &mut gradient.coefficient_net);
-        ENCODING.chain_rule(&mut gradient.hyperparameters, &prepared.hyperparameters);
+        gradient.hyperparameters = prepared.hyperparameters.by_logarithms(&by_hyperparameters);
         for (index, readings) in readings.iter().enumerate() {
             let gain = self.gain(&present[index]);
             let samples = readings.iter().zip(&present[index]).enumerate();
@@ -431,21 +409,14 @@ impl<'a> CompletionObjective<'a> {
                 directions
                     .table
                     .loss(coefficients, &task.octets, &values, value_weight, None);
-            let weight = self.loss_weights.weight(black);
-            let Some(refinement) = refinement else {
-                return WeightedLoss { loss, weight };
-            };
-            let initial = Self::initial_parameters(prepared, &completed, index);
-            let inner = PresentReadings::new(readings, &completed.present[index]);
-            let parameters = refinement.fit(&RefinementInputs {
-                initial: &initial,
-                hyperparameters: &prepared.hyperparameters,
-                coefficients,
-                readings: &inner.octets(&prepared.pattern),
-                virtual_readings: &self.subset.virtual_readings,
+            let weight = task_weight(black);
+            let refined = refinement.and_then(|refinement| {
+                self.with_inputs((prepared, &completed, readings), index, |inputs| {
+                    let parameters = refinement.fit(inputs);
+                    refinement.loss(&parameters, &task.samples(directions.pool).octets())
+                })
             });
-            let loss_directions = octet_directions(directions.pool, task);
-            let loss = refinement.loss(&parameters, &uniform_samples(&loss_directions, &values));
+            let loss = refined.unwrap_or(loss);
             WeightedLoss { loss, weight }
         });
         each.collect()
@@ -453,7 +424,7 @@ impl<'a> CompletionObjective<'a> {
 
     /// Returns the unweighted loss of tasks at the training directions.
     #[must_use]
-    pub fn task_losses(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<f32> {
+    pub fn task_losses(&self, values: &Values, tasks: &[Task]) -> Vec<f32> {
         let prepared = self.prepare(values, self.reachable_pattern(values));
         let losses = self.losses(
             &prepared,
@@ -466,13 +437,13 @@ impl<'a> CompletionObjective<'a> {
 
     /// Returns the unweighted loss of training materials at the validation directions, without augmentation.
     #[must_use]
-    pub fn material_losses(&self, values: &Groups<Vec<f32>>, materials: &[usize]) -> Vec<f32> {
+    pub fn material_losses(&self, values: &Values, materials: &[usize]) -> Vec<f32> {
         self.validation_losses(values, &self.plain_tasks(materials))
     }
 
     /// Returns the unweighted loss of tasks at the validation directions.
     #[must_use]
-    pub fn validation_losses(&self, values: &Groups<Vec<f32>>, tasks: &[Task]) -> Vec<f32> {
+    pub fn validation_losses(&self, values: &Values, tasks: &[Task]) -> Vec<f32> {
         let prepared = self.prepare(values, self.reachable_pattern(values));
         let losses = self.losses(
             &prepared,

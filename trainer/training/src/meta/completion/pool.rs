@@ -10,11 +10,14 @@ use glimpse_kernels::components::{ComponentTable, HEADER_OCTETS};
 use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, transpose_rgb};
 use glimpse_materials::Material;
-use glimpse_materials::basis::{Basis, angles_to_f64};
+use glimpse_materials::basis::Basis;
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
 use super::highlight_warp::HighlightWarp;
 use super::smooth_field::{FIELD_TERMS, field_terms};
+use crate::linear::ComponentsAt;
 
 /// The BRDF of a material at the pool, in octets.
 type Values = Vec<OctetRgb>;
@@ -118,26 +121,35 @@ impl WarpedPool {
         })
     }
 
+    /// Returns the materials.
+    #[must_use]
+    pub fn materials(&self) -> &[Box<dyn Material>] {
+        &self.materials
+    }
+
+    /// Draws octets of directions, at least `count` directions in total.
+    #[must_use]
+    pub fn draw(&self, count: usize, random: &mut ChaCha8Rng) -> Vec<u32> {
+        let octets = self.octet_count() as u32;
+        let draw = |_| random.random_range(0..octets);
+        (0..count.div_ceil(WIDTH)).map(draw).collect()
+    }
+
     /// Returns the principal components at the directions.
     #[must_use]
     pub fn components(&self, basis: &Basis) -> ComponentTable {
         let components = basis.components();
-        let rows: Vec<Vec<f32>> = self
-            .angles
-            .par_iter()
-            .map(|angles| {
-                let entry = basis.look_up(angles_to_f64(angles));
-                let direction = HalfDifference::from_angles(*angles);
-                let cosine = direction.cos_theta_i();
-                let [mean, ..] = entry.center();
-                let head = [cosine, cosine * direction.cos_theta_o(), mean as f32];
-                let row = entry.components.iter().map(|component| component[0] as f32);
-                head.into_iter().chain(row).collect()
-            })
-            .collect();
-        let octets = rows.chunks(WIDTH).flat_map(|rows| {
-            (0..HEADER_OCTETS + components)
-                .map(move |entry| Octet(std::array::from_fn(|lane| rows[lane][entry])))
+        let octets = self.angles.par_chunks(WIDTH).flat_map_iter(|angles| {
+            let at = ComponentsAt::new(basis, angles.to_vec());
+            let entry = move |entry: usize| {
+                Octet(std::array::from_fn(|lane| match entry {
+                    0 => at.cos_theta_i[lane],
+                    1 => at.cosines[lane].value,
+                    2 => at.mean[lane].value,
+                    _ => at.row(lane)[entry - HEADER_OCTETS],
+                }))
+            };
+            (0..HEADER_OCTETS + components).map(entry)
         });
         ComponentTable {
             components,

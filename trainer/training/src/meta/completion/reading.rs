@@ -1,76 +1,18 @@
 //! Simulated readings of tasks, and their standardization for the CoefficientNet.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::linear::{EPSILON, map};
+use glimpse_core::model::linear::EPSILON;
 use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
-use glimpse_kernels::lanes::{InstructionSet, Octet, WIDTH};
-use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights, transpose_rgb};
-use glimpse_materials::basis::{Basis, angles_to_f64};
 use glimpse_materials::{Material, quantize};
 
 use super::highlight_warp::HighlightWarp;
 use super::smooth_field::field_terms;
 use super::task::{AugmentationOptions, Task};
-use crate::meta::pattern::Pattern;
+use crate::linear::{AngleDual, ComponentsAt};
 
 /// The scale of centered logarithms.
 pub const LOG_SCALE: f32 = 0.5;
-
-/// A number with its derivatives with respect to the three angles of its sample.
-type AngleDual = Dual<f32, 3>;
-
-/// The constants that standardize the readings of each sample.
-pub struct Standardization(Vec<SampleStandardization>);
-
-/// The constants of one sample.
-#[derive(Clone, Copy)]
-struct SampleStandardization {
-    /// cos(theta_i) cos(theta_o).
-    cosines: AngleDual,
-    cos_theta_i: f32,
-    /// The mean of ln((f w + e) / e) over the training BRDFs f.
-    mean: AngleDual,
-}
-
-impl Standardization {
-    /// Computes the constants of a pattern's samples.
-    #[must_use]
-    pub fn new(basis: &Basis, angles: &[Angles<f32>]) -> Self {
-        let all = angles.iter().map(|angles| {
-            let direction = HalfDifference::from_angles(AngleDual::variables(*angles));
-            let [mean, derivatives @ ..] = basis.look_up(angles_to_f64(angles)).center();
-            SampleStandardization {
-                cosines: direction.cos_theta_i() * direction.cos_theta_o(),
-                cos_theta_i: direction.cos_theta_i().value,
-                mean: Dual {
-                    value: mean as f32,
-                    tangent: derivatives.map(|derivative| derivative as f32),
-                },
-            }
-        });
-        Self(all.collect())
-    }
-
-    /// Returns the mean of a sample, and its cos(theta_i) cos(theta_o).
-    #[must_use]
-    pub fn mean_and_cosines(&self, sample: usize) -> (f32, f32) {
-        let SampleStandardization { cosines, mean, .. } = self.0[sample];
-        (mean.value, cosines.value)
-    }
-
-    /// Returns cos(theta_i) of a sample.
-    #[must_use]
-    pub fn cos_theta_i(&self, sample: usize) -> f32 {
-        self.0[sample].cos_theta_i
-    }
-
-    /// Returns the mean of each sample.
-    #[must_use]
-    pub fn means(&self) -> Vec<f32> {
-        self.0.iter().map(|sample| sample.mean.value).collect()
-    }
-}
 
 /// The reading of one sample.
 pub struct Reading {
@@ -89,9 +31,9 @@ impl Reading {
         task: &Task,
         materials: &[Box<dyn Material>],
         augmentation_options: &AugmentationOptions,
-        angles: &[Angles<f32>],
-        standardization: &Standardization,
+        at: &ComponentsAt,
     ) -> Vec<Self> {
+        let angles = &at.angles;
         let warps = &augmentation_options.warps;
         let own = evaluate_warped(&*materials[task.material], warps[task.warps[0]], angles);
         let partner = task
@@ -100,11 +42,7 @@ impl Reading {
         let all = own.iter().enumerate().map(|(sample, own)| {
             let partner = partner.as_ref().map(|list| &list[sample]);
             let field = field_factor(task, angles[sample]);
-            let SampleStandardization {
-                cosines,
-                cos_theta_i,
-                mean,
-            } = standardization.0[sample];
+            let cosine_product = at.cosines[sample].value;
             let mut brdf = [0.0; 3];
             let mut slopes = [[0.0; 3]; 3];
             let standardized = std::array::from_fn(|channel| {
@@ -112,16 +50,20 @@ impl Reading {
                 if let Some([factor, offset]) = task.noise.get(sample) {
                     y = y * Dual::from_value(factor[channel]) + Dual::from_value(offset[channel]);
                     // A fit also clamps readings that are too far below 0.
-                    let min = -0.5 * EPSILON as f32 / cosines.value.max(1e-6);
+                    let min = -0.5 * EPSILON as f32 / cosine_product.max(1e-6);
                     if y.value < min {
                         y = Dual::from_value(min);
                     }
                 }
                 // Quantization is not differentiated: its derivative is 0 or undefined.
-                y.value = quantize(y.value, cos_theta_i, augmentation_options.noise.levels);
+                y.value = quantize(
+                    y.value,
+                    at.cos_theta_i[sample],
+                    augmentation_options.noise.levels,
+                );
                 brdf[channel] = y.value;
                 slopes[channel] = y.tangent;
-                (map(y, cosines) - mean) * Dual::from_value(LOG_SCALE)
+                at.mapped(sample, y) * Dual::from_value(LOG_SCALE)
             });
             Self {
                 brdf,
@@ -194,40 +136,4 @@ fn mix_channel(
         }
     }
     y
-}
-
-/// The present readings, as inner samples of a descent.
-pub struct PresentReadings {
-    values: Vec<OctetRgb>,
-    weights: Vec<Octet>,
-}
-
-impl PresentReadings {
-    /// Selects the present readings, with equal weights.
-    #[must_use]
-    pub fn new(readings: &[Reading], present: &[bool]) -> Self {
-        let brdf: Vec<[f32; 3]> = readings.iter().map(|reading| reading.brdf).collect();
-        let count = present.iter().filter(|present| **present).count().max(1);
-        let mut weights = vec![Octet::default(); readings.len().div_ceil(WIDTH)];
-        for (index, _) in present.iter().enumerate().filter(|(_, present)| **present) {
-            weights[index / WIDTH].0[index % WIDTH] = 1.0 / (3.0 * count as f32);
-        }
-        Self {
-            values: brdf.chunks(WIDTH).map(transpose_rgb).collect(),
-            weights,
-        }
-    }
-
-    /// Returns the readings in the layout of the kernels.
-    #[must_use]
-    pub fn octets<'s>(&'s self, pattern: &'s Pattern) -> SampleOctets<'s> {
-        SampleOctets {
-            at: pattern.octet_directions(),
-            values: &self.values,
-            order: None,
-            weights: SampleWeights::Each(&self.weights),
-            instruction_set: InstructionSet::detect(),
-            back_to_back: false,
-        }
-    }
 }

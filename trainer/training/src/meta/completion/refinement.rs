@@ -2,22 +2,24 @@
 
 use std::marker::PhantomData;
 
-use glimpse_core::model::{Active, ModelKind, ParameterSet, SampleGradient};
+use glimpse_core::model::{ModelKind, ParameterSet, SampleGradient};
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::gauss_newton::{FitGradient, GaussNewton, OctetAdjoint};
 use glimpse_kernels::inner_loop::unflatten;
-use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
-use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights};
+use glimpse_kernels::lanes::{Octet, WIDTH};
+use glimpse_kernels::samples::{OctetRgb, SampleOctets};
 
+use super::hyperparameters::StepParameters;
 use super::virtual_readings::VirtualReadings;
 use crate::meta::learned::LearnedSteps;
+use crate::meta::samples::WeightedSamples;
 
 /// The inputs of a refinement of one task.
 pub struct RefinementInputs<'t> {
     /// theta_0.
     pub initial: &'t [f32],
     /// The hyperparameters, all positive.
-    pub hyperparameters: &'t [f32],
+    pub hyperparameters: &'t StepParameters,
     /// The completed coefficients of red, then green, then blue.
     pub coefficients: &'t [f32],
     /// The readings that are present.
@@ -32,13 +34,13 @@ pub trait Refinement: Sync {
     fn model(&self) -> ModelKind;
 
     /// Returns the hyperparameters before training, all positive.
-    fn initial_hyperparameters(&self) -> Vec<f32>;
+    fn initial_hyperparameters(&self) -> StepParameters;
 
     /// Returns the content of a recipe.
     fn learned(
         &self,
         initial: Vec<f32>,
-        hyperparameters: Vec<f32>,
+        hyperparameters: StepParameters,
         virtual_readings: &VirtualReadings,
     ) -> LearnedSteps;
 
@@ -63,7 +65,7 @@ pub struct RefinementGradient {
     /// The gradient with respect to the initial parameters.
     pub initial: Vec<f32>,
     /// The gradient with respect to the hyperparameters.
-    pub hyperparameters: Vec<f32>,
+    pub hyperparameters: StepParameters,
     /// The gradient with respect to the coefficients, by way of virtual readings.
     pub coefficients: Vec<f32>,
     /// The gradient with respect to each octet of readings.
@@ -85,18 +87,10 @@ const INITIAL_PRECISION: f32 = 0.02;
 /// The error scale before training.
 const INITIAL_ERROR_SCALE: f32 = 0.1;
 
-/// Gauss-Newton steps toward virtual readings and those of the pattern. The hyperparameters are the precision of each
-/// active parameter of a system, the sum of the weights of the pattern's readings, and the error scale.
+/// Gauss-Newton steps toward virtual readings and those of the pattern.
 pub struct GaussNewtonRefinement<M> {
     steps: usize,
     model: PhantomData<M>,
-}
-
-/// Virtual readings, followed by those of the pattern.
-struct AllReadings {
-    at: Vec<OctetDirections>,
-    values: Vec<OctetRgb>,
-    weights: Vec<Octet>,
 }
 
 impl<M: LaneModel> GaussNewtonRefinement<M> {
@@ -109,38 +103,31 @@ impl<M: LaneModel> GaussNewtonRefinement<M> {
         }
     }
 
-    fn readings(inputs: &RefinementInputs<'_>, virtual_values: &[OctetRgb]) -> AllReadings {
+    /// Returns virtual readings, followed by those of the pattern.
+    fn readings(
+        inputs: &RefinementInputs<'_>,
+        virtual_values: &[OctetRgb],
+    ) -> WeightedSamples<'static> {
         let readings = inputs.readings;
-        let reading_weight = Self::reading_weight(inputs);
         let virtual_weight = 1.0 / inputs.virtual_readings.len() as f32;
         let mut weights = vec![Octet([virtual_weight; WIDTH]); virtual_values.len()];
         for octet in 0..readings.octets() {
             // The weight in a loss is 1 / (3 k) for k readings.
             weights.push(Octet(std::array::from_fn(|lane| {
-                3.0 * reading_weight * readings.sample(octet, lane).weight
+                3.0 * inputs.hyperparameters.reading_weight * readings.sample(octet, lane).weight
             })));
         }
-        AllReadings {
-            at: [&inputs.virtual_readings.octet_directions[..], readings.at].concat(),
-            values: [virtual_values, readings.values].concat(),
-            weights,
-        }
+        let directions = [&inputs.virtual_readings.octet_directions[..], readings.at].concat();
+        let values = [virtual_values, readings.values].concat();
+        WeightedSamples::new(directions.into(), values, weights)
     }
 
-    fn reading_weight(inputs: &RefinementInputs<'_>) -> f32 {
-        inputs.hyperparameters[M::ACTIVE.count()]
-    }
-}
-
-impl AllReadings {
-    fn octets<'s>(&'s self, readings: &SampleOctets<'_>) -> SampleOctets<'s> {
-        SampleOctets {
-            at: &self.at,
-            values: &self.values,
-            order: None,
-            weights: SampleWeights::Each(&self.weights),
-            instruction_set: readings.instruction_set,
-            back_to_back: false,
+    fn fit<'t>(&self, inputs: &'t RefinementInputs<'_>) -> GaussNewton<'t, M, f32> {
+        GaussNewton {
+            initial: unflattened::<M>(inputs.initial),
+            precision: &inputs.hyperparameters.precision,
+            error_scale: inputs.hyperparameters.error_scale,
+            steps: self.steps,
         }
     }
 }
@@ -150,42 +137,37 @@ impl<M: LaneModel> Refinement for GaussNewtonRefinement<M> {
         M::KIND
     }
 
-    fn initial_hyperparameters(&self) -> Vec<f32> {
-        let mut list = vec![INITIAL_PRECISION; M::ACTIVE.count()];
-        list.extend([1.0, INITIAL_ERROR_SCALE]);
-        list
+    fn initial_hyperparameters(&self) -> StepParameters {
+        StepParameters {
+            precision: vec![INITIAL_PRECISION; M::ACTIVE.count()],
+            reading_weight: 1.0,
+            error_scale: INITIAL_ERROR_SCALE,
+        }
     }
 
     fn learned(
         &self,
         initial: Vec<f32>,
-        hyperparameters: Vec<f32>,
+        hyperparameters: StepParameters,
         virtual_readings: &VirtualReadings,
     ) -> LearnedSteps {
-        let (precision, others) = hyperparameters.split_at(M::ACTIVE.count());
         LearnedSteps {
             model: M::KIND,
             steps: self.steps,
             initial,
-            precision: precision.to_vec(),
-            reading_weight: others[0],
-            error_scale: others[1],
-            directions: virtual_readings.angles.clone(),
-            center: virtual_readings.center.clone(),
-            rows: virtual_readings.rows.clone(),
+            precision: hyperparameters.precision,
+            reading_weight: hyperparameters.reading_weight,
+            error_scale: hyperparameters.error_scale,
+            directions: virtual_readings.at.angles.clone(),
+            center: virtual_readings.at.means(),
+            rows: virtual_readings.at.rows.clone(),
         }
     }
 
     fn fit(&self, inputs: &RefinementInputs<'_>) -> Vec<f32> {
         let values = inputs.virtual_readings.values(inputs.coefficients);
         let readings = Self::readings(inputs, &values.octets);
-        let fit = GaussNewton::<M, f32> {
-            initial: unflattened::<M>(inputs.initial),
-            precision: &inputs.hyperparameters[..M::ACTIVE.count()],
-            error_scale: inputs.hyperparameters[M::ACTIVE.count() + 1],
-            steps: self.steps,
-        };
-        let (fitted, _) = M::take_steps(&fit, &readings.octets(inputs.readings));
+        let (fitted, _) = M::take_steps(&self.fit(inputs), &readings.octets());
         flatten::<M>(&fitted)
     }
 
@@ -200,18 +182,12 @@ impl<M: LaneModel> Refinement for GaussNewtonRefinement<M> {
     ) -> RefinementGradient {
         let values = inputs.virtual_readings.values(inputs.coefficients);
         let readings = Self::readings(inputs, &values.octets);
-        let readings = readings.octets(inputs.readings);
-        let count = Active::count(M::ACTIVE);
-        let fit = GaussNewton::<M, f32> {
-            initial: unflattened::<M>(inputs.initial),
-            precision: &inputs.hyperparameters[..count],
-            error_scale: inputs.hyperparameters[count + 1],
-            steps: self.steps,
-        };
+        let readings = readings.octets();
+        let fit = self.fit(inputs);
         let (fitted, steps) = M::take_steps(&fit, &readings);
         let mut gradient = FitGradient {
             initial: M::Parameters::filled(0.0),
-            precision: vec![0.0; count],
+            precision: vec![0.0; M::ACTIVE.count()],
             error_scale: 0.0,
         };
         let loss = M::gradient(&fitted, outer, &mut gradient.initial);
@@ -235,12 +211,14 @@ impl<M: LaneModel> Refinement for GaussNewtonRefinement<M> {
                 by_weight += weight * by_octet.weight.0[lane];
             }
         }
-        let mut hyperparameters = gradient.precision;
-        hyperparameters.extend([by_weight, gradient.error_scale]);
         RefinementGradient {
             loss,
             initial: flatten::<M>(&gradient.initial),
-            hyperparameters,
+            hyperparameters: StepParameters {
+                precision: gradient.precision,
+                reading_weight: by_weight,
+                error_scale: gradient.error_scale,
+            },
             coefficients,
             samples: by_readings.iter().map(|octet| octet.sample).collect(),
         }

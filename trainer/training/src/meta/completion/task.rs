@@ -14,8 +14,8 @@ use serde::{Deserialize, Serialize};
 use super::highlight_warp::HighlightWarp;
 use super::pool::WarpedPool;
 use super::smooth_field::FIELD_TERMS;
-use crate::meta::augmentation::Augmentation;
 use crate::meta::initialization::standard_normal;
+use crate::meta::samples::WeightedSamples;
 
 /// The noise of readings in training, independent for each channel.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -32,7 +32,8 @@ pub struct Noise {
 /// The augmentation of materials, and the noise of readings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AugmentationOptions {
-    /// The range of filter gains; see [`Augmentation::random`].
+    /// The range of the filter's gains. Each gain is the product of a shared factor, between 1 / `gain` and `gain`, and a
+    /// factor of its channel, between the square roots of these bounds.
     pub gain: f32,
     /// The highlight warps; the first one is the identity.
     pub warps: Vec<HighlightWarp>,
@@ -235,14 +236,16 @@ impl Task {
         dropout: Dropout,
         random: &mut ChaCha8Rng,
     ) -> Self {
-        let octets = pool.octet_count();
         let [material, partner] = [(); 2].map(|()| draw_material(groups, random));
-        let Augmentation {
-            order: channels,
-            gains,
-            share,
-            ..
-        } = Augmentation::random(augmentation_options.gain, 1, random);
+        let mut channels = [0, 1, 2];
+        channels.shuffle(random);
+        let bound = augmentation_options.gain.ln();
+        let mut log_gain = |bound: f32| bound * (2.0 * random.random::<f32>() - 1.0);
+        let shared = log_gain(bound);
+        let gains = [(); 3].map(|()| (shared + log_gain(0.5 * bound)).exp());
+        // This unused number keeps the random numbers of the bundled recipes.
+        let _ = random.random_range(0..1_usize);
+        let share: f32 = random.random();
         let warps = [material, partner].map(|index| random.random_range(0..pool.warps(index)));
         let shares = [(); 3].map(|()| {
             let deviation =
@@ -266,8 +269,6 @@ impl Task {
                 .collect(),
             false => Vec::new(),
         };
-        let loss_octets =
-            (0..outer_samples.div_ceil(WIDTH)).map(|_| random.random_range(0..octets as u32));
         Self {
             material,
             channels,
@@ -278,7 +279,7 @@ impl Task {
             field,
             present,
             noise,
-            octets: loss_octets.collect(),
+            octets: pool.draw(outer_samples, random),
             roughness: None,
         }
     }
@@ -324,6 +325,14 @@ impl Task {
     #[must_use]
     pub fn has_partner(&self) -> bool {
         self.shares != [0.0; 3]
+    }
+
+    /// Returns the samples of the loss.
+    #[must_use]
+    pub fn samples(&self, pool: &WarpedPool) -> WeightedSamples<'static> {
+        let directions = self.octets.iter();
+        let directions = directions.map(|octet| pool.octet_directions[*octet as usize]);
+        WeightedSamples::uniform(directions.collect(), self.values(pool))
     }
 
     /// Returns the BRDF at the directions of the loss, sr⁻¹.

@@ -6,7 +6,6 @@ use glimpse_core::model::ModelKind;
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Identity, Material, Procedural, SourceShare};
-use glimpse_optimizer::Groups;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -14,19 +13,22 @@ use rand_chacha::ChaCha8Rng;
 use super::dataset::{Dataset, Subset};
 use super::held_out::{HeldOut, TrainedFold};
 use super::loss_predictor::{HeldOutLoss, HeldOutOrigin, LossPredictor};
-use super::objective::{CompletionObjective, hyperparameters};
+use super::objective::CompletionObjective;
 use super::reading::LOG_SCALE;
 use super::refinement::Refinement;
 use super::task::{AugmentationOptions, MaterialGroup};
+use crate::linear::ComponentsAt;
 use crate::meta::identity::RunIdentity;
 use crate::meta::learned::{
     LearnedFit, LearnedNet, LearnedRecipe, LearnedRidge, ValidatedLoss, ValidationSplit,
 };
 use crate::meta::objective::{LossEstimate, RandomStreams};
 use crate::meta::options::{CompletionOptions, Options};
-use crate::meta::outer::{Observer, Outcome, OuterLoop, Progress, RunError};
+use crate::meta::outer::{Observer, OuterLoop, PathOfSamples, Progress, RunError};
 use crate::meta::pattern::reachable_angles;
-use crate::meta::plan::Plan;
+use crate::meta::phase::{Phase, Values};
+use crate::meta::plan::Effort;
+use crate::meta::schedules::prior;
 
 /// The number of Gauss-Newton steps from these parameters.
 pub const GAUSS_NEWTON_STEPS: usize = 2;
@@ -61,7 +63,6 @@ const MIN_MATERIALS_FOR_FOLDS: usize = 10;
 /// If the run is stopped, or a checkpoint cannot be read or written.
 pub fn train(
     options: &Options,
-    plan: &Plan,
     refinement: Option<&dyn Refinement>,
     materials: Vec<Box<dyn Material>>,
     observer: &mut Observer<'_>,
@@ -73,31 +74,22 @@ pub fn train(
     let identity = options.identity(&identities);
     let dataset = dataset(materials, options);
     let folds = folds(dataset.training_count, &options.source_shares, options.seed);
-    let fold_plan = Plan::for_fold(
-        options.effort,
-        options.model,
-        options.samples,
-        dataset.training_count,
-    );
+    let [steps, fold_steps] = prior::step_counts(options.effort, options.model);
     let mut session = Session {
         options,
         identity,
         refinement,
         dataset: &dataset,
-        total: plan.steps() + folds.len() * fold_plan.steps(),
+        total: steps + folds.len() * fold_steps,
         done: 0,
         observer,
     };
 
     let components = corrected_components(options);
     let all = Subset::all(&dataset, components);
-    let (
-        objective,
-        Outcome {
-            expected_loss,
-            values,
-        },
-    ) = session.run(&all, plan, None, 0)?;
+    let objective = session.objective(&all, None);
+    let values = session.run(&objective, prior::phases, 0)?;
+    let expected_loss = objective.expected_loss(&values);
     let shape = objective.shape;
     let mut held_out = HeldOut::new(&dataset, options);
     for (index, Fold { materials, origin }) in folds.iter().enumerate() {
@@ -106,12 +98,12 @@ pub fn train(
             .filter(|each| dataset.classes[each - dataset.training_count] % FOLDS == index)
             .collect();
         let subset = Subset::without(&dataset, components, &[&materials[..], &classes].concat());
-        let (fold_objective, outcome) =
-            session.run(&subset, &fold_plan, Some(&values), index + 1)?;
+        let fold_objective = session.objective(&subset, Some(&values));
+        let fold_values = session.run(&fold_objective, prior::fold, index + 1)?;
         held_out.add(&TrainedFold {
             index,
             full: (&objective, &values),
-            fold: (&fold_objective, &outcome.values),
+            fold: (&fold_objective, &fold_values),
             materials,
             origin: *origin,
             classes: &classes,
@@ -120,22 +112,20 @@ pub fn train(
     let held_out = held_out.finish();
     let expected_loss = validated_loss(expected_loss, &held_out.complete);
     let pattern = reachable_angles(&values.pattern, &options.completion_options.limits);
-    let hyperparameters = hyperparameters(&values);
+    let hyperparameters = objective.hyperparameters(&values);
     let net = LearnedNet {
         shape,
         missing: dataset.augmentation_options.missing_policy(),
         scale: LOG_SCALE,
         weights: values.coefficient_net,
     };
-    let (hyperparameters, precision) =
-        hyperparameters.split_at(hyperparameters.len() - all.basis.components());
     let basis = refinement.is_none().then(|| all.basis.to_bytes());
     let checksum = basis.as_deref().map_or(0, Basis::checksum);
-    let ridge = LearnedRidge::new(&all.basis, &pattern, precision, checksum);
-    let refinement = refinement.map(|refinement| {
-        let virtual_readings = &all.virtual_readings;
-        let hyperparameters = hyperparameters.to_vec();
-        let steps = refinement.learned(values.initial, hyperparameters, virtual_readings);
+    let at = ComponentsAt::new(&all.basis, pattern.clone());
+    let ridge = LearnedRidge::new(at, &hyperparameters.precision, checksum);
+    let refinement = refinement.zip(hyperparameters.steps);
+    let refinement = refinement.map(|(refinement, hyperparameters)| {
+        let steps = refinement.learned(values.initial, hyperparameters, &all.virtual_readings);
         (steps, values.start_net)
     });
     Ok(LearnedRecipe {
@@ -309,21 +299,19 @@ struct Session<'s, 'o> {
 }
 
 impl<'s> Session<'s, '_> {
-    fn run<'a>(
-        &mut self,
+    /// Returns the objective of a run on a subset.
+    fn objective<'a>(
+        &self,
         subset: &'a Subset,
-        plan: &Plan,
-        earlier: Option<&'a Groups<Vec<f32>>>,
-        stage: usize,
-    ) -> Result<(CompletionObjective<'a>, Outcome), RunError>
+        earlier: Option<&'a Values>,
+    ) -> CompletionObjective<'a>
     where
         's: 'a,
     {
-        let seed = self.options.seed;
         let parameters = self
             .refinement
             .map_or(0, |refinement| refinement.model().parameters().unwrap_or(0));
-        let objective = CompletionObjective {
+        CompletionObjective {
             dataset: self.dataset,
             subset,
             shape: Shape {
@@ -333,20 +321,34 @@ impl<'s> Session<'s, '_> {
                 units: if parameters > 0 { INIT_NET_UNITS } else { 0 },
                 parameters,
             },
-            loss_weights: plan.loss_weights,
-            streams: RandomStreams { seed },
+            streams: RandomStreams {
+                seed: self.options.seed,
+            },
             refinement: self.refinement,
             auxiliary_weight: AUXILIARY_WEIGHT,
             limits: self.options.completion_options.limits,
             motion: self.options.motion(),
             earlier,
-        };
+        }
+    }
+
+    fn run<'a>(
+        &mut self,
+        objective: &'a CompletionObjective<'a>,
+        phases: fn(&'a CompletionObjective<'a>, Effort) -> Vec<Phase<'a>>,
+        stage: usize,
+    ) -> Result<Values, RunError> {
+        let phases = phases(objective, self.options.effort);
+        let permute = |values, order: &[usize]| objective.permute_samples(values, order);
         let outer_loop = OuterLoop {
-            objective: &objective,
-            plan,
+            initial: objective.initial_values(0),
+            phases: &phases,
+            path: objective.motion.as_ref().map(|motion| PathOfSamples {
+                motion,
+                permute: &permute,
+            }),
             identity: self.identity,
-            seed,
-            checkpoints: self.options.checkpoints.clone(),
+            checkpoints: self.options.checkpoints.as_ref(),
             stage,
         };
         let (done_before, total) = (self.done, self.total);
@@ -358,12 +360,12 @@ impl<'s> Session<'s, '_> {
                 ..*progress
             })
         };
-        let outcome = match outer_loop.run(&mut combined) {
+        let values = match outer_loop.run(&mut combined) {
             Err(RunError::Stopped(done)) => Err(RunError::Stopped(done_before + done)),
-            outcome => outcome,
+            result => result,
         }?;
-        self.done += plan.steps();
-        Ok((objective, outcome))
+        self.done += phases.iter().map(|phase| phase.steps).sum::<usize>();
+        Ok(values)
     }
 }
 

@@ -14,6 +14,11 @@ fn set_pattern_only(options: &mut Options, first: f32) {
     });
 }
 
+fn set_paper(options: &mut Options, components: usize, eta: f32) {
+    options.schedule = Schedule::Paper;
+    options.prior = Prior { components, eta };
+}
+
 fn options(model: ModelKind, schedule: Schedule) -> Options {
     let source = |text: &str, share| SourceShare {
         share,
@@ -34,14 +39,13 @@ fn effective_options_change_digest() {
         |o| o.model = ModelKind::Neural,
         |o| o.samples = 9,
         |o| o.schedule = Schedule::Paper,
-        |o| o.schedule = Schedule::Joint,
         |o| o.effort = Effort::Long,
         |o| o.parts = TrainedParts::AllTwice,
         |o| o.parts = TrainedParts::WithoutPattern,
         |o| set_pattern_only(o, 0.5),
         |o| set_pattern_only(o, 0.25),
-        |o| o.prior.components = 5,
-        |o| o.prior.eta = Some(40.0),
+        |o| set_paper(o, 6, 40.0),
+        |o| set_paper(o, 5, 41.0),
         |o| o.completion_options.missing = 0.5,
         |o| o.completion_options.noise = 0.02,
         |o| o.completion_options.additive = 0.02,
@@ -72,12 +76,15 @@ fn effective_options_change_digest() {
 
 #[test]
 fn ineffective_options_keep_digest() {
-    let changes: [(ModelKind, Schedule, Change); 4] = [
+    let changes: [(ModelKind, Schedule, Change); 5] = [
         (ModelKind::Linear, Schedule::Prior, |_| {}),
         (ModelKind::Phong, Schedule::Prior, |o| {
-            o.prior = Prior::PAPER;
+            o.prior.components = 6;
         }),
-        (ModelKind::Linear, Schedule::Joint, |o| {
+        (ModelKind::Linear, Schedule::Prior, |o| {
+            o.prior.eta = 41.0;
+        }),
+        (ModelKind::Linear, Schedule::Paper, |o| {
             o.completion_options.noise = 0.02;
         }),
         (ModelKind::Phong, Schedule::Prior, |o| {
@@ -103,23 +110,22 @@ fn identity_depends_on_options_and_materials() {
     };
     let options = options(ModelKind::Phong, Schedule::Prior);
     let identity = options.identity(&[material("brass", 1), material("felt", 2)]);
-    assert_eq!(identity.options_digest, options.digest());
-    assert_eq!(identity.materials, 2);
+    assert_eq!(identity.options, options.digest());
     for other in [
         [material("brass", 1), material("felt", 3)],
         [material("brass", 1), material("silk", 2)],
         [material("felt", 2), material("brass", 1)],
     ] {
         let other = options.identity(&other);
-        assert_ne!(identity.materials_digest, other.materials_digest);
-        assert_eq!(identity.options_digest, other.options_digest);
+        assert_ne!(identity.materials, other.materials);
+        assert_eq!(identity.options, other.options);
     }
 }
 
 #[test]
 fn source_shares_sum_to_one() {
     for (schedule, shares) in [
-        (Schedule::Joint, &[0.25, 0.75][..]),
+        (Schedule::Paper, &[0.25, 0.75][..]),
         (Schedule::Prior, &[0.15, 0.45, 0.4]),
     ] {
         let options = options(ModelKind::Phong, schedule);

@@ -1,108 +1,78 @@
-//! Tests of the outer loop with a scripted objective.
+//! Tests of the outer loop with scripted losses.
 
-use std::sync::Mutex;
+use std::cell::RefCell;
 
-use glimpse_core::model::ModelKind;
+use glimpse_optimizer::Groups;
 
 use super::*;
-use crate::meta::plan::TrainedParts;
-use crate::meta::plan::{Effort, Schedule};
 
-/// An objective with scripted losses per phase and step, and a constant gradient of the pattern.
-struct ScriptedObjective {
-    losses: [&'static [f32]; 2],
-    /// The patterns at which the gradient was evaluated, one per step.
-    patterns: Mutex<Vec<Vec<f32>>>,
-}
+/// The number of steps of an epoch.
+const EPOCH: usize = 2;
 
-impl MetaObjective for ScriptedObjective {
-    fn initial_values(&self, _: u64) -> Groups<Vec<f32>> {
-        Groups {
-            pattern: vec![-1.0; 3],
+/// Runs two phases with scripted losses and a constant gradient of the pattern. The first phase has one sample, the second
+/// one two. Returns the best values, and the pattern of each step.
+fn run(losses: &[&[f32]; 2], mut observe: impl FnMut(&Progress) + Send) -> (Values, Vec<Vec<f32>>) {
+    let patterns = RefCell::new(Vec::new());
+    let phase = |samples: usize| Phase {
+        name: "pattern",
+        samples,
+        start: Some(Box::new(move |mut values: Values| {
+            values.pattern.resize(3 * samples, -1.0);
+            values
+        })),
+        gradient: Box::new(|values: &Values, step| {
+            patterns.borrow_mut().push(values.pattern.clone());
+            let gradient = Values {
+                pattern: vec![1.0; values.pattern.len()],
+                ..Values::default()
+            };
+            (losses[step.phase_index][step.step], gradient)
+        }),
+        selection: Selection::BestEpoch(EPOCH),
+        steps: losses[0].len(),
+        batch: 1,
+        rates: Groups {
+            pattern: 1e-3,
             ..Groups::default()
-        }
-    }
-    fn gradient(
-        &self,
-        values: &Groups<Vec<f32>>,
-        outer_step: OuterStep<'_>,
-    ) -> (f32, Groups<Vec<f32>>) {
-        self.patterns.lock().unwrap().push(values.pattern.clone());
-        let gradient = Groups {
-            pattern: vec![1.0; values.pattern.len()],
-            ..Groups::default()
-        };
-        (
-            self.losses[outer_step.phase_index][outer_step.step],
-            gradient,
-        )
-    }
-    fn fitness(&self, values: &Groups<Vec<f32>>, _: &Phase) -> f32 {
-        self.validation_loss(values)
-    }
-    fn validation_loss(&self, _: &Groups<Vec<f32>>) -> f32 {
-        0.5
-    }
-    fn expected_loss(&self, values: &Groups<Vec<f32>>) -> LossEstimate {
-        LossEstimate::new(self.validation_loss(values), [0.0; 2].into_iter())
-    }
-}
-
-const IDENTITY: RunIdentity = RunIdentity {
-    model: ModelKind::Linear,
-    samples: 2,
-    schedule: Schedule::Paper,
-    effort: Effort::Long,
-    parts: TrainedParts::All,
-    seed: 0,
-    materials: 2,
-    options_digest: 0,
-    materials_digest: 0,
-};
-
-/// Runs two phases of `steps` steps each. The first phase has one sample, the second one two.
-fn run(
-    objective: &ScriptedObjective,
-    steps: usize,
-    mut observe: impl FnMut(&Progress) + Send,
-) -> Outcome {
-    let mut plan = Plan::new(Schedule::Paper, Effort::Long, ModelKind::Linear, 2, 2);
-    plan.phases.remove(0);
-    for phase in &mut plan.phases {
-        phase.steps = steps;
-    }
+        },
+        final_rate_ratio: 0.5,
+        warm_up_steps: 0,
+        max_gradient_norm: f32::INFINITY,
+        weight_decay: 0.0,
+        initial_allowance: 1.0,
+    };
     let outer_loop = OuterLoop {
-        objective,
-        plan: &plan,
-        identity: IDENTITY,
-        seed: 0,
+        initial: Values::default(),
+        phases: &[phase(1), phase(2)],
+        path: None,
+        identity: RunIdentity {
+            options: 0,
+            materials: 0,
+        },
         checkpoints: None,
         stage: 0,
     };
-    let outcome = outer_loop.run(&mut |progress| {
+    let values = outer_loop.run(&mut |progress| {
         observe(progress);
         ControlFlow::Continue(())
     });
-    outcome.unwrap()
+    let values = values.unwrap();
+    drop(outer_loop);
+    (values, patterns.into_inner())
 }
 
 #[test]
 fn best_epoch_initializes_next_phase() {
-    let objective = ScriptedObjective {
-        losses: [
-            &[3.0, 3.0, 1.0, 1.5, 0.0, 4.0],
-            &[9.0, 9.0, 5.0, 5.0, 6.0, 6.0],
-        ],
-        patterns: Mutex::default(),
-    };
+    let losses: [&[f32]; 2] = [
+        &[3.0, 3.0, 1.0, 1.5, 0.0, 4.0],
+        &[9.0, 9.0, 5.0, 5.0, 6.0, 6.0],
+    ];
     let mut best_losses = Vec::new();
-    let outcome = run(&objective, 6, |progress| best_losses.push(progress.best));
-    let patterns = objective.patterns.into_inner().unwrap();
-    // An epoch has two steps. The best values of phase 1 initialize phase 2.
+    let (values, patterns) = run(&losses, |progress| best_losses.push(progress.best));
+    // The best values of phase 1 initialize phase 2.
     assert_eq!(patterns[6][..3], patterns[4]);
     assert_eq!(patterns[6].len(), 6);
-    assert_eq!(outcome.values.pattern, patterns[10]);
-    assert_eq!(outcome.expected_loss.loss, 0.5);
+    assert_eq!(values.pattern, patterns[10]);
     // The barrier of these patterns is 0.
     assert_eq!(best_losses[..4], [None, Some(3.0), Some(3.0), Some(1.25)]);
     assert_eq!(best_losses[6..8], [None, Some(9.0)]);
@@ -111,14 +81,11 @@ fn best_epoch_initializes_next_phase() {
 
 #[test]
 fn nan_losses_are_excluded_from_smoothed_loss() {
-    let objective = ScriptedObjective {
-        losses: [&[f32::NAN, 3.0, f32::NAN, 4.0], &[4.0, f32::NAN, 4.0, 4.0]],
-        patterns: Mutex::default(),
-    };
-    let mut losses = Vec::new();
-    let outcome = run(&objective, 4, |progress| losses.push(progress.loss));
-    assert_eq!(losses[..3], [0.0, 3.0, 3.0]);
-    assert!(losses[3..].iter().all(|loss| (3.0..4.0).contains(loss)));
+    let losses: [&[f32]; 2] = [&[f32::NAN, 3.0, f32::NAN, 4.0], &[4.0, f32::NAN, 4.0, 4.0]];
+    let mut smoothed = Vec::new();
+    let (values, _) = run(&losses, |progress| smoothed.push(progress.loss));
+    assert_eq!(smoothed[..3], [0.0, 3.0, 3.0]);
+    assert!(smoothed[3..].iter().all(|loss| (3.0..4.0).contains(loss)));
     // An epoch with a NaN loss is not selected.
-    assert_eq!(outcome.values.pattern.len(), 6);
+    assert_eq!(values.pattern.len(), 6);
 }

@@ -1,32 +1,34 @@
 //! The schedule `prior`, which trains the CoefficientNet and the StartNet jointly with the pattern.
 
 use glimpse_core::model::ModelKind;
-
-use crate::meta::initialization::initial_guess;
-use crate::meta::phase::{
-    AddedSamples, Initialization, InnerSamples, Phase, SearchMethod, Selection, StepSizeEncoding,
-};
-use crate::meta::plan::{Effort, LossWeights, Plan};
 use glimpse_optimizer::Groups;
 
-/// The step counts and learning rates of an effort.
-struct EffortSettings {
+use crate::meta::completion::objective::{CompletionObjective, StepOptions};
+use crate::meta::completion::task::Dropout;
+use crate::meta::phase::{Phase, Selection, Start};
+use crate::meta::plan::Effort;
+
+/// The number of directions of a task's loss.
+const OUTER_SAMPLES: usize = 256;
+
+/// The step counts of an effort.
+struct Steps {
     /// The number of patterns in the search; 0 without a search.
     patterns: u64,
     /// The number of steps for each pattern in the search.
-    search_steps: usize,
+    search: usize,
     /// The number of steps of the CoefficientNet phase.
-    coefficient_net_steps: usize,
+    coefficient_net: usize,
     /// The number of steps of the StartNet phase; 0 for Linear.
-    start_net_steps: usize,
+    start_net: usize,
     /// The number of steps of the CoefficientNet and StartNet phases in each fold.
-    fold_steps: [usize; 2],
+    fold: [usize; 2],
 }
 
-impl EffortSettings {
+impl Steps {
     fn new(effort: Effort, model: ModelKind) -> Self {
-        let (patterns, search_steps, coefficient_net_steps, start_net_steps, fold_steps) =
-            match (effort, has_start_net(model)) {
+        let (patterns, search, coefficient_net, start_net, fold) =
+            match (effort, model != ModelKind::Linear) {
                 (Effort::Brief, true) => (0, 0, 1_000, 400, [250, 100]),
                 (Effort::Brief, false) => (0, 0, 1_000, 0, [250, 0]),
                 (Effort::Quick, true) => (2, 500, 6_000, 2_500, [1_500, 1_000]),
@@ -38,32 +40,43 @@ impl EffortSettings {
             };
         Self {
             patterns,
-            search_steps,
-            coefficient_net_steps,
-            start_net_steps,
-            fold_steps,
+            search,
+            coefficient_net,
+            start_net,
+            fold,
         }
     }
 }
 
-fn has_start_net(model: ModelKind) -> bool {
-    model != ModelKind::Linear
+/// Returns the number of outer steps of a training on all materials, and of each fold.
+#[must_use]
+pub fn step_counts(effort: Effort, model: ModelKind) -> [usize; 2] {
+    let steps = Steps::new(effort, model);
+    [
+        steps.patterns as usize * steps.search + steps.coefficient_net + steps.start_net,
+        steps.fold.iter().sum(),
+    ]
 }
 
 /// Returns a phase of the pattern search: one pattern with its own CoefficientNet.
-fn pattern_search(samples: usize, steps: usize) -> Phase {
+fn pattern_search<'a>(
+    objective: &'a CompletionObjective<'a>,
+    steps: usize,
+    start: Option<Start<'a>>,
+) -> Phase<'a> {
+    let options = StepOptions {
+        outer_samples: OUTER_SAMPLES,
+        dropout: Dropout::Any,
+        is_refined: false,
+    };
     Phase {
         name: "pattern search",
-        initialization: Initialization::Previous,
-        search: SearchMethod::Gradient,
-        selection: Selection::BestValidation,
-        samples,
-        added_samples: AddedSamples::Sobol,
-        samples_ordered: false,
+        samples: objective.shape.samples,
+        start,
+        gradient: Box::new(move |values, step| objective.gradient(values, step, options)),
+        selection: Selection::BestValidation(Box::new(|values| objective.selection_loss(values))),
         steps,
         batch: 32,
-        inner_samples: InnerSamples::Pattern,
-        outer_samples: 256,
         rates: Groups {
             pattern: 3e-2,
             coefficient_net: 5e-3,
@@ -74,18 +87,28 @@ fn pattern_search(samples: usize, steps: usize) -> Phase {
         warm_up_steps: 100,
         max_gradient_norm: 1.0,
         weight_decay: 0.0,
-        augmentation_gain: None,
+        initial_allowance: 3.0,
     }
 }
 
-/// Returns the phase that trains the CoefficientNet without a StartNet.
-fn coefficient_net(samples: usize, steps: usize) -> Phase {
+/// Returns the phase that trains the CoefficientNet without a StartNet. Its samples are sorted for scans that end early.
+fn coefficient_net<'a>(
+    objective: &'a CompletionObjective<'a>,
+    steps: usize,
+    start: Option<Start<'a>>,
+) -> Phase<'a> {
+    let options = StepOptions {
+        outer_samples: OUTER_SAMPLES,
+        dropout: Dropout::TailOrFew,
+        is_refined: false,
+    };
     Phase {
         name: "coefficient network",
-        samples_ordered: true,
+        gradient: Box::new(move |values, step| objective.gradient(values, step, options)),
         selection: Selection::Last,
         final_rate_ratio: 0.01,
-        ..pattern_search(samples, steps)
+        initial_allowance: 1.3,
+        ..pattern_search(objective, steps, start)
     }
 }
 
@@ -93,82 +116,65 @@ fn coefficient_net(samples: usize, steps: usize) -> Phase {
 ///
 /// Neural can represent what the coefficients do, and is worse on other materials than the training set if they change.
 /// For the models with few parameters, pattern and coefficients are trained again, for the fit.
-fn start_net(model: ModelKind, samples: usize, steps: usize) -> Phase {
-    let (pattern, coefficient_net) = match model {
+fn start_net<'a>(objective: &'a CompletionObjective<'a>, steps: usize) -> Phase<'a> {
+    let options = StepOptions {
+        outer_samples: OUTER_SAMPLES,
+        dropout: Dropout::TailOrFew,
+        is_refined: true,
+    };
+    let (pattern, coefficient_net_rate) = match objective.model() {
         ModelKind::Neural => (0.0, 0.0),
         _ => (1e-2, 1.5e-3),
     };
+    let start = Box::new(|best| objective.choose_initial(best));
     Phase {
         name: "initialization network",
-        initialization: Initialization::BestRedrawn,
-        samples_ordered: true,
-        selection: Selection::Last,
+        gradient: Box::new(move |values, step| objective.gradient(values, step, options)),
         rates: Groups {
             initial: 1e-3,
             hyperparameters: 1e-2,
             pattern,
-            coefficient_net,
+            coefficient_net: coefficient_net_rate,
             start_net: 3e-3,
         },
-        final_rate_ratio: 0.01,
-        ..pattern_search(samples, steps)
+        ..coefficient_net(objective, steps, Some(start))
     }
 }
 
-fn plan_of(phases: Vec<Phase>, model: ModelKind, tasks: usize) -> Plan {
-    Plan {
-        phases,
-        tasks,
-        initial_parameters: initial_guess,
-        step_size_encoding: StepSizeEncoding::Logarithm,
-        initial_step_size: match model {
-            ModelKind::Neural => 3e-3,
-            _ => 0.1,
-        },
-        loss_weights: LossWeights::Relative,
-        pretrained: None,
-    }
-}
-
-/// Returns the plan of a training on all materials.
+/// Returns the phases of a training on all materials.
 ///
 /// A search trains several patterns, each with its own CoefficientNet. The best pattern continues, with its samples
 /// sorted for scans that end early. Without a search, the samples keep their order. For models other than Linear, a final
 /// phase trains the StartNet.
-pub(super) fn plan(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
-    let settings = EffortSettings::new(effort, model);
-    let mut phases: Vec<Phase> = (0..settings.patterns)
-        .map(|guess| Phase {
-            initialization: Initialization::Guess(guess),
-            ..pattern_search(samples, settings.search_steps)
-        })
-        .collect();
-    phases.push(Phase {
-        initialization: match phases.is_empty() {
-            true => Initialization::Previous,
-            false => Initialization::BestReordered,
-        },
-        ..coefficient_net(samples, settings.coefficient_net_steps)
+#[must_use]
+pub fn phases<'a>(objective: &'a CompletionObjective<'a>, effort: Effort) -> Vec<Phase<'a>> {
+    let steps = Steps::new(effort, objective.model());
+    let search = (0..steps.patterns).map(|guess| {
+        let start: Start<'a> = Box::new(move |_| objective.initial_values(guess));
+        pattern_search(objective, steps.search, Some(start))
     });
-    if has_start_net(model) {
-        phases.push(start_net(model, samples, settings.start_net_steps));
+    let mut phases: Vec<Phase<'a>> = search.collect();
+    let reorder = || -> Start<'a> { Box::new(|best| objective.reorder_samples(best)) };
+    let start = (!phases.is_empty()).then(reorder);
+    phases.push(coefficient_net(objective, steps.coefficient_net, start));
+    if steps.start_net > 0 {
+        phases.push(start_net(objective, steps.start_net));
     }
-    plan_of(phases, model, tasks)
+    phases
 }
 
-/// Returns the plan of a cross-validation fold, at a fixed pattern.
-pub(super) fn fold(effort: Effort, model: ModelKind, samples: usize, tasks: usize) -> Plan {
-    let [coefficient_net_steps, start_net_steps] = EffortSettings::new(effort, model).fold_steps;
-    let mut phases = vec![Phase {
-        initialization: Initialization::Guess(0),
-        ..coefficient_net(samples, coefficient_net_steps)
-    }];
-    if has_start_net(model) {
-        phases.push(start_net(model, samples, start_net_steps));
+/// Returns the phases of a cross-validation fold, at a fixed pattern. The resulting losses on the fold's materials, which
+/// the run does not train on, estimate the loss on unseen materials.
+#[must_use]
+pub fn fold<'a>(objective: &'a CompletionObjective<'a>, effort: Effort) -> Vec<Phase<'a>> {
+    let [coefficient_net_steps, start_net_steps] = Steps::new(effort, objective.model()).fold;
+    let mut phases = vec![coefficient_net(objective, coefficient_net_steps, None)];
+    if start_net_steps > 0 {
+        phases.push(start_net(objective, start_net_steps));
     }
     for phase in &mut phases {
         phase.name = "cross-validation";
         phase.rates.pattern = 0.0;
     }
-    plan_of(phases, model, tasks)
+    phases
 }

@@ -7,7 +7,7 @@ use glimpse_core::model::linear::{self, EPSILON};
 use glimpse_materials::Brdf;
 use glimpse_materials::basis::{Basis, CoefficientCountError, angles_to_f64};
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_training::linear::{COMPACT_NODES, ReducedBasis, to_compact_bytes};
+use glimpse_training::linear::{COMPACT_NODES, ComponentsAt, to_compact_bytes};
 
 use super::{MATERIALS, basis};
 
@@ -26,16 +26,10 @@ static COMPACT: LazyLock<Vec<u8>> =
 /// Fits coefficients to a material measured at many directions. Returns those of red, then of green, then of blue.
 fn coefficients(material: usize) -> Vec<f32> {
     let angles = uniform_valid(2000, 5);
-    let pattern: Vec<Angles<f64>> = angles.iter().map(angles_to_f64).collect();
     let material = &MATERIALS.materials[material];
     let measured: Vec<[f32; 3]> = angles.iter().map(|angles| material.brdf(*angles)).collect();
     let precision = [4.0; COMPONENTS];
-    let coefficients = ReducedBasis::new(&WHOLE, &pattern).fit(&precision, &measured);
-    coefficients
-        .iter()
-        .flatten()
-        .map(|value| *value as f32)
-        .collect()
+    ComponentsAt::new(&WHOLE, angles).fit(&precision, &measured)
 }
 
 /// Returns the mean absolute difference of ln(f w + e) between the whole basis and a compact one.

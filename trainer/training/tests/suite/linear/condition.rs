@@ -1,19 +1,19 @@
 //! The sample patterns of the method NJR15 (Nielsen et al. 2015).
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::basis::{Basis, angles_to_f64};
+use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_training::linear::{ReducedBasis, min_condition_pattern};
+use glimpse_training::linear::{ComponentsAt, min_condition_pattern};
 use nalgebra::DMatrix;
 
 use super::basis;
 
 /// Returns the condition number of a reduced basis.
 fn condition(basis: &Basis, pattern: &[Angles<f32>]) -> f64 {
-    let pattern_f64: Vec<Angles<f64>> = pattern.iter().map(angles_to_f64).collect();
-    let reduced = ReducedBasis::new(basis, &pattern_f64);
+    let at = ComponentsAt::new(basis, pattern.to_vec());
+    let rows: Vec<f64> = at.rows.iter().copied().map(f64::from).collect();
     let (samples, components) = (pattern.len(), basis.components());
-    let matrix = DMatrix::from_row_slice(samples, components, &reduced.basis);
+    let matrix = DMatrix::from_row_slice(samples, components, &rows);
     let values = matrix.singular_values();
     assert_eq!(values.len(), samples.min(components));
     values.max() / values.min()

@@ -14,32 +14,32 @@ use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::scan::scan;
 use glimpse_kernels::with_model;
 use glimpse_materials::{Material, Procedural};
-use glimpse_optimizer::Groups;
 use glimpse_training::meta::completion::dataset::{Dataset, Subset};
-use glimpse_training::meta::completion::objective::CompletionObjective;
+use glimpse_training::meta::completion::objective::{CompletionObjective, StepOptions};
 use glimpse_training::meta::completion::refinement::{GaussNewtonRefinement, Refinement};
-use glimpse_training::meta::completion::task::Noise;
-use glimpse_training::meta::completion::task::{AugmentationOptions, MaterialGroup};
+use glimpse_training::meta::completion::task::{
+    AugmentationOptions, Dropout, MaterialGroup, Noise,
+};
 use glimpse_training::meta::learned::LearnedFit;
-use glimpse_training::meta::objective::{MetaObjective, RandomStreams};
+use glimpse_training::meta::objective::RandomStreams;
 use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::outer::{CheckpointOptions, OuterLoop, RunError};
 use glimpse_training::meta::pattern::Pattern;
-use glimpse_training::meta::phase::{Initialization, OuterStep};
-use glimpse_training::meta::plan::{Effort, LossWeights, Plan, Schedule};
+use glimpse_training::meta::phase::{OuterStep, Phase, Values};
+use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::run::{TrainError, train};
 use glimpse_training::meta::scan_budget::ScanBudget;
+use glimpse_training::meta::schedules::prior;
 use glimpse_training::recipe::pack_recipe;
 use glimpse_training::route::Axes;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use crate::support::{assert_independent_of_threads, procedural, run_bits};
+use crate::support::{
+    assert_gradient_matches_loss, assert_independent_of_threads, procedural, run_bits,
+};
 
 const SAMPLES: usize = 5;
 const STEPS: usize = 4;
-/// The indices of all groups in [`Groups::each`]: the pattern is last, because its comparison changes the step sizes.
-const GROUPS: [usize; 5] = [0, 1, 3, 4, PATTERN];
-const PATTERN: usize = 2;
 const MODELS: [ModelKind; 4] = [
     ModelKind::Linear,
     ModelKind::Phong,
@@ -47,11 +47,8 @@ const MODELS: [ModelKind; 4] = [
     ModelKind::Neural,
 ];
 
-/// Calls a function with a small objective and a plan of a few steps.
-fn with_objective<T>(
-    model: ModelKind,
-    function: impl FnOnce(&CompletionObjective<'_>, &Plan) -> T,
-) -> T {
+/// Calls a function with a small objective.
+fn with_objective<T>(model: ModelKind, function: impl FnOnce(&CompletionObjective<'_>) -> T) -> T {
     let augmentation_options = AugmentationOptions {
         missing_share: 0.5,
         noise: Noise {
@@ -75,10 +72,6 @@ fn with_objective<T>(
         _ => None,
     );
     let refinement = refinement.as_deref();
-    let mut plan = Plan::new(Schedule::Prior, Effort::Quick, model, SAMPLES, 12);
-    for phase in &mut plan.phases {
-        (phase.steps, phase.batch, phase.outer_samples) = (STEPS, 40, 512);
-    }
     let objective = CompletionObjective {
         dataset: &dataset,
         subset: &subset,
@@ -89,7 +82,6 @@ fn with_objective<T>(
             units: if refinement.is_some() { 5 } else { 0 },
             parameters: model.parameters().unwrap_or(0),
         },
-        loss_weights: LossWeights::Relative,
         streams: RandomStreams { seed: 11 },
         refinement,
         auxiliary_weight: 0.0,
@@ -101,103 +93,69 @@ fn with_objective<T>(
         motion: None,
         earlier: None,
     };
-    function(&objective, &plan)
+    function(&objective)
 }
 
 /// Moves all samples closer to the normal, within the limits of the arms.
-fn move_toward_normal(values: &mut Groups<Vec<f32>>) {
+fn move_toward_normal(values: &mut Values) {
     for logits in values.pattern.chunks_mut(3) {
         logits[0] -= 1.0;
         logits[1] -= 1.0;
     }
 }
 
-/// Asserts that the derivative of the loss along the gradient of each group is the squared norm of that gradient.
-fn assert_gradient_matches_loss(model: ModelKind) {
-    with_objective(model, |objective, plan| {
-        let phase_index = plan.phases.len() - 1;
-        let outer_step = OuterStep {
-            phase: &plan.phases[phase_index],
-            phase_index,
-            step: 1,
-        };
-        let mut values = objective.initial_values(0);
-        // Gradient steps are discontinuous where a residual changes sign. With larger weights, the start net dominates
-        // the fit, and its output is a smooth function of the readings.
-        values
-            .start_net
-            .iter_mut()
-            .for_each(|weight| *weight *= 5.0);
-        // All samples are within the limits: the barrier contributes to the gradient but not to the loss.
-        move_toward_normal(&mut values);
-        let pattern = Pattern::from_logits_within(&values.pattern, objective.limits);
-        assert!(pattern.valid().iter().all(|valid| *valid));
-        let mut compared = 0;
-        for group in GROUPS {
-            let (loss, gradient) = objective.gradient(&values, outer_step);
-            assert!(loss > 0.0 && loss.is_finite());
-            let direction = gradient.each()[group].clone();
-            let square: f64 = direction
-                .iter()
-                .map(|entry| f64::from(*entry).powi(2))
-                .sum();
-            if square == 0.0 {
-                continue;
-            }
-            // The largest change of a value. Gauss-Newton steps have a large curvature.
-            const CHANGE: f64 = 1e-4;
-            let largest = direction
-                .iter()
-                .fold(0.0_f32, |max, entry| max.max(entry.abs()));
-            let step = (0.6 * CHANGE * f64::from(loss) / square).min(CHANGE / f64::from(largest));
-            let loss_at = |sign: f64| {
-                let mut values: Groups<Vec<f32>> = values.clone();
-                let list = values.each_mut().into_iter().nth(group);
-                for (value, entry) in list.into_iter().flatten().zip(&direction) {
-                    *value += (sign * step * f64::from(*entry)) as f32;
-                }
-                f64::from(objective.gradient(&values, outer_step).0)
+/// Returns the phases of the schedule, each of a few steps.
+fn short_phases<'a>(objective: &'a CompletionObjective<'a>) -> Vec<Phase<'a>> {
+    let mut phases = prior::phases(objective, Effort::Quick);
+    for phase in &mut phases {
+        (phase.steps, phase.batch) = (STEPS, 40);
+    }
+    phases
+}
+
+#[test]
+fn gradient_matches_loss() {
+    for model in MODELS {
+        with_objective(model, |objective| {
+            let mut values = objective.initial_values(0);
+            // Gradient steps are discontinuous where a residual changes sign. With larger weights, the start net
+            // dominates the fit, and its output is a smooth function of the readings.
+            values
+                .start_net
+                .iter_mut()
+                .for_each(|weight| *weight *= 5.0);
+            // All samples are within the limits: the barrier contributes to the gradient but not to the loss.
+            move_toward_normal(&mut values);
+            let pattern = Pattern::from_logits_within(&values.pattern, objective.limits);
+            assert!(pattern.valid().iter().all(|valid| *valid));
+            let outer_step = OuterStep {
+                phase_index: 3,
+                step: 1,
+                batch: 40,
             };
-            let slope = (loss_at(1.0) - loss_at(-1.0)) / (2.0 * step);
-            let error = (slope - square).abs() / square;
-            println!("{model}, group {group}: {slope:.4e} and {square:.4e}");
-            assert!(error < 0.03, "{model}, group {group}: {slope} and {square}");
-            compared += 1;
-        }
-        let expected = if model == ModelKind::Linear { 3 } else { 5 };
-        assert_eq!(compared, expected, "groups of {model}");
-    });
-}
-
-#[test]
-fn linear_gradient_matches_loss() {
-    assert_gradient_matches_loss(ModelKind::Linear);
-}
-
-#[test]
-fn phong_gradient_matches_loss() {
-    assert_gradient_matches_loss(ModelKind::Phong);
-}
-
-#[test]
-fn cook_torrance_gradient_matches_loss() {
-    assert_gradient_matches_loss(ModelKind::CookTorrance);
-}
-
-#[test]
-fn neural_gradient_matches_loss() {
-    assert_gradient_matches_loss(ModelKind::Neural);
+            let options = StepOptions {
+                outer_samples: 512,
+                dropout: Dropout::TailOrFew,
+                is_refined: true,
+            };
+            let groups = assert_gradient_matches_loss(model.name(), &values, |values| {
+                objective.gradient(values, outer_step, options)
+            });
+            let expected = if model == ModelKind::Linear { 3 } else { 5 };
+            assert_eq!(groups, expected, "groups of {model}");
+        });
+    }
 }
 
 /// The weights of samples are permuted together with their directions.
 #[test]
 fn reordering_samples_preserves_the_loss() {
-    with_objective(ModelKind::Linear, |objective, _| {
+    with_objective(ModelKind::Linear, |objective| {
         let mut values = objective.initial_values(0);
         move_toward_normal(&mut values);
         let ordered = objective.reorder_samples(values.clone());
         assert_ne!(ordered.pattern, values.pattern);
-        let sorted_samples = |values: &Groups<Vec<f32>>| {
+        let sorted_samples = |values: &Values| {
             let mut samples: Vec<[u32; 3]> = values
                 .pattern
                 .as_chunks()
@@ -210,8 +168,8 @@ fn reordering_samples_preserves_the_loss() {
         };
         assert_eq!(sorted_samples(&ordered), sorted_samples(&values));
         let (before, after) = (
-            objective.validation_loss(&values),
-            objective.validation_loss(&ordered),
+            objective.selection_loss(&values),
+            objective.selection_loss(&ordered),
         );
         assert!((after / before - 1.0).abs() < 1e-4, "{before} and {after}");
         // Reordering is idempotent.
@@ -219,20 +177,25 @@ fn reordering_samples_preserves_the_loss() {
     });
 }
 
-/// Returns a run, with checkpoints if a directory is given.
+/// Returns a run.
 fn outer_loop<'a>(
-    objective: &'a CompletionObjective<'_>,
-    plan: &'a Plan,
-    model: ModelKind,
-    directory: Option<&Path>,
+    objective: &CompletionObjective<'_>,
+    phases: &'a [Phase<'a>],
+    checkpoints: Option<&'a CheckpointOptions>,
 ) -> OuterLoop<'a> {
-    let options = Options::new(model, SAMPLES, Schedule::Prior, Effort::Brief, 11);
+    let options = Options::new(
+        objective.model(),
+        SAMPLES,
+        Schedule::Prior,
+        Effort::Brief,
+        11,
+    );
     OuterLoop {
-        objective,
-        plan,
+        initial: objective.initial_values(0),
+        phases,
+        path: None,
         identity: options.identity(&[]),
-        seed: 11,
-        checkpoints: directory.map(checkpoints),
+        checkpoints,
         stage: 0,
     }
 }
@@ -250,8 +213,8 @@ fn checkpoints(directory: &Path) -> CheckpointOptions {
 fn training_is_independent_of_threads() {
     for model in MODELS {
         let bits = assert_independent_of_threads(model.name(), || {
-            with_objective(model, |objective, plan| {
-                run_bits(&outer_loop(objective, plan, model, None))
+            with_objective(model, |objective| {
+                run_bits(&outer_loop(objective, &short_phases(objective), None))
             })
         });
         assert!(bits.len() > 100 && bits.iter().all(|bits| f32::from_bits(*bits).is_finite()));
@@ -307,14 +270,12 @@ fn assert_resumed_run_matches(scan: Option<ScanBudget>, stop_at: f64) {
 /// The run is stopped before the phase that reorders samples, or after its first step.
 #[test]
 fn run_resumed_at_sample_reordering_matches_uninterrupted_run() {
-    with_objective(ModelKind::Linear, |objective, plan| {
-        let last = plan.phases.len() - 1;
-        assert!(
-            plan.phases[last].initialization == Initialization::BestReordered
-                && plan.phases[last].samples_ordered
-        );
+    with_objective(ModelKind::Linear, |objective| {
+        let phases = short_phases(objective);
+        let last = phases.len() - 1;
         let run = |directory: Option<&Path>, stop_after| {
-            let outer_loop = outer_loop(objective, plan, ModelKind::Linear, directory);
+            let checkpoints = directory.map(checkpoints);
+            let outer_loop = outer_loop(objective, &phases, checkpoints.as_ref());
             outer_loop.run(&mut |progress| match progress.done == stop_after {
                 true => ControlFlow::Break(()),
                 false => ControlFlow::Continue(()),
@@ -326,10 +287,7 @@ fn run_resumed_at_sample_reordering_matches_uninterrupted_run() {
             let stopped = run(Some(scratch.path()), stop_after);
             assert!(matches!(stopped, Err(RunError::Stopped(done)) if done == stop_after));
             let resumed = run(Some(scratch.path()), usize::MAX).expect("the run is not stopped");
-            assert_eq!(
-                resumed.values, expected.values,
-                "stopped after {stop_after} steps"
-            );
+            assert_eq!(resumed, expected, "stopped after {stop_after} steps");
         }
     });
 }

@@ -6,17 +6,17 @@ use glimpse_kernels::LaneModel;
 use glimpse_kernels::inner_loop::InnerLoop;
 use glimpse_kernels::lanes::{InstructionSet, Lanes, MAX_OCTETS, Octet, PortableLanes, WIDTH};
 use glimpse_kernels::samples::SampleOctets;
-use glimpse_materials::Material;
 use glimpse_materials::sampling::sobol_valid;
-use glimpse_training::meta::augmentation::Augmentation;
+use glimpse_training::meta::completion::pool::WarpedPool;
+use glimpse_training::meta::completion::task::Task;
 use glimpse_training::meta::initialization::initial_guess;
 use glimpse_training::meta::pattern::Pattern;
-use glimpse_training::meta::pool::{DrawnSamples, Pool};
+use glimpse_training::meta::samples::WeightedSamples;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::problem::LossGradient;
-use crate::support::{procedural, to_f64};
+use crate::support::{pool, procedural, to_f64};
 
 /// The largest permitted distance between gradients in f32 and f64, relative to the norm in f64.
 const TOLERANCE: f64 = 1e-4;
@@ -92,10 +92,9 @@ fn flat<T: Copy>(gradient: &SampleGradient<T>) -> [T; 8] {
     [at.hx, at.hz, at.dx, at.dy, at.dz, red, green, blue]
 }
 
-/// Materials, their pool, initial parameters and step sizes of a task.
+/// A pool of materials, initial parameters and step sizes of a task.
 struct Setting {
-    materials: Vec<Box<dyn Material>>,
-    pool: Pool,
+    pool: WarpedPool,
     initial: Vec<f32>,
     step_sizes: Vec<f32>,
     random: ChaCha8Rng,
@@ -105,11 +104,9 @@ impl Setting {
     fn new<M: Model>(seed: u64) -> Self {
         // The sets 0 to 11 are unsuitable. At one of their samples, a ReLU of the network is so close to its kink that
         // f32 and f64 round to different branches, and the derivatives of this sample differ.
-        let materials = procedural(4, seed + 20);
-        let pool = Pool::new(&materials, 1024, seed);
+        let pool = pool(procedural(4, seed + 20), 1024, seed);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         Self {
-            materials,
             pool,
             initial: initial_guess(M::KIND, &mut random),
             step_sizes: (0..M::PARAMETERS)
@@ -117,6 +114,15 @@ impl Setting {
                 .collect(),
             random,
         }
+    }
+
+    /// Draws samples of a material.
+    fn draw(&mut self, count: usize) -> WeightedSamples<'static> {
+        let task = Task {
+            octets: self.pool.draw(count, &mut self.random),
+            ..Task::plain(2, 0, 0)
+        };
+        task.samples(&self.pool)
     }
 
     fn inner_loop<M: Model>(&self) -> InnerLoop<M, f32> {
@@ -206,13 +212,15 @@ fn compare_patterns<M: LaneModel>() {
                 directions[23].theta_d = 1.5;
             }
             let pattern = Pattern::new(directions);
-            let [partner, material, ..] = &setting.materials[..] else {
-                panic!("fewer than two materials");
-            };
-            let augmentation = Augmentation::random(2.0, 1, &mut setting.random);
-            let inner = pattern.measure_augmented(&**material, &**partner, &augmentation);
-            let pool = &setting.pool;
-            let outer = pool.draw_augmented(1, &augmentation, 250, &mut setting.random);
+            let material = &setting.pool.materials()[1];
+            let brdf: Vec<[f32; 3]> = pattern
+                .angles()
+                .iter()
+                .map(|at| material.brdf(*at))
+                .collect();
+            let directions = pattern.octet_directions();
+            let inner = WeightedSamples::present(directions, &brdf, pattern.valid());
+            let outer = setting.draw(250);
             let [inner, outer] = [inner.octets(), outer.octets()]
                 .map(|samples| with_instruction_set(instruction_set, samples));
             let exact = exact::<M>(&setting, &[unpack(&inner)], &unpack(&outer));
@@ -237,9 +245,8 @@ fn compare_draws<M: LaneModel>() {
             // One list of samples for each step, or a single list for all steps, with one or several chunks.
             let list_count = [STEPS, 1][seed as usize % 2];
             let [inner_count, outer_count] = [[30, 250], [270, 2_000]][seed as usize / 5];
-            let mut draw = |count| setting.pool.draw(2, count, &mut setting.random);
-            let outer = draw(outer_count);
-            let draws: Vec<DrawnSamples<'_>> = (0..list_count).map(|_| draw(inner_count)).collect();
+            let outer = setting.draw(outer_count);
+            let draws: Vec<_> = (0..list_count).map(|_| setting.draw(inner_count)).collect();
             let outer = with_instruction_set(instruction_set, outer.octets());
             let lists: Vec<_> = draws
                 .iter()
@@ -261,31 +268,15 @@ fn compare_draws<M: LaneModel>() {
 }
 
 #[test]
-fn phong_on_pattern_matches_f64() {
+fn gradients_on_pattern_match_f64() {
     compare_patterns::<Phong>();
-}
-
-#[test]
-fn cook_torrance_on_pattern_matches_f64() {
     compare_patterns::<CookTorrance>();
-}
-
-#[test]
-fn neural_on_pattern_matches_f64() {
     compare_patterns::<Neural>();
 }
 
 #[test]
-fn phong_on_draws_matches_f64() {
+fn gradients_on_draws_match_f64() {
     compare_draws::<Phong>();
-}
-
-#[test]
-fn cook_torrance_on_draws_matches_f64() {
     compare_draws::<CookTorrance>();
-}
-
-#[test]
-fn neural_on_draws_matches_f64() {
     compare_draws::<Neural>();
 }

@@ -1,14 +1,10 @@
-//! Tests of the meta-gradient: on lanes, on different numbers of threads, with respect to a pattern's logits, and over
-//! a batch.
-//!
-//! `finite_differences` and `linear_finite_differences` compare it with differences of the loss, and `burn_reference`
-//! with an independent implementation.
+//! Tests of the meta-gradient: against forward mode, on lanes, on different numbers of threads, with respect to a pattern's
+//! logits, and over a batch. `burn_reference` compares it with an independent implementation.
 
 mod completion;
 mod determinism;
 mod extremes;
-mod finite_differences;
+mod forward;
 mod lanes;
-mod linear;
-mod linear_finite_differences;
 mod pattern;
+mod ridge;

@@ -2,21 +2,20 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::SampleGradient;
 use glimpse_kernels::lanes::{Octet, OctetDirections, WIDTH};
 use glimpse_materials::sampling::sobol_valid;
-use glimpse_materials::{Material, Procedural};
-use glimpse_training::meta::augmentation::Augmentation;
 use glimpse_training::meta::pattern::{Pattern, angles_from_logits, logits_from_angles};
+use glimpse_training::meta::samples::WeightedSamples;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::lanes::unpack;
-use crate::support::{angles_from_array, network, to_f64};
+use crate::support::{angles_from_array, to_f64};
 
 /// The factor of the barrier: BARRIER (theta_h^2 + theta_d^2) for each sample below the horizon.
-pub(crate) const BARRIER: f64 = 0.005;
+const BARRIER: f64 = 0.005;
 
 /// Returns the angles of a sample's logits.
 fn angles(logits: [f64; 3]) -> [f64; 3] {
@@ -33,31 +32,8 @@ fn is_valid(logits: [f64; 3]) -> bool {
     at.cos_theta_i() > 0.0 && at.cos_theta_o() > 0.0
 }
 
-/// Returns the BRDF of the first material, augmented with the second.
-fn augmented(
-    materials: [&dyn Material; 2],
-    augmentation: &Augmentation,
-    logits: [f64; 3],
-) -> [f64; 3] {
-    let [theta_h, theta_d, phi_d] = angles(logits).map(|angle| angle as f32);
-    let at = Angles {
-        theta_h,
-        theta_d,
-        phi_d,
-    };
-    let [material, partner] = materials.map(|material| material.brdf(at).map(f64::from));
-    let share = f64::from(augmentation.share);
-    std::array::from_fn(|i| {
-        let filtered = f64::from(augmentation.gains[i]) * material[augmentation.order[i]];
-        filtered + share * (partner[i] - filtered)
-    })
-}
-
 /// Returns the logits of valid samples and of one sample below the horizon.
-pub(crate) fn logits_with_one_below_horizon(
-    valid: usize,
-    random: &mut ChaCha8Rng,
-) -> Vec<[f32; 3]> {
+fn logits_with_one_below_horizon(valid: usize, random: &mut ChaCha8Rng) -> Vec<[f32; 3]> {
     let valid_samples = sobol_valid(valid, random.random()).into_iter();
     let mut logits: Vec<_> = valid_samples.map(logits_from_angles).collect();
     let below_horizon = [
@@ -71,35 +47,25 @@ pub(crate) fn logits_with_one_below_horizon(
 
 /// Samples below the horizon are excluded.
 #[test]
-fn augmented_measurement_has_augmented_values_and_equal_weights() {
-    for seed in 0..20 {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let network = network(&mut random);
-        let materials: [&dyn Material; 2] = [&network, &Procedural::new(seed as usize, 1)];
-        let logits = logits_with_one_below_horizon(7, &mut random);
-        let pattern = Pattern::from_logits(logits.as_flattened());
-        let augmentation = Augmentation::random(2.0, 2, &mut random);
-        let measured = pattern.measure_augmented(materials[0], materials[1], &augmentation);
-        let samples = unpack(&measured.octets());
+fn present_samples_have_equal_weights() {
+    let mut random = ChaCha8Rng::seed_from_u64(3);
+    let logits = logits_with_one_below_horizon(7, &mut random);
+    let pattern = Pattern::from_logits(logits.as_flattened());
+    let brdf: Vec<[f32; 3]> = (0..8).map(|_| random.random()).collect();
+    let samples = WeightedSamples::present(pattern.octet_directions(), &brdf, pattern.valid());
+    let samples = unpack(&samples.octets());
 
-        let logits_f64 = logits.iter().map(|each| each.map(f64::from));
-        let valid: Vec<[f64; 3]> = logits_f64.filter(|logits| is_valid(*logits)).collect();
-        assert_eq!((samples.len(), valid.len()), (7, 7));
-        for (sample, logits) in samples.iter().zip(valid) {
-            let (actual, expected) = (sample.at, half_difference(logits));
-            let coordinates = |at: HalfDifference<f64>| [at.hx, at.hz, at.dx, at.dy, at.dz];
-            for (actual, expected) in coordinates(actual).into_iter().zip(coordinates(expected)) {
-                assert!((actual - expected).abs() < 1e-6, "seed {seed}: {sample:?}");
-            }
-            let expected = augmented(materials, &augmentation, logits);
-            for (actual, expected) in sample.measured.into_iter().zip(expected) {
-                assert!(
-                    (actual - expected).abs() <= 1e-4 * expected.abs(),
-                    "seed {seed}: {actual} instead of {expected}"
-                );
-            }
-            assert!((sample.weight - 1.0 / 21.0).abs() < 1e-8);
+    let all = logits.iter().map(|each| each.map(f64::from)).zip(brdf);
+    let valid: Vec<_> = all.filter(|(logits, _)| is_valid(*logits)).collect();
+    assert_eq!((samples.len(), valid.len()), (7, 7));
+    for (sample, (logits, brdf)) in samples.iter().zip(valid) {
+        let (actual, expected) = (sample.at, half_difference(logits));
+        let coordinates = |at: HalfDifference<f64>| [at.hx, at.hz, at.dx, at.dy, at.dz];
+        for (actual, expected) in coordinates(actual).into_iter().zip(coordinates(expected)) {
+            assert!((actual - expected).abs() < 1e-6, "{sample:?}");
         }
+        assert_eq!(sample.measured, brdf.map(f64::from));
+        assert!((sample.weight - 1.0 / 21.0).abs() < 1e-8);
     }
 }
 
@@ -122,9 +88,10 @@ fn invalid_sample_has_the_gradient_of_the_barrier() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let logits = logits_with_one_below_horizon(7, &mut random);
     let pattern = Pattern::from_logits(logits.as_flattened());
-    let measured = pattern.measure(&Procedural::new(0, 0));
     // The gradient with respect to the samples must not matter.
-    let by_logits = to_f64(&measured.gradient_by_logits(&[random_gradient(&mut random)]));
+    let by_sample = [random_gradient(&mut random)];
+    let by_logits =
+        to_f64(&pattern.gradient_by_logits(|index| pattern.gradient_by_angles(&by_sample, index)));
     let mut samples = logits.iter().map(|each| each.map(f64::from));
     let index = samples.clone().position(|logits| !is_valid(logits));
     let index = index.expect("a sample is below the horizon");
@@ -148,8 +115,9 @@ fn gradient_by_logits_follows_the_chain_rule() {
         let logits = logits_with_one_below_horizon(WIDTH - 1, &mut random);
         let pattern = Pattern::from_logits(logits.as_flattened());
         let by_sample = random_gradient(&mut random);
-        let measured = pattern.measure(&network(&mut random));
-        let by_logits = to_f64(&measured.gradient_by_logits(&[by_sample]));
+        let by_logits = to_f64(
+            &pattern.gradient_by_logits(|index| pattern.gradient_by_angles(&[by_sample], index)),
+        );
 
         let by_logits = by_logits.as_chunks::<3>().0.iter();
         for (lane, (actual, logits)) in by_logits.zip(&logits).enumerate() {

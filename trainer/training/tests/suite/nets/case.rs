@@ -119,22 +119,6 @@ impl Case {
         }
     }
 
-    /// Returns 1 for missing readings, else 0; one row per material.
-    pub(super) fn missing_flags(&self) -> Vec<f64> {
-        let readings = self.readings.iter();
-        readings
-            .map(|reading| f64::from(u8::from(reading.is_none())))
-            .collect()
-    }
-
-    /// Returns the readings of a channel, one row per material. Missing readings are 1, which has a finite logarithm.
-    pub(super) fn channel(&self, channel: usize) -> Vec<f64> {
-        let readings = self.readings.iter();
-        readings
-            .map(|reading| reading.unwrap_or([1.0; 3])[channel])
-            .collect()
-    }
-
     /// Converts derivatives with respect to the readings y of each channel to derivatives with respect to ln(y w + e),
     /// which have a similar magnitude for dark and bright readings.
     pub(super) fn by_logarithms(&self, by_readings: &[Vec<f64>; 3]) -> Vec<f64> {

@@ -1,15 +1,11 @@
 //! Independent reference implementation of the meta-gradient in tensor operations, differentiated by burn.
 //!
-//! It covers the inner loop, the ridge solve of the model Linear, the coefficient net and the start net. It is written
-//! from the formulas, without the crates under test.
+//! It covers the models and the inner loop. It is written from the formulas, without the crates under test.
 //!
 //! burn's autodiff is first-order, so the gradient of the inner loop is derived by hand. burn differentiates the steps
 //! and the outer loss. All computations are in f64. burn computes two operations in f32: the sigmoid, and the
 //! derivative of a division of a tensor by a number. The code therefore avoids both. Every tensor requests f64
 //! explicitly: otherwise burn fixes one precision for the whole process.
-
-mod completion;
-mod linear;
 
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::sync::{Mutex, PoisonError};
@@ -383,7 +379,7 @@ fn gradient_by_angles(variables: Variables, gradient: Variables) -> [f64; 3] {
 
 /// Returns the largest difference between two lists, relative to the largest expected entry. Returns NaN if a
 /// difference is NaN.
-fn relative_error(actual: &[f64], expected: &[f64]) -> f64 {
+pub(crate) fn relative_error(actual: &[f64], expected: &[f64]) -> f64 {
     assert_eq!(actual.len(), expected.len());
     let largest = expected
         .iter()

@@ -1,5 +1,5 @@
-//! The outcome of the code under test: core's forward pass and adjoint in f32 and f64, one material after the other,
-//! and the trainer's batches on lanes.
+//! The outcome of core's forward pass and adjoint in double precision, one material after the other, and that of the
+//! trainer's batches on lanes.
 
 use glimpse_core::fit::coefficient_net::{
     CoefficientNet, CoefficientNetGradient, Input, Plain, StartNet, StartNetGradient,
@@ -11,6 +11,7 @@ use glimpse_kernels::completion::{Batch, CompletionWeights};
 
 use super::Outcome;
 use super::case::Case;
+use crate::support::to_f64;
 
 /// Returns a standardized reading, or None if it is missing.
 fn standardized_reading<S: Scalar>(case: &Case, material: usize, sample: usize) -> Option<[S; 3]> {
@@ -24,12 +25,12 @@ fn standardized_reading<S: Scalar>(case: &Case, material: usize, sample: usize) 
     Some(reading.map(|value| (map(S::constant(value), weight) - center) * scale))
 }
 
-fn inputs<S: Scalar>(case: &Case, material: usize) -> Vec<Input<S>> {
+fn inputs(case: &Case, material: usize) -> Vec<Input<f64>> {
     let inputs = (0..case.shape.samples).map(|sample| {
         let reading = standardized_reading(case, material, sample);
         Input {
-            missing: S::constant(if reading.is_none() { 1.0 } else { 0.0 }),
-            channels: reading.unwrap_or([S::constant(0.0); 3]),
+            missing: f64::from(u8::from(reading.is_none())),
+            channels: reading.unwrap_or_default(),
         }
     });
     inputs.collect()
@@ -60,21 +61,13 @@ fn by_readings(case: &Case, by_inputs: &[[f64; 3]]) -> [Vec<f64>; 3] {
     by_readings
 }
 
-fn to_f64<S: Scalar + Into<f64>>(list: &[S]) -> Vec<f64> {
-    list.iter().map(|number| (*number).into()).collect()
-}
-
 /// Computes the outcome with core, one material after the other.
-pub(super) fn core<S>(case: &Case) -> Outcome
-where
-    S: Scalar<Parameter = S, Sum = S> + Into<f64>,
-{
+pub(super) fn core(case: &Case) -> Outcome {
     let shape = case.shape;
-    let constants = |list: &Vec<f64>| -> Vec<S> { list.iter().copied().map(S::constant).collect() };
-    let zeros = |length: usize| vec![S::constant(0.0); length];
-    let weights = case.weights.each_ref().map(constants);
+    let zeros = |length: usize| vec![0.0; length];
+    let weights = &case.weights;
     let mut by_weights = case.weights.each_ref().map(|list| zeros(list.len()));
-    let coefficient_net = CoefficientNet::<S, Plain> {
+    let coefficient_net = CoefficientNet::<f64, Plain> {
         components: shape.components,
         readings: &weights[0],
         scales: &[],
@@ -82,7 +75,7 @@ where
         output: &weights[2],
         output_scales: &[],
     };
-    let start_net = StartNet::<S, Plain> {
+    let start_net = StartNet::<f64, Plain> {
         hidden: &weights[3],
         hidden_scales: &[],
         bias: &weights[4],
@@ -92,7 +85,7 @@ where
     let (rows, m) = (shape.rows(), shape.components);
     let (mut all_coefficients, mut initial, mut by_inputs) = (Vec::new(), Vec::new(), Vec::new());
     for material in 0..case.materials {
-        let inputs = inputs::<S>(case, material);
+        let inputs = inputs(case, material);
         let mut state = zeros(coefficient_net.words());
         coefficient_net.compute(&inputs, &mut state);
         let coefficients = coefficient_net.coefficients(&state);
@@ -105,7 +98,7 @@ where
             .zip(score_weights);
         for ((by_values, values), weights) in channels {
             for ((by_value, value), weight) in by_values.iter_mut().zip(values).zip(weights) {
-                *by_value = S::constant(*weight) * *value;
+                *by_value = weight * value;
             }
         }
         all_coefficients.extend(coefficients.concat());
@@ -116,9 +109,9 @@ where
             start_net.activate(coefficients, &mut units);
             let mut by_parameters = Vec::new();
             for (parameter, value) in case.initial.iter().enumerate() {
-                let value = S::constant(*value) + start_net.offset(parameter, &units);
+                let value = value + start_net.offset(parameter, &units);
                 let weight = case.initial_score_weights[material * shape.parameters + parameter];
-                by_parameters.push(S::constant(weight) * value);
+                by_parameters.push(weight * value);
                 initial.push(value);
             }
             let [hidden, bias, output] = start_net_gradient;
@@ -137,7 +130,7 @@ where
                 [red, green, blue].map(|list| &mut list[..m]),
             );
         }
-        let mut by_material_inputs = vec![[S::constant(0.0); 3]; shape.samples];
+        let mut by_material_inputs = vec![[0.0; 3]; shape.samples];
         coefficient_net.adjoint(
             &inputs,
             &state,
@@ -149,16 +142,12 @@ where
             },
             &mut by_material_inputs,
         );
-        by_inputs.extend(
-            by_material_inputs
-                .iter()
-                .map(|by_input| by_input.map(Into::into)),
-        );
+        by_inputs.extend(by_material_inputs);
     }
     Outcome {
-        coefficients: to_f64(&all_coefficients),
-        initial: to_f64(&initial),
-        by_weights: by_weights.each_ref().map(|list| to_f64(list)),
+        coefficients: all_coefficients,
+        initial,
+        by_weights,
         by_readings: case.by_logarithms(&by_readings(case, &by_inputs)),
     }
 }

@@ -1,0 +1,163 @@
+//! Principal components at some directions, and the ridge system of readings there.
+
+use glimpse_core::fit::ridge::{System, factor_length, scratch_length};
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::linear::{map, unmap};
+use glimpse_core::numeric::Matrix;
+use glimpse_kernels::Dual;
+use glimpse_materials::basis::{Basis, angles_to_f64};
+
+/// A number with its derivatives with respect to the three angles of its direction.
+pub type AngleDual = Dual<f32, 3>;
+
+/// The K components of a basis at n directions, with derivatives with respect to the angles.
+#[derive(Clone, Debug)]
+pub struct ComponentsAt {
+    /// The directions, n.
+    pub angles: Vec<Angles<f32>>,
+    /// K, the number of components.
+    pub components: usize,
+    /// The components: n rows of K values.
+    pub rows: Vec<f32>,
+    /// The derivatives of each entry of the rows.
+    pub slopes: Vec<[f32; 3]>,
+    /// The mean of ln((f w + e) / e) over the training BRDFs f, n values.
+    pub mean: Vec<AngleDual>,
+    /// cos(theta_i) cos(theta_o), n values.
+    pub cosines: Vec<AngleDual>,
+    /// cos(theta_i), n values.
+    pub cos_theta_i: Vec<f32>,
+}
+
+impl ComponentsAt {
+    /// Evaluates a basis at angles in radians.
+    #[must_use]
+    pub fn new(basis: &Basis, angles: Vec<Angles<f32>>) -> Self {
+        let length = angles.len() * basis.components();
+        let mut at = Self {
+            components: basis.components(),
+            rows: Vec::with_capacity(length),
+            slopes: Vec::with_capacity(length),
+            mean: Vec::with_capacity(angles.len()),
+            cosines: Vec::with_capacity(angles.len()),
+            cos_theta_i: Vec::with_capacity(angles.len()),
+            angles,
+        };
+        let single = |slopes: [f64; 3]| slopes.map(|slope| slope as f32);
+        for angles in &at.angles {
+            let entry = basis.look_up(angles_to_f64(angles));
+            let [mean, derivatives @ ..] = entry.center();
+            at.mean.push(Dual {
+                value: mean as f32,
+                tangent: single(derivatives),
+            });
+            for [value, derivatives @ ..] in entry.components {
+                at.rows.push(value as f32);
+                at.slopes.push(single(derivatives));
+            }
+            let direction = HalfDifference::from_angles(AngleDual::variables(*angles));
+            at.cosines
+                .push(direction.cos_theta_i() * direction.cos_theta_o());
+            at.cos_theta_i.push(direction.cos_theta_i().value);
+        }
+        at
+    }
+
+    /// Returns n, the number of directions.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.angles.len()
+    }
+
+    /// Returns the components at a direction.
+    #[must_use]
+    pub fn row(&self, direction: usize) -> &[f32] {
+        &self.rows[direction * self.components..][..self.components]
+    }
+
+    /// Returns the values of the mean.
+    #[must_use]
+    pub fn means(&self) -> Vec<f32> {
+        self.mean.iter().map(|mean| mean.value).collect()
+    }
+
+    /// Returns a BRDF at a direction (sr⁻¹, not times the cosine), mapped and minus the mean.
+    #[must_use]
+    pub fn mapped(&self, direction: usize, brdf: AngleDual) -> AngleDual {
+        map(brdf, self.cosines[direction]) - self.mean[direction]
+    }
+
+    /// Returns the BRDF of coefficients at a direction, sr⁻¹, not times the cosine. `coefficients` are those of red, then
+    /// green, then blue.
+    #[must_use]
+    pub fn brdf(&self, direction: usize, coefficients: &[f32]) -> [f32; 3] {
+        let row = self.row(direction);
+        let (mean, cosines) = (self.mean[direction].value, self.cosines[direction].value);
+        let mut channels = coefficients.chunks_exact(self.components);
+        [(); 3].map(|()| {
+            let list = channels.next().unwrap_or_default();
+            unmap(mean + dot(row, list), cosines)
+        })
+    }
+
+    /// Returns the ridge system of readings at the directions. `precision` has K values, `scales` the weight of each
+    /// reading.
+    #[must_use]
+    pub fn system<'s>(
+        &'s self,
+        precision: &'s [f32],
+        scales: &'s [f32],
+    ) -> System<'s, f32, f32, Matrix<'s, f32>> {
+        System {
+            rows: Matrix(&self.rows, self.components),
+            scales,
+            precision,
+        }
+    }
+
+    /// Factorizes the ridge system.
+    #[must_use]
+    pub fn factorize(&self, precision: &[f32], scales: &[f32]) -> Vec<f32> {
+        let system = self.system(precision, scales);
+        let mut factors = vec![0.0; factor_length(self.count(), self.components)];
+        let mut scratch = vec![0.0; self.components];
+        for row in 0..system.order() {
+            system.factorize_row(row, &mut factors, &mut scratch);
+        }
+        factors
+    }
+
+    /// Returns the coefficients of readings at all directions (BRDF in linear RGB, sr⁻¹, not times the cosine): those of
+    /// red, then green, then blue.
+    #[must_use]
+    pub fn fit(&self, precision: &[f32], readings: &[[f32; 3]]) -> Vec<f32> {
+        let scales = vec![1.0; self.count()];
+        let factors = self.factorize(precision, &scales);
+        let system = self.system(precision, &scales);
+        let mut scratch = vec![0.0; scratch_length(self.count(), self.components)];
+        let mut coefficients = vec![0.0; 3 * self.components];
+        let channels = coefficients.chunks_exact_mut(self.components);
+        for (channel, coefficients) in channels.enumerate() {
+            let readings = readings.iter().enumerate();
+            let mapped = readings.map(|(direction, brdf)| {
+                self.mapped(direction, Dual::from_value(brdf[channel]))
+                    .value
+            });
+            let mapped: Vec<f32> = mapped.collect();
+            system.solve(&factors, &mapped, coefficients, &mut scratch);
+        }
+        coefficients
+    }
+}
+
+/// Returns the sum of products, up to the length of the shorter list.
+pub(crate) fn dot(a: &[f32], b: &[f32]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// sum += factor * list, up to the length of the shorter list
+pub(crate) fn add_scaled(sum: &mut [f32], factor: f32, list: &[f32]) {
+    for (entry, value) in sum.iter_mut().zip(list) {
+        *entry += factor * value;
+    }
+}
