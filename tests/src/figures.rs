@@ -84,7 +84,7 @@ pub const FIT_BINARIES: [FitBinary; 16] = [
 ];
 
 /// Calls of the counter's function after a fit: before and after the evaluation of a BRDF.
-pub const CALLS_AFTER_FIT: usize = 2;
+const CALLS_AFTER_FIT: usize = 2;
 
 /// Measures all fits. The figures of a fit are:
 ///
