@@ -22,7 +22,8 @@ pub struct FitBinary {
     builds: Builds,
 }
 
-/// The builds of a binary with libm. Some of the fits represent all of them on targets other than the board's.
+/// The builds of a binary with libm. One fit, with all stages of an estimator, represents all of them on targets without
+/// a floating-point unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Builds {
     /// For every target.
@@ -60,12 +61,12 @@ impl FitBinary {
 }
 
 /// All measured fits.
-pub const FIT_BINARIES: [FitBinary; 16] = [
-    FitBinary::new("linear", recipes::LINEAR, Builds::Targets),
+pub const FIT_BINARIES: [FitBinary; 14] = [
+    FitBinary::new("linear", recipes::LINEAR, Builds::Fpu),
     FitBinary::new("phong", recipes::PHONG, Builds::Fpu),
     FitBinary::new("cook-torrance", recipes::COOK_TORRANCE, Builds::Fpu),
     FitBinary::new("neural", recipes::NEURAL, Builds::Fpu),
-    FitBinary::new("linear-completed", completed::LINEAR, Builds::Targets),
+    FitBinary::new("linear-completed", completed::LINEAR, Builds::Fpu),
     FitBinary::new("phong-completed", completed::PHONG, Builds::Fpu),
     FitBinary::new(
         "cook-torrance-completed",
@@ -75,16 +76,14 @@ pub const FIT_BINARIES: [FitBinary; 16] = [
     FitBinary::new("neural-completed", completed::NEURAL, Builds::Targets),
     FitBinary::new("linear-masked", masked::LINEAR, Builds::Board),
     FitBinary::new("neural-masked", masked::NEURAL, Builds::Board),
-    FitBinary::new("linear-n32", large::LINEAR_32, Builds::Board),
     FitBinary::new("linear-n64", large::LINEAR_64, Builds::Board),
-    FitBinary::new("neural-n32", large::NEURAL_32, Builds::Board),
     FitBinary::new("neural-n64", large::NEURAL_64, Builds::Board),
     FitBinary::new("linear-basis", completed::LINEAR, Builds::Board),
     FitBinary::new("any", recipes::NEURAL, Builds::Board),
 ];
 
 /// Calls of the counter's function after a fit: before and after the evaluation of a BRDF.
-pub const CALLS_AFTER_FIT: usize = 2;
+const CALLS_AFTER_FIT: usize = 2;
 
 /// Measures all fits. The figures of a fit are:
 ///

@@ -143,12 +143,6 @@ impl Binary {
         }
     }
 
-    /// A binary at another path.
-    #[must_use]
-    pub fn at(target: Target, path: PathBuf) -> Self {
-        Self { target, path }
-    }
-
     /// Runs the binary in QEMU to its end.
     ///
     /// # Panics

@@ -46,12 +46,6 @@ pub mod recipes {
 
     /// Recipes with more samples.
     pub mod large {
-        /// Neural, n = 32.
-        pub static NEURAL_32: &[u8] =
-            include_bytes!("../../../trainer/recipes/completed/neural-n32.recipe");
-        /// Linear, n = 32.
-        pub static LINEAR_32: &[u8] =
-            include_bytes!("../../../trainer/recipes/completed/linear-n32.recipe");
         /// Neural, n = 64, trained for benchmarks only: 40 procedural materials, `--effort quick`.
         pub static NEURAL_64: &[u8] = include_bytes!("../recipes/neural-n64.recipe");
         /// Linear, n = 64, trained likewise.

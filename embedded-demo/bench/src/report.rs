@@ -105,13 +105,6 @@ pub fn baseline() {
     print_numbers("parameters", black_box(&[0_u32; 4]).iter().copied());
 }
 
-/// Prints the cost of another implementation's fit, between two counts, and its parameters.
-pub fn print_result(before: u32, after: u32, parameters: [u32; 7]) {
-    let stack = stack::peak_bytes();
-    print_costs(counter::between(before, after), stack);
-    print_numbers("parameters", parameters.into_iter());
-}
-
 #[inline(never)] // formatting must not add to the fit's stack
 fn print_costs(instructions: u32, stack: usize) {
     println!("fit_instructions={instructions}");

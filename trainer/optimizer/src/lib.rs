@@ -3,9 +3,9 @@
 //! This is a separate crate because burn's tensors are generic over their backend: each crate that uses them compiles
 //! them again. Changes to the trainer do not recompile this crate.
 
+use burn::optim::{Adam, AdamConfig, AdamState, AdaptiveMomentumState, SimpleOptimizer};
 use burn::tensor::{DType, Tensor, TensorData};
 use burn_ndarray::{NdArray, NdArrayDevice};
-use burn_optim::{Adam, AdamConfig, AdamState, AdaptiveMomentumState, SimpleOptimizer};
 use serde::{Deserialize, Serialize};
 
 /// The backend, without automatic differentiation: meta-gradients are computed exactly outside of burn.

@@ -1,5 +1,4 @@
-//! Benchmarks of the work that dominates meta-learning. `trainer bench` prints the times; `cargo bench` detects
-//! regressions.
+//! Benchmarks of the work that dominates meta-learning. `trainer bench` prints the times.
 //!
 //! An item is one of these:
 //! - the meta-gradient of one task: the unrolled inner loop with its exact adjoint, as in training;

@@ -10,10 +10,10 @@
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::sync::{Mutex, PoisonError};
 
+use burn::backend::Autodiff;
 use burn::tensor::activation::relu;
 use burn::tensor::backend::Backend;
 use burn::tensor::{DType, Tensor, TensorData};
-use burn_autodiff::Autodiff;
 use burn_ndarray::{NdArray, NdArrayDevice};
 use glimpse_core::model::{CookTorrance, Model, Neural, Phong};
 use proptest::prelude::*;
