@@ -51,5 +51,5 @@ pub use reciprocal::Reciprocal;
 pub use rgl::{Colors, RglMeasurement, to_rgl};
 pub use sensor::quantize;
 pub use skipped_entries::SkippedEntries;
-pub use source::{MAX_FULLY_CHECKED, Source};
+pub use source::Source;
 pub use sources::{MaterialsAndShares, Origin, ShareError, SourceShare, Sources};

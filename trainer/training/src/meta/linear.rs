@@ -75,11 +75,7 @@ impl<'a> LinearObjective<'a> {
             .collect();
         let values = materials
             .par_iter()
-            .map(|material| {
-                let values = angles.iter().map(|angles| material.brdf(*angles)).collect();
-                material.release();
-                values
-            })
+            .map(|material| angles.iter().map(|angles| material.brdf(*angles)).collect())
             .collect();
         Self {
             plan,

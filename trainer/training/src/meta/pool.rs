@@ -51,7 +51,6 @@ impl Pool {
             .map(|material| {
                 let values: Vec<[f32; 3]> =
                     angles.iter().map(|angles| material.brdf(*angles)).collect();
-                material.release();
                 values.chunks(WIDTH).map(transpose_rgb).collect()
             })
             .collect();
