@@ -1,4 +1,4 @@
-//! Errors while reading and writing materials.
+//! Errors while reading materials, and values that cannot be written.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,21 +11,13 @@ pub(super) const MAX_PROCEDURAL: usize = 100_000;
 const MATERIALS: &str = "a MERL (*.binary), RGL (*.bsdf) or NBRDF (NAME_fc1.npy and its five siblings) file, a PAB-Opto \
                          file, a fitted material.json, a directory of those, or procedural[:COUNT[:SEED]]";
 
-/// An error while reading or writing materials.
+/// An error while reading materials.
 #[derive(Debug, thiserror::Error)]
 pub enum SourceError {
     /// The operating system cannot read a path.
     #[error("cannot read {}: {source}", path.display())]
     Read {
         /// The file or directory.
-        path: PathBuf,
-        /// The cause.
-        source: io::Error,
-    },
-    /// The operating system cannot write a file.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// The file.
         path: PathBuf,
         /// The cause.
         source: io::Error,

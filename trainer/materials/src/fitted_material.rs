@@ -272,21 +272,13 @@ fn read_basis(path: &Path, reference: &BasisFile) -> Result<Basis, SourceError> 
     Basis::read(&path.with_file_name(file), number).map_err(|error| damaged(error.to_string()))
 }
 
-impl Brdf for FittedMaterial {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        self.fitted.evaluate(at, brdf);
-    }
-}
-
 impl Material for FittedMaterial {
     fn name(&self) -> &str {
         &self.name
     }
 
     fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        let mut brdf = [[0.0; 3]];
-        self.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);
-        brdf[0]
+        self.fitted.at_angles(angles)
     }
 
     fn network(&self) -> Option<NeuralParameters<f32>> {
@@ -298,6 +290,6 @@ impl Material for FittedMaterial {
     }
 
     fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        self.evaluate(at, brdf);
+        self.fitted.evaluate(at, brdf);
     }
 }

@@ -134,12 +134,18 @@ pub fn to_nbrdf(parameters: &NeuralParameters<f32>) -> [(String, Vec<u8>); 6] {
     })
 }
 
-/// Returns a `.npy` file of version 1.0: magic, version, header length, header and values. The header is a Python
-/// dictionary that is padded to a multiple of 64 bytes from the start of the file.
+/// Returns the header of a `.npy` file, a Python dictionary, without white space.
+fn npy_header(shape: &[u64]) -> String {
+    let lengths: String = shape.iter().map(|length| format!("{length},")).collect();
+    format!("{{'descr':'<f4','fortran_order':False,'shape':({lengths}),}}")
+}
+
+/// Returns a `.npy` file of version 1.0: magic, version, header length, header and values. The header is padded to a
+/// multiple of 64 bytes from the start of the file.
 fn to_npy(shape: &[u64], values: &[f32]) -> Vec<u8> {
     const ALIGNMENT: usize = 64;
-    let lengths: String = shape.iter().map(|length| format!("{length},")).collect();
-    let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({lengths}), }}");
+    let mut header = npy_header(shape).replace(':', ": ").replace(",'", ", '");
+    header.insert(header.len() - 1, ' ');
     let prefix = NPY_MAGIC.len() + 4;
     // The last byte of the header is a line break.
     let padded = (prefix + header.len() + 1).next_multiple_of(ALIGNMENT) - prefix;
@@ -153,7 +159,7 @@ fn to_npy(shape: &[u64], values: &[f32]) -> Vec<u8> {
     bytes
 }
 
-/// Reads a `.npy` file of 32-bit floats in C order with the given shape.
+/// Reads a `.npy` file of little-endian f32 in C order with the given shape.
 fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
     let damaged = Defect::in_file(path);
     let value_bytes = shape.iter().product::<u64>() * size_of::<f32>() as u64;
@@ -170,29 +176,34 @@ fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
 
 /// Parses a `.npy` file. The values of the given shape have `value_bytes` bytes.
 fn parse_npy(bytes: &[u8], shape: &[u64], value_bytes: usize) -> Result<Vec<f32>, String> {
-    let header_bytes = check_npy_header(bytes)?;
-    let invalid =
-        |error: io::Error| format!("it is not a NumPy array ({})", escaped(&error.to_string()));
-    let array = npyz::NpyFile::new(bytes).map_err(invalid)?;
+    // Since version 2 the length of the header has four bytes.
+    let (begin, length) = match bytes.strip_prefix(NPY_MAGIC) {
+        Some([0 | 1, _, low, high, ..]) => (4, u32::from(u16::from_le_bytes([*low, *high]))),
+        Some([_, _, a, b, c, d, ..]) => (6, u32::from_le_bytes([*a, *b, *c, *d])),
+        _ => return Err("it does not start with the header of a NumPy array".to_owned()),
+    };
+    let rest = &bytes[NPY_MAGIC.len() + begin..];
+    let Some((header, values)) = rest.split_at_checked(length as usize) else {
+        return Err(format!(
+            "its header states that it has {length} bytes, more than the file"
+        ));
+    };
+    let header = String::from_utf8_lossy(header);
+    let header: String = header.split_whitespace().collect();
+    let expected = npy_header(shape);
+    // The comma after the last length is optional.
     ensure!(
-        array.shape() == shape && array.order() == npyz::Order::C,
-        "it must hold an array of shape {shape:?} in C order, not {} in {:?} order",
-        escaped(&format!("{:?}", array.shape())),
-        array.order()
+        header.replace(",)", ")") == expected.replace(",)", ")"),
+        "its header is {}, and must be {expected}",
+        escaped(&header)
     );
-    let descr = array.dtype().descr();
-    // The header states the byte order, and `npyz` converts big-endian values.
     ensure!(
-        ["'<f4'", "'>f4'"].contains(&&descr[..]),
-        "its `descr` is {}, and must be that of 32-bit floats ('<f4')",
-        escaped(&descr)
+        values.len() == value_bytes,
+        "it has {} bytes after its header, and must have {value_bytes}",
+        values.len()
     );
-    let (length, expected) = (bytes.len(), header_bytes + value_bytes);
-    ensure!(
-        length == expected,
-        "it has {length} bytes, and its header and an array of shape {shape:?} have {expected}"
-    );
-    let values: Vec<f32> = array.into_vec().map_err(invalid)?;
+    let values = values.as_chunks().0.iter().copied();
+    let values: Vec<f32> = values.map(f32::from_le_bytes).collect();
     match values.iter().position(|value| !value.is_finite()) {
         Some(index) => Err(format!(
             "number {index} is {}, and must be finite",
@@ -200,30 +211,4 @@ fn parse_npy(bytes: &[u8], shape: &[u64], value_bytes: usize) -> Result<Vec<f32>
         )),
         None => Ok(values),
     }
-}
-
-/// Checks the header of a `.npy` file and returns the offset of the values.
-///
-/// The parser allocates the header length that the file states, up to 4 GB. The file must therefore contain the whole
-/// header.
-fn check_npy_header(bytes: &[u8]) -> Result<usize, String> {
-    // Since version 2 the length has four bytes.
-    let (begin, length) = match bytes.strip_prefix(NPY_MAGIC) {
-        Some([0 | 1, _, low, high, ..]) => (4, u32::from(u16::from_le_bytes([*low, *high]))),
-        Some([_, _, a, b, c, d, ..]) => (6, u32::from_le_bytes([*a, *b, *c, *d])),
-        _ => return Err("it does not start with the header of a NumPy array".to_owned()),
-    };
-    let begin = NPY_MAGIC.len() + begin;
-    let Some(header) = bytes[begin..].get(..length as usize) else {
-        return Err(format!(
-            "its header states that it has {length} bytes, more than the file"
-        ));
-    };
-    // A header has one bracket for the dictionary and one for the shape. The parser takes hours for deep nesting.
-    let brackets = header.iter().filter(|byte| b"{[(".contains(byte)).count();
-    ensure!(
-        brackets <= 2,
-        "its header has {brackets} opening brackets, and that of a plain array has 2"
-    );
-    Ok(begin + header.len())
 }

@@ -8,10 +8,8 @@
 //! Negative values, and values that are not finite as f32, count as not measured.
 
 mod nodes;
-mod write;
 
-pub use nodes::{TabulateError, table_nodes};
-pub use write::{to_merl, write_merl};
+pub use nodes::{TabulateError, table_nodes, to_merl};
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;

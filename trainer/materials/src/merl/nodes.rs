@@ -1,12 +1,14 @@
-//! Construction of MERL tables from values at their nodes, without a file.
+//! MERL tables from values at their nodes, and from any BRDF.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use memmap2::MmapMut;
+use rayon::prelude::*;
 
 use super::{
     CHANNELS, FILE_BYTES, HEADER_BYTES, MerlTable, NODES, NODES_PER_CHANNEL, NOT_MEASURED, SCALE,
     node_theta_h, whole_degree,
 };
+use crate::{Brdf, NotFinite};
 
 /// An error in the values for a table.
 #[derive(Debug, thiserror::Error)]
@@ -77,7 +79,7 @@ pub fn table_nodes() -> Vec<Angles<f32>> {
 
 /// Writes a table into `bytes`, which have the length of a file: `brdf` is the BRDF at each of [`table_nodes`], and NaN
 /// where it is unknown. Negative values are written as 0, because they would mean "not measured".
-pub(super) fn encode(brdf: &[[f32; 3]], bytes: &mut [u8]) {
+fn encode(brdf: &[[f32; 3]], bytes: &mut [u8]) {
     let (header, values) = bytes.split_at_mut(HEADER_BYTES);
     header.copy_from_slice(&NODES.map(|nodes| (nodes as i32).to_le_bytes()).concat());
     let (values, _) = values.as_chunks_mut();
@@ -89,6 +91,24 @@ pub(super) fn encode(brdf: &[[f32; 3]], bytes: &mut [u8]) {
             values[channel * NODES_PER_CHANNEL + index] = stored.to_le_bytes();
         }
     }
+}
+
+/// Tabulates a BRDF at MERL's nodes. Returns the bytes of a `NAME.binary`.
+///
+/// Nodes below the horizon are marked as not measured. Negative values are written as 0.
+///
+/// # Errors
+/// If the BRDF is not finite at a node.
+pub fn to_merl(brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>, NotFinite> {
+    let nodes = table_nodes();
+    let values = nodes.par_iter().map(|angles| brdf.at_angles(*angles));
+    let values: Vec<[f32; 3]> = values.collect();
+    for (angles, rgb) in nodes.into_iter().zip(&values) {
+        NotFinite::check(angles, *rgb)?;
+    }
+    let mut bytes = vec![0; FILE_BYTES];
+    encode(&values, &mut bytes);
+    Ok(bytes)
 }
 
 impl MerlTable {
@@ -153,7 +173,7 @@ impl MerlTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Material, Procedural, to_merl};
+    use crate::{Material, Procedural};
 
     #[test]
     fn table_from_nodes_equals_the_written_table() {

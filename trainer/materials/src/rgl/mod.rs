@@ -18,7 +18,6 @@
 
 mod distribution;
 mod normals;
-mod real_scalar;
 mod sample_point;
 mod spectrum;
 mod tensor_file;
@@ -33,13 +32,12 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_kernels::Dual;
 
 use self::distribution::{Cell, Densities, SlicePosition, TableShape};
-use self::real_scalar::{RealScalar, unit_theta};
+use self::sample_point::unit_theta;
 use self::spectrum::rgb_weights;
 use self::tensor_file::{TensorFile, check_values};
-use crate::basis::angles_to_f64;
+use crate::basis::{AngleDual, RealScalar, angles_to_f64};
 use crate::error::{Defect, ensure};
 use crate::mapped::map_file;
 use crate::name::name_of;
@@ -99,8 +97,8 @@ impl Material for RglMeasurement {
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
         let duals = self
             .tensors
-            .brdf(Dual::<f64, 3>::variables(angles_to_f64(&angles)));
-        let (brdf, derivative) = Dual::split(duals);
+            .brdf(AngleDual::variables(angles_to_f64(&angles)));
+        let (brdf, derivative) = AngleDual::split(duals);
         (
             brdf.map(to_f32),
             derivative.map(|channel| channel.map(to_f32)),

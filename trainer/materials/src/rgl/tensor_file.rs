@@ -159,55 +159,60 @@ pub(super) fn check_values(
     }
 }
 
-/// The values of a field for writing.
-pub(super) enum Values<'a> {
-    Bytes(&'a [u8]),
-    Floats(&'a [f32]),
+/// A field for writing.
+pub(super) struct WrittenField<'a> {
+    name: &'a str,
+    type_code: u8,
+    shape: Vec<usize>,
+    values: Vec<u8>,
 }
 
-impl Values<'_> {
-    fn type_code(&self) -> u8 {
-        match self {
-            Self::Bytes(_) => UNSIGNED_8,
-            Self::Floats(_) => FLOAT_32,
+impl<'a> WrittenField<'a> {
+    /// Makes a field of bytes.
+    pub(super) fn bytes(name: &'a str, values: &[u8]) -> Self {
+        Self {
+            name,
+            type_code: UNSIGNED_8,
+            shape: vec![values.len()],
+            values: values.to_vec(),
         }
     }
 
-    fn byte_count(&self) -> usize {
-        match self {
-            Self::Bytes(bytes) => bytes.len(),
-            Self::Floats(floats) => size_of_val(*floats),
+    /// Makes a field of 32-bit floats.
+    pub(super) fn floats(name: &'a str, shape: &[usize], values: &[f32]) -> Self {
+        Self {
+            name,
+            type_code: FLOAT_32,
+            shape: shape.to_vec(),
+            values: values
+                .iter()
+                .flat_map(|value| value.to_le_bytes())
+                .collect(),
         }
     }
 }
 
-/// Returns the bytes of a file with the given fields: name, shape and values of each.
-pub(super) fn write(fields: &[(&str, Vec<usize>, Values<'_>)]) -> Vec<u8> {
+/// Returns the bytes of a file with the given fields.
+pub(super) fn write(fields: &[WrittenField<'_>]) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend(VERSION);
     bytes.extend((fields.len() as u32).to_le_bytes());
     // Length of the name, name, number of dimensions, type, offset, shape.
-    let header_bytes = |name: &str, shape: &[usize]| 2 + name.len() + 2 + 1 + 8 + 8 * shape.len();
-    let headers = fields
-        .iter()
-        .map(|(name, shape, _)| header_bytes(name, shape));
-    let mut offset = bytes.len() + headers.sum::<usize>();
-    for (name, shape, values) in fields {
-        bytes.extend((name.len() as u16).to_le_bytes());
-        bytes.extend(name.as_bytes());
-        bytes.extend((shape.len() as u16).to_le_bytes());
-        bytes.push(values.type_code());
+    let header_bytes = |field: &WrittenField<'_>| 13 + field.name.len() + 8 * field.shape.len();
+    let mut offset = bytes.len() + fields.iter().map(header_bytes).sum::<usize>();
+    for field in fields {
+        bytes.extend((field.name.len() as u16).to_le_bytes());
+        bytes.extend(field.name.as_bytes());
+        bytes.extend((field.shape.len() as u16).to_le_bytes());
+        bytes.push(field.type_code);
         bytes.extend((offset as u64).to_le_bytes());
-        for length in shape {
+        for length in &field.shape {
             bytes.extend((*length as u64).to_le_bytes());
         }
-        offset += values.byte_count();
+        offset += field.values.len();
     }
-    for (_, _, values) in fields {
-        match values {
-            Values::Bytes(values) => bytes.extend_from_slice(values),
-            Values::Floats(floats) => bytes.extend(floats.iter().flat_map(|f| f.to_le_bytes())),
-        }
+    for field in fields {
+        bytes.extend_from_slice(&field.values);
     }
     bytes
 }
