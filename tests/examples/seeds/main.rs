@@ -1,5 +1,5 @@
-//! Writes the seeds of the trainer's fuzz targets to trainer/fuzz/seeds: small files of every format with procedural
-//! materials, valid and with every named kind of damage. Seeds from the fuzzer (`fuzzer-*`) are not changed.
+//! Writes the seeds of the trainer's fuzz target to trainer/fuzz/seeds/readers: small files of every format with
+//! procedural materials, valid and with every named kind of damage. Seeds from the fuzzer (`*-fuzzer-*`) are not changed.
 //!
 //!     cargo run --release -p glimpse-tests --example seeds
 
@@ -12,6 +12,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use glimpse_materials::Procedural;
+use glimpse_trainer_fuzz::READERS;
 use materials::{fitted, format, nbrdf, pab, pab_texts};
 use others::{checkpoint, device, environment, readings};
 use tensors::{rgl, tensors};
@@ -19,35 +20,41 @@ use tensors::{rgl, tensors};
 pub(crate) type SeedResult = Result<(), Box<dyn Error>>;
 
 fn main() -> SeedResult {
-    let seeds = Path::new(env!("CARGO_MANIFEST_DIR")).join("../trainer/fuzz/seeds");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let path = root.join("trainer/fuzz/seeds/readers");
+    fs::create_dir_all(&path)?;
+    let seeds = |reader: &'static str| Seeds {
+        path: path.clone(),
+        reader,
+    };
     let material = Procedural::new(3, 7);
-    damages(&Folder::new(&seeds, "merl")?, 35_000_000)?;
-    damages(&Folder::new(&seeds, "basis")?, 1_000_000)?;
-    nbrdf(&Folder::new(&seeds, "nbrdf")?)?;
+    let smallest = fs::read(root.join("core/fuzz/seeds/basis/smallest"))?;
+    seeds("basis").write_lengths("smallest", &smallest)?;
+    nbrdf(&seeds("nbrdf"))?;
     let tensors = tensors(&material);
-    rgl(&Folder::new(&seeds, "rgl")?, &tensors)?;
+    rgl(&seeds("material"), &tensors)?;
     let texts = pab_texts(&material)?;
-    pab(&Folder::new(&seeds, "pab")?, &texts)?;
-    format(&Folder::new(&seeds, "format")?, &tensors.bytes(), &texts[0])?;
-    readings(&Folder::new(&seeds, "readings")?, &material)?;
-    device(&Folder::new(&seeds, "device")?)?;
-    fitted(&Folder::new(&seeds, "material")?)?;
-    checkpoint(&Folder::new(&seeds, "checkpoint")?)?;
-    environment(&Folder::new(&seeds, "environment")?)
+    pab(&seeds("pab"), &texts)?;
+    format(&seeds("material"), &tensors.bytes(), &texts[0])?;
+    readings(&seeds("readings"), &material)?;
+    device(&seeds("device"))?;
+    fitted(&seeds("material"))?;
+    checkpoint(&seeds("checkpoint"))?;
+    environment(&seeds("environment"))
 }
 
-/// The folder with the seeds of one target.
-pub(crate) struct Folder(pub(crate) PathBuf);
+/// The seeds of one reader. The first byte of a seed is the index of the reader.
+pub(crate) struct Seeds {
+    path: PathBuf,
+    reader: &'static str,
+}
 
-impl Folder {
-    fn new(seeds: &Path, target: &str) -> Result<Self, Box<dyn Error>> {
-        let path = seeds.join(target);
-        fs::create_dir_all(&path)?;
-        Ok(Self(path))
-    }
-
+impl Seeds {
     pub(crate) fn write(&self, name: &str, bytes: impl AsRef<[u8]>) -> SeedResult {
-        Ok(fs::write(self.0.join(name), bytes)?)
+        let index = READERS.iter().position(|(name, _)| *name == self.reader);
+        let index = index.ok_or("an unknown reader")? as u8;
+        let path = self.path.join(format!("{}-{name}", self.reader));
+        Ok(fs::write(path, [&[index][..], bytes.as_ref()].concat())?)
     }
 
     /// Writes a file, its first half, the file without its last byte, and the file with an additional byte.
@@ -57,34 +64,4 @@ impl Folder {
         self.write(&format!("{name}-short"), &bytes[..bytes.len() - 1])?;
         self.write(&format!("{name}-long"), [bytes, b"0"].concat())
     }
-}
-
-/// Writes seeds that damage a large file, as inputs of the targets' `Damage`. `far` is half the offset of the last
-/// patch.
-fn damages(folder: &Folder, far: u32) -> SeedResult {
-    let patch = |offset: u32, bytes: [u8; 8]| [&offset.to_le_bytes()[..], &bytes].concat();
-    let damage = |length_change: i32, patches: &[Vec<u8>]| {
-        [&length_change.to_le_bytes()[..], &patches.concat()].concat()
-    };
-    let offsets = [0, 2 * 4, 2 * 8, 2 * 20, 2 * 24, 2 * far + 1];
-    folder.write("valid", damage(0, &[]))?;
-    for length_change in [-1, -8, -1_000_000, i32::MIN, 1, 8] {
-        let name = format!("longer-{length_change}");
-        folder.write(&name, damage(length_change, &[]))?;
-    }
-    for (name, bytes) in [
-        ("nan", f64::NAN.to_le_bytes()),
-        ("infinite", f64::INFINITY.to_le_bytes()),
-        ("negative", (-1.0_f64).to_le_bytes()),
-        ("big-endian", 0.01_f64.to_be_bytes()),
-        ("ones", [0xff; 8]),
-    ] {
-        for offset in offsets {
-            folder.write(
-                &format!("{name}-{offset}"),
-                damage(0, &[patch(offset, bytes)]),
-            )?;
-        }
-    }
-    Ok(())
 }

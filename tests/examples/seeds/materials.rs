@@ -1,4 +1,4 @@
-//! Seeds for the fuzz targets that read material formats, except tensor files.
+//! Seeds for the readers of material formats, except tensor files.
 
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -6,10 +6,10 @@ use std::error::Error;
 use glimpse_core::model::{ModelKind, Neural, NeuralParameters, ParameterSet};
 use glimpse_materials::{FittedBrdf, FittedMaterial, Material, to_nbrdf, to_pab};
 
-use crate::{Folder, SeedResult};
+use crate::{SeedResult, Seeds};
 
-/// Writes seeds of the target `nbrdf`: a byte with the index of a file of the set, then that file.
-pub(crate) fn nbrdf(folder: &Folder) -> SeedResult {
+/// Writes seeds of the reader `nbrdf`: a byte with the index of a file of the set, then that file.
+pub(crate) fn nbrdf(seeds: &Seeds) -> SeedResult {
     let mut network = NeuralParameters::filled(0.0);
     let mut rest = &mut network[..];
     for (index, length) in Neural::LAYERS.into_iter().enumerate() {
@@ -22,7 +22,7 @@ pub(crate) fn nbrdf(folder: &Folder) -> SeedResult {
     let files = to_nbrdf(&network);
     for (file, (suffix, bytes)) in files.iter().enumerate() {
         let input = [&[file as u8][..], bytes].concat();
-        folder.write_lengths(suffix.trim_start_matches('_'), &input)?;
+        seeds.write_lengths(suffix.trim_start_matches('_'), &input)?;
     }
     // A file of NumPy has 10 bytes of magic number, version and length, then a header of text up to byte 128.
     let with_replaced_header = |file: u8, from: &str, to: &str| {
@@ -47,7 +47,7 @@ pub(crate) fn nbrdf(folder: &Folder) -> SeedResult {
         ("no-shape", 1, "'shape'", "'form'"),
         ("record", 1, "'<f4'", "[('a', '<f4')]"),
     ] {
-        folder.write(name, with_replaced_header(file, from, to))?;
+        seeds.write(name, with_replaced_header(file, from, to))?;
     }
     for (name, value) in [
         ("nan", f32::NAN),
@@ -57,9 +57,9 @@ pub(crate) fn nbrdf(folder: &Folder) -> SeedResult {
         let mut bytes = [&[1][..], &files[1].1].concat();
         let last = bytes.len() - 4;
         bytes[last..].copy_from_slice(&value.to_le_bytes());
-        folder.write(name, bytes)?;
+        seeds.write(name, bytes)?;
     }
-    folder.write(
+    seeds.write(
         "version-2",
         b"\x01\x93NUMPY\x02\x00\xff\xff\xff\xff{'descr'",
     )
@@ -87,11 +87,11 @@ pub(crate) fn pab_texts(material: &dyn Material) -> Result<Vec<String>, Box<dyn 
     Ok(shortened.collect())
 }
 
-/// Writes seeds of the target `pab`: the files of a set, separated by zero bytes.
-pub(crate) fn pab(folder: &Folder, texts: &[String]) -> SeedResult {
-    folder.write_lengths("valid", texts.join("\0").as_bytes())?;
-    folder.write("missing-file", texts[..2].join("\0"))?;
-    folder.write(
+/// Writes seeds of the reader `pab`: the files of a set, separated by zero bytes.
+pub(crate) fn pab(seeds: &Seeds, texts: &[String]) -> SeedResult {
+    seeds.write_lengths("valid", texts.join("\0").as_bytes())?;
+    seeds.write("missing-file", texts[..2].join("\0"))?;
+    seeds.write(
         "repeated-file",
         [&texts[0][..], &texts[0], &texts[1]].join("\0"),
     )?;
@@ -114,13 +114,13 @@ pub(crate) fn pab(folder: &Folder, texts: &[String]) -> SeedResult {
         ("negative", " 1.", " -1."),
         ("slashes", "seed", "../../seed"),
     ] {
-        folder.write(name, single.replace(from, to))?;
+        seeds.write(name, single.replace(from, to))?;
     }
     Ok(())
 }
 
-/// Writes seeds of the target `format`: a byte that chooses the reader, then the first bytes of a file.
-pub(crate) fn format(folder: &Folder, tensors: &[u8], text: &str) -> SeedResult {
+/// Writes seeds of the reader `material`: a byte that selects the file name, then the first bytes of a file.
+pub(crate) fn format(seeds: &Seeds, tensors: &[u8], text: &str) -> SeedResult {
     let merl: Vec<u8> = [90_i32, 90, 180]
         .iter()
         .flat_map(|nodes| nodes.to_le_bytes())
@@ -137,15 +137,16 @@ pub(crate) fn format(folder: &Folder, tensors: &[u8], text: &str) -> SeedResult 
         ("notes", b"notes"),
         ("empty", b""),
     ] {
-        for reader in 0..6_u8 {
-            folder.write(&format!("{name}-{reader}"), [&[reader][..], bytes].concat())?;
+        for file_name in 0..6_u8 {
+            let bytes = [&[file_name][..], bytes].concat();
+            seeds.write(&format!("{name}-{file_name}"), bytes)?;
         }
     }
     Ok(())
 }
 
-/// Writes seeds of the target `material`: fitted materials as JSON.
-pub(crate) fn fitted(folder: &Folder) -> SeedResult {
+/// Writes seeds of the reader `material`: the byte that selects a name `*.json`, then fitted materials as JSON.
+pub(crate) fn fitted(seeds: &Seeds) -> SeedResult {
     for model in [ModelKind::Phong, ModelKind::CookTorrance, ModelKind::Neural] {
         let values = (0..model.parameters().unwrap_or_default())
             .map(|index| 0.1 + 0.01 * (index % 7) as f32);
@@ -155,8 +156,8 @@ pub(crate) fn fitted(folder: &Folder) -> SeedResult {
             return Err("the number of values does not match the model".into());
         };
         let metadata = BTreeMap::from([("residual", 0.5)]);
-        let text = material.to_json(None, metadata)?;
-        folder.write_lengths(model.name(), text.as_bytes())?;
+        let text = "\u{2}".to_owned() + &material.to_json(None, metadata)?;
+        seeds.write_lengths(model.name(), text.as_bytes())?;
         if model != ModelKind::Phong {
             continue;
         }
@@ -181,7 +182,7 @@ pub(crate) fn fitted(folder: &Folder) -> SeedResult {
                 "\"basis\": {\"file\": \"/dev/null\", \"checksum\": \"00000001\"}",
             ),
         ] {
-            folder.write(name, text.replace(from, to))?;
+            seeds.write(name, text.replace(from, to))?;
         }
         let linear = text.replace("phong", "linear");
         for (name, file) in [
@@ -190,8 +191,8 @@ pub(crate) fn fitted(folder: &Folder) -> SeedResult {
             ("linear-folder", "."),
         ] {
             let basis = format!("\"basis\": {{\"file\": \"{file}\", \"checksum\": \"00000001\"}}");
-            folder.write(name, linear.replace("\"basis\": null", &basis))?;
+            seeds.write(name, linear.replace("\"basis\": null", &basis))?;
         }
     }
-    folder.write("deep", "[".repeat(2000))
+    seeds.write("deep", "\u{2}".to_owned() + &"[".repeat(2000))
 }

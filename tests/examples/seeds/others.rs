@@ -5,15 +5,14 @@ use std::fs;
 use glimpse_core::geometry::Angles;
 use glimpse_materials::Material;
 use glimpse_optimizer::{Groups, Optimizer};
-use glimpse_trainer::render::Image;
 use glimpse_trainer_fuzz::checkpoint::RUN;
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::identity::RunIdentity;
 use glimpse_training::meta::state::RunState;
 
-use crate::{Folder, SeedResult};
+use crate::{SeedResult, Seeds};
 
-pub(crate) fn readings(folder: &Folder, material: &dyn Material) -> SeedResult {
+pub(crate) fn readings(seeds: &Seeds, material: &dyn Material) -> SeedResult {
     // The first samples of the target's pattern, in degrees.
     let samples = [
         [0.0, 0.0, 0.0],
@@ -31,7 +30,7 @@ pub(crate) fn readings(folder: &Folder, material: &dyn Material) -> SeedResult {
         let cells = angles.iter().chain(&brdf).map(f32::to_string);
         rows += &(cells.collect::<Vec<_>>().join(",") + ",0\n");
     }
-    folder.write_lengths("valid", rows.as_bytes())?;
+    seeds.write_lengths("valid", rows.as_bytes())?;
     for (name, from, to) in [
         ("dos", "\n", "\r\n"),
         ("mac", "\n", "\r"),
@@ -50,31 +49,29 @@ pub(crate) fn readings(folder: &Folder, material: &dyn Material) -> SeedResult {
         ("quoted", "theta_h", "\"theta_h"),
         ("escape", "theta_h", "\u{1b}[2Jtheta_h"),
     ] {
-        folder.write(name, rows.replace(from, to))?;
+        seeds.write(name, rows.replace(from, to))?;
     }
     let utf_16: Vec<u8> = "\u{feff}"
         .encode_utf16()
         .chain(rows.encode_utf16())
         .flat_map(u16::to_le_bytes)
         .collect();
-    folder.write("utf-16", utf_16)?;
-    folder.write("indexed", "index,value\n0,0.1\n2.0,0.2\n1,\n")?;
-    folder.write(
+    seeds.write("utf-16", utf_16)?;
+    seeds.write("indexed", "index,value\n0,0.1\n2.0,0.2\n1,\n")?;
+    seeds.write(
         "directions",
         "theta_i,phi_i,theta_o,phi_o,r,g,b\n0,0,0,0,1,1,1\n",
     )?;
-    folder.write("nothing", "")
+    seeds.write("nothing", "")
 }
 
-pub(crate) fn device(folder: &Folder) -> SeedResult {
-    let recipe = include_str!("../../../trainer/fuzz/src/device.rs");
-    assert!(recipe.contains("phong-n8.recipe"));
+pub(crate) fn device(seeds: &Seeds) -> SeedResult {
     let values = "[0.5, 0.4, 0.3, 0.1, 0.1, 0.1, 20.0]";
     let text =
         format!("{{\"model\": \"phong\", \"recipe\": \"CHECKSUM\", \"values\": {values}}}\n");
     let residual = r#", "residual": {"mean": 0.1, "worst_index": 3, "worst": 0.2, "saturated": 0, "repeated": 0, "clamped": 0}}"#;
     let reading = r#", "readings": [{"theta_h": 0.1, "theta_d": 0.2, "phi_d": 0.3, "brdf": [0.1, 0.1, 0.1]}]}"#;
-    folder.write_lengths("valid", text.as_bytes())?;
+    seeds.write_lengths("valid", text.as_bytes())?;
     for (name, from, to) in [
         ("residual", "}", residual),
         ("reading", "}", reading),
@@ -86,12 +83,12 @@ pub(crate) fn device(folder: &Folder) -> SeedResult {
         ("decimal-commas", "20.0", "20,0"),
         ("nothing", &text[..], ""),
     ] {
-        folder.write(name, text.replace(from, to))?;
+        seeds.write(name, text.replace(from, to))?;
     }
     Ok(())
 }
 
-pub(crate) fn checkpoint(folder: &Folder) -> SeedResult {
+pub(crate) fn checkpoint(seeds: &Seeds) -> SeedResult {
     let values = Groups {
         initial: vec![0.5; 7],
         hyperparameters: vec![-1.0; 7],
@@ -118,19 +115,14 @@ pub(crate) fn checkpoint(folder: &Folder) -> SeedResult {
         checkpoint.write(&path)?;
         let bytes = fs::read(&path)?;
         // Once with the damaged checksum, and once with instructions to correct it.
-        folder.write_lengths(name, &[&[0][..], &bytes].concat())?;
-        folder.write_lengths(&format!("{name}-mended"), &[&[1][..], &bytes].concat())?;
+        seeds.write_lengths(name, &[&[0][..], &bytes].concat())?;
+        seeds.write_lengths(&format!("{name}-mended"), &[&[1][..], &bytes].concat())?;
     }
-    folder.write("other-version", [&b"\0GLC2"[..], &[0; 40]].concat())
+    seeds.write("other-version", [&b"\0GLC2"[..], &[0; 40]].concat())
 }
 
-pub(crate) fn environment(folder: &Folder) -> SeedResult {
+pub(crate) fn environment(seeds: &Seeds) -> SeedResult {
     let (width, height) = (8, 4);
-    let mut panorama = Image::filled(width, height, [0.5, 0.25, 0.125]);
-    panorama.pixels[12] = [16.0, 8.0, 4.0];
-    folder.write_lengths("exr", &panorama.to_exr()?)?;
-    panorama.pixels[12] = [f32::MAX; 3];
-    folder.write("exr-huge", panorama.to_exr()?)?;
     let radiance = |size: &str| {
         let header = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n");
         [
@@ -139,13 +131,13 @@ pub(crate) fn environment(folder: &Folder) -> SeedResult {
         ]
         .concat()
     };
-    folder.write_lengths("hdr", &radiance("-Y 4 +X 8"))?;
+    seeds.write_lengths("hdr", &radiance("-Y 4 +X 8"))?;
     for (name, size) in [
         ("many", "-Y 60000 +X 60000"),
         ("square", "-Y 8 +X 4"),
         ("none", "-Y 0 +X 0"),
     ] {
-        folder.write(&format!("hdr-{name}"), radiance(size))?;
+        seeds.write(&format!("hdr-{name}"), radiance(size))?;
     }
     Ok(())
 }

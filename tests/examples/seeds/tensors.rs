@@ -3,7 +3,7 @@
 use glimpse_core::geometry::Angles;
 use glimpse_materials::Material;
 
-use crate::{Folder, SeedResult};
+use crate::{SeedResult, Seeds};
 
 /// A tensor file: name, type, shape and bytes of each field.
 #[derive(Clone)]
@@ -80,39 +80,41 @@ pub(crate) fn tensors(material: &dyn Material) -> Tensors {
     tensors
 }
 
-pub(crate) fn rgl(folder: &Folder, tensors: &Tensors) -> SeedResult {
-    folder.write_lengths("valid", &tensors.bytes())?;
+/// Writes seeds of the reader `material`: the byte that selects a name `*.bsdf`, then a tensor file.
+pub(crate) fn rgl(seeds: &Seeds, tensors: &Tensors) -> SeedResult {
+    let write = |name: &str, bytes: Vec<u8>| seeds.write(name, [&[1][..], &bytes].concat());
+    seeds.write_lengths("rgl", &[&[1][..], &tensors.bytes()].concat())?;
     let mut big_endian = tensors.bytes();
     big_endian[14..18].reverse();
-    folder.write("big-endian", big_endian)?;
-    folder.write(
-        "spectral",
+    write("rgl-big-endian", big_endian)?;
+    write(
+        "rgl-spectral",
         tensors.with("rgb", |field| field.0 = "spectra".into()),
     )?;
-    folder.write(
-        "anisotropic",
+    write(
+        "rgl-anisotropic",
         tensors.with("phi_i", |field| {
             field.2 = vec![3];
             field.3 = vec![0; 12];
         }),
     )?;
-    folder.write(
-        "double",
+    write(
+        "rgl-double",
         tensors.with("ndf", |field| {
             field.1 = 11;
             field.2 = vec![2, 2];
         }),
     )?;
-    folder.write(
-        "shape-overflow",
+    write(
+        "rgl-shape-overflow",
         tensors.with("ndf", |field| field.2 = vec![1 << 63, 2]),
     )?;
-    folder.write(
-        "size-overflow",
+    write(
+        "rgl-size-overflow",
         tensors.with("ndf", |field| field.2 = vec![1 << 32, 1 << 32]),
     )?;
-    folder.write(
-        "none",
+    write(
+        "rgl-none",
         tensors.with("vndf", |field| field.2 = vec![1, 3, 0, 1 << 40]),
     )?;
     for (name, value) in [
@@ -125,7 +127,7 @@ pub(crate) fn rgl(folder: &Folder, tensors: &Tensors) -> SeedResult {
             let bytes = tensors.with(field, |field| {
                 field.3[4..8].copy_from_slice(&value.to_le_bytes())
             });
-            folder.write(&format!("{name}-{field}"), bytes)?;
+            write(&format!("rgl-{name}-{field}"), bytes)?;
         }
     }
     Ok(())

@@ -7,12 +7,12 @@ use std::fs;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_core::model::ModelKind;
-use glimpse_training::meta::checkpoint::{Checkpoint, CheckpointError};
+use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::identity::RunIdentity;
 use glimpse_training::meta::plan::TrainedParts;
 use glimpse_training::meta::plan::{Effort, Schedule};
 
-use crate::{Folder, check_rejection};
+use crate::{Folder, accepted};
 
 /// Length of magic and checksum in bytes.
 const HEADER_LENGTH: usize = 8;
@@ -31,7 +31,7 @@ pub const RUN: RunIdentity = RunIdentity {
 };
 
 /// Checks one input.
-pub fn check(input: &[u8]) {
+pub(crate) fn check(input: &[u8]) {
     let Some((correct_checksum, bytes)) = input.split_first() else {
         return;
     };
@@ -42,26 +42,16 @@ pub fn check(input: &[u8]) {
     }
     let folder = Folder::new();
     let path = folder.write(NAME, &bytes);
-    let checkpoint = match Checkpoint::read(&path, &RUN) {
-        Ok(checkpoint) => checkpoint.expect("the file exists"),
-        Err(error) => {
-            let is_expected = matches!(
-                error,
-                CheckpointError::Damaged { .. }
-                    | CheckpointError::OtherRun { .. }
-                    | CheckpointError::OtherVersion { .. }
-            );
-            assert!(is_expected, "{error}");
-            return check_rejection(&error, NAME);
-        }
+    let read = || accepted(Checkpoint::read(&path, &RUN), NAME).map(|read| read.expect("a file"));
+    let Some(checkpoint) = read() else {
+        return;
     };
     assert_eq!(checkpoint.identity, RUN);
-    checkpoint.write(&path).expect("the file is written");
-    let written = fs::read(&path).expect("the file exists");
-    let reread = Checkpoint::read(&path, &RUN).expect("a written checkpoint is valid");
-    reread
-        .expect("the file exists")
-        .write(&path)
-        .expect("the file is written");
-    assert_eq!(fs::read(&path).expect("the file exists"), written);
+    let rewrite = |checkpoint: Checkpoint| {
+        checkpoint.write(&path).expect("the file is written");
+        fs::read(&path).expect("the file exists")
+    };
+    let written = rewrite(checkpoint);
+    let reread = read().expect("a written checkpoint is valid");
+    assert_eq!(rewrite(reread), written);
 }

@@ -1,4 +1,4 @@
-//! Errors while reading and writing materials.
+//! Errors while reading materials, and values that cannot be written.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -7,8 +7,11 @@ use glimpse_core::geometry::Angles;
 
 /// The largest COUNT of `procedural:COUNT`.
 pub(super) const MAX_PROCEDURAL: usize = 100_000;
+/// All kinds of sources.
+const MATERIALS: &str = "a MERL (*.binary), RGL (*.bsdf) or NBRDF (NAME_fc1.npy and its five siblings) file, a PAB-Opto \
+                         file, a fitted material.json, a directory of those, or procedural[:COUNT[:SEED]]";
 
-/// An error while reading or writing materials.
+/// An error while reading materials.
 #[derive(Debug, thiserror::Error)]
 pub enum SourceError {
     /// The operating system cannot read a path.
@@ -19,63 +22,44 @@ pub enum SourceError {
         /// The cause.
         source: io::Error,
     },
-    /// The operating system cannot write a file.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// The cause.
-        source: io::Error,
-    },
-    /// A file is damaged, or of an unsupported kind.
-    #[error("{}: {defect}", path.display())]
+    /// A file is damaged.
+    #[error(
+        "{}: {defect}; replace the file with an intact copy, or write it again in this form", path.display()
+    )]
     Damaged {
         /// The file.
         path: PathBuf,
-        /// The defect and the remedy.
+        /// The defect.
+        defect: String,
+    },
+    /// A file is intact, and its form is not supported.
+    #[error("{}: {defect}; convert it to a MERL table NAME.binary, or remove it", path.display())]
+    Unsupported {
+        /// The file.
+        path: PathBuf,
+        /// The unsupported property.
         defect: String,
     },
     /// No file or directory has this path.
-    #[error(
-        "{} does not exist; give a directory of materials, a single file (MERL *.binary, RGL *.bsdf, NBRDF \
-         NAME_fc1.npy or a fitted material.json), or procedural[:COUNT[:SEED]]", .0.display()
-    )]
+    #[error("{} does not exist; give {MATERIALS}", .0.display())]
     NotFound(PathBuf),
     /// A file has no known format.
-    #[error(
-        "{} is not a material; give a MERL (*.binary), RGL (*.bsdf) or NBRDF (NAME_fc1.npy and its five siblings) \
-         file, a fitted material.json, a directory of those, or procedural[:COUNT[:SEED]]", .0.display()
-    )]
+    #[error("{} is not a material; give {MATERIALS}", .0.display())]
     UnknownFormat(PathBuf),
-    /// Two materials of a directory have the same name.
+    /// Two materials have the same name.
     #[error(
         "{} and {} both hold a material named {name}; rename or remove one of them", first.display(), second.display()
     )]
     DuplicateName {
         /// The name.
         name: String,
-        /// The first file.
+        /// The first file or source.
         first: PathBuf,
-        /// The second file.
+        /// The second file or source.
         second: PathBuf,
     },
-    /// Two sources hold a material of the same name.
-    #[error(
-        "{first} and {second} both hold a material named {name}; rename or remove it in one of them"
-    )]
-    DuplicateAcrossSources {
-        /// The name.
-        name: String,
-        /// The first source.
-        first: String,
-        /// The second source.
-        second: String,
-    },
     /// A directory without materials.
-    #[error(
-        "{} holds no materials; put MERL (*.binary), RGL (*.bsdf) or NBRDF (NAME_fc1.npy and its five siblings) \
-         files or a fitted material.json into it", .0.display()
-    )]
+    #[error("{} holds no materials; give {MATERIALS}", .0.display())]
     Empty(PathBuf),
     /// A source `procedural:...` whose COUNT or SEED is invalid.
     #[error(
@@ -122,3 +106,45 @@ pub(super) fn read_error(path: &Path) -> impl Fn(io::Error) -> SourceError {
         source,
     }
 }
+
+/// A defect of a file. [`Defect::in_file`] adds the path, and [`SourceError`] the remedy.
+#[derive(Debug)]
+pub(super) enum Defect {
+    /// The file is damaged.
+    Damaged(String),
+    /// The file is intact, and its form is not supported.
+    Unsupported(String),
+}
+
+impl<T: Into<String>> From<T> for Defect {
+    fn from(defect: T) -> Self {
+        Self::Damaged(defect.into())
+    }
+}
+
+impl Defect {
+    /// Returns a function that converts a defect of a file to a [`SourceError`].
+    pub(super) fn in_file<D: Into<Self>>(path: &Path) -> impl Fn(D) -> SourceError {
+        let path = path.to_owned();
+        move |defect| match defect.into() {
+            Self::Damaged(defect) => SourceError::Damaged {
+                path: path.clone(),
+                defect,
+            },
+            Self::Unsupported(defect) => SourceError::Unsupported {
+                path: path.clone(),
+                defect,
+            },
+        }
+    }
+}
+
+/// Returns a defect from the function unless a condition holds.
+macro_rules! ensure {
+    ($condition:expr, $($message:tt)+) => {
+        if !$condition {
+            return Err(format!($($message)+).into());
+        }
+    };
+}
+pub(super) use ensure;

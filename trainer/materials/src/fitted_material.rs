@@ -7,7 +7,7 @@ use glimpse_core::model::{ModelKind, NeuralParameters};
 use serde::{Deserialize, Serialize};
 
 use crate::basis::Basis;
-use crate::error::read_error;
+use crate::error::{Defect, ensure, read_error};
 use crate::fitted_brdf::FittedBrdf;
 use crate::name::is_valid_name;
 use crate::untrusted::{escaped, escaped_json_error, read_at_most};
@@ -150,53 +150,50 @@ impl FittedMaterial {
     /// # Errors
     /// If a file is missing or damaged, or the basis has a different checksum.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
-        let damaged = damaged(path);
         let fields = read_fields(path)?;
-        let name = fields.name;
-        if !is_valid_name(&name) {
-            return Err(damaged(format!(
-                "its `name` is `{}`, and must be the name of a material, without slashes; correct it",
-                escaped(&name)
-            )));
-        }
-        let model = MODELS
-            .into_iter()
-            .find(|model| model.name() == fields.model);
-        let Some(model) = model else {
-            return Err(damaged(format!(
-                "its `model` is `{}`, and must be phong, cook-torrance, neural or linear; use the trainer version that \
-                 wrote it",
-                escaped(&fields.model)
+        let basis = fields
+            .basis
+            .as_ref()
+            .filter(|_| fields.model == ModelKind::Linear.name());
+        let basis = basis
+            .map(|reference| read_basis(path, reference))
+            .transpose()?;
+        Self::from_fields(fields, basis.as_ref()).map_err(Defect::in_file(path))
+    }
+
+    /// Makes a material from the fields of a file.
+    fn from_fields(fields: MaterialFields, basis: Option<&Basis>) -> Result<Self, Defect> {
+        let MaterialFields {
+            name,
+            model,
+            values,
+            ..
+        } = fields;
+        ensure!(
+            is_valid_name(&name),
+            "its `name` is `{}`, and must be the name of a material, without slashes",
+            escaped(&name)
+        );
+        let Some(model) = MODELS.into_iter().find(|kind| kind.name() == model) else {
+            return Err(Defect::Unsupported(format!(
+                "its `model` is `{}`, and only phong, cook-torrance, neural and linear are supported",
+                escaped(&model)
             )));
         };
-        let basis = match (model, &fields.basis) {
-            (ModelKind::Linear, Some(reference)) => Some(read_basis(path, reference)?),
-            _ => None,
-        };
-        if let Some(index) = fields.values.iter().position(|value| !value.is_finite()) {
-            return Err(damaged(format!(
-                "number {index} of its `values` is not finite as a 32-bit float; write the file again \
-                 with `trainer fit`"
-            )));
+        if let Some(index) = values.iter().position(|value| !value.is_finite()) {
+            return Err(
+                format!("number {index} of its `values` is not finite as a 32-bit float").into(),
+            );
         }
-        let count = fields.values.len();
-        let fitted = FittedBrdf::new(model, fields.values, basis.as_ref());
-        fitted.and_then(|fitted| Self::new(name, fitted)).ok_or_else(|| {
-            let expected = match (model.parameters(), &basis) {
-                (Some(count), _) => count,
-                (None, Some(basis)) => 3 * basis.components(),
-                (None, None) => {
-                    return damaged(
-                        "it has no `basis`, which the model linear needs; write the file again with `trainer fit`"
-                            .into(),
-                    );
-                }
-            };
-            damaged(format!(
-                "its `values` must be {expected} finite numbers, and it has {count}; write the file again with \
-                 `trainer fit`"
-            ))
-        })
+        let components = basis.map(|basis| 3 * basis.components());
+        let Some(expected) = model.parameters().or(components) else {
+            return Err("it has no `basis`, which the model linear needs".into());
+        };
+        let count = values.len();
+        let fitted = FittedBrdf::new(model, values, basis);
+        let material = fitted.and_then(|fitted| Self::new(name, fitted));
+        Ok(material
+            .ok_or_else(|| format!("its `values` must be {expected} numbers, not {count}"))?)
     }
 
     /// Returns true if the extension of a path is `json`, so that it may be a fitted material.
@@ -231,57 +228,48 @@ impl FittedMaterial {
     }
 }
 
-/// Returns a function that converts a description of a defect to a [`SourceError::Damaged`].
-fn damaged(path: &Path) -> impl Fn(String) -> SourceError {
-    move |defect| SourceError::Damaged {
-        path: path.into(),
-        defect,
-    }
-}
-
 fn read_fields(path: &Path) -> Result<MaterialFields, SourceError> {
     let bytes = read_at_most(path, MAX_BYTES).map_err(read_error(path))?;
+    parse_fields(&bytes).map_err(Defect::in_file(path))
+}
+
+fn parse_fields(bytes: &[u8]) -> Result<MaterialFields, Defect> {
     let invalid = |error: serde_json::Error| {
-        damaged(path)(format!(
-            "it is not a valid fitted material ({}); write the file again with `trainer fit`",
+        format!(
+            "it is not a valid fitted material ({})",
             escaped_json_error(&error)
-        ))
+        )
     };
-    let FormatHeader { format, version } = serde_json::from_slice(&bytes).map_err(invalid)?;
-    match (format.as_str(), version) {
-        (FORMAT, VERSION) => serde_json::from_slice(&bytes).map_err(invalid),
-        (FORMAT, other) => Err(damaged(path)(format!(
-            "its `version` is {other}, and this trainer reads version {VERSION}; use the trainer version that wrote it"
-        ))),
-        _ => Err(damaged(path)(format!(
-            "its `format` is `{}`, and must be `{FORMAT}`; give a file from `trainer fit`",
-            escaped(&format)
+    let FormatHeader { format, version } = serde_json::from_slice(bytes).map_err(invalid)?;
+    ensure!(
+        format == FORMAT,
+        "its `format` is `{}`, and must be `{FORMAT}`",
+        escaped(&format)
+    );
+    match version {
+        VERSION => Ok(serde_json::from_slice(bytes).map_err(invalid)?),
+        other => Err(Defect::Unsupported(format!(
+            "its `version` is {other}, and only version {VERSION} is supported"
         ))),
     }
 }
 
 fn read_basis(path: &Path, reference: &BasisFile) -> Result<Basis, SourceError> {
-    let checksum = u32::from_str_radix(&reference.checksum, 16).map_err(|_| {
-        damaged(path)(format!(
-            "the `checksum` of its `basis` is `{}`, and must be eight hexadecimal digits; write the file again with \
-             `trainer fit`",
-            escaped(&reference.checksum)
+    let BasisFile { file, checksum } = reference;
+    let damaged = Defect::in_file::<String>(path);
+    let number = u32::from_str_radix(checksum, 16).map_err(|_| {
+        let checksum = escaped(checksum);
+        damaged(format!(
+            "the `checksum` of its `basis` is `{checksum}`, not eight hexadecimal digits"
         ))
     })?;
-    let basis = path.with_file_name(&reference.file);
-    if reference.file.is_empty() || reference.file.contains(char::is_control) {
-        return Err(damaged(path)(format!(
-            "the `file` of its `basis` is `{}`, and must be a path; write the file again with `trainer fit`",
-            escaped(&reference.file)
+    if file.is_empty() || file.contains(char::is_control) {
+        return Err(damaged(format!(
+            "the `file` of its `basis` is `{}`, not a path",
+            escaped(file)
         )));
     }
-    Basis::read(&basis, checksum).map_err(|error| damaged(path)(error.to_string()))
-}
-
-impl Brdf for FittedMaterial {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        self.fitted.evaluate(at, brdf);
-    }
+    Basis::read(&path.with_file_name(file), number).map_err(|error| damaged(error.to_string()))
 }
 
 impl Material for FittedMaterial {
@@ -290,9 +278,7 @@ impl Material for FittedMaterial {
     }
 
     fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        let mut brdf = [[0.0; 3]];
-        self.evaluate(&[HalfDifference::from_angles(angles)], &mut brdf);
-        brdf[0]
+        self.fitted.at_angles(angles)
     }
 
     fn network(&self) -> Option<NeuralParameters<f32>> {
@@ -304,6 +290,6 @@ impl Material for FittedMaterial {
     }
 
     fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        self.evaluate(at, brdf);
+        self.fitted.evaluate(at, brdf);
     }
 }

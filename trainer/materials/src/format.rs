@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use crate::error::read_error;
+use crate::error::{Defect, read_error};
 use crate::pab;
 use crate::{MerlTable, NeuralBrdf, RglMeasurement, SourceError};
 
@@ -70,10 +70,7 @@ impl Format {
             return Ok(Self::Pab);
         }
         if let Some(defect) = unsupported_format(&head) {
-            return Err(SourceError::Damaged {
-                path: path.into(),
-                defect: defect.to_owned(),
-            });
+            return Err(Defect::in_file(path)(defect));
         }
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("binary") => Ok(Self::Merl),
@@ -83,38 +80,31 @@ impl Format {
     }
 }
 
-/// Recognizes formats that are not supported. Returns the actual format and the remedy.
-fn unsupported_format(head: &[u8]) -> Option<&'static str> {
-    if head.starts_with(b"SCATFUN") {
-        return Some(
-            "it is a Fourier BSDF (layerlab, pbrt) and not an RGL .bsdf, and is not supported; convert it to a MERL \
-             table NAME.binary",
-        );
-    }
-    if head.starts_with(b"\x93NUMPY") {
-        return Some(
-            "it is a NumPy array whose name is not that of an NBRDF network; name the six arrays NAME_fc1.npy, _b1, \
-             _fc2, _b2, _fc3 and _b3",
-        );
-    }
-    if head.starts_with(b"\x89HDF") {
-        return Some(
-            "it is an HDF5 file, which is not supported; convert it to a MERL table NAME.binary",
-        );
-    }
-    let text = head
-        .strip_prefix(b"\xef\xbb\xbf")
-        .unwrap_or(head)
-        .trim_ascii_start();
-    if text.starts_with(b"<") {
-        return Some(
-            "it is an XML BSDF (Radiance, WINDOW), which is not supported; convert it to a MERL table NAME.binary",
-        );
-    }
-    // Comments may precede the line `Source  Measured`.
+/// The first bytes of formats that are not supported.
+const UNSUPPORTED: [(&[u8], &str); 5] = [
+    (
+        b"SCATFUN",
+        "a Fourier BSDF (layerlab, pbrt) and not an RGL .bsdf",
+    ),
+    (
+        b"\x93NUMPY",
+        "a NumPy array without the name of an NBRDF array",
+    ),
+    (b"\x89HDF", "an HDF5 file"),
+    (b"<", "an XML BSDF (Radiance, WINDOW)"),
+    (b"Source", "a Zemax BSDF and not an RGL .bsdf"),
+];
+
+/// Recognizes formats that are not supported.
+fn unsupported_format(head: &[u8]) -> Option<Defect> {
+    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
+    // Comments may precede the line `Source  Measured` of a Zemax file.
     let mut lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
     let first = lines.find(|line| !line.is_empty() && !line.starts_with(b"#"))?;
-    first.starts_with(b"Source").then_some(
-        "it is a Zemax BSDF and not an RGL .bsdf, and is not supported; convert it to a MERL table NAME.binary",
-    )
+    let (_, format) = UNSUPPORTED
+        .iter()
+        .find(|(start, _)| first.starts_with(start))?;
+    Some(Defect::Unsupported(format!(
+        "it is {format}, and is not supported"
+    )))
 }

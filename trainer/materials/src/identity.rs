@@ -42,7 +42,6 @@ pub fn digest(material: &dyn Material) -> u32 {
         .flat_map(|angles| material.brdf(angles))
         .flat_map(f32::to_le_bytes)
         .collect();
-    material.release();
     crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&bytes)
 }
 

@@ -44,8 +44,4 @@ pub trait Material: Send + Sync {
             *brdf = self.brdf(angles_of(at));
         }
     }
-
-    /// Releases the pages of a mapped file from memory. The next look-up reads them again. Materials that are held in
-    /// memory do nothing.
-    fn release(&self) {}
 }

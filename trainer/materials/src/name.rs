@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use crate::SourceError;
+
 /// Extensions of files that hold one material each.
 const EXTENSIONS: [&str; 2] = [".binary", ".bsdf"];
 
@@ -14,10 +16,14 @@ pub(super) fn name_by_extension(path: &Path) -> Option<String> {
     (!name.is_empty()).then(|| name.to_owned())
 }
 
-/// Returns `NAME` of a path `.../NAME.binary` or `.../NAME.bsdf`, and otherwise the whole file name. Returns None if
-/// the file name is not UTF-8.
-pub(super) fn name_of(path: &Path) -> Option<String> {
-    name_by_extension(path).or_else(|| Some(path.file_name()?.to_str()?.to_owned()))
+/// Returns `NAME` of a path `.../NAME.binary` or `.../NAME.bsdf`, and otherwise the whole file name.
+///
+/// # Errors
+/// If the file name is not UTF-8.
+pub(super) fn name_of(path: &Path) -> Result<String, SourceError> {
+    name_by_extension(path)
+        .or_else(|| Some(path.file_name()?.to_str()?.to_owned()))
+        .ok_or_else(|| SourceError::UnknownFormat(path.into()))
 }
 
 /// Returns true if a material may have this name: it must be usable as a file name.

@@ -3,17 +3,17 @@
 //! The files are `NAME_fc1.npy` (6 x 21), `_b1` (21), `_fc2` (21 x 21), `_b2` (21), `_fc3` (21 x 3) and `_b3` (3).
 //! Values are little-endian f32 in C order. Matrices have one row per input and one column per output.
 
+use std::io;
 use std::path::{Path, PathBuf};
-use std::{fs, io};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
+use glimpse_kernels::brdf::{neural_batch_with_derivatives, neural_with_derivative};
+use glimpse_kernels::{Dual, LaneModel};
 
+use crate::error::{Defect, ensure, read_error};
 use crate::untrusted::{escaped, read_at_most};
 use crate::{Material, SourceError};
-use glimpse_kernels::Dual;
-use glimpse_kernels::LaneModel;
-use glimpse_kernels::brdf::{neural_batch_with_derivatives, neural_with_derivative};
 
 /// Name and shape of the six arrays.
 const ARRAYS: [(&str, &[u64]); 6] = [
@@ -134,12 +134,18 @@ pub fn to_nbrdf(parameters: &NeuralParameters<f32>) -> [(String, Vec<u8>); 6] {
     })
 }
 
-/// Returns a `.npy` file of version 1.0: magic, version, header length, header and values. The header is a Python
-/// dictionary that is padded to a multiple of 64 bytes from the start of the file.
+/// Returns the header of a `.npy` file, a Python dictionary, without white space.
+fn npy_header(shape: &[u64]) -> String {
+    let lengths: String = shape.iter().map(|length| format!("{length},")).collect();
+    format!("{{'descr':'<f4','fortran_order':False,'shape':({lengths}),}}")
+}
+
+/// Returns a `.npy` file of version 1.0: magic, version, header length, header and values. The header is padded to a
+/// multiple of 64 bytes from the start of the file.
 fn to_npy(shape: &[u64], values: &[f32]) -> Vec<u8> {
     const ALIGNMENT: usize = 64;
-    let lengths: String = shape.iter().map(|length| format!("{length},")).collect();
-    let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({lengths}), }}");
+    let mut header = npy_header(shape).replace(':', ": ").replace(",'", ", '");
+    header.insert(header.len() - 1, ' ');
     let prefix = NPY_MAGIC.len() + 4;
     // The last byte of the header is a line break.
     let padded = (prefix + header.len() + 1).next_multiple_of(ALIGNMENT) - prefix;
@@ -155,117 +161,54 @@ fn to_npy(shape: &[u64], values: &[f32]) -> Vec<u8> {
 
 /// Reads a `.npy` file of little-endian f32 in C order with the given shape.
 fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
-    let damaged = |defect| SourceError::Damaged {
-        path: path.into(),
-        defect,
-    };
-    let read_error = |source: io::Error| {
-        match source.kind() {
-        io::ErrorKind::NotFound => damaged(
-            "the file is missing, and an NBRDF material has six: NAME_fc1.npy, _b1, _fc2, _b2, _fc3 and _b3; put it \
-             next to the others"
-                .to_owned(),
-        ),
-        _ => SourceError::Read {
-            path: path.into(),
-            source,
-        },
-    }
-    };
-    let max_bytes = MAX_HEADER_BYTES + shape.iter().product::<u64>() * size_of::<f32>() as u64;
-    let length = fs::metadata(path).map_err(read_error)?.len();
-    if length > max_bytes {
-        return Err(damaged(format!(
-            "it has {length} bytes, and an array of shape {shape:?} has at most {max_bytes}; replace the file with an \
-             intact copy"
-        )));
-    }
-    let bytes = read_at_most(path, max_bytes).map_err(read_error)?;
-    let header_bytes = check_npy_header(&bytes).map_err(damaged)?;
-    let array = npyz::NpyFile::new(&bytes[..]).map_err(|error| {
-        damaged(format!(
-            "it is not a complete NumPy array ({}); replace the file with an intact copy",
-            escaped(&error.to_string())
-        ))
+    let damaged = Defect::in_file(path);
+    let value_bytes = shape.iter().product::<u64>() * size_of::<f32>() as u64;
+    let bytes = read_at_most(path, MAX_HEADER_BYTES + value_bytes).map_err(|error| {
+        let missing = "it is missing, and an NBRDF material has the files NAME_fc1.npy, _b1, _fc2, _b2, _fc3 and _b3";
+        match error.kind() {
+            io::ErrorKind::NotFound => damaged(missing.to_owned()),
+            io::ErrorKind::InvalidData => damaged(error.to_string()),
+            _ => read_error(path)(error),
+        }
     })?;
-    if array.shape() != shape || array.order() != npyz::Order::C {
-        return Err(damaged(format!(
-            "it must hold an array of shape {shape:?} in C order, not {} in {:?} order; save it that way with \
-             numpy.save",
-            escaped(&format!("{:?}", array.shape())),
-            array.order()
-        )));
-    }
-    let descr = array.dtype().descr();
-    // The header states the byte order, and `npyz` converts big-endian values.
-    if !["'<f4'", "'>f4'"].contains(&&descr[..]) {
-        return Err(damaged(format!(
-            "its `descr` is {}, and must be that of 32-bit floats ('<f4'); save it that way with numpy.save",
-            escaped(&descr)
-        )));
-    }
-    let value_bytes = shape.iter().product::<u64>() as usize * size_of::<f32>();
-    if bytes.len() != header_bytes + value_bytes {
-        let defect = match bytes.len() < header_bytes + value_bytes {
-            true => "it was cut short",
-            false => "something was appended",
-        };
-        return Err(damaged(format!(
-            "{defect}: it has {} bytes, and its header and an array of shape {shape:?} have {}; replace the file with \
-             an intact copy",
-            bytes.len(),
-            header_bytes + value_bytes
-        )));
-    }
-    let values: Vec<f32> = array.into_vec().map_err(|error| {
-        damaged(format!(
-            "it must hold 32-bit floats ({}); save it that way with numpy.save",
-            escaped(&error.to_string())
-        ))
-    })?;
-    match values.iter().position(|value| !value.is_finite()) {
-        Some(index) => Err(damaged(format!(
-            "number {index} is {}, and must be finite; replace the file with an intact copy",
-            values[index]
-        ))),
-        None => Ok(values),
-    }
+    parse_npy(&bytes, shape, value_bytes as usize).map_err(damaged)
 }
 
-/// Checks the header of a `.npy` file and returns the offset of the values.
-///
-/// The parser allocates the header length that the file states, up to 4 GB. The file must therefore contain the whole
-/// header.
-fn check_npy_header(bytes: &[u8]) -> Result<usize, String> {
-    let Some(rest) = bytes.strip_prefix(NPY_MAGIC) else {
-        return Err(
-            "it is not a NumPy array (its first bytes differ); replace the file with an intact copy"
-                .to_owned(),
-        );
+/// Parses a `.npy` file. The values of the given shape have `value_bytes` bytes.
+fn parse_npy(bytes: &[u8], shape: &[u64], value_bytes: usize) -> Result<Vec<f32>, String> {
+    // Since version 2 the length of the header has four bytes.
+    let (begin, length) = match bytes.strip_prefix(NPY_MAGIC) {
+        Some([0 | 1, _, low, high, ..]) => (4, u32::from(u16::from_le_bytes([*low, *high]))),
+        Some([_, _, a, b, c, d, ..]) => (6, u32::from_le_bytes([*a, *b, *c, *d])),
+        _ => return Err("it does not start with the header of a NumPy array".to_owned()),
     };
-    // Since version 2 the length has four bytes.
-    let (begin, length) = match rest {
-        [0 | 1, _, low, high, ..] => (4, u32::from(u16::from_le_bytes([*low, *high]))),
-        [_, _, a, b, c, d, ..] => (6, u32::from_le_bytes([*a, *b, *c, *d])),
-        _ => {
-            return Err(format!(
-                "it is not a complete NumPy array (it has {} bytes, too few for a header); replace the file with an \
-                 intact copy",
-                bytes.len()
-            ));
-        }
-    };
-    let Some(header) = rest[begin..].get(..length as usize) else {
+    let rest = &bytes[NPY_MAGIC.len() + begin..];
+    let Some((header, values)) = rest.split_at_checked(length as usize) else {
         return Err(format!(
-            "its header states that it has {length} bytes, more than the file; replace the file with an intact copy"
+            "its header states that it has {length} bytes, more than the file"
         ));
     };
-    // A header has one bracket for the dictionary and one for the shape. The parser takes hours for deep nesting.
-    let brackets = header.iter().filter(|byte| b"{[(".contains(byte)).count();
-    match brackets {
-        0..=2 => Ok(NPY_MAGIC.len() + begin + header.len()),
-        more => Err(format!(
-            "its header has {more} opening brackets, and that of a plain array has 2; save it again with numpy.save"
+    let header = String::from_utf8_lossy(header);
+    let header: String = header.split_whitespace().collect();
+    let expected = npy_header(shape);
+    // The comma after the last length is optional.
+    ensure!(
+        header.replace(",)", ")") == expected.replace(",)", ")"),
+        "its header is {}, and must be {expected}",
+        escaped(&header)
+    );
+    ensure!(
+        values.len() == value_bytes,
+        "it has {} bytes after its header, and must have {value_bytes}",
+        values.len()
+    );
+    let values = values.as_chunks().0.iter().copied();
+    let values: Vec<f32> = values.map(f32::from_le_bytes).collect();
+    match values.iter().position(|value| !value.is_finite()) {
+        Some(index) => Err(format!(
+            "number {index} is {}, and must be finite",
+            values[index]
         )),
+        None => Ok(values),
     }
 }

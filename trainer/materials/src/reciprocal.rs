@@ -83,10 +83,6 @@ impl Material for Reciprocal<'_> {
     fn is_reciprocal(&self) -> bool {
         true
     }
-
-    fn release(&self) {
-        self.0.release();
-    }
 }
 
 #[cfg(test)]

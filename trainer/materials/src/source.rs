@@ -16,10 +16,6 @@ use crate::{
     FittedMaterial, Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement, pab, read_pab,
 };
 
-/// The largest number of materials in a directory whose MERL tables are checked completely when they are opened.
-/// Each has 33 MiB, and checking more would take minutes.
-pub const MAX_FULLY_CHECKED: usize = 128;
-
 /// A source of materials, as written on the command line:
 ///
 /// - a directory with any mix of MERL tables, RGL measurements, NBRDF networks and fitted materials (`material.json`,
@@ -73,18 +69,10 @@ impl Source {
         if let Some((count, _)) = procedural(&self.0)? {
             return Ok(count);
         }
-        let path = Path::new(&self.0);
-        if !path.try_exists().map_err(read_error(path))? {
-            return Err(SourceError::NotFound(path.into()));
-        }
-        match path.is_dir() {
-            true => Ok(list(path)?.len()),
-            false => Ok(1),
-        }
+        Ok(self.paths()?.len())
     }
 
-    /// Reads all materials, sorted by name. In a directory of more than [`MAX_FULLY_CHECKED`] materials, the values of
-    /// MERL tables are not checked.
+    /// Reads all materials, sorted by name.
     ///
     /// # Errors
     /// If the path does not exist, a file is damaged or unsupported, or two materials have the same name.
@@ -95,19 +83,8 @@ impl Source {
                 .map(|material| Box::new(material) as Box<dyn Material>)
                 .collect());
         }
-        let path = Path::new(&self.0);
-        if !path.try_exists().map_err(read_error(path))? {
-            return Err(SourceError::NotFound(path.into()));
-        }
-        if !path.is_dir() {
-            return Ok(vec![read(path, MerlTable::read)?]);
-        }
-        let files = list(path)?;
-        let read_merl = match files.len() > MAX_FULLY_CHECKED {
-            true => MerlTable::open,
-            false => MerlTable::read,
-        };
-        let materials: Vec<_> = files.par_iter().map(|file| read(file, read_merl)).collect();
+        let paths = self.paths()?;
+        let materials: Vec<_> = paths.par_iter().map(|path| read(path)).collect();
         // Results are collected in order, so that the error is always that of the first damaged file.
         materials.into_iter().collect()
     }
@@ -117,15 +94,12 @@ impl Source {
     /// # Errors
     /// If the directory cannot be listed, holds no materials, or holds two of the same name.
     pub fn files(&self) -> Result<Vec<PathBuf>, SourceError> {
-        let path = Path::new(&self.0);
-        let paths = match (procedural(&self.0)?, path.is_dir()) {
-            (Some(_), _) => Vec::new(),
-            (None, true) => list(path)?,
-            (None, false) if Format::detect(path).is_ok_and(|format| format == Format::Pab) => {
-                pab::files_of(path)?
-            }
-            (None, false) => vec![path.to_owned()],
-        };
+        let mut paths = self.paths()?;
+        if let [path] = &paths[..]
+            && Format::detect(path).is_ok_and(|format| format == Format::Pab)
+        {
+            paths = pab::files_of(path)?;
+        }
         let files = paths
             .into_iter()
             .flat_map(|file| match NeuralBrdf::files_of(&file) {
@@ -140,13 +114,16 @@ impl Source {
     /// six files. The list is empty for the built-in set.
     ///
     /// # Errors
-    /// If the directory cannot be listed, holds no materials, or holds two of the same name.
+    /// If the path does not exist, or the directory cannot be listed, holds no materials, or holds two of the same name.
     pub fn paths(&self) -> Result<Vec<PathBuf>, SourceError> {
+        if procedural(&self.0)?.is_some() {
+            return Ok(Vec::new());
+        }
         let path = Path::new(&self.0);
-        match (procedural(&self.0)?, path.is_dir()) {
-            (Some(_), _) => Ok(Vec::new()),
-            (None, true) => list(path),
-            (None, false) => Ok(vec![path.to_owned()]),
+        match path.try_exists().map_err(read_error(path))? {
+            true if path.is_dir() => list(path),
+            true => Ok(vec![path.to_owned()]),
+            false => Err(SourceError::NotFound(path.into())),
         }
     }
 
@@ -184,17 +161,14 @@ fn procedural(text: &str) -> Result<Option<(usize, u64)>, SourceError> {
     Ok(Some((count, seed)))
 }
 
-/// Reads one material. `read_merl` reads MERL tables.
-fn read(
-    path: &Path,
-    read_merl: fn(&Path) -> Result<MerlTable, SourceError>,
-) -> Result<Box<dyn Material>, SourceError> {
+/// Reads one material.
+fn read(path: &Path) -> Result<Box<dyn Material>, SourceError> {
     if FittedMaterial::is_json_file(path) {
         return Ok(Box::new(FittedMaterial::read(path)?));
     }
     Ok(match Format::detect(path)? {
         Format::Nbrdf => Box::new(NeuralBrdf::read(path)?),
-        Format::Merl => Box::new(read_merl(path)?),
+        Format::Merl => Box::new(MerlTable::read(path)?),
         Format::Rgl | Format::RglSpectra => Box::new(RglMeasurement::read(path)?),
         Format::Pab => Box::new(read_pab(path)?),
     })

@@ -4,7 +4,6 @@ use std::collections::HashMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::display_with_setting_names;
 use crate::error::SourceError;
 use crate::setting::{Setting, SettingError, SettingNames};
 use crate::{Material, Source};
@@ -73,7 +72,8 @@ impl SourceShare {
 pub type MaterialsAndShares = (Vec<Box<dyn Material>>, Vec<SourceShare>);
 
 /// Shares that do not fit the sources.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}", self.message(Setting::name))]
 pub enum ShareError {
     /// The number of shares differs from that of sources.
     Count {
@@ -105,9 +105,6 @@ impl SettingError for ShareError {
         }
     }
 }
-
-display_with_setting_names!(ShareError);
-impl std::error::Error for ShareError {}
 
 impl Sources {
     /// Combines sources in proportion to `shares`. Without shares, each source is weighted by its number of materials.
@@ -180,10 +177,10 @@ impl Sources {
         for (source, list) in self.sources.iter().zip(&lists) {
             for material in list {
                 if let Some(first) = source_by_name.insert(material.name().to_owned(), source) {
-                    return Err(SourceError::DuplicateAcrossSources {
+                    return Err(SourceError::DuplicateName {
                         name: material.name().to_owned(),
-                        first: first.to_string(),
-                        second: source.to_string(),
+                        first: first.0.as_str().into(),
+                        second: source.0.as_str().into(),
                     });
                 }
             }
@@ -250,7 +247,7 @@ mod tests {
         let sources = Sources::new(list, &[]).expect("no shares");
         let error = sources.load().err().expect("duplicate names");
         assert!(
-            matches!(&error, SourceError::DuplicateAcrossSources { name, .. } if name.starts_with("procedural-000")),
+            matches!(&error, SourceError::DuplicateName { name, .. } if name.starts_with("procedural-000")),
             "{error}"
         );
     }

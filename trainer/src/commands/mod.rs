@@ -145,7 +145,7 @@ pub(crate) fn load(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
     if let Some(skipped) = source
         .skipped_entries()
         .ok()
-        .filter(|skipped| !skipped.is_empty())
+        .filter(|skipped| !skipped.0.is_empty())
     {
         eprintln!("skipped in {source}: {skipped}");
     }

@@ -11,7 +11,6 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::files::ensure_dir_all;
 use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::{Material, Source, SourceShare};
 use glimpse_trainer::evaluation::{Evaluator, Method, OPTIMUM_STEPS, Report};
@@ -309,7 +308,7 @@ impl<'a> Store<'a> {
             ..defaults
         };
         let folder = self.settings.out.join(RECIPES);
-        ensure_dir_all(&folder)
+        fs::create_dir_all(&folder)
             .with_context(|| format!("cannot write {}", checkpoint.display()))?;
         eprintln!("training {name}");
         let learned = (self.train)(&options, materials)?;

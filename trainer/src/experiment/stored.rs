@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use glimpse_materials::basis::Basis;
-use glimpse_materials::files::{ensure_dir_all, write_atomic};
+use glimpse_materials::files::write_atomic;
 use glimpse_trainer::evaluation::{MaterialMetrics, Report};
 use glimpse_trainer::metrics::Metrics;
 use glimpse_training::recipe::RecipeFile;
@@ -73,7 +73,7 @@ pub(super) fn append_extension(path: &Path, extension: &str) -> PathBuf {
 /// Writes a file atomically, and creates its folder if it does not exist.
 pub(super) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    ensure_dir_all(folder)
+    fs::create_dir_all(folder)
         .and_then(|()| write_atomic(path, bytes))
         .with_context(|| format!("cannot write {}", path.display()))
 }

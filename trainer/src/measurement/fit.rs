@@ -7,7 +7,6 @@ use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::{
     BoundedPrediction, LossPrediction, ScanOutcome, bounded_prediction, scan_with_missing,
 };
-use glimpse_materials::display_with_setting_names;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 use serde::Serialize;
 
@@ -73,7 +72,8 @@ pub struct PartialScan {
 }
 
 /// An error of fitting measurements.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}", self.message(Setting::name))]
 pub enum FitFailure {
     /// Readings are missing, and the recipe needs all of them.
     Missing {
@@ -100,9 +100,6 @@ impl SettingError for FitFailure {
         }
     }
 }
-
-display_with_setting_names!(FitFailure);
-impl std::error::Error for FitFailure {}
 
 impl From<Error> for FitFailure {
     fn from(error: Error) -> Self {

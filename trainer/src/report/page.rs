@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use glimpse_materials::files::{ensure_dir, write_atomic, write_atomic_below};
+use glimpse_materials::files::{ensure_dir, write_atomic};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::gallery::FileNames;
@@ -183,22 +183,13 @@ impl Page {
         let section = html! {
             section.part { "\n" h2 { (self.title) } "\n" (PreEscaped(&self.body)) } "\n"
         };
-        let html = section.into_string();
-        write_atomic_below(directory, &path, html.as_bytes()).map_err(|source| PageError::Write {
-            path: directory.join(path),
-            source,
-        })
+        write_below(directory, &path, section.into_string().as_bytes())
     }
 
     fn write_pictures(&self, directory: &Path) -> Result<(), PageError> {
         for (name, picture) in &self.pictures {
             let relative = Path::new(&self.folder).join(name);
-            write_atomic_below(directory, &relative, &picture.to_png()?).map_err(|source| {
-                PageError::Write {
-                    path: directory.join(relative),
-                    source,
-                }
-            })?;
+            write_below(directory, &relative, &picture.to_png()?)?;
         }
         Ok(())
     }
@@ -216,6 +207,15 @@ impl Page {
         self.body.push_str(&html.0);
         self
     }
+}
+
+/// Writes a file into a folder of `directory`, which must exist. The folder is created unless it exists.
+fn write_below(directory: &Path, relative: &Path, bytes: &[u8]) -> Result<(), PageError> {
+    let path = directory.join(relative);
+    let folder = path.parent().unwrap_or(directory);
+    ensure_dir(folder)
+        .and_then(|()| write_atomic(&path, bytes))
+        .map_err(|source| PageError::Write { path, source })
 }
 
 #[cfg(test)]

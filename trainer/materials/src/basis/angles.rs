@@ -1,8 +1,12 @@
-//! Conversion of half and difference vectors to angles.
+//! Conversions of angles.
 
 use std::f32::consts::TAU;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_kernels::Dual;
+
+/// A number and its derivatives with respect to theta_h, theta_d and phi_d.
+pub type AngleDual = Dual<f64, 3>;
 
 /// Returns the Rusinkiewicz angles of half and difference vectors, in radians. phi_d is in \[0, 2 pi).
 #[must_use]
@@ -12,5 +16,15 @@ pub fn angles_of(at: &HalfDifference<f32>) -> Angles<f32> {
         theta_h: at.hx.atan2(at.hz),
         theta_d: at.dx.hypot(at.dy).atan2(at.dz),
         phi_d: if phi_d < 0.0 { phi_d + TAU } else { phi_d },
+    }
+}
+
+/// Converts angles to f64.
+#[must_use]
+pub fn angles_to_f64(angles: &Angles<f32>) -> Angles<f64> {
+    Angles {
+        theta_h: f64::from(angles.theta_h),
+        theta_d: f64::from(angles.theta_d),
+        phi_d: f64::from(angles.phi_d),
     }
 }

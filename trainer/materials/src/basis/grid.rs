@@ -4,6 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
+use super::real_scalar::RealScalar;
+
 /// The number of nodes along theta_h (denser towards 0, as in MERL tables), theta_d, and phi_d (with period pi).
 const NODES: [usize; 3] = [72, 46, 36];
 
@@ -12,14 +14,12 @@ const NODES: [usize; 3] = [72, 46, 36];
 pub struct Grid;
 
 /// A node and its weight in an interpolation.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Corner {
+#[derive(Clone, Copy, Debug)]
+pub struct Corner<S> {
     /// The index of the node.
     pub node: usize,
-    /// The weight of the node.
-    pub weight: f64,
-    /// The derivatives of the weight with respect to theta_h, theta_d and phi_d.
-    pub derivatives: [f64; 3],
+    /// The weight of the node, which may have derivatives.
+    pub weight: S,
 }
 
 impl Grid {
@@ -51,51 +51,37 @@ impl Grid {
         at.cos_theta_i() > 0.0 && at.cos_theta_o() > 0.0
     }
 
-    /// Returns the eight nodes around angles in radians, with weights and their derivatives.
+    /// Returns the eight nodes around angles in radians, with their weights.
     #[must_use]
-    pub fn corners(angles: Angles<f64>) -> [Corner; 8] {
+    pub fn corners<S: RealScalar>(angles: Angles<S>) -> [Corner<S>; 8] {
         let last_node = |axis: usize| (NODES[axis] - 1) as f64;
-        // The position along each axis in units of nodes, and its derivative with respect to the angle.
-        let fraction = (angles.theta_h / FRAC_PI_2).clamp(0.0, 1.0);
-        let root = fraction.sqrt();
+        let [h, d, p] = [angles.theta_h, angles.theta_d, angles.phi_d].map(S::value);
+        let root = (h / FRAC_PI_2).clamp(0.0, 1.0).sqrt();
         // The derivative is infinite at the pole, and is limited to a large value.
         let derivative_h = last_node(0) / (2.0 * root.max(1e-9) * FRAC_PI_2);
-        let positions = [
-            (last_node(0) * root, derivative_h),
-            (
-                last_node(1) * (angles.theta_d / FRAC_PI_2).clamp(0.0, 1.0),
-                last_node(1) / FRAC_PI_2,
-            ),
-            (
-                NODES[2] as f64 * (angles.phi_d / PI).rem_euclid(1.0),
-                NODES[2] as f64 / PI,
-            ),
-        ];
-        // The two nodes along each axis: index, weight, and derivative of the weight.
-        let mut axes = [[(0, 0.0, 0.0); 2]; 3];
-        for (axis, (position, derivative)) in positions.into_iter().enumerate() {
+        let position_d = last_node(1) * (d / FRAC_PI_2).clamp(0.0, 1.0);
+        let position_p = NODES[2] as f64 * (p / PI).rem_euclid(1.0);
+        // The two nodes along each axis, with their weights. `position` is the position of the angle along the axis in
+        // units of nodes, and `derivative` its derivative with respect to the angle.
+        let neighbors = |axis: usize, angle: S, position: f64, derivative: f64| {
             // phi_d is periodic. The other axes end at their last node.
             let cells = if axis == 2 { NODES[2] } else { NODES[axis] - 1 };
             let low = (position.floor() as usize).min(cells - 1);
             let high = (low + 1) % if axis == 2 { cells } else { NODES[axis] };
-            let weight = position - low as f64;
-            axes[axis] = [(low, 1.0 - weight, -derivative), (high, weight, derivative)];
-        }
-        let mut corners = [Corner::default(); 8];
-        for (index, corner) in corners.iter_mut().enumerate() {
-            let (h, weight_h, slope_h) = axes[0][index / 4];
-            let (d, weight_d, slope_d) = axes[1][index / 2 % 2];
-            let (p, weight_p, slope_p) = axes[2][index % 2];
-            *corner = Corner {
+            let moved = (angle - S::constant(angle.value())) * S::constant(derivative);
+            let weight = S::constant(position - low as f64) + moved;
+            [(low, S::constant(1.0) - weight), (high, weight)]
+        };
+        let h = neighbors(0, angles.theta_h, last_node(0) * root, derivative_h);
+        let d = neighbors(1, angles.theta_d, position_d, last_node(1) / FRAC_PI_2);
+        let p = neighbors(2, angles.phi_d, position_p, NODES[2] as f64 / PI);
+        std::array::from_fn(|index| {
+            let ((h, weight_h), (d, weight_d), (p, weight_p)) =
+                (h[index / 4], d[index / 2 % 2], p[index % 2]);
+            Corner {
                 node: (h * NODES[1] + d) * NODES[2] + p,
                 weight: weight_h * weight_d * weight_p,
-                derivatives: [
-                    slope_h * weight_d * weight_p,
-                    weight_h * slope_d * weight_p,
-                    weight_h * weight_d * slope_p,
-                ],
-            };
-        }
-        corners
+            }
+        })
     }
 }

@@ -5,16 +5,15 @@
 //! device. `glimpse_training::linear` computes the basis from materials and reduces it to a pattern.
 
 mod angles;
-mod coefficients;
 mod grid;
 mod nodes;
+mod real_scalar;
 mod table;
-mod values;
 
-pub use angles::angles_of;
-pub use coefficients::CoefficientCountError;
-pub use grid::Grid;
+pub use angles::{AngleDual, angles_of, angles_to_f64};
+pub use grid::{Corner, Grid};
+pub use real_scalar::RealScalar;
 pub use table::{
-    Basis, BasisError, BasisValues, MAGIC as BASIS_MAGIC, NODE_HEADER, Reconstruction,
+    Basis, BasisError, BasisValues, CoefficientCountError, Coefficients, MAGIC as BASIS_MAGIC,
+    NODE_HEADER, Reconstruction,
 };
-pub use values::{AngleDual, Coefficients, angles_to_f64};

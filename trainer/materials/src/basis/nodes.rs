@@ -3,8 +3,8 @@
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear;
 
-use super::Grid;
-use super::grid::Corner;
+use super::angles::AngleDual;
+use super::grid::{Corner, Grid};
 
 /// The step of difference quotients, in radians. They replace the derivatives of a compact basis, which core does not
 /// compute. The step is large compared with the rounding of angles to f32, and smaller than the distance between nodes.
@@ -18,9 +18,8 @@ pub(super) enum Nodes {
 }
 
 impl Nodes {
-    /// Returns the eight nodes around angles in radians, each with its weight. The derivatives are set for a whole
-    /// basis, and are 0 for a compact basis.
-    pub(super) fn corners(self, angles: Angles<f64>) -> [Corner; 8] {
+    /// Returns the eight nodes around angles in radians, each with its weight.
+    pub(super) fn corners(self, angles: Angles<f64>) -> [Corner<f64>; 8] {
         match self {
             Self::Whole => Grid::corners(angles),
             Self::Compact(nodes) => {
@@ -32,7 +31,6 @@ impl Nodes {
                 nodes.corners(&at).map(|corner| Corner {
                     node: corner.node,
                     weight: f64::from(corner.weight),
-                    derivatives: [0.0; 3],
                 })
             }
         }
@@ -41,28 +39,30 @@ impl Nodes {
     /// Returns the nodes around angles in radians, with weights and their derivatives. For a compact basis, the list
     /// also has the nodes around moved angles, with weight 0. Sums over all nodes then yield difference quotients as
     /// derivatives.
-    pub(super) fn corners_with_derivatives(self, angles: Angles<f64>) -> Vec<Corner> {
-        let mut corners = self.corners(angles).to_vec();
+    pub(super) fn corners_with_derivatives(self, angles: Angles<f64>) -> Vec<Corner<AngleDual>> {
+        let variables = AngleDual::variables(angles);
         if self == Self::Whole {
-            return corners;
+            return Grid::corners(variables).to_vec();
         }
+        let values = self.corners(angles).map(|corner| Corner {
+            node: corner.node,
+            weight: AngleDual::from_value(corner.weight),
+        });
+        let mut corners = values.to_vec();
         for axis in 0..3 {
             for sign in [-1.0, 1.0] {
-                let mut moved = [angles.theta_h, angles.theta_d, angles.phi_d];
-                moved[axis] += sign * 0.5 * STEP;
-                let [theta_h, theta_d, phi_d] = moved;
+                let step = |angle: AngleDual| angle.value + angle.tangent[axis] * sign * 0.5 * STEP;
                 let moved = Angles {
-                    theta_h,
-                    theta_d,
-                    phi_d,
+                    theta_h: step(variables.theta_h),
+                    theta_d: step(variables.theta_d),
+                    phi_d: step(variables.phi_d),
                 };
                 corners.extend(self.corners(moved).map(|corner| {
-                    let mut derivatives = [0.0; 3];
-                    derivatives[axis] = sign * corner.weight / STEP;
+                    let mut weight = AngleDual::from_value(0.0);
+                    weight.tangent[axis] = sign * corner.weight / STEP;
                     Corner {
                         node: corner.node,
-                        weight: 0.0,
-                        derivatives,
+                        weight,
                     }
                 }));
             }

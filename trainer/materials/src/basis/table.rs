@@ -11,9 +11,9 @@ use glimpse_core::model::linear::format::MAGIC as COMPACT_MAGIC;
 use glimpse_core::model::linear::{self, Basis as CompactBasis, EPSILON, unmap};
 use rayon::prelude::*;
 
-use super::Grid;
+use super::angles::{AngleDual, angles_to_f64};
+use super::grid::Grid;
 use super::nodes::Nodes;
-use super::values::{AngleDual, Coefficients, angles_to_f64};
 use crate::untrusted::read_at_most;
 
 /// The number of values before the components of a node: the mean of the mapped columns, and ln(median w + e).
@@ -52,6 +52,22 @@ pub enum BasisError {
         /// The defect.
         defect: &'static str,
     },
+}
+
+/// The coefficients of each channel, one for each component.
+pub type Coefficients = [Vec<f64>; 3];
+
+/// A number of coefficients that does not match the basis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "there are {actual} coefficients, and this basis needs {expected}; give all coefficients, and the basis of the \
+     recipe that the device fitted with"
+)]
+pub struct CoefficientCountError {
+    /// Three times the number of components of the basis.
+    pub expected: usize,
+    /// The number of coefficients.
+    pub actual: usize,
 }
 
 /// The table of a basis. Each node has a mean, ln(median w + e), and m components. A whole basis has the nodes of
@@ -141,8 +157,8 @@ impl Basis {
     pub fn look_up(&self, angles: Angles<f64>) -> BasisValues {
         let mut sums = vec![[0.0_f64; 4]; NODE_HEADER + self.components];
         for corner in self.nodes().corners_with_derivatives(angles) {
-            let [h, d, p] = corner.derivatives;
-            let weights = [corner.weight, h, d, p];
+            let [h, d, p] = corner.weight.tangent;
+            let weights = [corner.weight.value, h, d, p];
             for (sum, value) in sums.iter_mut().zip(self.row(corner.node)) {
                 for (sum, weight) in sum.iter_mut().zip(weights) {
                     *sum += weight * f64::from(*value);
@@ -176,6 +192,34 @@ impl Basis {
             table,
             log_medians: rows().map(|row| row[1]).collect(),
         }
+    }
+
+    /// Splits the coefficients of a device's fit by channel: m of red, m of green, m of blue.
+    ///
+    /// # Errors
+    /// If the number of values is not 3 m.
+    pub fn channels(&self, values: &[f32]) -> Result<Coefficients, CoefficientCountError> {
+        let error = CoefficientCountError {
+            expected: 3 * self.components,
+            actual: values.len(),
+        };
+        if error.actual != error.expected {
+            return Err(error);
+        }
+        let mut channels = values.chunks(self.components.max(1));
+        let mut next = || channels.next().into_iter().flatten().copied();
+        Ok(std::array::from_fn(|_| next().map(f64::from).collect()))
+    }
+
+    /// Tabulates the BRDF of the coefficients of a device's fit: m of red, m of green, m of blue.
+    ///
+    /// # Errors
+    /// If the number of values is not 3 m.
+    pub fn reconstruct_values(
+        &self,
+        values: &[f32],
+    ) -> Result<Reconstruction, CoefficientCountError> {
+        Ok(self.reconstruct(&self.channels(values)?))
     }
 
     /// Returns the bytes of the file. The file of a whole basis consists of little-endian 32-bit words: magic, version,
@@ -365,11 +409,7 @@ impl Reconstruction {
         let mut mapped = [AngleDual::from_value(0.0); 3];
         let mut log_median = AngleDual::from_value(0.0);
         for corner in self.nodes.corners_with_derivatives(angles) {
-            let weight = AngleDual {
-                value: corner.weight,
-                tangent: corner.derivatives,
-            };
-            let weighted = |value: f32| weight * AngleDual::from_value(f64::from(value));
+            let weighted = |value: f32| corner.weight * AngleDual::from_value(f64::from(value));
             log_median = log_median + weighted(self.log_medians[corner.node]);
             for (sum, value) in mapped.iter_mut().zip(self.table[corner.node]) {
                 *sum = *sum + weighted(value);

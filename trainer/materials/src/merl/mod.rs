@@ -8,23 +8,21 @@
 //! Negative values, and values that are not finite as f32, count as not measured.
 
 mod nodes;
-mod write;
 
-pub use nodes::{TabulateError, table_nodes};
-pub use write::{to_merl, write_merl};
+pub use nodes::{TabulateError, table_nodes, to_merl};
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::numeric::Scalar;
+use glimpse_kernels::Dual;
 use memmap2::Mmap;
 
-use super::mapped::{map_file, release};
-use super::name;
-use super::{Material, SourceError};
-use glimpse_kernels::Dual;
+use crate::error::{Defect, ensure};
+use crate::mapped::map_file;
+use crate::name::name_of;
+use crate::{Material, SourceError};
 
 /// The number of nodes along theta_h, theta_d and phi_d.
 const NODES: [usize; 3] = [90, 90, 180];
@@ -34,6 +32,8 @@ const HEADER_BYTES: usize = 3 * size_of::<i32>();
 const FILE_BYTES: usize = HEADER_BYTES + 3 * NODES_PER_CHANNEL * size_of::<f64>();
 /// Scale factors from stored values to the BRDF, in red, green and blue.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
+/// Names of the channels.
+const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 /// The stored value of nodes that are below the horizon or were not measured.
 const NOT_MEASURED: f64 = -1.0;
 
@@ -45,118 +45,19 @@ const NOT_MEASURED: f64 = -1.0;
 pub struct MerlTable {
     name: String,
     bytes: Mmap,
-    /// The number of look-ups since [`MerlTable::open`]. None for a table that does not release its pages regularly.
-    lookups: Option<AtomicUsize>,
 }
 
-/// The number of look-ups between releases of pages, for a table from [`MerlTable::open`]. Each look-up reads 64 KiB at
-/// each of about six places of the file. Without releases, hundreds of tables would soon be completely in memory.
-const RELEASE_INTERVAL: usize = 16;
-
 impl MerlTable {
-    /// Opens a table and checks its header, its length and every value. The check reads the whole file. The thousands
-    /// of look-ups at random directions of any command would read nearly all of it too.
+    /// Maps a table and checks its header, its length and every value.
     ///
     /// # Errors
     /// If the file cannot be read or has the wrong dimensions or length, if a value is not finite as f32, or if a
     /// channel has no measured value.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
-        let mut table = Self::open(path)?;
-        table.lookups = None;
-        table
-            .check_values()
-            .map_err(|defect| SourceError::Damaged {
-                path: path.into(),
-                defect,
-            })?;
-        table.release();
-        Ok(table)
-    }
-
-    /// Opens a table and checks only its header and its length, for sets of many tables. Pages are read on first access
-    /// and released regularly. Values that are not finite as f32 count as not measured.
-    ///
-    /// # Errors
-    /// If the file cannot be read, or has the wrong dimensions or length.
-    pub fn open(path: &Path) -> Result<Self, SourceError> {
-        let damaged = |defect| SourceError::Damaged {
-            path: path.into(),
-            defect,
-        };
-        let name = name::name_of(path).ok_or_else(|| SourceError::UnknownFormat(path.into()))?;
+        let name = name_of(path)?;
         let bytes = map_file(path)?;
-
-        let header = bytes.first_chunk::<HEADER_BYTES>().ok_or_else(|| {
-            damaged(format!(
-                "it has {} bytes, too few for the header of a MERL table; replace the file with an intact copy",
-                bytes.len()
-            ))
-        })?;
-        if !Self::has_signature(header) {
-            let (words, _) = header.as_chunks();
-            let dimensions: Vec<i32> = words.iter().copied().map(i32::from_le_bytes).collect();
-            let swapped: Vec<u8> = dimensions
-                .iter()
-                .flat_map(|word| word.to_be_bytes())
-                .collect();
-            if Self::has_signature(&swapped) {
-                return Err(damaged(
-                    "its numbers are big-endian, and must be little-endian; swap the bytes of the three 32-bit \
-                     dimensions and of the 64-bit values"
-                        .to_owned(),
-                ));
-            }
-            return Err(damaged(format!(
-                "its header has the dimensions {dimensions:?}, and only isotropic MERL tables of {NODES:?} are \
-                 supported; remove the file"
-            )));
-        }
-        if bytes.len() != FILE_BYTES {
-            let defect = match bytes.len() < FILE_BYTES {
-                true => "it was cut short",
-                false => "something was appended",
-            };
-            return Err(damaged(format!(
-                "{defect}: it has {} bytes, and a MERL table has {FILE_BYTES}; replace the file with an intact copy",
-                bytes.len()
-            )));
-        }
-        Ok(Self {
-            name,
-            bytes,
-            lookups: Some(AtomicUsize::new(0)),
-        })
-    }
-
-    /// Checks every value.
-    fn check_values(&self) -> Result<(), String> {
-        // The comparison is false for NaN.
-        let is_in_range = |value: f64| value.abs() <= f64::from(f32::MAX);
-        let (values, _) = self.bytes[HEADER_BYTES..].as_chunks();
-        for ((channel, color), values) in (0..)
-            .zip(["red", "green", "blue"])
-            .zip(values.chunks(NODES_PER_CHANNEL))
-        {
-            let values = values.iter().copied().map(f64::from_le_bytes);
-            if let Some((index, value)) = values
-                .clone()
-                .enumerate()
-                .find(|(_, value)| !is_in_range(*value))
-            {
-                let index = channel * NODES_PER_CHANNEL + index;
-                return Err(format!(
-                    "value {index} is {value:e}, which is not finite as a 32-bit float; replace the file with an \
-                     intact copy"
-                ));
-            }
-            if !values.clone().any(|value| value >= 0.0) {
-                return Err(format!(
-                    "all its {color} values are negative, so that none was measured; replace the file with an intact \
-                     copy"
-                ));
-            }
-        }
-        Ok(())
+        check(&bytes).map_err(Defect::in_file(path))?;
+        Ok(Self { name, bytes })
     }
 
     /// Returns true if the first bytes of a file are the dimensions of a table.
@@ -166,7 +67,7 @@ impl MerlTable {
         bytes.starts_with(dimensions.as_flattened())
     }
 
-    /// Returns a stored value, or 0 past the end of the table. [`MerlTable::open`] checks the length, so that no index
+    /// Returns a stored value, or 0 past the end of the table. [`MerlTable::read`] checks the length, so that no index
     /// is past the end.
     fn value(&self, index: usize) -> f64 {
         let (_, values) = self.bytes.split_at(HEADER_BYTES);
@@ -219,20 +120,45 @@ impl Material for MerlTable {
         let angles = table_angles(angles);
         let duals = self.interpolate(&cells(angles), Dual::<f64, 3>::variables(angles));
         let (brdf, derivative) = Dual::split(duals);
-        if let Some(count) = &self.lookups
-            && count.fetch_add(1, Ordering::Relaxed) % RELEASE_INTERVAL == RELEASE_INTERVAL - 1
-        {
-            self.release();
-        }
         (
             brdf.map(|f| f as f32),
             derivative.map(|channel| channel.map(|value| value as f32)),
         )
     }
+}
 
-    fn release(&self) {
-        release(&self.bytes);
+/// Checks the header, the length and the values of a file.
+fn check(bytes: &[u8]) -> Result<(), Defect> {
+    let Some((header, values)) = bytes.split_first_chunk::<HEADER_BYTES>() else {
+        return Err("it is too short for the header of a MERL table".into());
+    };
+    if !MerlTable::has_signature(header) {
+        let words = header.as_chunks().0.iter().copied();
+        let dimensions: Vec<i32> = words.map(i32::from_le_bytes).collect();
+        return Err(Defect::Unsupported(format!(
+            "its header has the dimensions {dimensions:?}, and only isotropic MERL tables of {NODES:?} are supported"
+        )));
     }
+    let length = bytes.len();
+    ensure!(
+        length == FILE_BYTES,
+        "it has {length} bytes, and a MERL table has {FILE_BYTES}"
+    );
+    let (values, _) = values.as_chunks();
+    let number = |bytes: &[u8; 8]| f64::from_le_bytes(*bytes);
+    // The comparison is false for NaN.
+    let is_in_range = |value: f64| value.abs() <= f64::from(f32::MAX);
+    if let Some(index) = values.iter().position(|bytes| !is_in_range(number(bytes))) {
+        let value = number(&values[index]);
+        return Err(format!("value {index} is {value:e}, not finite as a 32-bit float").into());
+    }
+    for (color, values) in CHANNELS.iter().zip(values.chunks(NODES_PER_CHANNEL)) {
+        ensure!(
+            values.iter().any(|bytes| number(bytes) >= 0.0),
+            "all its {color} values are negative, so that none was measured"
+        );
+    }
+    Ok(())
 }
 
 /// Converts angles to f64, with phi_d reduced to \[0, pi).

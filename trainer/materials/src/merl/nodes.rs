@@ -1,15 +1,14 @@
-//! Construction of MERL tables from values at their nodes, without a file.
+//! MERL tables from values at their nodes, and from any BRDF.
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use memmap2::MmapMut;
+use rayon::prelude::*;
 
 use super::{
-    FILE_BYTES, HEADER_BYTES, MerlTable, NODES, NODES_PER_CHANNEL, NOT_MEASURED, SCALE,
+    CHANNELS, FILE_BYTES, HEADER_BYTES, MerlTable, NODES, NODES_PER_CHANNEL, NOT_MEASURED, SCALE,
     node_theta_h, whole_degree,
 };
-
-/// Names of the channels.
-const CHANNELS: [&str; 3] = ["red", "green", "blue"];
+use crate::{Brdf, NotFinite};
 
 /// An error in the values for a table.
 #[derive(Debug, thiserror::Error)]
@@ -78,10 +77,38 @@ pub fn table_nodes() -> Vec<Angles<f32>> {
     indexed_nodes().map(|(_, angles)| angles).collect()
 }
 
-/// Returns the header of a file.
-pub(super) fn header() -> Vec<u8> {
-    let dimensions = NODES.map(|nodes| (nodes as i32).to_le_bytes());
-    dimensions.concat()
+/// Writes a table into `bytes`, which have the length of a file: `brdf` is the BRDF at each of [`table_nodes`], and NaN
+/// where it is unknown. Negative values are written as 0, because they would mean "not measured".
+fn encode(brdf: &[[f32; 3]], bytes: &mut [u8]) {
+    let (header, values) = bytes.split_at_mut(HEADER_BYTES);
+    header.copy_from_slice(&NODES.map(|nodes| (nodes as i32).to_le_bytes()).concat());
+    let (values, _) = values.as_chunks_mut();
+    values.fill(NOT_MEASURED.to_le_bytes());
+    for ((index, _), rgb) in indexed_nodes().zip(brdf) {
+        for (channel, value) in rgb.iter().enumerate().filter(|(_, value)| !value.is_nan()) {
+            // The absolute value replaces -0 by 0.
+            let stored = f64::from(value.max(0.0).abs()) / SCALE[channel];
+            values[channel * NODES_PER_CHANNEL + index] = stored.to_le_bytes();
+        }
+    }
+}
+
+/// Tabulates a BRDF at MERL's nodes. Returns the bytes of a `NAME.binary`.
+///
+/// Nodes below the horizon are marked as not measured. Negative values are written as 0.
+///
+/// # Errors
+/// If the BRDF is not finite at a node.
+pub fn to_merl(brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>, NotFinite> {
+    let nodes = table_nodes();
+    let values = nodes.par_iter().map(|angles| brdf.at_angles(*angles));
+    let values: Vec<[f32; 3]> = values.collect();
+    for (angles, rgb) in nodes.into_iter().zip(&values) {
+        NotFinite::check(angles, *rgb)?;
+    }
+    let mut bytes = vec![0; FILE_BYTES];
+    encode(&values, &mut bytes);
+    Ok(bytes)
 }
 
 impl MerlTable {
@@ -95,50 +122,36 @@ impl MerlTable {
     /// If the number of values differs from that of the nodes, a value is infinite or negative, or a channel has no
     /// value.
     pub fn from_nodes(name: String, brdf: &[[f32; 3]]) -> Result<Self, TabulateError> {
-        let nodes: Vec<_> = indexed_nodes().collect();
+        let nodes = table_nodes();
         if nodes.len() != brdf.len() {
             return Err(TabulateError::Count {
                 actual: brdf.len(),
                 expected: nodes.len(),
             });
         }
-        let mut bytes = MmapMut::map_anon(FILE_BYTES)?;
-        let (file_header, values) = bytes.split_at_mut(HEADER_BYTES);
-        file_header.copy_from_slice(&header());
-        let (values, _) = values.as_chunks_mut();
-        values.fill(NOT_MEASURED.to_le_bytes());
-        let mut known_counts = [0; 3];
-        for (index, ((table_index, angles), rgb)) in nodes.into_iter().zip(brdf).enumerate() {
-            for (channel, value) in rgb.iter().copied().enumerate() {
-                if value.is_infinite() || value < 0.0 {
-                    let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
-                    return Err(TabulateError::Value {
-                        index,
-                        channel: CHANNELS[channel],
-                        value,
-                        angles: angles.map(f32::to_degrees),
-                    });
-                }
-                if !value.is_nan() {
-                    known_counts[channel] += 1;
-                    // The absolute value replaces -0 by 0.
-                    let stored = f64::from(value.abs()) / SCALE[channel];
-                    values[channel * NODES_PER_CHANNEL + table_index] = stored.to_le_bytes();
-                }
+        for (index, (rgb, angles)) in brdf.iter().zip(nodes).enumerate() {
+            let invalid = |value: &f32| value.is_infinite() || *value < 0.0;
+            if let Some(channel) = rgb.iter().position(invalid) {
+                let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
+                return Err(TabulateError::Value {
+                    index,
+                    channel: CHANNELS[channel],
+                    value: rgb[channel],
+                    angles: angles.map(f32::to_degrees),
+                });
             }
         }
-        if let Some(channel) = known_counts.iter().position(|count| *count == 0) {
+        let is_unknown = |channel: &usize| brdf.iter().all(|rgb| rgb[*channel].is_nan());
+        if let Some(channel) = (0..3).find(is_unknown) {
             return Err(TabulateError::NoValues {
                 channel: CHANNELS[channel],
                 count: brdf.len(),
             });
         }
+        let mut bytes = MmapMut::map_anon(FILE_BYTES)?;
+        encode(brdf, &mut bytes);
         let bytes = bytes.make_read_only()?;
-        Ok(Self {
-            name,
-            bytes,
-            lookups: None,
-        })
+        Ok(Self { name, bytes })
     }
 
     /// Returns the BRDF at [`table_nodes`], in their order, and NaN where it was not measured.
@@ -160,7 +173,7 @@ impl MerlTable {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Material, Procedural, to_merl};
+    use crate::{Material, Procedural};
 
     #[test]
     fn table_from_nodes_equals_the_written_table() {

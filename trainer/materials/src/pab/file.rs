@@ -2,6 +2,7 @@
 
 use super::product;
 use crate::color::FROM_XYZ;
+use crate::error::{Defect, ensure};
 use crate::untrusted::escaped;
 
 /// The starts of header lines that identify the format.
@@ -61,17 +62,20 @@ enum Colorimetry {
 }
 
 impl Incidence {
-    /// Parses a file's text. An error states the defect and the remedy.
-    pub(super) fn parse(text: &str) -> Result<Self, String> {
+    /// Parses a file's text.
+    pub(super) fn parse(text: &str) -> Result<Self, Defect> {
         // A number without its last digits is still a valid number. A line break shows that it is complete.
-        if !text.ends_with('\n') {
-            let last = text.lines().last().unwrap_or_default();
-            return Err(format!(
-                "its last line, `{}`, has no line break and may be incomplete; replace the file with an intact copy, \
-                 or add a line break",
-                escaped(last)
-            ));
-        }
+        ensure!(
+            text.ends_with('\n'),
+            "its last line, `{}`, has no line break and may be incomplete",
+            escaped(text.lines().last().unwrap_or_default())
+        );
+        let unsupported = |field: &str, value: &str, supported: &str| {
+            let value = escaped(value);
+            Defect::Unsupported(format!(
+                "its {field} is {value}, and only {supported} are supported"
+            ))
+        };
         let (mut colorimetry, mut times_cosine) = (Colorimetry::Y, None);
         let (mut theta_i, mut phi_i) = (None, None);
         let header = text.lines().take_while(|line| line.starts_with('#'));
@@ -84,24 +88,14 @@ impl Incidence {
                     colorimetry = match kind.to_ascii_uppercase().as_str() {
                         "CIE-XYZ" => Colorimetry::Xyz,
                         "CIE-Y" => Colorimetry::Y,
-                        _ => {
-                            return Err(format!(
-                                "its colorimetry is {}, and must be CIE-XYZ or CIE-Y; convert its values",
-                                escaped(kind)
-                            ));
-                        }
+                        _ => return Err(unsupported("colorimetry", kind, "CIE-XYZ and CIE-Y")),
                     }
                 }
                 ("format:", ["theta", "phi", kind]) => {
                     times_cosine = match kind.to_ascii_uppercase().as_str() {
                         "BRDF" | "BSDF" => Some(false),
                         "DSF" => Some(true),
-                        _ => {
-                            return Err(format!(
-                                "its format is {}, and must be BRDF, BSDF or DSF; remove the file",
-                                escaped(kind)
-                            ));
-                        }
+                        _ => return Err(unsupported("format", kind, "BRDF, BSDF and DSF")),
                     }
                 }
                 ("intheta", [value]) => theta_i = Some(number("intheta", value)?),
@@ -113,48 +107,35 @@ impl Incidence {
                 _ => {}
             }
         }
-        let missing_line = |line: &str| format!("its header has no line {line}; add it");
+        let missing_line = |line: &str| format!("its header has no line {line}");
         let times_cosine = times_cosine.ok_or_else(|| missing_line("#format: theta phi BRDF"))?;
         let theta_i = theta_i.ok_or_else(|| missing_line("#intheta DEGREES"))?;
         let phi_i = phi_i.ok_or_else(|| missing_line("#inphi DEGREES"))?;
-        if !(0.0..90.0).contains(&theta_i) {
-            return Err(format!(
-                "its intheta is {theta_i}, and must be at least 0 and below 90 degrees; remove the file"
-            ));
-        }
+        ensure!(
+            (0.0..90.0).contains(&theta_i),
+            "its intheta is {theta_i}, and must be at least 0 and below 90 degrees"
+        );
         let mut values = Vec::new();
-        let header_lines = header.count();
-        for (index, line) in text.lines().enumerate().skip(header_lines) {
-            if line.trim().is_empty() {
-                continue;
-            }
+        let mut value_lines = 0;
+        let lines = text.lines().enumerate().skip(header.count());
+        for (index, line) in lines.filter(|(_, line)| !line.trim().is_empty()) {
             let value = parse_value(line, colorimetry, times_cosine)
                 .map_err(|defect| format!("line {}: {defect}", index + 1))?;
             values.extend(value);
+            value_lines += 1;
         }
-        if values.is_empty() {
-            return Err(
-                "it has no value above the horizon; replace the file with an intact copy"
-                    .to_owned(),
-            );
-        }
-        let value_lines = text
-            .lines()
-            .skip(header_lines)
-            .filter(|line| !line.trim().is_empty())
-            .count();
-        if let Some(stated) = header_value(text, VALUE_COUNT)
-            && stated != value_lines.to_string()
-        {
-            return Err(format!(
-                "it has {value_lines} lines of values, and its {VALUE_COUNT} is {}: lines are missing or were added; \
-                 replace the file with an intact copy",
-                escaped(stated)
-            ));
-        }
+        ensure!(!values.is_empty(), "it has no value above the horizon");
+        let stated = header_value(text, VALUE_COUNT);
+        ensure!(
+            stated.is_none_or(|stated| stated == value_lines.to_string()),
+            "it has {value_lines} lines of values, and its {VALUE_COUNT} is {}",
+            escaped(stated.unwrap_or_default())
+        );
         let set_theta_i = header_value(text, SET_THETA_I).map(|list| {
             let words = list.split_whitespace();
-            words.map(|word| number(SET_THETA_I, word)).collect()
+            words
+                .map(|word| number(SET_THETA_I, word))
+                .collect::<Result<_, _>>()
         });
         Ok(Self {
             theta_i,
@@ -168,12 +149,7 @@ impl Incidence {
 /// Parses a finite number.
 fn number(name: &str, word: &str) -> Result<f64, String> {
     let number = word.parse().ok().filter(|number: &f64| number.is_finite());
-    number.ok_or_else(|| {
-        format!(
-            "{name} is `{}`, and must be a finite number; replace the file with an intact copy",
-            escaped(word)
-        )
-    })
+    number.ok_or_else(|| format!("{name} is `{}`, and must be a finite number", escaped(word)))
 }
 
 /// Parses the angles and the BRDF of a line. Returns None for transmitted light.
@@ -186,16 +162,8 @@ fn parse_value(
     let (theta, phi, xyz) = match (colorimetry, &words[..]) {
         (Colorimetry::Y, [theta, phi, y]) => (theta, phi, [y; 3]),
         (Colorimetry::Xyz, [theta, phi, x, y, z]) => (theta, phi, [x, y, z]),
-        _ => {
-            let expected = match colorimetry {
-                Colorimetry::Y => "theta, phi and 1 value",
-                Colorimetry::Xyz => "theta, phi and 3 values",
-            };
-            return Err(format!(
-                "it has {} words, and must have {expected}; replace the file with an intact copy",
-                words.len()
-            ));
-        }
+        (Colorimetry::Y, _) => return Err("it must have theta, phi and 1 value".to_owned()),
+        (Colorimetry::Xyz, _) => return Err("it must have theta, phi and 3 values".to_owned()),
     };
     let (theta, phi) = (number("theta", theta)?, number("phi", phi)?);
     let mut brdf = [0.0; 3];

@@ -8,7 +8,7 @@ use glimpse_core::geometry::HalfDifference;
 
 use super::direction;
 use super::file::{Incidence, SET_THETA_I, sample_name};
-use crate::error::read_error;
+use crate::error::{Defect, read_error};
 use crate::name::{is_valid_name, name_of};
 use crate::untrusted::{escaped, read_at_most};
 use crate::{Brdf, Colors, RglMeasurement, SourceError, to_rgl};
@@ -30,17 +30,9 @@ const HEAD_BYTES: u64 = 1 << 14;
 /// As [`PabSet::read`].
 pub fn read_pab(path: &Path) -> Result<RglMeasurement, SourceError> {
     let set = PabSet::read(path)?;
-    let bytes =
-        to_rgl(&set.sample, &set, Colors::Rgb).map_err(|error| damaged(path)(error.to_string()))?;
-    RglMeasurement::parse(set.sample, &bytes).map_err(damaged(path))
-}
-
-/// Returns a function that converts a description of a defect to a [`SourceError::Damaged`].
-fn damaged(path: &Path) -> impl Fn(String) -> SourceError {
-    move |defect| SourceError::Damaged {
-        path: path.into(),
-        defect,
-    }
+    let bytes = to_rgl(&set.sample, &set, Colors::Rgb)
+        .map_err(|error| Defect::in_file(path)(error.to_string()))?;
+    RglMeasurement::parse(set.sample, &bytes).map_err(Defect::in_file(path))
 }
 
 /// A material at its measured directions.
@@ -66,44 +58,34 @@ impl PabSet {
         let mut phi_i = None;
         let mut set_theta_i = None;
         for file in &files {
-            let incidence = Incidence::parse(&read_text(file)?).map_err(damaged(file))?;
+            let incidence = Incidence::parse(&read_text(file)?).map_err(Defect::in_file(file))?;
             if incidence.theta_i > ANGLE_TOLERANCE {
                 let first_phi_i = *phi_i.get_or_insert(incidence.phi_i);
                 if (incidence.phi_i - first_phi_i).abs() > ANGLE_TOLERANCE {
-                    return Err(damaged(file)(format!(
-                        "its inphi is {}, and that of other files of {} is {first_phi_i}; only isotropic materials \
-                         (one inphi) are supported; remove the file",
+                    return Err(Defect::in_file(file)(Defect::Unsupported(format!(
+                        "its inphi is {}, that of other files of {} is {first_phi_i}, and only isotropic materials \
+                         (one inphi) are supported",
                         incidence.phi_i,
                         escaped(&sample)
-                    )));
+                    ))));
                 }
             }
             slices.push((incidence.theta_i, ScatteredValues::new(&incidence)));
             set_theta_i = set_theta_i.or(incidence.set_theta_i);
         }
         slices.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        if let Some([(theta, _), _]) = slices
-            .array_windows()
-            .find(|[a, b]| b.0 - a.0 < ANGLE_TOLERANCE)
-        {
-            return Err(damaged(path)(format!(
-                "two files of {} have the intheta {theta}; remove one",
+        let is_near = |a: f64, b: f64| (a - b).abs() < ANGLE_TOLERANCE;
+        let mut pairs = slices.array_windows();
+        if let Some([(theta, _), _]) = pairs.find(|[a, b]| is_near(a.0, b.0)) {
+            return Err(Defect::in_file(path)(format!(
+                "two files of {} have the intheta {theta}",
                 escaped(&sample)
             )));
         }
-        let is_present = |theta: &f64| {
-            slices
-                .iter()
-                .any(|(other, _)| (other - theta).abs() < ANGLE_TOLERANCE)
-        };
-        if let Some(theta) = set_theta_i
-            .iter()
-            .flatten()
-            .find(|theta| !is_present(theta))
-        {
-            return Err(damaged(path)(format!(
-                "its {SET_THETA_I} lists the intheta {theta}, and none of the {} files of {} has it; restore the \
-                 missing file",
+        let is_missing = |theta: &&f64| !slices.iter().any(|(other, _)| is_near(*other, **theta));
+        if let Some(theta) = set_theta_i.iter().flatten().find(is_missing) {
+            return Err(Defect::in_file(path)(format!(
+                "its {SET_THETA_I} lists the intheta {theta}, and none of the {} files of {} has it",
                 files.len(),
                 escaped(&sample)
             )));
@@ -141,32 +123,22 @@ fn sample_files(path: &Path) -> Result<(String, Vec<PathBuf>), SourceError> {
         }
     }
     files.sort();
-    let stated_name = sample.map(|name| name.trim_matches('"').to_owned());
-    if let Some(name) = stated_name
-        .iter()
-        .find(|name| !name.is_empty() && !is_valid_name(name))
-    {
-        return Err(damaged(path)(format!(
-            "its sample_name is {}, and must be a name without slashes; correct it",
+    let stated_name = sample.map(|name| name.trim_matches('"'));
+    match stated_name.filter(|name| !name.is_empty()) {
+        None => Ok((name_of(path)?, files)),
+        Some(name) if is_valid_name(name) => Ok((name.to_owned(), files)),
+        Some(name) => Err(Defect::in_file(path)(format!(
+            "its sample_name is {}, and must be a name without slashes",
             escaped(name)
-        )));
+        ))),
     }
-    let name = stated_name
-        .filter(|name| !name.is_empty())
-        .or_else(|| name_of(path));
-    Ok((
-        name.ok_or_else(|| SourceError::UnknownFormat(path.into()))?,
-        files,
-    ))
 }
 
 fn read_text(path: &Path) -> Result<String, SourceError> {
     let bytes = read_at_most(path, MAX_BYTES).map_err(read_error(path))?;
     String::from_utf8(bytes).map_err(|error| {
-        damaged(path)(format!(
-            "it is not UTF-8 text from byte {} on; replace the file with an intact copy",
-            error.utf8_error().valid_up_to()
-        ))
+        let valid = error.utf8_error().valid_up_to();
+        Defect::in_file(path)(format!("it is not UTF-8 text from byte {valid} on"))
     })
 }
 

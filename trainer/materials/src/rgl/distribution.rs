@@ -2,7 +2,7 @@
 
 use glimpse_core::numeric::Scalar;
 
-use super::real_scalar::RealScalar;
+use crate::basis::RealScalar;
 
 /// The grid cell of a point in the unit square, and the position within the cell.
 #[derive(Clone, Copy)]

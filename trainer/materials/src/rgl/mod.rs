@@ -18,7 +18,6 @@
 
 mod distribution;
 mod normals;
-mod real_scalar;
 mod sample_point;
 mod spectrum;
 mod tensor_file;
@@ -35,13 +34,14 @@ use std::path::Path;
 use glimpse_core::geometry::{Angles, HalfDifference};
 
 use self::distribution::{Cell, Densities, SlicePosition, TableShape};
-use self::real_scalar::{RealScalar, unit_theta};
+use self::sample_point::unit_theta;
 use self::spectrum::rgb_weights;
-use self::tensor_file::TensorFile;
-use super::mapped::map_file;
-use super::name;
-use super::{Material, SourceError};
-use glimpse_kernels::Dual;
+use self::tensor_file::{TensorFile, check_values};
+use crate::basis::{AngleDual, RealScalar, angles_to_f64};
+use crate::error::{Defect, ensure};
+use crate::mapped::map_file;
+use crate::name::name_of;
+use crate::{Material, SourceError};
 
 /// A material from a measurement of the RGL database.
 ///
@@ -59,18 +59,13 @@ impl RglMeasurement {
     /// # Errors
     /// If the file cannot be read, is damaged, holds a number that is not finite, or is an anisotropic measurement.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
-        let name = name::name_of(path).ok_or_else(|| SourceError::UnknownFormat(path.into()))?;
-        let damaged = |defect| SourceError::Damaged {
-            path: path.into(),
-            defect,
-        };
+        let name = name_of(path)?;
         // A map reads only the pages that are used, and spectral files are large.
-        let bytes = map_file(path)?;
-        Self::parse(name, &bytes).map_err(damaged)
+        Self::parse(name, &map_file(path)?).map_err(Defect::in_file(path))
     }
 
-    /// Parses the bytes of a file. An error states the defect and the remedy.
-    pub(super) fn parse(name: String, bytes: &[u8]) -> Result<Self, String> {
+    /// Parses the bytes of a file.
+    pub(super) fn parse(name: String, bytes: &[u8]) -> Result<Self, Defect> {
         let tensors = Tensors::parse(bytes)?;
         Ok(Self { name, tensors })
     }
@@ -96,24 +91,18 @@ impl Material for RglMeasurement {
     }
 
     fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        self.tensors.brdf(to_f64(angles)).map(to_f32)
+        self.tensors.brdf(angles_to_f64(&angles)).map(to_f32)
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        let duals = self.tensors.brdf(Dual::<f64, 3>::variables(to_f64(angles)));
-        let (brdf, derivative) = Dual::split(duals);
+        let duals = self
+            .tensors
+            .brdf(AngleDual::variables(angles_to_f64(&angles)));
+        let (brdf, derivative) = AngleDual::split(duals);
         (
             brdf.map(to_f32),
             derivative.map(|channel| channel.map(to_f32)),
         )
-    }
-}
-
-fn to_f64(angles: Angles<f32>) -> Angles<f64> {
-    Angles {
-        theta_h: angles.theta_h.into(),
-        theta_d: angles.theta_d.into(),
-        phi_d: angles.phi_d.into(),
     }
 }
 
@@ -134,52 +123,35 @@ struct Tensors {
 }
 
 impl Tensors {
-    fn parse(bytes: &[u8]) -> Result<Self, String> {
+    fn parse(bytes: &[u8]) -> Result<Self, Defect> {
         let file = TensorFile::parse(bytes)?;
         let ([phi_count], _) = file.floats("phi_i")?;
         // The two values of phi_i of an isotropic material are -pi and pi.
         if !(1..=2).contains(&phi_count) {
-            return Err(format!(
-                "it has {phi_count} values of phi_i, and only isotropic materials (1 or 2 values) are supported; \
-                 remove the file"
-            ));
+            return Err(Defect::Unsupported(format!(
+                "it has {phi_count} values of phi_i, and only isotropic materials (1 or 2 values) are supported"
+            )));
         }
-        if file.byte("jacobian")? != 1 {
-            return Err(
-                "its field jacobian is not 1, so that its values differ from those of the database; replace the file \
-                 with an intact copy"
-                    .to_owned(),
-            );
-        }
+        ensure!(file.byte("jacobian")? == 1, "its field jacobian is not 1");
         let ([theta_count], theta_i) = file.floats("theta_i")?;
-        if theta_count == 0 || !theta_i.is_sorted_by(|a, b| a < b) {
-            return Err(
-                "its field theta_i does not increase; replace the file with an intact copy"
-                    .to_owned(),
-            );
-        }
+        ensure!(
+            theta_count > 0 && theta_i.is_sorted_by(|a, b| a < b),
+            "its field theta_i does not increase"
+        );
         // The largest valid theta_i is pi/2, rounded to f32.
-        let is_outside = |theta: &&f32| !(0.0..=FRAC_PI_2).contains(*theta);
-        if let Some(theta) = theta_i.iter().find(is_outside) {
-            return Err(format!(
-                "its field theta_i holds {theta}, and must hold radians from 0 to pi/2; replace the file with an \
-                 intact copy"
-            ));
-        }
+        let is_inside = |theta| (0.0..=FRAC_PI_2).contains(&theta);
+        check_values("theta_i", &theta_i, "from 0 to pi/2", is_inside)?;
 
-        let (shape, ndf) = file.floats::<2>("ndf")?;
-        let ndf = (table_shape("ndf", shape)?, check_densities("ndf", ndf)?);
-        let (shape, sigma) = file.floats::<2>("sigma")?;
+        let (shape, ndf) = file.floats("ndf")?;
+        check_values("ndf", &ndf, "at least 0", |value| value >= 0.0)?;
+        let ndf = (table_shape("ndf", shape)?, ndf);
+        let (shape, sigma) = file.floats("sigma")?;
+        check_values("sigma", &sigma, "above 0", |value| value > 0.0)?;
         let sigma = (table_shape("sigma", shape)?, sigma);
-        if let Some(area) = sigma.1.iter().find(|area| **area <= 0.0) {
-            return Err(format!(
-                "its field sigma holds the area {area}, and must hold positive areas; replace the file with an intact \
-                 copy"
-            ));
-        }
 
+        // The field `rgb` may have negative values, because of noise.
         let ([vndf_phi_count, vndf_theta_count, rows, columns], vndf) = file.floats("vndf")?;
-        let vndf = check_densities("vndf", vndf)?;
+        check_values("vndf", &vndf, "at least 0", |value| value >= 0.0)?;
         let vndf_shape = table_shape("vndf", [rows, columns])?;
         let is_spectral = !file.has("rgb") && file.has("spectra");
         let ([rgb_phi_count, rgb_theta_count, channels, rows, columns], rgb) = match is_spectral {
@@ -187,15 +159,13 @@ impl Tensors {
             false => file.floats("rgb")?,
         };
         let rgb_shape = table_shape("rgb", [rows, columns])?;
-        if [vndf_phi_count, vndf_theta_count] != [phi_count, theta_count]
-            || [rgb_phi_count, rgb_theta_count, channels] != [phi_count, theta_count, 3]
-        {
-            return Err(format!(
-                "it has {phi_count} values of phi_i and {theta_count} of theta_i, but these counts are \
-                 [{vndf_phi_count}, {vndf_theta_count}] in its field vndf, and [{rgb_phi_count}, {rgb_theta_count}] \
-                 with {channels} channels in rgb; replace the file with an intact copy"
-            ));
-        }
+        ensure!(
+            [vndf_phi_count, vndf_theta_count] == [phi_count, theta_count]
+                && [rgb_phi_count, rgb_theta_count, channels] == [phi_count, theta_count, 3],
+            "it has {phi_count} values of phi_i and {theta_count} of theta_i, but these counts are [{vndf_phi_count}, \
+             {vndf_theta_count}] in its field vndf, and [{rgb_phi_count}, {rgb_theta_count}] with {channels} channels \
+             in rgb"
+        );
         // An isotropic material has equal slices for all values of phi_i.
         let slices_of_first_phi = |mut values: Vec<f32>| {
             values.truncate(values.len() / phi_count);
@@ -258,34 +228,24 @@ type RgbField = ([usize; 5], Vec<f32>);
 /// Converts the field `spectra` to `rgb`. `counts` are the numbers of phi_i and theta_i.
 fn rgb_from_spectra(file: &TensorFile<'_>, counts: [usize; 2]) -> Result<RgbField, String> {
     let ([wavelength_count], wavelengths) = file.floats("wavelengths")?;
-    if wavelength_count < 2 || !wavelengths.is_sorted_by(|a, b| a < b) {
-        return Err(
-            "its field wavelengths must hold at least two increasing values; replace the file with an intact copy"
-                .to_owned(),
-        );
-    }
+    ensure!(
+        wavelength_count >= 2 && wavelengths.is_sorted_by(|a, b| a < b),
+        "its field wavelengths must hold at least two increasing values"
+    );
     let [first, last] = [wavelengths[0], wavelengths[wavelength_count - 1]];
-    if !(first <= VISIBLE[0] && last >= VISIBLE[1]) {
-        let [from, to] = VISIBLE;
-        return Err(format!(
-            "its field wavelengths holds {first} to {last}, and must cover {from} to {to} nm; convert its unit to nm, or \
-             replace the file with an intact copy"
-        ));
-    }
+    let [from, to] = VISIBLE;
+    ensure!(
+        first <= from && last >= to,
+        "its field wavelengths holds {first} to {last}, and must cover {from} to {to} nm"
+    );
     let ([phi_count, theta_count, count, rows, columns], words) = file.float_words("spectra")?;
     let shape = table_shape("spectra", [rows, columns])?;
-    if [phi_count, theta_count, count] != [counts[0], counts[1], wavelength_count] {
-        return Err(format!(
-            "it has {} values of phi_i, {} of theta_i and {wavelength_count} wavelengths, but its field spectra has \
-             {phi_count}, {theta_count} and {count}; replace the file with an intact copy",
-            counts[0], counts[1]
-        ));
-    }
-    if words.is_empty() {
-        return Err(
-            "its field spectra has no values; replace the file with an intact copy".to_owned(),
-        );
-    }
+    let expected = [counts[0], counts[1], wavelength_count];
+    ensure!(
+        [phi_count, theta_count, count] == expected && !words.is_empty(),
+        "it has {expected:?} values of phi_i, theta_i and wavelengths, but its field spectra has \
+         [{phi_count}, {theta_count}, {count}]"
+    );
     let weights = rgb_weights(&wavelengths);
     let nodes = shape.nodes();
     let mut rgb = Vec::with_capacity(3 * phi_count * theta_count * nodes);
@@ -302,34 +262,15 @@ fn rgb_from_spectra(file: &TensorFile<'_>, counts: [usize; 2]) -> Result<RgbFiel
         }
         rgb.extend(sums.into_iter().map(|sum| sum as f32));
     }
-    match rgb.iter().all(|value| value.is_finite()) {
-        true => Ok(([phi_count, theta_count, 3, rows, columns], rgb)),
-        false => Err(
-            "a value of its field spectra is not finite; replace the file with an intact copy"
-                .to_owned(),
-        ),
-    }
-}
-
-/// Returns the densities of a field if none is negative. The field `rgb` is not checked: noise makes some factors
-/// negative.
-fn check_densities(field: &str, values: Vec<f32>) -> Result<Vec<f32>, String> {
-    match values.iter().position(|value| *value < 0.0) {
-        Some(index) => Err(format!(
-            "value {index} of its field {field} is {}, and must be at least 0; replace the file with an intact copy",
-            values[index]
-        )),
-        None => Ok(values),
-    }
+    check_values("spectra", &rgb, "finite", f32::is_finite)?;
+    Ok(([phi_count, theta_count, 3, rows, columns], rgb))
 }
 
 /// Returns the shape of a field's table if it has at least 2 rows and 2 columns.
 fn table_shape(field: &str, [rows, columns]: [usize; 2]) -> Result<TableShape, String> {
-    if rows < 2 || columns < 2 {
-        return Err(format!(
-            "its field {field} has {rows} rows and {columns} columns, and must have at least 2 of each; replace the \
-             file with an intact copy"
-        ));
-    }
+    ensure!(
+        rows >= 2 && columns >= 2,
+        "its field {field} has {rows} rows and {columns} columns, and must have at least 2 of each"
+    );
     Ok(TableShape { columns, rows })
 }

@@ -4,6 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::HalfDifference;
 
+use crate::basis::RealScalar;
 use crate::{Brdf, NotFinite, angles_of};
 
 /// The two cosines of theta_o from which the BRDF times cosine is extrapolated below the horizon.
@@ -14,6 +15,12 @@ const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 /// Returns theta in radians at a coordinate u of the unit square. It is the inverse of u(theta).
 pub(super) fn theta(u: f64) -> f64 {
     FRAC_PI_2 * u * u
+}
+
+/// Maps an angle theta in \[0, pi/2\] to u(theta) in \[0, 1\].
+#[inline(always)]
+pub(super) fn unit_theta<S: RealScalar>(theta: S) -> S {
+    (theta.relu() * S::constant(2.0 / PI)).sqrt()
 }
 
 /// Returns the coordinate in \[0, 1\] of column or row `index` of `count`.

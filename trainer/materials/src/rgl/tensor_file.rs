@@ -8,28 +8,18 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use crate::error::ensure;
 use crate::untrusted::escaped;
 
 pub(super) const MAGIC: &[u8] = b"tensor_file\0";
 const VERSION: [u8; 2] = [1, 0];
-/// The width of a value in bytes and the name of each type. Type n is at index n - 1.
-const TYPES: [(usize, &str); 11] = [
-    (1, "8-bit unsigned integers"),
-    (1, "8-bit signed integers"),
-    (2, "16-bit unsigned integers"),
-    (2, "16-bit signed integers"),
-    (4, "32-bit unsigned integers"),
-    (4, "32-bit signed integers"),
-    (8, "64-bit unsigned integers"),
-    (8, "64-bit signed integers"),
-    (2, "16-bit floats"),
-    (4, "32-bit floats"),
-    (8, "64-bit floats"),
-];
+/// The width in bytes of a value of each type. Type n is at index n - 1.
+const WIDTHS: [usize; 11] = [1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8];
+/// The types of the fields that are read and written: 8-bit unsigned integers and 32-bit floats.
 const UNSIGNED_8: u8 = 1;
 const FLOAT_32: u8 = 10;
 
-/// A file whose header was checked against its length. Errors of the methods state the defect and the remedy.
+/// A file whose header was checked against its length.
 pub(super) struct TensorFile<'a> {
     bytes: &'a [u8],
     fields: BTreeMap<&'a str, Field>,
@@ -47,36 +37,24 @@ impl<'a> TensorFile<'a> {
     /// last field. No allocation depends on a size that only the header states.
     pub(super) fn parse(bytes: &'a [u8]) -> Result<Self, String> {
         let mut header = Header { rest: bytes };
-        if header.take(MAGIC.len())? != MAGIC {
-            return Err("it is not a tensor file; replace the file with an intact copy".to_owned());
-        }
-        let version: [u8; 2] = header.array()?;
-        if version != VERSION {
-            let [major, minor] = version;
-            return Err(format!(
-                "it has version {major}.{minor} of the tensor file format, and must have version 1.0; replace the file \
-                 with an intact copy"
-            ));
-        }
+        ensure!(
+            header.take(MAGIC.len())? == MAGIC,
+            "it is not a tensor file"
+        );
+        let [major, minor] = header.array()?;
+        ensure!(
+            [major, minor] == VERSION,
+            "it has version {major}.{minor} of the tensor file format, and must have version 1.0"
+        );
         let count = u32::from_le_bytes(header.array()?);
-        // The header of a field has at least 13 bytes.
-        let fits = |count: u32| count as usize <= header.rest.len() / 13;
-        if !fits(count) && fits(count.swap_bytes()) {
-            return Err(format!(
-                "its header states {count} fields, or {} if its numbers are big-endian, and they must be \
-                 little-endian; replace the file with an intact copy, or swap the bytes of all numbers",
-                count.swap_bytes()
-            ));
-        }
         let mut fields = BTreeMap::new();
         for _ in 0..count {
             let (name, field) = header.field(bytes.len())?;
-            if fields.insert(name, field).is_some() {
-                return Err(format!(
-                    "it has two fields named {}; replace the file with an intact copy",
-                    escaped(name)
-                ));
-            }
+            ensure!(
+                fields.insert(name, field).is_none(),
+                "it has two fields named {}",
+                escaped(name)
+            );
         }
         let file = Self { bytes, fields };
         file.check_ranges(bytes.len() - header.rest.len())?;
@@ -86,29 +64,25 @@ impl<'a> TensorFile<'a> {
     /// Checks that no field overlaps the header or another field, and that the file ends with the last one.
     fn check_ranges(&self, header_end: usize) -> Result<(), String> {
         let mut fields: Vec<_> = self.fields.iter().collect();
+        fields.retain(|(_, field)| !field.range.is_empty());
         fields.sort_by_key(|(_, field)| (field.range.start, field.range.end));
         let (mut end, mut previous) = (header_end, "the header");
         for (name, field) in fields {
-            if field.range.is_empty() {
-                continue;
-            }
-            if field.range.start < end {
-                return Err(format!(
-                    "its field {} overlaps {}; replace the file with an intact copy",
-                    escaped(name),
-                    escaped(previous)
-                ));
-            }
+            ensure!(
+                field.range.start >= end,
+                "its field {} overlaps {}",
+                escaped(name),
+                escaped(previous)
+            );
             (end, previous) = (field.range.end, *name);
         }
-        match self.bytes.len() - end {
-            0 => Ok(()),
-            more => Err(format!(
-                "{more} bytes follow {}, which ends at byte {end} and must be last; replace the file with an intact \
-                 copy",
-                escaped(previous)
-            )),
-        }
+        let length = self.bytes.len();
+        ensure!(
+            length == end,
+            "it has {length} bytes, and {}, which must be last, ends at byte {end}",
+            escaped(previous)
+        );
+        Ok(())
     }
 
     /// Returns true if there is a field of this name.
@@ -124,13 +98,8 @@ impl<'a> TensorFile<'a> {
         let (shape, bytes) = self.values(name, FLOAT_32)?;
         let (values, _) = bytes.as_chunks();
         let values: Vec<f32> = values.iter().copied().map(f32::from_le_bytes).collect();
-        match values.iter().position(|value| !value.is_finite()) {
-            Some(index) => Err(format!(
-                "value {index} of its field {name} is {}, and must be finite; replace the file with an intact copy",
-                values[index]
-            )),
-            None => Ok((shape, values)),
-        }
+        check_values(name, &values, "finite", |value| value.is_finite())?;
+        Ok((shape, values))
     }
 
     /// Returns the shape and the little-endian values of a field with `N` dimensions of 32-bit floats, for fields that are too
@@ -148,7 +117,7 @@ impl<'a> TensorFile<'a> {
         match self.values::<1>(name, UNSIGNED_8)? {
             (_, [byte]) => Ok(*byte),
             ([length], _) => Err(format!(
-                "its field {name} has {length} values, and must have 1; replace the file with an intact copy"
+                "its field {name} has {length} values, and must have 1"
             )),
         }
     }
@@ -158,72 +127,92 @@ impl<'a> TensorFile<'a> {
         name: &str,
         type_code: u8,
     ) -> Result<([usize; N], &'a [u8]), String> {
-        let field = self.fields.get(name).ok_or_else(|| {
-            format!("it has no field {name}; replace the file with an intact copy")
-        })?;
+        let Some(field) = self.fields.get(name) else {
+            return Err(format!("it has no field {name}"));
+        };
         let shape = <[usize; N]>::try_from(&field.shape[..]);
         match (shape, self.bytes.get(field.range.clone())) {
             (Ok(shape), Some(bytes)) if field.type_code == type_code => Ok((shape, bytes)),
             _ => Err(format!(
-                "its field {name} must have {} in {N} dimensions, not {} of shape {}; replace the file with an intact \
-                 copy",
-                type_of(type_code).map_or("", |(_, name)| name),
-                type_of(field.type_code).map_or("", |(_, name)| name),
+                "its field {name} must have type {type_code} and {N} dimensions, not type {} and shape {}",
+                field.type_code,
                 escaped(&format!("{:?}", field.shape))
             )),
         }
     }
 }
 
-/// The values of a field for writing.
-pub(super) enum Values<'a> {
-    Bytes(&'a [u8]),
-    Floats(&'a [f32]),
-}
-
-impl Values<'_> {
-    fn type_code(&self) -> u8 {
-        match self {
-            Self::Bytes(_) => UNSIGNED_8,
-            Self::Floats(_) => FLOAT_32,
-        }
-    }
-
-    fn byte_count(&self) -> usize {
-        match self {
-            Self::Bytes(bytes) => bytes.len(),
-            Self::Floats(floats) => size_of_val(*floats),
-        }
+/// Returns an error with the index of the first value of a field that does not satisfy a condition. `requirement`
+/// describes the condition after "must be".
+pub(super) fn check_values(
+    field: &str,
+    values: &[f32],
+    requirement: &str,
+    condition: impl Fn(f32) -> bool,
+) -> Result<(), String> {
+    match values.iter().position(|value| !condition(*value)) {
+        Some(index) => Err(format!(
+            "value {index} of its field {field} is {}, and must be {requirement}",
+            values[index]
+        )),
+        None => Ok(()),
     }
 }
 
-/// Returns the bytes of a file with the given fields: name, shape and values of each.
-pub(super) fn write(fields: &[(&str, Vec<usize>, Values<'_>)]) -> Vec<u8> {
+/// A field for writing.
+pub(super) struct WrittenField<'a> {
+    name: &'a str,
+    type_code: u8,
+    shape: Vec<usize>,
+    values: Vec<u8>,
+}
+
+impl<'a> WrittenField<'a> {
+    /// Makes a field of bytes.
+    pub(super) fn bytes(name: &'a str, values: &[u8]) -> Self {
+        Self {
+            name,
+            type_code: UNSIGNED_8,
+            shape: vec![values.len()],
+            values: values.to_vec(),
+        }
+    }
+
+    /// Makes a field of 32-bit floats.
+    pub(super) fn floats(name: &'a str, shape: &[usize], values: &[f32]) -> Self {
+        Self {
+            name,
+            type_code: FLOAT_32,
+            shape: shape.to_vec(),
+            values: values
+                .iter()
+                .flat_map(|value| value.to_le_bytes())
+                .collect(),
+        }
+    }
+}
+
+/// Returns the bytes of a file with the given fields.
+pub(super) fn write(fields: &[WrittenField<'_>]) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
     bytes.extend(VERSION);
     bytes.extend((fields.len() as u32).to_le_bytes());
     // Length of the name, name, number of dimensions, type, offset, shape.
-    let header_bytes = |name: &str, shape: &[usize]| 2 + name.len() + 2 + 1 + 8 + 8 * shape.len();
-    let headers = fields
-        .iter()
-        .map(|(name, shape, _)| header_bytes(name, shape));
-    let mut offset = bytes.len() + headers.sum::<usize>();
-    for (name, shape, values) in fields {
-        bytes.extend((name.len() as u16).to_le_bytes());
-        bytes.extend(name.as_bytes());
-        bytes.extend((shape.len() as u16).to_le_bytes());
-        bytes.push(values.type_code());
+    let header_bytes = |field: &WrittenField<'_>| 13 + field.name.len() + 8 * field.shape.len();
+    let mut offset = bytes.len() + fields.iter().map(header_bytes).sum::<usize>();
+    for field in fields {
+        bytes.extend((field.name.len() as u16).to_le_bytes());
+        bytes.extend(field.name.as_bytes());
+        bytes.extend((field.shape.len() as u16).to_le_bytes());
+        bytes.push(field.type_code);
         bytes.extend((offset as u64).to_le_bytes());
-        for length in shape {
+        for length in &field.shape {
             bytes.extend((*length as u64).to_le_bytes());
         }
-        offset += values.byte_count();
+        offset += field.values.len();
     }
-    for (_, _, values) in fields {
-        match values {
-            Values::Bytes(values) => bytes.extend_from_slice(values),
-            Values::Floats(floats) => bytes.extend(floats.iter().flat_map(|f| f.to_le_bytes())),
-        }
+    for field in fields {
+        bytes.extend_from_slice(&field.values);
     }
     bytes
 }
@@ -235,10 +224,8 @@ struct Header<'a> {
 
 impl<'a> Header<'a> {
     fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
-        let (head, rest) = self.rest.split_at_checked(count).ok_or_else(|| {
-            "it ends within its header: it was cut short or is not a tensor file; replace the file with an intact copy"
-                .to_owned()
-        })?;
+        let split = self.rest.split_at_checked(count);
+        let (head, rest) = split.ok_or("it ends within its header")?;
         self.rest = rest;
         Ok(head)
     }
@@ -252,9 +239,8 @@ impl<'a> Header<'a> {
     /// Reads the header of the next field, in a file of `file_bytes` bytes.
     fn field(&mut self, file_bytes: usize) -> Result<(&'a str, Field), String> {
         let length = u16::from_le_bytes(self.array()?);
-        let name = str::from_utf8(self.take(length.into())?).map_err(|_| {
-            "the name of a field is not UTF-8; replace the file with an intact copy".to_owned()
-        })?;
+        let name = str::from_utf8(self.take(length.into())?)
+            .map_err(|_| "the name of a field is not UTF-8")?;
         let dimensions = u16::from_le_bytes(self.array()?);
         let [type_code] = self.array()?;
         let offset = u64::from_le_bytes(self.array()?);
@@ -263,37 +249,28 @@ impl<'a> Header<'a> {
             .as_chunks();
         let shape: Vec<u64> = shape.iter().copied().map(u64::from_le_bytes).collect();
 
-        let Some((width, _)) = type_of(type_code) else {
-            return Err(format!(
-                "its field {} has the unknown type {type_code}; replace the file with an intact copy",
-                escaped(name)
-            ));
+        let width = WIDTHS.get(usize::from(type_code).wrapping_sub(1));
+        let Some(width) = width else {
+            let name = escaped(name);
+            return Err(format!("its field {name} has the unknown type {type_code}"));
         };
-        let range = byte_range(offset, &shape, width).filter(|range| range.end <= file_bytes);
+        let range = byte_range(offset, &shape, *width).filter(|range| range.end <= file_bytes);
         let range = range.ok_or_else(|| {
             format!(
-                "its field {} of shape {} starts at byte {offset} and ends after the {file_bytes} bytes of the file: \
-                 it was cut short or is damaged; replace the file with an intact copy",
+                "its field {} of shape {} starts at byte {offset} and ends after the {file_bytes} bytes of the file",
                 escaped(name),
                 escaped(&format!("{shape:?}"))
             )
         })?;
         // The values fit into the file, so that only a field without values can have a dimension above `usize::MAX`.
         let shape = shape.into_iter().map(|length| length as usize).collect();
-        Ok((
-            name,
-            Field {
-                type_code,
-                shape,
-                range,
-            },
-        ))
+        let field = Field {
+            type_code,
+            shape,
+            range,
+        };
+        Ok((name, field))
     }
-}
-
-/// Returns the width and the name of a type, or None if it is unknown.
-fn type_of(type_code: u8) -> Option<(usize, &'static str)> {
-    TYPES.get(usize::from(type_code).checked_sub(1)?).copied()
 }
 
 /// Returns the byte range of values. Returns None on overflow.

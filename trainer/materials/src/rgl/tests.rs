@@ -1,13 +1,15 @@
-//! Unit tests in f64: derivatives against finite differences, and mappings against integrals.
+//! Unit tests in f64: derivatives, and densities that are 0.
 
 use std::f64::consts::{PI, TAU};
 
 use glimpse_core::geometry::Angles;
+use glimpse_core::numeric::{Scalar, Trigonometry};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use super::Tensors;
 use super::distribution::{Densities, SlicePosition, TableShape};
+use crate::basis::RealScalar;
 use glimpse_kernels::Dual;
 
 /// Returns tables of independent random values.
@@ -34,62 +36,44 @@ fn random_angles(random: &mut ChaCha8Rng) -> Angles<f64> {
     }
 }
 
+/// The functions whose derivatives are not those of [`glimpse_core::numeric`].
 #[test]
-fn derivatives_match_finite_differences() {
-    const STEP: f64 = 1e-6;
+fn derivatives_of_root_and_arctangent() {
+    for at in [-3.0, -1.2, 0.1, 0.8, 2.5] {
+        let angle = Dual::<f64, 1> {
+            value: at,
+            tangent: [1.0],
+        };
+        let (sin, cos) = angle.sin_cos();
+        let radius = Dual::constant(2.0) + angle * angle;
+        let same = (radius * sin).atan2(radius * cos);
+        assert!((same.value - at).abs() < 1e-14 && (same.tangent[0] - 1.0).abs() < 1e-14);
+        let root = (angle * angle).sqrt();
+        assert!(
+            (root.value - at.abs()).abs() < 1e-14 && (root.tangent[0] - at.signum()).abs() < 1e-14
+        );
+    }
+}
+
+#[test]
+fn derivatives_do_not_change_values() {
     let random = &mut ChaCha8Rng::seed_from_u64(1);
-    let (mut compared, mut at_kinks, mut above_horizon) = (0, 0, 0);
+    let mut above_horizon = 0;
     for _ in 0..20 {
         let tensors = random_tensors(random);
         for _ in 0..500 {
             let angles = random_angles(random);
-            let (values, derivative) = Dual::split(tensors.brdf(Dual::variables(angles)));
-            for (value, without_derivatives) in values.iter().zip(tensors.brdf(angles)) {
+            let (values, _) = Dual::split(tensors.brdf(Dual::variables(angles)));
+            for (value, expected) in values.into_iter().zip(tensors.brdf(angles)) {
                 assert!(
-                    (value - without_derivatives).abs() <= 1e-14 * without_derivatives,
-                    "{value} and {without_derivatives}"
+                    (value - expected).abs() <= 1e-14 * expected,
+                    "{value} and {expected}"
                 );
             }
-            if values[0] == 0.0 {
-                continue;
-            }
-            above_horizon += 1;
-            for angle in 0..3 {
-                let brdf_after_step = |step: f64| {
-                    let mut moved = angles;
-                    *[&mut moved.theta_h, &mut moved.theta_d, &mut moved.phi_d][angle] += step;
-                    tensors.brdf(moved)
-                };
-                let (before, after) = (brdf_after_step(-STEP), brdf_after_step(STEP));
-                for channel in 0..3 {
-                    let left = (values[channel] - before[channel]) / STEP;
-                    let right = (after[channel] - values[channel]) / STEP;
-                    // Because of curvature, the one-sided differences differ in proportion to STEP. At a kink, they
-                    // differ much more.
-                    let scale = values[channel] + left.abs() + right.abs();
-                    let curvature = scale * scale / values[channel];
-                    if (right - left).abs() > 1e-3 * curvature {
-                        at_kinks += 1;
-                        continue;
-                    }
-                    compared += 1;
-                    let error = (0.5 * (left + right) - derivative[channel][angle]).abs();
-                    assert!(
-                        error < 1e-6 * curvature,
-                        "{error} of {scale} along angle {angle} at {angles:?}"
-                    );
-                }
-            }
+            above_horizon += usize::from(values[0] > 0.0);
         }
     }
-    assert!(
-        above_horizon > 5_000,
-        "{above_horizon} directions above the horizon"
-    );
-    assert!(
-        at_kinks * 200 < compared,
-        "{at_kinks} kinks, {compared} compared"
-    );
+    assert!(above_horizon > 5_000, "{above_horizon} directions");
 }
 
 /// At the poles, derivatives may not exist.
@@ -112,57 +96,6 @@ fn derivatives_are_finite_at_the_poles() {
                     .all(|slope| slope.is_finite());
                 assert!(finite, "{derivative:?} at {angles:?}");
             }
-        }
-    }
-}
-
-#[test]
-fn jacobian_of_the_mapping_is_the_density() {
-    // One slice, so that the Jacobian of the mapping is the normalized density.
-    let shape = TableShape {
-        columns: 5,
-        rows: 4,
-    };
-    let random = &mut ChaCha8Rng::seed_from_u64(3);
-    let values: Vec<f32> = (0..shape.nodes())
-        .map(|_| random.random_range(0.1..1.0))
-        .collect();
-    let densities = Densities::new(shape, values.clone());
-    let position = SlicePosition::new(0.7, &[0.0]);
-    for corner in [[0.0, 0.0], [1.0, 1.0], [0.0, 1.0]] {
-        let image = densities.map_to_uniform(corner, &position);
-        for (image, corner) in image.iter().zip(corner) {
-            assert!((image - corner).abs() < 1e-6, "{image} and {corner}");
-        }
-    }
-    for _ in 0..1000 {
-        let [x, y] = [0; 2].map(|_| random.random_range(0.001..0.999));
-        // The Jacobian by finite differences.
-        let step = 1e-5;
-        let image = |x, y| densities.map_to_uniform([x, y], &position);
-        let slope_x = image(x + step, y)[0] - image(x - step, y)[0];
-        let slope_y = image(x, y + step)[1] - image(x, y - step)[1];
-        let jacobian = slope_x * slope_y / (4.0 * step * step);
-        // The density, by the definition of a bilinear function.
-        let [i, j] = [(x * 4.0) as usize, (y * 3.0) as usize];
-        let [s, t] = [x * 4.0 - i as f64, y * 3.0 - j as f64];
-        let node_value = |i: usize, j: usize| f64::from(values[i + 5 * j]);
-        let row = |j| node_value(i, j) * (1.0 - s) + node_value(i + 1, j) * s;
-        let expected = row(j) * (1.0 - t) + row(j + 1) * t;
-        let weight = |k: usize, last: usize| if k == 0 || k == last { 0.5 } else { 1.0 };
-        let mut total = 0.0;
-        for j in 0..4 {
-            for i in 0..5 {
-                total += node_value(i, j) * weight(i, 4) * weight(j, 3) / 12.0;
-            }
-        }
-        let node_distances = [s * 0.25, (1.0 - s) * 0.25, t / 3.0, (1.0 - t) / 3.0];
-        if node_distances.iter().all(|distance| *distance > step) {
-            assert!(
-                (jacobian - expected / total).abs() < 1e-3 * jacobian,
-                "{jacobian} and {} at {x}, {y}",
-                expected / total
-            );
         }
     }
 }

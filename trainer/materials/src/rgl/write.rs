@@ -17,10 +17,11 @@ use rayon::prelude::*;
 
 use super::distribution::{Cell, Densities, TableShape};
 use super::normals::{NDF, Normals, SIGMA};
-use super::real_scalar::unit_theta;
-use super::sample_point::{SamplePoint, coordinate, luminance, solid_angle, times_cosine};
+use super::sample_point::{
+    SamplePoint, coordinate, luminance, solid_angle, times_cosine, unit_theta,
+};
 use super::spectrum::{PRIMARIES, WAVELENGTHS};
-use super::tensor_file::{Values, write};
+use super::tensor_file::{WrittenField, write};
 use crate::{Brdf, NotFinite};
 
 /// The number of nodes of `rgb` and `luminance` along each axis.
@@ -57,60 +58,32 @@ pub fn to_rgl(
         .par_iter()
         .map(|theta| Slice::new(brdf, f64::from(*theta), &normals))
         .collect::<Result<_, _>>()?;
-    let theta_count = theta_i.len();
+    let count = theta_i.len();
     let joined = |field: fn(&Slice) -> &Vec<f32>| -> Vec<f32> {
         slices.iter().flat_map(field).copied().collect()
     };
-    let (valid, valid_shape) = (valid_bits(&slices), vec![theta_count * SIDE * SIDE / 8]);
-    let rgb_shape = vec![1, theta_count, 3, SIDE, SIDE];
-    let (vndf, luminance, rgb) = (
-        joined(|slice| &slice.vndf),
-        joined(|slice| &slice.luminance),
-        joined(|slice| &slice.rgb),
-    );
-    let mut fields: Vec<(&str, Vec<usize>, Values<'_>)> = vec![
-        (
-            "description",
-            vec![description.len()],
-            Values::Bytes(description.as_bytes()),
-        ),
-        ("phi_i", vec![1], Values::Floats(&[0.0])),
-        ("theta_i", vec![theta_count], Values::Floats(&theta_i)),
-        (
-            "sigma",
-            vec![SIGMA.rows, SIGMA.columns],
-            Values::Floats(&normals.sigma),
-        ),
-        (
-            "ndf",
-            vec![NDF.rows, NDF.columns],
-            Values::Floats(&normals.ndf),
-        ),
-        (
-            "vndf",
-            vec![1, theta_count, VNDF.rows, VNDF.columns],
-            Values::Floats(&vndf),
-        ),
-        (
-            "luminance",
-            vec![1, theta_count, SIDE, SIDE],
-            Values::Floats(&luminance),
-        ),
-        ("jacobian", vec![1], Values::Bytes(&[1])),
-        ("valid", valid_shape, Values::Bytes(&valid)),
+    let (vndf, rgb) = (joined(|slice| &slice.vndf), joined(|slice| &slice.rgb));
+    let luminance = joined(|slice| &slice.luminance);
+    let floats = WrittenField::floats;
+    let vndf_shape = [1, count, VNDF.rows, VNDF.columns];
+    let mut fields = vec![
+        WrittenField::bytes("description", description.as_bytes()),
+        floats("phi_i", &[1], &[0.0]),
+        floats("theta_i", &[count], &theta_i),
+        floats("sigma", &[SIGMA.rows, SIGMA.columns], &normals.sigma),
+        floats("ndf", &[NDF.rows, NDF.columns], &normals.ndf),
+        floats("vndf", &vndf_shape, &vndf),
+        floats("luminance", &[1, count, SIDE, SIDE], &luminance),
+        WrittenField::bytes("jacobian", &[1]),
+        WrittenField::bytes("valid", &valid_bits(&slices)),
     ];
-    let spectra;
     match colors {
-        Colors::Rgb => fields.push(("rgb", rgb_shape, Values::Floats(&rgb))),
+        Colors::Rgb => fields.push(floats("rgb", &[1, count, 3, SIDE, SIDE], &rgb)),
         Colors::Spectra => {
-            spectra = spectra_from_rgb(&rgb);
-            let spectra_shape = vec![1, theta_count, WAVELENGTHS.len(), SIDE, SIDE];
-            fields.push((
-                "wavelengths",
-                vec![WAVELENGTHS.len()],
-                Values::Floats(&WAVELENGTHS),
-            ));
-            fields.push(("spectra", spectra_shape, Values::Floats(&spectra)));
+            let waves = WAVELENGTHS.len();
+            fields.push(floats("wavelengths", &[waves], &WAVELENGTHS));
+            let shape = [1, count, waves, SIDE, SIDE];
+            fields.push(floats("spectra", &shape, &spectra_from_rgb(&rgb)));
         }
     }
     Ok(write(&fields))

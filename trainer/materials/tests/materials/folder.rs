@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use glimpse_materials::{Material, NeuralBrdf, Source, SourceError, to_nbrdf};
+use glimpse_materials::{Material, NeuralBrdf, Source, SourceError, to_merl, to_nbrdf};
 use tempfile::TempDir;
 
 /// A temporary directory.
@@ -28,6 +28,11 @@ impl Folder {
         self.at(name)
     }
 
+    /// Tabulates a material and writes the table.
+    pub(crate) fn write_table(&self, name: &str, material: &dyn Material) -> PathBuf {
+        self.write(name, to_merl(material).expect("the BRDF is finite"))
+    }
+
     /// Writes a network's six files with the code under test.
     pub(crate) fn write_network(&self, name: &str, network: &NeuralBrdf) {
         for (suffix, bytes) in to_nbrdf(network.parameters()) {
@@ -41,10 +46,10 @@ pub(crate) fn load(path: &Path) -> Result<Vec<Box<dyn Material>>, SourceError> {
     Source(path.display().to_string()).load()
 }
 
-/// Returns the reported defect of a damaged file, or None if the file can be read.
+/// Returns the reported defect of a damaged or unsupported file, or None if the file can be read.
 pub(crate) fn reported_defect<T>(read: Result<T, SourceError>, file: &Path) -> Option<String> {
     match read.err()? {
-        SourceError::Damaged { path, defect } => {
+        SourceError::Damaged { path, defect } | SourceError::Unsupported { path, defect } => {
             assert_eq!(path, file);
             Some(defect)
         }

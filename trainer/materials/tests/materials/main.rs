@@ -2,18 +2,18 @@
 
 #[path = "../../../tests/suite/common.rs"]
 mod common;
-mod damage;
 mod derivatives;
 mod fitted;
 mod folder;
 mod formats;
 mod merl;
 mod pab;
+mod rejections;
 mod rgl;
 mod sources;
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::model::{Model, Neural, NeuralParameters};
+use glimpse_core::model::{Neural, NeuralParameters, ParameterSet};
 use glimpse_materials::{Material, NeuralBrdf};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -21,10 +21,14 @@ use rand_chacha::ChaCha8Rng;
 /// Returns a network with random weights. Its outputs are positive at nearly all directions.
 fn network(seed: u64) -> NeuralBrdf {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let random_weights = (0..Neural::PARAMETERS).map(|_| random.random_range(-1.0..1.0f32));
-    let mut weights: NeuralParameters<f32> = glimpse_gradcheck::parameters(random_weights, 0.0);
-    let scales = [0.8, 0.3, 0.4, 0.3, 0.4, 0.4];
-    glimpse_gradcheck::cases::scale_layers(&mut weights, scales);
+    let mut weights = NeuralParameters::filled(0.0);
+    let scales = [0.8, 0.3, 0.4, 0.3, 0.4, 0.4]
+        .into_iter()
+        .zip(Neural::LAYERS);
+    let scales = scales.flat_map(|(scale, length)| std::iter::repeat_n(scale, length));
+    for (weight, scale) in weights.iter_mut().zip(scales) {
+        *weight = scale * random.random_range(-1.0..1.0_f32);
+    }
     weights[672..].iter_mut().for_each(|bias| *bias += 1.0);
     NeuralBrdf::new(format!("network-{seed}"), weights)
 }

@@ -4,9 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use glimpse_core::model::Neural;
-use glimpse_materials::{
-    Colors, Material, NeuralBrdf, Procedural, Source, SourceError, to_rgl, write_merl,
-};
+use glimpse_materials::{Colors, Material, NeuralBrdf, Procedural, Source, SourceError, to_rgl};
 
 use crate::common::assert_names;
 use crate::folder::{Folder, load, reported_defect};
@@ -71,7 +69,7 @@ fn directory_is_sorted_and_other_files_are_ignored() {
     let folder = Folder::new();
     write_network(&folder, "a_late-one", &network(1));
     write_network(&folder, "an-early-one", &network(2));
-    write_merl(&folder.at("a-table.binary"), &network(3)).expect("the file is written");
+    folder.write_table("a-table.binary", &network(3));
     folder.write("a_measurement_rgb.bsdf", isotropic());
     for other in [
         "README.md",
@@ -103,8 +101,7 @@ fn any_file_of_a_material_loads_it() {
         let read = NeuralBrdf::read(path).expect("the file is read");
         assert_eq!(read.parameters(), network.parameters());
     }
-    paths.push(folder.at("green-felt.binary"));
-    write_merl(&paths[6], &network).expect("the file is written");
+    paths.push(folder.write_table("green-felt.binary", &network));
     paths.push(folder.write("green-felt.bsdf", isotropic()));
     for path in paths {
         assert_eq!(names(&path).expect("the file is read"), ["green-felt"]);
@@ -236,33 +233,18 @@ fn directory_or_file_without_material_is_an_error() {
     );
 }
 
+/// Every file of a network is needed, including the first one.
 #[test]
-fn error_names_the_damaged_file_of_a_network() {
+fn error_names_the_missing_or_damaged_file_of_a_network() {
     let folder = Folder::new();
     write_network(&folder, "felt", &network(1));
-    let file = folder.at("felt_b2.npy");
-    let valid = fs::read(&file).expect("the file exists");
-    let mut values = [0.5_f32; 21];
-    values[4] = f32::NAN;
-    let short = valid[..valid.len() - 1].to_vec();
-    for (bytes, words) in [
-        (npy("<f4", &[21], &floats(&values)), &["4", "NaN"][..]),
-        (npy("<f4", &[22], &floats(&[0.5; 22])), &["[21]", "[22]"]),
-        (npy("<i4", &[21], &[0; 84]), &["32"]),
-        (short, &["[21]", "211", "212"]),
-        (b"not NumPy at all".to_vec(), &["NumPy"]),
-        (Vec::new(), &["NumPy"]),
-    ] {
-        fs::write(&file, bytes).expect("the file is written");
-        assert_damaged(folder.path(), &file, words);
-    }
-
-    // A missing file of a network is an error, including the first file.
-    fs::write(&file, valid).expect("the file is written");
+    let hidden = folder.at("hidden");
     for missing in ["felt_b2.npy", "felt_fc1.npy"] {
-        let hidden = folder.at("hidden");
-        fs::rename(folder.at(missing), &hidden).expect("the file is renamed");
-        assert_damaged(folder.path(), &folder.at(missing), &[]);
-        fs::rename(&hidden, folder.at(missing)).expect("the file is renamed");
+        let file = folder.at(missing);
+        fs::rename(&file, &hidden).expect("the file is renamed");
+        assert_damaged(folder.path(), &file, &["_b3"]);
+        fs::write(&file, "not NumPy").expect("the file is written");
+        assert_damaged(folder.path(), &file, &["NumPy"]);
+        fs::rename(&hidden, &file).expect("the file is renamed");
     }
 }

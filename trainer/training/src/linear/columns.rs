@@ -80,7 +80,6 @@ impl Columns {
                     if opposite > 0 {
                         material.brdf_batch(&other, &mut brdf[opposite]);
                     }
-                    material.release();
                     let measured = brdf[0].iter().zip(&brdf[opposite]).zip(directions);
                     for (row, ((one, other), (_, _, weight))) in
                         rows.chunks_mut(count).zip(measured)

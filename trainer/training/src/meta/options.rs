@@ -7,7 +7,7 @@ use glimpse_core::error::Error;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
-use glimpse_materials::{Identity, Origin, SourceShare, display_with_setting_names};
+use glimpse_materials::{Identity, Origin, SourceShare};
 use serde::Serialize;
 
 use super::completion::task::Noise;
@@ -108,7 +108,8 @@ impl Default for CompletionOptions {
 }
 
 /// Invalid options of schedule prior.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}", self.message(Setting::name))]
 pub enum CompletionOptionsError {
     /// A number is out of range.
     Range {
@@ -148,9 +149,6 @@ impl SettingError for CompletionOptionsError {
         }
     }
 }
-
-display_with_setting_names!(CompletionOptionsError);
-impl std::error::Error for CompletionOptionsError {}
 
 impl CompletionOptions {
     /// The number of added procedural materials, and the seed of their set.

@@ -116,7 +116,6 @@ impl WarpedPool {
                 (&self.materials[material], &self.directions[highlight_warp]);
             let mut brdf = vec![[0.0; 3]; directions.len()];
             material.brdf_batch(directions, &mut brdf);
-            material.release();
             brdf.chunks(WIDTH).map(transpose_rgb).collect()
         })
     }

@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::Angles;
-use glimpse_materials::basis::{BasisValues, Grid};
+use glimpse_materials::basis::{AngleDual, BasisValues, Grid};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -66,13 +66,13 @@ fn weights_sum_to_one_and_their_derivatives_to_zero() {
         .map(|_| random_angles(&mut random))
         .chain(edge_cases);
     for angles in angles.collect::<Vec<_>>() {
-        let corners = Grid::corners(angles_from_array(angles));
-        let sum: f64 = corners.iter().map(|corner| corner.weight).sum();
+        let corners = Grid::corners(AngleDual::variables(angles_from_array(angles)));
+        let sum: f64 = corners.iter().map(|corner| corner.weight.value).sum();
         assert!((sum - 1.0).abs() < 1e-14, "{sum} at {angles:?}");
         assert!(corners.iter().all(|corner| corner.node < Grid::LEN));
-        assert!(corners.iter().all(|corner| corner.weight >= -1e-14));
+        assert!(corners.iter().all(|corner| corner.weight.value >= -1e-14));
         for axis in 0..3 {
-            let slopes = corners.map(|corner| corner.derivatives[axis]);
+            let slopes = corners.map(|corner| corner.weight.tangent[axis]);
             let sum: f64 = slopes.iter().sum();
             let scale = slopes.iter().fold(1.0_f64, |max, by| max.max(by.abs()));
             assert!(sum.abs() < 1e-13 * scale, "{sum} at {angles:?}");

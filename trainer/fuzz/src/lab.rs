@@ -1,0 +1,87 @@
+//! Checks of the readers of lab files and environments: a reader rejects its file, or returns valid numbers.
+
+use glimpse_core::gonio::{Footprint, Quantity, Repeated};
+use glimpse_core::recipe::Recipe;
+use glimpse_trainer::measurement::{
+    AngleTable, CountCalibration, DeviceReport, Measurements, ReadingQuantity, WhiteReference,
+};
+use glimpse_trainer::render::Image;
+
+use crate::{ANGLES, Folder, accepted};
+
+/// The recipe of device reports.
+const RECIPE: &[u8] = include_bytes!("../../../trainer/recipes/phong-n8.recipe");
+/// Largest accepted distance between the directions of a row and of a sample, in radians.
+const TOLERANCE: f64 = 0.02;
+
+/// Checks a device report in JSON. The word `CHECKSUM` is replaced by the recipe's checksum, which a fuzzer cannot guess.
+pub(crate) fn check_device(bytes: &[u8]) {
+    let name = "device.json";
+    let recipe = Recipe::parse(RECIPE).expect("a valid recipe");
+    let checksum = format!("{:08x}", recipe.checksum());
+    let text = String::from_utf8_lossy(bytes).replacen("CHECKSUM", &checksum, 1);
+    let folder = Folder::new();
+    let path = folder.write(name, text.as_bytes());
+    let Some(report) = accepted(DeviceReport::read(&path, &recipe), name) else {
+        return;
+    };
+    assert_eq!(report.model, recipe.model().name());
+    assert!(report.values.iter().all(|value| value.is_finite()));
+    if let Some((measurements, fit)) = accepted(report.fit(&path, &recipe), name) {
+        assert_eq!(measurements.samples.len(), recipe.samples());
+        assert_eq!(fit.statuses.len(), recipe.samples());
+    }
+}
+
+/// Checks a panorama in Radiance format. The conversion to an environment is not checked. It takes a thousand times as
+/// long and does not parse bytes.
+pub(crate) fn check_environment(bytes: &[u8]) {
+    let folder = Folder::new();
+    let path = folder.write("input.hdr", bytes);
+    if let Some(image) = accepted(Image::read_panorama(&path), "input.hdr") {
+        assert_eq!(image.pixels.len(), image.width * image.height);
+        assert!(image.pixels.len() <= 1 << 25);
+    }
+}
+
+/// Checks a CSV file as readings, as a white reference, and as angles.
+pub(crate) fn check_readings(bytes: &[u8]) {
+    let name = "input.csv";
+    let folder = Folder::new();
+    let path = folder.write(name, bytes);
+    let pattern = &ANGLES[..4];
+    let table = accepted(AngleTable::read(&path), name);
+    for row in table.iter().flat_map(|table| &table.rows) {
+        if let Some(at) = row.angles {
+            assert!((0.0..1.6).contains(&at.theta_h) && (0.0..1.6).contains(&at.theta_d));
+            assert!((0.0..6.3).contains(&at.phi_d));
+        }
+    }
+    // The file is its own white reference.
+    let whites = [None, Some(Footprint::LightLarger)]
+        .map(|footprint| WhiteReference::read(&path, pattern, TOLERANCE, footprint));
+    let counts = whites.into_iter().filter_map(|white| accepted(white, name));
+    let counts = counts.map(|white| {
+        ReadingQuantity::Counts(CountCalibration {
+            dark: [0.0; 3],
+            reflectance: [0.9; 3],
+            saturation: Some(1e6),
+            white,
+        })
+    });
+    let values = [Quantity::Brdf, Quantity::BrdfTimesCosThetaO].map(ReadingQuantity::Values);
+    for quantity in values.into_iter().chain(counts) {
+        let read = Measurements::read(&path, pattern, TOLERANCE, &quantity);
+        let Some(measurements) = accepted(read, name) else {
+            continue;
+        };
+        assert_eq!(measurements.samples.len(), pattern.len());
+        let counts = measurements.samples.iter().map(Repeated::count);
+        let count = counts.map(|count| count as usize).sum::<usize>();
+        assert!(count == measurements.rows && count > 0);
+        let means = measurements.samples.iter().filter_map(Repeated::mean);
+        assert!(means.flatten().all(f32::is_finite), "{measurements:?}");
+        let distance = measurements.max_distance.map(|distance| distance.radians);
+        assert!(distance.is_none_or(|distance| distance <= TOLERANCE));
+    }
+}

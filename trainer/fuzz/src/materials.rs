@@ -1,0 +1,103 @@
+//! Checks of the readers of materials and bases: a reader rejects its file, or returns a valid BRDF.
+
+use std::path::Path;
+
+use glimpse_core::geometry::HalfDifference;
+use glimpse_core::model::{NeuralParameters, ParameterSet};
+use glimpse_materials::basis::{Basis, angles_to_f64};
+use glimpse_materials::{Brdf, Format, Material, PabSet, Source, to_nbrdf};
+
+use crate::{ANGLES, Folder, accepted};
+
+/// File names. The first byte of an input selects one.
+const NAMES: [&str; 6] = [
+    "input.binary",
+    "input.bsdf",
+    "input.json",
+    "input.txt",
+    "input_fc1.npy",
+    "input",
+];
+
+/// Checks a file of any format.
+pub(crate) fn check_file(input: &[u8]) {
+    if let Some((name, bytes)) = input.split_first() {
+        let folder = Folder::new();
+        let path = folder.write(NAMES[usize::from(*name) % NAMES.len()], bytes);
+        check_source(&path, "input");
+        let _ = Source(folder.path().display().to_string()).skipped_entries();
+    }
+}
+
+/// Checks the six arrays of a network. The first byte of an input selects the array that the other bytes replace.
+pub(crate) fn check_network(input: &[u8]) {
+    let Some((replaced, bytes)) = input.split_first() else {
+        return;
+    };
+    let folder = Folder::new();
+    let mut arrays = to_nbrdf(&NeuralParameters::filled(0.1));
+    arrays[usize::from(*replaced) % 6].1 = bytes.to_vec();
+    for (suffix, bytes) in arrays {
+        folder.write(&format!("input{suffix}"), &bytes);
+    }
+    check_source(&folder.path().join("input_b2.npy"), "input_");
+}
+
+/// Checks a PAB-Opto set, whose files are separated by zero bytes.
+pub(crate) fn check_set(bytes: &[u8]) {
+    let folder = Folder::new();
+    for (index, text) in bytes.split(|byte| *byte == 0).take(8).enumerate() {
+        folder.write(&format!("input_in{index}.txt"), text);
+    }
+    check_source(&folder.path().join("input_in0.txt"), "input_in");
+}
+
+/// Reads the source at a path. Error messages contain `name`, the common part of its files' names.
+fn check_source(path: &Path, name: &str) {
+    let source = Source(path.display().to_string());
+    if let Some(files) = accepted(source.files(), name) {
+        assert!(files.iter().any(|file| file == path));
+    }
+    let is_valid = |value: &f32| value.is_finite() && *value >= 0.0;
+    // Loading a PAB-Opto set resamples it, which takes seconds.
+    if let Ok(Format::Pab) = Format::detect(path) {
+        if let Some(set) = accepted(PabSet::read(path), name) {
+            let mut brdf = [[0.0; 3]; ANGLES.len()];
+            set.evaluate(&ANGLES.map(HalfDifference::from_angles), &mut brdf);
+            assert!(brdf.as_flattened().iter().all(is_valid), "{brdf:?}");
+        }
+        return;
+    }
+    for material in accepted(source.load(), name).into_iter().flatten() {
+        for angles in ANGLES {
+            let (brdf, derivative) = material.brdf_with_derivative(angles);
+            // Networks and fits extrapolate, and may overflow.
+            if let Ok(Format::Merl | Format::Rgl | Format::RglSpectra) = Format::detect(path) {
+                let values = [brdf, material.brdf(angles)];
+                assert!(values.as_flattened().iter().all(is_valid), "{values:?}");
+                let has_nan = derivative.as_flattened().iter().any(|value| value.is_nan());
+                assert!(!has_nan, "{derivative:?}");
+            }
+        }
+    }
+}
+
+/// Checks a basis with the checksum of its own bytes, because the reader rejects any other before it parses them.
+pub(crate) fn check_basis(bytes: &[u8]) {
+    let checksum = match Basis::from_compact_bytes(bytes) {
+        Ok(compact) => compact.whole_checksum(),
+        Err(_) => Basis::checksum(bytes),
+    };
+    let Ok(basis) = Basis::parse_for_recipe(bytes, checksum) else {
+        return;
+    };
+    assert_eq!(basis.to_bytes(), bytes);
+    let coefficients = vec![0.5; 3 * basis.components()];
+    let reconstruction = basis.reconstruct_values(&coefficients);
+    let reconstruction = reconstruction.expect("all coefficients");
+    for angles in ANGLES {
+        let _ = reconstruction.brdf(&angles, 0.5);
+        let _ = reconstruction.brdf_with_derivative(&angles);
+        let _ = basis.look_up(angles_to_f64(&angles));
+    }
+}

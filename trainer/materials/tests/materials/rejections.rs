@@ -1,0 +1,195 @@
+//! Damaged and unsupported files: each is rejected with a message that names the file, the field and its value.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use glimpse_core::model::ModelKind;
+use glimpse_materials::{FittedBrdf, FittedMaterial, NeuralBrdf, PabSet, SourceError, to_nbrdf};
+
+use crate::common::assert_names;
+use crate::folder::{Folder, load, reported_defect};
+use crate::rgl::{anisotropic, isotropic};
+use crate::{angles, network};
+
+/// Files of RGL, NBRDF, PAB-Opto and a fit of the model Phong.
+const FILES: [&str; 4] = ["felt.bsdf", "felt_b2.npy", "felt.txt", "felt.json"];
+/// A fit of the model Linear, without its basis.
+const LINEAR: &str = "linear.json";
+
+const PAB: &str = "#sample_name \"card\"\n#colorimetry: CIE-XYZ\n#format: theta phi BRDF\n#intheta 30\n\
+                   #inphi 0\n#set_intheta 30\n#values 3\n0 0 0.1 0.11 0.12\n10 0 0.1 0.12 0.13\n\
+                   10 90 0.13 0.14 0.15\n";
+
+/// Returns the bytes of one of [`FILES`] or of [`LINEAR`]. All except the latter are valid.
+fn bytes_of(name: &str) -> Vec<u8> {
+    let fit = || {
+        let fitted = FittedBrdf::new(ModelKind::Phong, vec![0.25; 7], None).expect("seven values");
+        let fitted = FittedMaterial::new("felt".into(), fitted).expect("the values are finite");
+        let json = fitted.to_json(None, BTreeMap::<&str, &str>::new());
+        json.expect("the material is serialized")
+    };
+    match name {
+        "felt.bsdf" => isotropic(),
+        "felt_b2.npy" => to_nbrdf(network(1).parameters())[3].1.clone(),
+        "felt.txt" => PAB.into(),
+        "felt.json" => fit().into(),
+        _ => {
+            let basis = r#""basis": {"file": "none.basis", "checksum": "00000007"}"#;
+            let text = fit().replace("\"basis\": null", basis);
+            text.replace("phong", "linear").into()
+        }
+    }
+}
+
+/// Returns the defect that reading a file with these bytes reports, or None if it can be read.
+fn defect(name: &str, bytes: &[u8]) -> Option<String> {
+    let folder = Folder::new();
+    // A network consists of six files. The others are valid.
+    folder.write_network("felt", &network(1));
+    let path = folder.write(name, bytes);
+    let read = |path: &Path| -> Result<(), SourceError> {
+        match path.extension().and_then(|extension| extension.to_str()) {
+            Some("npy") => NeuralBrdf::read(path).map(|_| ()),
+            // Loading as a material resamples the values, which takes seconds.
+            Some("txt") => PabSet::read(path).map(|_| ()),
+            Some("json") => FittedMaterial::read(path).map(|_| ()),
+            _ => {
+                let brdf = load(path)?[0].brdf(angles([0.2, 0.3, 0.4]));
+                assert!(brdf.iter().all(|value| value.is_finite()), "{brdf:?}");
+                Ok(())
+            }
+        }
+    };
+    let defect = reported_defect(read(&path), &path)?;
+    assert!(!defect.contains(char::is_control), "{defect:?}");
+    assert!(defect.len() < 500, "{} bytes of {name}", defect.len());
+    Some(defect)
+}
+
+/// Asserts that a file is rejected, and that the message contains each of `words`, which are separated by spaces.
+fn assert_rejected(name: &str, bytes: &[u8], words: &str) {
+    let defect = defect(name, bytes);
+    let defect = defect.unwrap_or_else(|| panic!("{name} is read: {words}"));
+    assert_names(&defect, &words.split_whitespace().collect::<Vec<_>>());
+}
+
+/// Returns bytes with the first occurrence of a text replaced.
+fn replaced(bytes: &[u8], from: &str, to: &str) -> Vec<u8> {
+    let mut windows = bytes.windows(from.len());
+    let at = windows.position(|window| window == from.as_bytes());
+    let at = at.unwrap_or_else(|| panic!("no {from} in the file"));
+    [&bytes[..at], to.as_bytes(), &bytes[at + from.len()..]].concat()
+}
+
+#[test]
+fn rejects_truncated_and_extended_files() {
+    for name in FILES {
+        let valid = &bytes_of(name)[..];
+        assert_eq!(defect(name, valid), None, "{name}");
+        // The line break at the end of JSON is optional.
+        let optional = usize::from(name == "felt.json");
+        for length in 0..valid.len() - optional {
+            assert_rejected(name, &valid[..length], "");
+        }
+        for suffix in [&b"0"[..], b"0\n", &[0; 8]] {
+            assert_rejected(name, &[valid, suffix].concat(), "");
+        }
+    }
+}
+
+#[test]
+fn changed_bytes_do_not_panic() {
+    for name in FILES {
+        let (mut read, mut rejected) = (0, 0);
+        let valid = bytes_of(name);
+        for index in 0..valid.len().min(600) {
+            for change in [0x01, 0x20, 0x80, 0xff] {
+                let mut other = valid.clone();
+                other[index] ^= change;
+                match defect(name, &other) {
+                    None => read += 1,
+                    Some(_) => rejected += 1,
+                }
+            }
+        }
+        assert!(rejected > 100 && read > 0, "{name}: {rejected}, {read}");
+    }
+}
+
+#[test]
+fn error_names_the_replaced_text() {
+    let long = &"x".repeat(100_000)[..];
+    let [_, array, text, json] = FILES;
+    for (name, from, to, words) in [
+        (array, "<f4", "<f8", "<f4 descr <f8"),
+        (array, "<f4", "<i4", "<f4 descr <i4"),
+        (array, "False", "True ", "False True"),
+        (array, "(21,)", "(7,3)", "(21,) (7,3)"),
+        (array, "(21,)", "(22,)", "(21,) (22,)"),
+        (array, "(21,)", "(((((", "((((("),
+        (array, "NUMPY", "numpy", "NumPy"),
+        (text, "CIE-XYZ", "spectral", "colorimetry spectral"),
+        (text, "CIE-XYZ", long, "colorimetry"),
+        (text, "phi BRDF", "phi BTDF", "format BTDF"),
+        (text, "#format: theta phi BRDF\n", "", "#format"),
+        (text, "#intheta 30\n", "", "#intheta"),
+        (text, "#intheta 30", "#intheta inf", "intheta inf"),
+        (text, "#intheta 30", "#intheta 120", "intheta 120"),
+        (text, "#inphi 0\n", "", "#inphi"),
+        (text, "#values 3", "#values 4", "3 #values 4"),
+        (text, "intheta 30\n#v", "intheta 30 60\n#v", "intheta 60"),
+        (text, "0.1 0.11", "0,1 0,11", "8 0,1"),
+        (text, "0.1 0.11", "inf NaN", "8 inf"),
+        (text, "0.1 0.11 0.12", "0.1", "8 3"),
+        (text, "card", "../card", "sample_name ../card"),
+        (json, "{", "", "line 1"),
+        (json, "glimpse-material", "m", "format m glimpse-material"),
+        (json, ": 1,", ": 2, \"values\": {},", "version 2"),
+        (json, "felt", "../felt", "name ../felt"),
+        (json, "felt", "\\u001b[2J", "name \\u{1b}[2J"),
+        (json, "\"phong\"", "\"blinn\"", "model blinn"),
+        (json, "phong", long, "model"),
+        (json, "\"phong\"", "\"neural\"", "values 675 7"),
+        (json, "\"phong\"", "\"linear\"", "basis"),
+        (json, "0.25", "1e300", "0 values"),
+        (LINEAR, "none", "other", "other.basis"),
+        (LINEAR, "00000007", "seven", "checksum seven"),
+        #[cfg(unix)]
+        (LINEAR, "none.basis", "/dev/zero", "/dev/zero"),
+    ] {
+        let bytes = replaced(&bytes_of(name), from, to);
+        assert_rejected(name, &bytes, words);
+    }
+}
+
+#[test]
+fn error_names_the_defect_of_a_whole_file() {
+    let zemax = b"# a comment\r\n\r\nSource  Measured\r\nSymmetry  PlaneSymmetrical\r\n";
+    let header = |text: &str| replaced(&bytes_of("felt_b2.npy")[..128], "(21,), }        ", text);
+    let mut not_a_number = bytes_of("felt_b2.npy");
+    not_a_number[128 + 4 * 4..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+    let no_values = &PAB[..PAB.len() - 58];
+    for (name, bytes, words) in [
+        ("a.bsdf", &b"SCATFUN\x01\0\0\0\0"[..], "layerlab"),
+        ("a.bsdf", zemax, "Zemax"),
+        ("a.bsdf", b"<?xml version=\"1.0\"?>", "XML"),
+        ("a.bsdf", b"\x89HDF\r\n\x1a\n", "HDF5"),
+        ("a.bsdf", b"\x93NUMPY\x01\0", "NumPy"),
+        ("a.bsdf", b"tensor", ""),
+        ("a.bsdf", &anisotropic(), "3 phi_i"),
+        ("a.binary", b"SCATFUN\x01", "layerlab"),
+        ("a.binary", b"\0\0\0\x5a\0\0\0\x5a\0\0\0\xb4", ""),
+        ("felt_b2.npy", &not_a_number, "4 NaN"),
+        // A header of 4 GiB, and 2^40 values. Neither is allocated.
+        ("felt_b2.npy", b"\x93NUMPY\x02\x00\xff\xff\xff\xff{", ""),
+        ("felt_b2.npy", &header("(1099511627776,)}"), ""),
+        ("felt.txt", no_values.as_bytes(), "horizon"),
+        (
+            "felt.txt",
+            &[no_values, "99 0 1 1 1\n"].concat().into_bytes(),
+            "horizon",
+        ),
+    ] {
+        assert_rejected(name, bytes, words);
+    }
+}
