@@ -13,7 +13,7 @@ use crate::untrusted::{escaped, read_at_most};
 use crate::{Material, SourceError};
 use glimpse_kernels::Dual;
 use glimpse_kernels::LaneModel;
-use glimpse_kernels::brdf::{neural_batch_with_derivatives, neural_with_derivative};
+use glimpse_kernels::brdf::{neural_batch_with_derivatives, with_derivative};
 
 /// Name and shape of the six arrays.
 const ARRAYS: [(&str, &[u64]); 6] = [
@@ -102,7 +102,7 @@ impl Material for NeuralBrdf {
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        neural_with_derivative(&self.parameters, angles)
+        with_derivative::<Neural>(&self.parameters, angles)
     }
 
     fn brdf_batch_with_derivative(

@@ -1,10 +1,6 @@
 //! Lanes as plain arrays, for any machine. The compiler vectorizes them where it can.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
-
-use glimpse_core::numeric::Scalar;
-
-use super::elementary::{self, Elementary};
+use super::elementary::{self, Register, register_scalar};
 use super::{Lanes, Octet, Octets};
 
 /// Eight numbers in an array.
@@ -27,67 +23,7 @@ macro_rules! each {
     };
 }
 
-macro_rules! operator {
-    ($trait:ident, $method:ident, $operator:tt) => {
-        impl $trait for PortableLanes {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                each!(lane => self.0.0[lane] $operator other.0.0[lane])
-            }
-        }
-    };
-}
-operator!(Add, add, +);
-operator!(Sub, sub, -);
-operator!(Mul, mul, *);
-operator!(Div, div, /);
-
-impl Neg for PortableLanes {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        each!(lane => -self.0.0[lane])
-    }
-}
-
-impl Scalar for PortableLanes {
-    type Parameter = f32;
-    type Sum = Self;
-
-    #[inline(always)]
-    fn constant(value: f64) -> Self {
-        Self::splat(value as f32)
-    }
-    #[inline(always)]
-    fn broadcast(parameter: f32) -> Self {
-        Self::splat(parameter)
-    }
-    #[inline(always)]
-    fn add_product(sum: &mut Self, a: Self, b: Self) {
-        *sum = sum.plus_product(a, b);
-    }
-    #[inline(always)]
-    fn add_to(sum: &mut Self, a: Self) {
-        *sum = *sum + a;
-    }
-    #[inline(always)]
-    fn plus_product(self, a: Self, b: Self) -> Self {
-        a.multiply_add(b, self)
-    }
-    #[inline(always)]
-    fn if_positive(self, then: Self, otherwise: Self) -> Self {
-        each!(lane => if self.0.0[lane] > 0.0 { then.0.0[lane] } else { otherwise.0.0[lane] })
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        elementary::exp(self)
-    }
-    #[inline(always)]
-    fn ln(self) -> Self {
-        elementary::ln(self)
-    }
-}
+register_scalar!(PortableLanes);
 
 impl Lanes for PortableLanes {
     const OCTETS: usize = 1;
@@ -116,10 +52,28 @@ impl Lanes for PortableLanes {
     }
 }
 
-impl Elementary for PortableLanes {
+macro_rules! operations {
+    ($($method:ident $operator:tt)*) => {$(
+        #[inline(always)]
+        fn $method(self, b: Self) -> Self {
+            each!(lane => self.0.0[lane] $operator b.0.0[lane])
+        }
+    )*};
+}
+
+impl Register for PortableLanes {
+    operations!(plus + subtract - multiply * divide /);
     #[inline(always)]
     fn splat(value: f32) -> Self {
         Self(Octet([value; super::WIDTH]))
+    }
+    #[inline(always)]
+    fn negate(self) -> Self {
+        each!(lane => -self.0.0[lane])
+    }
+    #[inline(always)]
+    fn select(self, then: Self, otherwise: Self) -> Self {
+        each!(lane => if self.0.0[lane] > 0.0 { then.0.0[lane] } else { otherwise.0.0[lane] })
     }
     #[inline(always)]
     fn multiply_add(self, b: Self, c: Self) -> Self {
@@ -129,14 +83,6 @@ impl Elementary for PortableLanes {
         } else {
             each!(lane => self.0.0[lane] * b.0.0[lane] + c.0.0[lane])
         }
-    }
-    #[inline(always)]
-    fn multiply(self, b: Self) -> Self {
-        self * b
-    }
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        self + b
     }
     #[inline(always)]
     fn clamp(self, low: f32, high: f32) -> Self {
@@ -164,14 +110,13 @@ impl Elementary for PortableLanes {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::{Kernel, WIDTH, dispatch};
+    use crate::lanes::{InstructionSet, WIDTH, kernel};
 
-    struct ExpAndLn([f32; WIDTH]);
-    impl Kernel for ExpAndLn {
-        type Output = ([f32; WIDTH], [f32; WIDTH]);
-        #[inline(always)]
-        fn run<L: Lanes>(self) -> Self::Output {
-            let octet = Octet(self.0);
+    kernel! {
+        on set;
+        fn exp_and_ln<'a, L: Lanes>(set: InstructionSet, x: &'a [f32; WIDTH]) -> [[f32; WIDTH]; 2] {
+            let _ = set;
+            let octet = Octet(*x);
             let x = L::load([&octet; 4]);
             let [mut exp, mut ln] = [[Octet::default(); 4]; 2];
             x.exp().store(&mut exp);
@@ -180,7 +125,7 @@ mod tests {
             for result in [exp, ln] {
                 assert!(result[..L::OCTETS].iter().all(|octet| *octet == result[0]));
             }
-            (exp[0].0, ln[0].0)
+            [exp[0].0, ln[0].0]
         }
     }
 
@@ -194,11 +139,12 @@ mod tests {
 
     #[test]
     fn exp_and_ln_are_accurate_on_all_lanes() {
+        let best = InstructionSet::detect();
         for i in 0..40_000 {
             let x: [f32; WIDTH] =
                 std::array::from_fn(|lane| (i * WIDTH + lane) as f32 * 2.5e-4 + 1e-5);
-            let results = [dispatch(ExpAndLn(x)), ExpAndLn(x).run::<PortableLanes>()];
-            for (exp, ln) in results {
+            for set in [best, InstructionSet::Portable] {
+                let [exp, ln] = exp_and_ln(set, &x);
                 for lane in 0..WIDTH {
                     assert_close(ln[lane], f64::from(x[lane]).ln(), x[lane]);
                     if x[lane] < 80.0 {
@@ -207,8 +153,8 @@ mod tests {
                 }
             }
             let negative = x.map(|x| -x);
-            for lane in 0..WIDTH {
-                let actual = dispatch(ExpAndLn(negative)).0[lane];
+            let [actual, _] = exp_and_ln(best, &negative);
+            for (lane, actual) in actual.into_iter().enumerate() {
                 if x[lane] < 80.0 {
                     let expected = f64::from(negative[lane]).exp();
                     assert!((f64::from(actual) - expected).abs() <= 3e-7 * expected.max(1e-30));
@@ -219,7 +165,8 @@ mod tests {
 
     #[test]
     fn exp_of_extreme_values_is_finite() {
-        let (exp, _) = dispatch(ExpAndLn([-1e9, 1e9, -88.0, 88.5, 0.0, -0.0, 1.0, -1.0]));
+        let extremes = [-1e9, 1e9, -88.0, 88.5, 0.0, -0.0, 1.0, -1.0];
+        let [exp, _] = exp_and_ln(InstructionSet::detect(), &extremes);
         assert!(
             exp.iter().all(|value| value.is_finite() && *value >= 0.0),
             "{exp:?}"
