@@ -4,7 +4,7 @@ use glimpse_core::model::linear::unmap;
 use glimpse_core::model::loss::cosine_weighted_log_error;
 
 use crate::dual::Dual;
-use crate::lanes::{Kernel, Lanes, MAX_OCTETS, Octet, WIDTH, dispatch};
+use crate::lanes::{InstructionSet, Lanes, MAX_OCTETS, Octet, WIDTH, add_totals, kernel};
 use crate::samples::OctetRgb;
 
 /// Principal components at many directions, eight directions per octet.
@@ -40,56 +40,38 @@ impl ComponentTable {
         weight: f32,
         gradient: Option<&mut [f32]>,
     ) -> [f32; 2] {
-        dispatch(ComponentLoss {
-            table: self,
-            coefficients,
-            octets,
-            values,
-            weight,
-            gradient,
-        })
+        component_loss(self, coefficients, octets, values, weight, gradient)
     }
 }
 
-struct ComponentLoss<'a, 'g> {
-    table: &'a ComponentTable,
-    coefficients: &'a [f32],
-    octets: &'a [u32],
-    values: &'a [OctetRgb],
-    weight: f32,
-    gradient: Option<&'g mut [f32]>,
-}
-
-impl Kernel for ComponentLoss<'_, '_> {
-    type Output = [f32; 2];
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> [f32; 2] {
-        let components = self.table.components;
-        let (red, rest) = self.coefficients.split_at(components);
-        let (green, blue) = rest.split_at(components);
+kernel! {
+    on InstructionSet::detect();
+    /// Computes [`ComponentTable::loss`].
+    fn component_loss<'a, L: Lanes>(
+        table: &'a ComponentTable,
+        coefficients: &'a [f32],
+        octets: &'a [u32],
+        values: &'a [OctetRgb],
+        weight: f32,
+        gradient: Option<&'a mut [f32]>,
+    ) -> [f32; 2] {
+        let components = table.components;
         let mut loss = L::constant(0.0);
         let mut black_loss = L::constant(0.0);
         let mut sums = vec![L::zero_sum(); 3 * components];
         let zero_weights = Octet::default();
-        for (octets, values) in self
-            .octets
-            .chunks(L::OCTETS)
-            .zip(self.values.chunks(L::OCTETS))
-        {
+        let full_weights = Octet([weight; WIDTH]);
+        for (octets, values) in octets.chunks(L::OCTETS).zip(values.chunks(L::OCTETS)) {
             let last = octets.len() - 1;
-            let mut rows = [self.table.row(octets[0]); MAX_OCTETS];
+            let mut rows = [table.row(octets[0]); MAX_OCTETS];
             let mut rgb = [&values[0]; MAX_OCTETS];
-            let full_weights = Octet([self.weight; WIDTH]);
             let mut weights = [&zero_weights; MAX_OCTETS];
             for k in 0..L::OCTETS {
-                rows[k] = self.table.row(octets[k.min(last)]);
+                rows[k] = table.row(octets[k.min(last)]);
                 rgb[k] = &values[k.min(last)];
-                weights[k] = if k <= last {
-                    &full_weights
-                } else {
-                    &zero_weights
-                };
+                if k <= last {
+                    weights[k] = &full_weights;
+                }
             }
             let [a, b, c, d] = rows;
             // This is a macro because the compiler does not inline closures here.
@@ -99,68 +81,47 @@ impl Kernel for ComponentLoss<'_, '_> {
                 };
             }
             let (cos_theta_i, cosine_product, mean) = (entry!(0), entry!(1), entry!(2));
-            let (mut mapped_red, mut mapped_green, mut mapped_blue) = (mean, mean, mean);
+            let mut mapped = [mean; 3];
             for k in 0..components {
                 let row = entry!(HEADER_OCTETS + k);
-                mapped_red = mapped_red.plus_product(row, L::broadcast(red[k]));
-                mapped_green = mapped_green.plus_product(row, L::broadcast(green[k]));
-                mapped_blue = mapped_blue.plus_product(row, L::broadcast(blue[k]));
+                for (channel, mapped) in mapped.iter_mut().enumerate() {
+                    let coefficient = coefficients[channel * components + k];
+                    *mapped = mapped.plus_product(row, L::broadcast(coefficient));
+                }
             }
-            let cosine_product = Dual::from_value(cosine_product);
-            let tangent = [L::constant(1.0)];
-            let red = unmap(
-                Dual {
-                    value: mapped_red,
-                    tangent,
-                },
-                cosine_product,
-            );
-            let green = unmap(
-                Dual {
-                    value: mapped_green,
-                    tangent,
-                },
-                cosine_product,
-            );
-            let blue = unmap(
-                Dual {
-                    value: mapped_blue,
-                    tangent,
-                },
-                cosine_product,
-            );
+            let black = [L::constant(0.0); 3];
+            let [mut measured, mut modeled, mut slopes] = [black; 3];
             let [e, f, g, h] = rgb;
-            let measured = [
-                L::load([&e[0], &f[0], &g[0], &h[0]]),
-                L::load([&e[1], &f[1], &g[1], &h[1]]),
-                L::load([&e[2], &f[2], &g[2], &h[2]]),
-            ];
-            let modeled = [red.value, green.value, blue.value];
+            for channel in 0..3 {
+                measured[channel] = L::load([&e[channel], &f[channel], &g[channel], &h[channel]]);
+                let mapped = Dual {
+                    value: mapped[channel],
+                    tangent: [L::constant(1.0)],
+                };
+                let brdf = unmap(mapped, Dual::from_value(cosine_product));
+                modeled[channel] = brdf.value;
+                slopes[channel] = brdf.tangent[0];
+            }
             let weight = L::load(weights);
             let term = cosine_weighted_log_error(measured, modeled, cos_theta_i, weight);
             loss = loss + term.error.value();
-            let black = [L::constant(0.0); 3];
             let black_term = cosine_weighted_log_error(measured, black, cos_theta_i, weight);
             black_loss = black_loss + black_term.error.value();
-            if self.gradient.is_some() {
-                let [by_red, by_green, by_blue] = term.by_modeled;
-                let by_red = by_red * red.tangent[0];
-                let by_green = by_green * green.tangent[0];
-                let by_blue = by_blue * blue.tangent[0];
+            if gradient.is_some() {
+                let mut by_mapped = term.by_modeled;
+                for (derivative, slope) in by_mapped.iter_mut().zip(slopes) {
+                    *derivative = *derivative * slope;
+                }
                 for k in 0..components {
                     let row = entry!(HEADER_OCTETS + k);
-                    L::add_product(&mut sums[k], by_red, row);
-                    L::add_product(&mut sums[components + k], by_green, row);
-                    L::add_product(&mut sums[2 * components + k], by_blue, row);
+                    for (channel, by_mapped) in by_mapped.iter().enumerate() {
+                        L::add_product(&mut sums[channel * components + k], *by_mapped, row);
+                    }
                 }
             }
         }
-        if let Some(gradient) = self.gradient {
-            let mut totals = vec![0.0; 3 * components];
-            L::totals(&sums, &mut totals);
-            for (entry, total) in gradient.iter_mut().zip(totals) {
-                *entry += total;
-            }
+        if let Some(gradient) = gradient {
+            add_totals::<L>(&sums, gradient);
         }
         [loss.total(), black_loss.total()]
     }

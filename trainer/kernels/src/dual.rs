@@ -241,6 +241,54 @@ impl<T: Trigonometry, const N: usize> Trigonometry for Dual<T, N> {
     }
 }
 
+/// A real number with a square root and an arctangent, optionally with derivatives.
+pub trait RealScalar: Trigonometry {
+    /// Returns the value without derivatives.
+    fn value(self) -> f64;
+    /// Returns the square root. Its derivative at 0, which does not exist, is set to 0.
+    #[must_use]
+    fn sqrt(self) -> Self;
+    /// Returns the angle of the point (`x`, `self`) in (-pi, pi\]. Its derivative at the origin is set to 0.
+    #[must_use]
+    fn atan2(self, x: Self) -> Self;
+}
+
+impl RealScalar for f64 {
+    fn value(self) -> f64 {
+        self
+    }
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+    fn atan2(self, x: Self) -> Self {
+        f64::atan2(self, x)
+    }
+}
+
+impl<const N: usize> RealScalar for Dual<f64, N> {
+    fn value(self) -> f64 {
+        self.value
+    }
+
+    fn sqrt(self) -> Self {
+        let root = self.value.sqrt();
+        self.chain(root, if root > 0.0 { 0.5 / root } else { 0.0 })
+    }
+
+    fn atan2(self, x: Self) -> Self {
+        let square = self.value * self.value + x.value * x.value;
+        let mut angle = Self::constant(self.value.atan2(x.value));
+        if square > 0.0 {
+            for (tangent, (by_y, by_x)) in
+                (angle.tangent.iter_mut()).zip(self.tangent.iter().zip(&x.tangent))
+            {
+                *tangent = (by_y * x.value - by_x * self.value) / square;
+            }
+        }
+        angle
+    }
+}
+
 impl<const N: usize> Dual<f32, N> {
     /// Returns a model's parameters as constants: all tangents are 0.
     pub fn constants<M: Model>(parameters: &M::Parameters<f32>) -> M::Parameters<Self> {

@@ -16,15 +16,14 @@
 
 use glimpse_core::fit::gauss_newton::{add_reading, system_length, take_step};
 use glimpse_core::fit::ldl::{packed_length, solve};
-use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{Model, Objective, ParameterSet, Sample, SampleGradient};
 use glimpse_core::numeric::{self, Scalar};
 
 use crate::dual::Dual;
 use crate::inner_loop::Real;
-use crate::lanes::{Kernel, Lanes, MAX_OCTETS, Octet, WIDTH};
-use crate::samples::SampleOctets;
-use crate::sums::add_to_octets;
+use crate::lanes::{Lanes, MAX_OCTETS, Octet, WIDTH, coordinates, coordinates_mut, kernel};
+use crate::samples::{SampleOctets, entries, entries_mut};
+use crate::sums::{add_to_octets, constant_directions};
 
 /// The derivatives of an objective with respect to a sample.
 #[derive(Clone, Copy, Debug)]
@@ -213,16 +212,6 @@ impl<S: Scalar> Objective<S> for LogBrdf<S> {
     }
 }
 
-/// Adds the tangents.
-#[inline(always)]
-fn add_tangents<S: Scalar>(sum: &mut HalfDifference<S>, dual: &HalfDifference<Dual<S>>) {
-    sum.hx = sum.hx + dual.hx.tangent[0];
-    sum.hz = sum.hz + dual.hz.tangent[0];
-    sum.dx = sum.dx + dual.dx.tangent[0];
-    sum.dy = sum.dy + dual.dy.tangent[0];
-    sum.dz = sum.dz + dual.dz.tangent[0];
-}
-
 /// Adds the gradient of a sample's terms with respect to the parameters to `tangents` (the first two terms) and `sums`
 /// (the others). Returns the derivatives with respect to the sample and to the error scale.
 #[inline(always)]
@@ -236,13 +225,7 @@ fn sample_adjoint<M: Model, S: Scalar>(
 ) -> (ReadingAdjoint<S>, S) {
     let (zero, one) = (S::constant(0.0), S::constant(1.0));
     let at = sample.at;
-    let dual_at = HalfDifference {
-        hx: Dual::from_value(at.hx),
-        hz: Dual::from_value(at.hz),
-        dx: Dual::from_value(at.dx),
-        dy: Dual::from_value(at.dy),
-        dz: Dual::from_value(at.dz),
-    };
+    let dual_at = constant_directions(at);
     let [along_v, along_delta] = along;
     let by_v = M::unclamped_brdf::<Dual<S>>(along_v, &dual_at);
     let by_delta = M::unclamped_brdf::<Dual<S>>(along_delta, &dual_at);
@@ -293,8 +276,12 @@ fn sample_adjoint<M: Model, S: Scalar>(
     );
     let mut objective = LogBrdf { factor: plain };
     let mut by_at = M::accumulate_objective::<S, _, true>(theta, &at, &mut objective, sums);
-    add_tangents(&mut by_at, &first);
-    add_tangents(&mut by_at, &second);
+    for dual_by_at in [first, second] {
+        let sums = coordinates_mut(&mut by_at).into_iter();
+        for (sum, dual) in sums.zip(coordinates(dual_by_at)) {
+            *sum = *sum + dual.tangent[0];
+        }
+    }
     // cos(theta_i) = hz dz - hx dx.
     let by_cosine = at.cos_theta_i().if_positive(by_cosine, zero);
     by_at.hz = by_at.hz.plus_product(by_cosine, at.dz);
@@ -333,8 +320,8 @@ impl<M: Model, R: Real> ReadingList<M, R> for [Sample<R>] {
             let (added, by_scale) =
                 sample_adjoint::<M, R>(tangents, theta, sample, error_scale, &mut sums, gradient);
             by_error_scale = by_error_scale + by_scale;
-            sum.sample.at = add_coordinates(sum.sample.at, added.sample.at);
-            for (entry, value) in sum.sample.measured.iter_mut().zip(added.sample.measured) {
+            let entries_of_sum = entries_mut(&mut sum.sample).into_iter();
+            for (entry, value) in entries_of_sum.zip(entries(added.sample)) {
                 *entry = *entry + value;
             }
             sum.weight = sum.weight + added.weight;
@@ -346,27 +333,6 @@ impl<M: Model, R: Real> ReadingList<M, R> for [Sample<R>] {
     }
 }
 
-fn add_coordinates<S: Scalar>(a: HalfDifference<S>, b: HalfDifference<S>) -> HalfDifference<S> {
-    HalfDifference {
-        hx: a.hx + b.hx,
-        hz: a.hz + b.hz,
-        dx: a.dx + b.dx,
-        dy: a.dy + b.dy,
-        dz: a.dz + b.dz,
-    }
-}
-
-const NO_GRADIENT: SampleGradient<Octet> = SampleGradient {
-    at: HalfDifference {
-        hx: Octet([0.0; WIDTH]),
-        hz: Octet([0.0; WIDTH]),
-        dx: Octet([0.0; WIDTH]),
-        dy: Octet([0.0; WIDTH]),
-        dz: Octet([0.0; WIDTH]),
-    },
-    measured: [Octet([0.0; WIDTH]); 3],
-};
-
 /// The derivatives with respect to eight samples.
 pub type OctetAdjoint = ReadingAdjoint<Octet>;
 
@@ -374,11 +340,11 @@ impl OctetAdjoint {
     /// Returns zeros for the samples of a list.
     #[must_use]
     pub fn zeros(samples: &SampleOctets<'_>) -> Vec<Self> {
-        let none = Self {
-            sample: NO_GRADIENT,
+        let zero = |sample| Self {
+            sample,
             weight: Octet::default(),
         };
-        vec![none; samples.octets()]
+        samples.zero_derivatives().into_iter().map(zero).collect()
     }
 }
 
@@ -404,43 +370,31 @@ impl<M: Model> ReadingList<M, f32> for SampleOctets<'_> {
         gradient: &mut M::Parameters<f32>,
         derivatives: &mut [OctetAdjoint],
     ) -> f32 {
-        self.instruction_set.run(Adjoint::<M> {
-            samples: self,
-            tangents,
-            theta,
-            error_scale,
-            gradient,
-            derivatives,
-        })
+        octet_adjoint::<M>(self, tangents, theta, error_scale, gradient, derivatives)
     }
 }
 
-/// The kernel of [`ReadingList::adjoint`].
-struct Adjoint<'a, M: Model> {
-    samples: &'a SampleOctets<'a>,
-    tangents: &'a [M::Parameters<Dual<f32>>; 2],
-    theta: &'a M::Parameters<f32>,
-    error_scale: f32,
-    gradient: &'a mut M::Parameters<f32>,
-    derivatives: &'a mut [OctetAdjoint],
-}
-
-impl<M: Model> Kernel for Adjoint<'_, M> {
-    type Output = f32;
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) -> f32 {
-        let error_scale = L::broadcast(self.error_scale);
+kernel! {
+    on samples.instruction_set;
+    /// Computes [`ReadingList::adjoint`].
+    fn octet_adjoint<'a, L: Lanes, M: Model>(
+        samples: &'a SampleOctets<'a>,
+        tangents: &'a [M::Parameters<Dual<f32>>; 2],
+        theta: &'a M::Parameters<f32>,
+        error_scale: f32,
+        gradient: &'a mut M::Parameters<f32>,
+        derivatives: &'a mut [OctetAdjoint],
+    ) -> f32 {
+        let error_scale = L::broadcast(error_scale);
         let mut by_error_scale = L::constant(0.0);
         let mut tangent_sums = M::Parameters::filled([L::zero_sum()]);
         let mut sums = M::Parameters::filled(L::zero_sum());
-        let octets = 0..self.samples.octets();
-        let derivatives = self.derivatives.chunks_mut(L::OCTETS);
-        for (octet, derivatives) in octets.step_by(L::OCTETS).zip(derivatives) {
-            let sample = self.samples.read::<L>(octet);
+        let octets = (0..samples.octets()).step_by(L::OCTETS);
+        for (octet, derivatives) in octets.zip(derivatives.chunks_mut(L::OCTETS)) {
+            let sample = samples.read::<L>(octet);
             let (adjoint, by_scale) = sample_adjoint::<M, L>(
-                self.tangents,
-                self.theta,
+                tangents,
+                theta,
                 &sample,
                 error_scale,
                 &mut tangent_sums,
@@ -449,26 +403,21 @@ impl<M: Model> Kernel for Adjoint<'_, M> {
             by_error_scale = by_error_scale + by_scale;
             let mut weights = [Octet::default(); MAX_OCTETS];
             adjoint.weight.store(&mut weights);
-            let mut samples = [NO_GRADIENT; MAX_OCTETS];
-            for (sample, sum) in samples.iter_mut().zip(&*derivatives) {
-                *sample = sum.sample;
-            }
-            add_to_octets(&adjoint.sample, &mut samples);
-            for ((sum, sample), weight) in derivatives.iter_mut().zip(samples).zip(&weights) {
-                sum.sample = sample;
+            for (sum, weight) in derivatives.iter_mut().zip(&weights) {
                 for lane in 0..WIDTH {
                     sum.weight.0[lane] += weight.0[lane];
                 }
             }
+            add_to_octets(adjoint.sample, derivatives.iter_mut().map(|sum| &mut sum.sample));
         }
         let mut totals = M::Parameters::filled(0.0);
         L::totals(
             tangent_sums.as_slice().as_flattened(),
             totals.as_mut_slice(),
         );
-        add_all(self.gradient, &totals);
+        add_all(gradient, &totals);
         L::totals(sums.as_slice(), totals.as_mut_slice());
-        add_all(self.gradient, &totals);
+        add_all(gradient, &totals);
         by_error_scale.total()
     }
 }

@@ -16,7 +16,7 @@ use glimpse_core::model::{Model, ParameterSet, Sample, SampleGradient};
 use glimpse_core::numeric::{Scalar, Value};
 
 use crate::dual::Dual;
-use crate::lanes::{Kernel, Lanes, dispatch};
+use crate::lanes::{InstructionSet, Lanes, kernel};
 use crate::sums::{constant_sample, subtract_tangent};
 
 /// Copies a flat list in the model's order into a parameter set.
@@ -79,79 +79,62 @@ impl<M: Model, R: Real> InnerLoop<M, R> {
         let mut gradient = M::Parameters::filled(R::constant(0.0));
         for _ in 0..self.steps {
             inner.gradient(&theta, &mut gradient);
-            dispatch(DescentStep::<M, R> {
-                theta: &theta,
-                gradient: &gradient,
-                step_sizes: &self.step_sizes,
-                next: &mut next,
-            });
+            descend::<M, R>(&theta, &gradient, &self.step_sizes, &mut next);
             std::mem::swap(&mut theta, &mut next);
         }
         theta
     }
 }
 
-/// One step of descent: theta_{k+1} = theta_k - alpha * gradient.
-struct DescentStep<'a, M: Model, R: Real> {
-    theta: &'a M::Parameters<R>,
-    gradient: &'a M::Parameters<R>,
-    step_sizes: &'a M::Parameters<R>,
-    next: &'a mut M::Parameters<R>,
-}
-
-impl<M: Model, R: Real> Kernel for DescentStep<'_, M, R> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let entries = self.theta.iter().zip(self.gradient.iter());
-        let entries = entries.zip(self.step_sizes.iter());
-        for (next, ((parameter, entry), step_size)) in self.next.iter_mut().zip(entries) {
+kernel! {
+    on InstructionSet::detect();
+    /// Takes one step of descent: theta_{k+1} = theta_k - alpha * gradient.
+    fn descend<'a, L: Lanes, M: Model, R: Real>(
+        theta: &'a M::Parameters<R>,
+        gradient: &'a M::Parameters<R>,
+        step_sizes: &'a M::Parameters<R>,
+        next: &'a mut M::Parameters<R>,
+    ) {
+        let entries = theta.iter().zip(gradient.iter());
+        let entries = entries.zip(step_sizes.iter());
+        for (next, ((parameter, entry), step_size)) in next.iter_mut().zip(entries) {
             *next = *parameter - *step_size * *entry;
         }
     }
 }
 
-/// One step of the reverse sweep before the Hessian-vector product: updates the gradient with respect to the step
-/// sizes, and writes the dual parameters with tangent alpha * lambda.
-struct AdjointStep<'a, M: Model, R: Real> {
-    step: &'a Step<M, R>,
-    step_sizes: &'a M::Parameters<R>,
-    lambda: &'a M::Parameters<R>,
-    by_step_sizes: &'a mut M::Parameters<R>,
-    dual: &'a mut M::Parameters<Dual<R>>,
-}
-
-impl<M: Model, R: Real> Kernel for AdjointStep<'_, M, R> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        let entries = self.lambda.iter().zip(self.step.gradient.iter());
-        for (by_step_size, (lambda, entry)) in self.by_step_sizes.iter_mut().zip(entries) {
+kernel! {
+    on InstructionSet::detect();
+    /// Begins one step of the reverse sweep: updates the gradient with respect to the step sizes, and writes the dual
+    /// parameters with tangent alpha * lambda.
+    fn ascend<'a, L: Lanes, M: Model, R: Real>(
+        step: &'a Step<M, R>,
+        step_sizes: &'a M::Parameters<R>,
+        lambda: &'a M::Parameters<R>,
+        by_step_sizes: &'a mut M::Parameters<R>,
+        dual: &'a mut M::Parameters<Dual<R>>,
+    ) {
+        let entries = lambda.iter().zip(step.gradient.iter());
+        for (by_step_size, (lambda, entry)) in by_step_sizes.iter_mut().zip(entries) {
             *by_step_size = *by_step_size - *lambda * *entry;
         }
-        let values = self.step.theta.iter();
-        let tangents = self.step_sizes.iter().zip(self.lambda.iter());
-        for ((dual, value), (step_size, lambda)) in self.dual.iter_mut().zip(values).zip(tangents) {
+        let values = step.theta.iter();
+        let tangents = step_sizes.iter().zip(lambda.iter());
+        for ((dual, value), (step_size, lambda)) in dual.iter_mut().zip(values).zip(tangents) {
             dual.value = *value;
             dual.tangent = [*step_size * *lambda];
         }
     }
 }
 
-/// The update of lambda after the Hessian-vector product: lambda - H v.
-struct SubtractProduct<'a, M: Model, R: Real> {
-    lambda: &'a mut M::Parameters<R>,
-    product: &'a M::Parameters<R>,
-}
-
-impl<M: Model, R: Real> Kernel for SubtractProduct<'_, M, R> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<L: Lanes>(self) {
-        for (lambda, product) in self.lambda.iter_mut().zip(self.product.iter()) {
+kernel! {
+    on InstructionSet::detect();
+    /// Ends one step of the reverse sweep: subtracts the Hessian-vector product from lambda.
+    fn subtract<'a, L: Lanes, M: Model, R: Real>(
+        lambda: &'a mut M::Parameters<R>,
+        product: &'a M::Parameters<R>,
+    ) {
+        for (lambda, product) in lambda.iter_mut().zip(product.iter()) {
             *lambda = *lambda - *product;
         }
     }
@@ -205,12 +188,12 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
         for (index, step) in self.trajectory.iter_mut().enumerate() {
             std::mem::swap(&mut step.theta, &mut last);
             list_at(index).gradient(&step.theta, &mut step.gradient);
-            dispatch(DescentStep::<M, R> {
-                theta: &step.theta,
-                gradient: &step.gradient,
-                step_sizes: &inner_loop.step_sizes,
-                next: &mut last,
-            });
+            descend::<M, R>(
+                &step.theta,
+                &step.gradient,
+                &inner_loop.step_sizes,
+                &mut last,
+            );
         }
         let lambda = &mut self.initial;
         let loss = outer.gradient(&last, lambda);
@@ -219,18 +202,16 @@ impl<M: Model, R: Real> MetaGradient<M, R> {
         let mut dual = M::Parameters::filled(Dual::constant(0.0));
         let mut product = zero();
         for (index, step) in self.trajectory.iter().enumerate().rev() {
-            dispatch(AdjointStep::<M, R> {
+            let by_step_sizes = &mut self.step_sizes;
+            ascend::<M, R>(
                 step,
-                step_sizes: &inner_loop.step_sizes,
+                &inner_loop.step_sizes,
                 lambda,
-                by_step_sizes: &mut self.step_sizes,
-                dual: &mut dual,
-            });
+                by_step_sizes,
+                &mut dual,
+            );
             list_at(index).product(&dual, &mut product, derivatives.as_deref_mut());
-            dispatch(SubtractProduct::<M, R> {
-                lambda,
-                product: &product,
-            });
+            subtract::<M, R>(lambda, &product);
         }
         loss
     }
@@ -261,7 +242,7 @@ impl<M: Model, R: Real> SampleList<M, R> for [Sample<R>] {
             let sample_gradient =
                 M::accumulate_gradient::<Dual<R>, true>(theta, &sample, &mut sums);
             if let Some(derivatives) = derivatives.next() {
-                subtract_tangent(derivatives, &sample_gradient.gradient);
+                subtract_tangent(derivatives, sample_gradient.gradient);
             }
         }
         for (entry, [sum]) in product.iter_mut().zip(sums.iter()) {

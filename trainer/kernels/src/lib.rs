@@ -16,13 +16,11 @@
 //! - [`components`]: the loss of a combination of principal components
 //! - [`inner_loop`]: the unrolled descent and its adjoint
 //! - [`gauss_newton`]: Gauss-Newton steps and their adjoint
-//! - [`lane_model`]: the trait that provides these kernels for a model
 //! - `parallel`: sums on all threads
-//! - `compiled`: the implementations of that trait
+//! - [`lane_model`]: the trait that provides these kernels for a model, and its implementations
 //! - [`scan`]: the device's scan on the host, for any recipe
 
 pub mod brdf;
-mod compiled;
 pub mod completion;
 mod completion_weights;
 pub mod components;

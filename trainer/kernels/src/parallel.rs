@@ -4,13 +4,13 @@
 
 use std::ops::Range;
 
-use glimpse_core::model::{ParameterSet, SampleGradient};
+use glimpse_core::model::{Model, ParameterSet, SampleGradient};
 use rayon::prelude::*;
 
 use crate::dual::Dual;
-use crate::lane_model::LaneModel;
 use crate::lanes::{MAX_OCTETS, Octet};
 use crate::samples::SampleOctets;
+use crate::sums;
 
 /// The least number of octets in a chunk of a gradient. Shorter lists are computed on one thread, because waking
 /// another thread takes about 20 us.
@@ -38,7 +38,7 @@ fn chunks(octets: usize, size: usize) -> impl IndexedParallelIterator<Item = Ran
 }
 
 /// Returns the mean loss over all samples, and computes its gradient.
-pub(crate) fn gradient<M: LaneModel>(
+pub(crate) fn gradient<M: Model>(
     theta: &M::Parameters<f32>,
     samples: &SampleOctets<'_>,
     gradient: &mut M::Parameters<f32>,
@@ -49,12 +49,12 @@ pub(crate) fn gradient<M: LaneModel>(
         false => MIN_GRADIENT_CHUNK,
     };
     if octets <= min_size {
-        return M::partial_gradient(theta, samples, 0..octets, gradient);
+        return sums::gradient::<M>(theta, samples, 0..octets, gradient);
     }
     let partial: Vec<(f32, M::Parameters<f32>)> = chunks(octets, chunk_size(octets, min_size))
         .map(|octets| {
             let mut gradient = M::Parameters::filled(0.0);
-            let loss = M::partial_gradient(theta, samples, octets, &mut gradient);
+            let loss = sums::gradient::<M>(theta, samples, octets, &mut gradient);
             (loss, gradient)
         })
         .collect();
@@ -64,7 +64,7 @@ pub(crate) fn gradient<M: LaneModel>(
 
 /// Computes the product of the mean loss's Hessian and the tangent of `theta`, over all samples; see
 /// [`SampleList::product`](crate::inner_loop::SampleList::product).
-pub(crate) fn product<M: LaneModel>(
+pub(crate) fn product<M: Model>(
     theta: &M::Parameters<Dual<f32>>,
     samples: &SampleOctets<'_>,
     product: &mut M::Parameters<f32>,
@@ -72,11 +72,11 @@ pub(crate) fn product<M: LaneModel>(
 ) {
     let octets = samples.octets();
     if octets <= MIN_PRODUCT_CHUNK {
-        return M::partial_product(theta, samples, 0..octets, product, derivatives);
+        return sums::product::<M>(theta, samples, 0..octets, product, derivatives);
     }
     let compute = |octets, derivatives: Option<&mut [SampleGradient<Octet>]>| {
         let mut product = M::Parameters::filled(0.0);
-        M::partial_product(theta, samples, octets, &mut product, derivatives);
+        sums::product::<M>(theta, samples, octets, &mut product, derivatives);
         product
     };
     let size = chunk_size(octets, MIN_PRODUCT_CHUNK);

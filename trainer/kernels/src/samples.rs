@@ -2,11 +2,11 @@
 
 use std::cmp::Ordering;
 
-use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{Sample, SampleGradient};
 
 use crate::lanes::{
-    InstructionSet, Lanes, MAX_OCTETS, Octet, OctetDirections, WIDTH, load_directions,
+    InstructionSet, Lanes, MAX_OCTETS, Octet, OctetDirections, WIDTH, coordinates, coordinates_mut,
+    from_coordinates, load_directions,
 };
 
 /// The measured values of eight samples.
@@ -101,15 +101,8 @@ impl SampleOctets<'_> {
                 false => full,
             },
         };
-        let at = &self.at[index];
         Sample {
-            at: HalfDifference {
-                hx: at.hx.0[lane],
-                hz: at.hz.0[lane],
-                dx: at.dx.0[lane],
-                dy: at.dy.0[lane],
-                dz: at.dz.0[lane],
-            },
+            at: from_coordinates(coordinates(self.at[index]).map(|octet| octet.0[lane])),
             measured: self.values[index].map(|values| values.0[lane]),
             weight: weights.0[lane],
         }
@@ -133,4 +126,20 @@ impl SampleOctets<'_> {
         };
         vec![none; self.octets()]
     }
+}
+
+/// Returns the entries of a gradient with respect to a sample.
+#[inline(always)]
+pub(crate) fn entries<S>(gradient: SampleGradient<S>) -> [S; 8] {
+    let [hx, hz, dx, dy, dz] = coordinates(gradient.at);
+    let [red, green, blue] = gradient.measured;
+    [hx, hz, dx, dy, dz, red, green, blue]
+}
+
+/// Returns references to the [`entries`] of a gradient.
+#[inline(always)]
+pub(crate) fn entries_mut<S>(gradient: &mut SampleGradient<S>) -> [&mut S; 8] {
+    let [hx, hz, dx, dy, dz] = coordinates_mut(&mut gradient.at);
+    let [red, green, blue] = &mut gradient.measured;
+    [hx, hz, dx, dy, dz, red, green, blue]
 }

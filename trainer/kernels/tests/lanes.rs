@@ -1,6 +1,6 @@
 //! Elementary functions on the lanes of every instruction set of this machine.
 
-use glimpse_kernels::lanes::{Kernel, Lanes, Octet, PortableLanes, WIDTH, dispatch};
+use glimpse_kernels::lanes::{InstructionSet, Kernel, Lanes, Octet, PortableLanes, WIDTH};
 
 struct ExpAndLn([f32; WIDTH]);
 impl Kernel for ExpAndLn {
@@ -32,7 +32,7 @@ fn assert_close(actual: f32, expected: f64, x: f32) {
 fn exp_and_ln_are_accurate_on_all_lanes() {
     for i in 0..40_000 {
         let x: [f32; WIDTH] = std::array::from_fn(|lane| (i * WIDTH + lane) as f32 * 2.5e-4 + 1e-5);
-        let results = [dispatch(ExpAndLn(x)), ExpAndLn(x).run::<PortableLanes>()];
+        let results = [InstructionSet::detect().run(ExpAndLn(x)), ExpAndLn(x).run::<PortableLanes>()];
         for (exp, ln) in results {
             for lane in 0..WIDTH {
                 assert_close(ln[lane], f64::from(x[lane]).ln(), x[lane]);
@@ -43,7 +43,7 @@ fn exp_and_ln_are_accurate_on_all_lanes() {
         }
         let negative = x.map(|x| -x);
         for lane in 0..WIDTH {
-            let actual = dispatch(ExpAndLn(negative)).0[lane];
+            let actual = InstructionSet::detect().run(ExpAndLn(negative)).0[lane];
             if x[lane] < 80.0 {
                 let expected = f64::from(negative[lane]).exp();
                 assert!((f64::from(actual) - expected).abs() <= 3e-7 * expected.max(1e-30));
@@ -54,7 +54,7 @@ fn exp_and_ln_are_accurate_on_all_lanes() {
 
 #[test]
 fn exp_of_extreme_values_is_finite() {
-    let (exp, _) = dispatch(ExpAndLn([-1e9, 1e9, -88.0, 88.5, 0.0, -0.0, 1.0, -1.0]));
+    let (exp, _) = InstructionSet::detect().run(ExpAndLn([-1e9, 1e9, -88.0, 88.5, 0.0, -0.0, 1.0, -1.0]));
     assert!(
         exp.iter().all(|value| value.is_finite() && *value >= 0.0),
         "{exp:?}"

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
-use glimpse_kernels::brdf::{neural_batch_with_derivatives, neural_with_derivative};
+use glimpse_kernels::brdf::{neural_batch_with_derivatives, with_derivative};
 use glimpse_kernels::{Dual, LaneModel};
 
 use crate::error::{Defect, ensure, read_error};
@@ -102,7 +102,7 @@ impl Material for NeuralBrdf {
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        neural_with_derivative(&self.parameters, angles)
+        with_derivative::<Neural>(&self.parameters, angles)
     }
 
     fn brdf_batch_with_derivative(

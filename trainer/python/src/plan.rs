@@ -18,7 +18,6 @@ pub(crate) struct MachineArgs<'a, 'py> {
     pub(crate) settle: Option<f64>,
     /// Initial positions of the axes theta_i, phi_i, theta_o and phi_o, degrees.
     pub(crate) start: [f64; 4],
-    pub(crate) isotropic: bool,
     pub(crate) full_turns: bool,
     /// `max_theta_i`, `max_theta_o` and `min_separation`, degrees.
     pub(crate) limits: [Option<f64>; 3],
@@ -37,7 +36,6 @@ impl MachineArgs<'_, '_> {
             settle: self.settle.unwrap_or(default.settle),
             start: Axes::from_array(self.start),
             limits: limits(default.limits, max_theta_i, max_theta_o, min_separation),
-            isotropic: self.isotropic,
             full_turns: self.full_turns,
         };
         machine.validate().map_err(to_exception)?;
@@ -119,13 +117,6 @@ impl PyPlan {
         self.route.order.name()
     }
 
-    /// True if no other plan takes less time (with "progressive": no other plan in that order). False if the plan is
-    /// the result of a heuristic search.
-    #[getter]
-    fn is_best(&self) -> bool {
-        self.route.is_best
-    }
-
     /// The sample of each visit, its row in the recipe's directions: int64 of shape (n,).
     #[getter]
     fn indices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<i64>>> {
@@ -178,13 +169,6 @@ impl PyPlan {
     #[getter]
     fn moving_seconds(&self) -> f64 {
         self.route.travel
-    }
-
-    /// The time of a scan in the recipe's order, without a choice of azimuths and without exchanging light and sensor,
-    /// seconds.
-    #[getter]
-    fn naive_seconds(&self) -> f64 {
-        self.route.naive_total()
     }
 
     /// Returns the plan in the CSV format of `trainer plan --out`.

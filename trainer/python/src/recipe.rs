@@ -283,15 +283,15 @@ impl PyRecipe {
     /// that azimuth axis. `settle_seconds` is the time spent at each sample (default the recipe's, or else 0.5).
     /// `start_degrees` is the initial position of the axes (default 0, 0, 0, 180).
     ///
-    /// With `swap`, light and sensor may be exchanged, which assumes reciprocal materials. With `isotropic`, only the
+    /// With `swap`, light and sensor may be exchanged, which assumes reciprocal materials. Only the
     /// difference of the azimuths is kept, because rotating both arms together does not change the readings of an
     /// isotropic sample. Without `full_turns`, azimuths stay within -180 to 180 degrees. Limits of the machine default
-    /// to the recipe's. With more than 16 samples, the search is random and depends on `seed` (default 0).
+    /// to the recipe's. The search is random and depends on `seed` (default 0).
     ///
     /// Raises GlimpseError if samples are out of reach. The message lists them.
     #[pyo3(signature = (
         order = None, *, speed_degrees_per_second = None, settle_seconds = None,
-        start_degrees = [0.0, 0.0, 0.0, 180.0], swap = false, isotropic = true, full_turns = true,
+        start_degrees = [0.0, 0.0, 0.0, 180.0], swap = false, full_turns = true,
         max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, seed = 0,
     ))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
@@ -303,7 +303,6 @@ impl PyRecipe {
         settle_seconds: Option<f64>,
         start_degrees: [f64; 4],
         swap: bool,
-        isotropic: bool,
         full_turns: bool,
         max_theta_i_degrees: Option<f64>,
         max_theta_o_degrees: Option<f64>,
@@ -314,7 +313,6 @@ impl PyRecipe {
             speeds: speed_degrees_per_second,
             settle: settle_seconds,
             start: start_degrees,
-            isotropic,
             full_turns,
             limits: [
                 max_theta_i_degrees,

@@ -298,11 +298,10 @@ impl<'m> Workload<'m> {
             tasks: 1,
             multiply_accumulates: Some(512 * neural::gradient()),
             run: Box::new(move || {
-                let samples = draw.octets();
-                Neural::partial_gradient(&theta, &samples, 0..samples.octets(), &mut gradient);
+                Neural::gradient(&theta, &draw.octets(), &mut gradient);
             }),
         });
-        let draw = self.tasks.pool.draw(0, 512, &mut generator());
+        let draw = self.tasks.pool.draw(0, 256, &mut generator());
         let mut product = theta;
         let mut dual = Dual::constants::<Neural>(&theta);
         for entry in dual.iter_mut() {
@@ -310,13 +309,12 @@ impl<'m> Workload<'m> {
         }
         items.push(Item {
             model: ModelKind::Neural,
-            work: "Hessian times vector over 512 samples",
+            work: "Hessian times vector over 256 samples",
             threads: Threads::One,
             tasks: 1,
-            multiply_accumulates: Some(512 * neural::product(false)),
+            multiply_accumulates: Some(256 * neural::product(false)),
             run: Box::new(move || {
-                let samples = draw.octets();
-                Neural::partial_product(&dual, &samples, 0..samples.octets(), &mut product, None);
+                Neural::product(&dual, &draw.octets(), &mut product, None);
             }),
         });
     }

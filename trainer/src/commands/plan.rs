@@ -16,8 +16,7 @@ use super::{numbers, print};
 /// An order of samples, as named on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum OrderName {
-    /// Shortest time: the optimum for up to 16 samples, otherwise the best result of a search of
-    /// about one second.
+    /// Shortest time, as found by a search of at most about one second
     Travel,
     /// The recipe's own order, in which a scan with a recipe trained with --missing may end early
     Progressive,
@@ -32,9 +31,6 @@ enum OrderName {
 /// The BRDF of an isotropic material depends only on the difference of the azimuths. Both azimuth
 /// axes move at once to change this difference, the short way around. Each moves in proportion to
 /// its speed, which takes the least time. Azimuths may exceed 180 degrees (see --no-full-turns).
-///
-/// The naive order, for comparison, is the recipe's own, with azimuths as `trainer inspect` prints
-/// them.
 ///
 /// If samples are out of the machine's reach, the error lists all of them, and nothing is planned.
 ///
@@ -71,11 +67,7 @@ pub(crate) struct Plan {
     /// both positions
     #[arg(long)]
     swap: bool,
-    /// Keep the azimuths of the recipe's pattern, for an anisotropic material
-    #[arg(long)]
-    anisotropic: bool,
-    /// Keep the difference of the azimuths (with --anisotropic each azimuth) within -180 to 180
-    /// degrees, so that no cable winds up
+    /// Keep the difference of the azimuths within -180 to 180 degrees, so that no cable winds up
     #[arg(long)]
     no_full_turns: bool,
     #[command(flatten)]
@@ -105,13 +97,12 @@ impl Plan {
             settle: self.settle.unwrap_or(stated.settle),
             start: self.start,
             limits: self.limits.or(stated.limits)?,
-            isotropic: !self.anisotropic,
             full_turns: !self.no_full_turns,
         };
         machine.validate().map_err(|error| match &error {
-            MachineError::Speed { .. }
-            | MachineError::NoAzimuth
-            | MachineError::MissingAzimuth { .. } => Error::new(error).context("--speed"),
+            MachineError::Speed { .. } | MachineError::NoAzimuth => {
+                Error::new(error).context("--speed")
+            }
             MachineError::Start { .. } | MachineError::WoundUp(_) => {
                 Error::new(error).context("--start")
             }
@@ -225,22 +216,14 @@ fn start(text: &str) -> Result<Axes, String> {
 }
 
 fn to_text(route: &Route, machine: &Machine) -> String {
-    let description = match (route.order, route.is_best) {
-        (Order::Progressive, _) => "the recipe's own order",
-        (Order::Travel, true) => "no other order takes less time",
-        (Order::Travel, false) => "the best order found",
-    };
-    let seconds =
-        |travel: f64, total: f64| format!("{total:.1} seconds, including {travel:.1} of motion");
     let mut text = format!(
-        "order          {} ({description})\n\
-         planned        {}\n\
-         naive order    {}\n\
+        "order          {}\n\
+         planned        {:.1} seconds, including {:.1} of motion\n\
          limits         {}\n\
          sample  theta_i    phi_i  theta_o    phi_o  (degrees)  read after seconds\n",
         route.order.name(),
-        seconds(route.travel, route.total()),
-        seconds(route.naive_travel, route.naive_total()),
+        route.total(),
+        route.travel,
         describe(machine.limits),
     );
     for visit in &route.visits {

@@ -2,8 +2,7 @@
 //!
 //! Safety of every `unsafe` block in this file: see the documentation of the module that uses the macro.
 
-/// Implements the operators, [`Scalar`](glimpse_core::numeric::Scalar) and
-/// [`Elementary`](super::elementary::Elementary) for a register type, from the given intrinsics.
+/// Implements [`Register`](super::elementary::Register) for a register type, from the given intrinsics.
 macro_rules! arithmetic {
     (
         $lanes:ident:
@@ -15,96 +14,38 @@ macro_rules! arithmetic {
         bits: to $to_bits:ident, from $from_bits:ident,
         select($value:ident, $then:ident, $otherwise:ident) $select:expr
     ) => {
-        impl std::ops::Add for $lanes {
-            type Output = Self;
-            #[inline(always)]
-            fn add(self, other: Self) -> Self {
-                // SAFETY: see the module documentation.
-                Self(unsafe { $add(self.0, other.0) })
-            }
-        }
+        $crate::lanes::elementary::register_scalar!($lanes);
 
-        impl std::ops::Sub for $lanes {
-            type Output = Self;
-            #[inline(always)]
-            fn sub(self, other: Self) -> Self {
-                // SAFETY: see the module documentation.
-                Self(unsafe { $sub(self.0, other.0) })
-            }
-        }
-
-        impl std::ops::Mul for $lanes {
-            type Output = Self;
-            #[inline(always)]
-            fn mul(self, other: Self) -> Self {
-                // SAFETY: see the module documentation.
-                Self(unsafe { $mul(self.0, other.0) })
-            }
-        }
-
-        impl std::ops::Div for $lanes {
-            type Output = Self;
-            #[inline(always)]
-            fn div(self, other: Self) -> Self {
-                // SAFETY: see the module documentation.
-                Self(unsafe { $div(self.0, other.0) })
-            }
-        }
-
-        impl std::ops::Neg for $lanes {
-            type Output = Self;
-            #[inline(always)]
-            fn neg(self) -> Self {
-                // SAFETY: see the module documentation.
-                Self(unsafe { $xor(self.0, $splat(-0.0)) })
-            }
-        }
-
-        impl glimpse_core::numeric::Scalar for $lanes {
-            type Parameter = f32;
-            type Sum = Self;
-
-            #[inline(always)]
-            fn constant(value: f64) -> Self {
-                Self::splat(value as f32)
-            }
-            #[inline(always)]
-            fn broadcast(parameter: f32) -> Self {
-                Self::splat(parameter)
-            }
-            #[inline(always)]
-            fn add_product(sum: &mut Self, a: Self, b: Self) {
-                *sum = sum.plus_product(a, b);
-            }
-            #[inline(always)]
-            fn add_to(sum: &mut Self, a: Self) {
-                *sum = *sum + a;
-            }
-            #[inline(always)]
-            fn plus_product(self, a: Self, b: Self) -> Self {
-                a.multiply_add(b, self)
-            }
-            #[inline(always)]
-            fn if_positive(self, then: Self, otherwise: Self) -> Self {
-                let ($value, $then, $otherwise) = (self.0, then.0, otherwise.0);
-                // SAFETY: see the module documentation.
-                Self(unsafe { $select })
-            }
-            #[inline(always)]
-            fn exp(self) -> Self {
-                $crate::lanes::elementary::exp(self)
-            }
-            #[inline(always)]
-            fn ln(self) -> Self {
-                $crate::lanes::elementary::ln(self)
-            }
-        }
-
-        impl $crate::lanes::elementary::Elementary for $lanes {
+        impl $crate::lanes::elementary::Register for $lanes {
             #[inline(always)]
             fn splat(value: f32) -> Self {
                 // SAFETY: see the module documentation.
                 Self(unsafe { $splat(value) })
+            }
+            #[inline(always)]
+            fn plus(self, b: Self) -> Self {
+                // SAFETY: see the module documentation.
+                Self(unsafe { $add(self.0, b.0) })
+            }
+            #[inline(always)]
+            fn subtract(self, b: Self) -> Self {
+                // SAFETY: see the module documentation.
+                Self(unsafe { $sub(self.0, b.0) })
+            }
+            #[inline(always)]
+            fn multiply(self, b: Self) -> Self {
+                // SAFETY: see the module documentation.
+                Self(unsafe { $mul(self.0, b.0) })
+            }
+            #[inline(always)]
+            fn divide(self, b: Self) -> Self {
+                // SAFETY: see the module documentation.
+                Self(unsafe { $div(self.0, b.0) })
+            }
+            #[inline(always)]
+            fn negate(self) -> Self {
+                // SAFETY: see the module documentation.
+                Self(unsafe { $xor(self.0, $splat(-0.0)) })
             }
             #[inline(always)]
             fn multiply_add(self, b: Self, c: Self) -> Self {
@@ -112,12 +53,10 @@ macro_rules! arithmetic {
                 Self(unsafe { $multiply_add(self.0, b.0, c.0) })
             }
             #[inline(always)]
-            fn multiply(self, b: Self) -> Self {
-                self * b
-            }
-            #[inline(always)]
-            fn add(self, b: Self) -> Self {
-                self + b
+            fn select(self, then: Self, otherwise: Self) -> Self {
+                let ($value, $then, $otherwise) = (self.0, then.0, otherwise.0);
+                // SAFETY: see the module documentation.
+                Self(unsafe { $select })
             }
             #[inline(always)]
             fn clamp(self, low: f32, high: f32) -> Self {

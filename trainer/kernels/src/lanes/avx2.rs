@@ -7,7 +7,7 @@
 use std::arch::x86_64::*;
 
 use super::arithmetic::arithmetic;
-use super::elementary::Elementary;
+use super::elementary::Register;
 use super::{Kernel, Lanes, Octet, Octets, RegisterPair, WIDTH};
 
 #[derive(Clone, Copy)]

@@ -1,15 +1,20 @@
-//! exp and ln on lanes, each by one polynomial.
+//! The operations of a register, and exp and ln on lanes, each by one polynomial.
 //!
 //! The tests bound the relative error of both by 3e-7; near x = 1, the bound on ln is absolute.
 //! The coefficients are the minimax fits of Cephes (Moshier) in single precision.
 
-/// The lane-wise operations that exp and ln need.
-pub(super) trait Elementary: Copy {
+/// Numbers in one register.
+pub(super) trait Register: Copy {
     fn splat(value: f32) -> Self;
+    fn plus(self, b: Self) -> Self;
+    fn subtract(self, b: Self) -> Self;
+    fn multiply(self, b: Self) -> Self;
+    fn divide(self, b: Self) -> Self;
+    fn negate(self) -> Self;
     /// Returns `self * b + c`.
     fn multiply_add(self, b: Self, c: Self) -> Self;
-    fn multiply(self, b: Self) -> Self;
-    fn add(self, b: Self) -> Self;
+    /// Returns `then` where `self` > 0, and `otherwise` elsewhere.
+    fn select(self, then: Self, otherwise: Self) -> Self;
     fn clamp(self, low: f32, high: f32) -> Self;
     /// Rounds to the nearest integer.
     fn round(self) -> Self;
@@ -18,6 +23,55 @@ pub(super) trait Elementary: Copy {
     /// Returns (m, e) such that self = m 2^e, m in \[sqrt(1/2), sqrt(2)); self must be positive and normal.
     fn split(self) -> (Self, Self);
 }
+
+/// Implements the operators and [`Scalar`](glimpse_core::numeric::Scalar) for a [`Register`].
+macro_rules! register_scalar {
+    ($register:ident) => {
+        $crate::lanes::register::operators! {
+            {} $register, a, b:
+            Add add a.plus(b), Sub sub a.subtract(b), Mul mul a.multiply(b), Div div a.divide(b); Neg a.negate()
+        }
+
+        impl glimpse_core::numeric::Scalar for $register {
+            type Parameter = f32;
+            type Sum = Self;
+
+            #[inline(always)]
+            fn constant(value: f64) -> Self {
+                Self::splat(value as f32)
+            }
+            #[inline(always)]
+            fn broadcast(parameter: f32) -> Self {
+                Self::splat(parameter)
+            }
+            #[inline(always)]
+            fn add_product(sum: &mut Self, a: Self, b: Self) {
+                *sum = a.multiply_add(b, *sum);
+            }
+            #[inline(always)]
+            fn add_to(sum: &mut Self, a: Self) {
+                *sum = sum.plus(a);
+            }
+            #[inline(always)]
+            fn plus_product(self, a: Self, b: Self) -> Self {
+                a.multiply_add(b, self)
+            }
+            #[inline(always)]
+            fn if_positive(self, then: Self, otherwise: Self) -> Self {
+                self.select(then, otherwise)
+            }
+            #[inline(always)]
+            fn exp(self) -> Self {
+                $crate::lanes::elementary::exp(self)
+            }
+            #[inline(always)]
+            fn ln(self) -> Self {
+                $crate::lanes::elementary::ln(self)
+            }
+        }
+    };
+}
+pub(super) use register_scalar;
 
 /// The bits of sqrt(1/2).
 pub(super) const SQRT_HALF_BITS: i32 = std::f32::consts::FRAC_1_SQRT_2.to_bits() as i32;
@@ -28,21 +82,21 @@ const LN_2_LOW: f32 = -2.121_944_4e-4;
 
 /// Evaluates a polynomial. The coefficients begin with that of the highest power.
 #[inline(always)]
-fn polynomial<E: Elementary, const N: usize>(x: E, coefficients: [f32; N]) -> E {
-    let mut sum = E::splat(0.0);
+fn polynomial<R: Register, const N: usize>(x: R, coefficients: [f32; N]) -> R {
+    let mut sum = R::splat(0.0);
     for coefficient in coefficients {
-        sum = sum.multiply_add(x, E::splat(coefficient));
+        sum = sum.multiply_add(x, R::splat(coefficient));
     }
     sum
 }
 
 /// Returns e^x. x is clamped to \[-87, 88\], so the result is a normal number.
 #[inline(always)]
-pub(super) fn exp<E: Elementary>(x: E) -> E {
+pub(super) fn exp<R: Register>(x: R) -> R {
     let x = x.clamp(-87.0, 88.0);
-    let n = x.multiply(E::splat(std::f32::consts::LOG2_E)).round();
-    let r = n.multiply_add(E::splat(-LN_2_HIGH), x);
-    let r = n.multiply_add(E::splat(-LN_2_LOW), r);
+    let n = x.multiply(R::splat(std::f32::consts::LOG2_E)).round();
+    let r = n.multiply_add(R::splat(-LN_2_HIGH), x);
+    let r = n.multiply_add(R::splat(-LN_2_LOW), r);
     let p = polynomial(
         r,
         [
@@ -54,15 +108,15 @@ pub(super) fn exp<E: Elementary>(x: E) -> E {
             5e-1,
         ],
     );
-    let series = p.multiply(r).multiply_add(r, r).add(E::splat(1.0));
+    let series = p.multiply(r).multiply_add(r, r).plus(R::splat(1.0));
     series.multiply(n.power_of_two())
 }
 
 /// Returns ln x; x must be positive and normal.
 #[inline(always)]
-pub(super) fn ln<E: Elementary>(x: E) -> E {
+pub(super) fn ln<R: Register>(x: R) -> R {
     let (mantissa, exponent) = x.split();
-    let m = mantissa.add(E::splat(-1.0));
+    let m = mantissa.plus(R::splat(-1.0));
     let p = polynomial(
         m,
         [
@@ -79,7 +133,7 @@ pub(super) fn ln<E: Elementary>(x: E) -> E {
     );
     let square = m.multiply(m);
     let y = p.multiply(m).multiply(square);
-    let y = exponent.multiply_add(E::splat(LN_2_LOW), y);
-    let y = square.multiply_add(E::splat(-0.5), y);
-    exponent.multiply_add(E::splat(LN_2_HIGH), m.add(y))
+    let y = exponent.multiply_add(R::splat(LN_2_LOW), y);
+    let y = square.multiply_add(R::splat(-0.5), y);
+    exponent.multiply_add(R::splat(LN_2_HIGH), m.plus(y))
 }

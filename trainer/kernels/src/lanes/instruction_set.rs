@@ -5,12 +5,7 @@ use super::register::Kernel;
 #[cfg(target_arch = "x86_64")]
 use super::{avx2, avx512};
 
-/// Runs a kernel on the widest lanes of this machine.
-pub fn dispatch<K: Kernel>(kernel: K) -> K::Output {
-    InstructionSet::detect().run(kernel)
-}
-
-/// An instruction set that [`dispatch`] can select.
+/// An instruction set that kernels are compiled for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InstructionSet {
     /// AVX-512: 16 numbers in a register.
@@ -22,7 +17,7 @@ pub enum InstructionSet {
 }
 
 impl InstructionSet {
-    /// Returns the instruction set that [`dispatch`] uses on this machine.
+    /// Returns the widest instruction set of this machine.
     #[must_use]
     pub fn detect() -> Self {
         #[cfg(target_arch = "x86_64")]

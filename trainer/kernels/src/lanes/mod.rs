@@ -1,10 +1,10 @@
 //! SIMD lanes: eight or more samples per operation.
 //!
-//! A [`Kernel`] is written once, generic over [`Lanes`]. [`dispatch`] picks the lanes at run time, so a default build
-//! uses AVX-512, or AVX2 and FMA, if the processor has them. On 64-bit Arm the portable lanes compile to NEON, which is
-//! always available there.
+//! A [`Kernel`] is written once, generic over [`Lanes`]. [`InstructionSet`] picks the lanes at run time, so a default
+//! build uses AVX-512, or AVX2 and FMA, if the processor has them. On 64-bit Arm the portable lanes compile to NEON,
+//! which is always available there.
 //!
-//! The whole kernel must be inlined into `dispatch`. Mark its functions `#[inline(always)]`, and write loops instead of
+//! The whole kernel must be inlined into [`InstructionSet::run`]. Mark its functions `#[inline(always)]`, and write loops instead of
 //! `array::map` or `from_fn`: the compiler does not inline their closures.
 
 #[cfg(target_arch = "x86_64")]
@@ -21,9 +21,11 @@ mod register;
 mod register_pair;
 mod scalar_sums;
 
-pub use instruction_set::{InstructionSet, dispatch};
+pub use instruction_set::InstructionSet;
 pub use octet::{MAX_OCTETS, Octet, OctetDirections, Octets, WIDTH};
+pub(crate) use octet::{coordinates, coordinates_mut, from_coordinates};
 pub use portable::PortableLanes;
 pub use register::{Kernel, Lanes, Narrowest, has_narrower, has_two_narrower, load_directions};
+pub(crate) use register::{add_totals, kernel};
 pub use register_pair::RegisterPair;
 pub use scalar_sums::ScalarSums;

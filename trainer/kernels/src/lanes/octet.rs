@@ -23,14 +23,35 @@ impl Octet {
         };
         for lane in 0..WIDTH {
             let at = list.get(lane).unwrap_or(last);
-            octets.hx.0[lane] = at.hx;
-            octets.hz.0[lane] = at.hz;
-            octets.dx.0[lane] = at.dx;
-            octets.dy.0[lane] = at.dy;
-            octets.dz.0[lane] = at.dz;
+            for (octet, value) in coordinates_mut(&mut octets)
+                .into_iter()
+                .zip(coordinates(*at))
+            {
+                octet.0[lane] = value;
+            }
         }
         octets
     }
+}
+
+/// Returns the coordinates hx, hz, dx, dy and dz.
+#[inline(always)]
+pub(crate) fn coordinates<T>(at: HalfDifference<T>) -> [T; 5] {
+    let HalfDifference { hx, hz, dx, dy, dz } = at;
+    [hx, hz, dx, dy, dz]
+}
+
+/// Returns references to the coordinates hx, hz, dx, dy and dz.
+#[inline(always)]
+pub(crate) fn coordinates_mut<T>(at: &mut HalfDifference<T>) -> [&mut T; 5] {
+    let HalfDifference { hx, hz, dx, dy, dz } = at;
+    [hx, hz, dx, dy, dz]
+}
+
+/// Returns half and difference vectors, given their [`coordinates`].
+#[inline(always)]
+pub(crate) fn from_coordinates<T>([hx, hz, dx, dy, dz]: [T; 5]) -> HalfDifference<T> {
+    HalfDifference { hx, hz, dx, dy, dz }
 }
 
 /// The consecutive octets that lanes are loaded from. Only the first [`Lanes::OCTETS`](super::Lanes::OCTETS) are read.

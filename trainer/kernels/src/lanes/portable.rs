@@ -1,10 +1,6 @@
 //! Lanes as plain arrays, for any machine. The compiler vectorizes them where it can.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
-
-use glimpse_core::numeric::Scalar;
-
-use super::elementary::{self, Elementary};
+use super::elementary::{self, Register, register_scalar};
 use super::{Lanes, Octet, Octets};
 
 /// Eight numbers in an array.
@@ -27,67 +23,7 @@ macro_rules! each {
     };
 }
 
-macro_rules! operator {
-    ($trait:ident, $method:ident, $operator:tt) => {
-        impl $trait for PortableLanes {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                each!(lane => self.0.0[lane] $operator other.0.0[lane])
-            }
-        }
-    };
-}
-operator!(Add, add, +);
-operator!(Sub, sub, -);
-operator!(Mul, mul, *);
-operator!(Div, div, /);
-
-impl Neg for PortableLanes {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        each!(lane => -self.0.0[lane])
-    }
-}
-
-impl Scalar for PortableLanes {
-    type Parameter = f32;
-    type Sum = Self;
-
-    #[inline(always)]
-    fn constant(value: f64) -> Self {
-        Self::splat(value as f32)
-    }
-    #[inline(always)]
-    fn broadcast(parameter: f32) -> Self {
-        Self::splat(parameter)
-    }
-    #[inline(always)]
-    fn add_product(sum: &mut Self, a: Self, b: Self) {
-        *sum = sum.plus_product(a, b);
-    }
-    #[inline(always)]
-    fn add_to(sum: &mut Self, a: Self) {
-        *sum = *sum + a;
-    }
-    #[inline(always)]
-    fn plus_product(self, a: Self, b: Self) -> Self {
-        a.multiply_add(b, self)
-    }
-    #[inline(always)]
-    fn if_positive(self, then: Self, otherwise: Self) -> Self {
-        each!(lane => if self.0.0[lane] > 0.0 { then.0.0[lane] } else { otherwise.0.0[lane] })
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        elementary::exp(self)
-    }
-    #[inline(always)]
-    fn ln(self) -> Self {
-        elementary::ln(self)
-    }
-}
+register_scalar!(PortableLanes);
 
 impl Lanes for PortableLanes {
     const OCTETS: usize = 1;
@@ -116,10 +52,28 @@ impl Lanes for PortableLanes {
     }
 }
 
-impl Elementary for PortableLanes {
+macro_rules! operations {
+    ($($method:ident $operator:tt)*) => {$(
+        #[inline(always)]
+        fn $method(self, b: Self) -> Self {
+            each!(lane => self.0.0[lane] $operator b.0.0[lane])
+        }
+    )*};
+}
+
+impl Register for PortableLanes {
+    operations!(plus + subtract - multiply * divide /);
     #[inline(always)]
     fn splat(value: f32) -> Self {
         Self(Octet([value; super::WIDTH]))
+    }
+    #[inline(always)]
+    fn negate(self) -> Self {
+        each!(lane => -self.0.0[lane])
+    }
+    #[inline(always)]
+    fn select(self, then: Self, otherwise: Self) -> Self {
+        each!(lane => if self.0.0[lane] > 0.0 { then.0.0[lane] } else { otherwise.0.0[lane] })
     }
     #[inline(always)]
     fn multiply_add(self, b: Self, c: Self) -> Self {
@@ -129,14 +83,6 @@ impl Elementary for PortableLanes {
         } else {
             each!(lane => self.0.0[lane] * b.0.0[lane] + c.0.0[lane])
         }
-    }
-    #[inline(always)]
-    fn multiply(self, b: Self) -> Self {
-        self * b
-    }
-    #[inline(always)]
-    fn add(self, b: Self) -> Self {
-        self + b
     }
     #[inline(always)]
     fn clamp(self, low: f32, high: f32) -> Self {

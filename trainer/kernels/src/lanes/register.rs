@@ -13,6 +13,108 @@ pub trait Kernel {
     fn run<L: Lanes>(self) -> Self::Output;
 }
 
+/// Defines a function that is compiled for each instruction set. Its body is generic over lanes, its first type
+/// parameter; callers do not give it. The expression after `on` is the [`InstructionSet`](super::InstructionSet) to run
+/// on.
+macro_rules! kernel {
+    (
+        on $set:expr;
+        $(#[$attribute:meta])*
+        $visibility:vis fn $name:ident<$a:lifetime, $lanes:ident: $lanes_bound:ident $(, $generic:ident: $bound:ident)*>(
+            $($argument:ident: $type:ty),* $(,)?
+        ) $(-> $output:ty)? $body:block
+    ) => {
+        $(#[$attribute])*
+        $visibility fn $name<$a $(, $generic: $bound)*>($($argument: $type),*) $(-> $output)? {
+            struct Run<$a $(, $generic: $bound)*> {
+                $($argument: $type),*
+            }
+            impl<$a $(, $generic: $bound)*> $crate::lanes::Kernel for Run<$a $(, $generic)*> {
+                type Output = $crate::lanes::kernel!(@output $($output)?);
+                #[inline(always)]
+                fn run<$lanes: $lanes_bound>(self) -> Self::Output {
+                    let Self { $($argument),* } = self;
+                    $body
+                }
+            }
+            $set.run(Run::<$($generic),*> { $($argument),* })
+        }
+    };
+    (@output) => { () };
+    (@output $output:ty) => { $output };
+}
+pub(crate) use kernel;
+
+/// Implements the operators of a type, given its generic parameters in braces, as expressions of `a` and `b`.
+macro_rules! operators {
+    (
+        $generics:tt $type:ty, $a:ident, $b:ident:
+        $($operator:ident $method:ident $value:expr),*; Neg $negative:expr
+    ) => {
+        $($crate::lanes::register::operators!(
+            @implement $generics $operator $method $type, $a, ($b: Self) $value
+        );)*
+        $crate::lanes::register::operators!(@implement $generics Neg neg $type, $a, () $negative);
+    };
+    (
+        @implement {$($generics:tt)*} $operator:ident $method:ident $type:ty,
+        $a:ident, ($($b:ident: Self)?) $value:expr
+    ) => {
+        impl<$($generics)*> std::ops::$operator for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self $(, $b: Self)?) -> Self {
+                let $a = self;
+                $value
+            }
+        }
+    };
+}
+pub(super) use operators;
+
+/// Implements the operators, or the methods of [`Scalar`] other than sums, of a type that wraps lanes `L` in the given
+/// fields.
+macro_rules! lanewise {
+    (operators of $wrapper:ident: $($field:tt)*) => {
+        $crate::lanes::register::operators! {
+            {L: Lanes} $wrapper<L>, a, b:
+            Add add Self($(a.$field + b.$field),*),
+            Sub sub Self($(a.$field - b.$field),*),
+            Mul mul Self($(a.$field * b.$field),*),
+            Div div Self($(a.$field / b.$field),*);
+            Neg Self($(-a.$field),*)
+        }
+    };
+    (methods: $($field:tt)*) => {
+        #[inline(always)]
+        fn constant(value: f64) -> Self {
+            Self($(lanewise!(@repeat $field L::constant(value))),*)
+        }
+        #[inline(always)]
+        fn broadcast(parameter: f32) -> Self {
+            Self($(lanewise!(@repeat $field L::broadcast(parameter))),*)
+        }
+        #[inline(always)]
+        fn plus_product(self, a: Self, b: Self) -> Self {
+            Self($(self.$field.plus_product(a.$field, b.$field)),*)
+        }
+        #[inline(always)]
+        fn if_positive(self, then: Self, otherwise: Self) -> Self {
+            Self($(self.$field.if_positive(then.$field, otherwise.$field)),*)
+        }
+        #[inline(always)]
+        fn exp(self) -> Self {
+            Self($(self.$field.exp()),*)
+        }
+        #[inline(always)]
+        fn ln(self) -> Self {
+            Self($(self.$field.ln()),*)
+        }
+    };
+    (@repeat $field:tt $value:expr) => { $value };
+}
+pub(super) use lanewise;
+
 /// Numbers in one or two registers. Their count is a multiple of eight.
 pub trait Lanes: Scalar<Parameter = f32> {
     /// The number of octets.
@@ -66,5 +168,15 @@ pub fn load_directions<L: Lanes>(
         dx: L::load([&a.dx, &b.dx, &c.dx, &d.dx]),
         dy: L::load([&a.dy, &b.dy, &c.dy, &d.dy]),
         dz: L::load([&a.dz, &b.dz, &c.dz, &d.dz]),
+    }
+}
+
+/// Adds the total of each sum to an entry of a gradient.
+#[inline(always)]
+pub(crate) fn add_totals<L: Lanes>(sums: &[L::Sum], gradient: &mut [f32]) {
+    let mut totals = vec![0.0; gradient.len()];
+    L::totals(sums, &mut totals);
+    for (entry, total) in gradient.iter_mut().zip(totals) {
+        *entry += total;
     }
 }

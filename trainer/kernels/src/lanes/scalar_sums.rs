@@ -4,39 +4,16 @@
 //! sample. If one register holds all samples, this final addition takes longer than computing the entries. Here each
 //! entry is one number instead.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
-
 use glimpse_core::numeric::Scalar;
 
+use super::register::lanewise;
 use super::{Lanes, Octet, Octets, WIDTH};
 
 /// Lanes that are reduced to one number before they are added to a sum.
 #[derive(Clone, Copy, Debug)]
 pub struct ScalarSums<L>(L);
 
-macro_rules! operator {
-    ($trait:ident, $method:ident, $operator:tt) => {
-        impl<L: Lanes> $trait for ScalarSums<L> {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                Self(self.0 $operator other.0)
-            }
-        }
-    };
-}
-operator!(Add, add, +);
-operator!(Sub, sub, -);
-operator!(Mul, mul, *);
-operator!(Div, div, /);
-
-impl<L: Lanes> Neg for ScalarSums<L> {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self(-self.0)
-    }
-}
+lanewise!(operators of ScalarSums: 0);
 
 /// Adds the totals of `terms` to `sums`, which has at most eight entries.
 #[inline(always)]
@@ -53,14 +30,7 @@ impl<L: Lanes> Scalar for ScalarSums<L> {
     type Sum = f32;
     const HAS_FAST_ADD_ALL: bool = true;
 
-    #[inline(always)]
-    fn constant(value: f64) -> Self {
-        Self(L::constant(value))
-    }
-    #[inline(always)]
-    fn broadcast(parameter: f32) -> Self {
-        Self(L::broadcast(parameter))
-    }
+    lanewise!(methods: 0);
     #[inline(always)]
     fn add_product(sum: &mut f32, a: Self, b: Self) {
         *sum += (a.0 * b.0).total();
@@ -94,22 +64,6 @@ impl<L: Lanes> Scalar for ScalarSums<L> {
             }
             add_totals::<L>(sums, &terms);
         }
-    }
-    #[inline(always)]
-    fn plus_product(self, a: Self, b: Self) -> Self {
-        Self(self.0.plus_product(a.0, b.0))
-    }
-    #[inline(always)]
-    fn if_positive(self, then: Self, otherwise: Self) -> Self {
-        Self(self.0.if_positive(then.0, otherwise.0))
-    }
-    #[inline(always)]
-    fn exp(self) -> Self {
-        Self(self.0.exp())
-    }
-    #[inline(always)]
-    fn ln(self) -> Self {
-        Self(self.0.ln())
     }
 }
 

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 
-use super::real_scalar::RealScalar;
+use glimpse_kernels::dual::RealScalar;
 
 /// The number of nodes along theta_h (denser towards 0, as in MERL tables), theta_d, and phi_d (with period pi).
 const NODES: [usize; 3] = [72, 46, 36];

@@ -7,12 +7,10 @@
 mod angles;
 mod grid;
 mod nodes;
-mod real_scalar;
 mod table;
 
 pub use angles::{AngleDual, angles_of, angles_to_f64};
 pub use grid::{Corner, Grid};
-pub use real_scalar::RealScalar;
 pub use table::{
     Basis, BasisError, BasisValues, CoefficientCountError, Coefficients, MAGIC as BASIS_MAGIC,
     NODE_HEADER, Reconstruction,

@@ -2,7 +2,7 @@
 
 use glimpse_core::numeric::Scalar;
 
-use crate::basis::RealScalar;
+use glimpse_kernels::dual::RealScalar;
 
 /// The grid cell of a point in the unit square, and the position within the cell.
 #[derive(Clone, Copy)]

@@ -37,7 +37,9 @@ use self::distribution::{Cell, Densities, SlicePosition, TableShape};
 use self::sample_point::unit_theta;
 use self::spectrum::rgb_weights;
 use self::tensor_file::{TensorFile, check_values};
-use crate::basis::{AngleDual, RealScalar, angles_to_f64};
+use glimpse_kernels::dual::RealScalar;
+
+use crate::basis::{AngleDual, angles_to_f64};
 use crate::error::{Defect, ensure};
 use crate::mapped::map_file;
 use crate::name::name_of;

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::HalfDifference;
 
-use crate::basis::RealScalar;
+use glimpse_kernels::dual::RealScalar;
 use crate::{Brdf, NotFinite, angles_of};
 
 /// The two cosines of theta_o from which the BRDF times cosine is extrapolated below the horizon.

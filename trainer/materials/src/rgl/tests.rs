@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::Tensors;
 use super::distribution::{Densities, SlicePosition, TableShape};
-use crate::basis::RealScalar;
+use glimpse_kernels::dual::RealScalar;
 use glimpse_kernels::Dual;
 
 /// Returns tables of independent random values.

@@ -4,13 +4,16 @@
 //! motion. The weight rises while a scan takes longer than the budget, and falls while it takes less time. From time to
 //! time the samples are put into the fastest order.
 
-use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_kernels::Dual;
+use glimpse_materials::basis::angles_to_f64;
 use serde::{Deserialize, Serialize};
 
 use super::pattern::{Pattern, logits_from_reachable, reachable_angles};
-use crate::route::{self, Axes, Machine, MachineError, axes_from_angles};
+use crate::route::{
+    Axes, Machine, MachineError, Order, Pose, Route, Stop, axes_from_angles, move_seconds,
+};
 
 /// A budget for the time of a scan, and the machine that scans.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,15 +78,12 @@ impl ScanBudget {
         self.machine(limits).validate()?;
         let settling = self.settle * samples as f64;
         // This form of the condition rejects NaN too.
-        match self.seconds > settling {
-            true => {}
-            false => {
-                return Err(ScanBudgetError::NoMotion {
-                    samples,
-                    settling,
-                    seconds: self.seconds,
-                });
-            }
+        if !(self.seconds > settling) {
+            return Err(ScanBudgetError::NoMotion {
+                samples,
+                settling,
+                seconds: self.seconds,
+            });
         }
         // All samples near the start, as close to each other as the limits permit.
         let nearest = logits_from_reachable(Angles::default(), &limits);
@@ -154,63 +154,24 @@ impl Motion {
             seconds: 0.0,
             by_angles: vec![[0.0; 3]; angles.len()],
         };
-        let turns = self.machine.turn_seconds();
+        let turn = self.machine.turn_seconds();
         let start = self.machine.axis_seconds(&self.machine.start);
         let mut from = start.map(Dual::from_value);
         for (index, angles) in angles.iter().enumerate() {
-            let to = self.axis_seconds(*angles);
-            let mut longest = (0.0, [0.0; 3], [0.0; 3]);
-            for ((from, to), turn) in from.iter().zip(&to).zip(turns) {
-                let change = to.value - from.value;
-                let direct = change.abs();
-                let (seconds, sign) = match direct <= turn - direct {
-                    true => (direct, change.signum()),
-                    false => (turn - direct, -change.signum()),
-                };
-                if seconds > longest.0 {
-                    let signed = |tangent: [f64; 3]| tangent.map(|by_angle| sign * by_angle);
-                    longest = (seconds, signed(from.tangent), signed(to.tangent));
-                }
-            }
-            let (seconds, by_previous, by_own) = longest;
-            time.seconds += seconds;
-            for (sum, by_angle) in time.by_angles[index].iter_mut().zip(by_own) {
-                *sum += by_angle as f32;
-            }
-            if index > 0 {
-                for (sum, by_angle) in time.by_angles[index - 1].iter_mut().zip(by_previous) {
-                    *sum -= by_angle as f32;
+            let variables = Dual::<f64, 3>::variables(angles_to_f64(angles));
+            let to = self.machine.axis_seconds(&Axes::from_angles(variables));
+            let widened = |duals: [Dual<f64, 3>; 3], first| duals.map(|dual| widen(dual, first));
+            let seconds = move_seconds(turn, &widened(from, 0), &widened(to, 3));
+            time.seconds += seconds.value;
+            let (by_samples, _) = seconds.tangent.as_chunks::<3>();
+            for (sample, by_angles) in (0..=index).rev().zip(by_samples.iter().rev()) {
+                for (sum, by_angle) in time.by_angles[sample].iter_mut().zip(by_angles) {
+                    *sum += *by_angle as f32;
                 }
             }
             from = to;
         }
         time
-    }
-
-    /// Returns [`Machine::axis_seconds`] of a sample, with derivatives with respect to its angles.
-    fn axis_seconds(&self, angles: Angles<f32>) -> [Dual<f64, 3>; 4] {
-        let values = self.machine.axis_seconds(&axes_from_angles(angles));
-        let directions = HalfDifference::from_angles(Dual::variables(Angles {
-            theta_h: f64::from(angles.theta_h),
-            theta_d: f64::from(angles.theta_d),
-            phi_d: f64::from(angles.phi_d),
-        }))
-        .directions();
-        let [[theta_i, phi_i], [theta_o, phi_o]] =
-            [directions.incoming, directions.outgoing].map(spherical_tangents);
-        let speeds = &self.machine.speeds;
-        let per_second = |tangent: f64, speed: f64| tangent.to_degrees() / speed;
-        let azimuth_speed = speeds.phi_i + speeds.phi_o;
-        let tangents = [
-            theta_i.map(|tangent| per_second(tangent, speeds.theta_i)),
-            theta_o.map(|tangent| per_second(tangent, speeds.theta_o)),
-            std::array::from_fn(|i| per_second(phi_o[i] - phi_i[i], azimuth_speed)),
-            [0.0; 3],
-        ];
-        std::array::from_fn(|axis| Dual {
-            value: values[axis],
-            tangent: tangents[axis],
-        })
     }
 
     /// Returns the gradient of the weighted time of a path with respect to the pattern's logits. `allowance` is the present
@@ -243,8 +204,19 @@ impl Motion {
     #[must_use]
     pub fn faster_order(&self, logits: &[f32], thorough: bool) -> Option<Vec<usize>> {
         let angles = reachable_angles(logits, &self.machine.limits);
-        let arms: Vec<Axes> = angles.iter().copied().map(axes_from_angles).collect();
-        let order = route::fast_order(&self.machine, &arms, thorough);
+        let stop = |(index, angles): (usize, &Angles<f32>)| Stop {
+            index,
+            poses: vec![Pose {
+                arms: axes_from_angles(*angles),
+                swapped: false,
+            }],
+        };
+        let stops: Vec<Stop> = angles.iter().enumerate().map(stop).collect();
+        let route = match thorough {
+            true => Route::new(&self.machine, &stops, Order::Travel, 0),
+            false => Route::quick(&self.machine, &stops, Order::Travel),
+        };
+        let order: Vec<usize> = route.visits.iter().map(|visit| visit.index).collect();
         let sorted: Vec<Angles<f32>> = order.iter().map(|index| angles[*index]).collect();
         let gain = self.path(&angles).seconds - self.path(&sorted).seconds;
         (gain > MIN_GAIN).then_some(order)
@@ -299,19 +271,9 @@ impl Motion {
     }
 }
 
-/// Returns the derivatives of the polar angle and of the azimuth of a direction. They are 0 along the normal, where
-/// neither has one.
-fn spherical_tangents([x, y, z]: [Dual<f64, 3>; 3]) -> [[f64; 3]; 2] {
-    /// The square of the sine of the polar angle below which a direction counts as the normal.
-    const POLE: f64 = 1e-8;
-    let square = x.value * x.value + y.value * y.value;
-    if square < POLE {
-        return [[0.0; 3]; 2];
-    }
-    let sine = square.sqrt();
-    let radial = |i: usize| (x.value * x.tangent[i] + y.value * y.tangent[i]) / sine;
-    [
-        std::array::from_fn(|i| z.value * radial(i) - sine * z.tangent[i]),
-        std::array::from_fn(|i| (x.value * y.tangent[i] - y.value * x.tangent[i]) / square),
-    ]
+/// Returns a number whose three derivatives begin at entry `first` of six.
+fn widen(dual: Dual<f64, 3>, first: usize) -> Dual<f64, 6> {
+    let mut wide = Dual::from_value(dual.value);
+    wide.tangent[first..first + 3].copy_from_slice(&dual.tangent);
+    wide
 }

@@ -3,6 +3,8 @@
 use std::ops::RangeInclusive;
 
 use glimpse_core::gonio::Limits;
+use glimpse_core::numeric::Scalar;
+use glimpse_kernels::dual::RealScalar;
 
 use super::axes::{Axes, wrapped};
 
@@ -14,7 +16,7 @@ use super::axes::{Axes, wrapped};
 ///
 /// # Azimuths
 ///
-/// The BRDF of an isotropic sample depends only on the *difference* of the azimuths. The two azimuth axes turn in
+/// The sample is isotropic, so its BRDF depends only on the *difference* of the azimuths. The two azimuth axes turn in
 /// opposite directions, in proportion to their speeds, and arrive at the same time. No other choice of azimuths takes
 /// less time, because the difference cannot change faster than both axes together, and the times do not depend on
 /// earlier moves. The difference changes in the shorter direction.
@@ -23,8 +25,8 @@ use super::axes::{Axes, wrapped};
 /// depends on earlier moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Machine {
-    /// The axis speeds in degrees per second, 0.001 to 1,000,000. If the sample is isotropic, one azimuth may have the
-    /// speed 0, which means that the machine lacks that axis.
+    /// The axis speeds in degrees per second, 0.001 to 1,000,000. One azimuth may have the speed 0, which means that the
+    /// machine lacks that axis.
     pub speeds: Axes,
     /// The time to settle and to read at each sample, in seconds, 0 to 86,400.
     pub settle: f64,
@@ -32,23 +34,20 @@ pub struct Machine {
     pub start: Axes,
     /// The limits of the arms.
     pub limits: Limits,
-    /// True if the sample is isotropic, so that only the difference of the azimuths matters.
-    pub isotropic: bool,
-    /// True if azimuths turn without a limit. Otherwise their difference, or each of them for an anisotropic sample,
-    /// stays within -180 to 180 degrees, so that no cable winds up.
+    /// True if azimuths turn without a limit. Otherwise their difference stays within -180 to 180 degrees, so that no
+    /// cable winds up.
     pub full_turns: bool,
 }
 
 impl Default for Machine {
     /// 10 degrees per second for each axis, 0.5 s at each sample, both arms along the normal with opposite azimuths at the
-    /// start, no limits, an isotropic sample, and full turns.
+    /// start, no limits, and full turns.
     fn default() -> Self {
         Self {
             speeds: Axes::from_array([10.0; 4]),
             settle: 0.5,
             start: Axes::from_array([0.0, 0.0, 0.0, 180.0]),
             limits: Limits::NONE,
-            isotropic: true,
             full_turns: true,
         }
     }
@@ -75,15 +74,6 @@ pub enum MachineError {
         "the speeds of phi_i and phi_o are both 0; give at least one of them, 0.001 to 1,000,000 degrees per second"
     )]
     NoAzimuth,
-    /// The sample is anisotropic, and the speed of an azimuth is 0.
-    #[error(
-        "the speed of {axis} is 0, but an anisotropic sample needs both azimuths; give 0.001 to 1,000,000 degrees per \
-         second"
-    )]
-    MissingAzimuth {
-        /// The axis.
-        axis: &'static str,
-    },
     /// The time at each sample is out of range or NaN.
     #[error("the time at each sample is {0}; give seconds, 0 to 86,400")]
     Settle(f64),
@@ -108,6 +98,24 @@ pub enum MachineError {
     Limits(#[from] glimpse_core::error::Error),
 }
 
+/// The result of [`Machine::axis_seconds`].
+pub(crate) type AxisSeconds<S = f64> = [S; 3];
+
+/// Returns the time of a move from one [`Machine::axis_seconds`] to another, given [`Machine::turn_seconds`].
+#[inline]
+pub(crate) fn move_seconds<S: Scalar>(turn: f64, from: &AxisSeconds<S>, to: &AxisSeconds<S>) -> S {
+    let mut moves = *to;
+    for (change, from) in moves.iter_mut().zip(from) {
+        *change = *change - *from;
+        *change = change.if_positive(*change, -*change);
+    }
+    let [theta_i, theta_o, direct] = moves;
+    let other_way = S::constant(turn) - direct;
+    let max = |one: S, other: S| (one - other).if_positive(one, other);
+    let azimuth = (other_way - direct).if_positive(direct, other_way);
+    max(azimuth, max(theta_o, theta_i))
+}
+
 impl Machine {
     /// Checks the ranges of all fields.
     ///
@@ -120,9 +128,6 @@ impl Machine {
             if !(SPEEDS.contains(&value) || is_absent) {
                 return Err(MachineError::Speed { axis, value });
             }
-            if is_absent && !self.isotropic {
-                return Err(MachineError::MissingAzimuth { axis });
-            }
         }
         if self.speeds.phi_i + self.speeds.phi_o == 0.0 {
             return Err(MachineError::NoAzimuth);
@@ -134,7 +139,6 @@ impl Machine {
         const MAX_AZIMUTH: f64 = 3_600.0;
         for (axis, value) in Axes::NAMES.into_iter().zip(self.start.to_array()) {
             let (max, range) = match axis.starts_with("phi") {
-                true if !self.isotropic && !self.full_turns => (180.0, "degrees from -180 to 180"),
                 true => (MAX_AZIMUTH, "degrees from -3,600 to 3,600"),
                 false => (180.0, "degrees from -180 to 180"),
             };
@@ -143,62 +147,32 @@ impl Machine {
             }
         }
         let difference = (self.start.phi_o - self.start.phi_i).abs();
-        if self.isotropic && !self.full_turns && difference > 180.0 {
+        if !self.full_turns && difference > 180.0 {
             return Err(MachineError::WoundUp(difference));
         }
         Ok(())
     }
 
-    /// Returns the same machine with the pattern's own azimuths instead of optimized ones. A machine that lacks an
-    /// azimuth axis still uses only the difference.
-    #[must_use]
-    pub fn naive(&self) -> Self {
-        let lacks_axis = self.speeds.phi_i == 0.0 || self.speeds.phi_o == 0.0;
-        Self {
-            isotropic: self.isotropic && lacks_axis,
-            ..*self
-        }
-    }
-
-    /// Converts a position to the seconds that each axis takes from 0: theta_i, theta_o, phi_i and phi_o. For an
-    /// isotropic sample, the third entry is that of the difference of the azimuths, and the fourth is 0. Azimuths are
-    /// wrapped to -180 to 180 degrees.
-    ///
-    /// The time of a move is the largest difference of the entries, each modulo [`turn_seconds`](Self::turn_seconds).
-    pub(crate) fn axis_seconds(&self, arms: &Axes) -> [f64; 4] {
+    /// Converts a position to the seconds that each axis takes from 0: theta_i, theta_o, and the difference of the
+    /// azimuths, wrapped to -180 to 180 degrees.
+    pub(crate) fn axis_seconds<S: RealScalar>(&self, arms: &Axes<S>) -> AxisSeconds<S> {
         let speeds = &self.speeds;
-        let [phi_i, phi_o] = match self.isotropic {
-            true => [
-                wrapped(arms.phi_o - arms.phi_i) / (speeds.phi_i + speeds.phi_o),
-                0.0,
-            ],
-            false => [
-                wrapped(arms.phi_i) / speeds.phi_i,
-                wrapped(arms.phi_o) / speeds.phi_o,
-            ],
-        };
         [
-            arms.theta_i / speeds.theta_i,
-            arms.theta_o / speeds.theta_o,
-            phi_i,
-            phi_o,
+            (arms.theta_i, speeds.theta_i),
+            (arms.theta_o, speeds.theta_o),
+            (
+                wrapped(arms.phi_o - arms.phi_i),
+                speeds.phi_i + speeds.phi_o,
+            ),
         ]
+        .map(|(angle, speed)| angle * S::constant(1.0 / speed))
     }
 
-    /// Returns the seconds of a full turn for each entry of [`axis_seconds`](Self::axis_seconds); infinite for an axis
-    /// without full turns.
-    pub(crate) fn turn_seconds(&self) -> [f64; 4] {
-        const NO_TURN: f64 = f64::INFINITY;
-        let speeds = &self.speeds;
-        match (self.full_turns, self.isotropic) {
-            (false, _) => [NO_TURN; 4],
-            (true, true) => [
-                NO_TURN,
-                NO_TURN,
-                360.0 / (speeds.phi_i + speeds.phi_o),
-                NO_TURN,
-            ],
-            (true, false) => [NO_TURN, NO_TURN, 360.0 / speeds.phi_i, 360.0 / speeds.phi_o],
+    /// Returns the seconds that a full turn of the difference of the azimuths takes; infinite without full turns.
+    pub(crate) fn turn_seconds(&self) -> f64 {
+        match self.full_turns {
+            true => 360.0 / (self.speeds.phi_i + self.speeds.phi_o),
+            false => f64::INFINITY,
         }
     }
 
@@ -210,22 +184,14 @@ impl Machine {
             true => wrapped(change),
             false => change,
         };
-        let [change_i, change_o] = match self.isotropic {
-            true => {
-                let difference = |arms: &Axes| wrapped(arms.phi_o - arms.phi_i);
-                let change = shorter_way(difference(to) - difference(from));
-                let change_i =
-                    -change * self.speeds.phi_i / (self.speeds.phi_i + self.speeds.phi_o);
-                [change_i, change + change_i]
-            }
-            false => [(from.phi_i, to.phi_i), (from.phi_o, to.phi_o)]
-                .map(|(from, to)| shorter_way(wrapped(to) - wrapped(from))),
-        };
+        let difference = |arms: &Axes| wrapped(arms.phi_o - arms.phi_i);
+        let change = shorter_way(difference(to) - difference(from));
+        let change_i = -change * self.speeds.phi_i / (self.speeds.phi_i + self.speeds.phi_o);
         Axes {
             theta_i: to.theta_i,
             phi_i: position.phi_i + change_i,
             theta_o: to.theta_o,
-            phi_o: position.phi_o + change_o,
+            phi_o: position.phi_o + change + change_i,
         }
     }
 }
@@ -243,7 +209,7 @@ mod tests {
         let valid = Machine::default();
         assert_eq!(valid.validate(), Ok(()));
         let speed = |axis, value| MachineError::Speed { axis, value };
-        let cases: [(Change, MachineError); 8] = [
+        let cases: [(Change, MachineError); 7] = [
             (
                 |machine| machine.speeds.theta_i = 0.0,
                 speed("theta_i", 0.0),
@@ -255,10 +221,6 @@ mod tests {
             (
                 |machine| (machine.speeds.phi_i, machine.speeds.phi_o) = (0.0, 0.0),
                 MachineError::NoAzimuth,
-            ),
-            (
-                |machine| (machine.isotropic, machine.speeds.phi_i) = (false, 0.0),
-                MachineError::MissingAzimuth { axis: "phi_i" },
             ),
             (|machine| machine.settle = -0.5, MachineError::Settle(-0.5)),
             (

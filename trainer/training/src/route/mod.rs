@@ -2,19 +2,14 @@
 //!
 //! - [`Machine`]: the speeds and limits of the axes, and the treatment of azimuths;
 //! - [`stops`]: the samples with their poses, or the unreachable samples;
-//! - [`fast_order`]: the order of the samples alone, for training;
-//! - [`Route`]: the visits, with the times of this route and of the naive one;
+//! - [`Route`]: the visits, with their times;
 //! - [`Route::to_csv`], [`Route::to_json`] and [`blank_sheet`]: export.
 //!
 //! A device's [`glimpse_core::gonio::Machine`] has the same travel times and azimuths, but always moves to the nearest
 //! sample. The fastest order has to be planned before the scan.
 
 mod axes;
-mod exact;
 mod machine;
-mod order;
-mod points;
-mod poses;
 mod search;
 mod sheet;
 mod stop;
@@ -22,9 +17,9 @@ mod stop;
 mod tests;
 mod visit;
 
-pub use axes::Axes;
+pub use axes::{Axes, axes_from_angles};
+pub(crate) use machine::move_seconds;
 pub use machine::{Machine, MachineError};
-pub use order::fast_order;
 pub use sheet::blank_sheet;
-pub use stop::{OutOfReach, Pose, Stop, axes_from_angles, stops};
+pub use stop::{OutOfReach, Pose, Stop, stops};
 pub use visit::{Order, Route, Visit};

@@ -54,7 +54,7 @@ impl Route {
         })
     }
 
-    /// Returns JSON with the visits, the times of this route and of the naive one, and the machine. Angles are in
+    /// Returns JSON with the visits, its times, and the machine. Angles are in
     /// degrees, times in seconds.
     #[must_use]
     pub fn to_json(&self, machine: &Machine) -> Value {
@@ -79,18 +79,14 @@ impl Route {
             .collect();
         json!({
             "order": self.order.name(),
-            "is_best": self.is_best,
             "samples": self.visits.len(),
             "seconds": self.total(),
             "moving_seconds": self.travel,
             "settling_seconds": self.settling,
-            "naive_seconds": self.naive_total(),
-            "naive_moving_seconds": self.naive_travel,
             "machine": {
                 "degrees_per_second": axes(&machine.speeds),
                 "settle_seconds": machine.settle,
                 "start": axes(&machine.start),
-                "isotropic": machine.isotropic,
                 "full_turns": machine.full_turns,
                 "max_theta_i": degrees(limits.max_theta_i),
                 "max_theta_o": degrees(limits.max_theta_o),

@@ -1,11 +1,11 @@
 //! Poses of the arms for each sample of a recipe.
 
 use glimpse_core::error::Error;
-use glimpse_core::geometry::{Angles, Directions, HalfDifference};
+use glimpse_core::geometry::Directions;
 use glimpse_core::gonio::Limits;
 use glimpse_core::recipe::Recipe;
 
-use super::axes::Axes;
+use super::axes::{Axes, axes_from_angles};
 
 /// A sample and the poses in which it can be measured.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,27 +38,6 @@ pub struct OutOfReach {
     pub arms: Axes,
     /// The limit that is exceeded, and by how much.
     pub reason: Error,
-}
-
-/// Returns the directions of the arms at a sample of a pattern, in degrees. They are those of [`Recipe::directions`],
-/// in double precision.
-#[must_use]
-pub fn axes_from_angles(angles: Angles<f32>) -> Axes {
-    let directions = HalfDifference::from_angles(Angles {
-        theta_h: f64::from(angles.theta_h),
-        theta_d: f64::from(angles.theta_d),
-        phi_d: f64::from(angles.phi_d),
-    })
-    .directions();
-    let spherical = |[x, y, z]: [f64; 3]| [x.hypot(y).atan2(z), y.atan2(x)].map(f64::to_degrees);
-    let [theta_i, phi_i] = spherical(directions.incoming);
-    let [theta_o, phi_o] = spherical(directions.outgoing);
-    Axes {
-        theta_i,
-        phi_i,
-        theta_o,
-        phi_o,
-    }
 }
 
 /// Returns the recipe's samples, in the recipe's order, with the poses within the limits. If `swap` is true, these

@@ -2,9 +2,7 @@
 
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
-use std::sync::PoisonError;
 
-use burn::tensor::Tensor;
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
@@ -21,8 +19,7 @@ use glimpse_training::route::{Axes, Order, Route, stops};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-use crate::burn_reference::{BURN_LOCK, Matrix, matrix, to_vec};
-use crate::support::{procedural, to_f64};
+use crate::support::procedural;
 
 const SPEEDS: [f64; 4] = [10.0, 15.0, 8.0, 12.0];
 /// The number of samples of a path.
@@ -184,69 +181,6 @@ fn weighted_gradient_matches_differences() {
         assert!(cosine > 0.999, "{gradient:?} {slopes:?}");
         let ratio = norm(&gradient) / norm(&slopes);
         assert!((0.48..0.55).contains(&ratio), "{ratio}");
-    });
-}
-
-/// Returns the positions of the arms as columns: cos theta_i, cos theta_o, and cosine and sine of the azimuths'
-/// difference.
-fn arm_tensors(angles: &Matrix) -> [Matrix; 4] {
-    let column = |index| angles.clone().narrow(1, index, 1);
-    let [h, d, p] = [column(0), column(1), column(2)];
-    let along = d.clone().sin() * p.clone().cos() * h.clone().cos();
-    let up = d.clone().cos() * h.clone().sin();
-    let y = d.clone().sin() * p.clone().sin();
-    let vertical = d.clone().cos() * h.clone().cos();
-    let tilt = d.sin() * p.cos() * h.sin();
-    let (ix, ox) = (up.clone() + along.clone(), up - along);
-    let cosine = ix.clone() * ox.clone() - y.clone() * y.clone();
-    let sine = -(ix * y.clone()) - y * ox;
-    [
-        vertical.clone() - tilt.clone(),
-        vertical + tilt,
-        cosine,
-        sine,
-    ]
-}
-
-#[test]
-fn gradient_of_path_time_matches_burn() {
-    let _lock = BURN_LOCK.lock().unwrap_or_else(PoisonError::into_inner);
-    let motion = Motion::new(budget(10.0, 0.0), Limits::NONE, SAMPLES);
-    for_each_path(|angles, path| {
-        let variables = matrix(path.as_flattened(), [SAMPLES, 3]).require_grad();
-        let [theta_i, theta_o, cosine, sine] = arm_tensors(&variables);
-        // Each move is the change of one axis: its sign and the axis are those of the values.
-        let degrees = 180.0 / PI;
-        let polar = |cosine: Matrix| cosine.acos() * degrees;
-        let azimuth = sine.atan2(cosine) * degrees;
-        let columns = Tensor::cat(vec![polar(theta_i), polar(theta_o), azimuth], 1);
-        let start = matrix(&[0.0, 0.0, 180.0], [1, 3]);
-        let from = Tensor::cat(vec![start, columns.clone().narrow(0, 0, SAMPLES - 1)], 0);
-        let change = columns - from;
-        let changes = to_vec(change.clone());
-        let mut weights = Vec::new();
-        for (changes, durations) in changes.chunks(3).zip(moves(path)) {
-            let slowest = (0..3).max_by(|a, b| durations[*a].total_cmp(&durations[*b]));
-            let slowest = slowest.expect("three axes");
-            for axis in 0..3 {
-                let [theta_i, phi_i, theta_o, phi_o] = SPEEDS;
-                let speed = [theta_i, theta_o, phi_i + phi_o][axis];
-                let is_direct = axis < 2 || changes[axis].abs() <= 180.0;
-                let sign = changes[axis].signum() * if is_direct { 1.0 } else { -1.0 };
-                weights.push(if axis == slowest { sign / speed } else { 0.0 });
-            }
-        }
-        let total = (change * matrix(&weights, [SAMPLES, 3])).sum();
-        let gradients = total.backward();
-        let expected = to_vec(variables.grad(&gradients).expect("a gradient"));
-        let by_angles = motion.path(angles).by_angles;
-        for (derivative, expected) in to_f64(by_angles.as_flattened()).iter().zip(expected) {
-            let error = (derivative - expected).abs();
-            assert!(
-                error < 1e-5 * expected.abs().max(1.0),
-                "{derivative} and {expected}"
-            );
-        }
     });
 }
 

@@ -18,10 +18,10 @@ fn gradient_and_product(
 ) -> Vec<f32> {
     let mut gradient = CookTorranceParameters::filled(0.0);
     let values = parameters(theta.iter().map(|dual| dual.value), 0.0);
-    let loss = CookTorrance::partial_gradient(&values, samples, 0..1, &mut gradient);
+    let loss = CookTorrance::gradient(&values, samples, &mut gradient);
     let mut product = CookTorranceParameters::filled(0.0);
     let mut derivatives = samples.zero_derivatives();
-    CookTorrance::partial_product(theta, samples, 0..1, &mut product, Some(&mut derivatives));
+    CookTorrance::product(theta, samples, &mut product, Some(&mut derivatives));
     let derivatives = derivatives.iter().flat_map(|by_sample| {
         let [red, green, blue] = by_sample.measured;
         let at = by_sample.at;
