@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 
 use glimpse_materials::Procedural;
 use materials::{fitted, format, nbrdf, pab, pab_texts};
-use others::{checkpoint, device, environment, readings};
+use others::{checkpoint, environment, readings};
 use tensors::{rgl, tensors};
 
 pub(crate) type SeedResult = Result<(), Box<dyn Error>>;
@@ -30,7 +30,6 @@ fn main() -> SeedResult {
     pab(&Folder::new(&seeds, "pab")?, &texts)?;
     format(&Folder::new(&seeds, "format")?, &tensors.bytes(), &texts[0])?;
     readings(&Folder::new(&seeds, "readings")?, &material)?;
-    device(&Folder::new(&seeds, "device")?)?;
     fitted(&Folder::new(&seeds, "material")?)?;
     checkpoint(&Folder::new(&seeds, "checkpoint")?)?;
     environment(&Folder::new(&seeds, "environment")?)

@@ -5,7 +5,6 @@
 
 pub mod basis;
 pub mod checkpoint;
-pub mod device;
 pub mod environment;
 pub mod format;
 pub mod material;

@@ -9,7 +9,6 @@ fn all_seeds_pass() {
     let targets: &[Target] = &[
         ("basis", glimpse_trainer_fuzz::basis::check),
         ("checkpoint", glimpse_trainer_fuzz::checkpoint::check),
-        ("device", glimpse_trainer_fuzz::device::check),
         ("environment", glimpse_trainer_fuzz::environment::check),
         ("format", glimpse_trainer_fuzz::format::check),
         ("material", glimpse_trainer_fuzz::material::check),

@@ -1,44 +1,10 @@
-//! Arguments that are chosen by name: models, schedules, quantities and others.
+//! Arguments that are chosen by name, and limits of a machine.
 
-use glimpse_core::gonio::{Footprint, Limits, Quantity};
-use glimpse_core::model::ModelKind;
-use glimpse_training::meta::plan::{Effort, Schedule};
-use glimpse_training::route::Order;
+use clap::ValueEnum;
+use glimpse_core::gonio::Limits;
 use pyo3::prelude::*;
 
 use crate::error::reject;
-
-pub(crate) const MODELS: [(&str, ModelKind); 4] = [
-    ("phong", ModelKind::Phong),
-    ("cook-torrance", ModelKind::CookTorrance),
-    ("linear", ModelKind::Linear),
-    ("neural", ModelKind::Neural),
-];
-pub(crate) const SCHEDULES: [(&str, Schedule); 3] = [
-    ("prior", Schedule::Prior),
-    ("joint", Schedule::Joint),
-    ("paper", Schedule::Paper),
-];
-pub(crate) const EFFORTS: [(&str, Effort); 4] = [
-    ("brief", Effort::Brief),
-    ("quick", Effort::Quick),
-    ("standard", Effort::Standard),
-    ("long", Effort::Long),
-];
-pub(crate) const ORDERS: [(&str, Order); 2] = [
-    ("travel", Order::Travel),
-    ("progressive", Order::Progressive),
-];
-pub(crate) const QUANTITIES: [(&str, Quantity); 4] = [
-    ("brdf", Quantity::Brdf),
-    ("brdf-cos-i", Quantity::BrdfTimesCosThetaI),
-    ("brdf-cos-o", Quantity::BrdfTimesCosThetaO),
-    ("reflectance-factor", Quantity::ReflectanceFactor),
-];
-pub(crate) const FOOTPRINTS: [(&str, Footprint); 2] = [
-    ("light", Footprint::LightLarger),
-    ("sensor", Footprint::SensorLarger),
-];
 
 /// Returns the choice with a name. For an unknown name, the error names `argument` and all choices.
 pub(crate) fn choose<T: Copy>(argument: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
@@ -50,6 +16,17 @@ pub(crate) fn choose<T: Copy>(argument: &str, name: &str, choices: &[(&str, T)])
         "{argument} is `{name}`, and must be one of {}",
         names.join(", ")
     ))
+}
+
+/// Returns the value with a name, as on the command line.
+pub(crate) fn choose_value<T: ValueEnum + Copy>(
+    argument: &str,
+    name: &str,
+    name_of: fn(T) -> &'static str,
+) -> PyResult<T> {
+    let all = T::value_variants().iter();
+    let named: Vec<(&str, T)> = all.map(|value| (name_of(*value), *value)).collect();
+    choose(argument, name, &named)
 }
 
 /// Returns limits from arguments in degrees, with `default` for those that are None. The caller validates them.

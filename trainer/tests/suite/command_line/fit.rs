@@ -81,13 +81,16 @@ fn fits_readings_without_outlier() {
         ("/0/measured/file", json!("outlier.csv")),
         ("/0/recipe/file", json!(MASKED)),
         ("/0/recipe/samples", json!(16)),
-        ("/0/readings/missing", json!([3])),
-        ("/0/readings/looks_wrong/0/sample", json!(1)),
-        ("/0/readings/left_out", json!([1])),
+        (
+            "/0/readings/unused",
+            json!([{ "sample": 1, "status": "outlier" }, { "sample": 3, "status": "missing" }]),
+        ),
+        ("/0/readings/outliers/0/sample", json!(1)),
+        ("/0/readings/outliers/0/status", json!("outlier")),
         ("/0/readings/used", json!(14)),
         ("/1/name", json!("missing")),
         ("/1/measured/rows", json!(14)),
-        ("/1/readings/missing", json!([1, 3])),
+        ("/1/readings/unused/0/status", json!("missing")),
     ] {
         assert_eq!(report.pointer(field), Some(&expected), "{field}");
     }
@@ -105,7 +108,7 @@ fn fits_readings_without_outlier() {
         .collect();
     assert_eq!(
         (statuses.len(), statuses[1], statuses[3], statuses[0]),
-        (16, "left out", "missing", "used")
+        (16, "outlier", "missing", "used")
     );
 
     // readings.csv can be fitted again, and the folder is a source of materials.
@@ -137,9 +140,9 @@ fn rejects_missing_readings() {
     let fit = format!("fit {WHOLE} --measurements all.csv --out out");
     let report = folder.succeed_as_json(&fit);
     let readings = &report[0]["readings"];
-    assert_eq!(readings["looks_wrong"][0]["sample"], 0);
+    assert_eq!(readings["outliers"][0]["sample"], 0);
     assert_eq!(
-        (&readings["used"], &readings["left_out"]),
+        (&readings["used"], &readings["unused"]),
         (&json!(8), &json!([]))
     );
 }
@@ -250,74 +253,17 @@ fn replaces_results_only_with_force() {
 fn rejects_options_without_effect() {
     let folder = folder();
     for (options, words) in [
-        ("", &["--measurements", "--values"][..]),
-        ("--measurements a.csv --values b.json", &["--measurements"]),
+        ("", &["--measurements"][..]),
         ("--measurements a.csv --dark 9", &["--dark", "--white"]),
         ("--measurements a.csv --footprint light", &["--footprint"]),
         (
             "--measurements a.csv --white w.csv --quantity brdf",
             &["--quantity", "--white"],
         ),
-        ("--values b.json --keep-all", &["--keep-all", "--values"]),
     ] {
         folder.fail_naming(&format!("fit {MASKED} --out out {options}"), words);
     }
-    for (option, value) in [
-        ("--quantity", "brdf-cos"),
-        ("--tolerance", "1"),
-        ("--white", "w.csv"),
-        ("--dark", "9"),
-        ("--white-reflectance", "0.9"),
-        ("--saturation", "4095"),
-        ("--footprint", "light"),
-    ] {
-        let fit = format!("fit {MASKED} --out out --values b.json {option} {value}");
-        folder.fail_naming(&fit, &[option, "--values"]);
-    }
     assert!(!folder.exists("out"));
-}
-
-#[test]
-fn fits_values_of_device() {
-    let folder = folder();
-    write_readings(&folder, "a.csv", MASKED, &shuffled(None));
-    folder.succeed(&format!("fit {MASKED} --measurements a.csv --out lab"));
-    let lab = folder.read_json("lab/material.json");
-    let read = |angles: &Angles<f32>| {
-        json!({
-            "theta_h": angles.theta_h,
-            "theta_d": angles.theta_d,
-            "phi_d": angles.phi_d,
-            "brdf": material().brdf(*angles),
-            "saturated": false,
-        })
-    };
-    let readings: Vec<Value> = pattern(&folder, MASKED).iter().map(read).collect();
-    let sent = json!({
-        "model": "neural",
-        "recipe": lab["recipe"]["checksum"],
-        "values": lab["values"],
-        "readings": readings,
-    });
-    folder.write("scan.json", sent.to_string());
-    let text = folder.succeed(&format!("fit {MASKED} --values scan.json --out device"));
-    assert_names(&text, &["16"]);
-    let device = folder.read_json("device/material.json");
-    assert_ne!(device["expected_loss"], Value::Null);
-    assert_eq!(folder.names("device"), folder.names("lab"));
-    assert_eq!(device["values"], lab["values"]);
-
-    for (field, value, words) in [
-        ("recipe", json!("00000000"), "00000000"),
-        ("values", json!([1.0]), "1"),
-    ] {
-        let mut sent =
-            json!({ "model": "neural", "recipe": lab["recipe"]["checksum"], "values": [] });
-        sent[field] = value;
-        folder.write("scan.json", sent.to_string());
-        let other = format!("fit {MASKED} --values scan.json --out other");
-        folder.fail_naming(&other, &["scan.json", words]);
-    }
 }
 
 #[test]
@@ -435,10 +381,10 @@ fn material_json_has_report_fields() {
         ("/measured/rows", json!(15)),
         ("/readings/used", json!(14)),
         (
-            "/readings/excluded",
+            "/readings/unused",
             json!([
-                { "sample": 1, "reason": "outlier" },
-                { "sample": 3, "reason": "missing" },
+                { "sample": 1, "status": "outlier" },
+                { "sample": 3, "status": "missing" },
             ]),
         ),
         ("/expected_loss/source", json!("readings")),

@@ -137,7 +137,7 @@ fn accepts_or_reports_csv_dialects() {
         (whole.replace("0.25", "-9"), &["2"]),
         (whole.replace("0,30,0", "0,0.5236,0"), &["2"]),
         (whole.replace("0.25", &long), &["2"]),
-        (whole.replace("r,g", "\u{1b}[2J,g"), &["\\u{1b}[2J"]),
+        (whole.replace("r,g", "\u{1b}[2J,g"), &["\\u{1b}[2j"]),
         (whole[..28].to_owned(), &[]),
         (String::new(), &[]),
     ] {

@@ -1,5 +1,0 @@
-//! Runs `glimpse_trainer_fuzz::device` on libFuzzer's inputs.
-
-#![no_main]
-
-libfuzzer_sys::fuzz_target!(|input: &[u8]| glimpse_trainer_fuzz::device::check(input));
