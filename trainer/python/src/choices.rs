@@ -1,7 +1,6 @@
-//! Arguments that are chosen by name, and limits of a machine.
+//! Arguments that are chosen by name.
 
 use clap::ValueEnum;
-use glimpse_core::gonio::Limits;
 use pyo3::prelude::*;
 
 use crate::error::reject;
@@ -27,26 +26,4 @@ pub(crate) fn choose_value<T: ValueEnum + Copy>(
     let all = T::value_variants().iter();
     let named: Vec<(&str, T)> = all.map(|value| (name_of(*value), *value)).collect();
     choose(argument, name, &named)
-}
-
-/// Returns limits from arguments in degrees, with `default` for those that are None. The caller validates them.
-pub(crate) fn limits(
-    default: Limits,
-    max_theta_i: Option<f64>,
-    max_theta_o: Option<f64>,
-    min_separation: Option<f64>,
-) -> Limits {
-    let polar = |degrees: f64| match degrees == 90.0 {
-        // Exactly pi/2: the conversion below could round it up.
-        true => Limits::NONE.max_theta_i,
-        false => (degrees as f32).to_radians(),
-    };
-    Limits {
-        max_theta_i: max_theta_i.map_or(default.max_theta_i, polar),
-        max_theta_o: max_theta_o.map_or(default.max_theta_o, polar),
-        min_separation: min_separation.map_or(default.min_separation, |degrees| {
-            (degrees as f32).to_radians()
-        }),
-        ..default
-    }
 }

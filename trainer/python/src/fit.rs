@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glimpse_core::gonio::Repeated;
+use glimpse_core::recipe::Recipe;
+use glimpse_materials::basis::Basis;
 use glimpse_materials::{FittedMaterial, Material};
 use glimpse_trainer::measurement::{
     Fit, Measurements, ReadingStatus, Selection, fit, material_files,
@@ -11,7 +12,6 @@ use glimpse_trainer::measurement::{
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use pyo3::types::PyType;
 use serde_json::json;
 
 use crate::arrays::{array, to_python};
@@ -19,7 +19,6 @@ use crate::error::{GlimpseError, reject, to_exception};
 use crate::files::write;
 use crate::interruptible::run_detached;
 use crate::material::{Origin, PyMaterial};
-use crate::recipe::PyRecipe;
 
 /// A reading that is improbable given the other readings.
 ///
@@ -54,12 +53,16 @@ impl PyOutlier {
 pub(crate) struct PyFittedMaterial {
     fit: Fit,
     keep_all: bool,
-    recipe: Py<PyRecipe>,
+    basis: Option<Arc<Basis>>,
+    /// The Recipe.
+    recipe: Py<PyAny>,
 }
 
 impl PyFittedMaterial {
     pub(crate) fn new<'py>(
-        recipe: &Bound<'py, PyRecipe>,
+        recipe: &Bound<'py, PyAny>,
+        parsed: &Recipe<'_>,
+        basis: Option<Arc<Basis>>,
         name: &str,
         measurements: Measurements,
         keep_all: bool,
@@ -70,10 +73,9 @@ impl PyFittedMaterial {
             ));
         }
         let py = recipe.py();
-        let (parsed, basis) = (recipe.get().recipe(), recipe.get().basis.as_deref());
         let fit = run_detached(py, || {
-            let selection = Selection::new(&parsed, measurements, keep_all)?;
-            fit(&parsed, basis, name.to_owned(), selection)
+            let selection = Selection::new(parsed, measurements, keep_all)?;
+            fit(parsed, basis.as_deref(), name.to_owned(), selection)
         })?
         .map_err(to_exception)?;
         let base = PyMaterial {
@@ -84,6 +86,7 @@ impl PyFittedMaterial {
         let fitted = Self {
             fit,
             keep_all,
+            basis,
             recipe: recipe.clone().unbind(),
         };
         Bound::new(py, PyClassInitializer::from(base).add_subclass(fitted))
@@ -197,8 +200,7 @@ impl PyFittedMaterial {
         }
         let this = slf.get();
         let metadata = json!({ "trainer": concat!("glimpse_brdf ", env!("CARGO_PKG_VERSION")) });
-        let basis = this.recipe.get().basis.as_deref();
-        let files = material_files(this.material(), &path, basis, metadata);
+        let files = material_files(this.material(), &path, this.basis.as_deref(), metadata);
         let files = files.map_err(|error| GlimpseError::new_err(error.to_string()))?;
         write(&files, overwrite)
     }
@@ -210,35 +212,12 @@ impl PyFittedMaterial {
             .iter()
             .map(|sample| Some((sample.mean()?, sample.saturated())));
         let arguments = (
-            self.recipe.clone_ref(py),
             self.material().name(),
             readings.collect::<Vec<_>>(),
             self.keep_all,
         );
-        let class = py.get_type::<Self>();
-        (class.getattr("_from_readings")?, arguments).into_bound_py_any(py)
-    }
-
-    /// Restores a pickled fit.
-    #[classmethod]
-    fn _from_readings<'py>(
-        _class: &Bound<'py, PyType>,
-        recipe: &Bound<'py, PyRecipe>,
-        name: &str,
-        readings: Vec<Option<([f32; 3], bool)>>,
-        keep_all: bool,
-    ) -> PyResult<Bound<'py, Self>> {
-        let mut measurements = Measurements {
-            samples: vec![Repeated::new(); readings.len()],
-            rows: readings.iter().flatten().count(),
-            max_distance: None,
-        };
-        for (sample, reading) in measurements.samples.iter_mut().zip(readings) {
-            if let Some((brdf, saturated)) = reading {
-                sample.add(brdf, saturated).map_err(to_exception)?;
-            }
-        }
-        PyFittedMaterial::new(recipe, name, measurements, keep_all)
+        let restore = self.recipe.bind(py).getattr("_fit_samples")?;
+        (restore, arguments).into_bound_py_any(py)
     }
 
     fn __repr__(&self) -> String {

@@ -3,18 +3,19 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_trainer::export::{expectation, training};
+use glimpse_trainer::measurement::Measurements;
 use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::{Axes, Machine, axes_from_angles};
+use glimpse_training::route::{Axes, Machine, axes_from_angles, limits_in_degrees};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 use serde_json::json;
 
 use crate::arrays::{array, to_python};
-use crate::choices::limits;
 use crate::error::{GlimpseError, reject, to_exception};
 use crate::files::write;
 use crate::fit::PyFittedMaterial;
@@ -31,7 +32,6 @@ type RecipeBytes<'py> = (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>);
 /// Recipe(data, basis=None) takes the bytes of a recipe's file. The model linear also needs the bytes of its basis.
 /// Recipes are equal if their bytes are. They can be copied and pickled. len() is the number of samples.
 #[pyclass(frozen, name = "Recipe", module = "glimpse_brdf")]
-#[derive(Clone)]
 pub(crate) struct PyRecipe {
     pub(crate) file: Arc<RecipeFile>,
     /// The basis of the model linear.
@@ -42,6 +42,16 @@ impl PyRecipe {
     /// The recipe, which borrows its bytes.
     pub(crate) fn recipe(&self) -> Recipe<'_> {
         self.file.recipe()
+    }
+
+    fn fit_measurements<'py>(
+        slf: &Bound<'py, Self>,
+        name: &str,
+        measurements: Measurements,
+        keep_all: bool,
+    ) -> PyResult<Bound<'py, PyFittedMaterial>> {
+        let (recipe, basis) = (slf.get().recipe(), slf.get().basis.clone());
+        PyFittedMaterial::new(slf.as_any(), &recipe, basis, name, measurements, keep_all)
     }
 
     /// Combines a recipe with the bytes of its basis, if it needs one.
@@ -278,9 +288,9 @@ impl PyRecipe {
         swap: bool,
         isotropic: bool,
         full_turns: bool,
-        max_theta_i_degrees: Option<f64>,
-        max_theta_o_degrees: Option<f64>,
-        min_separation_degrees: Option<f64>,
+        max_theta_i_degrees: Option<f32>,
+        max_theta_o_degrees: Option<f32>,
+        min_separation_degrees: Option<f32>,
         seed: u64,
     ) -> PyResult<PyPlan> {
         let default = self.file.metadata().machine();
@@ -289,11 +299,13 @@ impl PyRecipe {
             speeds: speeds.unwrap_or(default.speeds),
             settle: settle_seconds.unwrap_or(default.settle),
             start: Axes::from_array(start_degrees),
-            limits: limits(
+            limits: limits_in_degrees(
                 default.limits,
-                max_theta_i_degrees,
-                max_theta_o_degrees,
-                min_separation_degrees,
+                [
+                    max_theta_i_degrees,
+                    max_theta_o_degrees,
+                    min_separation_degrees,
+                ],
             ),
             isotropic,
             full_turns,
@@ -327,8 +339,7 @@ impl PyRecipe {
     ))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn fit<'py>(
-        &self,
-        py: Python<'py>,
+        slf: &Bound<'py, Self>,
         readings: &Bound<'py, PyAny>,
         directions: Option<&Bound<'py, PyAny>>,
         quantity: Option<&str>,
@@ -356,9 +367,29 @@ impl PyRecipe {
             white_reflectance,
             saturation,
         };
-        let recipe = Bound::new(py, self.clone())?;
-        let measurements = args.measurements(self.recipe().pattern().collect())?;
-        PyFittedMaterial::new(&recipe, name, measurements, keep_all)
+        let this = slf.get();
+        let measurements = args.measurements(this.recipe().pattern().collect())?;
+        Self::fit_measurements(slf, name, measurements, keep_all)
+    }
+
+    /// Repeats a fit from the reading of each sample and its saturation, for pickles.
+    fn _fit_samples<'py>(
+        slf: &Bound<'py, Self>,
+        name: &str,
+        readings: Vec<Option<([f32; 3], bool)>>,
+        keep_all: bool,
+    ) -> PyResult<Bound<'py, PyFittedMaterial>> {
+        let mut measurements = Measurements {
+            samples: vec![Repeated::new(); readings.len()],
+            rows: readings.iter().flatten().count(),
+            max_distance: None,
+        };
+        for (sample, reading) in measurements.samples.iter_mut().zip(readings) {
+            if let Some((brdf, saturated)) = reading {
+                sample.add(brdf, saturated).map_err(to_exception)?;
+            }
+        }
+        Self::fit_measurements(slf, name, measurements, keep_all)
     }
 
     fn __repr__(&self) -> String {

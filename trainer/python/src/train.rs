@@ -17,10 +17,10 @@ use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::run::train as meta_train;
 use glimpse_training::meta::scan_budget::ScanBudget;
 use glimpse_training::recipe::{RecipeFile, pack_recipe};
-use glimpse_training::route::Machine;
+use glimpse_training::route::{Machine, limits_in_degrees};
 use pyo3::prelude::*;
 
-use crate::choices::{choose, choose_value, limits};
+use crate::choices::{choose, choose_value};
 use crate::error::{Failure, GlimpseError, reject, reject_unused, to_exception};
 use crate::interruptible::run_interruptible;
 use crate::plan::parse_speeds;
@@ -134,9 +134,9 @@ pub(crate) fn train(
     additive: Option<f32>,
     levels: Option<u32>,
     procedural: Option<f32>,
-    max_theta_i_degrees: Option<f64>,
-    max_theta_o_degrees: Option<f64>,
-    min_separation_degrees: Option<f64>,
+    max_theta_i_degrees: Option<f32>,
+    max_theta_o_degrees: Option<f32>,
+    min_separation_degrees: Option<f32>,
     scan_seconds: Option<f64>,
     speed_degrees_per_second: Option<&Bound<'_, PyAny>>,
     settle_seconds: Option<f64>,
@@ -201,11 +201,13 @@ pub(crate) fn train(
             additive: additive.unwrap_or(default.additive),
             levels: levels.unwrap_or(default.levels),
             procedural: procedural.unwrap_or(default.procedural),
-            limits: limits(
+            limits: limits_in_degrees(
                 Limits::NONE,
-                max_theta_i_degrees,
-                max_theta_o_degrees,
-                min_separation_degrees,
+                [
+                    max_theta_i_degrees,
+                    max_theta_o_degrees,
+                    min_separation_degrees,
+                ],
             ),
             scan: scan_budget(scan_seconds, speed_degrees_per_second, settle_seconds)?,
         },

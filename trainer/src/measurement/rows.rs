@@ -314,7 +314,7 @@ impl Rows {
 }
 
 /// Returns the sample of a row with these angles, its distance, and true if light and sensor are exchanged: the sample of
-/// the row's index, or else the nearest one. None if there is no such sample. Only a row with an index may have the
+/// the row's index, or else the nearest one. None if the index is out of range. Only a row with an index may have the
 /// exchange, by a plan with --swap.
 fn nearest(
     row: &ReadingRow,

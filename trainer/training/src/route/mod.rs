@@ -23,7 +23,7 @@ mod tests;
 mod visit;
 
 pub use axes::Axes;
-pub use machine::{Machine, MachineError};
+pub use machine::{Machine, MachineError, limits_in_degrees};
 pub use order::fast_order;
 pub use sheet::blank_sheet;
 pub use stop::{OutOfReach, Pose, Stop, axes_from_angles, stops};
