@@ -59,7 +59,7 @@ impl Bench {
     fn measure(&self) -> (Vec<Peaks>, Vec<Line>) {
         let materials = materials();
         let workload = Workload::new(&materials);
-        let mut items = workload.items(self.model.map(ModelKind::from));
+        let mut items = workload.items(self.model);
         let sets = instruction_sets();
         let progress = MeasurementProgress::new(2 * sets.len() + items.len());
         let mut peaks = Vec::new();
