@@ -50,26 +50,20 @@ fn tally(recipe: &[u8]) -> Tally {
     tally
 }
 
-/// The residual rises with most outliers. Its worst sample is the outlier in nearly half of the cases: a fit that
-/// follows a wrong highlight fails at another sample.
+/// The residual rises with most outliers. With Neural, its worst sample is the outlier in nearly half of the cases: a fit
+/// that follows a wrong highlight fails at another sample. Linear's ridge solve follows outliers less, and its residual
+/// doubles.
 #[test]
-fn neural_outliers_raise_residual_in_90_percent() {
-    let tally = tally(NEURAL);
-    println!("{tally:?}");
-    assert_eq!(tally.outliers, 800);
-    assert!(tally.raised > 720, "{tally:?}"); // 724
-    assert!(tally.worst > 358, "{tally:?}"); // 364
-}
-
-/// The ridge solve follows outliers less.
-#[test]
-fn linear_outliers_double_residual_in_70_percent() {
-    let tally = tally(LINEAR);
-    println!("{tally:?}");
-    assert_eq!(tally.outliers, 800);
-    assert!(tally.raised > 698, "{tally:?}"); // 704
-    assert!(tally.doubled > 515, "{tally:?}"); // 521
-    assert!(tally.worst > 494, "{tally:?}"); // 500
+fn outliers_raise_residual() {
+    // Measured with Neural: 724 of 800 raise it, 364 are its worst sample. Linear: 704, 500, and 521 double it.
+    for (recipe, raised, doubled, worst) in [(NEURAL, 720, 0, 358), (LINEAR, 698, 515, 494)] {
+        let tally = tally(recipe);
+        println!("{tally:?}");
+        assert_eq!(tally.outliers, 800);
+        assert!(tally.raised > raised, "{tally:?}");
+        assert!(tally.doubled > doubled, "{tally:?}");
+        assert!(tally.worst > worst, "{tally:?}");
+    }
 }
 
 const MASKED: [&[u8]; 3] = [

@@ -10,7 +10,7 @@ use glimpse_core::link::{FailureReport, PROTOCOL, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{Material, Procedural};
+use glimpse_materials::{FittedMaterial, Material, Procedural};
 use glimpse_tests::RECIPE;
 use glimpse_tests::device::{Device, fit};
 use glimpse_tests::host::{noiseless_scanner, unseen_material};
@@ -73,7 +73,22 @@ fn device_receives_brdf_and_host_receives_fit() {
 
     assert_eq!(report.recipe, Recipe::parse(RECIPE).unwrap().checksum());
     assert_correct(&report);
-    assert!(report.loss(None, &material).unwrap().is_finite());
+    let loss = report.loss(None, &material).unwrap();
+    assert!(loss.is_finite());
+
+    // The material's file is a source of materials.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scan.json");
+    let files = report.material_files(&path, "scan", None, Some(loss));
+    let [(path, json)] = &files.unwrap()[..] else {
+        panic!("not one file");
+    };
+    std::fs::write(path, json).unwrap();
+    let read = FittedMaterial::read(path).unwrap();
+    assert_eq!(
+        (read.name(), read.fitted().values()),
+        ("scan", &report.values[..])
+    );
 }
 
 #[test]
@@ -90,30 +105,32 @@ fn noisy_line_does_not_change_result() {
     let _ = device.join().unwrap();
 }
 
-/// Scans over a line with one kind of fault. Returns the result and the number of corrupted bytes.
-fn scan_over(fault: Fault, rate: f64) -> (Result<ScanReport, ScannerError>, usize) {
-    let (device, host) = line();
-    let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
-    let material = material();
-    let mut host = NoisyLine::with(host, &[fault], rate, 1);
-    let result = noiseless_scanner(&material).serve(&mut host);
-    let corrupted = host.corrupted;
-    drop(host);
-    // If the last reply of the host was corrupted, the device receives no further reply.
-    let _ = device.join().unwrap();
-    (result, corrupted)
-}
-
-/// Checks that the scan is complete and correct with one corrupted byte in 100. With one in ten, the device may also
-/// give up and close the line.
-fn check_fault(fault: Fault) {
-    for rate in [0.01, 0.1] {
-        let (result, corrupted) = scan_over(fault, rate);
-        assert!(corrupted > 0);
-        match result {
-            Ok(report) => assert_correct(&report),
-            Err(ScannerError::Closed | ScannerError::Link(_)) if rate == 0.1 => {}
-            Err(other) => panic!("{rate}: {other}"),
+/// With one corrupted byte in 100, the scan is complete and correct. With one in ten, the device may also give up and
+/// close the line.
+#[test]
+fn tolerates_each_kind_of_fault() {
+    for fault in [
+        Fault::Lost,
+        Fault::Altered,
+        Fault::Duplicated,
+        Fault::Swapped,
+        Fault::Truncated,
+    ] {
+        for rate in [0.01, 0.1] {
+            let (device, host) = line();
+            let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
+            let material = material();
+            let mut host = NoisyLine::with(host, &[fault], rate, 1);
+            let result = noiseless_scanner(&material).serve(&mut host);
+            assert!(host.corrupted > 0, "{fault:?}");
+            drop(host);
+            // If the last reply of the host was corrupted, the device receives no further reply.
+            let _ = device.join().unwrap();
+            match result {
+                Ok(report) => assert_correct(&report),
+                Err(ScannerError::Closed | ScannerError::Link(_)) if rate == 0.1 => {}
+                Err(other) => panic!("{fault:?} {rate}: {other}"),
+            }
         }
     }
 }
@@ -125,31 +142,6 @@ fn assert_correct(report: &ScanReport) {
     for reading in &report.readings {
         assert_eq!(reading.reading.brdf, material().brdf(reading.angles));
     }
-}
-
-#[test]
-fn tolerates_lost_bytes() {
-    check_fault(Fault::Lost);
-}
-
-#[test]
-fn tolerates_altered_bytes() {
-    check_fault(Fault::Altered);
-}
-
-#[test]
-fn tolerates_duplicated_bytes() {
-    check_fault(Fault::Duplicated);
-}
-
-#[test]
-fn tolerates_swapped_bytes() {
-    check_fault(Fault::Swapped);
-}
-
-#[test]
-fn tolerates_truncated_frames() {
-    check_fault(Fault::Truncated);
 }
 
 #[test]

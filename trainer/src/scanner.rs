@@ -5,6 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
+use std::path::Path;
 
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
@@ -17,10 +18,13 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::loss::{directions, mean_log_error};
-use glimpse_materials::{FittedBrdf, Material};
+use glimpse_materials::{FittedBrdf, FittedMaterial, Material};
 use glimpse_training::meta::initialization::standard_normal;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use serde_json::json;
+
+use crate::measurement::{MaterialFiles, material_files};
 
 /// An error that aborts a scan. The next scan may succeed.
 #[derive(Debug, thiserror::Error)]
@@ -86,6 +90,35 @@ impl ScanReport {
     #[must_use]
     pub fn fitted(&self, basis: Option<&Basis>) -> Option<FittedBrdf> {
         FittedBrdf::new(self.model, self.values.clone(), basis)
+    }
+
+    /// Returns the material's file, with the readings and their residual, and for Linear the file of the basis next to
+    /// it. `loss` is the loss against the scanned material. None if the values do not match the model or its basis.
+    #[must_use]
+    pub fn material_files(
+        &self,
+        path: &Path,
+        name: &str,
+        basis: Option<&Basis>,
+        loss: Option<f64>,
+    ) -> Option<MaterialFiles> {
+        let material = FittedMaterial::new(name.to_owned(), self.fitted(basis)?)?;
+        let readings = self.readings.iter().map(|sample| {
+            json!({
+                "theta_h": sample.angles.theta_h,
+                "theta_d": sample.angles.theta_d,
+                "phi_d": sample.angles.phi_d,
+                "brdf": sample.reading.brdf,
+                "saturated": sample.reading.saturated,
+            })
+        });
+        let metadata = json!({
+            "recipe": { "checksum": format!("{:08x}", self.recipe) },
+            "scanned": readings.collect::<Vec<_>>(),
+            "residual": self.residual,
+            "loss": loss,
+        });
+        material_files(&material, path, basis, metadata).ok()
     }
 
     /// Returns the loss of the fitted BRDF against a material, over the directions of `trainer evaluate`.

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use glimpse_materials::Procedural;
 use glimpse_trainer_fuzz::READERS;
 use materials::{fitted, format, nbrdf, pab, pab_texts};
-use others::{checkpoint, device, environment, readings};
+use others::{checkpoint, environment, readings};
 use tensors::{rgl, tensors};
 
 pub(crate) type SeedResult = Result<(), Box<dyn Error>>;
@@ -37,7 +37,6 @@ fn main() -> SeedResult {
     pab(&seeds("pab"), &texts)?;
     format(&seeds("material"), &tensors.bytes(), &texts[0])?;
     readings(&seeds("readings"), &material)?;
-    device(&seeds("device"))?;
     fitted(&seeds("material"))?;
     checkpoint(&seeds("checkpoint"))?;
     environment(&seeds("environment"))

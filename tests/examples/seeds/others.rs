@@ -1,4 +1,4 @@
-//! Seeds of other files: readings, reports of devices, checkpoints and environments.
+//! Seeds of other files: readings, checkpoints and environments.
 
 use std::fs;
 
@@ -63,29 +63,6 @@ pub(crate) fn readings(seeds: &Seeds, material: &dyn Material) -> SeedResult {
         "theta_i,phi_i,theta_o,phi_o,r,g,b\n0,0,0,0,1,1,1\n",
     )?;
     seeds.write("nothing", "")
-}
-
-pub(crate) fn device(seeds: &Seeds) -> SeedResult {
-    let values = "[0.5, 0.4, 0.3, 0.1, 0.1, 0.1, 20.0]";
-    let text =
-        format!("{{\"model\": \"phong\", \"recipe\": \"CHECKSUM\", \"values\": {values}}}\n");
-    let residual = r#", "residual": {"mean": 0.1, "worst_index": 3, "worst": 0.2, "saturated": 0, "repeated": 0, "clamped": 0}}"#;
-    let reading = r#", "readings": [{"theta_h": 0.1, "theta_d": 0.2, "phi_d": 0.3, "brdf": [0.1, 0.1, 0.1]}]}"#;
-    seeds.write_lengths("valid", text.as_bytes())?;
-    for (name, from, to) in [
-        ("residual", "}", residual),
-        ("reading", "}", reading),
-        ("other-recipe", "CHECKSUM", "01234567"),
-        ("other-model", "phong", "neural"),
-        ("huge", "20.0", "1e300"),
-        ("words", "20.0", "\"twenty\""),
-        ("nan", "20.0", "NaN"),
-        ("decimal-commas", "20.0", "20,0"),
-        ("nothing", &text[..], ""),
-    ] {
-        seeds.write(name, text.replace(from, to))?;
-    }
-    Ok(())
 }
 
 pub(crate) fn checkpoint(seeds: &Seeds) -> SeedResult {

@@ -6,11 +6,8 @@
 use std::fs;
 
 use crc::{CRC_32_ISO_HDLC, Crc};
-use glimpse_core::model::ModelKind;
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::identity::RunIdentity;
-use glimpse_training::meta::plan::TrainedParts;
-use glimpse_training::meta::plan::{Effort, Schedule};
 
 use crate::{Folder, accepted};
 
@@ -19,15 +16,8 @@ const HEADER_LENGTH: usize = 8;
 const NAME: &str = "checkpoint.bin";
 /// The run of the seed `valid`.
 pub const RUN: RunIdentity = RunIdentity {
-    model: ModelKind::Phong,
-    samples: 1,
-    schedule: Schedule::Joint,
-    effort: Effort::Quick,
-    parts: TrainedParts::All,
-    seed: 7,
-    materials: 3,
-    options_digest: 0x0123_4567_89ab_cdef,
-    materials_digest: u64::MAX,
+    options: 0x0123_4567_89ab_cdef,
+    materials: u64::MAX,
 };
 
 /// Checks one input.

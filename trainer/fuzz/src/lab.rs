@@ -1,37 +1,15 @@
 //! Checks of the readers of lab files and environments: a reader rejects its file, or returns valid numbers.
 
 use glimpse_core::gonio::{Footprint, Quantity, Repeated};
-use glimpse_core::recipe::Recipe;
 use glimpse_trainer::measurement::{
-    AngleTable, CountCalibration, DeviceReport, Measurements, ReadingQuantity, WhiteReference,
+    AngleTable, CountCalibration, Measurements, ReadingQuantity, WhiteReference,
 };
 use glimpse_trainer::render::Image;
 
 use crate::{ANGLES, Folder, accepted};
 
-/// The recipe of device reports.
-const RECIPE: &[u8] = include_bytes!("../../../trainer/recipes/phong-n8.recipe");
 /// Largest accepted distance between the directions of a row and of a sample, in radians.
 const TOLERANCE: f64 = 0.02;
-
-/// Checks a device report in JSON. The word `CHECKSUM` is replaced by the recipe's checksum, which a fuzzer cannot guess.
-pub(crate) fn check_device(bytes: &[u8]) {
-    let name = "device.json";
-    let recipe = Recipe::parse(RECIPE).expect("a valid recipe");
-    let checksum = format!("{:08x}", recipe.checksum());
-    let text = String::from_utf8_lossy(bytes).replacen("CHECKSUM", &checksum, 1);
-    let folder = Folder::new();
-    let path = folder.write(name, text.as_bytes());
-    let Some(report) = accepted(DeviceReport::read(&path, &recipe), name) else {
-        return;
-    };
-    assert_eq!(report.model, recipe.model().name());
-    assert!(report.values.iter().all(|value| value.is_finite()));
-    if let Some((measurements, fit)) = accepted(report.fit(&path, &recipe), name) {
-        assert_eq!(measurements.samples.len(), recipe.samples());
-        assert_eq!(fit.statuses.len(), recipe.samples());
-    }
-}
 
 /// Checks a panorama in Radiance format. The conversion to an environment is not checked. It takes a thousand times as
 /// long and does not parse bytes.

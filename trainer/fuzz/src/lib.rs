@@ -14,10 +14,9 @@ use glimpse_core::geometry::Angles;
 use tempfile::TempDir;
 
 /// The name and the check of each reader. The names of its seeds start with its name.
-pub const READERS: [(&str, fn(&[u8])); 8] = [
+pub const READERS: [(&str, fn(&[u8])); 7] = [
     ("basis", materials::check_basis),
     ("checkpoint", checkpoint::check),
-    ("device", lab::check_device),
     ("environment", lab::check_environment),
     ("material", materials::check_file),
     ("nbrdf", materials::check_network),

@@ -21,12 +21,12 @@ const VERSION: u32 = 1;
 const MAX_BYTES: u64 = 1 << 26;
 /// The file name of a fitted material in a directory.
 const FILE_NAME: &str = "material.json";
-/// All models that a file may name.
-const MODELS: [ModelKind; 4] = [
+/// All models, in the paper's order.
+pub const MODELS: [ModelKind; 4] = [
     ModelKind::Phong,
     ModelKind::CookTorrance,
-    ModelKind::Neural,
     ModelKind::Linear,
+    ModelKind::Neural,
 ];
 
 /// A reference to the file of a whole basis.

@@ -39,7 +39,7 @@ pub use basis::angles_of;
 pub use brdf::Brdf;
 pub use error::{NotFinite, SourceError};
 pub use fitted_brdf::FittedBrdf;
-pub use fitted_material::{BasisFile, Convention, FittedMaterial};
+pub use fitted_material::{BasisFile, Convention, FittedMaterial, MODELS};
 pub use format::Format;
 pub use identity::{Identity, digest};
 pub use material::Material;

@@ -1,8 +1,9 @@
-//! Conversions from and to NumPy arrays.
+//! Conversions from and to NumPy arrays, and from JSON.
 
 use numpy::ndarray::{ArrayD, IxDyn};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
+use serde_json::Value;
 
 use crate::error::{GlimpseError, reject};
 
@@ -61,81 +62,60 @@ impl Pairs {
         incoming: &Bound<'_, PyAny>,
         outgoing: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
-        let Some(outgoing) = outgoing else {
-            let array = numbers(incoming, "directions")?;
-            let [shape @ .., 2, 3] = array.shape() else {
-                return reject(format!(
-                    "directions must have the shape (..., 2, 3), incoming and outgoing unit vectors, not {}; \
-                     or pass both as two arrays (..., 3)",
-                    shape_text(array.shape())
-                ));
-            };
-            let vectors = normalize(triples(&array), "directions")?;
-            return Ok(Self {
-                pairs: vectors.as_chunks().0.to_vec(),
-                shape: shape.to_vec(),
-            });
+        let array = match outgoing {
+            Some(outgoing) => numbers(&stack_pairs(incoming, outgoing)?, "directions")?,
+            None => numbers(incoming, "directions")?,
         };
-        let arrays = [(incoming, "incoming"), (outgoing, "outgoing")].map(|(argument, name)| {
-            let array = numbers(argument, name)?;
-            match array.shape() {
-                [.., 3] => Ok(array),
-                shape => reject(format!(
-                    "{name} must have the shape (..., 3), not {}",
-                    shape_text(shape)
-                )),
-            }
-        });
-        let [incoming, outgoing] = arrays;
-        let (incoming, outgoing) = (incoming?, outgoing?);
-        let Some(shape) = broadcast(incoming.shape(), outgoing.shape()) else {
+        let [shape @ .., 2, 3] = array.shape() else {
             return reject(format!(
-                "incoming of shape {} and outgoing of shape {} cannot be broadcast: make their shapes equal",
-                shape_text(incoming.shape()),
-                shape_text(outgoing.shape())
+                "directions must have the shape (..., 2, 3), incoming and outgoing unit vectors, not {}; \
+                 or pass both as two arrays (..., 3)",
+                shape_text(array.shape())
             ));
         };
-        let expand = |array: ArrayD<f64>, name| {
-            let array = array.broadcast(IxDyn(&shape)).map(|array| array.to_owned());
-            normalize(array.as_ref().map(triples).unwrap_or_default(), name)
-        };
-        let (incoming, outgoing) = (expand(incoming, "incoming")?, expand(outgoing, "outgoing")?);
-        let pairs = incoming.into_iter().zip(outgoing);
+        let vectors = normalize(triples(&array))?;
         Ok(Self {
-            pairs: pairs
-                .map(|(incoming, outgoing)| [incoming, outgoing])
-                .collect(),
-            shape: shape[..shape.len() - 1].to_vec(),
+            pairs: vectors.as_chunks().0.to_vec(),
+            shape: shape.to_vec(),
         })
     }
 }
 
-/// Broadcasts two shapes by NumPy's rule: aligned at the last axis, lengths are equal or one of them is 1.
-fn broadcast(first: &[usize], second: &[usize]) -> Option<Vec<usize>> {
-    let axes = first.len().max(second.len());
-    let length = |shape: &[usize], axis: usize| match (axis + shape.len()).checked_sub(axes) {
-        Some(index) => shape[index],
-        None => 1,
-    };
-    (0..axes)
-        .map(|axis| match (length(first, axis), length(second, axis)) {
-            (a, b) if a == b => Some(a),
-            (1, b) => Some(b),
-            (a, 1) => Some(a),
-            _ => None,
-        })
-        .collect()
+/// Broadcasts two arrays (..., 3) and stacks them to (..., 2, 3).
+fn stack_pairs<'py>(
+    incoming: &Bound<'py, PyAny>,
+    outgoing: &Bound<'py, PyAny>,
+) -> PyResult<Bound<'py, PyAny>> {
+    for (argument, name) in [(incoming, "incoming"), (outgoing, "outgoing")] {
+        let array = numbers(argument, name)?;
+        if array.shape().last() != Some(&3) {
+            return reject(format!(
+                "{name} must have the shape (..., 3), not {}",
+                shape_text(array.shape())
+            ));
+        }
+    }
+    let numpy = incoming.py().import("numpy")?;
+    let arrays = numpy.call_method1("broadcast_arrays", (incoming, outgoing));
+    let arrays = arrays.map_err(|error| {
+        GlimpseError::new_err(format!(
+            "incoming and outgoing cannot be broadcast: make their shapes equal ({error})"
+        ))
+    })?;
+    numpy.call_method1("stack", (arrays, -2))
 }
 
 /// Scales vectors to length 1.
-fn normalize(vectors: Vec<[f64; 3]>, name: &str) -> PyResult<Vec<[f64; 3]>> {
+fn normalize(vectors: Vec<[f64; 3]>) -> PyResult<Vec<[f64; 3]>> {
     let normalized = vectors.into_iter().enumerate().map(|(index, vector)| {
         let [x, y, z] = vector;
         let length = x.hypot(y).hypot(z);
         match length.is_finite() && length > 0.0 {
             true => Ok(vector.map(|entry| entry / length)),
             false => reject(format!(
-                "{name}: vector {index} is ({x}, {y}, {z}), which has no direction; pass finite, nonzero vectors"
+                "the {} vector of pair {} is ({x}, {y}, {z}), which has no direction; pass finite, nonzero vectors",
+                ["incoming", "outgoing"][index % 2],
+                index / 2
             )),
         }
     });
@@ -155,6 +135,15 @@ pub(crate) fn shape_text(shape: &[usize]) -> String {
                 .join(", ")
         ),
     }
+}
+
+/// Converts JSON to dicts, lists, strings and numbers.
+pub(crate) fn to_python<'py>(
+    py: Python<'py>,
+    value: impl Into<Value>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let text = value.into().to_string();
+    py.import("json")?.call_method1("loads", (text,))
 }
 
 /// Returns an array with the given shape and entries.

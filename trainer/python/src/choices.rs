@@ -1,44 +1,9 @@
-//! Arguments that are chosen by name: models, schedules, quantities and others.
+//! Arguments that are chosen by name.
 
-use glimpse_core::gonio::{Footprint, Limits, Quantity};
-use glimpse_core::model::ModelKind;
-use glimpse_training::meta::plan::{Effort, Schedule};
-use glimpse_training::route::Order;
+use clap::ValueEnum;
 use pyo3::prelude::*;
 
 use crate::error::reject;
-
-pub(crate) const MODELS: [(&str, ModelKind); 4] = [
-    ("phong", ModelKind::Phong),
-    ("cook-torrance", ModelKind::CookTorrance),
-    ("linear", ModelKind::Linear),
-    ("neural", ModelKind::Neural),
-];
-pub(crate) const SCHEDULES: [(&str, Schedule); 3] = [
-    ("prior", Schedule::Prior),
-    ("joint", Schedule::Joint),
-    ("paper", Schedule::Paper),
-];
-pub(crate) const EFFORTS: [(&str, Effort); 4] = [
-    ("brief", Effort::Brief),
-    ("quick", Effort::Quick),
-    ("standard", Effort::Standard),
-    ("long", Effort::Long),
-];
-pub(crate) const ORDERS: [(&str, Order); 2] = [
-    ("travel", Order::Travel),
-    ("progressive", Order::Progressive),
-];
-pub(crate) const QUANTITIES: [(&str, Quantity); 4] = [
-    ("brdf", Quantity::Brdf),
-    ("brdf-cos-i", Quantity::BrdfTimesCosThetaI),
-    ("brdf-cos-o", Quantity::BrdfTimesCosThetaO),
-    ("reflectance-factor", Quantity::ReflectanceFactor),
-];
-pub(crate) const FOOTPRINTS: [(&str, Footprint); 2] = [
-    ("light", Footprint::LightLarger),
-    ("sensor", Footprint::SensorLarger),
-];
 
 /// Returns the choice with a name. For an unknown name, the error names `argument` and all choices.
 pub(crate) fn choose<T: Copy>(argument: &str, name: &str, choices: &[(&str, T)]) -> PyResult<T> {
@@ -52,24 +17,13 @@ pub(crate) fn choose<T: Copy>(argument: &str, name: &str, choices: &[(&str, T)])
     ))
 }
 
-/// Returns limits from arguments in degrees, with `default` for those that are None. The caller validates them.
-pub(crate) fn limits(
-    default: Limits,
-    max_theta_i: Option<f64>,
-    max_theta_o: Option<f64>,
-    min_separation: Option<f64>,
-) -> Limits {
-    let polar = |degrees: f64| match degrees == 90.0 {
-        // Exactly pi/2: the conversion below could round it up.
-        true => Limits::NONE.max_theta_i,
-        false => (degrees as f32).to_radians(),
-    };
-    Limits {
-        max_theta_i: max_theta_i.map_or(default.max_theta_i, polar),
-        max_theta_o: max_theta_o.map_or(default.max_theta_o, polar),
-        min_separation: min_separation.map_or(default.min_separation, |degrees| {
-            (degrees as f32).to_radians()
-        }),
-        ..default
-    }
+/// Returns the value with a name, as on the command line.
+pub(crate) fn choose_value<T: ValueEnum + Copy>(
+    argument: &str,
+    name: &str,
+    name_of: fn(T) -> &'static str,
+) -> PyResult<T> {
+    let all = T::value_variants().iter();
+    let named: Vec<(&str, T)> = all.map(|value| (name_of(*value), *value)).collect();
+    choose(argument, name, &named)
 }

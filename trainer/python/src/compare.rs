@@ -2,23 +2,17 @@
 
 use std::sync::Arc;
 
-use glimpse_materials::{Material, SourceError};
+use glimpse_materials::Material;
 use glimpse_trainer::evaluation::compare as compare_brdf;
-use glimpse_trainer::metrics::{CompareError, Metrics};
+use glimpse_trainer::metrics::Metrics;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 
-use crate::error::to_exception;
+use crate::error::Failure;
 use crate::interruptible::run_detached;
 use crate::material::PyMaterial;
 use crate::sources::MaterialArgs;
-
-/// An error from reading or comparing materials.
-enum Failure {
-    Source(SourceError),
-    Compare(CompareError),
-}
 
 /// Compares materials with a reference, as `trainer compare` does. `materials` is a source, a Material, or a list of both.
 ///
@@ -34,18 +28,14 @@ pub(crate) fn compare<'py>(
     let materials = MaterialArgs::parse(materials)?;
     let sources = materials.sources(&[])?;
     let compared = run_detached(py, || {
-        let (materials, _) = materials.load(&sources).map_err(Failure::Source)?;
+        let (materials, _) = materials.load(&sources).map_err(Failure::new)?;
         let rows = materials.par_iter().map(|material| {
-            let metrics = compare_brdf(&**material, &*reference).map_err(Failure::Compare)?;
+            let metrics = compare_brdf(&**material, &*reference).map_err(Failure::new)?;
             Ok((material.name().to_owned(), metrics))
         });
         rows.collect::<Result<Vec<(String, Metrics)>, Failure>>()
     })?;
-    let compared = compared.map_err(|failure| match failure {
-        Failure::Source(error) => to_exception(error),
-        Failure::Compare(error) => to_exception(error),
-    })?;
-    let rows = compared.into_iter().map(|(name, metrics)| {
+    let rows = compared?.into_iter().map(|(name, metrics)| {
         let row = PyDict::new(py);
         row.set_item("name", name)?;
         for (key, value) in [

@@ -66,6 +66,29 @@ fn parameter(setting: Setting) -> &'static str {
     }
 }
 
+/// Any error of a computation without the GIL.
+pub(crate) struct Failure(Box<dyn FnOnce() -> PyErr + Send>);
+
+impl Failure {
+    pub(crate) fn new(error: impl Error + Send + 'static) -> Self {
+        Self(Box::new(|| to_exception(error)))
+    }
+}
+
+impl From<Failure> for PyErr {
+    fn from(failure: Failure) -> Self {
+        failure.0()
+    }
+}
+
+/// Rejects the first option that is set, if `unused` is true. `reason` is part of the message.
+pub(crate) fn reject_unused(unused: bool, reason: &str, options: &[(&str, bool)]) -> PyResult<()> {
+    match options.iter().find(|(_, is_set)| unused && *is_set) {
+        Some((name, _)) => reject(format!("{name} has no effect: {reason}")),
+        None => Ok(()),
+    }
+}
+
 /// Returns a `GlimpseError` with this message.
 pub(crate) fn reject<T>(message: impl Into<String>) -> PyResult<T> {
     Err(GlimpseError::new_err(message.into()))

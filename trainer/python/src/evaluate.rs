@@ -2,23 +2,17 @@
 
 use std::sync::atomic::Ordering;
 
-use glimpse_materials::SourceError;
 use glimpse_trainer::evaluation::{
     Degradation, EvaluationError, Evaluator, Method, Report, TrainingMaterials, TrainingOverlap,
 };
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 
-use crate::error::{GlimpseError, reject, to_exception};
+use crate::arrays::to_python;
+use crate::error::{Failure, GlimpseError, reject, to_exception};
 use crate::interruptible::run_interruptible;
 use crate::recipe::PyRecipe;
 use crate::sources::MaterialArgs;
-
-/// An error from reading or evaluating materials.
-enum Failure {
-    Source(SourceError),
-    Evaluation(EvaluationError),
-}
 
 /// Evaluates a recipe on materials, as `trainer evaluate` does. Each material is sampled at the recipe's directions
 /// and fitted, and the fit is compared with the whole material.
@@ -85,13 +79,13 @@ pub(crate) fn evaluate<'py>(
         py,
         |_| Ok(()),
         |stop| {
-            let (materials, _) = materials.load(&sources).map_err(Failure::Source)?;
+            let (materials, _) = materials.load(&sources).map_err(Failure::new)?;
             if stop.load(Ordering::Relaxed) {
-                return Err(Failure::Evaluation(EvaluationError::Stopped));
+                return Err(Failure::new(EvaluationError::Stopped));
             }
             let report = Evaluator::new(&materials)
                 .evaluate_with_progress(&method, seed, seeds, &|| {}, stop)
-                .map_err(Failure::Evaluation)?;
+                .map_err(Failure::new)?;
             let overlaps = trained_on.as_ref().map(|trained_on| {
                 let overlaps = materials
                     .iter()
@@ -101,13 +95,10 @@ pub(crate) fn evaluate<'py>(
             Ok((report, overlaps))
         },
     )?;
-    let (report, overlaps) = result.map_err(|failure| match failure {
-        Failure::Source(error) => to_exception(error),
-        Failure::Evaluation(error) => to_exception(error),
-    })?;
-    let text =
+    let (report, overlaps) = result?;
+    let value =
         to_json(&report, overlaps).map_err(|error| GlimpseError::new_err(error.to_string()))?;
-    py.import("json")?.call_method1("loads", (text,))
+    to_python(py, value)
 }
 
 /// Returns the report as JSON, with the names of training materials. `overlaps` has an entry for each material. It is
@@ -115,7 +106,7 @@ pub(crate) fn evaluate<'py>(
 fn to_json(
     report: &Report,
     overlaps: Option<Vec<Option<TrainingOverlap>>>,
-) -> serde_json::Result<String> {
+) -> serde_json::Result<Value> {
     let mut value = serde_json::to_value(report)?;
     for (index, material) in report.materials.iter().enumerate() {
         // The report omits what is not predicted.
@@ -134,5 +125,5 @@ fn to_json(
     };
     value["trained_on"] = names(TrainingOverlap::SameBrdf);
     value["namesakes_trained_on"] = names(TrainingOverlap::SameName);
-    serde_json::to_string(&value)
+    Ok(value)
 }

@@ -37,9 +37,7 @@ mod _glimpse_brdf {
     #[pymodule_export]
     use crate::loss::{directions, loss};
     #[pymodule_export]
-    use crate::material::{
-        PyMaterial, directions_from_degrees, load_material, load_materials, table_directions,
-    };
+    use crate::material::{PyMaterial, load_material, load_materials, table_directions};
     #[pymodule_export]
     use crate::plan::PyPlan;
     #[pymodule_export]

@@ -352,39 +352,6 @@ pub(crate) fn table_directions(py: Python<'_>) -> PyResult<Bound<'_, PyArrayDyn<
     array(py, &[count, 2, 3], flat)
 }
 
-/// Converts angles in degrees to unit vectors, float64 of shape (..., 2, 3): the incoming direction from theta_i and
-/// phi_i, the outgoing one from theta_o and phi_o. Polar angles theta are measured from the normal, and phi is the
-/// azimuth. Arguments are numbers, or arrays that are broadcast.
-#[pyfunction]
-pub(crate) fn directions_from_degrees<'py>(
-    theta_i: &Bound<'py, PyAny>,
-    phi_i: &Bound<'py, PyAny>,
-    theta_o: &Bound<'py, PyAny>,
-    phi_o: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let numpy = theta_i.py().import("numpy")?;
-    let radians = |degrees: &Bound<'py, PyAny>| numpy.call_method1("radians", (degrees,));
-    let vector = |theta: &Bound<'py, PyAny>, phi: &Bound<'py, PyAny>| {
-        let (theta, phi) = (radians(theta)?, radians(phi)?);
-        let apply =
-            |function: &str, angle: &Bound<'py, PyAny>| numpy.call_method1(function, (angle,));
-        let sin = apply("sin", &theta)?;
-        let coordinates = (
-            sin.mul(apply("cos", &phi)?)?,
-            sin.mul(apply("sin", &phi)?)?,
-            apply("cos", &theta)?,
-        );
-        Ok::<_, PyErr>(coordinates)
-    };
-    let ((a, b, c), (d, e, f)) = (vector(theta_i, phi_i)?, vector(theta_o, phi_o)?);
-    let coordinates = numpy.call_method1("broadcast_arrays", (a, b, c, d, e, f))?;
-    let stacked = numpy.call_method1("stack", (coordinates, -1))?;
-    let mut shape: Vec<usize> = stacked.getattr("shape")?.extract()?;
-    shape.pop();
-    shape.extend([2, 3]);
-    stacked.call_method1("reshape", (shape,))
-}
-
 /// Returns the incoming and outgoing unit vectors of angles.
 pub(crate) fn directions_of(angles: &Angles<f32>) -> [[f64; 3]; 2] {
     let angles = Angles {

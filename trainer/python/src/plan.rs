@@ -6,42 +6,9 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
 use crate::arrays::{array, numbers};
-use crate::choices::{ORDERS, choose, limits};
+use crate::choices::choose_value;
 use crate::error::{GlimpseError, reject, to_exception};
 use crate::interruptible::run_detached;
-
-/// Arguments that describe a machine.
-pub(crate) struct MachineArgs<'a, 'py> {
-    /// Degrees per second: one number, or one for each axis.
-    pub(crate) speeds: Option<&'a Bound<'py, PyAny>>,
-    /// Time at each sample to settle and to read, seconds.
-    pub(crate) settle: Option<f64>,
-    /// Initial positions of the axes theta_i, phi_i, theta_o and phi_o, degrees.
-    pub(crate) start: [f64; 4],
-    pub(crate) full_turns: bool,
-    /// `max_theta_i`, `max_theta_o` and `min_separation`, degrees.
-    pub(crate) limits: [Option<f64>; 3],
-}
-
-impl MachineArgs<'_, '_> {
-    /// Returns the machine, with defaults of the machine that a recipe was trained for.
-    fn machine(&self, default: &Machine) -> PyResult<Machine> {
-        let speeds = match self.speeds {
-            None => default.speeds,
-            Some(speeds) => parse_speeds(speeds)?,
-        };
-        let [max_theta_i, max_theta_o, min_separation] = self.limits;
-        let machine = Machine {
-            speeds,
-            settle: self.settle.unwrap_or(default.settle),
-            start: Axes::from_array(self.start),
-            limits: limits(default.limits, max_theta_i, max_theta_o, min_separation),
-            full_turns: self.full_turns,
-        };
-        machine.validate().map_err(to_exception)?;
-        Ok(machine)
-    }
-}
 
 /// Parses degrees per second: one number for all axes, or one for each.
 pub(crate) fn parse_speeds(speeds: &Bound<'_, PyAny>) -> PyResult<Axes> {
@@ -70,16 +37,16 @@ impl PyPlan {
         py: Python<'_>,
         file: &RecipeFile,
         order: Option<&str>,
-        machine: &MachineArgs<'_, '_>,
+        machine: &Machine,
         swap: bool,
         seed: u64,
     ) -> PyResult<Self> {
         let recipe = file.recipe();
         let order = match order {
-            Some(name) => choose("order", name, &ORDERS)?,
+            Some(name) => choose_value("order", name, Order::name)?,
             None => Order::of_recipe(&recipe),
         };
-        let machine = machine.machine(&file.metadata().machine())?;
+        machine.validate().map_err(to_exception)?;
         let stops = stops(&recipe, &machine.limits, swap).map_err(|unreachable| {
             let lines: Vec<String> = unreachable
                 .iter()
@@ -93,7 +60,7 @@ impl PyPlan {
                 if swap { "" } else { ", or try swap=True" }
             ))
         })?;
-        let route = run_detached(py, || Route::new(&machine, &stops, order, seed))?;
+        let route = run_detached(py, || Route::new(machine, &stops, order, seed))?;
         let arms = route.visits.iter().flat_map(|visit| {
             let [theta_i, phi_i, theta_o, phi_o] = visit.arms.to_array().map(f64::to_radians);
             [(theta_i, phi_i), (theta_o, phi_o)]

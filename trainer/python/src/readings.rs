@@ -3,16 +3,14 @@
 use glimpse_core::geometry::{Angles, Directions};
 use glimpse_core::gonio::Quantity;
 use glimpse_trainer::measurement::{
-    CountCalibration, LabReading, Measurements, ReadingQuantity, WhiteReference,
+    CountCalibration, DEFAULT_TOLERANCE, FOOTPRINTS, LabReading, Measurements, QUANTITIES,
+    ReadingQuantity, WhiteReference,
 };
 use pyo3::prelude::*;
 
 use crate::arrays::{Pairs, numbers, rows, shape_text};
-use crate::choices::{FOOTPRINTS, QUANTITIES, choose};
-use crate::error::{reject, to_exception};
-
-/// Default of the largest angle between a reading and its sample, degrees: the accuracy of a lab's arms.
-const TOLERANCE: f64 = 0.5;
+use crate::choices::choose;
+use crate::error::{reject, reject_unused, to_exception};
 
 /// Arguments that describe readings.
 pub(crate) struct ReadingArgs<'a, 'py> {
@@ -32,7 +30,7 @@ pub(crate) struct ReadingArgs<'a, 'py> {
 
 impl ReadingArgs<'_, '_> {
     /// Assigns the readings to the samples of a pattern.
-    pub(crate) fn measurements(&self, pattern: &[Angles<f32>]) -> PyResult<Measurements> {
+    pub(crate) fn measurements(&self, pattern: Vec<Angles<f32>>) -> PyResult<Measurements> {
         let values = values(self.readings, "readings")?;
         let count = values.len();
         let pairs = match self.directions {
@@ -79,7 +77,7 @@ impl ReadingArgs<'_, '_> {
             values,
             saturated,
         });
-        let tolerance = self.tolerance.unwrap_or(TOLERANCE);
+        let tolerance = self.tolerance.unwrap_or(f64::from(DEFAULT_TOLERANCE));
         if !(tolerance > 0.0 && tolerance <= 180.0) {
             return reject(format!(
                 "tolerance_degrees must be above 0 and at most 180, not {tolerance}"
@@ -87,25 +85,24 @@ impl ReadingArgs<'_, '_> {
         }
         let meaning = self.meaning(pattern.len())?;
         let readings: Vec<LabReading> = readings.collect();
-        Measurements::from_readings(&readings, pattern, tolerance.to_radians(), &meaning)
+        Measurements::from_readings(&readings, &pattern, tolerance.to_radians(), &meaning)
             .map_err(to_exception)
     }
 
     /// Returns the quantity of the readings.
     fn meaning(&self, samples: usize) -> PyResult<ReadingQuantity> {
         let Some(white) = self.white else {
-            let unused = [
-                ("white_directions", self.white_directions.is_some()),
-                ("footprint", self.footprint.is_some()),
-                ("dark", self.dark.is_some()),
-                ("white_reflectance", self.white_reflectance.is_some()),
-                ("saturation", self.saturation.is_some()),
-            ];
-            if let Some((name, _)) = unused.iter().find(|(_, is_set)| *is_set) {
-                return reject(format!(
-                    "{name} has no effect without white: pass the counts of a white reference too"
-                ));
-            }
+            reject_unused(
+                true,
+                "it requires white, the counts of a white reference",
+                &[
+                    ("white_directions", self.white_directions.is_some()),
+                    ("footprint", self.footprint.is_some()),
+                    ("dark", self.dark.is_some()),
+                    ("white_reflectance", self.white_reflectance.is_some()),
+                    ("saturation", self.saturation.is_some()),
+                ],
+            )?;
             let quantity = self
                 .quantity
                 .map(|name| choose("quantity", name, &QUANTITIES));
@@ -119,16 +116,17 @@ impl ReadingArgs<'_, '_> {
         if self.saturation.is_some_and(|level| !level.is_finite()) {
             return reject("saturation must be a finite number of counts");
         }
-        let channels = |argument: Option<&Bound<'_, PyAny>>, name, default: f32| match argument {
-            None => Ok([default; 3]),
-            Some(argument) => channels(argument, name),
+        let channels = |argument: Option<&Bound<'_, PyAny>>, name| {
+            argument
+                .map(|argument| channels(argument, name))
+                .transpose()
         };
-        Ok(ReadingQuantity::Counts(CountCalibration {
-            dark: channels(self.dark, "dark", 0.0)?,
-            reflectance: channels(self.white_reflectance, "white_reflectance", 0.99)?,
-            saturation: self.saturation,
-            white: self.white(white, samples)?,
-        }))
+        Ok(ReadingQuantity::Counts(CountCalibration::new(
+            self.white(white, samples)?,
+            channels(self.dark, "dark")?,
+            channels(self.white_reflectance, "white_reflectance")?,
+            self.saturation,
+        )))
     }
 
     fn white(&self, white: &Bound<'_, PyAny>, samples: usize) -> PyResult<WhiteReference> {

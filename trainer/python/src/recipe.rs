@@ -3,21 +3,26 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
+use glimpse_trainer::export::{expectation, training};
+use glimpse_trainer::measurement::Measurements;
 use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::axes_from_angles;
+use glimpse_training::route::{Axes, Machine, axes_from_angles, limits_in_degrees};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyType};
+use pyo3::types::{PyBytes, PyType};
+use serde_json::json;
 
-use crate::arrays::array;
+use crate::arrays::{array, to_python};
 use crate::error::{GlimpseError, reject, to_exception};
 use crate::files::write;
-use crate::fit::{PyFittedMaterial, ReadingArgs};
+use crate::fit::PyFittedMaterial;
 use crate::interruptible::run_detached;
 use crate::material::directions_of;
-use crate::plan::{MachineArgs, PyPlan};
+use crate::plan::{PyPlan, parse_speeds};
+use crate::readings::ReadingArgs;
 
 /// Bytes of a recipe, and of its basis.
 type RecipeBytes<'py> = (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>);
@@ -37,6 +42,16 @@ impl PyRecipe {
     /// The recipe, which borrows its bytes.
     pub(crate) fn recipe(&self) -> Recipe<'_> {
         self.file.recipe()
+    }
+
+    fn fit_measurements<'py>(
+        slf: &Bound<'py, Self>,
+        name: &str,
+        measurements: Measurements,
+        keep_all: bool,
+    ) -> PyResult<Bound<'py, PyFittedMaterial>> {
+        let (recipe, basis) = (slf.get().recipe(), slf.get().basis.clone());
+        PyFittedMaterial::new(slf.as_any(), &recipe, basis, name, measurements, keep_all)
     }
 
     /// Combines a recipe with the bytes of its basis, if it needs one.
@@ -178,63 +193,53 @@ impl PyRecipe {
     /// The expected loss and its validation materials: a dict of loss, standard_error (or None), materials (their
     /// number), split (their role in training) and on (their description, or None); or None.
     #[getter]
-    fn expectation<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let metadata = self.file.metadata();
-        let Some(expected) = metadata.expected_loss else {
-            return Ok(None);
-        };
-        let dict = PyDict::new(py);
-        dict.set_item("loss", expected.estimate.loss)?;
-        dict.set_item("standard_error", expected.estimate.standard_error)?;
-        dict.set_item("materials", expected.estimate.materials)?;
-        dict.set_item("split", expected.split.name())?;
-        dict.set_item("on", metadata.validation_materials())?;
-        Ok(Some(dict))
+    fn expectation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, expectation(self.file.metadata()))
     }
 
     /// The limits of the machine that the recipe was trained for: a dict of max_theta_i_degrees, max_theta_o_degrees,
     /// min_separation_degrees and in_plane; or None if it was trained without limits.
     #[getter]
-    fn limits<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(limits) = self.file.metadata().limits else {
-            return Ok(None);
-        };
-        let dict = PyDict::new(py);
+    fn limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let degrees = |radians: f32| f64::from(radians).to_degrees();
-        dict.set_item("max_theta_i_degrees", degrees(limits.max_theta_i))?;
-        dict.set_item("max_theta_o_degrees", degrees(limits.max_theta_o))?;
-        dict.set_item("min_separation_degrees", degrees(limits.min_separation))?;
-        dict.set_item("in_plane", limits.in_plane)?;
-        Ok(Some(dict))
+        let limits = self.file.metadata().limits.map(|limits| {
+            json!({
+                "max_theta_i_degrees": degrees(limits.max_theta_i),
+                "max_theta_o_degrees": degrees(limits.max_theta_o),
+                "min_separation_degrees": degrees(limits.min_separation),
+                "in_plane": limits.in_plane,
+            })
+        });
+        to_python(py, limits)
     }
 
     /// The noise that the recipe was trained for, or None: a dict of relative (the standard deviation relative to the
     /// reading), additive_per_steradian (the standard deviation of the BRDF, sr^-1) and levels (the number of
     /// quantization levels of the sensor, 0 for none).
     #[getter]
-    fn noise<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(noise) = self.file.metadata().noise else {
-            return Ok(None);
-        };
-        let dict = PyDict::new(py);
-        dict.set_item("relative", noise.multiplicative)?;
-        dict.set_item("additive_per_steradian", noise.additive)?;
-        dict.set_item("levels", noise.levels)?;
-        Ok(Some(dict))
+    fn noise<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let noise = self.file.metadata().noise.map(|noise| {
+            json!({
+                "relative": noise.multiplicative,
+                "additive_per_steradian": noise.additive,
+                "levels": noise.levels,
+            })
+        });
+        to_python(py, noise)
     }
 
     /// The time of a scan that the recipe was trained for: a dict of speeds_degrees_per_second (of the axes theta_i, phi_i,
     /// theta_o, phi_o), settle_seconds and seconds; or None.
     #[getter]
-    fn scan_time<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(budget) = self.file.metadata().scan_budget else {
-            return Ok(None);
-        };
-        let dict = PyDict::new(py);
-        dict.set_item("speeds_degrees_per_second", budget.speeds.to_array())?;
-        dict.set_item("settle_seconds", budget.settle)?;
-        dict.set_item("seconds", budget.seconds)?;
-        Ok(Some(dict))
+    fn scan_time<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let budget = self.file.metadata().scan_budget.map(|budget| {
+            json!({
+                "speeds_degrees_per_second": budget.speeds.to_array(),
+                "settle_seconds": budget.settle,
+                "seconds": budget.seconds,
+            })
+        });
+        to_python(py, budget)
     }
 
     /// The training, or None: a dict of trainer (the program and its version), data, materials (their number), sources,
@@ -242,30 +247,8 @@ impl PyRecipe {
     /// all options, hexadecimal). Its entry `sources` is a list of dicts of label, origin, materials (their number) and
     /// share (of training tasks).
     #[getter]
-    fn training<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let Some(training) = &self.file.metadata().training else {
-            return Ok(None);
-        };
-        let sources = training.sources.iter().map(|source| {
-            let dict = PyDict::new(py);
-            dict.set_item("label", &source.label)?;
-            dict.set_item("origin", source.origin.name())?;
-            dict.set_item("materials", source.materials)?;
-            dict.set_item("share", source.share)?;
-            Ok(dict)
-        });
-        let dict = PyDict::new(py);
-        dict.set_item("trainer", &training.trainer)?;
-        dict.set_item("data", &training.data)?;
-        dict.set_item("materials", training.materials)?;
-        dict.set_item("sources", sources.collect::<PyResult<Vec<_>>>()?)?;
-        dict.set_item("schedule", training.schedule.name())?;
-        dict.set_item("effort", training.effort.name())?;
-        dict.set_item("parts", training.parts.name())?;
-        dict.set_item("options", &training.options)?;
-        dict.set_item("seed", training.seed)?;
-        dict.set_item("digest", format!("{:016x}", training.digest))?;
-        Ok(Some(dict))
+    fn training<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        to_python(py, self.file.metadata().training.as_ref().map(training))
     }
 
     /// The names of the training materials, or an empty list if the recipe does not list them.
@@ -304,21 +287,26 @@ impl PyRecipe {
         start_degrees: [f64; 4],
         swap: bool,
         full_turns: bool,
-        max_theta_i_degrees: Option<f64>,
-        max_theta_o_degrees: Option<f64>,
-        min_separation_degrees: Option<f64>,
+        max_theta_i_degrees: Option<f32>,
+        max_theta_o_degrees: Option<f32>,
+        min_separation_degrees: Option<f32>,
         seed: u64,
     ) -> PyResult<PyPlan> {
-        let machine = MachineArgs {
-            speeds: speed_degrees_per_second,
-            settle: settle_seconds,
-            start: start_degrees,
+        let default = self.file.metadata().machine();
+        let speeds = speed_degrees_per_second.map(parse_speeds).transpose()?;
+        let machine = Machine {
+            speeds: speeds.unwrap_or(default.speeds),
+            settle: settle_seconds.unwrap_or(default.settle),
+            start: Axes::from_array(start_degrees),
+            limits: limits_in_degrees(
+                default.limits,
+                [
+                    max_theta_i_degrees,
+                    max_theta_o_degrees,
+                    min_separation_degrees,
+                ],
+            ),
             full_turns,
-            limits: [
-                max_theta_i_degrees,
-                max_theta_o_degrees,
-                min_separation_degrees,
-            ],
         };
         PyPlan::new(py, &self.file, order, &machine, swap, seed)
     }
@@ -349,8 +337,7 @@ impl PyRecipe {
     ))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn fit<'py>(
-        &self,
-        py: Python<'py>,
+        slf: &Bound<'py, Self>,
         readings: &Bound<'py, PyAny>,
         directions: Option<&Bound<'py, PyAny>>,
         quantity: Option<&str>,
@@ -378,17 +365,39 @@ impl PyRecipe {
             white_reflectance,
             saturation,
         };
-        PyFittedMaterial::from_arrays(py, &self.file, self.basis.as_ref(), &args, name, keep_all)
+        let this = slf.get();
+        let measurements = args.measurements(this.recipe().pattern().collect())?;
+        Self::fit_measurements(slf, name, measurements, keep_all)
     }
 
-    fn __repr__(&self) -> PyResult<String> {
+    /// Repeats a fit from the reading of each sample and its saturation, for pickles.
+    fn _fit_samples<'py>(
+        slf: &Bound<'py, Self>,
+        name: &str,
+        readings: Vec<Option<([f32; 3], bool)>>,
+        keep_all: bool,
+    ) -> PyResult<Bound<'py, PyFittedMaterial>> {
+        let mut measurements = Measurements {
+            samples: vec![Repeated::new(); readings.len()],
+            rows: readings.iter().flatten().count(),
+            max_distance: None,
+        };
+        for (sample, reading) in measurements.samples.iter_mut().zip(readings) {
+            if let Some((brdf, saturated)) = reading {
+                sample.add(brdf, saturated).map_err(to_exception)?;
+            }
+        }
+        Self::fit_measurements(slf, name, measurements, keep_all)
+    }
+
+    fn __repr__(&self) -> String {
         let recipe = self.recipe();
-        Ok(format!(
+        format!(
             "<glimpse_brdf.Recipe of the model {}, {} samples, {:08x}>",
             recipe.model().name(),
             recipe.samples(),
             recipe.checksum()
-        ))
+        )
     }
 
     fn __len__(&self) -> usize {

@@ -8,20 +8,20 @@ use std::time::Duration;
 
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_materials::SourceError;
+use glimpse_materials::MODELS;
 use glimpse_training::linear::Prior;
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::outer::{self, CheckpointOptions};
-use glimpse_training::meta::plan::Schedule;
-use glimpse_training::meta::run::{TrainError, train as meta_train};
+use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::meta::run::train as meta_train;
 use glimpse_training::meta::scan_budget::ScanBudget;
-use glimpse_training::recipe::{PackError, RecipeFile, pack_recipe};
-use glimpse_training::route::Machine;
+use glimpse_training::recipe::{RecipeFile, pack_recipe};
+use glimpse_training::route::{Machine, limits_in_degrees};
 use pyo3::prelude::*;
 
-use crate::choices::{EFFORTS, MODELS, SCHEDULES, choose, limits};
-use crate::error::{GlimpseError, reject, to_exception};
+use crate::choices::{choose, choose_value};
+use crate::error::{Failure, GlimpseError, reject, reject_unused, to_exception};
 use crate::interruptible::run_interruptible;
 use crate::plan::parse_speeds;
 use crate::recipe::PyRecipe;
@@ -52,38 +52,13 @@ impl PyProgress {
 
 impl From<outer::Progress> for PyProgress {
     fn from(progress: outer::Progress) -> Self {
-        let outer::Progress {
-            phase,
-            samples,
-            done,
-            total,
-            loss,
-            best,
-        } = progress;
         Self {
-            phase,
-            samples,
-            done,
-            total,
-            loss,
-            best,
-        }
-    }
-}
-
-/// An error of a training run, from reading the materials to packing the recipe.
-enum Failure {
-    Source(SourceError),
-    Train(TrainError),
-    Pack(PackError),
-}
-
-impl From<Failure> for PyErr {
-    fn from(failure: Failure) -> Self {
-        match failure {
-            Failure::Source(error) => to_exception(error),
-            Failure::Train(error) => to_exception(error),
-            Failure::Pack(error) => to_exception(error),
+            phase: progress.phase,
+            samples: progress.samples,
+            done: progress.done,
+            total: progress.total,
+            loss: progress.loss,
+            best: progress.best,
         }
     }
 }
@@ -159,9 +134,9 @@ pub(crate) fn train(
     additive: Option<f32>,
     levels: Option<u32>,
     procedural: Option<f32>,
-    max_theta_i_degrees: Option<f64>,
-    max_theta_o_degrees: Option<f64>,
-    min_separation_degrees: Option<f64>,
+    max_theta_i_degrees: Option<f32>,
+    max_theta_o_degrees: Option<f32>,
+    min_separation_degrees: Option<f32>,
     scan_seconds: Option<f64>,
     speed_degrees_per_second: Option<&Bound<'_, PyAny>>,
     settle_seconds: Option<f64>,
@@ -172,8 +147,8 @@ pub(crate) fn train(
     resume: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PyRecipe> {
-    let model = choose("model", model, &MODELS)?;
-    let schedule = choose("schedule", schedule, &SCHEDULES)?;
+    let model = choose("model", model, &MODELS.map(|model| (model.name(), model)))?;
+    let schedule = choose_value("schedule", schedule, Schedule::name)?;
     reject_unused(
         schedule != Schedule::Prior,
         "it requires schedule=\"prior\"",
@@ -226,11 +201,13 @@ pub(crate) fn train(
             additive: additive.unwrap_or(default.additive),
             levels: levels.unwrap_or(default.levels),
             procedural: procedural.unwrap_or(default.procedural),
-            limits: limits(
+            limits: limits_in_degrees(
                 Limits::NONE,
-                max_theta_i_degrees,
-                max_theta_o_degrees,
-                min_separation_degrees,
+                [
+                    max_theta_i_degrees,
+                    max_theta_o_degrees,
+                    min_separation_degrees,
+                ],
             ),
             scan: scan_budget(scan_seconds, speed_degrees_per_second, settle_seconds)?,
         },
@@ -239,7 +216,7 @@ pub(crate) fn train(
             model,
             samples,
             schedule,
-            choose("effort", effort, &EFFORTS)?,
+            choose_value("effort", effort, Effort::name)?,
             seed,
         )
     };
@@ -271,7 +248,7 @@ pub(crate) fn train(
         }
     };
     let result = run_interruptible(py, report, |stop| {
-        let (materials, source_shares) = materials.load(&sources).map_err(Failure::Source)?;
+        let (materials, source_shares) = materials.load(&sources).map_err(Failure::new)?;
         let options = Options {
             source_shares,
             ..options.clone()
@@ -285,8 +262,8 @@ pub(crate) fn train(
                 false => ControlFlow::Continue(()),
             }
         };
-        let learned = meta_train(&options, materials, observe).map_err(Failure::Train)?;
-        let file = pack_recipe(&learned, &options, &sources.label()).map_err(Failure::Pack)?;
+        let learned = meta_train(&options, materials, observe).map_err(Failure::new)?;
+        let file = pack_recipe(&learned, &options, &sources.label()).map_err(Failure::new)?;
         Ok::<(RecipeFile, Option<Vec<u8>>), Failure>((file, learned.basis))
     })?;
     let (file, basis) = result?;
@@ -294,14 +271,6 @@ pub(crate) fn train(
         Checkpoint::remove(&checkpoints.directory);
     }
     PyRecipe::new_with_basis(file, basis.as_deref())
-}
-
-/// Rejects the first option that is set, if `unused` is true. `reason` is part of the message.
-fn reject_unused(unused: bool, reason: &str, options: &[(&str, bool)]) -> PyResult<()> {
-    match options.iter().find(|(_, is_set)| unused && *is_set) {
-        Some((name, _)) => reject(format!("{name} has no effect: {reason}")),
-        None => Ok(()),
-    }
 }
 
 /// Returns the prior of the coefficients of the model linear. Options that are None default to those of the schedule.

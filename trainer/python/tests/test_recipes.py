@@ -234,7 +234,7 @@ def test_outlier_is_reported_and_excluded(trained):
     fitted = recipe.fit(readings)
     assert fitted.outliers and fitted.outliers[0].sample == 2
     outlier = fitted.outliers[0]
-    assert outlier.excluded and outlier.z > 3 and fitted.statuses[2] == "excluded" and "sample 2" in repr(outlier)
+    assert outlier.status == "outlier" and outlier.z > 3 and fitted.statuses[2] == "outlier" and "sample 2" in repr(outlier)
     np.testing.assert_allclose(outlier.measured, readings[2], rtol=1e-6)
     assert max(outlier.predicted) < min(outlier.measured)
     assert recipe.fit(readings, keep_all=True).statuses[2] == "used"

@@ -25,7 +25,7 @@ def scan(path: Path) -> float:
     readings: npt.NDArray[np.float32] = material(plan.directions)
     fitted: glimpse.FittedMaterial = recipe.fit(readings, plan.directions, quantity="brdf")
     for outlier in fitted.outliers:
-        print(outlier.sample, outlier.z, outlier.measured, outlier.predicted, outlier.excluded)
+        print(outlier.sample, outlier.z, outlier.measured, outlier.predicted, outlier.status)
     fitted.save(path, "rgl", overwrite=True)
     evaluation = glimpse.evaluate(recipe, "procedural:3:1")
     directions: npt.NDArray[np.float64] = glimpse.directions()

@@ -6,7 +6,7 @@ use glimpse_core::gonio::Limits;
 use glimpse_training::meta::options::CompletionOptions;
 use glimpse_training::meta::plan::Schedule;
 use glimpse_training::meta::scan_budget::ScanBudget;
-use glimpse_training::route::{Axes, Machine};
+use glimpse_training::route::{Axes, Machine, limits_in_degrees};
 
 use super::numbers;
 
@@ -96,7 +96,10 @@ impl CompletionArgs {
             additive: self.additive.unwrap_or(default.additive),
             levels: self.levels.unwrap_or(default.levels),
             procedural: self.procedural.unwrap_or(default.procedural),
-            limits: self.limits(),
+            limits: limits_in_degrees(
+                Limits::NONE,
+                [self.max_theta_i, self.max_theta_o, self.min_separation],
+            ),
             scan: self.scan_seconds.map(|seconds| self.scan_budget(seconds)),
         };
         completion_options.validate()?;
@@ -113,18 +116,6 @@ impl CompletionArgs {
             seconds,
             speeds: self.speed.unwrap_or(speeds),
             settle: self.settle.unwrap_or(settle),
-        }
-    }
-
-    fn limits(&self) -> Limits {
-        let angle = |degrees: Option<f32>, default: f32| degrees.map_or(default, f32::to_radians);
-        Limits {
-            max_theta_i: angle(self.max_theta_i, Limits::NONE.max_theta_i)
-                .min(Limits::NONE.max_theta_i),
-            max_theta_o: angle(self.max_theta_o, Limits::NONE.max_theta_o)
-                .min(Limits::NONE.max_theta_o),
-            min_separation: angle(self.min_separation, 0.0),
-            in_plane: false,
         }
     }
 }

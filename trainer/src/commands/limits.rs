@@ -3,6 +3,7 @@
 use anyhow::Context;
 use clap::Args;
 use glimpse_core::gonio::Limits;
+use glimpse_training::route::limits_in_degrees;
 
 use super::numbers;
 
@@ -27,18 +28,10 @@ impl LimitArgs {
     /// # Errors
     /// If no pair of directions is within the limits.
     pub(super) fn or(self, default: Limits) -> anyhow::Result<Limits> {
-        let polar = |option: Option<f32>, default: f32| {
-            let angle = option.map(f32::to_radians);
-            angle.map_or(default, |angle| angle.min(Limits::NONE.max_theta_i))
-        };
-        let limits = Limits {
-            max_theta_i: polar(self.max_theta_i, default.max_theta_i),
-            max_theta_o: polar(self.max_theta_o, default.max_theta_o),
-            min_separation: self
-                .min_separation
-                .map_or(default.min_separation, f32::to_radians),
-            ..default
-        };
+        let limits = limits_in_degrees(
+            default,
+            [self.max_theta_i, self.max_theta_o, self.min_separation],
+        );
         limits
             .validate()
             .context("--max-theta-i, --max-theta-o and --min-separation contradict each other")?;

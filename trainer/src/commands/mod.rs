@@ -3,6 +3,7 @@
 mod auto_samples;
 pub(crate) mod bench;
 pub(crate) mod cell_list;
+mod choice;
 pub(crate) mod compare;
 mod completion_args;
 pub(crate) mod convert;
@@ -47,19 +48,6 @@ use glimpse_training::recipe::RecipeFile;
 pub(crate) use output::write_file;
 use serde::Serialize;
 
-/// The models, as named on the command line.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-pub(crate) enum ModelName {
-    /// 7 parameters: diffuse and specular color, glossiness.
-    Phong,
-    /// 8 parameters: diffuse and specular color, roughness, reflectance.
-    CookTorrance,
-    /// Principal components of the training materials.
-    Linear,
-    /// 675 parameters: the weights of a small network.
-    Neural,
-}
-
 /// Options for the prior of the model linear.
 #[derive(Args, Clone, Copy, Debug)]
 pub(crate) struct LinearPriorArgs {
@@ -78,12 +66,8 @@ impl LinearPriorArgs {
     ///
     /// # Errors
     /// Names the first option that was given.
-    pub(crate) fn refuse_for_other_models(self, models: &[ModelName]) -> anyhow::Result<()> {
-        if models.is_empty()
-            || models
-                .iter()
-                .any(|model| matches!(model, ModelName::Linear))
-        {
+    pub(crate) fn refuse_for_other_models(self, models: &[ModelKind]) -> anyhow::Result<()> {
+        if models.is_empty() || models.contains(&ModelKind::Linear) {
             return Ok(());
         }
         let options = [
@@ -126,17 +110,6 @@ impl LinearPriorArgs {
 /// Reads a recipe and, for the model linear, its basis file next to it.
 pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<(RecipeFile, Option<Basis>)> {
     Ok(RecipeFile::read_with_basis(path)?)
-}
-
-impl From<ModelName> for ModelKind {
-    fn from(name: ModelName) -> Self {
-        match name {
-            ModelName::Phong => Self::Phong,
-            ModelName::CookTorrance => Self::CookTorrance,
-            ModelName::Neural => Self::Neural,
-            ModelName::Linear => Self::Linear,
-        }
-    }
 }
 
 /// Loads the materials of a source. Reports their number, and skipped entries of a directory, on stderr.

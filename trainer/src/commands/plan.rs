@@ -13,15 +13,6 @@ use super::limits::{LimitArgs, describe};
 use super::output::{is_same_file, write_file_forced};
 use super::{numbers, print};
 
-/// An order of samples, as named on the command line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum OrderName {
-    /// Shortest time, as found by a search of at most about one second
-    Travel,
-    /// The recipe's own order, in which a scan with a recipe trained with --missing may end early
-    Progressive,
-}
-
 /// Plan a scan: positions of the arms in degrees, their order, and the duration.
 ///
 /// All axes move at once, each at full speed: a move takes as long as its slowest axis. Then the
@@ -44,7 +35,7 @@ pub(crate) struct Plan {
     /// Order of the samples [default: progressive for recipes trained with --scan-seconds, whose own
     /// order is a fast path; travel for others]
     #[arg(long, value_enum)]
-    order: Option<OrderName>,
+    order: Option<Order>,
     /// Speeds of the axes theta_i, phi_i, theta_o, phi_o in degrees per second, 0.001 to 1,000,000: one
     /// number for all axes, or four, for example 20,10,20,10. Speed 0 marks an azimuth axis that the
     /// machine does not have [default: the recipe's, or else 10]
@@ -124,13 +115,9 @@ impl Plan {
                 );
             }
         };
-        let order = match self.order {
-            Some(OrderName::Travel) => Order::Travel,
-            Some(OrderName::Progressive) => Order::Progressive,
-            None => Order::of_recipe(&recipe),
-        };
+        let order = self.order.unwrap_or_else(|| Order::of_recipe(&recipe));
         let takes_missing = recipe.tolerates_missing();
-        if self.order == Some(OrderName::Progressive) && !takes_missing {
+        if self.order == Some(Order::Progressive) && !takes_missing {
             eprintln!(
                 "note: this recipe needs all readings, so a scan cannot end early; --order travel takes \
                  less time"

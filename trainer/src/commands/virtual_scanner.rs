@@ -3,17 +3,16 @@
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use clap::Args;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::{Material, Source};
+use glimpse_materials::{FittedMaterial, Material, Source};
 use glimpse_trainer::scanner::{self, ScanReport, ScannerError, ScannerNoise};
-use serde_json::{Value, json};
 
 use super::numbers::nonnegative;
-use super::output::{refuse_input, refuse_source, refuse_unwritable};
+use super::output::{refuse_input, refuse_source, refuse_unwritable, write_file_forced};
 use super::training_overlap::warn_of_overlap;
-use super::{load, print, read_recipe, write_file};
+use super::{load, print, read_recipe};
 
 /// Simulate a scanner's motors and sensor for firmware on a serial link.
 ///
@@ -38,7 +37,8 @@ pub(crate) struct VirtualScanner {
     /// Exit after one completed scan
     #[arg(long)]
     once: bool,
-    /// JSON file for the last scan: readings, fitted values and residual
+    /// Material file (material.json) for the device's fit in the last scan, with its readings; for the model
+    /// linear the basis is written next to it
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
 }
@@ -52,9 +52,12 @@ impl VirtualScanner {
                 refuse_input(out, recipe)?;
                 refuse_input(out, &Basis::path_for(recipe))?;
             }
-        }
-        // Checked before the first scan, which would be lost otherwise.
-        if let Some(out) = &self.out {
+            ensure!(
+                FittedMaterial::is_json_file(out),
+                "--out {} does not end in .json, so that no command would read it: give NAME.json",
+                out.display()
+            );
+            // Checked before the first scan, which would be lost otherwise.
             refuse_unwritable(out)?;
         }
         let materials = load(&self.material)?;
@@ -105,8 +108,7 @@ impl VirtualScanner {
                 Ok(report) => {
                     // The basis of another recipe does not fit these coefficients.
                     let basis = basis.filter(|(checksum, _)| *checksum == report.recipe);
-                    let loss = report.loss(basis.map(|(_, basis)| basis), material);
-                    self.report_scan(&report, material, loss)?;
+                    self.report_scan(&report, material, basis.map(|(_, basis)| basis))?;
                     if self.once {
                         return Ok(true);
                     }
@@ -128,9 +130,9 @@ impl VirtualScanner {
         &self,
         report: &ScanReport,
         material: &dyn Material,
-        loss: Option<f64>,
+        basis: Option<&Basis>,
     ) -> anyhow::Result<()> {
-        let residual = report.residual;
+        let (residual, loss) = (report.residual, report.loss(basis, material));
         let loss_text = match loss {
             Some(loss) => format!("loss {loss:.5}"),
             None => {
@@ -149,46 +151,16 @@ impl VirtualScanner {
                 reason.text()
             )),
         ))?;
-        match &self.out {
-            Some(path) => {
-                let json = json(report, material.name(), loss);
-                write_file(path, format!("{json:#}\n").as_bytes())
-            }
-            None => Ok(()),
-        }
-    }
-}
-
-/// Returns a scan as JSON; angles are in radians.
-fn json(report: &ScanReport, material: &str, loss: Option<f64>) -> Value {
-    let readings: Vec<Value> = report
-        .readings
-        .iter()
-        .map(|sample| {
-            json!({
-                "theta_h": sample.angles.theta_h,
-                "theta_d": sample.angles.theta_d,
-                "phi_d": sample.angles.phi_d,
-                "brdf": sample.reading.brdf,
-                "saturated": sample.reading.saturated,
-            })
+        let Some(path) = &self.out else {
+            return Ok(());
+        };
+        let files = report.material_files(path, material.name(), basis, loss);
+        let files = files.context(
+            "--out: the model linear needs a basis: give the device's recipe, with its basis, as --recipe",
+        )?;
+        // A later scan replaces the material. The basis must not replace that of another recipe.
+        files.iter().try_for_each(|(path, bytes)| {
+            write_file_forced(path, bytes, FittedMaterial::is_json_file(path))
         })
-        .collect();
-    json!({
-        "material": material,
-        "model": report.model.name(),
-        "recipe": format!("{:08x}", report.recipe),
-        "readings": readings,
-        "values": report.values,
-        "residual": {
-            "mean": report.residual.mean,
-            "worst_index": report.residual.worst_index,
-            "worst": report.residual.worst,
-            "saturated": report.residual.saturated,
-            "repeated": report.residual.repeated,
-            "clamped": report.residual.clamped,
-            "implausible": report.residual.implausible,
-        },
-        "loss": loss,
-    })
+    }
 }

@@ -1,6 +1,7 @@
 //! Columns and cells that tables of several experiments share.
 
 use glimpse_core::model::ModelKind;
+pub(super) use glimpse_materials::MODELS;
 use glimpse_trainer::evaluation::Estimate;
 use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::report::{Cell, Column, Highlight};
@@ -8,13 +9,6 @@ use glimpse_training::meta::plan::Schedule;
 
 use super::store::Evaluation;
 
-/// All models, in the paper's order.
-pub(super) const MODELS: [ModelKind; 4] = [
-    ModelKind::Phong,
-    ModelKind::CookTorrance,
-    ModelKind::Linear,
-    ModelKind::Neural,
-];
 /// The default schedule of experiments.
 pub(super) const SCHEDULE: Schedule = Schedule::Joint;
 /// The paper's number of samples n.

@@ -103,7 +103,9 @@ pub fn expectation(metadata: &Metadata) -> Option<Value> {
     }))
 }
 
-fn training(training: &Training) -> Value {
+/// Returns the training of a recipe, with a hexadecimal digest.
+#[must_use]
+pub fn training(training: &Training) -> Value {
     let mut value = json!(training);
     value["digest"] = json!(format!("{:016x}", training.digest));
     value

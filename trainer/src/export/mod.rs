@@ -7,4 +7,4 @@ mod json;
 
 pub use c::to_c;
 pub use csv::to_csv;
-pub use json::{eta, expectation, to_json};
+pub use json::{eta, expectation, to_json, training};

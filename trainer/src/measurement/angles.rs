@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::untrusted::escaped;
+use serde::Deserialize;
 
 use super::table::{Row, Table, TableError};
 
@@ -43,7 +43,7 @@ impl AngleTable {
     /// If the file cannot be read, a column is missing or duplicated, or a cell is not an angle.
     pub fn read(path: &Path) -> Result<Self, TableError> {
         let table = Table::read(path)?;
-        let Some(columns) = AngleColumns::find(&table)? else {
+        let Some(angles) = AngleColumns::find(&table)? else {
             return Err(table.file_error(format!(
                 "line 1 names the columns {2}, which are not a complete set of angles; name {0}, or {1} (angles in \
                  degrees)",
@@ -52,34 +52,42 @@ impl AngleTable {
                 table.names()
             )));
         };
-        let index = table.column(INDEX)?;
-        let kept_columns: Vec<usize> = columns.indices().iter().copied().chain(index).collect();
+        let mut columns = angles.names().to_vec();
+        columns.extend(table.has(&[INDEX]).then_some(INDEX));
         let row = |row: &Row| {
-            let angles = columns
-                .parse(row)
-                .map_err(|message| table.line_error(row.line, &message))?;
-            let cells = kept_columns.iter();
+            let Some(angles) = angles.parse(&table, row)? else {
+                return Err(
+                    table.line_error(row.line, "the angles are empty; give them in degrees")
+                );
+            };
+            let cells = columns.iter().map(|column| table.cell(row, column));
             Ok(AngleRow {
-                cells: cells.map(|column| row.cell(*column).to_owned()).collect(),
+                cells: cells.map(str::to_owned).collect(),
                 angles: above_horizon(angles.to_rusinkiewicz()),
             })
         };
-        Ok(Self {
-            columns: columns
-                .names()
-                .iter()
-                .copied()
-                .chain(index.map(|_| INDEX))
-                .collect(),
-            rows: table.rows().iter().map(row).collect::<Result<_, _>>()?,
-        })
+        let rows = table.rows().iter().map(row).collect::<Result<_, _>>()?;
+        Ok(Self { columns, rows })
     }
 }
 
-/// The column indices of the angles in a row.
+/// A complete set of angle columns.
+#[derive(Clone, Copy)]
 pub(super) enum AngleColumns {
-    HalfDifference([usize; 3]),
-    Directions([usize; 4]),
+    HalfDifference,
+    Directions,
+}
+
+/// The angle cells of a row, in degrees.
+#[derive(Deserialize)]
+struct AngleCells {
+    theta_h: Option<f64>,
+    theta_d: Option<f64>,
+    phi_d: Option<f64>,
+    theta_i: Option<f64>,
+    phi_i: Option<f64>,
+    theta_o: Option<f64>,
+    phi_o: Option<f64>,
 }
 
 /// The angles of a row, in radians, in either parametrization.
@@ -94,50 +102,39 @@ pub(super) enum RowAngles {
 impl AngleColumns {
     /// Finds the angle columns of a table; None if it has no complete set of them.
     pub(super) fn find(table: &Table) -> Result<Option<Self>, TableError> {
-        match (table.columns(HALF_DIFFERENCE)?, table.columns(DIRECTIONS)?) {
-            (Some(columns), None) => Ok(Some(Self::HalfDifference(columns))),
-            (None, Some(columns)) => Ok(Some(Self::Directions(columns))),
-            (Some(_), Some(_)) => Err(table.file_error(format!(
+        match (table.has(&HALF_DIFFERENCE), table.has(&DIRECTIONS)) {
+            (true, false) => Ok(Some(Self::HalfDifference)),
+            (false, true) => Ok(Some(Self::Directions)),
+            (true, true) => Err(table.file_error(format!(
                 "it has both the columns {} and {}; remove or rename one set",
                 HALF_DIFFERENCE.join(", "),
                 DIRECTIONS.join(", ")
             ))),
-            (None, None) => Ok(None),
+            (false, false) => Ok(None),
         }
     }
 
-    fn names(&self) -> &'static [&'static str] {
+    fn names(self) -> &'static [&'static str] {
         match self {
-            Self::HalfDifference(_) => &HALF_DIFFERENCE,
-            Self::Directions(_) => &DIRECTIONS,
+            Self::HalfDifference => &HALF_DIFFERENCE,
+            Self::Directions => &DIRECTIONS,
         }
     }
 
-    /// Returns the column indices, in the order of [`names`](Self::names).
-    fn indices(&self) -> &[usize] {
-        match self {
-            Self::HalfDifference(indices) => indices,
-            Self::Directions(indices) => indices,
-        }
-    }
-
-    /// Returns true if all angle cells of a row are empty.
-    pub(super) fn are_empty(&self, row: &Row) -> bool {
-        self.indices()
-            .iter()
-            .all(|column| row.cell(*column).is_empty())
-    }
-
-    /// Parses the angles of a row. The error describes the invalid cell.
-    pub(super) fn parse(&self, row: &Row) -> Result<RowAngles, String> {
-        match *self {
-            Self::HalfDifference(columns) => {
-                parse_cells(row, HALF_DIFFERENCE, columns, 90.0).map(RowAngles::HalfDifference)
+    /// Parses the angles of a row; None if all of them are empty.
+    pub(super) fn parse(self, table: &Table, row: &Row) -> Result<Option<RowAngles>, TableError> {
+        let cells: AngleCells = table.parse(row)?;
+        let angles = match self {
+            Self::HalfDifference => {
+                let cells = [cells.theta_h, cells.theta_d, cells.phi_d];
+                radians(HALF_DIFFERENCE, cells, 90.0).map(|all| all.map(RowAngles::HalfDifference))
             }
-            Self::Directions(columns) => {
-                parse_cells(row, DIRECTIONS, columns, 180.0).map(RowAngles::Directions)
+            Self::Directions => {
+                let cells = [cells.theta_i, cells.phi_i, cells.theta_o, cells.phi_o];
+                radians(DIRECTIONS, cells, 180.0).map(|all| all.map(RowAngles::Directions))
             }
-        }
+        };
+        angles.map_err(|message| table.line_error(row.line, &message))
     }
 }
 
@@ -173,35 +170,37 @@ impl RowAngles {
     }
 }
 
-/// Parses cells in degrees and converts them to radians. Polar angles must be 0 to `max_theta` degrees.
-fn parse_cells<const N: usize>(
-    row: &Row,
+/// Converts degrees to radians; None if all of them are None. Polar angles must be 0 to `max_theta` degrees. The error
+/// describes the invalid angle.
+fn radians<const N: usize>(
     names: [&str; N],
-    columns: [usize; N],
+    degrees: [Option<f64>; N],
     max_theta: f64,
-) -> Result<[f64; N], String> {
-    let mut angles = [0.0; N];
-    for ((angle, name), column) in angles.iter_mut().zip(names).zip(columns) {
-        let cell = row.cell(column);
-        let escaped = escaped(cell);
-        let Ok(degrees) = cell.parse::<f64>() else {
-            return Err(format!(
-                "column {name}: `{escaped}` is not a number; give an angle in degrees"
-            ));
-        };
-        if !degrees.is_finite() {
-            return Err(format!(
-                "column {name}: `{escaped}` is not finite; give an angle in degrees"
-            ));
-        }
-        if !name.starts_with("phi") && !(0.0..=max_theta).contains(&degrees) {
-            return Err(format!(
-                "column {name}: {escaped} is out of range; give 0 to {max_theta} degrees"
-            ));
-        }
-        *angle = degrees.to_radians();
+) -> Result<Option<[f64; N]>, String> {
+    if degrees.iter().all(Option::is_none) {
+        return Ok(None);
     }
-    Ok(angles)
+    let mut radians = [0.0; N];
+    for ((radians, name), degrees) in radians.iter_mut().zip(names).zip(degrees) {
+        let range = match name.starts_with("phi") {
+            true => f64::MIN..=f64::MAX,
+            false => 0.0..=max_theta,
+        };
+        *radians = match degrees {
+            Some(degrees) if range.contains(&degrees) => degrees.to_radians(),
+            Some(degrees) => {
+                return Err(format!(
+                    "column {name}: {degrees} is out of range; give degrees, 0 to {max_theta} for theta"
+                ));
+            }
+            None => {
+                return Err(format!(
+                    "column {name}: it is empty; give an angle in degrees"
+                ));
+            }
+        };
+    }
+    Ok(Some(radians))
 }
 
 /// Converts polar angles and azimuths of two directions to Rusinkiewicz angles.

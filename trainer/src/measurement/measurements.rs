@@ -10,6 +10,9 @@ use super::quantity::ReadingQuantity;
 use super::rows::{LabReading, Rows};
 use super::table::TableError;
 
+/// The default of the largest distance of a row from its sample, in degrees: a typical error of a lab's arms.
+pub const DEFAULT_TOLERANCE: f32 = 0.5;
+
 /// The readings of each sample of a pattern.
 #[derive(Clone, Debug)]
 pub struct Measurements {

@@ -11,6 +11,19 @@ use super::table::TableError;
 /// The name of sensor counts in the column `quantity`.
 const COUNTS: &str = "counts";
 
+/// The quantities of readings by name, on the command line, in the column `quantity` and in Python.
+pub const QUANTITIES: [(&str, Quantity); 4] = [
+    ("brdf", Quantity::Brdf),
+    ("brdf-cos-i", Quantity::BrdfTimesCosThetaI),
+    ("brdf-cos-o", Quantity::BrdfTimesCosThetaO),
+    ("reflectance-factor", Quantity::ReflectanceFactor),
+];
+/// The spots on the material by name, on the command line and in Python.
+pub const FOOTPRINTS: [(&str, Footprint); 2] = [
+    ("light", Footprint::LightLarger),
+    ("sensor", Footprint::SensorLarger),
+];
+
 /// The physical quantity of a file's numbers.
 #[derive(Clone, Debug)]
 pub enum ReadingQuantity {
@@ -96,11 +109,10 @@ impl ReadingQuantity {
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
-            Self::Values(Quantity::Brdf) => "brdf",
-            Self::Values(Quantity::BrdfTimesCosThetaI) => "brdf-cos-i",
-            Self::Values(Quantity::BrdfTimesCosThetaO) => "brdf-cos-o",
-            Self::Values(Quantity::ReflectanceFactor) => "reflectance-factor",
-            Self::Values(_) => "unknown", // added by a newer core
+            Self::Values(quantity) => {
+                let named = QUANTITIES.iter().find(|(_, other)| other == quantity);
+                named.map_or("unknown", |(name, _)| name)
+            }
             Self::Counts(_) => COUNTS,
         }
     }
@@ -120,6 +132,22 @@ impl ReadingQuantity {
 }
 
 impl CountCalibration {
+    /// Creates the conversion. By default, the dark counts are 0, and the reflectance is 0.99.
+    #[must_use]
+    pub fn new(
+        white: WhiteReference,
+        dark: Option<[f32; 3]>,
+        reflectance: Option<[f32; 3]>,
+        saturation: Option<f32>,
+    ) -> Self {
+        Self {
+            dark: dark.unwrap_or([0.0; 3]),
+            reflectance: reflectance.unwrap_or([0.99; 3]),
+            saturation,
+            white,
+        }
+    }
+
     fn to_brdf(&self, row: &MatchedRow, values: [f32; 3]) -> Result<Reading, String> {
         let white = match &self.white {
             WhiteReference::Single(white, ..) => *white,

@@ -8,8 +8,8 @@ use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::untrusted::escaped;
 
 use super::angles::RowAngles;
-use super::columns::{Columns, ReadingRow};
 use super::matching::{AngularDistance, IsotropicAngles};
+use super::reading_row::{ReadingRow, read_rows};
 use super::table::{Table, TableError};
 
 /// The error message for a saturated white reading.
@@ -58,32 +58,37 @@ pub(super) struct MatchedRow {
 enum Cause {
     /// Angles are in radians.
     Radians,
-    /// Light and sensor are exchanged; the row belongs to this sample.
-    Exchanged(usize),
+    /// Light and sensor are exchanged in some rows.
+    Exchanged,
     /// Azimuths have the opposite sense.
     Mirrored,
+}
+
+impl Cause {
+    const ALL: [Self; 3] = [Self::Radians, Self::Exchanged, Self::Mirrored];
 }
 
 impl Rows {
     /// Reads a file.
     pub(super) fn read(path: &Path) -> Result<Self, TableError> {
         let table = Table::read(path)?;
-        let columns = Columns::find(&table)?;
-        let rows: Vec<ReadingRow> = table
-            .rows()
-            .iter()
-            .map(|row| {
-                columns
-                    .parse(row)
-                    .map_err(|message| table.line_error(row.line, &message))
-            })
-            .collect::<Result<_, _>>()?;
-        if rows.is_empty() {
+        let rows = read_rows(&table)?;
+        let Some(first) = rows.first() else {
             return Err(
                 table.file_error("it has no rows below line 1; add the readings".to_owned())
             );
+        };
+        // Such as `trainer query` writes.
+        if let Some(other) = rows.iter().find(|row| row.material != first.material) {
+            return Err(table.line_error(
+                other.line,
+                &format!(
+                    "column material: it is {}, but the rows above are of {}; give one file per material",
+                    escaped(&other.material),
+                    escaped(&first.material)
+                ),
+            ));
         }
-        check_single_material(&table)?;
         Ok(Self {
             path: table.path().to_owned(),
             row_label: "line",
@@ -99,7 +104,7 @@ impl Rows {
             angles: reading.directions.map(RowAngles::from_vectors),
             values: reading.values,
             saturated: reading.saturated,
-            quantity: String::new(),
+            ..ReadingRow::default()
         });
         Self {
             path: "readings".into(),
@@ -113,7 +118,12 @@ impl Rows {
     /// # Errors
     /// The first row with another quantity.
     pub(super) fn check_quantity(&self, name: &str) -> Result<(), TableError> {
-        let is_other = |row: &&ReadingRow| !row.quantity.is_empty() && row.quantity != name;
+        // `brdf-cos` is an alias of ASTM's quantity, which the options accept as well.
+        let is_other = |row: &&ReadingRow| match &row.quantity[..] {
+            "" => false,
+            "brdf-cos" => name != "brdf-cos-o",
+            stated => stated != name,
+        };
         match self.rows.iter().find(is_other) {
             None => Ok(()),
             Some(row) => Err(self.line_error(
@@ -232,26 +242,11 @@ impl Rows {
                 )),
             };
         };
-        let angles = IsotropicAngles::from_angles(angles.to_rusinkiewicz());
-        let Some((nearest, nearest_distance)) = angles.nearest(samples) else {
+        let angles = isotropic(angles);
+        let Some((sample, distance, exchanged)) = nearest(row, angles, samples, tolerance) else {
             return Err(
                 self.file_error("the recipe has no samples; give another recipe".to_owned())
             );
-        };
-        let (sample, distance, exchanged) = match row.index {
-            // A plan with --swap may exchange light and sensor; its rows have an index.
-            Some(index) => {
-                let direct = angles.distance(&samples[index]);
-                let exchanged = angles.exchanged().distance(&samples[index]);
-                let is_exchanged =
-                    exchanged.radians < direct.radians && exchanged.radians <= tolerance;
-                (
-                    index,
-                    if is_exchanged { exchanged } else { direct },
-                    is_exchanged,
-                )
-            }
-            None => (nearest, nearest_distance, false),
         };
         if distance.radians <= tolerance {
             return Ok((sample, Some(distance), exchanged));
@@ -263,27 +258,28 @@ impl Rows {
         } = samples[sample];
         let [theta_i, theta_o, phi] =
             [theta_i, theta_o, phi.rem_euclid(TAU)].map(|angle| round(angle.to_degrees()));
-        let target = match row.index {
-            Some(_) if nearest != sample => {
+        let target = match (row.index, angles.nearest(samples)) {
+            (Some(_), Some((nearest, _))) if nearest != sample => {
                 format!("sample {sample}, the row's index (sample {nearest} is nearer)")
             }
-            Some(_) => format!("sample {sample}, the row's index"),
-            None => format!("sample {sample}, the nearest"),
+            (Some(_), _) => format!("sample {sample}, the row's index"),
+            (None, _) => format!("sample {sample}, the nearest"),
         };
         let mut message = format!(
             "its directions are not those of {target} (theta_i {theta_i}, theta_o {theta_o}, phi_o - phi_i {phi} \
              degrees): they are {distance}, but --tolerance is {} degrees",
             round(tolerance.to_degrees())
         );
-        message += &match self.cause(row, angles, samples, tolerance) {
+        message += &match self.cause(samples, tolerance) {
             Some(Cause::Radians) => format!(
                 ". All {} rows match if the angles are in radians; give degrees, which are radians times 57.29578",
                 self.rows.len()
             ),
-            Some(Cause::Exchanged(other)) => format!(
-                ". With light and sensor exchanged, the directions match sample {other}; if the exchange is intended, \
-                 as by `trainer plan --swap`, give the sample in a column index"
-            ),
+            Some(Cause::Exchanged) => {
+                ". All rows match if light and sensor are exchanged in some of them; if the exchange is intended, as by \
+                 `trainer plan --swap`, give the samples in a column index"
+                    .to_owned()
+            }
             Some(Cause::Mirrored) => format!(
                 ". All {} rows match if the azimuths have the opposite sense; negate phi_i and phi_o (or phi_d, or y \
                  of vectors)",
@@ -296,86 +292,50 @@ impl Rows {
         Err(self.line_error(row.line, &message))
     }
 
-    /// Returns the likely cause of a row that matches no sample.
-    fn cause(
-        &self,
-        row: &ReadingRow,
-        angles: IsotropicAngles,
-        samples: &[IsotropicAngles],
-        tolerance: f64,
-    ) -> Option<Cause> {
-        let all_match = |alternatives: &dyn Fn(RowAngles) -> Vec<IsotropicAngles>| {
-            self.all_match(samples, tolerance, alternatives)
-        };
-        let isotropic = |angles: RowAngles| IsotropicAngles::from_angles(angles.to_rusinkiewicz());
-        if all_match(&|angles| vec![isotropic(angles.scaled(1.0_f64.to_degrees()))]) {
-            return Some(Cause::Radians);
-        }
-        let with_exchanged = |angles: IsotropicAngles| vec![angles, angles.exchanged()];
-        let are_mirrored = all_match(&|angles| {
-            let mirrored = isotropic(angles).mirrored();
-            match row.index {
-                // A plan with --swap may exchange light and sensor.
-                Some(_) => with_exchanged(mirrored),
-                None => vec![mirrored],
-            }
-        });
-        let exchanged = angles.exchanged().nearest(samples);
-        match exchanged.filter(|(_, distance)| row.index.is_none() && distance.radians <= tolerance)
-        {
-            // If theta_i equals theta_o, a single row cannot distinguish the two causes.
-            Some((other, _))
-                if !are_mirrored || all_match(&|angles| with_exchanged(isotropic(angles))) =>
-            {
-                Some(Cause::Exchanged(other))
-            }
-            _ => are_mirrored.then_some(Cause::Mirrored),
-        }
-    }
-
-    /// Returns true if every row with angles matches a sample at one of the alternatives for its angles. A row with an
-    /// index must match the sample of that index.
-    fn all_match(
-        &self,
-        samples: &[IsotropicAngles],
-        tolerance: f64,
-        alternatives: &dyn Fn(RowAngles) -> Vec<IsotropicAngles>,
-    ) -> bool {
-        self.rows.iter().all(|row| {
-            let Some(angles) = row.angles else {
-                return true;
-            };
-            alternatives(angles).iter().any(|angles| {
-                let distance = match row.index {
-                    Some(index) => samples.get(index).map(|sample| angles.distance(sample)),
-                    None => angles.nearest(samples).map(|(_, distance)| distance),
+    /// Returns the first cause that explains all rows.
+    fn cause(&self, samples: &[IsotropicAngles], tolerance: f64) -> Option<Cause> {
+        let is_cause = |cause: &Cause| {
+            self.rows.iter().all(|row| {
+                let matches = |angles| {
+                    nearest(row, angles, samples, tolerance)
+                        .is_some_and(|(_, distance, _)| distance.radians <= tolerance)
                 };
-                distance.is_some_and(|distance| distance.radians <= tolerance)
+                row.angles.is_none_or(|angles| match cause {
+                    Cause::Radians => matches(isotropic(angles.scaled(1.0_f64.to_degrees()))),
+                    Cause::Exchanged => {
+                        matches(isotropic(angles)) || matches(isotropic(angles).exchanged())
+                    }
+                    Cause::Mirrored => matches(isotropic(angles).mirrored()),
+                })
             })
-        })
+        };
+        Cause::ALL.into_iter().find(is_cause)
     }
 }
 
-/// Rejects tables of several materials, such as `trainer query` writes.
-fn check_single_material(table: &Table) -> Result<(), TableError> {
-    let Some(column) = table.column("material")? else {
-        return Ok(());
+/// Returns the sample of a row with these angles, its distance, and true if light and sensor are exchanged: the sample of
+/// the row's index, or else the nearest one. None if the index is out of range. Only a row with an index may have the
+/// exchange, by a plan with --swap.
+fn nearest(
+    row: &ReadingRow,
+    angles: IsotropicAngles,
+    samples: &[IsotropicAngles],
+    tolerance: f64,
+) -> Option<(usize, AngularDistance, bool)> {
+    let Some(index) = row.index else {
+        let (sample, distance) = angles.nearest(samples)?;
+        return Some((sample, distance, false));
     };
-    let mut materials = table.rows().iter().map(|row| (row.line, row.cell(column)));
-    let Some((_, first)) = materials.next() else {
-        return Ok(());
-    };
-    match materials.find(|(_, name)| *name != first) {
-        None => Ok(()),
-        Some((line, name)) => Err(table.line_error(
-            line,
-            &format!(
-                "column material: it is {}, but the rows above are of {}; give one file per material",
-                escaped(name),
-                escaped(first)
-            ),
-        )),
+    let sample = samples.get(index)?;
+    let (direct, exchanged) = (angles.distance(sample), angles.exchanged().distance(sample));
+    match exchanged.radians < direct.radians && exchanged.radians <= tolerance {
+        true => Some((index, exchanged, true)),
+        false => Some((index, direct, false)),
     }
+}
+
+fn isotropic(angles: RowAngles) -> IsotropicAngles {
+    IsotropicAngles::from_angles(angles.to_rusinkiewicz())
 }
 
 /// Rounds to two decimals.
@@ -404,62 +364,53 @@ mod tests {
         [30.0, 0.0, 60.0, 180.0],
     ];
 
-    /// Returns the likely cause of the first row that matches no sample: None if all rows match, and Some(None) if the
-    /// cause is unknown.
+    /// Returns the likely cause of rows that match no sample: None if all rows match, and Some(None) if the cause is
+    /// unknown.
     fn cause(rows: &[[f64; 4]], indexed: bool) -> Option<Option<Cause>> {
         let radians = |row: &[f64; 4]| RowAngles::Directions(row.map(f64::to_radians));
-        let isotropic = |angles: RowAngles| IsotropicAngles::from_angles(angles.to_rusinkiewicz());
         let samples = PATTERN.map(|row| isotropic(radians(&row)));
         let rows = rows.iter().enumerate().map(|(index, row)| ReadingRow {
-            line: 0,
             index: indexed.then_some(index),
             angles: Some(radians(row)),
-            values: None,
-            saturated: false,
-            quantity: String::new(),
+            ..ReadingRow::default()
         });
         let rows = Rows {
             path: "rows".into(),
             row_label: "row",
             rows: rows.collect(),
         };
-        let unmatched = rows
-            .rows
-            .iter()
-            .find(|row| rows.find_sample(row, &samples, TOLERANCE).is_err())?;
-        let angles = unmatched.angles.map(isotropic)?;
-        Some(rows.cause(unmatched, angles, &samples, TOLERANCE))
+        let mut each = rows.rows.iter();
+        let any = each.any(|row| rows.find_sample(row, &samples, TOLERANCE).is_err());
+        any.then(|| rows.cause(&samples, TOLERANCE))
     }
 
     #[test]
     fn finds_cause_of_unmatched_rows() {
-        let mirrored =
-            PATTERN.map(|[theta_i, phi_i, theta_o, phi_o]| [theta_i, -phi_i, theta_o, -phi_o]);
+        let mirror =
+            |[theta_i, phi_i, theta_o, phi_o]: [f64; 4]| [theta_i, -phi_i, theta_o, -phi_o];
+        let mirrored = PATTERN.map(mirror);
         let exchanged =
             PATTERN.map(|[theta_i, phi_i, theta_o, phi_o]| [theta_o, phi_o, theta_i, phi_i]);
-        let exchanged_and_mirrored =
-            exchanged.map(|[theta_i, phi_i, theta_o, phi_o]| [theta_i, -phi_i, theta_o, -phi_o]);
-        for indexed in [false, true] {
-            assert_eq!(cause(&PATTERN, indexed), None);
-            assert_eq!(cause(&mirrored, indexed), Some(Some(Cause::Mirrored)));
+        let unrelated = [mirrored[0], [1.0, 0.0, 2.0, 0.0]];
+        let in_radians = PATTERN.map(|row| row.map(f64::to_radians));
+        for (rows, indexed, expected) in [
+            (&PATTERN[..], false, None),
+            (&PATTERN, true, None),
+            (&mirrored, false, Some(Some(Cause::Mirrored))),
+            (&mirrored, true, Some(Some(Cause::Mirrored))),
             // In the plane of incidence, mirrored rows match.
-            assert_eq!(cause(&mirrored[2..], false), None);
-            let unrelated = [mirrored[0], [1.0, 0.0, 2.0, 0.0]];
-            assert_eq!(cause(&unrelated, indexed), Some(None));
+            (&mirrored[2..], false, None),
+            (&unrelated, false, Some(None)),
+            (&unrelated, true, Some(None)),
+            (&exchanged, false, Some(Some(Cause::Exchanged))),
+            (&exchanged, true, None),
+            (&exchanged.map(mirror), true, Some(Some(Cause::Mirrored))),
+            // If theta_i equals theta_o, mirroring and exchanging give the same angles.
+            (&mirrored[1..2], false, Some(Some(Cause::Exchanged))),
+            (&mirrored[..2], false, Some(Some(Cause::Mirrored))),
+            (&in_radians, false, Some(Some(Cause::Radians))),
+        ] {
+            assert_eq!(cause(rows, indexed), expected, "{rows:?} {indexed}");
         }
-        assert_eq!(cause(&exchanged, false), Some(Some(Cause::Exchanged(0))));
-        assert_eq!(cause(&exchanged, true), None);
-        assert_eq!(
-            cause(&exchanged_and_mirrored, true),
-            Some(Some(Cause::Mirrored))
-        );
-        // If theta_i equals theta_o, mirroring and exchanging give the same angles.
-        assert_eq!(
-            cause(&mirrored[1..2], false),
-            Some(Some(Cause::Exchanged(1)))
-        );
-        assert_eq!(cause(&mirrored[..2], false), Some(Some(Cause::Mirrored)));
-        let radians = PATTERN.map(|row| row.map(f64::to_radians));
-        assert_eq!(cause(&radians, false), Some(Some(Cause::Radians)));
     }
 }

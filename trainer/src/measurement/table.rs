@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use csv::{Position, ReaderBuilder, StringRecord, Trim};
 use glimpse_materials::untrusted::{escaped, read_at_most};
+use serde::Deserialize;
 
 /// The maximum size of a file in bytes, which holds more than a million rows.
 const MAX_BYTES: u64 = 1 << 28;
@@ -29,7 +30,7 @@ pub enum TableError {
     },
 }
 
-/// A table: the column names and the rows.
+/// A table: the column names in lowercase, and the rows.
 pub(super) struct Table {
     path: PathBuf,
     header: StringRecord,
@@ -40,13 +41,6 @@ pub(super) struct Table {
 pub(super) struct Row {
     pub(super) line: u64,
     cells: StringRecord,
-}
-
-impl Row {
-    /// Returns the text of a cell; empty if the column does not exist.
-    pub(super) fn cell(&self, column: usize) -> &str {
-        self.cells.get(column).unwrap_or_default()
-    }
 }
 
 impl Table {
@@ -79,7 +73,7 @@ impl Table {
         let rows = rows.collect::<Result<_, TableError>>()?;
         Ok(Self {
             path: path.into(),
-            header,
+            header: header.iter().map(str::to_ascii_lowercase).collect(),
             rows,
         })
     }
@@ -98,32 +92,37 @@ impl Table {
         &self.rows
     }
 
-    /// Returns the index of the column with this name; None if no column has it.
-    pub(super) fn column(&self, name: &str) -> Result<Option<usize>, TableError> {
-        let mut columns = self.header.iter().enumerate();
-        let mut next_match = || columns.find(|(_, column)| column.eq_ignore_ascii_case(name));
-        let first = next_match().map(|(index, _)| index);
-        match next_match() {
-            None => Ok(first),
-            Some(_) => {
-                Err(self.file_error(format!("it has two columns {name}; remove or rename one")))
-            }
-        }
+    /// Returns true if the table has all columns with these names.
+    pub(super) fn has(&self, names: &[&str]) -> bool {
+        let has = |name: &&str| self.header.iter().any(|column| column == *name);
+        names.iter().all(has)
     }
 
-    /// Returns the indices of the columns with these names; None if one is missing.
-    pub(super) fn columns<const N: usize>(
-        &self,
-        names: [&str; N],
-    ) -> Result<Option<[usize; N]>, TableError> {
-        let mut columns = [0; N];
-        for (column, name) in columns.iter_mut().zip(names) {
-            match self.column(name)? {
-                Some(index) => *column = index,
-                None => return Ok(None),
-            }
-        }
-        Ok(Some(columns))
+    /// Returns the text of a cell; empty if the column does not exist.
+    pub(super) fn cell<'a>(&self, row: &'a Row, column: &str) -> &'a str {
+        let index = self.header.iter().position(|name| name == column);
+        index.map_or("", |index| &row.cells[index])
+    }
+
+    /// Parses the columns of a row that `T` has as fields. Empty cells and missing columns are None.
+    pub(super) fn parse<'a, T: Deserialize<'a>>(&'a self, row: &'a Row) -> Result<T, TableError> {
+        row.cells.deserialize(Some(&self.header)).map_err(|error| {
+            let csv::ErrorKind::Deserialize { err, .. } = error.kind() else {
+                return self.line_error(row.line, &format!("{error}; correct the line"));
+            };
+            let column = err.field().and_then(|field| usize::try_from(field).ok());
+            let message =
+                match column.and_then(|index| self.header.get(index).zip(row.cells.get(index))) {
+                    Some((name, cell)) => format!(
+                        "column {name}: `{}` is not a valid number; {}",
+                        escaped(cell),
+                        remedy(name)
+                    ),
+                    // Two columns of the same name.
+                    None => format!("{}; remove or rename one", err.kind()),
+                };
+            self.line_error(row.line, &message)
+        })
     }
 
     /// Returns an error that concerns the whole file.
@@ -137,6 +136,16 @@ impl Table {
     /// Returns an error that concerns one line; `message` may begin with the column.
     pub(super) fn line_error(&self, line: u64, message: &str) -> TableError {
         self.file_error(format!("line {line}, {message}"))
+    }
+}
+
+/// Returns the remedy of a cell that is not a number.
+fn remedy(column: &str) -> &'static str {
+    match column {
+        "index" => "give the sample's number, 0, 1, 2, ...",
+        "saturated" => "give 1 if the sensor was saturated, or else 0",
+        _ if column.contains('_') => "give an angle in degrees",
+        _ => "leave it empty if nothing was read",
     }
 }
 

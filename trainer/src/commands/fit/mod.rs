@@ -4,28 +4,25 @@ mod folder;
 mod options;
 mod report;
 
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
-use clap::{ArgGroup, Args};
-use folder::FitFolder;
+use clap::Args;
+use folder::{FILES, contents};
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::has_content;
-use glimpse_materials::{BasisFile, FittedBrdf, FittedMaterial, Material};
+use glimpse_materials::{BasisFile, FittedMaterial, Material};
 use glimpse_trainer::conversion::{OutputFormat, loss_of_file};
-use glimpse_trainer::measurement::{
-    DeviceReport, Fit as LabFit, Measurements, ReadingQuantity, fit,
-};
+use glimpse_trainer::measurement::{DEFAULT_TOLERANCE, Measurements, Selection, fit};
 use glimpse_trainer::metrics::Metrics;
 use options::QuantityArgs;
-use report::{FitReport, FormatSummary};
+use report::{FitReport, FormatSummary, ReportEntry};
 
 use super::formats::{self, Files, files_of};
 use super::lock::Lock;
 use super::output::{create_out_folder, refuse_input, write_file_forced, write_files_forced};
-use super::{print, read_recipe};
+use super::{print, print_json, read_recipe};
 
 /// Fit a material to readings from a lab, as a device would.
 ///
@@ -63,36 +60,28 @@ use super::{print, read_recipe};
 ///          trainer fit n16.recipe --measurements gold.csv --format rgl --out gold/
 ///          trainer fit n16.recipe --measurements lab/*.csv --quantity reflectance-factor --out fits/
 ///          trainer fit n16.recipe --measurements counts.csv --white white.csv --dark 96 --out felt/
-///          trainer fit n16.recipe --values scan.json --out scanned/    # result of a device
 ///          trainer render sphere fits/ --out fits.png
 #[derive(Args)]
-#[command(
-    verbatim_doc_comment,
-    group = ArgGroup::new("input").args(["measurements", "values"]).required(true)
-)]
+#[command(verbatim_doc_comment)]
 pub(crate) struct Fit {
     /// Recipe file; for the model linear its basis file must be next to it
     recipe: PathBuf,
     /// Readings, a CSV file for each material
-    #[arg(long, value_name = "FILE.csv", num_args = 1..)]
+    #[arg(long, value_name = "FILE.csv", required = true, num_args = 1..)]
     measurements: Vec<PathBuf>,
-    /// Result of a device's own fit, as `trainer virtual-scanner --out` writes it, instead of
-    /// readings
-    #[arg(long, value_name = "FILE.json")]
-    values: Option<PathBuf>,
     /// Folder for the results; created, but its parent folder must exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Largest distance of a row from its sample in degrees, above 0 to 180 [default: 0.5]
-    #[arg(long, value_name = "DEGREES", conflicts_with = "values", value_parser = super::numbers::degrees)]
-    tolerance: Option<f32>,
+    /// Largest distance of a row from its sample in degrees, above 0 to 180
+    #[arg(long, value_name = "DEGREES", default_value_t = DEFAULT_TOLERANCE, value_parser = super::numbers::degrees)]
+    tolerance: f32,
     #[command(flatten)]
     quantity: QuantityArgs,
     /// Formats of additional files of the material in DIR/formats; see `trainer convert`
     #[arg(long, value_parser = formats::parser(), value_delimiter = ',', value_name = "FORMAT,...")]
     format: Vec<OutputFormat>,
     /// Keep all readings in the fit
-    #[arg(long, conflicts_with = "values")]
+    #[arg(long)]
     keep_all: bool,
     /// Replace the results of an earlier run in DIR
     #[arg(long)]
@@ -101,9 +90,6 @@ pub(crate) struct Fit {
     #[arg(long)]
     json: bool,
 }
-
-/// Default of --tolerance in degrees: a typical error of a lab's arms.
-const DEFAULT_TOLERANCE: f32 = 0.5;
 
 /// The folder of additional formats. It is separate, so that the fit's folder remains a source of one material.
 const FORMATS: &str = "formats";
@@ -122,62 +108,52 @@ impl Fit {
         let inputs = self.inputs()?;
         self.refuse_overwrite(&inputs, basis.is_some())?;
         let pattern: Vec<_> = recipe.pattern().collect();
-        let quantity = self.quantity.read(&pattern, self.tolerance())?;
+        let tolerance = f64::from(self.tolerance).to_radians();
+        let quantity = self.quantity.read(&pattern, tolerance)?;
 
         // All fits are computed before any file is written, so that an error leaves no partial output.
-        let mut folders = Vec::new();
+        let mut fits = Vec::new();
         for input in &inputs {
-            let (measured, fit) = self.fit_input(&recipe, input, &quantity)?;
-            let fitted = FittedBrdf::new(recipe.model(), fit.values.clone(), basis.as_ref());
-            let material =
-                fitted.and_then(|fitted| FittedMaterial::new(input.name.clone(), fitted));
-            let material = material.with_context(|| {
-                format!(
-                    "{}: its {} values do not match the recipe's model; give the recipe that they were \
-                     fitted with",
-                    input.path.display(),
-                    fit.values.len()
-                )
-            })?;
-            let report = FitReport::new(
-                self.recipe_name(),
-                &recipe,
-                input.path,
-                &quantity,
-                &measured,
-                &fit,
-            )?;
-            folders.push(FitFolder {
-                material,
-                pattern: &pattern,
-                measured,
-                fit,
-                report,
-            });
+            let measured = Measurements::read(input.path, &pattern, tolerance, &quantity)?;
+            let fit = Selection::new(&recipe, measured, self.keep_all)
+                .and_then(|selection| fit(&recipe, basis.as_ref(), input.name.clone(), selection))
+                .with_context(|| input.path.display().to_string())?;
+            let report = FitReport::new(&self.recipe, &recipe, input.path, &quantity, &fit)?;
+            let formats = self.formats(&fit.material, &input.folder, seed)?;
+            fits.push((fit, report, formats));
         }
-
-        let formats = inputs.iter().zip(&folders);
-        let formats =
-            formats.map(|(input, folder)| self.formats(&folder.material, &input.folder, seed));
-        let formats: Vec<_> = formats.collect::<anyhow::Result<_>>()?;
 
         create_out_folder(&self.out)?;
         let _lock = Lock::of_folder(&self.out)?;
         let basis = self.copy_basis(&recipe, basis.is_some())?;
-        let mut summaries = Vec::new();
-        for ((input, folder), formats) in inputs.iter().zip(&folders).zip(&formats) {
+        let mut entries = Vec::new();
+        for (input, (fit, report, formats)) in inputs.iter().zip(fits) {
             create_out_folder(&input.folder)?;
             let basis = basis.as_ref().map(|(name, checksum)| {
                 let up = if input.folder == self.out { "" } else { "../" };
                 BasisFile::new(format!("{up}{name}"), *checksum)
             });
-            folder.write(&input.folder, basis.as_ref(), self.force)?;
+            let contents = contents(&fit, &pattern, basis.as_ref(), &report)?;
+            for (name, bytes) in FILES.iter().zip(contents) {
+                write_file_forced(&input.folder.join(name), &bytes, self.force)?;
+            }
             let formats = formats.iter().map(|(files, metrics)| {
-                self.write_format(&input.folder, &folder.material, files, *metrics)
+                self.write_format(&input.folder, &fit.material, files, *metrics)
             });
-            summaries.push(formats.collect::<anyhow::Result<Vec<_>>>()?);
+            entries.push(ReportEntry {
+                name: &input.name,
+                folder: input.folder.display().to_string(),
+                formats: formats.collect::<anyhow::Result<_>>()?,
+                report,
+            });
         }
-        self.print_reports(&inputs, &folders, &summaries)
+        match self.json {
+            true => print_json(&entries),
+            false => {
+                let texts = entries.iter().map(|entry| entry.to_text(self.keep_all));
+                print(&texts.collect::<Vec<_>>().join("\n"))
+            }
+        }
     }
 
     /// Writes the files of a format. Prints and returns its errors against the fit.
@@ -208,24 +184,6 @@ impl Fit {
         })
     }
 
-    /// Reads and fits an input file, or reads a device's own fit.
-    fn fit_input(
-        &self,
-        recipe: &Recipe<'_>,
-        input: &FitInput<'_>,
-        quantity: &ReadingQuantity,
-    ) -> anyhow::Result<(Measurements, LabFit)> {
-        if self.values.is_some() {
-            let report = DeviceReport::read(input.path, recipe)?;
-            return Ok(report.fit(input.path, recipe)?);
-        }
-        let pattern: Vec<_> = recipe.pattern().collect();
-        let measured = Measurements::read(input.path, &pattern, self.tolerance(), quantity)?;
-        let fit = fit(recipe, &measured, self.keep_all);
-        let fit = fit.with_context(|| input.path.display().to_string())?;
-        Ok((measured, fit))
-    }
-
     /// Returns a material's files in the formats of --format, each once, and the errors of shading models.
     fn formats(
         &self,
@@ -246,11 +204,6 @@ impl Fit {
         files.collect()
     }
 
-    /// Returns the tolerance in radians.
-    fn tolerance(&self) -> f64 {
-        f64::from(self.tolerance.unwrap_or(DEFAULT_TOLERANCE)).to_radians()
-    }
-
     /// Returns the recipe's file name, without directories.
     fn recipe_name(&self) -> String {
         let name = self.recipe.file_name().unwrap_or_default();
@@ -259,29 +212,21 @@ impl Fit {
 
     /// Returns the input files with their materials' names and output folders.
     fn inputs(&self) -> anyhow::Result<Vec<FitInput<'_>>> {
-        let paths: Vec<&PathBuf> = self.measurements.iter().chain(&self.values).collect();
-        let mut names = HashSet::new();
-        let name_and_folder = |path: &&'_ PathBuf| -> anyhow::Result<(String, PathBuf)> {
+        let mut inputs: Vec<FitInput<'_>> = Vec::new();
+        for path in &self.measurements {
             let name = path.file_stem().unwrap_or_default();
             let name = name.to_string_lossy().into_owned();
             ensure!(
-                names.insert(name.clone()),
+                inputs.iter().all(|input| input.name != name),
                 "--measurements: two files have the name {name}, and would get the same folder: rename one of them"
             );
-            let folder = match paths.len() {
+            let folder = match self.measurements.len() {
                 1 => self.out.clone(),
                 _ => self.out.join(&name),
             };
-            Ok((name, folder))
-        };
-        let named: Vec<(String, PathBuf)> = paths
-            .iter()
-            .map(name_and_folder)
-            .collect::<Result<_, _>>()?;
-        let inputs = paths.into_iter().zip(named);
-        Ok(inputs
-            .map(|(path, (name, folder))| FitInput { name, path, folder })
-            .collect())
+            inputs.push(FitInput { name, path, folder });
+        }
+        Ok(inputs)
     }
 
     /// Refuses to overwrite an input, or without --force the results of an earlier run.
@@ -297,7 +242,7 @@ impl Fit {
                 "{} exists already, with files of an earlier run: remove it, or give another --out",
                 formats.display()
             );
-            for name in FitFolder::FILES {
+            for name in FILES {
                 let path = input.folder.join(name);
                 for file in &input_files {
                     refuse_input(&path, file)?;
@@ -341,28 +286,5 @@ impl Fit {
         }
         let name = to.file_name().unwrap_or_default();
         Ok(Some((name.to_string_lossy().into_owned(), checksum)))
-    }
-
-    /// Prints the reports as text or JSON.
-    fn print_reports(
-        &self,
-        inputs: &[FitInput<'_>],
-        folders: &[FitFolder<'_>],
-        formats: &[Vec<FormatSummary>],
-    ) -> anyhow::Result<()> {
-        let all = inputs.iter().zip(folders);
-        if self.json {
-            let list: Vec<_> = all
-                .zip(formats)
-                .map(|((input, folder), formats)| {
-                    folder.report.entry(&input.name, &input.folder, formats)
-                })
-                .collect();
-            return print(&(serde_json::to_string_pretty(&list)? + "\n"));
-        }
-        let text: Vec<String> = all
-            .map(|(input, folder)| folder.report.to_text(&input.name, self.keep_all))
-            .collect();
-        print(&text.join("\n"))
     }
 }

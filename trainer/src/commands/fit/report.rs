@@ -4,13 +4,12 @@ mod text;
 
 use std::path::Path;
 
-use glimpse_core::error::ErrorCode;
+use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::LossPrediction;
 use glimpse_trainer::measurement::{
-    AngularDistance, Fit, Measurements, OutlierReport, PartialScan, ReadingQuantity, ReadingStatus,
-    coefficient_of_variation,
+    Fit, PartialScan, ReadingQuantity, ReadingStatus, Selection, coefficient_of_variation,
 };
 use glimpse_training::recipe::Metadata;
 use serde::Serialize;
@@ -25,10 +24,29 @@ pub(super) struct FitReport {
     recipe: RecipeSummary,
     measured: InputSummary,
     readings: ReadingSummary,
-    residual: Option<ResidualSummary>,
+    residual: Residual,
     expected_loss: Option<FitLoss>,
     /// Empty if the recipe has no upper bound for scans that end early.
     partial_scans: Vec<PartialScan>,
+}
+
+/// An entry of `--json`: a report with the material's name and folder.
+#[derive(Serialize)]
+pub(super) struct ReportEntry<'a> {
+    pub(super) name: &'a str,
+    pub(super) folder: String,
+    /// The files of --format.
+    pub(super) formats: Vec<FormatSummary>,
+    #[serde(flatten)]
+    pub(super) report: FitReport,
+}
+
+/// The first file of a format, and its errors against the fit.
+#[derive(Serialize)]
+pub(super) struct FormatSummary {
+    pub(super) file: String,
+    pub(super) loss: f64,
+    pub(super) delta_e: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -46,13 +64,8 @@ struct InputSummary {
     file: String,
     /// The quantity of its numbers, as a column `quantity` names it.
     quantity: &'static str,
-    /// The quantity, as text for the terminal.
-    #[serde(skip)]
-    quantity_text: String,
     rows: usize,
-    #[serde(skip)]
-    furthest: Option<AngularDistance>,
-    /// The largest distance of a row from its sample, in degrees.
+    /// The largest distance of a row from its sample, in degrees; null if rows have no directions.
     furthest_degrees: Option<f64>,
 }
 
@@ -61,14 +74,10 @@ struct InputSummary {
 struct ReadingSummary {
     /// Number of readings that the fit used.
     used: usize,
-    /// The samples whose readings the fit did not use, for any reason.
-    excluded: Vec<ExcludedSample>,
-    missing: Vec<usize>,
+    /// The samples whose readings the fit did not use.
+    unused: Vec<UnusedSample>,
     /// Samples with a saturated reading, used or not.
     saturated: Vec<usize>,
-    /// Samples whose reading the fit excluded as an outlier.
-    #[serde(rename = "left_out")]
-    excluded_outliers: Vec<usize>,
     /// Samples whose reading is 0 or below in all channels.
     no_light: Vec<usize>,
     /// Number of samples with several readings.
@@ -77,38 +86,27 @@ struct ReadingSummary {
     largest_spread: Option<f32>,
     /// The sample with the largest coefficient of variation.
     most_spread: Option<usize>,
-    #[serde(rename = "looks_wrong")]
+    /// Readings that are improbable given the other readings, used or not.
     outliers: Vec<OutlierSummary>,
 }
 
-/// A sample whose reading the fit did not use.
 #[derive(Serialize)]
-struct ExcludedSample {
+struct UnusedSample {
     sample: usize,
-    reason: ReadingStatus,
+    status: ReadingStatus,
 }
 
-/// A reading that is improbable given the other readings.
 #[derive(Serialize)]
 struct OutlierSummary {
     sample: usize,
+    status: ReadingStatus,
     z: f32,
     /// The magnitude of z above which a reading is an outlier.
-    #[serde(rename = "limit")]
     threshold: f32,
     /// The reading as a BRDF, sr^-1.
-    #[serde(rename = "read")]
     reading: [f32; 3],
     /// The BRDF predicted from the other readings, sr^-1.
     expected: [f32; 3],
-}
-
-#[derive(Serialize)]
-struct ResidualSummary {
-    mean: f32,
-    worst: f32,
-    worst_index: u16,
-    implausible: Option<ErrorCode>,
 }
 
 /// The expected loss of this fit.
@@ -140,92 +138,38 @@ enum LossSource {
     Validation,
 }
 
-/// The first file of a format, and its errors against the fit.
-#[derive(Clone, Serialize)]
-pub(super) struct FormatSummary {
-    pub(super) file: String,
-    pub(super) loss: f64,
-    pub(super) delta_e: Option<f64>,
-}
-
-/// An entry of `--json`: a report with the material's name and folder.
-#[derive(Serialize)]
-pub(super) struct ReportEntry<'a> {
-    name: &'a str,
-    folder: String,
-    /// The files of --format.
-    formats: Vec<FormatSummary>,
-    #[serde(flatten)]
-    report: &'a FitReport,
-}
-
 impl FitReport {
-    /// Creates the report on a fit with a recipe of this file name.
+    /// Creates the report on a fit of an input file with a recipe.
     ///
     /// # Errors
     /// If the recipe's metadata is malformed.
     pub(super) fn new(
-        recipe_file: String,
+        recipe_path: &Path,
         recipe: &Recipe<'_>,
         input: &Path,
         quantity: &ReadingQuantity,
-        measured: &Measurements,
         fit: &Fit,
     ) -> anyhow::Result<Self> {
-        let name = input.file_name().unwrap_or_default();
-        let spreads = measured.samples.iter().enumerate();
-        let spreads =
-            spreads.filter_map(|(index, sample)| Some((index, coefficient_of_variation(sample)?)));
-        let most_spread = spreads.max_by(|(_, one), (_, other)| one.total_cmp(other));
+        let measured = &fit.selection.measurements;
         let mut report = Self {
             trainer: commit::VERSION,
             recipe: RecipeSummary {
-                file: recipe_file,
+                file: file_name(recipe_path),
                 checksum: format!("{:08x}", recipe.checksum()),
                 model: recipe.model().name(),
                 samples: recipe.samples(),
                 takes_missing: recipe.tolerates_missing(),
             },
             measured: InputSummary {
-                file: name.to_string_lossy().into_owned(),
+                file: file_name(input),
                 quantity: quantity.name(),
-                quantity_text: match quantity {
-                    ReadingQuantity::Values(quantity) => quantity.to_string(),
-                    ReadingQuantity::Counts(_) => "counts, relative to a white tile".to_owned(),
-                },
                 rows: measured.rows,
-                furthest: measured.max_distance,
                 furthest_degrees: measured
                     .max_distance
                     .map(|distance| distance.radians.to_degrees()),
             },
-            readings: ReadingSummary {
-                used: samples_with(fit, ReadingStatus::Used).len(),
-                excluded: excluded(fit),
-                missing: samples_with(fit, ReadingStatus::Missing),
-                saturated: saturated(measured),
-                excluded_outliers: samples_with(fit, ReadingStatus::Excluded),
-                no_light: no_light(measured),
-                repeated: measured.samples.iter().filter(|s| s.count() > 1).count(),
-                largest_spread: most_spread.map(|(_, spread)| spread),
-                most_spread: most_spread.map(|(index, _)| index),
-                outliers: outliers(measured, &fit.outlier_report),
-            },
-            residual: fit.residual.map(|residual| {
-                let Residual {
-                    mean,
-                    worst,
-                    worst_index,
-                    implausible,
-                    ..
-                } = residual;
-                ResidualSummary {
-                    mean,
-                    worst,
-                    worst_index,
-                    implausible,
-                }
-            }),
+            readings: ReadingSummary::new(&fit.selection),
+            residual: fit.residual,
             expected_loss: expected_loss(recipe, fit)?,
             partial_scans: fit.partial_scans.clone(),
         };
@@ -237,43 +181,68 @@ impl FitReport {
         Ok(report)
     }
 
-    /// Returns the entry of `--json` for a material and its folder.
-    pub(super) fn entry<'a>(
-        &'a self,
-        name: &'a str,
-        folder: &Path,
-        formats: &[FormatSummary],
-    ) -> ReportEntry<'a> {
-        ReportEntry {
-            formats: formats.to_vec(),
-            name,
-            folder: folder.display().to_string(),
-            report: self,
-        }
-    }
-
     /// Returns true if most readings have no light.
     fn is_mostly_dark(&self) -> bool {
-        let read = self.recipe.samples - self.readings.missing.len();
+        let read = self.recipe.samples - self.readings.with_status(ReadingStatus::Missing).len();
         2 * self.readings.no_light.len() > read
     }
 }
 
-/// Returns the samples whose mean reading is 0 or below in all channels.
-fn no_light(measured: &Measurements) -> Vec<usize> {
-    let all = measured.samples.iter().enumerate();
-    let dark = all.filter(|(_, sample)| {
-        let mean = sample.mean();
-        mean.is_some_and(|mean| mean.into_iter().all(|value| value <= 0.0))
-    });
-    dark.map(|(index, _)| index).collect()
+impl ReadingSummary {
+    fn new(selection: &Selection) -> Self {
+        let measured = &selection.measurements.samples;
+        let samples_where = |holds: fn(&Repeated) -> bool| {
+            let all = measured.iter().enumerate();
+            let matching = all.filter(|(_, sample)| holds(sample));
+            matching.map(|(index, _)| index).collect::<Vec<usize>>()
+        };
+        let spreads = measured.iter().enumerate();
+        let spreads =
+            spreads.filter_map(|(index, sample)| Some((index, coefficient_of_variation(sample)?)));
+        let most_spread = spreads.max_by(|(_, one), (_, other)| one.total_cmp(other));
+        let unused = selection.statuses.iter().enumerate();
+        let unused = unused.filter(|(_, status)| **status != ReadingStatus::Used);
+        let report = &selection.outlier_report;
+        let outliers = report.outliers.iter().map(|outlier| OutlierSummary {
+            sample: outlier.sample,
+            status: selection.statuses[outlier.sample],
+            z: outlier.prediction.z as f32,
+            threshold: report.threshold as f32,
+            reading: measured[outlier.sample].mean().unwrap_or_default(),
+            expected: outlier.prediction.expected,
+        });
+        Self {
+            used: selection.with_status(ReadingStatus::Used).len(),
+            unused: unused
+                .map(|(sample, status)| UnusedSample {
+                    sample,
+                    status: *status,
+                })
+                .collect(),
+            saturated: samples_where(Repeated::saturated),
+            no_light: samples_where(|sample| {
+                let mean = sample.mean();
+                mean.is_some_and(|mean| mean.into_iter().all(|value| value <= 0.0))
+            }),
+            repeated: samples_where(|sample| sample.count() > 1).len(),
+            largest_spread: most_spread.map(|(_, spread)| spread),
+            most_spread: most_spread.map(|(index, _)| index),
+            outliers: outliers.collect(),
+        }
+    }
+
+    /// Returns the samples with a status other than used.
+    fn with_status(&self, status: ReadingStatus) -> Vec<usize> {
+        let unused = self.unused.iter();
+        let matching = unused.filter(|unused| unused.status == status);
+        matching.map(|unused| unused.sample).collect()
+    }
 }
 
-/// Returns the samples with a saturated reading.
-fn saturated(measured: &Measurements) -> Vec<usize> {
-    let all = measured.samples.iter().enumerate();
-    let saturated = all.filter(|(_, sample)| sample.saturated());
-    saturated.map(|(index, _)| index).collect()
+/// Returns the name of a file without directories.
+fn file_name(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
 }
 
 /// Returns true if a fit uses less than half of the samples. Then neither the predicted nor the stated loss of a
@@ -282,41 +251,9 @@ fn too_few(used: usize, samples: usize) -> bool {
     2 * used < samples
 }
 
-/// Returns the samples that the fit did not use, with the reasons.
-fn excluded(fit: &Fit) -> Vec<ExcludedSample> {
-    let all = fit.statuses.iter().enumerate();
-    let others = all.filter(|(_, status)| **status != ReadingStatus::Used);
-    others
-        .map(|(sample, reason)| ExcludedSample {
-            sample,
-            reason: *reason,
-        })
-        .collect()
-}
-
-fn samples_with(fit: &Fit, status: ReadingStatus) -> Vec<usize> {
-    let all = fit.statuses.iter().enumerate();
-    let matching = all.filter(|(_, actual)| **actual == status);
-    matching.map(|(index, _)| index).collect()
-}
-
-fn outliers(measured: &Measurements, outlier_report: &OutlierReport) -> Vec<OutlierSummary> {
-    let outliers = outlier_report
-        .outliers
-        .iter()
-        .map(|outlier| OutlierSummary {
-            sample: outlier.sample,
-            z: outlier.prediction.z as f32,
-            threshold: outlier_report.threshold as f32,
-            reading: measured.samples[outlier.sample].mean().unwrap_or_default(),
-            expected: outlier.prediction.expected,
-        });
-    outliers.collect()
-}
-
 /// Returns the loss that the recipe predicts from these readings, or else the loss that it states.
 fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<FitLoss>> {
-    let used = samples_with(fit, ReadingStatus::Used).len();
+    let used = fit.selection.with_status(ReadingStatus::Used).len();
     if too_few(used, recipe.samples()) && !recipe.bounds_partial_loss() {
         return Ok(None);
     }

@@ -12,7 +12,7 @@ use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::Degradation;
-use glimpse_trainer::measurement::{Measurements, ReadingQuantity, ReadingStatus, fit};
+use glimpse_trainer::measurement::{DEFAULT_TOLERANCE, Measurements, ReadingQuantity, Selection};
 use glimpse_trainer::report::{MAX_LOBES, document};
 use glimpse_training::recipe::RecipeFile;
 use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
@@ -24,9 +24,6 @@ use super::super::output::{file_as_json, refuse_input, refuse_source};
 use super::super::training_overlap::warn_of_overlap;
 use super::super::{load, print_json, read_recipe, write_file};
 use super::shared::{check_out, file_type};
-
-/// Largest distance of a row from its sample, radians: 0.5 degrees, as in `trainer fit`.
-const TOLERANCE: f64 = 0.5 / 180.0 * std::f64::consts::PI;
 
 /// Write an interactive HTML page that fits scans in a browser.
 ///
@@ -268,18 +265,14 @@ fn basis(
     }
 }
 
-/// Returns readings from a lab, without those that `trainer fit` would leave out.
+/// Returns the readings from a lab that `trainer fit` would use.
 fn measured(recipe: &Recipe<'_>, file: &Path) -> anyhow::Result<Vec<Option<[f32; 3]>>> {
     let pattern: Vec<_> = recipe.pattern().collect();
-    let measured = Measurements::read(
-        file,
-        &pattern,
-        TOLERANCE,
-        &ReadingQuantity::Values(Quantity::Brdf),
-    )?;
-    let found = fit(recipe, &measured, false).with_context(|| file.display().to_string())?;
-    let samples = measured.samples.iter().zip(&found.statuses);
-    Ok(samples
-        .map(|(sample, fate)| sample.mean().filter(|_| *fate == ReadingStatus::Used))
-        .collect())
+    let tolerance = f64::from(DEFAULT_TOLERANCE).to_radians();
+    let quantity = ReadingQuantity::Values(Quantity::Brdf);
+    let measured = Measurements::read(file, &pattern, tolerance, &quantity)?;
+    let selection = Selection::new(recipe, measured, false);
+    Ok(selection
+        .with_context(|| file.display().to_string())?
+        .used())
 }

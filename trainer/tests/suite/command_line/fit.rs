@@ -80,14 +80,15 @@ fn fits_readings_without_outlier() {
         ("/0/measured/rows", json!(15)),
         ("/0/measured/file", json!("outlier.csv")),
         ("/0/recipe/file", json!(MASKED)),
-        ("/0/recipe/samples", json!(16)),
-        ("/0/readings/missing", json!([3])),
-        ("/0/readings/looks_wrong/0/sample", json!(1)),
-        ("/0/readings/left_out", json!([1])),
+        (
+            "/0/readings/unused",
+            json!([{ "sample": 1, "status": "outlier" }, { "sample": 3, "status": "missing" }]),
+        ),
+        ("/0/readings/outliers/0/sample", json!(1)),
+        ("/0/readings/outliers/0/status", json!("outlier")),
         ("/0/readings/used", json!(14)),
         ("/1/name", json!("missing")),
-        ("/1/measured/rows", json!(14)),
-        ("/1/readings/missing", json!([1, 3])),
+        ("/1/readings/unused/0/status", json!("missing")),
     ] {
         assert_eq!(report.pointer(field), Some(&expected), "{field}");
     }
@@ -105,7 +106,7 @@ fn fits_readings_without_outlier() {
         .collect();
     assert_eq!(
         (statuses.len(), statuses[1], statuses[3], statuses[0]),
-        (16, "left out", "missing", "used")
+        (16, "outlier", "missing", "used")
     );
 
     // readings.csv can be fitted again, and the folder is a source of materials.
@@ -137,9 +138,9 @@ fn rejects_missing_readings() {
     let fit = format!("fit {WHOLE} --measurements all.csv --out out");
     let report = folder.succeed_as_json(&fit);
     let readings = &report[0]["readings"];
-    assert_eq!(readings["looks_wrong"][0]["sample"], 0);
+    assert_eq!(readings["outliers"][0]["sample"], 0);
     assert_eq!(
-        (&readings["used"], &readings["left_out"]),
+        (&readings["used"], &readings["unused"]),
         (&json!(8), &json!([]))
     );
 }
@@ -250,74 +251,17 @@ fn replaces_results_only_with_force() {
 fn rejects_options_without_effect() {
     let folder = folder();
     for (options, words) in [
-        ("", &["--measurements", "--values"][..]),
-        ("--measurements a.csv --values b.json", &["--measurements"]),
+        ("", &["--measurements"][..]),
         ("--measurements a.csv --dark 9", &["--dark", "--white"]),
         ("--measurements a.csv --footprint light", &["--footprint"]),
         (
             "--measurements a.csv --white w.csv --quantity brdf",
             &["--quantity", "--white"],
         ),
-        ("--values b.json --keep-all", &["--keep-all", "--values"]),
     ] {
         folder.fail_naming(&format!("fit {MASKED} --out out {options}"), words);
     }
-    for (option, value) in [
-        ("--quantity", "brdf-cos"),
-        ("--tolerance", "1"),
-        ("--white", "w.csv"),
-        ("--dark", "9"),
-        ("--white-reflectance", "0.9"),
-        ("--saturation", "4095"),
-        ("--footprint", "light"),
-    ] {
-        let fit = format!("fit {MASKED} --out out --values b.json {option} {value}");
-        folder.fail_naming(&fit, &[option, "--values"]);
-    }
     assert!(!folder.exists("out"));
-}
-
-#[test]
-fn fits_values_of_device() {
-    let folder = folder();
-    write_readings(&folder, "a.csv", MASKED, &shuffled(None));
-    folder.succeed(&format!("fit {MASKED} --measurements a.csv --out lab"));
-    let lab = folder.read_json("lab/material.json");
-    let read = |angles: &Angles<f32>| {
-        json!({
-            "theta_h": angles.theta_h,
-            "theta_d": angles.theta_d,
-            "phi_d": angles.phi_d,
-            "brdf": material().brdf(*angles),
-            "saturated": false,
-        })
-    };
-    let readings: Vec<Value> = pattern(&folder, MASKED).iter().map(read).collect();
-    let sent = json!({
-        "model": "neural",
-        "recipe": lab["recipe"]["checksum"],
-        "values": lab["values"],
-        "readings": readings,
-    });
-    folder.write("scan.json", sent.to_string());
-    let text = folder.succeed(&format!("fit {MASKED} --values scan.json --out device"));
-    assert_names(&text, &["16"]);
-    let device = folder.read_json("device/material.json");
-    assert_ne!(device["expected_loss"], Value::Null);
-    assert_eq!(folder.names("device"), folder.names("lab"));
-    assert_eq!(device["values"], lab["values"]);
-
-    for (field, value, words) in [
-        ("recipe", json!("00000000"), "00000000"),
-        ("values", json!([1.0]), "1"),
-    ] {
-        let mut sent =
-            json!({ "model": "neural", "recipe": lab["recipe"]["checksum"], "values": [] });
-        sent[field] = value;
-        folder.write("scan.json", sent.to_string());
-        let other = format!("fit {MASKED} --values scan.json --out other");
-        folder.fail_naming(&other, &["scan.json", words]);
-    }
 }
 
 #[test]
@@ -367,46 +311,29 @@ fn writes_other_formats() {
     folder.fail_naming(&format!("{fit} --force"), &["fits/formats"]);
 }
 
-/// Rows at a recipe's samples, with azimuths times `sign`, and with the samples' indices or empty cells.
-fn rows_at_directions(pattern: &[Angles<f32>], sign: f64, has_index: bool) -> String {
-    let rows = pattern.iter().enumerate().map(|(sample, angles)| {
-        let arms = IsotropicAngles::from_angles(angles_to_f64(angles));
-        let [r, g, b] = material().brdf(*angles);
-        let [theta_i, theta_o, phi] =
-            [arms.theta_i, arms.theta_o, sign * arms.phi].map(f64::to_degrees);
-        let index = if has_index {
-            format!("{sample}")
-        } else {
-            String::new()
-        };
-        format!(
-            "{index},{theta_i},10,{theta_o},{},{r},{g},{b}\n",
-            phi + 10.0
-        )
-    });
-    "index,theta_i,phi_i,theta_o,phi_o,r,g,b\n".to_owned() + &rows.collect::<String>()
-}
-
 #[test]
 fn detects_mirrored_azimuths() {
     let folder = folder();
-    for recipe in [MASKED, WHOLE] {
-        let pattern = pattern(&folder, recipe);
-        for has_index in [false, true] {
-            let fit = format!("fit {recipe} --measurements a.csv --out out");
-            folder.write("a.csv", rows_at_directions(&pattern, -1.0, has_index));
-            let message = folder.fail(&fit);
-            let samples = pattern.len().to_string();
-            for part in ["a.csv", "phi_i", "phi_o", "phi_d", &samples] {
-                assert!(message.contains(part), "no {part} in {message}");
-            }
-            assert!(!folder.exists("out"));
-            // With the signs corrected, as the error advises.
-            folder.write("a.csv", rows_at_directions(&pattern, 1.0, has_index));
-            folder.succeed(&fit);
-            fs::remove_dir_all(folder.at("out")).expect("the file exists");
-        }
-    }
+    let pattern = pattern(&folder, MASKED);
+    let fit = format!("fit {MASKED} --measurements a.csv --out out");
+    let write_rows = |sign: f64| {
+        let rows = pattern.iter().map(|angles| {
+            let arms = IsotropicAngles::from_angles(angles_to_f64(angles));
+            let [r, g, b] = material().brdf(*angles);
+            let [theta_i, theta_o, phi] =
+                [arms.theta_i, arms.theta_o, sign * arms.phi].map(f64::to_degrees);
+            let phi_o = phi + 10.0;
+            format!("{theta_i},10,{theta_o},{phi_o},{r},{g},{b}\n")
+        });
+        let head = "theta_i,phi_i,theta_o,phi_o,r,g,b\n".to_owned();
+        folder.write("a.csv", head + &rows.collect::<String>());
+    };
+    write_rows(-1.0);
+    folder.fail_naming(&fit, &["a.csv", "phi_i", "phi_o", "phi_d", "16"]);
+    assert!(!folder.exists("out"));
+    // With the signs corrected, as the error advises.
+    write_rows(1.0);
+    folder.succeed(&fit);
 }
 
 #[test]
@@ -432,15 +359,7 @@ fn material_json_has_report_fields() {
             json!(format!("{:08x}", recipe.checksum())),
         ),
         ("/measured/quantity", json!("brdf")),
-        ("/measured/rows", json!(15)),
         ("/readings/used", json!(14)),
-        (
-            "/readings/excluded",
-            json!([
-                { "sample": 1, "reason": "outlier" },
-                { "sample": 3, "reason": "missing" },
-            ]),
-        ),
         ("/expected_loss/source", json!("readings")),
         ("/expected_loss/materials", Value::Null),
     ] {
@@ -474,23 +393,4 @@ fn material_json_has_report_fields() {
         (&loss["source"], &loss["materials"]),
         (&json!("validation"), &json!(1))
     );
-}
-
-/// The format of version 0.2.0.
-#[test]
-fn reads_material_of_older_version() {
-    let old = json!({
-        "format": "glimpse-material",
-        "version": 1,
-        "name": "gold",
-        "model": "phong",
-        "trainer": "0.2.0",
-        "expected_loss": { "loss": 0.01, "from": "as the recipe promises, 0.0100" },
-        "basis": null,
-        "values": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7],
-    });
-    let folder = Folder::with("material.json", old.to_string().as_bytes());
-    folder.write("a.csv", "theta_h,theta_d,phi_d\n1,2,3\n");
-    let brdf = folder.succeed("query material.json --angles a.csv");
-    assert_eq!(brdf.lines().count(), 2);
 }

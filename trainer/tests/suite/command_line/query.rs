@@ -169,7 +169,7 @@ fn fits_query_of_plan() {
         let fit = format!("fit n8.recipe --measurements read.csv --out {name}");
         let report = folder.succeed_as_json(&fit);
         assert_eq!(report[0]["readings"]["used"], 8);
-        assert_eq!(report[0]["readings"]["excluded"], json!([]));
+        assert_eq!(report[0]["readings"]["unused"], json!([]));
     }
 }
 

@@ -8,6 +8,26 @@ use glimpse_kernels::dual::RealScalar;
 
 use super::axes::{Axes, wrapped};
 
+/// Replaces limits by those that are given, in degrees: the largest theta_i, the largest theta_o and the smallest
+/// separation. The caller validates the result.
+#[must_use]
+pub fn limits_in_degrees(
+    default: Limits,
+    [max_theta_i, max_theta_o, min_separation]: [Option<f32>; 3],
+) -> Limits {
+    let polar = |degrees: f32| match degrees <= 90.0 {
+        // The conversion could round 90 degrees up.
+        true => degrees.to_radians().min(Limits::NONE.max_theta_i),
+        false => degrees.to_radians(),
+    };
+    Limits {
+        max_theta_i: max_theta_i.map_or(default.max_theta_i, polar),
+        max_theta_o: max_theta_o.map_or(default.max_theta_o, polar),
+        min_separation: min_separation.map_or(default.min_separation, f32::to_radians),
+        ..default
+    }
+}
+
 /// A machine with two arms.
 ///
 /// All axes move at the same time. Acceleration is neglected: the time of a move is that of its slowest axis at full

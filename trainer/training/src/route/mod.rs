@@ -19,7 +19,7 @@ mod visit;
 
 pub use axes::{Axes, axes_from_angles};
 pub(crate) use machine::move_seconds;
-pub use machine::{Machine, MachineError};
+pub use machine::{Machine, MachineError, limits_in_degrees};
 pub use sheet::blank_sheet;
 pub use stop::{OutOfReach, Pose, Stop, stops};
 pub use visit::{Order, Route, Visit};

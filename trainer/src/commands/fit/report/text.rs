@@ -2,43 +2,42 @@
 
 use glimpse_trainer::measurement::MAX_SAMPLES;
 
-use super::{FitReport, OutlierSummary, too_few};
+use super::{FitReport, OutlierSummary, ReadingStatus, ReportEntry, too_few};
 
 /// The coefficient of variation of repeated readings above which one of them is probably wrong.
 const MAX_PLAUSIBLE_SPREAD: f32 = 0.2;
 
-impl FitReport {
+impl ReportEntry<'_> {
     /// Formats the report for the terminal.
-    pub(in super::super) fn to_text(&self, name: &str, keep_all: bool) -> String {
-        let Self {
+    pub(in super::super) fn to_text(&self, keep_all: bool) -> String {
+        let report = &self.report;
+        let FitReport {
             recipe,
             measured,
             readings,
             ..
-        } = self;
-        let distance = match &measured.furthest {
-            Some(distance) => format!(
-                ", at most {:.2} degrees from their samples",
-                distance.radians.to_degrees()
-            ),
+        } = report;
+        let distance = match measured.furthest_degrees {
+            Some(degrees) => format!(", at most {degrees:.2} degrees from their samples"),
             None => String::new(),
         };
+        let missing = readings.with_status(ReadingStatus::Missing);
         let mut lines = vec![
             (
                 "read",
                 format!(
                     "{} of {} samples of {} in {} rows of {} ({}){distance}",
-                    recipe.samples - readings.missing.len(),
+                    recipe.samples - missing.len(),
                     recipe.samples,
                     recipe.file,
                     measured.rows,
                     measured.file,
-                    measured.quantity_text,
+                    measured.quantity,
                 ),
             ),
-            ("missing", describe_samples(&readings.missing)),
-            ("saturated", self.saturated()),
-            ("no light", self.no_light()),
+            ("missing", describe_samples(&missing)),
+            ("saturated", report.saturated()),
+            ("no light", report.no_light()),
         ];
         if let (Some(spread), Some(sample)) = (readings.largest_spread, readings.most_spread) {
             let repeated = readings.repeated;
@@ -54,46 +53,46 @@ impl FitReport {
             lines.push(("repeated", text));
         }
         for outlier in &readings.outliers {
-            let status = match (
-                readings.excluded_outliers.contains(&outlier.sample),
-                keep_all,
-            ) {
-                (true, _) => "left out",
-                (false, true) => "kept by --keep-all",
-                (false, false) if recipe.takes_missing => "used",
-                (false, false) => "used, since the recipe needs all readings: measure it again",
+            let note = match (outlier.status, keep_all) {
+                (ReadingStatus::Used, true) => "used, by --keep-all",
+                (ReadingStatus::Used, false) if recipe.takes_missing => "used",
+                (ReadingStatus::Used, false) => {
+                    "used, since the recipe needs all readings: measure it again"
+                }
+                _ => "not used",
             };
-            lines.push(("outlier", format!("{}; {status}", outlier.to_text())));
+            lines.push(("outlier", format!("{}; {note}", outlier.to_text())));
         }
         if recipe.samples > MAX_SAMPLES {
             let text = format!("not searched for, with more than {MAX_SAMPLES} samples");
             lines.push(("outliers", text));
         }
         lines.push(("used", format!("{} readings", readings.used)));
-        if let Some(residual) = &self.residual {
-            lines.push((
-                "residual",
-                format!(
-                    "mean {:.4}, largest {:.4} at sample {}",
-                    residual.mean, residual.worst, residual.worst_index
-                ),
-            ));
-            if let Some(reason) = residual.implausible {
-                lines.push(("implausible", reason.text().to_owned()));
-            }
+        let residual = &report.residual;
+        lines.push((
+            "residual",
+            format!(
+                "mean {:.4}, largest {:.4} at sample {}",
+                residual.mean, residual.worst, residual.worst_index
+            ),
+        ));
+        if let Some(reason) = residual.implausible {
+            lines.push(("implausible", reason.text().to_owned()));
         }
         lines.push((
             "expected loss",
-            match &self.expected_loss {
+            match &report.expected_loss {
                 Some(expected) => expected.text.clone(),
-                None if self.is_mostly_dark() => "unknown, since most readings are dark".to_owned(),
+                None if report.is_mostly_dark() => {
+                    "unknown, since most readings are dark".to_owned()
+                }
                 None if too_few(readings.used, recipe.samples) => {
                     "unknown, since less than half of the readings are used".to_owned()
                 }
                 None => "not stated by the recipe".to_owned(),
             },
         ));
-        let some = self
+        let some = report
             .partial_scans
             .iter()
             .filter(|scan| scan.readings.is_power_of_two() || scan.readings == readings.used);
@@ -108,15 +107,17 @@ impl FitReport {
         let lines: String = lines
             .map(|(label, text)| format!("  {label:15}{text}\n"))
             .collect();
-        format!("{name}\n{lines}")
+        format!("{}\n{lines}", self.name)
     }
+}
 
+impl FitReport {
     /// Describes the saturated readings and their effect. Empty if there are none.
     fn saturated(&self) -> String {
         let list = &self.readings.saturated;
         let note = match self.recipe.takes_missing {
             _ if list.is_empty() => "",
-            true => ", left out unless all readings are saturated",
+            true => ", not used unless all readings are saturated",
             false => {
                 ", too small, but the recipe needs all readings: measure again with less light"
             }
