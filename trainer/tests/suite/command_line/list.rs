@@ -122,7 +122,7 @@ fn cells_write_same_recipes_as_grid() {
 
 #[test]
 fn linear_options_only_in_linear_cells() {
-    let grid = "train --grid --model phong,linear -n 2 --data procedural:4 --schedule joint --bases 3 \
+    let grid = "train --grid --model phong,linear -n 2 --data procedural:4 --schedule paper --bases 3 \
                 --effort brief --out grid";
     let listed = cells(&Folder::new(), grid);
     let has = |cell: &Value| texts(cell, "command").contains(&"--bases=3".to_owned());
@@ -139,7 +139,7 @@ fn cells_write_same_files_as_experiment() {
     assert_done(&listed, false);
     assert_inputs_come_first(&listed);
     // The command of an evaluation fails if its recipe is missing.
-    let is_evaluation = |cell: &&Value| name(cell) == "sheets/test/linear-n8-m5-eta-40-joint-ours";
+    let is_evaluation = |cell: &&Value| name(cell) == "sheets/test/linear-n8-m5-paper-ours";
     let evaluation = listed.iter().find(is_evaluation);
     let evaluation = evaluation.expect("an evaluation of Ours");
     let inputs = texts(evaluation, "inputs");
@@ -176,13 +176,14 @@ fn lists_all_experiments_without_writing() {
     let listed = cells(&folder, all);
     assert_inputs_come_first(&listed);
     for expected in [
-        "recipes/neural-n8-joint-meta",
-        "recipes/neural-n8-joint-pattern-glossy",
-        "sheets/test/phong-n8-replaced4-run2",
-        "sheets/test/neural-n4-importance",
-        "recipes/phong-n8-paper",
+        "recipes/neural-n8-paper-pattern-glossy",
+        "recipes/phong-n8-paper-seed4",
         "recipes/phong-n8-paper-twice",
-        "recipes/neural-n8-prior",
+        "recipes/linear-n4-prior-within-20s",
+        "sheets/test/phong-n8-paper-ours-replaced4-run2",
+        "sheets/test/neural-n4-paper-meta-importance",
+        "sheets/test/neural-n512-random-refined",
+        "sheets/test/linear-m5-optimum",
     ] {
         let mut names = listed.iter().map(name);
         assert!(names.any(|name| name == expected), "no {expected}");
@@ -200,16 +201,12 @@ fn losses_lists_each_model_and_schedule() {
         .collect();
     recipes.sort_unstable();
     let expected = [
-        "cook-torrance-n8-joint",
         "cook-torrance-n8-paper",
         "cook-torrance-n8-prior",
-        "linear-n8-m5-eta-40-paper",
-        "linear-n8-m60-eta-learned-joint",
+        "linear-n8-m5-paper",
         "linear-n8-prior",
-        "neural-n8-joint",
         "neural-n8-paper",
         "neural-n8-prior",
-        "phong-n8-joint",
         "phong-n8-paper",
         "phong-n8-prior",
     ];
