@@ -9,9 +9,7 @@ use glimpse_materials::files::check_writable;
 use glimpse_trainer::evaluation::TrainingMaterials;
 use glimpse_training::meta::plan::Effort;
 
-use super::cell_list::{
-    CommandLine, ListedCell, path_text, path_texts, print_cells, shell_command, source_paths,
-};
+use super::cell_list::{CommandLine, ListedCell, path_text, path_texts, print_cells, source_paths};
 use super::lock::Lock;
 use super::output::create_out_folder;
 use super::progress::{catch_interrupts, interrupted};
@@ -19,7 +17,7 @@ use super::train::train_to_file;
 use super::training_overlap::{training_overlaps, warnings};
 use super::{environment, load, numbers, print};
 use crate::experiment::{
-    Experiment, Findings, Plan, PlannedCell, Settings, Store, TestSet, write_index,
+    Experiment, Findings, Plan, PlannedCell, Settings, Store, TestSet, Work, write_index,
 };
 
 /// Reproduce the paper's tables and figures on your materials.
@@ -103,6 +101,7 @@ impl Reproduce {
 
     /// Runs the experiments, or the cell of --only.
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
+        self.refuse_unused_options()?;
         catch_interrupts()?;
         let index = self.out.join("index.html");
         create_out_folder(&self.out)?;
@@ -128,11 +127,7 @@ impl Reproduce {
             let name = experiment.name();
             eprintln!("[{number}/{}] {name}", plans.len());
             for work in plan.work() {
-                let outcome = store.perform(&work);
-                if interrupted() {
-                    bail!("stopped: repeat the command to continue");
-                }
-                outcome?;
+                perform(store, &work)?;
             }
             let findings = plan.findings(store)?;
             findings.write(&name, &self.out)?;
@@ -161,11 +156,12 @@ impl Reproduce {
                 missing.display()
             );
         }
-        store.perform(&work)
+        perform(store, &work)
     }
 
     /// Prints a command for each training and each evaluation.
     pub(crate) fn list(&self, seed: u64, line: &CommandLine) -> anyhow::Result<()> {
+        self.refuse_unused_options()?;
         create_out_folder(&self.out)?;
         let sources = [&self.data, &self.test].into_iter().chain(&self.additional);
         let mut paths = source_paths(sources);
@@ -178,7 +174,6 @@ impl Reproduce {
             let mut inputs = paths.clone();
             inputs.extend(path_texts(&cell.inputs)?);
             anyhow::Ok(ListedCell {
-                shell: shell_command(&command)?,
                 command,
                 inputs,
                 checkpoint: cell.checkpoint.as_deref().map(path_text).transpose()?,
@@ -215,7 +210,6 @@ impl Reproduce {
             (None, Effort::Brief | Effort::Quick) => 64,
             (None, _) => MAX_SAMPLES,
         };
-        self.refuse_unused_options()?;
         let environment = environment(self.environment.as_deref())?;
         let training = load(&self.data)?;
         let test = load(&self.test)?;
@@ -281,4 +275,13 @@ impl Reproduce {
                 }),
         }
     }
+}
+
+/// Trains or evaluates. After Ctrl-C, training has saved its state and ends with an error.
+fn perform(store: &Store<'_>, work: &Work) -> anyhow::Result<()> {
+    let outcome = store.perform(work);
+    if interrupted() {
+        bail!("stopped: repeat the command to continue");
+    }
+    outcome
 }

@@ -24,7 +24,7 @@ use glimpse_trainer::report::Page;
 
 pub(crate) use engine::Plan;
 pub(crate) use findings::Findings;
-pub(crate) use store::{PlannedCell, Settings, Store, TestSet};
+pub(crate) use store::{PlannedCell, Settings, Store, TestSet, Work};
 
 /// A table or figure of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -30,7 +30,7 @@ use glimpse_training::route::Axes;
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
-use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 use super::case::{Approach, Case, MOTION_SPEED, REFINEMENT_STEPS, Training, Variation};
 use super::glossiness::split_by_glossiness;
@@ -65,20 +65,6 @@ impl Settings {
             _ => self.effort,
         }
     }
-}
-
-/// The settings that are recorded in the output folder. A folder with other settings is rejected.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
-struct RecordedSettings {
-    trainer: String,
-    effort: Effort,
-    paper_effort: Effort,
-    seed: u64,
-    seeds: u64,
-    light: String,
-    trained_on: Vec<String>,
-    evaluated_on: Vec<String>,
-    directions: usize,
 }
 
 /// Materials to evaluate on.
@@ -174,23 +160,24 @@ impl<'a> Store<'a> {
         let path = settings.out.join("settings.json");
         let names = |materials: &[Box<dyn Material>]| {
             let names = materials.iter().map(|material| material.name().to_owned());
-            names.collect()
+            names.collect::<Vec<_>>()
         };
-        let recorded = RecordedSettings {
-            trainer: env!("CARGO_PKG_VERSION").into(),
-            effort: settings.effort,
-            paper_effort: settings.paper_effort,
-            seed: settings.seed,
-            seeds: settings.seeds,
-            light: settings.light.clone(),
-            trained_on: names(training),
-            evaluated_on: names(sets[0].materials),
-            directions: DIRECTIONS,
-        };
+        // A folder with other settings is rejected.
+        let recorded = json!({
+            "trainer": env!("CARGO_PKG_VERSION"),
+            "effort": settings.effort,
+            "paper_effort": settings.paper_effort,
+            "seed": settings.seed,
+            "seeds": settings.seeds,
+            "light": settings.light,
+            "trained_on": names(training),
+            "evaluated_on": names(sets[0].materials),
+            "directions": DIRECTIONS,
+        });
         if path.exists() {
             let existing =
                 fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
-            if serde_json::from_slice(&existing).ok().as_ref() != Some(&recorded) {
+            if serde_json::from_slice(&existing).ok() != Some(recorded) {
                 bail!(
                     "{} has results of other settings or materials, which are in {}: give another \
                      --out, or remove the folder",

@@ -33,20 +33,9 @@ fn command(cell: &Value) -> String {
     shlex::try_join(words).expect("words without NUL")
 }
 
-/// Runs a cell's command, either its words or its text for a shell.
-fn run(folder: &Folder, cell: &Value, with_shell: bool) {
-    let output = if with_shell {
-        let line = cell["shell"].as_str().expect("text");
-        let rest = line.strip_prefix("trainer ").expect("a trainer command");
-        std::process::Command::new("sh")
-            .args(["-c", &format!("\"$TRAINER\" {rest}")])
-            .env("TRAINER", env!("CARGO_BIN_EXE_trainer"))
-            .current_dir(folder.path())
-            .output()
-            .expect("the process runs")
-    } else {
-        folder.run(&command(cell))
-    };
+/// Runs a cell's command.
+fn run(folder: &Folder, cell: &Value) {
+    let output = folder.run(&command(cell));
     let messages = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{cell}: {messages}");
     for path in texts(cell, "outputs") {
@@ -99,9 +88,9 @@ fn cells_write_same_recipes_as_grid() {
     let command = grid("2", 5, "\"it's here\"");
     let listed = cells(&folder, &command);
     assert_done(&listed, false);
-    for (index, cell) in listed.iter().enumerate() {
+    for cell in &listed {
         assert!(texts(cell, "inputs").is_empty(), "{cell}");
-        run(&folder, cell, index % 2 == 0);
+        run(&folder, cell);
     }
     let files = |name| files(&folder.at(name), &[".recipe", ".basis"]);
     let whole = files("whole");
@@ -148,7 +137,7 @@ fn cells_write_same_files_as_experiment() {
     folder.fail_naming(&command(evaluation), &[recipe.expect("an input recipe")]);
 
     for cell in &listed {
-        run(&folder, cell, false);
+        run(&folder, cell);
     }
     let written = |root: &Path| files(&root.join("paper"), &[".recipe", ".basis", "json"]);
     let (mut whole, mut paper) = (written(&whole), written(folder.path()));
