@@ -78,13 +78,10 @@ fn names_of([others, linear]: ColumnMethods) -> String {
 fn loss_by_model(
     name: impl Into<String>,
     caption: impl Into<String>,
-    published: (
-        &[ColumnMethods],
-        fn(ModelKind, Approach) -> Option<PaperMetrics>,
-    ),
+    published: &[ColumnMethods],
+    values: fn(ModelKind, Approach) -> Option<PaperMetrics>,
     measured: &[ColumnMethods],
 ) -> Grid {
-    let (published, values) = published;
     let mut columns = vec![Column::text(format!("n = {SAMPLES}"))];
     let published_titles = published.iter().map(|methods| names_of(*methods));
     columns.extend(published_titles.map(|names| plain(format!("published: {names}"), 3)));
@@ -123,7 +120,8 @@ pub(super) fn losses() -> Plan {
     let mut grid = loss_by_model(
         "losses",
         caption,
-        (&published, paper::same_samples),
+        &published,
+        paper::same_samples,
         &measured,
     );
     // The last row shows the losses without measurement.
@@ -213,7 +211,8 @@ pub(super) fn additional(store: &Store<'_>) -> anyhow::Result<Plan> {
             ..loss_by_model(
                 format!("losses-{set}"),
                 caption,
-                (&[BASELINE, OURS], paper::rgl),
+                &[BASELINE, OURS],
+                paper::rgl,
                 &[BASELINE, OURS, COMPLETED],
             )
         }));
