@@ -6,9 +6,9 @@ use glimpse_core::geometry::Angles;
 use glimpse_materials::Material;
 use glimpse_optimizer::{Groups, Optimizer};
 use glimpse_trainer_fuzz::checkpoint::RUN;
-use glimpse_training::meta::checkpoint::Checkpoint;
+use glimpse_training::meta::checkpoint::{Checkpoint, RunState};
 use glimpse_training::meta::identity::RunIdentity;
-use glimpse_training::meta::state::RunState;
+
 
 use crate::{SeedResult, Seeds};
 
@@ -82,7 +82,7 @@ pub(crate) fn checkpoint(seeds: &Seeds) -> SeedResult {
     optimizer.step(values, &rates);
     let directory = tempfile::tempdir()?;
     let path = directory.path().join("checkpoint");
-    let other = RunIdentity { seed: 8, ..RUN };
+    let other = RunIdentity { options: 8, ..RUN };
     for (name, identity) in [("valid", RUN), ("other-run", other)] {
         let checkpoint = Checkpoint {
             identity,

@@ -18,13 +18,13 @@ const ALL_LAYERS: u64 = WEIGHTS[0] + WEIGHTS[1] + WEIGHTS[2];
 const WITHOUT_FIRST_LAYER: u64 = WEIGHTS[1] + WEIGHTS[2];
 
 /// Returns the count of the gradient with respect to the parameters, at one sample.
-pub(super) const fn gradient() -> u64 {
+const fn gradient() -> u64 {
     ALL_LAYERS + WITHOUT_FIRST_LAYER + ALL_LAYERS
 }
 
 /// Returns the count of the product of Hessian and vector at one sample. `sample_derivatives` includes the derivatives
 /// with respect to the sample's coordinates.
-pub(super) const fn product(sample_derivatives: bool) -> u64 {
+const fn product(sample_derivatives: bool) -> u64 {
     let backward = if sample_derivatives {
         ALL_LAYERS
     } else {

@@ -3,7 +3,6 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use super::Threads;
 use glimpse_kernels::lanes::{InstructionSet, Kernel, Lanes, WIDTH};
 
 /// The number of independent sums. Two arithmetic units with a latency of four cycles need at least eight sums.
@@ -13,27 +12,18 @@ const ROUNDS: usize = 30_000;
 /// The number of consecutive bursts per thread for all threads. It makes the time to wake up the threads negligible.
 const BURSTS_PER_THREAD: usize = 20;
 
-/// The peak throughput of an instruction set.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Peak {
-    /// The instruction set.
-    pub instruction_set: InstructionSet,
-    /// The number of threads.
-    pub threads: usize,
-    /// Floating-point operations per second, in 10^9; a multiply-accumulate counts as two.
-    pub gflops: f64,
-}
-
-/// Measures for `seconds` and returns the highest throughput of any burst, on the SIMD lanes of the kernels.
+/// Measures for `seconds` on one thread, or on all threads of the pool, on the SIMD lanes of the kernels. Returns the
+/// highest throughput of any burst, in 10^9 floating-point operations per second; a multiply-accumulate counts as two.
 #[must_use]
-pub fn peak(instruction_set: InstructionSet, threads: Threads, seconds: f64) -> Peak {
+pub fn peak(is_parallel: bool, seconds: f64) -> f64 {
+    let instruction_set = InstructionSet::detect();
     let begin = Instant::now();
     let mut gflops = 0.0_f64;
     while begin.elapsed().as_secs_f64() < seconds {
         let burst_begin = Instant::now();
-        let count: usize = match threads {
-            Threads::One => instruction_set.run(Burst),
-            Threads::All => rayon::broadcast(|_| {
+        let count: usize = match is_parallel {
+            false => instruction_set.run(Burst),
+            true => rayon::broadcast(|_| {
                 let bursts = 0..BURSTS_PER_THREAD;
                 bursts.map(|_| instruction_set.run(Burst)).sum::<usize>()
             })
@@ -42,11 +32,7 @@ pub fn peak(instruction_set: InstructionSet, threads: Threads, seconds: f64) -> 
         };
         gflops = gflops.max(2e-9 * count as f64 / burst_begin.elapsed().as_secs_f64());
     }
-    Peak {
-        instruction_set,
-        threads: threads.count(),
-        gflops,
-    }
+    gflops
 }
 
 /// A burst of multiply-accumulates. Its output is the number of these.

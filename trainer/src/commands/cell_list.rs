@@ -17,8 +17,6 @@ pub(super) struct ListedCell {
     pub(super) name: String,
     /// The words of the command.
     pub(super) command: Vec<String>,
-    /// The command, quoted for a shell.
-    pub(super) shell: String,
     /// Files that must exist first: materials, and outputs of other cells.
     pub(super) inputs: Vec<String>,
     /// Files that the command writes.
@@ -41,12 +39,6 @@ pub(super) fn print_cells(cells: &[ListedCell]) -> anyhow::Result<()> {
         text.push('\n');
     }
     print(&text)
-}
-
-/// Quotes the words of a command for a shell.
-pub(super) fn shell_command(words: &[String]) -> anyhow::Result<String> {
-    shlex::try_join(words.iter().map(String::as_str))
-        .context("an argument contains a NUL character, which a shell cannot take: remove it")
 }
 
 /// Converts a path to text, for JSON.

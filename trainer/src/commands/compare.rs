@@ -6,11 +6,11 @@ use anyhow::bail;
 use clap::Args;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::Evaluator;
-use glimpse_trainer::metrics::{Metrics, color_differences};
+use glimpse_trainer::metrics::{METRICS, Metrics, color_differences};
 use glimpse_trainer::render::{Environment, Picture, render_sphere};
 use glimpse_trainer::report::{
-    Cell, Column, Compare as Comparison, Gallery, GalleryRow, Highlight, Lobe, MAX_LOBES, Page,
-    Table, Tile, lobe, lobe_svg,
+    Cell, Column, Compare as Comparison, Gallery, GalleryRow, Lobe, MAX_LOBES, Page, Table, Tile,
+    lobe, lobe_svg,
 };
 use rayon::prelude::*;
 use serde_json::json;
@@ -54,14 +54,6 @@ const SPHERE_SIZE: usize = 256;
 const WHITE_DIFFERENCE: f64 = 10.0;
 /// Polar angles of the light in the plots of lobes, degrees.
 const LOBE_THETA_I: [f32; 2] = [30.0, 60.0];
-/// The columns of metrics: title, number of decimals, and the better direction.
-const METRICS: [(&str, usize, Highlight); 4] = [
-    ("Loss", 4, Highlight::Lowest),
-    ("delta E", 2, Highlight::Lowest),
-    ("DSSIM", 4, Highlight::Lowest),
-    ("PSNR (dB)", 1, Highlight::Highest),
-];
-
 /// A material that is compared.
 struct Compared {
     material: Box<dyn Material>,
@@ -147,19 +139,12 @@ impl Compare {
 
 fn table(reference: &str, compared: &[Compared]) -> Table {
     let row = |compared: &Compared| {
-        let Metrics {
-            loss,
-            delta_e,
-            dssim,
-            psnr,
-            ..
-        } = compared.metrics;
         let mut row = vec![Cell::Text(compared.label.clone())];
-        row.extend([loss, delta_e, dssim, psnr].map(Cell::Number));
+        row.extend(compared.metrics.values().map(Cell::Number));
         row
     };
     let mut columns = vec![Column::text("Material")];
-    columns.extend(METRICS.map(|(title, decimals, best)| Column::number(title, decimals, best)));
+    columns.extend(METRICS.iter().map(Column::metric));
     Table {
         caption: format!("Errors against {reference}"),
         columns,
@@ -189,17 +174,12 @@ fn write_page(
     let rows = compared.par_iter().map(|compared| {
         let fitted = render(&*compared.material);
         let differences = color_differences(&sphere, &fitted, WHITE_DIFFERENCE)?;
-        let Metrics { loss, delta_e, .. } = compared.metrics;
-        let [loss, delta_e] = [
-            format!("loss {loss:.4}"),
-            format!("mean CIEDE2000 {delta_e:.2}"),
-        ];
         Ok(GalleryRow {
             title: compared.label.clone(),
             tiles: vec![
                 tile(&title, Vec::new(), sphere.clone()),
-                tile(&compared.label, vec![loss], fitted),
-                tile("difference", vec![delta_e], differences),
+                tile(&compared.label, compared.metrics.lines(), fitted),
+                tile("difference", Vec::new(), differences),
             ],
         })
     });

@@ -1,8 +1,6 @@
 //! `trainer train --grid`: trains a recipe for each model and each n.
 
-use std::collections::HashMap;
-use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use glimpse_core::model::ModelKind;
@@ -10,9 +8,7 @@ use glimpse_materials::files::write_atomic;
 use glimpse_materials::{MODELS, Source, SourceShare, Sources};
 use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 
-use super::cell_list::{
-    CommandLine, ListedCell, path_text, path_texts, print_cells, shell_command, source_paths,
-};
+use super::cell_list::{CommandLine, ListedCell, path_text, path_texts, print_cells, source_paths};
 use super::existing_output::ExistingOutput;
 use super::lock::Lock;
 use super::message::message;
@@ -29,8 +25,6 @@ struct GridCell {
     samples: usize,
     /// The loss that the recipe states; None if its training failed.
     expected_loss: Option<f32>,
-    /// Duration of its training; None if unknown.
-    seconds: Option<f64>,
 }
 
 /// Trains every model at every n.
@@ -43,16 +37,12 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
     let (_, source_shares) = load_all(&sources)?;
     let csv = train.out.join("grid.csv");
     let mut cells = Vec::new();
-    let earlier_seconds = recorded_seconds(&csv);
     for (model, samples) in models_and_samples(train)? {
-        let name = model.name();
-        let seconds = earlier_seconds.get(&(name.to_owned(), samples));
         cells.push(GridCell {
             model,
-            model_name: name,
+            model_name: ModelKind::from(model).name(),
             samples,
             expected_loss: None,
-            seconds: seconds.copied(),
         });
     }
     let total = cells.len();
@@ -65,27 +55,17 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
         } = cells[index];
         eprintln!("[{}/{total}] {name}, n = {samples}", index + 1);
         let out = recipe_path(train, name, samples);
-        let begin = Instant::now();
         let outcome = train
             .training_run(model, samples, out, sources.label(), seed)
             .and_then(|run| train_if_missing(&run, train, &sources, &source_shares));
         if interrupted() {
             bail!("stopped at {name}, n = {samples}: repeat the command to continue");
         }
-        let cell = &mut cells[index];
         match outcome {
-            Ok((expected_loss, trained)) => {
-                cell.expected_loss = Some(expected_loss);
-                if trained {
-                    cell.seconds = Some(begin.elapsed().as_secs_f64());
-                }
-            }
-            Err(error) => {
-                eprintln!("error: {name}, n = {samples}: {}", message(&error));
-                cell.seconds = None;
-            }
+            Ok(expected_loss) => cells[index].expected_loss = Some(expected_loss),
+            Err(error) => eprintln!("error: {name}, n = {samples}: {}", message(&error)),
         }
-        // The table is written after each cell, since a resumed grid reads the seconds from it.
+        // The table is written after each cell, for readers during a long run.
         write_atomic(&csv, table(&cells).to_csv().as_bytes())
             .with_context(|| format!("cannot write {}", csv.display()))?;
     }
@@ -152,7 +132,6 @@ pub(crate) fn list(train: &Train, seed: u64, line: &CommandLine) -> anyhow::Resu
         let existing = run.existing_output(&source_shares);
         cells.push(ListedCell {
             name: format!("{name}-n{samples}"),
-            shell: shell_command(&command)?,
             command,
             inputs: source_paths(sources.as_slice()),
             outputs: path_texts(&run.outputs())?,
@@ -171,19 +150,19 @@ pub(crate) fn list(train: &Train, seed: u64, line: &CommandLine) -> anyhow::Resu
 /// Arguments of the grid's command that are not repeated in a cell's command.
 const GRID_ARGUMENTS: [&str; 5] = ["grid", "list", "model", "samples", "out"];
 
-/// Trains a recipe unless it exists. Returns its expected loss, and true if it was trained now.
+/// Trains a recipe unless it exists. Returns its expected loss.
 fn train_if_missing(
     run: &TrainingRun,
     train: &Train,
     sources: &Sources,
     source_shares: &[SourceShare],
-) -> anyhow::Result<(f32, bool)> {
+) -> anyhow::Result<f32> {
     let _locks = run.lock()?;
     match run.existing_output(source_shares) {
         ExistingOutput::Trained(expected_loss) => {
             run.remove_checkpoint();
             eprintln!("{} is already trained", run.out.display());
-            Ok((expected_loss, false))
+            Ok(expected_loss)
         }
         ExistingOutput::Conflict(description) if !train.force => {
             bail!("{description}: remove it, give --force to replace it, or give another --out")
@@ -193,23 +172,18 @@ fn train_if_missing(
             let trained = run.train(sources.load()?, true)?;
             trained.print_cross_validation();
             let expected_loss = trained.file.recipe().expected_loss();
-            Ok((
-                expected_loss.context("the recipe states no expected loss")?,
-                true,
-            ))
+            expected_loss.context("the recipe states no expected loss")
         }
     }
 }
 
 fn table(cells: &[GridCell]) -> Table {
-    let number = |value: Option<f64>| value.map_or(Cell::Missing, Cell::Number);
     Table {
         caption: "Expected loss of each recipe".into(),
         columns: vec![
             Column::text("model"),
             Column::number("n", 0, Highlight::None),
             Column::number("expected loss", 4, Highlight::None),
-            Column::number("seconds", 1, Highlight::None),
         ],
         rows: cells
             .iter()
@@ -217,24 +191,11 @@ fn table(cells: &[GridCell]) -> Table {
                 vec![
                     Cell::Text(cell.model_name.into()),
                     Cell::Number(cell.samples as f64),
-                    number(cell.expected_loss.map(f64::from)),
-                    number(cell.seconds),
+                    cell.expected_loss
+                        .map_or(Cell::Missing, |loss| Cell::Number(loss.into())),
                 ]
             })
             .collect(),
         compare: Compare::WithinColumn,
     }
-}
-
-/// Reads the durations of trainings by model and n from the table of an earlier run. Malformed rows are ignored.
-fn recorded_seconds(path: &Path) -> HashMap<(String, usize), f64> {
-    let Ok(mut table) = csv::Reader::from_path(path) else {
-        return HashMap::new();
-    };
-    let rows = table.deserialize::<(String, usize, Option<f64>, Option<f64>)>();
-    rows.filter_map(|row| {
-        let (model, samples, _, seconds) = row.ok()?;
-        Some(((model, samples), seconds?))
-    })
-    .collect()
 }

@@ -1,6 +1,6 @@
 //! `trainer reproduce`. A cell is one training or one evaluation.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use clap::Args;
@@ -9,17 +9,15 @@ use glimpse_materials::files::check_writable;
 use glimpse_trainer::evaluation::TrainingMaterials;
 use glimpse_training::meta::plan::Effort;
 
-use super::cell_list::{
-    CommandLine, ListedCell, path_text, path_texts, print_cells, shell_command, source_paths,
-};
+use super::cell_list::{CommandLine, ListedCell, path_text, path_texts, print_cells, source_paths};
 use super::lock::Lock;
 use super::output::create_out_folder;
-use super::progress::{catch_interrupts, interrupted, train_with_progress};
+use super::progress::{catch_interrupts, interrupted};
+use super::train::train_to_file;
 use super::training_overlap::{training_overlaps, warnings};
 use super::{environment, load, numbers, print};
 use crate::experiment::{
-    CellPlan, Experiment, Findings, PlannedCell, RunMode, Settings, Store, TargetCell, TestSet,
-    write_index,
+    Experiment, Findings, Plan, PlannedCell, Settings, Store, TestSet, Work, write_index,
 };
 
 /// Reproduce the paper's tables and figures on your materials.
@@ -56,11 +54,10 @@ pub(crate) struct Reproduce {
     /// Output folder
     #[arg(long, short, default_value = "paper")]
     out: PathBuf,
-    /// Length of each training
+    /// Length of each training with the schedule `prior`
     #[arg(long, value_enum, default_value_t = Effort::Quick)]
     effort: Effort,
-    /// Length of each training with the schedule `paper`, which only the experiments `losses` and
-    /// `again` use [default: that of --effort]
+    /// Length of each training with the schedule `paper` [default: that of --effort]
     #[arg(long, value_name = "EFFORT", value_enum)]
     paper_effort: Option<Effort>,
     /// Number of repetitions of random methods, 1 to 10000
@@ -99,64 +96,120 @@ impl Reproduce {
         if self.max_samples.is_some() && !self.experiment.varies_samples() {
             bail!("--most-samples has no effect: {name} has a fixed n; remove it");
         }
-        if self.paper_effort.is_some() && !self.experiment.uses_paper_schedule() {
-            bail!("--paper-effort has no effect: {name} does not use schedule paper; remove it");
-        }
         Ok(())
     }
 
+    /// Runs the experiments, or the cell of --only.
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        let mode = match &self.only {
-            None => RunMode::All,
-            Some(name) => RunMode::Only(TargetCell::new(name.clone())),
+        self.refuse_unused_options()?;
+        catch_interrupts()?;
+        let index = self.out.join("index.html");
+        create_out_folder(&self.out)?;
+        let _lock = match &self.only {
+            None => {
+                let lock = Lock::of_folder(&self.out)?;
+                check_writable(&index, 1 << 16)
+                    .map_err(|error| anyhow!("cannot write {}: {error}", index.display()))?;
+                lock
+            }
+            // An unknown name is an error later.
+            Some(name) => Lock::of_path(&self.out.join(name.replace('/', "-")))?,
         };
-        self.perform(seed, mode).map(|_| ())
+        self.with_plans(seed, |store, plans| match &self.only {
+            Some(name) => self.run_cell(store, plans, name),
+            None => self.run_plans(store, plans, &index),
+        })
+    }
+
+    fn run_plans(&self, store: &Store<'_>, plans: &[Plan], index: &Path) -> anyhow::Result<()> {
+        let experiments = self.experiments();
+        for (number, (experiment, plan)) in (1..).zip(experiments.iter().zip(plans)) {
+            let name = experiment.name();
+            eprintln!("[{number}/{}] {name}", plans.len());
+            for work in plan.work() {
+                perform(store, &work)?;
+            }
+            let findings = plan.findings(store)?;
+            findings.write(&name, &self.out)?;
+            write_index(&self.out)?;
+            print(&self.format(&findings)?)?;
+        }
+        eprintln!("results: {}", index.display());
+        Ok(())
+    }
+
+    /// Runs the training or evaluation with a name, whose inputs must exist.
+    fn run_cell(&self, store: &Store<'_>, plans: &[Plan], name: &str) -> anyhow::Result<()> {
+        let mut work = plans.iter().flat_map(Plan::work);
+        let Some(work) = work.find(|work| store.cell(work).name == name) else {
+            bail!(
+                "--only {name}: {} has no such training or evaluation; give a name from --list",
+                self.experiment.name()
+            );
+        };
+        let cell = store.cell(&work);
+        if let Some(missing) = cell.inputs.iter().find(|path| !path.exists())
+            && !cell.is_done()
+        {
+            bail!(
+                "{} does not exist and is required: run its cell first",
+                missing.display()
+            );
+        }
+        perform(store, &work)
     }
 
     /// Prints a command for each training and each evaluation.
     pub(crate) fn list(&self, seed: u64, line: &CommandLine) -> anyhow::Result<()> {
-        let planned = self.perform(seed, RunMode::List(CellPlan::default()))?;
+        self.refuse_unused_options()?;
+        create_out_folder(&self.out)?;
         let sources = [&self.data, &self.test].into_iter().chain(&self.additional);
         let mut paths = source_paths(sources);
         if let Some(path) = &self.environment {
             paths.push(path_text(path)?);
         }
-        let cell = |planned: PlannedCell| -> anyhow::Result<ListedCell> {
+        let listed = |cell: PlannedCell| {
             let mut command = line.words_without(&["list"]);
-            command.push(format!("--only={}", planned.name));
+            command.push(format!("--only={}", cell.name));
             let mut inputs = paths.clone();
-            inputs.extend(path_texts(&planned.inputs)?);
-            Ok(ListedCell {
-                shell: shell_command(&command)?,
+            inputs.extend(path_texts(&cell.inputs)?);
+            anyhow::Ok(ListedCell {
                 command,
                 inputs,
-                checkpoint: planned.checkpoint.as_deref().map(path_text).transpose()?,
-                done: planned.is_done,
-                outputs: path_texts(&planned.outputs)?,
-                name: planned.name,
+                checkpoint: cell.checkpoint.as_deref().map(path_text).transpose()?,
+                done: cell.is_done(),
+                outputs: path_texts(&cell.outputs)?,
+                name: cell.name,
                 conflict: None,
             })
         };
-        let cells = planned.into_iter().map(cell);
-        print_cells(&cells.collect::<anyhow::Result<Vec<_>>>()?)
+        self.with_plans(seed, |store, plans| {
+            let mut cells: Vec<ListedCell> = Vec::new();
+            for work in plans.iter().flat_map(Plan::work) {
+                let cell = listed(store.cell(&work))?;
+                if cells.iter().all(|other| other.name != cell.name) {
+                    cells.push(cell);
+                }
+            }
+            print_cells(&cells)
+        })
     }
 
-    /// Runs the experiments. For a list, returns the trainings and evaluations.
-    fn perform(&self, seed: u64, mode: RunMode) -> anyhow::Result<Vec<PlannedCell>> {
-        catch_interrupts()?;
+    fn experiments(&self) -> Vec<Experiment> {
+        self.experiment.expand(!self.additional.is_empty())
+    }
+
+    /// Loads the materials, and passes the plans of all experiments and their store to `use_plans`.
+    fn with_plans(
+        &self,
+        seed: u64,
+        use_plans: impl FnOnce(&Store<'_>, &[Plan]) -> anyhow::Result<()>,
+    ) -> anyhow::Result<()> {
         let max_samples = match (self.max_samples, self.effort) {
             (Some(max), _) => max,
             (None, Effort::Brief | Effort::Quick) => 64,
             (None, _) => MAX_SAMPLES,
         };
-        self.refuse_unused_options()?;
-        create_out_folder(&self.out)?;
-        let index = self.out.join("index.html");
-        let _lock = self.lock(&mode)?;
-        if matches!(mode, RunMode::All) {
-            check_writable(&index, 1 << 16)
-                .map_err(|error| anyhow!("cannot write {}: {error}", index.display()))?;
-        }
         let environment = environment(self.environment.as_deref())?;
         let training = load(&self.data)?;
         let test = load(&self.test)?;
@@ -179,16 +232,12 @@ impl Reproduce {
             }
         }
         let test = TestSet::new("test".into(), &self.test, &test, &environment);
-        let additional: Vec<TestSet<'_>> = self
-            .additional
-            .iter()
-            .zip(&additional)
-            .zip(1..)
-            .map(|((source, materials), number)| {
-                let name = format!("{number}-{}", source.label().replace([':', '/'], "-"));
-                TestSet::new(name, source, materials, &environment)
-            })
-            .collect();
+        let additional = self.additional.iter().zip(&additional).zip(1..);
+        let additional = additional.map(|((source, materials), number)| {
+            let name = format!("{number}-{}", source.label().replace([':', '/'], "-"));
+            TestSet::new(name, source, materials, &environment)
+        });
+        let sets: Vec<TestSet<'_>> = [test].into_iter().chain(additional).collect();
         let settings = Settings {
             out: self.out.clone(),
             data: self.data.clone(),
@@ -201,60 +250,14 @@ impl Reproduce {
                 None => "the built-in studio".into(),
             },
         };
-        let store = Store::open(
-            settings,
-            mode,
-            &training,
-            &test,
-            &additional,
-            &train_with_progress,
-        )?;
+        let train = |options: &_, materials, data: &str, out: &Path| {
+            train_to_file(options, materials, data, out).map(drop)
+        };
+        let store = Store::open(settings, &training, &sets, &train, self.list)?;
         drop(training);
-        let experiments = self.experiment.expand(!additional.is_empty());
-        for (index, experiment) in experiments.iter().enumerate() {
-            let number = index + 1;
-            if matches!(store.mode, RunMode::All) {
-                eprintln!("[{number}/{}] {}", experiments.len(), experiment.name());
-            }
-            let outcome = experiment.run(&store, max_samples);
-            if interrupted() {
-                bail!("stopped: repeat the command to continue");
-            }
-            let findings = outcome?;
-            match &store.mode {
-                RunMode::All => {
-                    write_index(&store.settings)?;
-                    print(&self.format(&findings)?)?;
-                }
-                RunMode::Only(target) if target.was_reached() => return Ok(Vec::new()),
-                RunMode::Only(_) | RunMode::List(_) => {}
-            }
-        }
-        match store.mode {
-            RunMode::All => {
-                eprintln!("results: {}", index.display());
-                Ok(Vec::new())
-            }
-            RunMode::List(plan) => Ok(plan.cells()),
-            RunMode::Only(_) => bail!(
-                "--only {}: {} has no such training or evaluation; give a name from --list",
-                self.only.as_deref().unwrap_or_default(),
-                self.experiment.name()
-            ),
-        }
-    }
-
-    /// Locks the output folder, or the output of --only.
-    fn lock(&self, mode: &RunMode) -> anyhow::Result<Option<Lock>> {
-        Ok(match (mode, &self.only) {
-            (RunMode::All, _) => Some(Lock::of_folder(&self.out)?),
-            (RunMode::Only(_), Some(name)) => {
-                // An unknown name is an error later, in `perform`.
-                let file = name.replace('/', "-");
-                Some(Lock::of_path(&self.out.join(file))?)
-            }
-            _ => None,
-        })
+        let plans = self.experiments().into_iter();
+        let plans = plans.map(|experiment| experiment.plan(&store, max_samples));
+        use_plans(&store, &plans.collect::<anyhow::Result<Vec<Plan>>>()?)
     }
 
     /// Formats the results of an experiment, or only the table of --table.
@@ -272,4 +275,13 @@ impl Reproduce {
                 }),
         }
     }
+}
+
+/// Trains or evaluates. After Ctrl-C, training has saved its state and ends with an error.
+fn perform(store: &Store<'_>, work: &Work) -> anyhow::Result<()> {
+    let outcome = store.perform(work);
+    if interrupted() {
+        bail!("stopped: repeat the command to continue");
+    }
+    outcome
 }

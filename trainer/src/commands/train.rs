@@ -8,9 +8,10 @@ use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::{check_writable, is_stream};
-use glimpse_materials::{MaterialsAndShares, Source, SourceShare, Sources};
+use glimpse_materials::{Material, MaterialsAndShares, Source, SourceShare, Sources};
 use glimpse_training::linear::Prior;
 use glimpse_training::meta::checkpoint::Checkpoint;
+use glimpse_training::meta::learned::LearnedRecipe;
 use glimpse_training::meta::objective::LossEstimate;
 use glimpse_training::meta::options::Options;
 use glimpse_training::meta::outer::CheckpointOptions;
@@ -395,14 +396,7 @@ impl TrainingRun {
                 self.describe_task_shares(&options.source_shares)
             );
         }
-        let learned = train_with_progress(&options, materials)?;
-        let file = pack_recipe(&learned, &options, &self.data)?;
-        if let Some(basis) = &learned.basis {
-            // The basis is written first, because the recipe is useless without it.
-            write_file_forced(&Basis::path_for(&self.out), basis, true)?;
-        }
-        write_file_forced(&self.out, file.bytes(), true)?;
-        self.remove_checkpoint();
+        let (learned, file) = train_to_file(&options, materials, &self.data, &self.out)?;
         let predictor = learned.loss_predictor.as_ref();
         let source_losses = predictor.map_or(&[][..], |predictor| &predictor.source_losses);
         let labels = options.source_shares.iter().map(|each| each.label.clone());
@@ -436,6 +430,26 @@ impl TrainingRun {
     pub(super) fn remove_checkpoint(&self) {
         Checkpoint::remove(&self.checkpoint);
     }
+}
+
+/// Trains a recipe on materials called `data`, writes it, and removes its checkpoint. Replaces existing files.
+pub(super) fn train_to_file(
+    options: &Options,
+    materials: Vec<Box<dyn Material>>,
+    data: &str,
+    out: &Path,
+) -> anyhow::Result<(LearnedRecipe, RecipeFile)> {
+    let learned = train_with_progress(options, materials)?;
+    let file = pack_recipe(&learned, options, data)?;
+    if let Some(basis) = &learned.basis {
+        // The basis is written first, because the recipe is useless without it.
+        write_file_forced(&Basis::path_for(out), basis, true)?;
+    }
+    write_file_forced(out, file.bytes(), true)?;
+    if let Some(checkpoints) = &options.checkpoints {
+        Checkpoint::remove(&checkpoints.directory);
+    }
+    Ok((learned, file))
 }
 
 /// Returns `OUT.checkpoint`.

@@ -5,12 +5,15 @@ use glimpse_materials::Material;
 use glimpse_trainer::evaluation::{TrainingMaterials, TrainingOverlap};
 use glimpse_training::recipe::MetadataError;
 
+/// For each test material, the kind of overlap with the training materials, if there is one.
+pub(super) type Overlaps = Vec<Option<TrainingOverlap>>;
+
 /// Compares test materials with training materials: for each test material, the kind of overlap, if there is one.
 /// Returns None if the training materials are unknown.
 pub(super) fn training_overlaps(
     trained_on: Option<&TrainingMaterials>,
     materials: &[Box<dyn Material>],
-) -> Option<Vec<Option<TrainingOverlap>>> {
+) -> Option<Overlaps> {
     let trained_on = trained_on?;
     let overlaps = materials
         .iter()

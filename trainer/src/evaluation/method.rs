@@ -60,6 +60,17 @@ pub struct Method<'a> {
 const LINEAR_OPTIMUM_DIRECTIONS: usize = 8_192;
 
 impl<'a> Method<'a> {
+    fn new(name: &'static str, directions: SampleDirections, algorithm: FitAlgorithm<'a>) -> Self {
+        Self {
+            name,
+            directions,
+            algorithm,
+            refinement_steps: 0,
+            compact: None,
+            degradation: Degradation::default(),
+        }
+    }
+
     /// Creates a scan with a recipe: its pattern and its fit. Linear needs the recipe's basis.
     ///
     /// # Errors
@@ -68,17 +79,17 @@ impl<'a> Method<'a> {
         if recipe.model() == ModelKind::Linear && basis.is_none() {
             return Err(EvaluationError::Basis);
         }
-        Ok(Self {
-            name: match recipe.estimator().net() {
-                Some(_) => "completed",
-                None => "ours",
-            },
-            directions: SampleDirections::Pattern(recipe.pattern().collect()),
-            algorithm: FitAlgorithm::Scan(Box::new(*recipe), basis),
-            refinement_steps: 0,
-            compact: None,
-            degradation: Degradation::default(),
-        })
+        let name = match recipe.estimator().net() {
+            Some(_) => "completed",
+            None => "ours",
+        };
+        let pattern = recipe.pattern().collect();
+        let algorithm = FitAlgorithm::Scan(Box::new(*recipe), basis);
+        Ok(Self::new(
+            name,
+            SampleDirections::Pattern(pattern),
+            algorithm,
+        ))
     }
 
     /// Creates a recipe's fit (start and step sizes, or precisions) at random directions. Their number is that of the
@@ -122,14 +133,7 @@ impl<'a> Method<'a> {
             }
             (Estimator::Ridge { .. }, None) => return Err(EvaluationError::Basis),
         };
-        Ok(Self {
-            name,
-            directions,
-            algorithm,
-            refinement_steps: 0,
-            compact: None,
-            degradation: Degradation::default(),
-        })
+        Ok(Self::new(name, directions, algorithm))
     }
 
     /// Adds steps of Adam after the fit, with a learning rate of 1e-3 and 512 fresh samples each. A closed-form solution,
@@ -191,28 +195,16 @@ impl<'a> Method<'a> {
     /// Creates the method Random: Adam from a random start on random samples.
     #[must_use]
     pub fn random(model: ModelKind, samples: usize, steps: usize) -> Self {
-        Self {
-            name: "random",
-            directions: SampleDirections::Random(samples),
-            algorithm: FitAlgorithm::Adam(model, steps),
-            refinement_steps: 0,
-            compact: None,
-            degradation: Degradation::default(),
-        }
+        let directions = SampleDirections::Random(samples);
+        Self::new("random", directions, FitAlgorithm::Adam(model, steps))
     }
 
     /// Creates the method Optimum: an estimate of the best fit of a model that is fitted by descent. It has converged
     /// after [`OPTIMUM_STEPS`](super::OPTIMUM_STEPS). Fewer steps give an approximation.
     #[must_use]
     pub fn optimum(model: ModelKind, steps: usize) -> Self {
-        Self {
-            name: "optimum",
-            directions: SampleDirections::Converged(0),
-            algorithm: FitAlgorithm::Optimum(model, steps),
-            refinement_steps: 0,
-            compact: None,
-            degradation: Degradation::default(),
-        }
+        let directions = SampleDirections::Converged(0);
+        Self::new("optimum", directions, FitAlgorithm::Optimum(model, steps))
     }
 
     /// Creates the method Random of the model Linear: random samples, and precision `eta` for all coefficients.
@@ -245,14 +237,12 @@ impl<'a> Method<'a> {
         eta: f64,
         directions: SampleDirections,
     ) -> Self {
-        Self {
+        let precision = vec![eta; basis.components()];
+        Self::new(
             name,
             directions,
-            algorithm: FitAlgorithm::RidgeAnywhere(vec![eta; basis.components()], basis),
-            refinement_steps: 0,
-            compact: None,
-            degradation: Degradation::default(),
-        }
+            FitAlgorithm::RidgeAnywhere(precision, basis),
+        )
     }
 
     /// Returns the name on the command line and in tables.

@@ -142,15 +142,18 @@ pub struct MaterialMetrics {
     /// recipe cannot tell.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unlike_training: Option<bool>,
+    /// True if the recipe was trained on the material; None if unknown.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trained_on: Option<bool>,
 }
 
 /// The metrics of a method.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Report {
     /// The name of the method.
-    pub method: &'static str,
+    pub method: String,
     /// The name of the model.
-    pub model: &'static str,
+    pub model: String,
     /// The number of samples, n.
     pub samples: usize,
     /// The means over the materials.
@@ -362,6 +365,7 @@ impl<'a> Evaluator<'a> {
                             .map(|unlike| if unlike { 1.0 } else { 0.0 })
                     })
                     .map(|share| share >= 0.5),
+                    trained_on: None,
                 }
             })
             .collect();
@@ -377,8 +381,8 @@ impl<'a> Evaluator<'a> {
             .collect();
         Ok(Report {
             loss_standard_error: Estimate::from_values(&losses).standard_error,
-            method: method.name(),
-            model: method.model().name(),
+            method: method.name().into(),
+            model: method.model().name().into(),
             samples: method.samples(),
             metrics: Metrics::mean(materials.iter().map(|material| material.metrics))
                 .unwrap_or_default(),

@@ -1,258 +1,232 @@
-//! Methods to evaluate, and recipes to train for them.
+//! Cases that the experiments evaluate, and the trainings that they require.
 
-use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_training::linear::Prior;
-use glimpse_training::meta::plan::TrainedParts;
-use glimpse_training::meta::plan::{PretrainedInit, Schedule};
-use glimpse_training::meta::scan_budget::ScanBudget;
-use glimpse_training::route::Axes;
+use glimpse_training::meta::plan::Schedule;
 
-/// A method that the experiments compare. A learned method contains its schedule.
+/// A method that the experiments compare.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Approach {
     /// Random samples, without meta-learned parts.
     Random,
-    /// Random samples, with learned initial parameters and step sizes.
-    Meta(Schedule),
+    /// Random samples, with the initial parameters and step sizes of Ours.
+    Meta,
     /// The pattern and ridge solve of Nielsen, Jensen and Ramamoorthi 2015, for Linear only.
     Njr15,
-    /// Learned initial parameters, step sizes and pattern; with `--schedule prior` also a learned completion.
-    Ours(Schedule),
+    /// The paper's method: learned initial parameters, step sizes and pattern (schedule paper).
+    Ours,
+    /// A learned pattern, and a learned map that completes the readings (schedule prior).
+    Completed,
     /// The best fit with unlimited samples.
     Optimum,
 }
 
-/// Returns a value's name on the command line.
-pub(super) fn value_name(value: impl ValueEnum) -> String {
-    value
-        .to_possible_value()
-        .map_or_else(String::new, |value| value.get_name().to_owned())
-}
-
 impl Approach {
-    /// Returns the method's name without its schedule.
-    pub(crate) fn name(self) -> &'static str {
+    /// Returns the name in tables and pictures.
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Random => "Random",
-            Self::Meta(_) => "Meta",
+            Self::Meta => "Meta",
             Self::Njr15 => "NJR15",
-            Self::Ours(Schedule::Prior) => "Completed",
-            Self::Ours(Schedule::Joint | Schedule::Paper) => "Ours",
+            Self::Ours => "Ours",
+            Self::Completed => "Completed",
             Self::Optimum => "Optimum",
         }
     }
 
     /// Returns the schedule of the required training, if any.
-    pub(crate) fn schedule(self) -> Option<Schedule> {
+    pub(super) fn schedule(self) -> Option<Schedule> {
         match self {
-            Self::Meta(schedule) | Self::Ours(schedule) => Some(schedule),
+            Self::Meta | Self::Ours => Some(Schedule::Paper),
+            Self::Completed => Some(Schedule::Prior),
             Self::Random | Self::Njr15 | Self::Optimum => None,
         }
     }
 
-    /// Returns the method's name for tables and pictures, with its schedule in parentheses.
-    pub(crate) fn title(self) -> String {
-        match self.schedule() {
-            Some(schedule) => format!("{} ({})", self.name(), value_name(schedule)),
-            None => self.name().into(),
-        }
-    }
-
-    /// Returns the baseline that Ours is compared with: NJR15 for Linear, as in the paper, and Meta for other models.
-    pub(crate) fn baseline(model: ModelKind, schedule: Schedule) -> Self {
+    /// Returns the paper's baseline for Ours: NJR15 for Linear, and Meta for other models.
+    pub(super) fn baseline(model: ModelKind) -> Self {
         match model {
             ModelKind::Linear => Self::Njr15,
-            _ => Self::Meta(schedule),
+            _ => Self::Meta,
         }
     }
 
-    /// Returns the methods that the paper compares, trained with one schedule.
-    pub(crate) fn compared(model: ModelKind, schedule: Schedule) -> [Self; 3] {
-        let baseline = Self::baseline(model, schedule);
-        [Self::Random, baseline, Self::Ours(schedule)]
+    /// Returns the methods that the paper compares, and Completed.
+    pub(super) fn compared(model: ModelKind) -> [Self; 4] {
+        [
+            Self::Random,
+            Self::baseline(model),
+            Self::Ours,
+            Self::Completed,
+        ]
+    }
+}
+
+/// The half of the materials that a pattern is trained on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Subset {
+    All,
+    Diffuse,
+    Glossy,
+}
+
+impl Subset {
+    pub(super) const EACH: [Self; 3] = [Self::All, Self::Diffuse, Self::Glossy];
+
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::All => "all",
+            Self::Diffuse => "diffuse",
+            Self::Glossy => "glossy",
+        }
+    }
+}
+
+/// A variation of a training or of a method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Variation {
+    None,
+    /// Training with another seed: the run's seed plus this number.
+    Seed(u64),
+    /// Training with both stages repeated.
+    Twice,
+    /// Training of the pattern only, on a subset, with the initial parameters and step sizes of Ours.
+    PatternOf(Subset),
+    /// Training within a budget for motion, in seconds at [`MOTION_SPEED`] without settling.
+    Within(u32),
+    /// A number of samples replaced by random ones, and the index of the random run.
+    Replaced(usize, u64),
+    /// Samples drawn by importance of the mean BRDF.
+    Importance,
+    /// [`REFINEMENT_STEPS`] further steps on fresh random samples.
+    Refined,
+}
+
+/// The speed of all axes for [`Variation::Within`], in degrees per second.
+pub(super) const MOTION_SPEED: f64 = 10.0;
+/// The number of further steps of [`Variation::Refined`].
+pub(super) const REFINEMENT_STEPS: usize = 10_000;
+
+impl Variation {
+    /// Returns the part of file names.
+    fn suffix(self) -> String {
+        match self {
+            Self::None => String::new(),
+            Self::Seed(number) => format!("-seed{number}"),
+            Self::Twice => "-twice".into(),
+            Self::PatternOf(subset) => format!("-pattern-{}", subset.name()),
+            Self::Within(seconds) => format!("-within-{seconds}s"),
+            Self::Replaced(count, run) => format!("-replaced{count}-run{run}"),
+            Self::Importance => "-importance".into(),
+            Self::Refined => "-refined".into(),
+        }
+    }
+
+    /// Returns true if the variation changes the training.
+    fn is_of_training(self) -> bool {
+        !matches!(
+            self,
+            Self::Replaced(..) | Self::Importance | Self::Refined | Self::None
+        )
     }
 }
 
 /// A method for a model and a number of samples n.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Case {
-    pub(crate) approach: Approach,
-    pub(crate) model: ModelKind,
-    pub(crate) samples: usize,
-    /// Prior of Linear.
-    pub(crate) prior: Prior,
-    /// Budget for motion in the training, in seconds at [`MOTION_SPEED`], without settling. For schedule prior.
-    pub(crate) motion: Option<u32>,
+    pub(super) approach: Approach,
+    pub(super) model: ModelKind,
+    /// n; 0 for Optimum.
+    pub(super) samples: usize,
+    /// Number of components of Linear, except for Completed.
+    pub(super) components: usize,
+    pub(super) variation: Variation,
 }
 
-/// The speed of all axes for [`Case::motion`], in degrees per second.
-pub(crate) const MOTION_SPEED: f64 = 10.0;
-
 impl Case {
-    /// Creates a case with the paper's prior, five components and eta = 40.
-    pub(crate) fn new(approach: Approach, model: ModelKind, samples: usize) -> Self {
+    /// Creates a case with the paper's five components.
+    pub(super) fn new(approach: Approach, model: ModelKind, samples: usize) -> Self {
         Self {
             approach,
             model,
             samples,
-            prior: Prior::PAPER,
-            motion: None,
+            components: Prior::PAPER.components,
+            variation: Variation::None,
         }
+    }
+
+    /// Returns the case with a variation.
+    pub(super) fn with(self, variation: Variation) -> Self {
+        Self { variation, ..self }
+    }
+
+    /// Returns the training that the case requires, if any. Meta uses the recipe of Ours, since the second stage of
+    /// schedule paper learns the pattern and does not change initial parameters or step sizes.
+    pub(super) fn training(&self) -> Option<Training> {
+        Some(Training {
+            model: self.model,
+            samples: self.samples,
+            schedule: self.approach.schedule()?,
+            components: self.components,
+            variation: match self.variation {
+                variation if variation.is_of_training() => variation,
+                _ => Variation::None,
+            },
+        })
     }
 
     /// Returns the name of the evaluation's file.
     pub(super) fn name(&self) -> String {
-        let (model, n) = (self.model.name(), self.samples);
-        let prior_suffix = prior_suffix(self.model, self.prior);
-        match (self.approach, TrainingRun::for_case(self)) {
-            (Approach::Meta(_), Some(training)) => format!("{}-on-random", training.name()),
-            (_, Some(training)) => format!("{}-ours", training.name()),
-            (Approach::Optimum, None) => format!("{model}-optimum{prior_suffix}"),
-            (approach, None) => format!(
-                "{model}-n{n}{prior_suffix}-{}",
-                approach.name().to_lowercase()
-            ),
-        }
+        let base = match self.training() {
+            Some(training) => training.name(),
+            None => base_name(self.model, self.samples, Some(self.components)),
+        };
+        let suffix = match self.variation {
+            variation if variation.is_of_training() => String::new(),
+            variation => variation.suffix(),
+        };
+        format!("{base}-{}{suffix}", self.approach.name().to_lowercase())
     }
-}
-
-fn prior_suffix(model: ModelKind, Prior { components, eta }: Prior) -> String {
-    if model != ModelKind::Linear {
-        return String::new();
-    }
-    let eta = eta.map_or_else(|| "learned".to_owned(), |eta| eta.to_string());
-    format!("-m{components}-eta-{eta}")
 }
 
 /// A training that produces a recipe.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct TrainingRun {
-    pub(crate) model: ModelKind,
-    pub(crate) samples: usize,
-    pub(crate) schedule: Schedule,
-    pub(crate) parts: TrainedParts,
-    /// Initial parameters and step sizes for [`TrainedParts::PatternOnly`].
-    pub(crate) pretrained: Option<PretrainedInit>,
-    pub(crate) prior: Prior,
-    /// Budget for motion, as in [`Case::motion`].
-    pub(crate) motion: Option<u32>,
-    /// Index of the repetition, which is added to the seed.
-    pub(crate) repetition: u64,
-    /// Name and materials of a subset to train on; None for all materials.
-    pub(crate) subset: Option<(&'static str, Vec<String>)>,
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Training {
+    pub(super) model: ModelKind,
+    pub(super) samples: usize,
+    pub(super) schedule: Schedule,
+    pub(super) components: usize,
+    pub(super) variation: Variation,
 }
 
-impl TrainingRun {
-    /// Returns the training that a case requires, if any.
-    ///
-    /// With the paper's schedule, Meta uses the recipe of Ours: the second stage learns the pattern and does not
-    /// change initial parameters or step sizes.
-    pub(crate) fn for_case(case: &Case) -> Option<Self> {
-        let schedule = case.approach.schedule()?;
-        Some(Self {
-            model: case.model,
-            samples: case.samples,
-            schedule,
-            parts: match case.approach {
-                Approach::Meta(Schedule::Joint | Schedule::Prior) => TrainedParts::WithoutPattern,
-                _ => TrainedParts::All,
-            },
-            pretrained: None,
-            prior: case.prior,
-            motion: case.motion,
-            repetition: 0,
-            subset: None,
-        })
-    }
-
-    /// Returns the budget for motion, if any.
-    pub(super) fn motion_budget(&self) -> Option<ScanBudget> {
-        self.motion.map(|seconds| ScanBudget {
-            seconds: f64::from(seconds),
-            speeds: Axes::from_array([MOTION_SPEED; 4]),
-            settle: 0.0,
-        })
-    }
-
+impl Training {
     /// Returns the training that this one starts from, if any.
     pub(super) fn prerequisite(&self) -> Option<Self> {
-        matches!(self.parts, TrainedParts::PatternOnly).then(|| Self {
-            parts: TrainedParts::WithoutPattern,
-            pretrained: None,
-            repetition: 0,
-            subset: None,
-            ..self.clone()
+        matches!(self.variation, Variation::PatternOf(_)).then_some(Self {
+            variation: Variation::None,
+            ..*self
         })
     }
 
     /// Returns the name of the recipe's file.
     pub(super) fn name(&self) -> String {
-        let mut name = format!("{}-n{}", self.model.name(), self.samples);
-        // With schedule prior, a learned map replaces the prior of Linear.
-        if self.schedule != Schedule::Prior {
-            name += &prior_suffix(self.model, self.prior);
-        }
-        name += &format!("-{}", value_name(self.schedule));
-        name += match self.parts {
-            TrainedParts::All => "",
-            TrainedParts::AllTwice => "-twice",
-            TrainedParts::WithoutPattern => "-meta",
-            TrainedParts::PatternOnly => "-pattern",
-        };
-        if let Some(seconds) = self.motion {
-            name += &format!("-within-{seconds}s");
-        }
-        if let Some((subset, _)) = &self.subset {
-            name += &format!("-{subset}");
-        }
-        match self.repetition {
-            0 => name,
-            repetition => format!("{name}-seed{repetition}"),
-        }
+        let components = (self.schedule != Schedule::Prior).then_some(self.components);
+        format!(
+            "{}-{}{}",
+            base_name(self.model, self.samples, components),
+            self.schedule.name(),
+            self.variation.suffix()
+        )
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn schedules_have_distinct_titles_and_files() {
-        for model in [ModelKind::Linear, ModelKind::Neural] {
-            let cases = Schedule::value_variants()
-                .iter()
-                .map(|schedule| Case::new(Approach::Ours(*schedule), model, 8));
-            let mut seen: Vec<[String; 3]> = Vec::new();
-            for case in cases {
-                let training = TrainingRun::for_case(&case).expect("Ours is trained");
-                assert_eq!(Some(training.schedule), case.approach.schedule());
-                let names = [case.approach.title(), training.name(), case.name()];
-                for (index, name) in names.iter().enumerate() {
-                    assert!(seen.iter().all(|other| other[index] != *name), "{name}");
-                    assert!(name.contains(&value_name(training.schedule)), "{name}");
-                }
-                seen.push(names);
-            }
-        }
-        for approach in [Approach::Random, Approach::Njr15, Approach::Optimum] {
-            let case = Case::new(approach, ModelKind::Linear, 8);
-            assert_eq!(TrainingRun::for_case(&case), None);
-        }
+fn base_name(model: ModelKind, samples: usize, components: Option<usize>) -> String {
+    let mut name = model.name().to_owned();
+    if samples > 0 {
+        name += &format!("-n{samples}");
     }
-
-    #[test]
-    fn meta_of_paper_schedule_shares_recipe_with_ours() {
-        let training = |approach| TrainingRun::for_case(&Case::new(approach, ModelKind::Neural, 8));
-        let meta_and_ours = |schedule| {
-            (
-                training(Approach::Meta(schedule)),
-                training(Approach::Ours(schedule)),
-            )
-        };
-        let (meta, ours) = meta_and_ours(Schedule::Paper);
-        assert_eq!(meta, ours);
-        let (meta, ours) = meta_and_ours(Schedule::Joint);
-        assert_ne!(meta, ours);
+    if let (ModelKind::Linear, Some(components)) = (model, components) {
+        name += &format!("-m{components}");
     }
+    name
 }

@@ -1,166 +1,143 @@
-//! Quality over the number of samples (paper, figure "QualityVsSamples" and table "SameQuality").
+//! Quality over the number of samples, and over the seconds of a scan.
 
+use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Plot, Series, Table};
+use glimpse_core::recipe::Recipe;
+use glimpse_trainer::metrics::METRICS;
+use glimpse_trainer::report::{Axis, Cell, Column, Compare, Marker, Scale, SeriesColor};
+use glimpse_training::route::{Axes, Machine, Order, Route, stops};
 
-use super::case::{Approach, Case};
-use super::findings::Findings;
-use super::plots::{plot_over_samples, series};
-use super::store::{Evaluation, Store};
-use super::{
-    METRICS, MODELS, PAPER_METRICS, SAMPLES, SCHEDULE, metric_values, paper, powers_of_two, title,
+use super::case::{Approach, Case, MOTION_SPEED, Variation};
+use super::engine::{Evaluated, Grid, Line, Part, Plan, PlotOfColumns, Row};
+use super::paper;
+use super::shared::{
+    MODELS, PAPER_METRICS, SAMPLES, loss, number, plain, powers_of_two, published_cells,
+    samples_axis, text, title,
 };
+use super::store::Store;
 
-/// Indices in [`METRICS`] of the plotted metrics: Loss and DSSIM.
-const PLOTTED_METRICS: [usize; 2] = [0, 1];
-
-/// Evaluations of a method, one for each n.
-type Curve = Vec<(usize, Evaluation)>;
-
-fn curve(
-    store: &Store<'_>,
+/// Returns the cases of a method for each n.
+pub(super) fn over_samples(
     approach: Approach,
     model: ModelKind,
     max_samples: usize,
-) -> anyhow::Result<Curve> {
-    powers_of_two(max_samples)
-        .map(|n| Ok((n, store.evaluation(&Case::new(approach, model, n))?)))
-        .collect()
+) -> impl Iterator<Item = Case> {
+    powers_of_two(max_samples).map(move |n| Case::new(approach, model, n))
 }
 
-pub(super) fn run(store: &Store<'_>, max_samples: usize) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new(store, "Quality over the number of samples", &[SCHEDULE]);
-    findings.text(format!(
-        "Each point of Meta and Ours is a separate training. The dot at the right end is the optimum of \
-         the model with unlimited samples and steps ({} steps of 512 samples, Neural {}; Linear is \
-         solved in closed form).",
+/// Loss and DSSIM over n, with the optimum as a dot (paper, figure "QualityVsSamples").
+pub(super) fn curves(store: &Store<'_>, max_samples: usize) -> Plan {
+    let mut parts = vec![Part::Text(format!(
+        "Each point of Meta, Ours and Completed is a separate training. The dot at the right end is the \
+         optimum of the model with unlimited samples and steps ({} steps of 512 samples, Neural {}; Linear \
+         is solved in closed form).",
         store.optimum_steps(ModelKind::Phong),
         store.optimum_steps(ModelKind::Neural),
-    ));
+    ))];
     for model in MODELS {
-        let mut curves = Vec::new();
-        for approach in Approach::compared(model, SCHEDULE) {
-            curves.push((approach, curve(store, approach, model, max_samples)?));
-        }
-        let optimum = store.evaluation(&Case::new(Approach::Optimum, model, 0))?;
-        for metric in PLOTTED_METRICS {
-            findings.plot(
-                format!("{}-{}", model.name(), METRICS[metric].0.to_lowercase()),
-                plot(model, metric, &curves, &optimum, max_samples),
-            );
-        }
-        findings.table(model.name(), table(model, &curves, &optimum));
-    }
-    Ok(findings)
-}
-
-fn plot(
-    model: ModelKind,
-    metric: usize,
-    curves: &[(Approach, Curve)],
-    optimum: &Evaluation,
-    max_samples: usize,
-) -> Plot {
-    let mut all_series: Vec<Series> = curves
-        .iter()
-        .map(|(approach, curve)| {
-            let point = |(n, evaluation): &(usize, Evaluation)| {
-                [*n as f64, metric_values(&evaluation.metrics)[metric]]
-            };
-            series(*approach, curve.iter().map(point).collect())
-        })
-        .collect();
-    let end = powers_of_two(max_samples).last().unwrap_or(1);
-    let dot = [end as f64, metric_values(&optimum.metrics)[metric]];
-    all_series.push(series(Approach::Optimum, vec![dot]));
-    let metric = METRICS[metric].0;
-    let title = format!("{}: {metric} over the number of samples", title(model));
-    plot_over_samples(title, metric, all_series)
-}
-
-fn table(model: ModelKind, curves: &[(Approach, Curve)], optimum: &Evaluation) -> Table {
-    let mut columns = vec![Column::text("Method"), Column::text("n")];
-    columns.extend(
-        METRICS.map(|(title, decimals, _)| Column::number(title, decimals, Highlight::None)),
-    );
-    let row = |approach: Approach, n: String, evaluation: &Evaluation| {
-        let mut row = vec![Cell::Text(approach.title()), Cell::Text(n)];
-        row.extend(metric_values(&evaluation.metrics).map(Cell::Number));
-        row
-    };
-    let mut rows = Vec::new();
-    for (approach, curve) in curves {
-        rows.extend(
-            curve
-                .iter()
-                .map(|(n, evaluation)| row(*approach, n.to_string(), evaluation)),
-        );
-    }
-    rows.push(row(Approach::Optimum, "unlimited".into(), optimum));
-    Table {
-        caption: title(model).into(),
-        columns,
-        rows,
-        compare: Compare::WithinColumn,
-    }
-}
-
-pub(super) fn same_quality(store: &Store<'_>, max_samples: usize) -> anyhow::Result<Findings> {
-    let mut findings = Findings::new(store, "Samples needed for the same quality", &[SCHEDULE]);
-    findings.text(format!(
-        "The number of samples that a method needs to match the quality of Ours at n = 8, divided by 8. Values \
-         between the evaluated n are interpolated linearly over ln n. An entry is empty if \
-         {max_samples} samples are not enough."
-    ));
-    let mut rows = Vec::new();
-    for model in MODELS {
-        let ours = store.evaluation(&Case::new(Approach::Ours(SCHEDULE), model, SAMPLES))?;
-        let targets = metric_values(&ours.metrics);
-        for approach in [Approach::Random, Approach::baseline(model, SCHEDULE)] {
-            let curve = curve(store, approach, model, max_samples)?;
-            let mut row = vec![
-                Cell::Text(title(model).into()),
-                Cell::Text(approach.title()),
-            ];
-            for (metric, target) in targets.iter().enumerate() {
-                let points = curve
-                    .iter()
-                    .map(|(n, evaluation)| (*n as f64, metric_values(&evaluation.metrics)[metric]));
-                let lower_is_better = METRICS[metric].2 == Highlight::Lowest;
-                row.push(match samples_to_reach(points, *target, lower_is_better) {
-                    Some(n) => Cell::Number(n / SAMPLES as f64),
-                    None => Cell::Missing,
-                });
+        let approaches = Approach::compared(model)
+            .into_iter()
+            .chain([Approach::Optimum]);
+        let rows = approaches.clone().map(|approach| Row {
+            labels: vec![text(approach.name())],
+            cases: match approach {
+                Approach::Optimum => vec![Case::new(approach, model, 0)],
+                _ => over_samples(approach, model, max_samples).collect(),
+            },
+            ..Row::default()
+        });
+        let plots = [0, 1].map(|metric| {
+            let name = METRICS[metric].title;
+            let lines = approaches.clone().enumerate();
+            PlotOfColumns {
+                name: format!("{}-{}", model.name(), name.to_lowercase()),
+                title: format!("{}: {name} over the number of samples", title(model)),
+                x: samples_axis(),
+                x_column: 1,
+                metric: name,
+                lines: lines
+                    .map(|(row, approach)| Line::new(approach, Some(row), 2 + metric))
+                    .collect(),
             }
-            row.extend(match paper::same_quality(model, approach) {
-                Some(ratios) => ratios.map(Cell::Number),
-                None => [const { Cell::Missing }; PAPER_METRICS],
-            });
-            rows.push(row);
-        }
+        });
+        let mut columns = vec![Column::text("Method"), plain("n", 0)];
+        columns.extend(METRICS.map(|metric| plain(metric.title, metric.decimals)));
+        parts.push(Part::Grid(Grid {
+            values: |evaluated| {
+                let cases = evaluated.row.cases.iter().zip(&evaluated.reports);
+                let rows = cases.map(|(case, report)| {
+                    // The number of samples of Optimum is unlimited.
+                    let n = Some(case.samples as f64).filter(|n| *n > 0.0);
+                    let labels = evaluated.row.labels.iter().cloned().chain([number(n)]);
+                    labels
+                        .chain(report.metrics.values().map(Cell::Number))
+                        .collect()
+                });
+                Ok(rows.collect())
+            },
+            plots: plots.into(),
+            ..Grid::new(model.name(), title(model), columns, rows.collect())
+        }));
     }
+    Plan {
+        title: "Quality over the number of samples",
+        parts,
+    }
+}
+
+/// The number of samples that other methods need to match the quality of Ours at n = 8 (paper, table "SameQuality").
+pub(super) fn same_quality(max_samples: usize) -> Plan {
+    let intro = format!(
+        "The number of samples that a method needs to match the quality of Ours at n = 8, divided by 8. Values \
+         between the evaluated n are interpolated linearly over ln n. An entry is empty if {max_samples} samples \
+         are not enough."
+    );
+    let rows = MODELS.into_iter().flat_map(|model| {
+        let approaches = [
+            Approach::Random,
+            Approach::baseline(model),
+            Approach::Completed,
+        ];
+        approaches.map(|approach| Row {
+            labels: vec![text(title(model)), text(approach.name())],
+            cases: [Case::new(Approach::Ours, model, SAMPLES)]
+                .into_iter()
+                .chain(over_samples(approach, model, max_samples))
+                .collect(),
+            published: published_cells(paper::same_quality(model, approach)),
+        })
+    });
     let mut columns = vec![Column::text("Model"), Column::text("Method")];
-    let ratio_columns = |prefix: &str| {
-        METRICS.map(|(title, ..)| {
-            let (name, _unit) = title.split_once(" (").unwrap_or((title, ""));
-            Column::number(format!("{prefix}{name}, x"), 1, Highlight::None)
+    let ratios = |prefix: &'static str| {
+        METRICS.iter().map(move |metric| {
+            let (name, _unit) = metric.title.split_once(" (").unwrap_or((metric.title, ""));
+            plain(format!("{prefix}{name}, x"), 1)
         })
     };
-    columns.extend(ratio_columns(""));
-    columns.extend(ratio_columns("paper: ").into_iter().take(PAPER_METRICS));
-    findings.table(
-        "times",
-        Table {
-            caption: format!(
-                "Samples needed to match the quality of {} at n = {SAMPLES}, divided by {SAMPLES}",
-                Approach::Ours(SCHEDULE).title()
-            ),
-            columns,
-            rows,
-            compare: Compare::WithinColumn,
-        },
+    columns.extend(ratios(""));
+    columns.extend(ratios("paper: ").take(PAPER_METRICS));
+    let caption = format!(
+        "Samples needed to match the quality of Ours at n = {SAMPLES}, divided by {SAMPLES}"
     );
-    Ok(findings)
+    let grid = Grid {
+        values: |evaluated| {
+            let values = evaluated.reports.iter().map(|each| each.metrics.values());
+            let values: Vec<[f64; METRICS.len()]> = values.collect();
+            let cells = METRICS.iter().enumerate().map(|(index, metric)| {
+                let points = evaluated.row.cases.iter().zip(&values).skip(1);
+                let points = points.map(|(case, values)| (case.samples as f64, values[index]));
+                let n = samples_to_reach(points, values[0][index], !metric.higher_is_better);
+                number(n.map(|n| n / SAMPLES as f64))
+            });
+            let row = evaluated.row.labels.iter().cloned().chain(cells);
+            Ok(vec![row.chain(evaluated.row.published.clone()).collect()])
+        },
+        ..Grid::new("times", caption, columns, rows.collect())
+    };
+    Plan {
+        title: "Samples needed for the same quality",
+        parts: vec![Part::Text(intro), Part::Grid(grid)],
+    }
 }
 
 /// Returns the smallest n at which a curve reaches the target, interpolated linearly over ln n. Returns None if no
@@ -186,6 +163,226 @@ fn samples_to_reach(
         before = Some((n, excess));
     }
     None
+}
+
+/// Importance sampling of the mean BRDF (paper, "Mean-BRDF importance sampling").
+pub(super) fn importance(max_samples: usize) -> Plan {
+    let intro = "A Sobol sequence is mapped through the inverse cumulative distribution of the logarithmic \
+                 mean of the training materials. Initial parameters and step sizes are those of Meta. In \
+                 the paper, the loss is more than four times that of Ours on average.";
+    let rows = powers_of_two(max_samples).map(|n| {
+        let meta = Case::new(Approach::Meta, ModelKind::Neural, n);
+        let ours = Case::new(Approach::Ours, ModelKind::Neural, n);
+        Row {
+            labels: vec![Cell::Number(n as f64)],
+            cases: vec![meta.with(Variation::Importance), meta, ours],
+            ..Row::default()
+        }
+    });
+    let columns = vec![
+        plain("n", 0),
+        loss("Importance"),
+        loss("Meta"),
+        loss("Ours"),
+        plain("Importance / Ours", 2),
+    ];
+    let importance = Line {
+        name: "Importance".into(),
+        style: (SeriesColor::Green, Marker::Ring),
+        row: None,
+        column: 1,
+    };
+    let plot = PlotOfColumns {
+        name: "importance".into(),
+        title: "Neural: importance sampling of the mean BRDF".into(),
+        x: samples_axis(),
+        x_column: 0,
+        metric: METRICS[0].title,
+        lines: vec![
+            importance,
+            Line::new(Approach::Meta, None, 2),
+            Line::new(Approach::Ours, None, 3),
+        ],
+    };
+    let grid = Grid {
+        compare: Compare::WithinRow,
+        values: |evaluated| {
+            let losses = evaluated.losses();
+            let ratio = losses[0] / losses[2];
+            Ok(evaluated.row_of(losses.into_iter().chain([ratio])))
+        },
+        plots: vec![plot],
+        ..Grid::new("importance", "Neural, loss", columns, rows.collect())
+    };
+    Plan {
+        title: "Importance sampling of the mean BRDF",
+        parts: vec![Part::Text(intro.into()), Part::Grid(grid)],
+    }
+}
+
+/// Budgets for motion in training, in seconds at [`MOTION_SPEED`].
+const BUDGETS: [u32; 3] = [5, 10, 20];
+
+/// A machine whose axes have the same speed.
+struct NamedMachine {
+    name: &'static str,
+    /// Degrees per second.
+    speed: f64,
+    /// Seconds.
+    settle: f64,
+}
+
+/// All axes of a machine have the same speed, so that the pattern that moves least on one machine does so on the other,
+/// and one training serves both.
+const MACHINES: [NamedMachine; 2] = [
+    NamedMachine {
+        name: "slow",
+        speed: MOTION_SPEED,
+        settle: 0.5,
+    },
+    NamedMachine {
+        name: "fast",
+        speed: 60.0,
+        settle: 0.1,
+    },
+];
+
+impl NamedMachine {
+    /// Returns the seconds of a scan of all samples in the fastest order.
+    fn seconds(&self, recipe: &Recipe<'_>, seed: u64) -> anyhow::Result<f64> {
+        let machine = Machine {
+            speeds: Axes::from_array([self.speed; 4]),
+            settle: self.settle,
+            ..Machine::default()
+        };
+        let stops = stops(recipe, &Limits::NONE, false)
+            .map_err(|_| anyhow::anyhow!("a sample is below the horizon"))?;
+        Ok(Route::new(&machine, &stops, Order::Travel, seed).total())
+    }
+
+    fn describe(&self) -> String {
+        let Self {
+            name,
+            speed,
+            settle,
+        } = self;
+        format!("{name} machine: {speed} degrees per second, {settle} s to settle")
+    }
+}
+
+/// Quality over the seconds of a scan, for patterns trained with and without a budget for the time of motion.
+pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
+    const MODEL: ModelKind = ModelKind::Linear;
+    /// Indices in [`METRICS`]: Loss and Delta E.
+    const SHOWN: [usize; 2] = [0, 4];
+    let intro = format!(
+        "Linear, n = 1, 2, 4, ... {max_samples}; each point is a separate training. Patterns that were trained for \
+         samples are scanned in the fastest order. Those that were trained for seconds keep to a budget of motion at \
+         {MOTION_SPEED} degrees per second. A scan starts with the light and the sensor along the normal, and ends with \
+         the last reading."
+    );
+    let (ours, completed) = (Approach::Ours, Approach::Completed);
+    let mut kinds = vec![
+        (
+            format!("{}, for samples", ours.name()),
+            ours,
+            Variation::None,
+        ),
+        (
+            format!("{}, for samples", completed.name()),
+            completed,
+            Variation::None,
+        ),
+    ];
+    kinds.extend(BUDGETS.map(|seconds| {
+        let name = format!("{}, {seconds} s of motion", completed.name());
+        (name, completed, Variation::Within(seconds))
+    }));
+    let styles = [
+        (SeriesColor::Black, Marker::Cross),
+        (SeriesColor::Blue, Marker::Ring),
+        (SeriesColor::Vermillion, Marker::Triangle),
+        (SeriesColor::Orange, Marker::Disc),
+        (SeriesColor::Green, Marker::Disc),
+    ];
+    let mut columns = vec![Column::text("Trained"), plain("n", 0)];
+    columns.extend(MACHINES.map(|machine| plain(format!("seconds, {}", machine.name), 1)));
+    columns.extend(SHOWN.map(|index| plain(METRICS[index].title, METRICS[index].decimals)));
+    let machines: Vec<String> = MACHINES.iter().map(NamedMachine::describe).collect();
+    let mut parts = vec![Part::Text(intro)];
+    for set in 0..store.sets.len() {
+        let suffix = match set {
+            0 => String::new(),
+            set => format!("-{set}"),
+        };
+        let rows = kinds.iter().map(|(name, approach, variation)| Row {
+            labels: vec![text(name)],
+            cases: over_samples(*approach, MODEL, max_samples)
+                .map(|case| case.with(*variation))
+                .collect(),
+            ..Row::default()
+        });
+        let plots = MACHINES.iter().enumerate().flat_map(|(index, machine)| {
+            let (kinds, suffix) = (&kinds, &suffix);
+            SHOWN.iter().enumerate().map(move |(column, metric)| {
+                let name = METRICS[*metric].title;
+                let short = name.to_lowercase().replace(' ', "-");
+                let lines = kinds.iter().zip(styles).enumerate();
+                PlotOfColumns {
+                    name: format!("{}-{short}{suffix}", machine.name),
+                    title: format!("{name} over seconds, {}", machine.describe()),
+                    x: Axis {
+                        title: "seconds of a scan".into(),
+                        scale: Scale::Log10,
+                    },
+                    x_column: 2 + index,
+                    metric: name,
+                    lines: lines
+                        .map(|(row, ((name, ..), style))| Line {
+                            name: name.clone(),
+                            style,
+                            row: Some(row),
+                            column: 2 + MACHINES.len() + column,
+                        })
+                        .collect(),
+                }
+            })
+        });
+        parts.push(Part::Grid(Grid {
+            set,
+            values: rows_with_seconds,
+            plots: plots.collect(),
+            ..Grid::new(
+                format!("seconds{suffix}"),
+                format!("Linear. {}", machines.join("; ")),
+                columns.clone(),
+                rows.collect(),
+            )
+        }));
+    }
+    Plan {
+        title: "Quality over the seconds of a scan",
+        parts,
+    }
+}
+
+/// Returns n, the seconds for each of [`MACHINES`], the loss and the color difference of each case.
+fn rows_with_seconds(evaluated: &Evaluated<'_, '_>) -> anyhow::Result<Vec<Vec<Cell>>> {
+    let mut rows = Vec::new();
+    for (case, report) in evaluated.row.cases.iter().zip(&evaluated.reports) {
+        let mut row = evaluated.row.labels.clone();
+        row.push(Cell::Number(case.samples as f64));
+        if let Some(training) = case.training() {
+            let (file, _) = evaluated.store.recipe(&training)?;
+            for machine in &MACHINES {
+                let seconds = machine.seconds(&file.recipe(), evaluated.store.settings.seed)?;
+                row.push(Cell::Number(seconds));
+            }
+        }
+        row.extend([report.metrics.loss, report.metrics.delta_e].map(Cell::Number));
+        rows.push(row);
+    }
+    Ok(rows)
 }
 
 #[cfg(test)]

@@ -1,26 +1,106 @@
 //! Findings of an experiment and their files: tables as CSV and JSON, drawings as SVG, and all of them as a section of
 //! the page.
 
+use std::fmt;
 use std::path::Path;
-use std::time::Duration;
 
 use anyhow::Context;
-use glimpse_trainer::report::{Cell, Gallery, Page, Plot, Table};
-use glimpse_training::meta::plan::Schedule;
+use glimpse_trainer::report::{Cell, Gallery, Page, Table};
+use glimpse_training::meta::plan::{Effort, Schedule};
+use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::run_settings::RunSettings;
-use super::store::{Store, TestSet};
-use super::stored::write_file;
+use super::case::Case;
+use super::store::{Store, write_file};
+
+/// A set of materials: its source and size.
+#[derive(Clone, Debug, Serialize)]
+struct MaterialSet {
+    /// Name of the source without its directories.
+    source: String,
+    materials: usize,
+}
+
+/// A schedule of training, with its effort.
+#[derive(Clone, Debug, Serialize)]
+struct ScheduleAndEffort {
+    schedule: Schedule,
+    effort: Effort,
+}
+
+/// The settings of results, which end every caption.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct RunSettings {
+    trainings: Vec<ScheduleAndEffort>,
+    seed: u64,
+    seeds_of_random_methods: u64,
+    training_set: MaterialSet,
+    test_set: MaterialSet,
+}
+
+impl Store<'_> {
+    /// Returns the settings of cases on a test set.
+    pub(super) fn run_settings(&self, set: usize, cases: &[Case]) -> RunSettings {
+        let settings = &self.settings;
+        let is_used = |schedule: &Schedule| {
+            let mut schedules = cases.iter().map(|case| case.approach.schedule());
+            schedules.any(|other| other == Some(*schedule))
+        };
+        let schedules = [Schedule::Paper, Schedule::Prior].into_iter();
+        RunSettings {
+            trainings: schedules
+                .filter(is_used)
+                .map(|schedule| ScheduleAndEffort {
+                    schedule,
+                    effort: settings.effort_for(schedule),
+                })
+                .collect(),
+            seed: settings.seed,
+            seeds_of_random_methods: settings.seeds,
+            training_set: MaterialSet {
+                source: settings.data.label().to_owned(),
+                materials: self.training_count,
+            },
+            test_set: MaterialSet {
+                source: self.sets[set].source.clone(),
+                materials: self.sets[set].materials.len(),
+            },
+        }
+    }
+}
+
+impl fmt::Display for MaterialSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({} materials)", self.source, self.materials)
+    }
+}
+
+impl fmt::Display for RunSettings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for ScheduleAndEffort { schedule, effort } in &self.trainings {
+            let (name, effort_name) = (schedule.name(), effort.name());
+            write!(f, "Schedule {name} at effort {effort_name}")?;
+            match (schedule, effort.paper_step_divisor()) {
+                (Schedule::Paper, 1) => write!(f, " (all of the paper's steps)")?,
+                (Schedule::Paper, divisor) => write!(f, " (1/{divisor} of the paper's steps)")?,
+                _ => {}
+            }
+            write!(f, "; ")?;
+        }
+        write!(
+            f,
+            "seed {}, {} seeds of random directions. Training set: {}. Test set: {}.",
+            self.seed, self.seeds_of_random_methods, self.training_set, self.test_set
+        )
+    }
+}
 
 /// One finding of an experiment.
-pub(crate) enum Finding {
+enum Finding {
     /// A paragraph.
     Text(String),
     /// A table: the name of its files, the table, and its settings.
     Table(String, Table, RunSettings),
-    /// A plot: the name of its file, the plot, and its caption.
-    Plot(String, Plot, String),
     /// A drawing: the name of its file, the SVG, and its caption.
     Drawing(String, String, String),
     /// Rows of pictures.
@@ -30,58 +110,44 @@ pub(crate) enum Finding {
 /// The findings of an experiment, in the order of the page. Every caption ends with the settings of the run.
 pub(crate) struct Findings {
     title: &'static str,
-    run_settings: RunSettings,
     entries: Vec<Finding>,
 }
 
 impl Findings {
-    /// Creates an empty list. Captions state the store's test set and these training schedules.
-    pub(crate) fn new(store: &Store<'_>, title: &'static str, schedules: &[Schedule]) -> Self {
+    pub(super) fn new(title: &'static str) -> Self {
         Self {
             title,
-            run_settings: store.run_settings(store.test, schedules),
             entries: Vec::new(),
         }
     }
 
-    /// Sets the test set of the entries that are added afterwards.
-    pub(crate) fn set_test_set(&mut self, store: &Store<'_>, set: &TestSet<'_>) {
-        self.run_settings.test_set = store.run_settings(set, &[]).test_set;
-    }
-
-    fn caption_with_settings(&self, caption: &str) -> String {
-        format!("{caption}. {}", self.run_settings)
-    }
-
-    /// Adds a paragraph.
-    pub(crate) fn text(&mut self, text: impl Into<String>) {
-        self.entries.push(Finding::Text(text.into()));
+    pub(super) fn text(&mut self, text: &str) {
+        self.entries.push(Finding::Text(text.to_owned()));
     }
 
     /// Adds a table whose files have this name.
-    pub(crate) fn table(&mut self, name: impl Into<String>, mut table: Table) {
-        table.caption = self.caption_with_settings(&table.caption);
-        let run_settings = self.run_settings.clone();
+    pub(super) fn table(&mut self, name: &str, mut table: Table, settings: RunSettings) {
+        table.caption = format!("{}. {settings}", table.caption);
         self.entries
-            .push(Finding::Table(name.into(), table, run_settings));
-    }
-
-    /// Adds a plot whose file has this name. Its title is also the caption.
-    pub(crate) fn plot(&mut self, name: impl Into<String>, plot: Plot) {
-        let caption = self.caption_with_settings(&plot.title);
-        self.entries.push(Finding::Plot(name.into(), plot, caption));
+            .push(Finding::Table(name.to_owned(), table, settings));
     }
 
     /// Adds an SVG drawing whose file has this name.
-    pub(crate) fn drawing(&mut self, name: impl Into<String>, svg: String, caption: &str) {
-        let caption = self.caption_with_settings(caption);
+    pub(super) fn drawing(
+        &mut self,
+        name: &str,
+        svg: String,
+        caption: &str,
+        settings: &RunSettings,
+    ) {
+        let caption = format!("{caption}. {settings}");
         self.entries
-            .push(Finding::Drawing(name.into(), svg, caption));
+            .push(Finding::Drawing(name.to_owned(), svg, caption));
     }
 
     /// Adds rows of pictures.
-    pub(crate) fn gallery(&mut self, mut gallery: Gallery) {
-        gallery.caption = self.caption_with_settings(&gallery.caption);
+    pub(super) fn gallery(&mut self, mut gallery: Gallery, settings: &RunSettings) {
+        gallery.caption = format!("{}. {settings}", gallery.caption);
         self.entries.push(Finding::Gallery(gallery));
     }
 
@@ -113,34 +179,19 @@ impl Findings {
         }
     }
 
-    /// Writes all findings into the experiment's folder below `out`. `duration` is the run time.
-    pub(crate) fn write(
-        &self,
-        experiment: &str,
-        out: &Path,
-        duration: Duration,
-    ) -> anyhow::Result<()> {
+    /// Writes all findings into the experiment's folder below `out`.
+    pub(crate) fn write(&self, experiment: &str, out: &Path) -> anyhow::Result<()> {
         let folder = out.join(experiment);
-        let seconds = duration.as_secs_f64();
-        let time = format!(
-            "Run time: {seconds:.0} s, without the time of stored recipes and evaluations."
-        );
-        let pictures = format!("{experiment}/pictures");
-        let mut page = Page::with_pictures_in(self.title, pictures).paragraph(&time);
+        let mut page = Page::with_pictures_in(self.title, format!("{experiment}/pictures"));
         let mut tables = Map::new();
         for entry in &self.entries {
             page = match entry {
                 Finding::Text(text) => page.paragraph(text),
-                Finding::Table(name, table, run_settings) => {
+                Finding::Table(name, table, settings) => {
                     let csv = folder.join(format!("{name}.csv"));
                     write_file(&csv, table.to_csv().as_bytes())?;
-                    tables.insert(name.clone(), table_to_json(table, run_settings));
+                    tables.insert(name.clone(), table_to_json(table, settings));
                     page.table(table)
-                }
-                Finding::Plot(name, plot, caption) => {
-                    let svg = plot.to_svg()?;
-                    write_file(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
-                    page.drawing(&svg, caption)
                 }
                 Finding::Drawing(name, svg, caption) => {
                     write_file(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
@@ -149,12 +200,7 @@ impl Findings {
                 Finding::Gallery(gallery) => page.gallery(gallery),
             };
         }
-        let findings = json!({
-            "experiment": experiment,
-            "title": self.title,
-            "seconds": seconds,
-            "tables": tables,
-        });
+        let findings = json!({ "experiment": experiment, "title": self.title, "tables": tables });
         let path = folder.join("findings.json");
         write_file(&path, serde_json::to_string_pretty(&findings)?.as_bytes())?;
         page.write_section(out, experiment)
@@ -164,7 +210,7 @@ impl Findings {
 }
 
 /// Converts a table to JSON: the caption, the settings, and rows as objects with the column titles as keys.
-fn table_to_json(table: &Table, run_settings: &RunSettings) -> Value {
+fn table_to_json(table: &Table, settings: &RunSettings) -> Value {
     let row = |row: &Vec<Cell>| {
         let entries = table.columns.iter().zip(row).map(|(column, cell)| {
             let value = match cell {
@@ -178,7 +224,7 @@ fn table_to_json(table: &Table, run_settings: &RunSettings) -> Value {
     };
     json!({
         "caption": table.caption,
-        "settings": run_settings.to_json(),
+        "settings": settings,
         "rows": table.rows.iter().map(row).collect::<Vec<_>>(),
     })
 }

@@ -1,48 +1,30 @@
-//! The paper's tables and figures, one file each.
+//! The paper's tables and figures.
 //!
-//! An experiment requests recipes and evaluations from the [`Store`] and arranges them as [`Findings`]: tables, plots
-//! and pictures. The store trains and evaluates.
+//! An experiment is a [`Plan`]: cases, and their presentation as tables, plots and pictures. The engine lists the
+//! trainings and evaluations of a plan, and presents their results as [`Findings`]. The [`Store`] trains and evaluates.
 
-mod additional;
-mod bases;
 mod case;
-mod convergence;
 mod curves;
+mod engine;
 mod findings;
-mod frontier;
 mod glossiness;
-mod importance;
-mod losses;
 mod paper;
-mod patterns;
-mod per_material;
-mod plots;
-mod repeated_stages;
-mod robustness;
-mod run_mode;
-mod run_settings;
-mod same_samples;
-mod seeds;
-mod spheres;
+mod pictures;
+mod references;
+mod shared;
 mod store;
-mod stored;
-mod subsets;
+mod studies;
 mod tables;
 
-use std::time::Instant;
+use std::path::Path;
 
 use anyhow::Context;
 use clap::ValueEnum;
 use glimpse_trainer::report::Page;
 
-use case::value_name;
+pub(crate) use engine::Plan;
 pub(crate) use findings::Findings;
-pub(crate) use run_mode::{CellPlan, PlannedCell, RunMode, TargetCell};
-pub(crate) use store::{Settings, Store, TestSet};
-use tables::{
-    METRICS, MODELS, PAPER_METRICS, PaperMetrics, SAMPLES, SCHEDULE, metric_cells, metric_columns,
-    metric_values, powers_of_two, title,
-};
+pub(crate) use store::{PlannedCell, Settings, Store, TestSet, Work};
 
 /// A table or figure of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -121,49 +103,39 @@ impl Experiment {
         )
     }
 
-    /// Returns true if the experiment trains with the paper's schedule.
-    pub(crate) fn uses_paper_schedule(self) -> bool {
-        matches!(self, Self::Losses | Self::RepeatedStages | Self::All)
-    }
-
     /// Returns the name on the command line, which is also the folder's name.
     pub(crate) fn name(self) -> String {
-        value_name(self)
+        let value = self.to_possible_value();
+        value.map_or_else(String::new, |value| value.get_name().to_owned())
     }
 
-    /// Runs the experiment and returns its findings. Writes them only in [`RunMode::All`].
-    pub(crate) fn run(self, store: &Store<'_>, max_samples: usize) -> anyhow::Result<Findings> {
-        let begin = Instant::now();
-        let findings = match self {
-            Self::SameSamples => same_samples::run(store),
-            Self::Losses => losses::run(store),
-            Self::SameQuality => curves::same_quality(store, max_samples),
-            Self::Curves => curves::run(store, max_samples),
-            Self::PerMaterial => per_material::run(store),
-            Self::Additional => additional::run(store),
-            Self::Robustness => robustness::run(store),
-            Self::Seeds => seeds::run(store),
-            Self::RepeatedStages => repeated_stages::run(store),
-            Self::Convergence => convergence::run(store),
-            Self::Importance => importance::run(store, max_samples),
-            Self::Subsets => subsets::run(store),
-            Self::Bases => bases::run(store),
-            Self::Frontier => frontier::run(store, max_samples),
-            Self::Patterns => patterns::run(store),
-            Self::Teaser => spheres::teaser(store),
-            Self::Increasing => spheres::increasing(store, max_samples),
+    /// Returns the cases of the experiment and their presentation, for n up to `max_samples`.
+    pub(crate) fn plan(self, store: &Store<'_>, max_samples: usize) -> anyhow::Result<Plan> {
+        Ok(match self {
+            Self::SameSamples => tables::same_samples(store),
+            Self::Losses => tables::losses(),
+            Self::SameQuality => curves::same_quality(max_samples),
+            Self::Curves => curves::curves(store, max_samples),
+            Self::PerMaterial => tables::per_material(),
+            Self::Additional => tables::additional(store)?,
+            Self::Robustness => studies::robustness(),
+            Self::Seeds => studies::seeds(store),
+            Self::RepeatedStages => studies::repeated_stages(),
+            Self::Convergence => studies::convergence(),
+            Self::Importance => curves::importance(max_samples),
+            Self::Subsets => studies::subsets(store)?,
+            Self::Bases => tables::bases(store),
+            Self::Frontier => curves::frontier(store, max_samples),
+            Self::Patterns => pictures::patterns(),
+            Self::Teaser => pictures::teaser(store),
+            Self::Increasing => pictures::increasing(store, max_samples),
             Self::All => anyhow::bail!("all is not a single experiment: expand it first"),
-        }?;
-        if !matches!(store.mode, RunMode::All) {
-            return Ok(findings);
-        }
-        findings.write(&self.name(), &store.settings.out, begin.elapsed())?;
-        Ok(findings)
+        })
     }
 }
 
 /// Writes the index page of all experiments in the output folder.
-pub(crate) fn write_index(settings: &Settings) -> anyhow::Result<()> {
+pub(crate) fn write_index(out: &Path) -> anyhow::Result<()> {
     let mut page = Page::new("Glimpse: the paper's experiments").paragraph(
         "Reproduction of Learning to Learn and Sample BRDFs (Liu, Fischer, Ritschel 2023). The best \
          of the compared numbers is marked. An arrow shows whether higher or lower values are better. Click \
@@ -172,8 +144,8 @@ pub(crate) fn write_index(settings: &Settings) -> anyhow::Result<()> {
     );
     for experiment in Experiment::All.expand(true) {
         page = page
-            .section(&settings.out.join(experiment.name()))
+            .section(&out.join(experiment.name()))
             .with_context(|| format!("cannot read the section of {}", experiment.name()))?;
     }
-    Ok(page.write(&settings.out)?)
+    Ok(page.write(out)?)
 }

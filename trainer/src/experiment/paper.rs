@@ -1,10 +1,11 @@
 //! The paper's published values, printed next to ours.
 
 use glimpse_core::model::ModelKind;
-use glimpse_training::meta::plan::Schedule;
 
-use super::PaperMetrics;
 use super::case::Approach;
+
+/// Loss, DSSIM, L2 and PSNR.
+pub(super) type PaperMetrics = [f64; 4];
 
 const fn published(loss: f64, dssim: f64, l2: f64, psnr: f64) -> Option<PaperMetrics> {
     Some([loss, dssim, l2, psnr])
@@ -17,20 +18,19 @@ pub(super) const MATERIALS: usize = 20;
 pub(super) fn same_samples(model: ModelKind, approach: Approach) -> Option<PaperMetrics> {
     use Approach::{Meta, Njr15, Ours, Random};
     use ModelKind::{CookTorrance, Linear, Neural, Phong};
-    use Schedule::{Joint, Paper};
     match (model, approach) {
         (Phong, Random) => published(0.085, 0.103, 0.093, 12.54),
-        (Phong, Meta(_)) => published(0.084, 0.068, 0.026, 18.82),
-        (Phong, Ours(Joint | Paper)) => published(0.044, 0.034, 0.006, 24.51),
+        (Phong, Meta) => published(0.084, 0.068, 0.026, 18.82),
+        (Phong, Ours) => published(0.044, 0.034, 0.006, 24.51),
         (CookTorrance, Random) => published(0.098, 0.123, 0.124, 10.75),
-        (CookTorrance, Meta(_)) => published(0.044, 0.039, 0.007, 24.21),
-        (CookTorrance, Ours(Joint | Paper)) => published(0.039, 0.029, 0.003, 27.09),
+        (CookTorrance, Meta) => published(0.044, 0.039, 0.007, 24.21),
+        (CookTorrance, Ours) => published(0.039, 0.029, 0.003, 27.09),
         (Linear, Random) => published(0.028, 0.029, 0.007, 23.49),
         (Linear, Njr15) => published(0.016, 0.012, 0.002, 28.45),
-        (Linear, Ours(Joint | Paper)) => published(0.011, 0.009, 0.001, 33.70),
+        (Linear, Ours) => published(0.011, 0.009, 0.001, 33.70),
         (Neural, Random) => published(0.065, 0.105, 0.067, 13.38),
-        (Neural, Meta(_)) => published(0.059, 0.125, 0.052, 15.23),
-        (Neural, Ours(Joint | Paper)) => published(0.035, 0.033, 0.005, 27.50),
+        (Neural, Meta) => published(0.059, 0.125, 0.052, 15.23),
+        (Neural, Ours) => published(0.035, 0.033, 0.005, 27.50),
         _ => None,
     }
 }
@@ -40,10 +40,10 @@ pub(super) fn same_samples(model: ModelKind, approach: Approach) -> Option<Paper
 pub(super) fn same_quality(model: ModelKind, approach: Approach) -> Option<[f64; 4]> {
     match (model, approach) {
         (_, Approach::Random) => Some([1e5; 4]),
-        (ModelKind::Phong, Approach::Meta(_)) => Some([48.0, 37.5, 24.0, 8.0]),
-        (ModelKind::CookTorrance, Approach::Meta(_)) => Some([8.0, 64.0, 64.0, 64.0]),
+        (ModelKind::Phong, Approach::Meta) => Some([48.0, 37.5, 24.0, 8.0]),
+        (ModelKind::CookTorrance, Approach::Meta) => Some([8.0, 64.0, 64.0, 64.0]),
         (ModelKind::Linear, Approach::Njr15) => Some([8.0, 3.0, 3.0, 4.0]),
-        (ModelKind::Neural, Approach::Meta(_)) => Some([4.0, 6.0, 8.0, 6.5]),
+        (ModelKind::Neural, Approach::Meta) => Some([4.0, 6.0, 8.0, 6.5]),
         _ => None,
     }
 }
@@ -52,7 +52,7 @@ pub(super) fn same_quality(model: ModelKind, approach: Approach) -> Option<[f64;
 pub(super) fn nielsen(approach: Approach) -> Option<PaperMetrics> {
     match approach {
         Approach::Njr15 => published(0.023, 0.128, 0.003, 26.28),
-        Approach::Ours(Schedule::Joint | Schedule::Paper) => published(0.018, 0.009, 0.002, 30.02),
+        Approach::Ours => published(0.018, 0.009, 0.002, 30.02),
         _ => None,
     }
 }
@@ -61,16 +61,15 @@ pub(super) fn nielsen(approach: Approach) -> Option<PaperMetrics> {
 pub(super) fn rgl(model: ModelKind, approach: Approach) -> Option<PaperMetrics> {
     use Approach::{Meta, Njr15, Ours};
     use ModelKind::{CookTorrance, Linear, Neural, Phong};
-    use Schedule::{Joint, Paper};
     match (model, approach) {
-        (Phong, Meta(_)) => published(0.095, 0.070, 0.025, 17.980),
-        (Phong, Ours(Joint | Paper)) => published(0.044, 0.040, 0.009, 22.686),
-        (CookTorrance, Meta(_)) => published(0.068, 0.059, 0.026, 17.824),
-        (CookTorrance, Ours(Joint | Paper)) => published(0.067, 0.051, 0.009, 21.563),
+        (Phong, Meta) => published(0.095, 0.070, 0.025, 17.980),
+        (Phong, Ours) => published(0.044, 0.040, 0.009, 22.686),
+        (CookTorrance, Meta) => published(0.068, 0.059, 0.026, 17.824),
+        (CookTorrance, Ours) => published(0.067, 0.051, 0.009, 21.563),
         (Linear, Njr15) => published(0.050, 0.068, 0.025, 21.897),
-        (Linear, Ours(Joint | Paper)) => published(0.030, 0.041, 0.016, 23.849),
-        (Neural, Meta(_)) => published(0.074, 0.168, 0.110, 12.228),
-        (Neural, Ours(Joint | Paper)) => published(0.044, 0.062, 0.011, 21.889),
+        (Linear, Ours) => published(0.030, 0.041, 0.016, 23.849),
+        (Neural, Meta) => published(0.074, 0.168, 0.110, 12.228),
+        (Neural, Ours) => published(0.044, 0.062, 0.011, 21.889),
         _ => None,
     }
 }
@@ -91,8 +90,8 @@ pub(super) fn robustness(model: ModelKind) -> [f64; 2] {
 pub(super) fn convergence(approach: Approach) -> Option<f64> {
     match approach {
         Approach::Random => Some(0.0117),
-        Approach::Meta(_) => Some(0.0067),
-        Approach::Ours(Schedule::Joint | Schedule::Paper) => Some(0.0065),
+        Approach::Meta => Some(0.0067),
+        Approach::Ours => Some(0.0065),
         _ => None,
     }
 }

@@ -5,35 +5,35 @@
 
 use std::cell::OnceCell;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Context, bail};
+use glimpse_core::fit::Estimator;
+use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
+use glimpse_materials::files::{ensure_dir_all, write_atomic};
 use glimpse_materials::loss::DIRECTIONS;
+use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Material, Source, SourceShare};
 use glimpse_trainer::evaluation::{Evaluator, Method, OPTIMUM_STEPS, Report};
 use glimpse_trainer::render::Environment;
-use glimpse_training::linear::{Columns, min_condition_pattern, principal_components};
-use glimpse_training::meta;
-use glimpse_training::meta::checkpoint::Checkpoint;
+use glimpse_training::linear::{Columns, Prior, min_condition_pattern, principal_components};
 use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::outer::CheckpointOptions;
-use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::meta::plan::{Effort, PretrainedInit, Schedule, TrainedParts};
 use glimpse_training::meta::run::INNER_STEPS;
-use glimpse_training::recipe::{RecipeFile, pack_recipe};
-use serde::{Deserialize, Serialize};
+use glimpse_training::meta::scan_budget::ScanBudget;
+use glimpse_training::recipe::RecipeFile;
+use glimpse_training::route::Axes;
+use rand::SeedableRng;
+use rand::seq::SliceRandom;
+use rand_chacha::ChaCha8Rng;
+use serde_json::json;
 
-use super::case::{Approach, Case, TrainingRun};
-use super::run_mode::{NotEvaluated, PlannedCell, RunMode, blank_evaluation, blank_recipe};
-use super::run_settings::{MaterialSet, RunSettings};
-pub(crate) use super::stored::{Evaluation, TrainedRecipe};
-use super::stored::{append_extension, read_evaluation, write_file};
-
-/// The folders of recipes and of evaluations.
-const RECIPES: &str = "recipes";
-const EVALUATIONS: &str = "sheets";
+use super::case::{Approach, Case, MOTION_SPEED, REFINEMENT_STEPS, Training, Variation};
+use super::glossiness::split_by_glossiness;
 
 /// The interval between checkpoints of a training.
 const CHECKPOINT_INTERVAL: Duration = Duration::from_secs(10);
@@ -59,36 +59,22 @@ pub(crate) struct Settings {
 
 impl Settings {
     /// Returns the effort of trainings with a schedule.
-    fn effort_for(&self, schedule: Schedule) -> Effort {
+    pub(super) fn effort_for(&self, schedule: Schedule) -> Effort {
         match schedule {
             Schedule::Paper => self.paper_effort,
-            Schedule::Joint | Schedule::Prior => self.effort,
+            _ => self.effort,
         }
     }
-}
-
-/// The settings that are recorded in the output folder. A folder with other settings is rejected.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
-struct RecordedSettings {
-    trainer: String,
-    effort: Effort,
-    paper_effort: Effort,
-    seed: u64,
-    seeds: u64,
-    light: String,
-    trained_on: Vec<String>,
-    evaluated_on: Vec<String>,
-    directions: usize,
 }
 
 /// Materials to evaluate on.
 pub(crate) struct TestSet<'a> {
     /// Name of the set's folder of evaluations, which is also a part of table names.
-    pub(crate) label: String,
+    pub(super) label: String,
     /// Name of the source.
-    source: String,
+    pub(super) source: String,
     /// The materials.
-    pub(crate) materials: &'a [Box<dyn Material>],
+    pub(super) materials: &'a [Box<dyn Material>],
     evaluator: OnceCell<Evaluator<'a>>,
     environment: &'a Environment,
 }
@@ -110,65 +96,88 @@ impl<'a> TestSet<'a> {
     }
 
     /// Returns the evaluator; the first call renders all materials.
-    pub(crate) fn evaluator(&self) -> &Evaluator<'a> {
+    pub(super) fn evaluator(&self) -> &Evaluator<'a> {
         self.evaluator
             .get_or_init(|| Evaluator::with_environment(self.environment.clone(), self.materials))
     }
 }
 
-/// A function that trains a recipe and reports progress.
-pub(crate) type Train =
-    dyn Fn(&Options, Vec<Box<dyn Material>>) -> anyhow::Result<meta::learned::LearnedRecipe>;
+/// A training, or the evaluation of a case on the test set with an index.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Work {
+    Train(Training),
+    Evaluate(usize, Case),
+}
+
+/// The files of a [`Work`].
+pub(crate) struct PlannedCell {
+    /// Path in the output folder, without extension.
+    pub(crate) name: String,
+    /// Files that it reads.
+    pub(crate) inputs: Vec<PathBuf>,
+    /// Files that it writes.
+    pub(crate) outputs: Vec<PathBuf>,
+    /// Checkpoint of an unfinished training.
+    pub(crate) checkpoint: Option<PathBuf>,
+}
+
+impl PlannedCell {
+    /// Returns true if all outputs exist.
+    pub(crate) fn is_done(&self) -> bool {
+        self.outputs.iter().all(|path| path.exists())
+    }
+}
+
+/// A function that trains on materials with a name, and writes the recipe.
+pub(crate) type TrainToFile =
+    dyn Fn(&Options, Vec<Box<dyn Material>>, &str, &Path) -> anyhow::Result<()>;
 
 /// The store of recipes and evaluations.
 pub(crate) struct Store<'a> {
-    pub(crate) settings: Settings,
-    /// Mode of the run.
-    pub(crate) mode: RunMode,
-    /// Materials to evaluate on.
-    pub(crate) test: &'a TestSet<'a>,
-    /// Test sets of the option --additional.
-    pub(crate) additional: &'a [TestSet<'a>],
-    train: &'a Train,
+    pub(super) settings: Settings,
+    /// The test set, followed by those of the option --additional.
+    pub(super) sets: &'a [TestSet<'a>],
+    train_to_file: &'a TrainToFile,
     /// Number of materials to train on.
-    training_count: usize,
+    pub(super) training_count: usize,
     /// Columns of the training materials, for the basis of Linear.
     columns: OnceCell<Columns>,
+    mean_brdf: OnceCell<MeanBrdf>,
 }
 
 impl<'a> Store<'a> {
-    /// Opens the output folder.
+    /// Opens the output folder, and records the settings in it unless `read_only` is set.
     ///
     /// # Errors
     /// If the folder has results of other settings, or a file cannot be read or written.
     pub(crate) fn open(
         settings: Settings,
-        mode: RunMode,
         training: &[Box<dyn Material>],
-        test: &'a TestSet<'a>,
-        additional: &'a [TestSet<'a>],
-        train: &'a Train,
+        sets: &'a [TestSet<'a>],
+        train_to_file: &'a TrainToFile,
+        read_only: bool,
     ) -> anyhow::Result<Self> {
         let path = settings.out.join("settings.json");
         let names = |materials: &[Box<dyn Material>]| {
             let names = materials.iter().map(|material| material.name().to_owned());
-            names.collect()
+            names.collect::<Vec<_>>()
         };
-        let recorded = RecordedSettings {
-            trainer: env!("CARGO_PKG_VERSION").into(),
-            effort: settings.effort,
-            paper_effort: settings.paper_effort,
-            seed: settings.seed,
-            seeds: settings.seeds,
-            light: settings.light.clone(),
-            trained_on: names(training),
-            evaluated_on: names(test.materials),
-            directions: DIRECTIONS,
-        };
+        // A folder with other settings is rejected.
+        let recorded = json!({
+            "trainer": env!("CARGO_PKG_VERSION"),
+            "effort": settings.effort,
+            "paper_effort": settings.paper_effort,
+            "seed": settings.seed,
+            "seeds": settings.seeds,
+            "light": settings.light,
+            "trained_on": names(training),
+            "evaluated_on": names(sets[0].materials),
+            "directions": DIRECTIONS,
+        });
         if path.exists() {
             let existing =
                 fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
-            if serde_json::from_slice(&existing).ok().as_ref() != Some(&recorded) {
+            if serde_json::from_slice(&existing).ok() != Some(recorded) {
                 bail!(
                     "{} has results of other settings or materials, which are in {}: give another \
                      --out, or remove the folder",
@@ -176,150 +185,150 @@ impl<'a> Store<'a> {
                     path.display()
                 );
             }
-        } else if !matches!(mode, RunMode::List(_)) {
+        } else if !read_only {
             write_file(&path, serde_json::to_string_pretty(&recorded)?.as_bytes())?;
         }
         Ok(Self {
             settings,
-            mode,
-            test,
-            additional,
-            train,
+            sets,
+            train_to_file,
             training_count: training.len(),
             columns: OnceCell::new(),
+            mean_brdf: OnceCell::new(),
         })
     }
 
-    /// Returns the settings of results: methods that are trained with these schedules and evaluated on a test set.
-    pub(crate) fn run_settings(&self, set: &TestSet<'_>, schedules: &[Schedule]) -> RunSettings {
-        let settings = &self.settings;
-        let trainings = schedules.iter();
-        RunSettings {
-            trainings: trainings
-                .map(|schedule| (*schedule, settings.effort_for(*schedule)))
-                .collect(),
-            seed: settings.seed,
-            seeds: settings.seeds,
-            training_set: MaterialSet {
-                source: settings.data.label().to_owned(),
-                materials: self.training_count,
-            },
-            test_set: MaterialSet {
-                source: set.source.clone(),
-                materials: set.materials.len(),
-            },
+    fn recipe_path(&self, training: &Training) -> PathBuf {
+        let name = format!("recipes/{}.recipe", training.name());
+        self.settings.out.join(name)
+    }
+
+    /// Returns the files that a training writes, in this order.
+    fn recipe_files(&self, training: &Training) -> Vec<PathBuf> {
+        let recipe = self.recipe_path(training);
+        match training.model {
+            ModelKind::Linear => vec![Basis::path_for(&recipe), recipe],
+            _ => vec![recipe],
         }
     }
 
-    /// Returns the paths of a training: the recipe, the basis of Linear, and the checkpoint.
-    fn training_files(&self, training: &TrainingRun) -> [PathBuf; 3] {
-        let path = self.settings.out.join(RECIPES).join(training.name());
-        ["recipe", "basis", "checkpoint"].map(|kind| append_extension(&path, kind))
+    fn evaluation_name(&self, set: usize, case: &Case) -> String {
+        format!("sheets/{}/{}", self.sets[set].label, case.name())
     }
 
-    /// Returns the stored recipe of a training, or trains it.
-    ///
-    /// If the run's mode excludes this training, an untrained recipe is a [blank](blank_recipe).
-    ///
-    /// # Errors
-    /// If the target cell requires an untrained recipe, training fails, or a file cannot be read or written.
-    pub(crate) fn recipe(&self, training: &TrainingRun) -> anyhow::Result<TrainedRecipe> {
-        let [recipe, basis, checkpoint] = self.training_files(training);
-        let name = format!("{RECIPES}/{}", training.name());
-        let prerequisite = training
-            .prerequisite()
-            .map(|training| self.training_files(&training)[0].clone());
-        if let RunMode::List(plan) = &self.mode {
-            let mut outputs = vec![recipe.clone()];
-            if training.model == ModelKind::Linear {
-                // The basis is written first.
-                outputs.insert(0, basis.clone());
+    /// Returns the files of a training or evaluation.
+    pub(crate) fn cell(&self, work: &Work) -> PlannedCell {
+        match work {
+            Work::Train(training) => {
+                let prerequisite = training.prerequisite();
+                PlannedCell {
+                    name: format!("recipes/{}", training.name()),
+                    inputs: prerequisite.map_or(Vec::new(), |before| self.recipe_files(&before)),
+                    outputs: self.recipe_files(training),
+                    checkpoint: Some(self.recipe_path(training).with_extension("checkpoint")),
+                }
             }
-            plan.add_recipe(&outputs);
-            plan.add(PlannedCell {
-                is_done: outputs.iter().all(|path| path.exists()),
-                name: name.clone(),
-                inputs: prerequisite.iter().cloned().collect(),
-                outputs,
-                checkpoint: Some(checkpoint.clone()),
-            });
-        }
-        let is_selected = match &self.mode {
-            RunMode::All => true,
-            RunMode::Only(target) => target.mark_if_named(&name),
-            RunMode::List(_) => false,
-        };
-        if recipe.exists() {
-            let basis = match training.model {
-                ModelKind::Linear => Some(
-                    fs::read(&basis).with_context(|| format!("cannot read {}", basis.display()))?,
-                ),
-                _ => None,
-            };
-            return TrainedRecipe::new(RecipeFile::read(&recipe)?, basis.as_deref());
-        }
-        if !is_selected && !self.mode.evaluates() {
-            return blank_recipe(training.samples);
-        }
-        let missing = match self.mode {
-            RunMode::All => None,
-            _ if is_selected => prerequisite.filter(|path| !path.exists()),
-            _ => Some(recipe),
-        };
-        match missing {
-            None => self.train(training),
-            Some(path) => bail!(
-                "{} does not exist and is required: run its cell first",
-                path.display()
-            ),
+            Work::Evaluate(set, case) => {
+                let name = self.evaluation_name(*set, case);
+                let training = case.training();
+                PlannedCell {
+                    inputs: training.map_or(Vec::new(), |training| self.recipe_files(&training)),
+                    outputs: vec![self.settings.out.join(format!("{name}.json"))],
+                    checkpoint: None,
+                    name,
+                }
+            }
         }
     }
 
-    /// Trains a recipe and stores it.
-    fn train(&self, training: &TrainingRun) -> anyhow::Result<TrainedRecipe> {
-        let name = training.name();
-        let [recipe, basis, checkpoint] = self.training_files(training);
+    /// Trains or evaluates, unless the result is stored. Also trains the recipes that this requires.
+    pub(crate) fn perform(&self, work: &Work) -> anyhow::Result<()> {
+        match work {
+            Work::Train(training) => self.recipe(training).map(drop),
+            Work::Evaluate(set, case) => self.evaluation(*set, case).map(drop),
+        }
+    }
+
+    /// Returns the stored recipe of a training and the basis of Linear, or trains it.
+    pub(super) fn recipe(
+        &self,
+        training: &Training,
+    ) -> anyhow::Result<(RecipeFile, Option<Basis>)> {
+        let path = self.recipe_path(training);
+        if !path.exists() {
+            self.train(training, &path)?;
+        }
+        Ok(RecipeFile::read_with_basis(&path)?)
+    }
+
+    fn train(&self, training: &Training, path: &Path) -> anyhow::Result<()> {
         let mut materials = self.settings.data.load()?;
-        if let Some((_, names)) = &training.subset {
+        if let Variation::PatternOf(subset) = training.variation {
+            let names = split_by_glossiness(&materials, self.settings.seed, subset);
             materials.retain(|material| names.iter().any(|name| name == material.name()));
         }
-        let seed = self.settings.seed.wrapping_add(training.repetition);
+        let pretrained = training.prerequisite().map(|before| self.descent(&before));
+        let repetition = match training.variation {
+            Variation::Seed(number) => number,
+            _ => 0,
+        };
         let defaults = Options::new(
             training.model,
             training.samples,
             training.schedule,
             self.settings.effort_for(training.schedule),
-            seed,
+            self.settings.seed.wrapping_add(repetition),
         );
         let options = Options {
             completion_options: CompletionOptions {
-                scan: training.motion_budget(),
+                scan: match training.variation {
+                    Variation::Within(seconds) => Some(ScanBudget {
+                        seconds: f64::from(seconds),
+                        speeds: Axes::from_array([MOTION_SPEED; 4]),
+                        settle: 0.0,
+                    }),
+                    _ => None,
+                },
                 ..defaults.completion_options
             },
             source_shares: vec![SourceShare::single(&self.settings.data, materials.len())],
-            parts: training.parts,
-            pretrained: training.pretrained.clone(),
-            prior: training.prior,
+            parts: match training.variation {
+                Variation::Twice => TrainedParts::AllTwice,
+                Variation::PatternOf(_) => TrainedParts::PatternOnly,
+                _ => TrainedParts::All,
+            },
+            pretrained: pretrained.transpose()?,
+            prior: Prior {
+                components: training.components,
+                ..Prior::PAPER
+            },
             checkpoints: Some(CheckpointOptions {
-                directory: checkpoint.clone(),
+                directory: path.with_extension("checkpoint"),
                 interval: CHECKPOINT_INTERVAL,
                 resume: true,
             }),
             ..defaults
         };
-        let folder = self.settings.out.join(RECIPES);
-        fs::create_dir_all(&folder)
-            .with_context(|| format!("cannot write {}", checkpoint.display()))?;
-        eprintln!("training {name}");
-        let learned = (self.train)(&options, materials)?;
-        let file = pack_recipe(&learned, &options, self.settings.data.label())?;
-        Checkpoint::remove(&checkpoint);
-        if let Some(bytes) = &learned.basis {
-            // The basis is written first, because a recipe without its basis is unusable.
-            write_file(&basis, bytes)?;
-        }
-        write_file(&recipe, file.bytes())?;
-        TrainedRecipe::new(file, learned.basis.as_deref())
+        let folder = self.settings.out.join("recipes");
+        ensure_dir_all(&folder).with_context(|| format!("cannot write {}", folder.display()))?;
+        eprintln!("training {}", training.name());
+        (self.train_to_file)(&options, materials, self.settings.data.label(), path)
+    }
+
+    /// Returns the initial parameters and step sizes of a training.
+    fn descent(&self, training: &Training) -> anyhow::Result<PretrainedInit> {
+        let (file, _) = self.recipe(training)?;
+        let recipe = file.recipe();
+        let Estimator::Sgd(sgd) = recipe.estimator() else {
+            bail!(
+                "{} is not fitted by descent: remove it to train it again",
+                self.recipe_path(training).display()
+            );
+        };
+        Ok(PretrainedInit {
+            initial: sgd.initial.iter().collect(),
+            step_sizes: sgd.step_sizes.iter().collect(),
+        })
     }
 
     /// Returns the first `components` principal components of the training materials.
@@ -335,144 +344,136 @@ impl<'a> Store<'a> {
         Ok(principal_components(columns, &all_columns, components))
     }
 
-    /// Returns true if this run does not evaluate methods. It then only records the recipe that a case requires.
-    pub(crate) fn record_only(&self, case: &Case) -> anyhow::Result<bool> {
-        if self.mode.evaluates() {
-            return Ok(false);
-        }
-        if let Some(training) = TrainingRun::for_case(case) {
-            self.recipe(&training)?;
-        }
-        Ok(true)
+    /// Returns `count` directions by importance of the mean of the training materials.
+    fn importance(&self, count: usize) -> anyhow::Result<Vec<Angles<f32>>> {
+        let mean_brdf = match self.mean_brdf.get() {
+            Some(mean_brdf) => mean_brdf,
+            None => {
+                let materials = self.settings.data.load()?;
+                self.mean_brdf.get_or_init(|| MeanBrdf::new(&materials))
+            }
+        };
+        Ok(mean_brdf.samples(count, self.settings.seed as u32))
     }
 
     /// Passes the method of a case to `use_method`, and returns its result.
-    pub(crate) fn with_method<T>(
+    pub(super) fn with_method<T>(
         &self,
         case: &Case,
         use_method: impl FnOnce(&Method<'_>) -> anyhow::Result<T>,
     ) -> anyhow::Result<T> {
-        let Case {
-            approach,
-            model,
-            samples,
-            prior,
-            motion: _,
-        } = *case;
-        if let Some(training) = TrainingRun::for_case(case) {
-            let learned = self.recipe(&training)?;
-            let recipe = learned.file.recipe();
-            return match approach {
-                Approach::Meta(_) => use_method(&Method::meta(&recipe, learned.basis.as_ref())?),
-                _ => use_method(&Method::ours(&recipe, learned.basis.as_ref())?),
-            };
-        }
-        if !self.mode.evaluates() {
-            return Err(NotEvaluated.into());
-        }
-        if model == ModelKind::Linear {
-            let basis = self.basis(prior.components)?;
-            let eta = prior
-                .eta
-                .context("Random, NJR15 and Optimum of Linear need a fixed eta: set Prior::eta")?;
-            return use_method(&match approach {
+        let (model, samples, seed) = (case.model, case.samples, self.settings.seed);
+        let trained = case.training().map(|training| self.recipe(&training));
+        let trained = trained.transpose()?;
+        let basis = match (&trained, model) {
+            (None, ModelKind::Linear) => Some(self.basis(case.components)?),
+            _ => None,
+        };
+        let eta = Prior::PAPER.eta.context("the paper's prior has no eta")?;
+        let method = match (&trained, &basis) {
+            (Some((file, basis)), _) => {
+                let (recipe, basis) = (file.recipe(), basis.as_ref());
+                match (case.variation, case.approach) {
+                    (Variation::Importance, _) => {
+                        let pattern = self.importance(samples)?;
+                        Method::at_directions("importance", &recipe, basis, pattern)
+                    }
+                    (Variation::Replaced(count, run), _) => {
+                        let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
+                        let seed = seed.wrapping_add(run << 32);
+                        let pattern = replace_samples(&pattern, count, seed);
+                        Method::at_directions("replaced", &recipe, basis, pattern)
+                    }
+                    (_, Approach::Meta) => Method::meta(&recipe, basis),
+                    _ => Method::ours(&recipe, basis),
+                }?
+            }
+            (None, Some(basis)) => match case.approach {
                 Approach::Njr15 => {
-                    let pattern = min_condition_pattern(&basis, samples, self.settings.seed);
-                    Method::linear_njr15(&basis, eta, pattern)
+                    let pattern = min_condition_pattern(basis, samples, seed);
+                    Method::linear_njr15(basis, eta, pattern)
                 }
-                Approach::Optimum => Method::linear_optimum(&basis, eta),
-                _ => Method::linear_random(&basis, eta, samples),
-            });
+                Approach::Optimum => Method::linear_optimum(basis, eta),
+                _ => Method::linear_random(basis, eta, samples),
+            },
+            (None, None) => match case.approach {
+                Approach::Optimum => Method::optimum(model, self.optimum_steps(model)),
+                _ => Method::random(model, samples, INNER_STEPS),
+            },
+        };
+        match case.variation {
+            Variation::Refined => use_method(&method.with_refinement(REFINEMENT_STEPS)),
+            _ => use_method(&method),
         }
-        use_method(&match approach {
-            Approach::Optimum => Method::optimum(model, self.optimum_steps(model)),
-            _ => Method::random(model, samples, INNER_STEPS),
-        })
     }
 
     /// Returns the number of steps of the method Optimum. With effort brief or quick, Neural has a tenth of the steps.
-    pub(crate) fn optimum_steps(&self, model: ModelKind) -> usize {
+    pub(super) fn optimum_steps(&self, model: ModelKind) -> usize {
         match (self.settings.effort, model) {
             (Effort::Brief | Effort::Quick, ModelKind::Neural) => OPTIMUM_STEPS / 10,
             _ => OPTIMUM_STEPS,
         }
     }
 
-    /// Returns the evaluation of a case on the test set.
-    pub(crate) fn evaluation(&self, case: &Case) -> anyhow::Result<Evaluation> {
-        self.evaluation_on(self.test, case)
-    }
-
-    /// Returns the evaluation of a case on any test set.
-    pub(crate) fn evaluation_on(
-        &self,
-        set: &TestSet<'_>,
-        case: &Case,
-    ) -> anyhow::Result<Evaluation> {
-        self.cached_evaluation(set, &case.name(), self.settings.seeds, |evaluate| {
-            self.with_method(case, evaluate)
-        })
-    }
-
-    /// Returns the evaluation that is stored under a name, or computes and stores it. `compute` receives a function
-    /// that evaluates a method.
-    pub(crate) fn cached_evaluation(
-        &self,
-        set: &TestSet<'_>,
-        name: &str,
-        seeds: u64,
-        compute: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Report>) -> anyhow::Result<Report>,
-    ) -> anyhow::Result<Evaluation> {
-        let method_name = name;
-        let name = format!("{EVALUATIONS}/{}/{method_name}", set.label);
-        let path = append_extension(&self.settings.out.join(&name), "json");
-        let stored = read_evaluation(&path)?;
-        if let RunMode::List(plan) = &self.mode {
-            plan.take_recipes();
-            record_requirements(compute)?;
-            plan.add(PlannedCell {
-                name,
-                inputs: plan.take_recipes(),
-                outputs: vec![path.clone()],
-                checkpoint: None,
-                is_done: stored.is_some(),
-            });
-            return Ok(stored.unwrap_or_else(|| blank_evaluation(seeds, set.materials)));
+    /// Returns the stored evaluation of a case on a test set, or evaluates it.
+    pub(super) fn evaluation(&self, set: usize, case: &Case) -> anyhow::Result<Report> {
+        let name = self.evaluation_name(set, case);
+        let path = self.settings.out.join(format!("{name}.json"));
+        if path.exists() {
+            let stored =
+                fs::read(&path).with_context(|| format!("cannot read {}", path.display()))?;
+            return serde_json::from_slice(&stored)
+                .with_context(|| format!("{} is damaged: remove it", path.display()));
         }
-        let is_selected = match &self.mode {
-            RunMode::Only(target) => target.mark_if_named(&name),
-            _ => true,
+        // Refinement takes too long to repeat.
+        let seeds = match case.variation {
+            Variation::Refined => 1,
+            _ => self.settings.seeds,
         };
-        if let Some(stored) = stored {
-            return Ok(stored);
-        }
-        if !is_selected {
-            // The target may be a recipe that this evaluation requires.
-            record_requirements(compute)?;
-            return Ok(blank_evaluation(seeds, set.materials));
-        }
-        let evaluate = |method: &Method<'_>| {
-            eprintln!("evaluating {method_name} on {}", set.label);
-            Ok(set
-                .evaluator()
-                .evaluate(method, self.settings.seed, seeds)?)
-        };
-        let report = match &self.mode {
-            RunMode::Only(target) => target.evaluate(|| compute(&evaluate)),
-            _ => compute(&evaluate),
-        }?;
-        let evaluation = Evaluation::from(report);
-        write_file(&path, serde_json::to_string_pretty(&evaluation)?.as_bytes())?;
-        Ok(evaluation)
+        let report = self.with_method(case, |method| {
+            eprintln!("evaluating {name}");
+            let evaluator = self.sets[set].evaluator();
+            Ok(evaluator.evaluate(method, self.settings.seed, seeds)?)
+        })?;
+        write_file(&path, serde_json::to_string_pretty(&report)?.as_bytes())?;
+        Ok(report)
     }
 }
 
-/// Runs `compute` without evaluating a method, so that it only requests its recipes.
-fn record_requirements(
-    compute: impl FnOnce(&dyn Fn(&Method<'_>) -> anyhow::Result<Report>) -> anyhow::Result<Report>,
-) -> anyhow::Result<()> {
-    match compute(&|_| Err(NotEvaluated.into())) {
-        Err(error) if !error.is::<NotEvaluated>() => Err(error),
-        _ => Ok(()),
+/// Writes a file atomically, and creates its folder if it does not exist.
+pub(super) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    ensure_dir_all(folder)
+        .and_then(|()| write_atomic(path, bytes))
+        .with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Replaces `count` samples of a pattern, chosen at random, by uniform random ones.
+fn replace_samples(pattern: &[Angles<f32>], count: usize, seed: u64) -> Vec<Angles<f32>> {
+    let mut indices: Vec<usize> = (0..pattern.len()).collect();
+    indices.shuffle(&mut ChaCha8Rng::seed_from_u64(seed));
+    let mut pattern = pattern.to_vec();
+    for (index, angles) in indices.into_iter().zip(uniform_valid(count, seed)) {
+        pattern[index] = angles;
+    }
+    pattern
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn replaces_requested_number_of_samples() {
+        let pattern = uniform_valid(8, 1);
+        for count in [0, 2, 8] {
+            let changed = replace_samples(&pattern, count, 7);
+            let differ = pattern.iter().zip(&changed).filter(|(a, b)| a != b);
+            assert_eq!(differ.count(), count);
+        }
+        assert_ne!(
+            replace_samples(&pattern, 2, 7),
+            replace_samples(&pattern, 2, 8)
+        );
     }
 }

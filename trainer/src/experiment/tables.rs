@@ -1,91 +1,337 @@
-//! Columns and cells that tables of several experiments share.
+//! The paper's tables of methods at one number of samples, and the loss of each material.
 
+use anyhow::bail;
 use glimpse_core::model::ModelKind;
-pub(super) use glimpse_materials::MODELS;
-use glimpse_trainer::evaluation::Estimate;
-use glimpse_trainer::metrics::Metrics;
-use glimpse_trainer::report::{Cell, Column, Highlight};
-use glimpse_training::meta::plan::Schedule;
+use glimpse_trainer::report::{Axis, Cell, Column, Compare, Highlight, Scale};
 
-use super::store::Evaluation;
+use super::case::{Approach, Case};
+use super::engine::{Evaluated, Grid, Line, Part, Plan, PlotOfColumns, Row};
+use super::paper::{self, PaperMetrics};
+use super::pictures::spheres_by_model;
+use super::references::losses_without_measurement;
+use super::shared::{MODELS, SAMPLES, number, plain, text, title};
+use super::store::Store;
 
-/// The default schedule of experiments.
-pub(super) const SCHEDULE: Schedule = Schedule::Joint;
-/// The paper's number of samples n.
-pub(super) const SAMPLES: usize = 8;
+/// The number of samples of the paper's comparison with Nielsen et al.
+const NIELSEN_SAMPLES: usize = 2;
+/// The numbers of components of Linear in the paper.
+const COMPONENTS: [usize; 2] = [5, 240];
 
-/// Returns a model's name as written in the paper.
-pub(super) fn title(model: ModelKind) -> &'static str {
-    match model {
-        ModelKind::Phong => "Phong",
-        ModelKind::CookTorrance => "Cook-Torrance",
-        ModelKind::Linear => "Linear",
-        ModelKind::Neural => "Neural",
-        _ => model.name(),
+/// All methods for all models at n = 8, and spheres of two materials.
+pub(super) fn same_samples(store: &Store<'_>) -> Plan {
+    let mut parts = vec![
+        Part::Text(
+            "All values are means over the test materials. For Random and Meta, they are also means \
+             over several seeds, and the PSNR of a material is that of its mean L2. The standard error \
+             is over the materials. The published values are for the paper's 20 test materials of MERL."
+                .into(),
+        ),
+        Part::Text(
+            "For Phong and Cook-Torrance, Random starts at standard normal parameters. 20 steps of Adam \
+             at a rate of 0.001 change no parameter by more than 0.02, so the loss is that of the initial \
+             parameters. The paper does not state its initial parameters. Cook-Torrance logits of about 0 \
+             reflect half of each color diffusely and half specularly, far brighter than most materials. \
+             On 16 networks of MERL materials, the loss is 0.274 before the first step and 0.271 after 20 \
+             steps. From logits of -2, the loss would be 0.100; in the paper it is 0.098. Methods with \
+             learned initial parameters are not affected."
+                .into(),
+        ),
+    ];
+    for model in MODELS {
+        let rows = Approach::compared(model).map(|approach| {
+            let case = Case::new(approach, model, SAMPLES);
+            let published = paper::same_samples(model, approach);
+            (vec![text(approach.name())], case, published)
+        });
+        let caption = format!("{}, n = {SAMPLES}", title(model));
+        parts.push(Part::Grid(Grid::of_metrics(
+            model.name(),
+            caption,
+            &["Method"],
+            rows,
+        )));
+    }
+    parts.extend(spheres_by_model(store).map(Part::Spheres));
+    Plan {
+        title: "Same number of samples: n = 8",
+        parts,
     }
 }
 
-/// Iterates over 1, 2, 4, ... up to `max`.
-pub(super) fn powers_of_two(max: usize) -> impl Iterator<Item = usize> + Clone {
-    std::iter::successors(Some(1), |n| Some(2 * n)).take_while(move |n| *n <= max)
+/// The two methods of a column: the one for Phong, Cook-Torrance and Neural, then the one for Linear.
+type ColumnMethods = [Approach; 2];
+
+const RANDOM: ColumnMethods = [Approach::Random; 2];
+const BASELINE: ColumnMethods = [Approach::Meta, Approach::Njr15];
+const OURS: ColumnMethods = [Approach::Ours; 2];
+const COMPLETED: ColumnMethods = [Approach::Completed; 2];
+const OPTIMUM: ColumnMethods = [Approach::Optimum; 2];
+
+fn names_of([others, linear]: ColumnMethods) -> String {
+    match others == linear {
+        true => others.name().into(),
+        false => format!("{}, {}", others.name(), linear.name()),
+    }
 }
 
-/// Names, decimals and highlights of the metrics: the paper's four, and color difference.
-pub(super) const METRICS: [(&str, usize, Highlight); 5] = [
-    ("Loss", 4, Highlight::Lowest),
-    ("DSSIM", 4, Highlight::Lowest),
-    ("L2", 5, Highlight::Lowest),
-    ("PSNR (dB)", 2, Highlight::Highest),
-    ("Delta E", 2, Highlight::Lowest),
-];
-/// Number of metrics in the paper, which come first in [`METRICS`].
-pub(super) const PAPER_METRICS: usize = 4;
-/// The published values, in the order of [`METRICS`].
-pub(super) type PaperMetrics = [f64; PAPER_METRICS];
-
-/// Returns the metrics in the order of [`METRICS`].
-pub(super) fn metric_values(metrics: &Metrics) -> [f64; METRICS.len()] {
-    let Metrics {
-        loss,
-        dssim,
-        l2,
-        psnr,
-        delta_e,
-    } = *metrics;
-    [loss, dssim, l2, psnr, delta_e]
-}
-
-/// Returns columns for our metrics, the standard error of our mean loss, and the paper's metrics.
-pub(super) fn metric_columns() -> Vec<Column> {
-    let ours =
-        METRICS.map(|(title, decimals, highlight)| Column::number(title, decimals, highlight));
-    let standard_error = Column::number("Loss: std. error", 4, Highlight::None);
-    let paper = METRICS.into_iter().take(PAPER_METRICS);
-    let paper = paper.map(|(title, decimals, _)| {
-        Column::number(format!("paper: {title}"), decimals.min(3), Highlight::None)
+/// Creates a table of losses with a row for each model: the published ones, then ours.
+fn loss_by_model(
+    name: impl Into<String>,
+    caption: impl Into<String>,
+    published: &[ColumnMethods],
+    values: fn(ModelKind, Approach) -> Option<PaperMetrics>,
+    measured: &[ColumnMethods],
+) -> Grid {
+    let mut columns = vec![Column::text(format!("n = {SAMPLES}"))];
+    let published_titles = published.iter().map(|methods| names_of(*methods));
+    columns.extend(published_titles.map(|names| plain(format!("published: {names}"), 3)));
+    columns.extend(measured.iter().map(|methods| plain(names_of(*methods), 4)));
+    let rows = MODELS.map(|model| {
+        let method_of = |[others, linear]: &ColumnMethods| match model {
+            ModelKind::Linear => *linear,
+            _ => *others,
+        };
+        let published = published
+            .iter()
+            .map(|methods| number(values(model, method_of(methods)).map(|[loss, ..]| loss)));
+        let cases = measured
+            .iter()
+            .map(|methods| Case::new(method_of(methods), model, SAMPLES));
+        Row {
+            labels: [text(title(model))].into_iter().chain(published).collect(),
+            cases: cases.collect(),
+            published: Vec::new(),
+        }
     });
-    ours.into_iter()
-        .chain([standard_error])
-        .chain(paper)
-        .collect()
+    Grid::new(name, caption, columns, rows.into())
 }
 
-/// Returns the cells for [`metric_columns`].
-pub(super) fn metric_cells(evaluation: &Evaluation, paper: Option<PaperMetrics>) -> Vec<Cell> {
-    let losses: Vec<f64> = evaluation
-        .materials
-        .iter()
-        .map(|material| material.metrics.loss)
-        .collect();
-    let standard_error = Estimate::from_values(&losses).standard_error;
-    let paper = match paper {
-        Some(paper) => paper.map(Cell::Number),
-        None => [const { Cell::Missing }; PAPER_METRICS],
+/// The loss of all methods at n = 8, and the loss without any measurement.
+pub(super) fn losses() -> Plan {
+    let published = [RANDOM, BASELINE, OURS];
+    let measured = [RANDOM, BASELINE, OURS, COMPLETED, OPTIMUM];
+    let caption = format!(
+        "Mean loss over the test set at n = {SAMPLES}. Published: the paper's values, on {} other \
+         materials. All other columns: our values on the test set named here. Meta and Ours have schedule \
+         paper, Completed has schedule prior. Linear has 5 components and eta = 40, also for Optimum; for \
+         Completed, a learned map replaces them",
+        paper::MATERIALS
+    );
+    let mut grid = loss_by_model(
+        "losses",
+        caption,
+        &published,
+        paper::same_samples,
+        &measured,
+    );
+    // The last row shows the losses without measurement.
+    grid.rows.push(Row::default());
+    grid.values = |evaluated| {
+        if !evaluated.row.cases.is_empty() {
+            return Ok(evaluated.row_of(evaluated.losses()));
+        }
+        let [black, lambertian] = losses_without_measurement(evaluated.set.materials);
+        let row = |name: &str, loss| {
+            let none = [const { Cell::Missing }; 3];
+            let mut row = vec![text(name)];
+            row.extend(none);
+            row.push(Cell::Number(loss));
+            row
+        };
+        Ok(vec![
+            row("black: f = 0", black),
+            row(
+                "the best Lambertian for each material and channel",
+                lambertian,
+            ),
+        ])
     };
-    metric_values(&evaluation.metrics)
-        .map(Cell::Number)
-        .into_iter()
-        .chain([standard_error.map_or(Cell::Missing, Cell::Number)])
-        .chain(paper)
-        .collect()
+    Plan {
+        title: "Losses of all methods at n = 8",
+        parts: vec![Part::Grid(grid)],
+    }
+}
+
+/// Evaluations on materials of other sources (paper, tables "Nielsen" and "RGLeval").
+pub(super) fn additional(store: &Store<'_>) -> anyhow::Result<Plan> {
+    if store.sets.len() < 2 {
+        bail!(
+            "the experiment additional needs materials of other sources: give --additional with, for \
+             example, the eight materials of Nielsen et al. or the RGL database"
+        );
+    }
+    let mut parts = vec![Part::Text(
+        "The recipes are trained on --data and evaluated on materials of other sources. The published \
+         values are for the eight materials of Nielsen et al. at n = 2, and for the isotropic part of the \
+         RGL database at n = 8."
+            .into(),
+    )];
+    for (set, test_set) in store.sets.iter().enumerate().skip(1) {
+        let mut add =
+            |model: ModelKind, samples, label: &str, published: &dyn Fn(Approach) -> _| {
+                let methods = [
+                    Approach::baseline(model),
+                    Approach::Ours,
+                    Approach::Completed,
+                ];
+                let rows = methods.map(|approach| {
+                    let labels = vec![text(title(model)), text(approach.name())];
+                    (
+                        labels,
+                        Case::new(approach, model, samples),
+                        published(approach),
+                    )
+                });
+                parts.push(Part::Grid(Grid {
+                    set,
+                    ..Grid::of_metrics(
+                        format!("{}-{label}-n{samples}", test_set.label),
+                        format!("n = {samples}"),
+                        &["Model", "Method"],
+                        rows,
+                    )
+                }));
+            };
+        add(
+            ModelKind::Linear,
+            NIELSEN_SAMPLES,
+            "linear",
+            &paper::nielsen,
+        );
+        for model in MODELS {
+            add(model, SAMPLES, model.name(), &|approach| {
+                paper::rgl(model, approach)
+            });
+        }
+        let caption = format!(
+            "Loss at n = {SAMPLES}. Published: the paper's values, on other materials of the RGL database"
+        );
+        parts.push(Part::Grid(Grid {
+            set,
+            ..loss_by_model(
+                format!("losses-{set}"),
+                caption,
+                &[BASELINE, OURS],
+                paper::rgl,
+                &[BASELINE, OURS, COMPLETED],
+            )
+        }));
+    }
+    Ok(Plan {
+        title: "Materials of other sources",
+        parts,
+    })
+}
+
+/// Linear with 5 and with 240 components (paper, "Same-quality").
+pub(super) fn bases(store: &Store<'_>) -> Plan {
+    let intro = "The paper found similar results with both numbers of components. Here the number is \
+                 smaller if there are too few training columns, three for each material.";
+    // Subtracting the mean leaves one component fewer than columns.
+    let max_components = (3 * store.training_count).saturating_sub(1).max(1);
+    let rows = COMPONENTS.into_iter().flat_map(|components| {
+        let components = components.min(max_components);
+        [Approach::Random, Approach::Njr15, Approach::Ours].map(|approach| {
+            let case = Case {
+                components,
+                ..Case::new(approach, ModelKind::Linear, SAMPLES)
+            };
+            let labels = vec![Cell::Number(components as f64), text(approach.name())];
+            let published = match components == COMPONENTS[0] {
+                true => paper::same_samples(ModelKind::Linear, approach),
+                false => None,
+            };
+            (labels, case, published)
+        })
+    });
+    let caption = format!("Linear, n = {SAMPLES}");
+    let grid = Grid::of_metrics("bases", caption, &["components", "Method"], rows);
+    Plan {
+        title: "Linear with 5 and with 240 components",
+        parts: vec![Part::Text(intro.into()), Part::Grid(grid)],
+    }
+}
+
+/// The loss and the color difference of each material, sorted by the loss of Ours (paper, figure "Zipfplots").
+pub(super) fn per_material() -> Plan {
+    let mut parts = Vec::new();
+    for model in MODELS {
+        let approaches = Approach::compared(model);
+        let row = || Row {
+            cases: approaches
+                .map(|approach| Case::new(approach, model, SAMPLES))
+                .into(),
+            ..Row::default()
+        };
+        let columns = |decimals| {
+            let method = move |approach: Approach| {
+                Column::number(approach.name(), decimals, Highlight::Lowest)
+            };
+            let methods = approaches.into_iter().map(method);
+            [Column::text("Material")].into_iter().chain(methods)
+        };
+        let lines = approaches.into_iter().zip(1..);
+        let plot = PlotOfColumns {
+            name: model.name().into(),
+            title: format!("{}: loss of each material", title(model)),
+            x: Axis {
+                title: format!("material, sorted by the loss of {}", Approach::Ours.name()),
+                scale: Scale::Linear,
+            },
+            x_column: 0,
+            metric: "Loss",
+            lines: lines
+                .map(|(approach, column)| Line::new(approach, None, column))
+                .collect(),
+        };
+        let caption = |metric| format!("{}, {metric} at n = {SAMPLES}", title(model));
+        parts.push(Part::Grid(Grid {
+            compare: Compare::WithinRow,
+            values: |evaluated| Ok(rows_of_materials(evaluated, |metrics| metrics.loss)),
+            plots: vec![plot],
+            ..Grid::new(
+                model.name(),
+                caption("loss"),
+                columns(4).collect(),
+                vec![row()],
+            )
+        }));
+        parts.push(Part::Grid(Grid {
+            compare: Compare::WithinRow,
+            values: |evaluated| Ok(rows_of_materials(evaluated, |metrics| metrics.delta_e)),
+            ..Grid::new(
+                format!("{}-delta-e", model.name()),
+                caption("Delta E (CIEDE2000)"),
+                columns(2).collect(),
+                vec![row()],
+            )
+        }));
+    }
+    Plan {
+        title: "Loss of each material at n = 8",
+        parts,
+    }
+}
+
+/// Returns a row with a metric of each method for each material, sorted by the loss of Ours.
+fn rows_of_materials(
+    evaluated: &Evaluated<'_, '_>,
+    metric: fn(&glimpse_trainer::metrics::Metrics) -> f64,
+) -> Vec<Vec<Cell>> {
+    let cases = evaluated.row.cases.iter();
+    let ours = cases.zip(&evaluated.reports);
+    let ours = ours.filter(|(case, _)| case.approach == Approach::Ours);
+    let losses: Vec<f64> = ours.flat_map(|(_, report)| report.losses()).collect();
+    let mut order: Vec<usize> = (0..losses.len()).collect();
+    order.sort_by(|a, b| losses[*b].total_cmp(&losses[*a]));
+    let row = |index: usize| {
+        let materials = evaluated.reports.iter().map(|each| &each.materials[index]);
+        let name = materials
+            .clone()
+            .next()
+            .map(|material| text(&material.name));
+        let values = materials.map(|material| Cell::Number(metric(&material.metrics)));
+        name.into_iter().chain(values).collect()
+    };
+    order.into_iter().map(row).collect()
 }

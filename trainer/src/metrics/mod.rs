@@ -61,25 +61,80 @@ impl Metrics {
     /// Averages each metric over several materials, including PSNR in dB; None for an empty list.
     #[must_use]
     pub fn mean(metrics: impl IntoIterator<Item = Self>) -> Option<Self> {
-        let mut sum = Self::default();
+        let mut sums = [0.0; METRICS.len()];
         let mut count = 0.0;
         for metrics in metrics {
-            sum.loss += metrics.loss;
-            sum.dssim += metrics.dssim;
-            sum.l2 += metrics.l2;
-            sum.psnr += metrics.psnr;
-            sum.delta_e += metrics.delta_e;
+            for (sum, value) in sums.iter_mut().zip(metrics.values()) {
+                *sum += value;
+            }
             count += 1.0;
         }
-        (count > 0.0).then(|| Self {
-            loss: sum.loss / count,
-            dssim: sum.dssim / count,
-            l2: sum.l2 / count,
-            psnr: sum.psnr / count,
-            delta_e: sum.delta_e / count,
+        let [loss, dssim, l2, psnr, delta_e] = sums.map(|sum| sum / count);
+        (count > 0.0).then_some(Self {
+            loss,
+            dssim,
+            l2,
+            psnr,
+            delta_e,
         })
     }
+
+    /// Returns the values in the order of [`METRICS`].
+    #[must_use]
+    pub fn values(&self) -> [f64; METRICS.len()] {
+        let Self {
+            loss,
+            dssim,
+            l2,
+            psnr,
+            delta_e,
+        } = *self;
+        [loss, dssim, l2, psnr, delta_e]
+    }
+
+    /// Returns a line of text for each metric, for the caption of a picture.
+    #[must_use]
+    pub fn lines(&self) -> Vec<String> {
+        let pairs = METRICS.iter().zip(self.values());
+        pairs
+            .map(|(metric, value)| format!("{} {value:.*}", metric.title, metric.decimals))
+            .collect()
+    }
 }
+
+/// A metric as a column of tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MetricColumn {
+    /// Title with the unit.
+    pub title: &'static str,
+    /// Digits after the decimal point.
+    pub decimals: usize,
+    /// True if a higher value is better.
+    pub higher_is_better: bool,
+}
+
+impl MetricColumn {
+    const fn lower_is_better(title: &'static str, decimals: usize) -> Self {
+        Self {
+            title,
+            decimals,
+            higher_is_better: false,
+        }
+    }
+}
+
+/// All metrics in the order of tables: the paper's four, and color difference.
+pub const METRICS: [MetricColumn; 5] = [
+    MetricColumn::lower_is_better("Loss", 4),
+    MetricColumn::lower_is_better("DSSIM", 4),
+    MetricColumn::lower_is_better("L2", 5),
+    MetricColumn {
+        title: "PSNR (dB)",
+        decimals: 2,
+        higher_is_better: true,
+    },
+    MetricColumn::lower_is_better("Delta E", 2),
+];
 
 #[cfg(test)]
 mod tests {
@@ -104,14 +159,7 @@ mod tests {
     }
 
     fn assert_close(metrics: Metrics, expected: [f64; 5]) {
-        let Metrics {
-            loss,
-            dssim,
-            l2,
-            psnr,
-            delta_e,
-        } = metrics;
-        for (value, expected) in [loss, dssim, l2, psnr, delta_e].into_iter().zip(expected) {
+        for (value, expected) in metrics.values().into_iter().zip(expected) {
             assert!((value - expected).abs() < 1e-12, "{metrics:?}");
         }
     }

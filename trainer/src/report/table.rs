@@ -1,5 +1,7 @@
 //! A table of text and numbers, with the best numbers highlighted.
 
+use crate::metrics::MetricColumn;
+
 /// The number of a column to highlight as the best.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Highlight {
@@ -70,6 +72,16 @@ impl Column {
             decimals,
             highlight,
         }
+    }
+
+    /// Creates the column of a metric, with its best number highlighted.
+    #[must_use]
+    pub fn metric(metric: &MetricColumn) -> Self {
+        let highlight = match metric.higher_is_better {
+            true => Highlight::Highest,
+            false => Highlight::Lowest,
+        };
+        Self::number(metric.title, metric.decimals, highlight)
     }
 
     /// Formats an entry of this column; an empty entry gives an empty string.

@@ -106,7 +106,4 @@ fn rejects_compact_basis_of_other_models() {
     let folder = Folder::with("phong.recipe", PHONG_N8);
     folder.fail_naming(&export("phong.recipe", "x"), &["linear"]);
     assert!(!folder.exists("x"));
-    let random =
-        "evaluate --method random --model linear --samples 2 --basis x --test procedural:1:9";
-    folder.fail_naming(random, &["--recipe"]);
 }

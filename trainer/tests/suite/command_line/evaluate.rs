@@ -208,12 +208,6 @@ fn marks_training_materials() {
     let report = evaluate_on("procedural:1");
     assert_eq!(report["trained_on"], Value::Null);
     assert_eq!(report["materials"][0]["trained_on"], Value::Null);
-
-    // A method without a recipe whose components come from training materials.
-    let random = "--method random --model linear --samples 4 --train procedural:2 \
-                  --test procedural:3 --seeds 1";
-    let report = evaluate(&folder, random);
-    assert_eq!(report["trained_on"].as_array().map(Vec::len), Some(2));
 }
 
 #[test]
@@ -241,15 +235,6 @@ fn expected_loss_names_its_materials() {
 }
 
 #[test]
-fn evaluates_random_without_recipe() {
-    let random = "--method random --model neural --samples 8 --test procedural:1:9 --seeds 2";
-    let report = evaluate(&Folder::new(), random);
-    assert_eq!(report["method"], "random");
-    assert_eq!(report["seeds"], 2);
-    assert!(number(&report["loss_spread"]) > 0.0);
-}
-
-#[test]
 fn rejects_more_readings_than_samples() {
     let folder = Folder::new();
     folder.succeed("recipes get neural-n16-masked");
@@ -257,33 +242,4 @@ fn rejects_more_readings_than_samples() {
     folder.fail_naming(&format!("{evaluate} --first 17"), &["17", "16"]);
     let all = folder.succeed(&format!("{evaluate} --first 16"));
     assert_eq!(all, folder.succeed(evaluate));
-}
-
-#[test]
-fn offers_recipe_or_method() {
-    let folder = folder();
-    for command in ["evaluate", "evaluate --test procedural:1"] {
-        let output = folder.run(command);
-        assert_eq!(output.status.code(), Some(2), "{command}");
-        let message = String::from_utf8_lossy(&output.stderr);
-        for option in ["--recipe", "--method", "--model", "--samples", "--test"] {
-            assert!(message.contains(option), "no {option} in {message}");
-        }
-    }
-    let help = folder.succeed("evaluate --help");
-    for option in ["--recipe", "--model"] {
-        let is_usage =
-            |line: &&str| line.contains("trainer evaluate") && line.contains("[OPTIONS]");
-        let mut usage = help.lines().filter(is_usage);
-        assert!(usage.any(|line| line.contains(option)), "{help}");
-    }
-    // --model and --method require each other, and exclude --recipe.
-    for options in [
-        "--model phong",
-        "--method random",
-        "--recipe phong.recipe --model phong",
-    ] {
-        let output = folder.run(&format!("evaluate --test procedural:1 {options}"));
-        assert_eq!(output.status.code(), Some(2), "{options}");
-    }
 }

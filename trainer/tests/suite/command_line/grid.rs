@@ -51,9 +51,8 @@ fn killed_grid_resumes() {
         assert_eq!(rows.len(), 4, "{table}{csv}");
         for (row, samples) in rows[1..].iter().zip(["1", "2", "4"]) {
             assert_eq!((row[0], row[1]), ("phong", samples), "{table}{csv}");
-            // Expected loss and seconds, also for cells of the killed grid.
+            // The expected loss, also for cells of the killed grid.
             assert!(row[2].parse::<f64>().expect("a number") > 0.0);
-            assert!(row[3].parse::<f64>().is_ok());
         }
     }
 

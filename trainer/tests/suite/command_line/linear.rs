@@ -215,11 +215,8 @@ fn inspects_and_exports_recipe_without_metadata() {
 #[test]
 fn rejects_evaluation_without_basis() {
     let folder = Folder::with("linear.recipe", recipe_with_metadata().bytes());
-    for method in ["ours", "meta"] {
-        let evaluate =
-            format!("evaluate --recipe linear.recipe --method {method} --test procedural:2");
-        folder.fail_naming(&evaluate, &["linear.basis"]);
-    }
+    let evaluate = "evaluate --recipe linear.recipe --test procedural:2";
+    folder.fail_naming(evaluate, &["linear.basis"]);
 }
 
 #[test]

@@ -33,20 +33,9 @@ fn command(cell: &Value) -> String {
     shlex::try_join(words).expect("words without NUL")
 }
 
-/// Runs a cell's command, either its words or its text for a shell.
-fn run(folder: &Folder, cell: &Value, with_shell: bool) {
-    let output = if with_shell {
-        let line = cell["shell"].as_str().expect("text");
-        let rest = line.strip_prefix("trainer ").expect("a trainer command");
-        std::process::Command::new("sh")
-            .args(["-c", &format!("\"$TRAINER\" {rest}")])
-            .env("TRAINER", env!("CARGO_BIN_EXE_trainer"))
-            .current_dir(folder.path())
-            .output()
-            .expect("the process runs")
-    } else {
-        folder.run(&command(cell))
-    };
+/// Runs a cell's command.
+fn run(folder: &Folder, cell: &Value) {
+    let output = folder.run(&command(cell));
     let messages = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{cell}: {messages}");
     for path in texts(cell, "outputs") {
@@ -99,9 +88,9 @@ fn cells_write_same_recipes_as_grid() {
     let command = grid("2", 5, "\"it's here\"");
     let listed = cells(&folder, &command);
     assert_done(&listed, false);
-    for (index, cell) in listed.iter().enumerate() {
+    for cell in &listed {
         assert!(texts(cell, "inputs").is_empty(), "{cell}");
-        run(&folder, cell, index % 2 == 0);
+        run(&folder, cell);
     }
     let files = |name| files(&folder.at(name), &[".recipe", ".basis"]);
     let whole = files("whole");
@@ -122,7 +111,7 @@ fn cells_write_same_recipes_as_grid() {
 
 #[test]
 fn linear_options_only_in_linear_cells() {
-    let grid = "train --grid --model phong,linear -n 2 --data procedural:4 --schedule joint --bases 3 \
+    let grid = "train --grid --model phong,linear -n 2 --data procedural:4 --schedule paper --bases 3 \
                 --effort brief --out grid";
     let listed = cells(&Folder::new(), grid);
     let has = |cell: &Value| texts(cell, "command").contains(&"--bases=3".to_owned());
@@ -139,7 +128,7 @@ fn cells_write_same_files_as_experiment() {
     assert_done(&listed, false);
     assert_inputs_come_first(&listed);
     // The command of an evaluation fails if its recipe is missing.
-    let is_evaluation = |cell: &&Value| name(cell) == "sheets/test/linear-n8-m5-eta-40-joint-ours";
+    let is_evaluation = |cell: &&Value| name(cell) == "sheets/test/linear-n8-m5-paper-ours";
     let evaluation = listed.iter().find(is_evaluation);
     let evaluation = evaluation.expect("an evaluation of Ours");
     let inputs = texts(evaluation, "inputs");
@@ -148,7 +137,7 @@ fn cells_write_same_files_as_experiment() {
     folder.fail_naming(&command(evaluation), &[recipe.expect("an input recipe")]);
 
     for cell in &listed {
-        run(&folder, cell, false);
+        run(&folder, cell);
     }
     let written = |root: &Path| files(&root.join("paper"), &[".recipe", ".basis", "json"]);
     let (mut whole, mut paper) = (written(&whole), written(folder.path()));
@@ -176,13 +165,14 @@ fn lists_all_experiments_without_writing() {
     let listed = cells(&folder, all);
     assert_inputs_come_first(&listed);
     for expected in [
-        "recipes/neural-n8-joint-meta",
-        "recipes/neural-n8-joint-pattern-glossy",
-        "sheets/test/phong-n8-replaced4-run2",
-        "sheets/test/neural-n4-importance",
-        "recipes/phong-n8-paper",
+        "recipes/neural-n8-paper-pattern-glossy",
+        "recipes/phong-n8-paper-seed4",
         "recipes/phong-n8-paper-twice",
-        "recipes/neural-n8-prior",
+        "recipes/linear-n4-prior-within-20s",
+        "sheets/test/phong-n8-paper-ours-replaced4-run2",
+        "sheets/test/neural-n4-paper-meta-importance",
+        "sheets/test/neural-n512-random-refined",
+        "sheets/test/linear-m5-optimum",
     ] {
         let mut names = listed.iter().map(name);
         assert!(names.any(|name| name == expected), "no {expected}");
@@ -200,16 +190,12 @@ fn losses_lists_each_model_and_schedule() {
         .collect();
     recipes.sort_unstable();
     let expected = [
-        "cook-torrance-n8-joint",
         "cook-torrance-n8-paper",
         "cook-torrance-n8-prior",
-        "linear-n8-m5-eta-40-paper",
-        "linear-n8-m60-eta-learned-joint",
+        "linear-n8-m5-paper",
         "linear-n8-prior",
-        "neural-n8-joint",
         "neural-n8-paper",
         "neural-n8-prior",
-        "phong-n8-joint",
         "phong-n8-paper",
         "phong-n8-prior",
     ];

@@ -8,47 +8,22 @@ use crate::common::assert_names;
 fn rejects_options_without_effect() {
     let folder = Folder::new();
     let recipe = "evaluate --recipe r.recipe --test procedural:1";
-    let random = "evaluate --method random --model phong --samples 8 --test procedural:1";
-    let random_linear = "evaluate --method random --model linear --samples 8 --test procedural:1";
-    let optimum = "evaluate --method optimum --model phong --test procedural:1";
-    let learned = "evaluate --method ours --model phong --samples 8 --test procedural:1";
     let train = "train --model phong --samples 8 --out r.recipe";
     let small_grid = "train --grid --model phong,neural --out grid";
     let bases = "reproduce bases --out paper";
     let page = "render sphere procedural:1 --recipe r.recipe --out s.html";
     for (command, option, value) in [
-        (recipe, "--model", "phong"),
-        (recipe, "--samples", "8"),
-        (recipe, "--bases", "5"),
-        (recipe, "--eta", "40"),
-        (recipe, "--effort", "quick"),
-        (recipe, "--train", "nowhere"),
         (recipe, "--seeds", "3"),
-        (random, "--train", "nowhere"),
-        (random, "--effort", "quick"),
-        (random, "--bases", "5"),
-        (random, "--eta", "40"),
-        (random_linear, "--effort", "quick"),
-        (optimum, "--samples", "8"),
-        (optimum, "--seeds", "3"),
-        (learned, "--bases", "5"),
-        (learned, "--seeds", "3"),
+        ("evaluate --test procedural:1", "--recipe", ""),
         (train, "--bases", "5"),
         (train, "--eta", "40"),
         (small_grid, "--bases", "5"),
         ("train --grid --out grid", "--resume", ""),
         (bases, "--additional", "procedural:1"),
         (bases, "--most-samples", "8"),
-        (bases, "--paper-effort", "long"),
         (page, "--columns", "2"),
     ] {
         folder.fail_naming(&format!("{command} {option} {value}"), &[option]);
-    }
-    // Methods without a recipe take neither --recipe nor options for a recipe's readings.
-    folder.fail_naming(&format!("{recipe} --method random"), &["--recipe"]);
-    for option in ["--noise 0.1", "--first 2"] {
-        let words = ["--method", "random"];
-        folder.fail_naming(&format!("{random} {option}"), &words);
     }
     folder.fail_naming("bench --model linear", &["linear"]);
     assert_is_empty(&folder);
@@ -61,10 +36,8 @@ fn assert_is_empty(folder: &Folder) {
 #[test]
 fn errors_state_number_ranges() {
     let folder = Folder::new();
-    let evaluate = "evaluate --method random --model phong --test procedural:1";
     for (command, option) in [
         ("train --model phong --out r.recipe", "-n"),
-        (evaluate, "-n"),
         ("reproduce curves", "--most-samples"),
     ] {
         for number in ["-3", "0", "4097", "1e20", "8.5", "many"] {
@@ -78,8 +51,7 @@ fn errors_state_number_ranges() {
         let bench = format!("bench --threads {number}");
         folder.fail_naming(&bench, &["--threads", number, "1"]);
     }
-    let none = format!("{evaluate} -n 8 --seeds 0");
-    folder.fail_naming(&none, &["--seeds", "0", "1"]);
+    folder.fail_naming("reproduce curves --seeds 0", &["--seeds", "0", "1"]);
     assert_is_empty(&folder);
 }
 
@@ -120,7 +92,6 @@ fn version_names_commit() {
 fn rejects_negative_numbers_with_range() {
     let folder = Folder::with("r.recipe", PHONG_N8);
     let recipe = "evaluate --recipe r.recipe --test procedural:1";
-    let method = "evaluate --method random --model linear --test procedural:1";
     let train = "train --model phong -n 8 --out r.recipe";
     let shares =
         "train --model phong -n 8 --out r.recipe --data procedural:2 --data procedural:3:1";
@@ -139,9 +110,8 @@ fn rejects_negative_numbers_with_range() {
         (recipe, "--seeds", "-4", "10000"),
         (recipe, "--seed", "-4", "18446744073709551615"),
         (recipe, "--threads", "-4", "1"),
-        (method, "--samples", "-4", "4096"),
-        (method, "--bases", "-4", "1024"),
-        (method, "--eta", "-4", "0"),
+        (train, "--bases", "-4", "1024"),
+        (train, "--eta", "-4", "0"),
         (train, "--missing", "-0.5", "1"),
         (train, "--noise", "-0.5", "0.5"),
         (train, "--additive", "-0.5", "0.5"),

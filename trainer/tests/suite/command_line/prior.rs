@@ -116,10 +116,6 @@ fn evaluates_with_missing_and_noisy_readings() {
             "neural-n16.recipe --first 2 --lose 2",
             &["--first", "--lose", "2"],
         ),
-        (
-            "neural-n16.recipe --method meta --noise 0.1",
-            &["--noise", "--method", "meta"],
-        ),
     ] {
         let evaluate = format!("evaluate --test procedural:2:9 --recipe {options}");
         folder.fail_naming(&evaluate, words);

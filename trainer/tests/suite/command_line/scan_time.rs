@@ -131,7 +131,6 @@ fn rejects_inapplicable_options() {
         ("--target 0.01", "--missing"),
         ("--target 0", "--target"),
         ("--target 0.01 --first 4", "--first"),
-        ("--target 0.01 --method meta", "--target"),
     ] {
         folder.fail_naming(&format!("{evaluate} {options}"), &[words]);
     }
