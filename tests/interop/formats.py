@@ -111,12 +111,12 @@ def compare_spheres(trainer, material):
 
     mi.set_variant("scalar_rgb")
     side, radius = 64, 0.96
-    if not Path("sky.exr").exists():
-        write_panorama("sky.exr")
+    if not Path("sky.hdr").exists():
+        write_panorama("sky.hdr")
 
     def ours(source):
-        run(trainer, "render", "sphere", source, "--environment", "sky.exr", "--size", 4 * side, "--out", "sphere.exr")
-        pixels = np.array(mi.Bitmap("sphere.exr"))[..., :3]
+        run(trainer, "render", "sphere", source, "--environment", "sky.hdr", "--size", 4 * side, "--out", "sphere.npy")
+        pixels = np.load("sphere.npy")
         return pixels.reshape(side, 4, side, 4, 3).mean((1, 3))
 
     def theirs(bsdf):
@@ -132,7 +132,7 @@ def compare_spheres(trainer, material):
                 "sampler": {"type": "multijitter", "sample_count": 2048},
             },
             "sphere": {"type": "sphere", "radius": radius, "bsdf": bsdf},
-            "light": {"type": "envmap", "filename": "sky.exr", "to_world": world.rotate([0, 1, 0], 180)},
+            "light": {"type": "envmap", "filename": "sky.hdr", "to_world": world.rotate([0, 1, 0], 180)},
         })))
 
     centers = (np.arange(side) + 0.5) / (side / 2) - 1

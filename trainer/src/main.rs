@@ -1,7 +1,6 @@
 //! The command line `trainer`.
 
 mod commands;
-mod commit;
 mod experiment;
 
 use std::io::Write;
@@ -32,7 +31,7 @@ use commands::cell_list::CommandLine;
 /// subdirectories, extensions in capitals, non-UTF-8 names) are reported on stderr. An
 /// anisotropic *.bsdf file, and NAME_spec.bsdf beside NAME_rgb.bsdf, are errors.
 #[derive(Parser)]
-#[command(name = "trainer", version = commit::VERSION, max_term_width = 100, verbatim_doc_comment)]
+#[command(name = "trainer", version, max_term_width = 100, verbatim_doc_comment)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

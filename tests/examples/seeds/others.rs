@@ -5,7 +5,6 @@ use std::fs;
 use glimpse_core::geometry::Angles;
 use glimpse_materials::Material;
 use glimpse_optimizer::{Groups, Optimizer};
-use glimpse_trainer::render::Image;
 use glimpse_trainer_fuzz::checkpoint::RUN;
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::identity::RunIdentity;
@@ -125,19 +124,9 @@ pub(crate) fn checkpoint(folder: &Folder) -> SeedResult {
 }
 
 pub(crate) fn environment(folder: &Folder) -> SeedResult {
-    let (width, height) = (8, 4);
-    let mut panorama = Image::filled(width, height, [0.5, 0.25, 0.125]);
-    panorama.pixels[12] = [16.0, 8.0, 4.0];
-    folder.write_lengths("exr", &panorama.to_exr()?)?;
-    panorama.pixels[12] = [f32::MAX; 3];
-    folder.write("exr-huge", panorama.to_exr()?)?;
     let radiance = |size: &str| {
         let header = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n");
-        [
-            header.as_bytes(),
-            &[128, 64, 32, 128].repeat(width * height),
-        ]
-        .concat()
+        [header.as_bytes(), &[128, 64, 32, 128].repeat(8 * 4)].concat()
     };
     folder.write_lengths("hdr", &radiance("-Y 4 +X 8"))?;
     for (name, size) in [

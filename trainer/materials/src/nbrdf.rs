@@ -136,7 +136,8 @@ pub fn to_nbrdf(parameters: &NeuralParameters<f32>) -> [(String, Vec<u8>); 6] {
 
 /// Returns a `.npy` file of version 1.0: magic, version, header length, header and values. The header is a Python
 /// dictionary that is padded to a multiple of 64 bytes from the start of the file.
-fn to_npy(shape: &[u64], values: &[f32]) -> Vec<u8> {
+#[must_use]
+pub fn to_npy(shape: &[u64], values: &[f32]) -> Vec<u8> {
     const ALIGNMENT: usize = 64;
     let lengths: String = shape.iter().map(|length| format!("{length},")).collect();
     let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({lengths}), }}");

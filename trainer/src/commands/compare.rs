@@ -40,7 +40,7 @@ pub(crate) struct Compare {
     /// Folder for the page
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Environment light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
+    /// Environment light of the spheres: a panorama (*.hdr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
     /// Print JSON: reference, page, and material, source, loss, delta_e, dssim, l2 and psnr of each

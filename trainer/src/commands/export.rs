@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 use glimpse_materials::basis::Basis;
-use glimpse_trainer::export::{to_c, to_csv, to_json};
+use glimpse_trainer::export::{to_c, to_json};
 use glimpse_training::recipe::RecipeFile;
 
 use super::export_basis::compact_basis_of_recipe;
@@ -19,8 +19,6 @@ enum Format {
     Postcard,
     /// A C header with the recipe's bytes, for the C library.
     C,
-    /// The samples' angles in degrees.
-    Csv,
     /// All values that the fit needs, for other programs.
     Json,
     /// Model linear: the compact basis, with which a device turns coefficients into a BRDF.
@@ -71,7 +69,6 @@ impl Export {
             Format::Postcard if self.strip => file.stripped()?.bytes().to_vec(),
             Format::C if self.strip => to_c(&file.stripped()?).into_bytes(),
             Format::C => to_c(&file).into_bytes(),
-            Format::Csv => to_csv(&recipe).into_bytes(),
             Format::Postcard => file.bytes().to_vec(),
             Format::Basis => compact_basis_of_recipe(&self.recipe, self.components)?,
             Format::Json => (serde_json::to_string_pretty(&to_json(&recipe)?)? + "\n").into_bytes(),

@@ -1,12 +1,10 @@
 //! `trainer recipes`
 
-use std::ffi::OsStr;
 use std::path::PathBuf;
 
 use anyhow::{Context, bail};
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::error::{ContextKind, ContextValue};
-use clap::{Arg, Args, Command, Subcommand};
+use clap::builder::PossibleValuesParser;
+use clap::{Args, Subcommand};
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_trainer::bundled::{self, BundledRecipe};
@@ -64,7 +62,7 @@ struct Get {
         required = true,
         value_name = "NAME",
         hide_possible_values = true,
-        value_parser = NameParser
+        value_parser = PossibleValuesParser::new(names())
     )]
     names: Vec<String>,
     /// Output directory for NAME.recipe and, for the model linear, NAME.basis
@@ -85,41 +83,6 @@ impl Recipes {
             Action::List(List { json: true }) => print_json(&list_as_json()?),
             Action::Get(get) => get.run(),
         }
-    }
-}
-
-/// A parser of names that suggests similar ones: by spelling, as clap does, or else all names with the same words in
-/// any order.
-#[derive(Clone)]
-struct NameParser;
-
-impl TypedValueParser for NameParser {
-    type Value = String;
-
-    fn parse_ref(
-        &self,
-        command: &Command,
-        arg: Option<&Arg>,
-        value: &OsStr,
-    ) -> Result<String, clap::Error> {
-        let parsed = PossibleValuesParser::new(names()).parse_ref(command, arg, value);
-        parsed.map_err(|mut error| {
-            let unknown = value.to_string_lossy();
-            let has_all_words = |name: &&str| {
-                unknown
-                    .split('-')
-                    .all(|word| name.split('-').any(|part| part == word))
-            };
-            let similar: Vec<String> = names().filter(has_all_words).map(str::to_owned).collect();
-            if error.get(ContextKind::SuggestedValue).is_none() && !similar.is_empty() {
-                error.insert(ContextKind::SuggestedValue, ContextValue::Strings(similar));
-            }
-            error
-        })
-    }
-
-    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        Some(Box::new(names().map(PossibleValue::new)))
     }
 }
 

@@ -11,8 +11,6 @@ mod environment;
 mod image;
 mod octahedral;
 #[cfg(feature = "program")]
-mod open_exr;
-#[cfg(feature = "program")]
 mod panorama;
 mod picture;
 mod quadrature;

@@ -30,16 +30,6 @@ pub enum PictureError {
         /// Error of the encoder.
         source: png::EncodingError,
     },
-    /// An image cannot be encoded as OpenEXR.
-    #[error("a picture of {width} x {height} pixels cannot be written as OpenEXR: {reason}")]
-    EncodeExr {
-        /// Width in pixels.
-        width: usize,
-        /// Height in pixels.
-        height: usize,
-        /// Error of the encoder, or the number of pixels in memory.
-        reason: String,
-    },
 }
 
 /// An 8-bit sRGB picture, row by row from the top left.

@@ -16,7 +16,6 @@ use glimpse_training::recipe::Metadata;
 use serde::Serialize;
 
 use super::super::expected_loss::{self, caution};
-use crate::commit;
 
 /// The report on a fit. Field names are those of the JSON.
 #[derive(Serialize)]
@@ -178,7 +177,7 @@ impl FitReport {
             spreads.filter_map(|(index, sample)| Some((index, coefficient_of_variation(sample)?)));
         let most_spread = spreads.max_by(|(_, one), (_, other)| one.total_cmp(other));
         let mut report = Self {
-            trainer: commit::VERSION,
+            trainer: env!("CARGO_PKG_VERSION"),
             recipe: RecipeSummary {
                 file: recipe_file,
                 checksum: format!("{:08x}", recipe.checksum()),

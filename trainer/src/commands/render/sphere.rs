@@ -30,20 +30,20 @@ const MIN_COMPARED_SIZE: usize = 7;
 
 /// Render materials as spheres, and with --recipe their scans.
 ///
-/// The output is a PNG file with the spheres row by row, an EXR file with the same spheres as linear
+/// The output is a PNG file with the spheres row by row, a NumPy array of the same pixels as linear
 /// radiance (without exposure and tone mapping), or an HTML page with names and errors below the
 /// spheres. The pictures of the page are in a folder next to it. The loss is that of
 /// `trainer evaluate`; DSSIM, L2, PSNR and delta E are those of the pictures. At the default size
 /// they equal the metrics of `evaluate`.
 ///
 /// The environment light is an open-air studio, or a panorama in latitude and longitude: Radiance
-/// (*.hdr) or OpenEXR (*.exr), 2:1. The center of the panorama is straight ahead of the viewer,
+/// (*.hdr), 2:1. The center of the panorama is straight ahead of the viewer,
 /// behind the sphere. Its left and right edges meet behind the viewer. The exposure makes a white
 /// sphere as bright as in the studio.
 ///
 /// Example: trainer render sphere MERL-test/ --columns 5 --out spheres.png
 ///          trainer render sphere procedural:8:1 --recipe neural-n8.recipe --out scans.html
-///          trainer render sphere gold-paint.binary --environment garden.hdr --out gold.exr
+///          trainer render sphere gold-paint.binary --environment garden.hdr --out gold.npy
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(super) struct Sphere {
@@ -52,7 +52,7 @@ pub(super) struct Sphere {
     /// Recipe file for scans of the materials
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
-    /// Picture or page to write: *.png, *.exr or *.html
+    /// Picture or page to write: *.png, *.npy or *.html
     #[arg(long, short, value_name = "FILE", default_value = "sphere.png")]
     out: PathBuf,
     /// Width and height of each sphere in pixels, 1 to 4096
@@ -61,7 +61,7 @@ pub(super) struct Sphere {
     /// Materials in a row, 1 to 4096 [default: up to 8; with --recipe up to 4]
     #[arg(long, value_name = "COUNT", value_parser = integer(1..=MAX_SIZE))]
     columns: Option<usize>,
-    /// Environment light: a panorama (*.hdr or *.exr) [default: the built-in studio]
+    /// Environment light: a panorama (*.hdr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
     /// Print JSON: file, sizes in pixels, environment and its exposure, and each sphere's row, column
@@ -79,7 +79,7 @@ struct RenderedMaterial<'a> {
 
 impl Sphere {
     pub(super) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        let file_type = file_type(&self.out, &["png", "exr", "html"])?;
+        let file_type = file_type(&self.out, &["png", "npy", "html"])?;
         ensure!(
             self.recipe.is_none() || self.size >= MIN_COMPARED_SIZE,
             "--size {} is too small to compare a scan with its material: give {MIN_COMPARED_SIZE} or \
@@ -148,7 +148,7 @@ impl Sphere {
                 let sheet = sheet(&all, columns);
                 let bytes = match file_type {
                     "png" => sheet.tone_map().to_png()?,
-                    _ => sheet.to_exr()?,
+                    _ => sheet.to_npy(),
                 };
                 write_file(&self.out, &bytes)?;
                 Some(sheet)

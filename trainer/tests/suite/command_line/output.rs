@@ -101,7 +101,7 @@ fn rejects_output_that_is_an_input() {
     let folder = folder();
     folder.write("r.basis", "a basis");
     folder.write("r.svg", PHONG_N8);
-    folder.write("e.exr", "a panorama");
+    folder.write("e.hdr", "a panorama");
     folder.write("a.csv", "theta_h,theta_d,phi_d\n1,2,3\n");
     fs::create_dir(folder.at("materials")).expect("the folder is created");
     write_network(&folder, "materials/felt");
@@ -113,7 +113,7 @@ fn rejects_output_that_is_an_input() {
         ("export r.recipe --format basis", "r.basis"),
         ("render pattern r.svg", "r.svg"),
         ("render lobe procedural:1 --recipe r.svg", "r.svg"),
-        ("render sphere procedural:1 --environment e.exr", "e.exr"),
+        ("render sphere procedural:1 --environment e.hdr", "e.hdr"),
         ("query procedural:1 --angles a.csv", "a.csv"),
         ("query materials --angles a.csv", "materials/felt_fc2.npy"),
         (

@@ -50,8 +50,6 @@ fn suggests_similar_names() {
     let folder = Folder::new();
     for (misspelled, name) in [
         ("linear-n16-maskd", "linear-n16-masked"),
-        ("masked-n16", "linear-n16-masked"),
-        ("masked-n16", "neural-n16-masked"),
         ("nural-n8", "neural-n8"),
         ("cook-torance-n4", "cook-torrance-n4"),
     ] {

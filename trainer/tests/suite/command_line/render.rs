@@ -58,9 +58,11 @@ fn renders_grid_and_page() {
     let size = size_of_png(&folder.at("all.png"));
     assert_eq!(size, [2 * 24 + 4, 2 * 24 + 4]);
 
-    folder.succeed(&format!("{sphere} --out all.exr"));
-    let magic_number = [0x76, 0x2f, 0x31, 0x01];
-    assert_eq!(folder.read("all.exr")[..4], magic_number, "OpenEXR's");
+    folder.succeed(&format!("{sphere} --out all.npy"));
+    let array = folder.read("all.npy");
+    let header = String::from_utf8_lossy(&array[..128]);
+    assert!(header.contains("(52,52,3,)"), "{header}");
+    assert_eq!(array.len(), 128 + 4 * 52 * 52 * 3);
 
     PHONG.copy_to(folder.path());
     // A page with scans has a row for each material.
@@ -162,7 +164,7 @@ fn rejects_invalid_arguments() {
     let folder = Folder::new();
     folder.write("square.hdr", panorama(8, 8));
     folder.write("cut.hdr", &panorama(8, 4)[..60]);
-    folder.write("not.exr", b"no picture");
+    folder.write("not.hdr", b"no picture");
     folder.write("bad.recipe", b"GLMQ");
     folder.write("file", b"in the way");
     for (command, words) in [
@@ -171,8 +173,8 @@ fn rejects_invalid_arguments() {
             &["square.hdr", "2:1"][..],
         ),
         ("sphere procedural:1 --environment cut.hdr", &["cut.hdr"]),
-        ("sphere procedural:1 --environment not.exr", &["not.exr"]),
-        ("sphere procedural:1 --environment none.exr", &["none.exr"]),
+        ("sphere procedural:1 --environment not.hdr", &["not.hdr"]),
+        ("sphere procedural:1 --environment none.hdr", &["none.hdr"]),
         ("sphere procedural:1 --recipe bad.recipe", &["bad.recipe"]),
         ("sphere procedural:1 --out sphere.jpg", &["--out", "png"]),
         (
