@@ -88,7 +88,7 @@ impl Compare {
         if let Some(out) = &self.out {
             create_out_folder(out)?;
             let _lock = Lock::of_folder(out)?;
-            write_file(&out.join("errors.csv"), table.to_csv().as_bytes())?;
+            write_file(&out.join("errors.csv"), table.to_csv().as_bytes(), true)?;
             write_page(out, &**reference, &compared, &table, &environment)?;
         }
         let index = self.out.as_ref().map(|out| out.join("index.html"));

@@ -5,14 +5,13 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use glimpse_materials::files::has_content;
 use glimpse_materials::{Format, Material, Reciprocal, Source};
 use glimpse_trainer::conversion::{OutputFormat, file_name, loss_of_file, output_paths};
 use glimpse_trainer::metrics::Metrics;
 use serde_json::json;
 
 use super::formats::{self, Files, files_of};
-use super::output::{file_as_json, refuse_source, write_files_forced};
+use super::output::{file_as_json, refuse_source, write_files};
 use super::{load, print, print_json};
 
 /// Convert a material to another format.
@@ -50,7 +49,7 @@ pub(crate) struct Convert {
     /// Write the mean of both orders of light and sensor
     #[arg(long)]
     reciprocal: bool,
-    /// Replace existing files
+    /// Replace existing files that differ
     #[arg(long)]
     force: bool,
     /// Print JSON: material, format, copied (true or false), files, loss and delta_e
@@ -112,14 +111,7 @@ impl Convert {
             }
         };
         let files: Files = outs.into_iter().zip(files).collect();
-        for (path, bytes) in &files {
-            ensure!(
-                self.force || !path.is_file() || has_content(path, bytes),
-                "{} exists: give --force to replace it, or another OUT",
-                path.display()
-            );
-        }
-        write_files_forced(&files, self.force)?;
+        write_files(&files, self.force)?;
         let (first, _) = &files[0];
         // A pipe cannot be read again.
         let loss = match metrics {

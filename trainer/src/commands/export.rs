@@ -10,7 +10,7 @@ use glimpse_training::recipe::RecipeFile;
 
 use super::export_basis::compact_basis_of_recipe;
 use super::numbers;
-use super::output::{refuse_input, write_file_forced};
+use super::output::{refuse_input, write_file};
 
 /// An output format of recipes.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -44,7 +44,7 @@ pub(crate) struct Export {
     /// Output file
     #[arg(long, short)]
     out: PathBuf,
-    /// Replace an existing recipe, basis, material or sheet of readings
+    /// Replace an existing file that differs
     #[arg(long)]
     force: bool,
     /// Remove the metadata, which only the trainer reads: limits, noise, scan time, training and materials (postcard
@@ -73,6 +73,6 @@ impl Export {
             Format::Basis => compact_basis_of_recipe(&self.recipe, self.components)?,
             Format::Json => (serde_json::to_string_pretty(&to_json(&recipe)?)? + "\n").into_bytes(),
         };
-        write_file_forced(&self.out, &bytes, self.force)
+        write_file(&self.out, &bytes, self.force)
     }
 }

@@ -44,7 +44,6 @@ use glimpse_materials::{Material, MaterialsAndShares, Source, Sources};
 use glimpse_trainer::render::Environment;
 use glimpse_training::linear::Prior;
 use glimpse_training::recipe::RecipeFile;
-pub(crate) use output::write_file;
 use serde::Serialize;
 
 /// The models, as named on the command line.

@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_materials::files::check_writable;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::bundled::{self, BundledRecipe};
 use glimpse_trainer::evaluation::{Evaluator, Method, SPHERE_SIZE};
@@ -23,7 +22,7 @@ use glimpse_training::route::{Machine, Order, Route};
 use rayon::prelude::*;
 
 use super::lock::Lock;
-use super::output::{create_out_folder, write_file};
+use super::output::{check_out, create_out_folder, write_file};
 use super::{load, print};
 
 /// Number of test materials.
@@ -62,6 +61,9 @@ pub(crate) struct Quickstart {
     /// Output folder for index.html, its pictures and the recipe
     #[arg(long, short, value_name = "DIR", default_value = "quickstart")]
     out: PathBuf,
+    /// Replace another recipe of the same name in DIR
+    #[arg(long)]
+    force: bool,
 }
 
 impl Quickstart {
@@ -69,12 +71,11 @@ impl Quickstart {
         let begin = Instant::now();
         create_out_folder(&self.out)?;
         let index = self.out.join("index.html");
-        check_writable(&index, 1 << 16)
-            .map_err(|error| anyhow!("cannot write {}: {error}", index.display()))?;
+        check_out(&index)?;
         let _lock = Lock::of_folder(&self.out)?;
         let main_recipe = find_bundled(MAIN_RECIPE)?;
         let path = self.out.join(format!("{MAIN_RECIPE}.recipe"));
-        write_file(&path, main_recipe.bytes)?;
+        write_file(&path, main_recipe.bytes, self.force)?;
 
         // The bundled recipes were trained on the materials of seed 0.
         let source = Source(format!(

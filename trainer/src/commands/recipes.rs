@@ -13,7 +13,7 @@ use glimpse_training::recipe::Metadata;
 use glimpse_training::route::{Order, Route};
 use serde_json::{Value, json};
 
-use super::output::{create_out_folder, write_files_forced};
+use super::output::{create_out_folder, write_files};
 use super::{print, print_json};
 
 /// List or write the bundled recipes, which need no training.
@@ -177,7 +177,7 @@ impl Get {
             files.push((recipe, bundled.bytes.to_vec()));
         }
         create_out_folder(&self.out)?;
-        write_files_forced(&files, self.force)
+        write_files(&files, self.force)
     }
 
     fn selected(&self) -> anyhow::Result<Vec<&'static BundledRecipe>> {

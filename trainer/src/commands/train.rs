@@ -23,7 +23,7 @@ use super::existing_output::{ExistingOutput, existing_output};
 use super::expected_loss::expected_loss;
 use super::lock::Lock;
 use super::numbers::SampleCount;
-use super::output::write_file_forced;
+use super::output::write_file;
 use super::progress::train_with_progress;
 use super::{LinearPriorArgs, ModelName, load_all, numbers};
 
@@ -399,9 +399,9 @@ impl TrainingRun {
         let file = pack_recipe(&learned, &options, &self.data)?;
         if let Some(basis) = &learned.basis {
             // The basis is written first, because the recipe is useless without it.
-            write_file_forced(&Basis::path_for(&self.out), basis, true)?;
+            write_file(&Basis::path_for(&self.out), basis, true)?;
         }
-        write_file_forced(&self.out, file.bytes(), true)?;
+        write_file(&self.out, file.bytes(), true)?;
         self.remove_checkpoint();
         let predictor = learned.loss_predictor.as_ref();
         let source_losses = predictor.map_or(&[][..], |predictor| &predictor.source_losses);

@@ -11,9 +11,9 @@ use glimpse_trainer::scanner::{self, ScanReport, ScannerError, ScannerNoise};
 use serde_json::{Value, json};
 
 use super::numbers::nonnegative;
-use super::output::{refuse_input, refuse_source, refuse_unwritable};
+use super::output::{check_out, refuse_existing, refuse_input, refuse_source, write_file};
 use super::training_overlap::warn_of_overlap;
-use super::{load, print, read_recipe, write_file};
+use super::{load, print, read_recipe};
 
 /// Simulate a scanner's motors and sensor for firmware on a serial link.
 ///
@@ -41,6 +41,9 @@ pub(crate) struct VirtualScanner {
     /// JSON file for the last scan: readings, fitted values and residual
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
+    /// Replace an existing file of --out
+    #[arg(long, requires = "out")]
+    force: bool,
 }
 
 impl VirtualScanner {
@@ -52,10 +55,9 @@ impl VirtualScanner {
                 refuse_input(out, recipe)?;
                 refuse_input(out, &Basis::path_for(recipe))?;
             }
-        }
-        // Checked before the first scan, which would be lost otherwise.
-        if let Some(out) = &self.out {
-            refuse_unwritable(out)?;
+            // Checked before the first scan, which would be lost otherwise.
+            refuse_existing(out, self.force)?;
+            check_out(out)?;
         }
         let materials = load(&self.material)?;
         let [material] = &materials[..] else {
@@ -152,7 +154,7 @@ impl VirtualScanner {
         match &self.out {
             Some(path) => {
                 let json = json(report, material.name(), loss);
-                write_file(path, format!("{json:#}\n").as_bytes())
+                write_file(path, format!("{json:#}\n").as_bytes(), true)
             }
             None => Ok(()),
         }

@@ -13,7 +13,7 @@ use glimpse_trainer::measurement::{
 use glimpse_trainer::render::{Environment, render_sphere};
 use glimpse_trainer::report::{Lobe, lobe, lobe_svg};
 
-use super::super::output::write_file_forced;
+use super::super::output::write_file;
 use super::report::FitReport;
 
 /// Width and height of the rendered sphere, pixels.
@@ -54,7 +54,7 @@ impl FitFolder<'_> {
             self.readings().context("cannot write the readings")?,
         ];
         for (name, bytes) in Self::FILES.iter().zip(contents) {
-            write_file_forced(&folder.join(name), &bytes, force)?;
+            write_file(&folder.join(name), &bytes, force)?;
         }
         Ok(())
     }

@@ -15,11 +15,13 @@ use glimpse_trainer::report::{
 use serde_json::{Value, json};
 
 use super::super::numbers::integer;
-use super::super::output::{file_as_json, refuse_input, refuse_source};
+use super::super::output::{
+    check_out, file_as_json, refuse_existing, refuse_input, refuse_source, write_file,
+};
 use super::super::progress::StepProgress;
 use super::super::training_overlap::warn_of_overlap;
-use super::super::{environment, load, print, print_json, read_recipe, write_file};
-use super::shared::{check_out, file_type, with_method};
+use super::super::{environment, load, print, print_json, read_recipe};
+use super::shared::{file_type, with_method};
 
 /// Maximum width and height of a sphere, in pixels.
 const MAX_SIZE: usize = 4_096;
@@ -64,6 +66,9 @@ pub(super) struct Sphere {
     /// Environment light: a panorama (*.hdr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
+    /// Replace an existing file that differs
+    #[arg(long)]
+    force: bool,
     /// Print JSON: file, sizes in pixels, environment and its exposure, and each sphere's row, column
     /// and errors
     #[arg(long)]
@@ -115,6 +120,9 @@ impl Sphere {
              a smaller --size",
             self.size
         );
+        if file_type == "html" {
+            refuse_existing(&self.out, self.force)?;
+        }
         check_out(&self.out)?;
 
         let steps = StepProgress::new("rendering", materials.len());
@@ -150,7 +158,7 @@ impl Sphere {
                     "png" => sheet.tone_map().to_png()?,
                     _ => sheet.to_npy(),
                 };
-                write_file(&self.out, &bytes)?;
+                write_file(&self.out, &bytes, self.force)?;
                 Some(sheet)
             }
         };
