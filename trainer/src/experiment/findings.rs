@@ -138,7 +138,7 @@ impl Findings {
                     page.table(table)
                 }
                 Finding::Plot(name, plot, caption) => {
-                    let svg = plot.to_svg()?;
+                    let svg = plot.to_svg();
                     write_file(&folder.join(format!("{name}.svg")), svg.as_bytes())?;
                     page.drawing(&svg, caption)
                 }
