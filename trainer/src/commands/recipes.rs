@@ -135,7 +135,7 @@ fn list_as_table() -> anyhow::Result<Table> {
             Cell::Text(bundled.name.to_owned()),
             Cell::Number(recipe.samples() as f64),
             Cell::Number(bundled.bytes.len() as f64),
-            scan_seconds(&recipe).map_or(Cell::Missing, Cell::Number),
+            Cell::optional(scan_seconds(&recipe)),
         ];
         if let Some(losses) = bundled.losses() {
             let losses = [losses.procedural, losses.merl, losses.merl_color];

@@ -10,7 +10,7 @@ use glimpse_trainer::evaluation::{Method, SPHERE_SIZE};
 use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::render::{BACKGROUND, Environment, Image, render_sphere};
 use glimpse_trainer::report::{
-    Cell, Column, Compare, Gallery, GalleryRow, Highlight, Page, Table, Tile,
+    Cell, Column, Compare, Gallery, GalleryRow, Highlight, Page, Table, Tile, metric_columns,
 };
 use serde_json::{Value, json};
 
@@ -202,41 +202,29 @@ impl Sphere {
             format!("Spheres of {}", self.source),
             format!("{folder}-pictures"),
         );
-        let tile = |label: &str, details, image: &Image| Tile {
-            label: label.into(),
-            details,
-            best: false,
-            picture: image.tone_map(),
-        };
-        let scanned = all.iter().any(|material| material.scan.is_some());
-        let rows = if scanned {
-            let row = |material: &RenderedMaterial<'_>| {
-                let mut tiles = vec![tile("Reference", Vec::new(), &material.sphere)];
-                if let Some((metrics, image)) = &material.scan {
-                    let details = vec![
-                        format!("loss {:.4}, delta E {:.2}", metrics.loss, metrics.delta_e),
-                        format!(
-                            "DSSIM {:.4}, L2 {:.5}, {:.1} dB",
-                            metrics.dssim, metrics.l2, metrics.psnr
-                        ),
-                    ];
-                    tiles.push(tile("Scan", details, image));
-                }
-                GalleryRow {
-                    title: material.name.into(),
-                    tiles,
-                }
-            };
-            all.iter().map(row).collect()
-        } else {
-            let row = |some: &[RenderedMaterial<'_>]| GalleryRow {
-                title: String::new(),
-                tiles: some
-                    .iter()
-                    .map(|material| tile(material.name, Vec::new(), &material.sphere))
-                    .collect(),
-            };
-            all.chunks(columns).map(row).collect()
+        let rows = match self.recipe {
+            Some(_) => {
+                let row = |material: &RenderedMaterial<'_>| {
+                    let scan = material.scan.as_ref();
+                    let scan = scan.map(|(metrics, image)| (metrics, image.tone_map()));
+                    let fits = scan
+                        .iter()
+                        .map(|(metrics, image)| ("Scan", *metrics, image));
+                    let fits: Vec<_> = fits.collect();
+                    GalleryRow::of_fits(material.name, material.sphere.tone_map(), &fits)
+                };
+                all.iter().map(row).collect()
+            }
+            None => {
+                let tile = |material: &RenderedMaterial<'_>| {
+                    Tile::plain(material.name, material.sphere.tone_map())
+                };
+                let row = |some: &[RenderedMaterial<'_>]| GalleryRow {
+                    title: String::new(),
+                    tiles: some.iter().map(tile).collect(),
+                };
+                all.chunks(columns).map(row).collect()
+            }
         };
         let light = match &self.environment {
             Some(path) => path
@@ -249,7 +237,7 @@ impl Sphere {
         let caption = match &self.recipe {
             Some(recipe) => format!(
                 "Each material, and its scan with {}. Environment light: {light}. Delta E (CIEDE2000), \
-                 DSSIM, L2 and PSNR compare these pictures of {size} x {size} pixels",
+                 DSSIM and PSNR compare these pictures of {size} x {size} pixels",
                 recipe.file_name().unwrap_or_default().to_string_lossy(),
                 size = self.size
             ),
@@ -294,13 +282,7 @@ fn table(all: &[RenderedMaterial<'_>], columns: usize) -> Table {
         Column::text("material"),
     ];
     if scanned {
-        heads.extend([
-            Column::number("loss", 4, Highlight::None),
-            Column::number("DSSIM", 4, Highlight::None),
-            Column::number("L2", 6, Highlight::None),
-            Column::number("PSNR (dB)", 2, Highlight::None),
-            Column::number("delta E", 4, Highlight::None),
-        ]);
+        heads.extend(metric_columns());
     }
     let row = |(index, material): (usize, &RenderedMaterial<'_>)| {
         let number = |index: usize| Cell::Number((index + 1) as f64);
@@ -310,14 +292,7 @@ fn table(all: &[RenderedMaterial<'_>], columns: usize) -> Table {
             Cell::Text(material.name.into()),
         ];
         if let Some((metrics, _)) = &material.scan {
-            let Metrics {
-                loss,
-                dssim,
-                l2,
-                psnr,
-                delta_e,
-            } = *metrics;
-            cells.extend([loss, dssim, l2, psnr, delta_e].map(Cell::Number));
+            cells.extend(Cell::of_metrics(metrics));
         }
         cells
     };
