@@ -25,7 +25,7 @@ pub struct BundledRecipe {
 }
 
 /// The accuracy of a bundled recipe on unseen materials.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Losses {
     /// The mean loss on 40 procedural materials.
     pub procedural: f64,

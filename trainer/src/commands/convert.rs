@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::formats::{self, Files, files_of};
 use super::output::{file_as_json, refuse_source, write_files};
-use super::{load, print, print_json};
+use super::{emit, load};
 
 /// Convert a material to another format.
 ///
@@ -120,22 +120,20 @@ impl Convert {
             None => None,
         };
         let delta_e = metrics.map(|metrics| metrics.delta_e);
-        match (self.json, loss) {
-            (true, _) => print_json(&json!({
-                "material": material.name(),
-                "format": format.name(),
-                "copied": copied,
-                "files": files.iter().map(|(path, _)| file_as_json(path)).collect::<Vec<_>>(),
-                "loss": loss,
-                "delta_e": delta_e,
-            })),
-            (false, Some(loss)) => {
-                let color =
-                    delta_e.map_or(String::new(), |error| format!(", color error {error:.2}"));
-                print(&format!("loss {loss:.6}{color}\n"))
-            }
-            (false, None) => Ok(()),
-        }
+        let report = json!({
+            "material": material.name(),
+            "format": format.name(),
+            "copied": copied,
+            "files": files.iter().map(|(path, _)| file_as_json(path)).collect::<Vec<_>>(),
+            "loss": loss,
+            "delta_e": delta_e,
+        });
+        emit(self.json, &report, || {
+            let loss = loss.map(|loss| format!("loss {loss:.6}"));
+            let color = delta_e.map(|error| format!("color error {error:.2}"));
+            let stated: Vec<String> = loss.into_iter().chain(color).collect();
+            stated.join(", ") + if stated.is_empty() { "" } else { "\n" }
+        })
     }
 
     /// Returns the mean of both orders of a material.

@@ -170,6 +170,18 @@ pub(crate) fn environment(panorama: Option<&Path>) -> anyhow::Result<Environment
     })
 }
 
+/// Prints a report to stdout, as JSON or as text.
+pub(crate) fn emit(
+    json: bool,
+    report: &impl Serialize,
+    text: impl FnOnce() -> String,
+) -> anyhow::Result<()> {
+    match json {
+        true => print_json(report),
+        false => print(&text()),
+    }
+}
+
 /// Prints JSON to stdout.
 pub(crate) fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     print(&(serde_json::to_string_pretty(value)? + "\n"))

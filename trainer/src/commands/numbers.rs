@@ -103,34 +103,38 @@ pub(crate) fn polar_angle(text: &str) -> Result<f32, String> {
 }
 
 fn degrees_up_to(max: f32, text: &str) -> Result<f32, String> {
-    let number = text.parse().ok();
-    number
-        .filter(|number| *number > 0.0 && *number <= max)
-        .ok_or_else(|| format!("give an angle above 0 and at most {max} degrees"))
+    checked(
+        text,
+        |angle| *angle > 0.0 && *angle <= max,
+        &format!("an angle above 0 and at most {max} degrees"),
+    )
 }
 
 /// Parses a finite number above 0.
 pub(crate) fn positive(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok();
-    number
-        .filter(|number: &f64| *number > 0.0 && number.is_finite())
-        .ok_or_else(|| "give a finite number above 0".to_owned())
+    let is_valid = |number: &f64| *number > 0.0 && number.is_finite();
+    checked(text, is_valid, "a finite number above 0")
 }
 
 /// Parses a finite number of 0 or above.
 pub(crate) fn nonnegative(text: &str) -> Result<f32, String> {
-    let number = text.parse().ok();
-    number
-        .filter(|number: &f32| *number >= 0.0 && number.is_finite())
-        .ok_or_else(|| "give a finite number of 0 or above".to_owned())
+    let is_valid = |number: &f32| *number >= 0.0 && number.is_finite();
+    checked(text, is_valid, "a finite number of 0 or above")
 }
 
 /// Parses a finite number of either sign.
 pub(crate) fn finite(text: &str) -> Result<f32, String> {
-    let number = text.parse().ok();
-    number
-        .filter(|number: &f32| number.is_finite())
-        .ok_or_else(|| "give a finite number".to_owned())
+    checked(text, |number: &f32| number.is_finite(), "a finite number")
+}
+
+/// Parses a value that must be valid.
+pub(crate) fn checked<T: FromStr>(
+    text: &str,
+    is_valid: impl FnOnce(&T) -> bool,
+    expected: &str,
+) -> Result<T, String> {
+    let value = text.parse().ok().filter(is_valid);
+    value.ok_or_else(|| format!("give {expected}"))
 }
 
 /// Parses numbers separated by commas. Returns None in place of each that is malformed or not finite.
@@ -189,8 +193,8 @@ where
     T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
 {
     move |text| {
-        let value = text.parse().ok().filter(|value| range.contains(value));
-        value.ok_or_else(|| format!("give {kind} from {} to {}", range.start(), range.end()))
+        let expected = format!("{kind} from {} to {}", range.start(), range.end());
+        checked(text, |value| range.contains(value), &expected)
     }
 }
 

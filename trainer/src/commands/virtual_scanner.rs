@@ -182,15 +182,7 @@ fn json(report: &ScanReport, material: &str, loss: Option<f64>) -> Value {
         "recipe": format!("{:08x}", report.recipe),
         "readings": readings,
         "values": report.values,
-        "residual": {
-            "mean": report.residual.mean,
-            "worst_index": report.residual.worst_index,
-            "worst": report.residual.worst,
-            "saturated": report.residual.saturated,
-            "repeated": report.residual.repeated,
-            "clamped": report.residual.clamped,
-            "implausible": report.residual.implausible,
-        },
+        "residual": report.residual,
         "loss": loss,
     })
 }

@@ -9,6 +9,7 @@ use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::report::{self, MAX_LOBES, lobe, lobe_svg};
 
 use super::super::load;
+use super::super::numbers::checked;
 use super::super::output::{check_out, refuse_input, refuse_source, write_file};
 use super::shared::{file_type, with_method};
 
@@ -46,10 +47,8 @@ pub(super) struct Lobe {
 
 /// Parses a polar angle in degrees, from 0 to below 90.
 fn above_horizon(text: &str) -> Result<f32, String> {
-    let angle = text.parse().ok();
-    angle
-        .filter(|angle| (0.0..90.0).contains(angle))
-        .ok_or_else(|| "give an angle from 0 to below 90 degrees".to_owned())
+    let is_valid = |angle: &f32| (0.0..90.0).contains(angle);
+    checked(text, is_valid, "an angle from 0 to below 90 degrees")
 }
 
 impl Lobe {

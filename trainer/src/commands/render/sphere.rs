@@ -20,7 +20,7 @@ use super::super::output::{
 };
 use super::super::progress::StepProgress;
 use super::super::training_overlap::warn_of_overlap;
-use super::super::{environment, load, print, print_json, read_recipe};
+use super::super::{emit, environment, load, read_recipe};
 use super::shared::{file_type, with_method};
 
 /// Maximum width and height of a sphere, in pixels.
@@ -162,10 +162,8 @@ impl Sphere {
                 Some(sheet)
             }
         };
-        match self.json {
-            true => print_json(&self.to_json(&all, columns, sheet.as_ref(), environment)),
-            false => print(&table(&all, columns).to_text()),
-        }
+        let report = self.to_json(&all, columns, sheet.as_ref(), environment);
+        emit(self.json, &report, || table(&all, columns).to_text())
     }
 
     /// Returns the result as JSON. `width` and `height` are null for a page, which has a picture for each sphere.
