@@ -8,7 +8,7 @@ use glimpse_trainer::benchmark::{Item, Peak, Threads, Timing, Workload, material
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
-use super::{ModelName, numbers, print};
+use super::{model, numbers, print};
 
 /// Time the computations of meta-learning, and compare them with this machine's peak.
 ///
@@ -29,8 +29,8 @@ use super::{ModelName, numbers, print};
 #[command(verbatim_doc_comment)]
 pub(crate) struct Bench {
     /// Model to time [default: all except linear]
-    #[arg(long, value_enum)]
-    model: Option<ModelName>,
+    #[arg(long, value_parser = model())]
+    model: Option<ModelKind>,
     /// Duration of each line in seconds, 0.001 to 3600
     #[arg(long, default_value_t = 1.0, value_parser = numbers::number(0.001..=3_600.0))]
     seconds: f64,
@@ -45,7 +45,7 @@ type Peaks = [Peak; 2];
 impl Bench {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         ensure!(
-            !matches!(self.model, Some(ModelName::Linear)),
+            !matches!(self.model, Some(ModelKind::Linear)),
             "--model linear has no inner loop to time: give another model"
         );
         // On a thread of the pool, like training.

@@ -22,7 +22,7 @@ use super::evaluation_report::{MethodReport, StatedLoss, comparison, comparison_
 use super::export_basis::read_compact;
 use super::progress::{StepProgress, train_with_progress};
 use super::training_overlap::training_overlaps;
-use super::{LinearPriorArgs, ModelName, environment, load, numbers, print, read_recipe};
+use super::{LinearPriorArgs, environment, load, model, numbers, print, read_recipe};
 
 /// A fitting method, as named on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -89,8 +89,8 @@ pub(crate) struct Evaluate {
     #[arg(long, value_enum)]
     method: Option<MethodName>,
     /// Model of a method without a recipe
-    #[arg(long, value_enum, requires = "method")]
-    model: Option<ModelName>,
+    #[arg(long, value_parser = model(), requires = "method")]
+    model: Option<ModelKind>,
     /// Number n of samples of a method without a recipe, 1 to 4096; not with --method optimum
     #[arg(long, short = 'n', value_name = "N", value_parser = numbers::samples)]
     samples: Option<usize>,
@@ -269,7 +269,7 @@ impl Evaluate {
             return Ok(());
         };
         self.linear_prior.refuse_for_other_models(&[model])?;
-        let is_linear = ModelKind::from(model) == ModelKind::Linear;
+        let is_linear = model == ModelKind::Linear;
         let refuse = |option: &str, is_unused: bool, why: &str| match is_unused {
             true => Err(anyhow!(
                 "{option} has no effect: --method {method} {why}; remove it"
@@ -347,10 +347,8 @@ impl Evaluate {
     }
 
     fn model(&self) -> anyhow::Result<ModelKind> {
-        let model = self
-            .model
-            .context("no model: give --model, or --recipe FILE")?;
-        Ok(model.into())
+        self.model
+            .context("no model: give --model, or --recipe FILE")
     }
 
     fn samples(&self) -> anyhow::Result<usize> {

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, bail};
-use clap::ValueEnum;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::files::write_atomic;
 use glimpse_materials::{Source, SourceShare, Sources};
@@ -21,11 +20,11 @@ use super::numbers::SampleCount;
 use super::output::create_out_folder;
 use super::progress::{catch_interrupts, interrupted};
 use super::train::{Train, TrainingRun};
-use super::{ModelName, load_all, print};
+use super::{MODELS, load_all, print};
 
 /// One recipe of the grid.
 struct GridCell {
-    model: ModelName,
+    model: ModelKind,
     model_name: &'static str,
     samples: usize,
     /// The loss that the recipe states; None if its training failed.
@@ -46,7 +45,7 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
     let mut cells = Vec::new();
     let earlier_seconds = recorded_seconds(&csv);
     for (model, samples) in models_and_samples(train)? {
-        let name = ModelKind::from(model).name();
+        let name = model.name();
         let seconds = earlier_seconds.get(&(name.to_owned(), samples));
         cells.push(GridCell {
             model,
@@ -101,9 +100,9 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
 }
 
 /// Returns every model at every n.
-fn models_and_samples(train: &Train) -> anyhow::Result<Vec<(ModelName, usize)>> {
+fn models_and_samples(train: &Train) -> anyhow::Result<Vec<(ModelKind, usize)>> {
     let models = match &train.model[..] {
-        [] => ModelName::value_variants(),
+        [] => &MODELS.map(|(model, _)| model),
         some => some,
     };
     let given = train.samples.iter().map(|samples| match samples {
@@ -135,7 +134,7 @@ pub(crate) fn list(train: &Train, seed: u64, line: &CommandLine) -> anyhow::Resu
     let source_shares = sources.source_shares(&counts);
     let mut cells = Vec::new();
     for (model, samples) in models_and_samples(train)? {
-        let name = ModelKind::from(model).name();
+        let name = model.name();
         let out = recipe_path(train, name, samples);
         let run = train.training_run(model, samples, out, sources.label(), seed)?;
         let added = [
@@ -145,7 +144,7 @@ pub(crate) fn list(train: &Train, seed: u64, line: &CommandLine) -> anyhow::Resu
             "--resume".to_owned(),
         ];
         let mut command = match model {
-            ModelName::Linear => line.words_without(&GRID_ARGUMENTS),
+            ModelKind::Linear => line.words_without(&GRID_ARGUMENTS),
             // The cell's command would refuse options of the model linear.
             _ => line.words_without(&[&GRID_ARGUMENTS[..], &["bases", "eta"]].concat()),
         };

@@ -38,6 +38,7 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, MaterialsAndShares, Source, Sources};
@@ -46,17 +47,33 @@ use glimpse_training::linear::Prior;
 use glimpse_training::recipe::RecipeFile;
 use serde::Serialize;
 
-/// The models, as named on the command line.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-pub(crate) enum ModelName {
-    /// 7 parameters: diffuse and specular color, glossiness.
-    Phong,
-    /// 8 parameters: diffuse and specular color, roughness, reflectance.
-    CookTorrance,
-    /// Principal components of the training materials.
-    Linear,
-    /// 675 parameters: the weights of a small network.
-    Neural,
+/// The models, with help texts for the command line.
+pub(crate) const MODELS: [(ModelKind, &str); 4] = [
+    (
+        ModelKind::Phong,
+        "7 parameters: diffuse and specular color, glossiness",
+    ),
+    (
+        ModelKind::CookTorrance,
+        "8 parameters: diffuse and specular color, roughness, reflectance",
+    ),
+    (
+        ModelKind::Linear,
+        "Principal components of the training materials",
+    ),
+    (
+        ModelKind::Neural,
+        "675 parameters: the weights of a small network",
+    ),
+];
+
+/// Returns a parser of models.
+pub(crate) fn model() -> impl TypedValueParser<Value = ModelKind> {
+    let names = MODELS.map(|(model, help)| PossibleValue::new(model.name()).help(help));
+    PossibleValuesParser::new(names).try_map(|name| {
+        let mut models = MODELS.into_iter().map(|(model, _)| model);
+        models.find(|model| model.name() == name).ok_or("unknown")
+    })
 }
 
 /// Options for the prior of the model linear.
@@ -77,12 +94,8 @@ impl LinearPriorArgs {
     ///
     /// # Errors
     /// Names the first option that was given.
-    pub(crate) fn refuse_for_other_models(self, models: &[ModelName]) -> anyhow::Result<()> {
-        if models.is_empty()
-            || models
-                .iter()
-                .any(|model| matches!(model, ModelName::Linear))
-        {
+    pub(crate) fn refuse_for_other_models(self, models: &[ModelKind]) -> anyhow::Result<()> {
+        if models.is_empty() || models.contains(&ModelKind::Linear) {
             return Ok(());
         }
         let options = [
@@ -125,17 +138,6 @@ impl LinearPriorArgs {
 /// Reads a recipe and, for the model linear, its basis file next to it.
 pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<(RecipeFile, Option<Basis>)> {
     Ok(RecipeFile::read_with_basis(path)?)
-}
-
-impl From<ModelName> for ModelKind {
-    fn from(name: ModelName) -> Self {
-        match name {
-            ModelName::Phong => Self::Phong,
-            ModelName::CookTorrance => Self::CookTorrance,
-            ModelName::Neural => Self::Neural,
-            ModelName::Linear => Self::Linear,
-        }
-    }
 }
 
 /// Loads the materials of a source. Reports their number, and skipped entries of a directory, on stderr.

@@ -25,7 +25,7 @@ use super::lock::Lock;
 use super::numbers::SampleCount;
 use super::output::write_file;
 use super::progress::train_with_progress;
-use super::{LinearPriorArgs, ModelName, load_all, numbers};
+use super::{LinearPriorArgs, load_all, model, numbers};
 
 /// Train a recipe on materials, or many recipes with --grid.
 ///
@@ -60,11 +60,11 @@ pub(crate) struct Train {
     /// Model to fit; with --grid a list separated by commas [default with --grid: all]
     #[arg(
         long,
-        value_enum,
+        value_parser = model(),
         value_delimiter = ',',
         required_unless_present = "grid"
     )]
-    pub(super) model: Vec<ModelName>,
+    pub(super) model: Vec<ModelKind>,
     /// Number n of samples that the scanner measures, 1 to 4096; with --grid a list [default with
     /// --grid: 1,2,4,...,512]. With --scan-seconds also `auto`: the number with the lowest expected loss,
     /// after a quick training for each of several numbers
@@ -210,7 +210,7 @@ impl Train {
     /// Returns the training of one recipe. Messages call the materials `data`.
     pub(super) fn training_run(
         &self,
-        model: ModelName,
+        model: ModelKind,
         samples: usize,
         out: PathBuf,
         data: String,
@@ -227,7 +227,7 @@ impl Train {
             options: Options {
                 prior: self.linear_prior.or(default)?,
                 completion_options: self.completion_args.options_for(self.schedule, samples)?,
-                ..Options::new(model.into(), samples, self.schedule, self.effort, seed)
+                ..Options::new(model, samples, self.schedule, self.effort, seed)
             },
             data,
             checkpoint: match &self.checkpoint {
