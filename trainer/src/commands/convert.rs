@@ -12,7 +12,7 @@ use serde_json::json;
 
 use super::formats::{self, Files, files_of};
 use super::output::{file_as_json, refuse_source, write_files};
-use super::{emit, load};
+use super::{emit, load_single};
 
 /// Convert a material to another format.
 ///
@@ -64,21 +64,14 @@ impl Convert {
         for out in &outs {
             refuse_source(out, &self.source)?;
         }
-        let materials = load(&self.source)?;
-        let [material] = &materials[..] else {
-            bail!(
-                "{} holds {} materials, but IN must be a single one: name its file",
-                self.source,
-                materials.len()
-            );
-        };
+        let loaded = load_single(&self.source)?;
         let mean = match self.reciprocal {
-            true => Some(self.mean(&**material, format)?),
+            true => Some(self.mean(&*loaded, format)?),
             false => None,
         };
         let material = match &mean {
             Some(mean) => mean as &dyn Material,
-            None => &**material,
+            None => &*loaded,
         };
         let own = self.source.files()?;
         let is_own = |first: &PathBuf| {

@@ -158,6 +158,21 @@ pub(crate) fn load(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
     Ok(materials)
 }
 
+/// Loads the only material of a source.
+///
+/// # Errors
+/// If the source has several materials.
+pub(crate) fn load_single(source: &Source) -> anyhow::Result<Box<dyn Material>> {
+    let mut materials = load(source)?;
+    match (materials.pop(), materials.len()) {
+        (Some(material), 0) => Ok(material),
+        (_, others) => bail!(
+            "{source} holds {} materials, but a single one is needed: name its file",
+            others + 1
+        ),
+    }
+}
+
 /// Loads the materials of several sources, as [`load`] does.
 pub(crate) fn load_all(sources: &Sources) -> anyhow::Result<MaterialsAndShares> {
     let lists = sources.as_slice().iter().map(load);

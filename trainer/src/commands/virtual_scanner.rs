@@ -3,7 +3,7 @@
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::Args;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, Source};
@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use super::numbers::nonnegative;
 use super::output::{check_out, refuse_existing, refuse_input, refuse_source, write_file};
 use super::training_overlap::warn_of_overlap;
-use super::{load, print, read_recipe};
+use super::{load_single, print, read_recipe};
 
 /// Simulate a scanner's motors and sensor for firmware on a serial link.
 ///
@@ -59,15 +59,8 @@ impl VirtualScanner {
             refuse_existing(out, self.force)?;
             check_out(out)?;
         }
-        let materials = load(&self.material)?;
-        let [material] = &materials[..] else {
-            bail!(
-                "--material {} holds {} materials: give a single one",
-                self.material,
-                materials.len()
-            );
-        };
-        let material = &**material;
+        let materials = [load_single(&self.material)?];
+        let material = &*materials[0];
         let noise = ScannerNoise {
             deviation: self.noise,
             seed,

@@ -1,7 +1,6 @@
 //! Export of recipes as C and JSON.
 
 mod c;
-mod comment;
 mod json;
 
 pub use c::to_c;

@@ -8,7 +8,7 @@ use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::{Method, SPHERE_SIZE};
 use glimpse_trainer::metrics::Metrics;
-use glimpse_trainer::render::{BACKGROUND, Environment, Image, render_sphere};
+use glimpse_trainer::render::{Environment, Image, render_sphere};
 use glimpse_trainer::report::{
     Cell, Column, Compare, Gallery, GalleryRow, Highlight, Page, Table, Tile, metric_columns,
 };
@@ -263,12 +263,11 @@ fn scan(
 /// Arranges all spheres in a grid. A scan is to the right of its material, without a gap.
 fn sheet(all: &[RenderedMaterial<'_>], columns: usize) -> Image {
     let cell = |material: &RenderedMaterial<'_>| match &material.scan {
-        Some((_, scan)) => Image::grid(&[[material.sphere.clone(), scan.clone()]], 0, BACKGROUND),
+        Some((_, scan)) => Image::grid(&[material.sphere.clone(), scan.clone()], 2, 0),
         None => material.sphere.clone(),
     };
     let cells: Vec<Image> = all.iter().map(cell).collect();
-    let rows: Vec<&[Image]> = cells.chunks(columns).collect();
-    Image::grid(&rows, 4, [0.0; 3])
+    Image::grid(&cells, columns, 4)
 }
 
 /// Returns a table with the position of each material in the grid, and the errors of its scan.

@@ -21,7 +21,7 @@ use super::super::export_basis::{compact_basis, read_compact};
 use super::super::numbers::share;
 use super::super::output::{check_out, refuse_input, refuse_source, write_file};
 use super::super::training_overlap::warn_of_overlap;
-use super::super::{load, read_recipe};
+use super::super::{load_single, read_recipe};
 use super::shared::file_type;
 
 /// Largest distance of a row from its sample, radians: 0.5 degrees, as in `trainer fit`.
@@ -90,12 +90,7 @@ impl View {
         check_out(&self.out)?;
 
         let source = self.material.as_ref().or(self.reference.as_ref());
-        let materials = source.map(load).transpose()?.unwrap_or_default();
-        ensure!(
-            materials.len() <= 1,
-            "the source has {} materials, but a page shows one: give a source with a single material",
-            materials.len()
-        );
+        let materials: Vec<_> = source.map(load_single).transpose()?.into_iter().collect();
         let material = materials.first().map(|material| &**material);
         let mut scans = Vec::new();
         let mut is_used = false;
