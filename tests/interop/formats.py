@@ -57,7 +57,7 @@ def compare_with_mitsuba(trainer, name, count=20_000):
     theta[1, 4::6] = np.radians(random.uniform(80, 89.9, len(theta[1, 4::6])))
     angles = np.degrees(np.stack([theta[0], phi[0], theta[1], phi[1]], -1))
     np.savetxt("angles.csv", angles, delimiter=",", comments="", header="theta_i,phi_i,theta_o,phi_o", fmt="%.9g")
-    run(trainer, "query", name, "--angles", "angles.csv", "--out", "values.csv")
+    run(trainer, "query", name, "--angles", "angles.csv", "--out", "values.csv", "--force")
     ours = np.loadtxt("values.csv", delimiter=",", skiprows=1)[:, 4:] * np.cos(theta[1])[:, None]
 
     vector = lambda t, p: mi.Vector3f(math.sin(t) * math.cos(p), math.sin(t) * math.sin(p), math.cos(t))
@@ -111,12 +111,13 @@ def compare_spheres(trainer, material):
 
     mi.set_variant("scalar_rgb")
     side, radius = 64, 0.96
-    if not Path("sky.exr").exists():
-        write_panorama("sky.exr")
+    if not Path("sky.hdr").exists():
+        write_panorama("sky.hdr")
 
     def ours(source):
-        run(trainer, "render", "sphere", source, "--environment", "sky.exr", "--size", 4 * side, "--out", "sphere.exr")
-        pixels = np.array(mi.Bitmap("sphere.exr"))[..., :3]
+        run(trainer, "render", "sphere", source, "--environment", "sky.hdr", "--size", 4 * side, "--out", "sphere.npy",
+            "--force")
+        pixels = np.load("sphere.npy")
         return pixels.reshape(side, 4, side, 4, 3).mean((1, 3))
 
     def theirs(bsdf):
@@ -132,7 +133,7 @@ def compare_spheres(trainer, material):
                 "sampler": {"type": "multijitter", "sample_count": 2048},
             },
             "sphere": {"type": "sphere", "radius": radius, "bsdf": bsdf},
-            "light": {"type": "envmap", "filename": "sky.exr", "to_world": world.rotate([0, 1, 0], 180)},
+            "light": {"type": "envmap", "filename": "sky.hdr", "to_world": world.rotate([0, 1, 0], 180)},
         })))
 
     centers = (np.arange(side) + 0.5) / (side / 2) - 1
@@ -161,7 +162,7 @@ def compare_picture_errors(trainer):
     evaluated = json.loads(run(trainer, "evaluate", "--recipe", "neural-n8.recipe", "--test", source, "--json"))
     for side in (128, 256):
         lines = run(trainer, "render", "sphere", source, "--recipe", "neural-n8.recipe", "--size", side, "--columns", 1,
-                    "--out", "pairs.png").splitlines()[1:]
+                    "--out", "pairs.png", "--force").splitlines()[1:]
         sheet = imread("pairs.png")[..., :3]
         centers = np.arange(side) + 0.5 - side / 2
         disc = np.hypot(*np.meshgrid(centers, centers)) <= 0.48 * side
@@ -232,7 +233,7 @@ def compare_with_radiance(trainer):
     for degrees, first in ((20, 9), (40, 45), (60, 93)):
         angles = np.stack([0 * phi + degrees, 0 * phi, np.degrees(np.arccos(cosine)), phi], -1)
         np.savetxt("angles.csv", angles, delimiter=",", comments="", header="theta_i,phi_i,theta_o,phi_o")
-        run(trainer, "query", "procedural:1:18", "--angles", "angles.csv", "--out", "values.csv")
+        run(trainer, "query", "procedural:1:18", "--angles", "angles.csv", "--out", "values.csv", "--force")
         values = np.loadtxt("values.csv", delimiter=",", skiprows=1)[:, 4:] @ (0.2126, 0.7152, 0.0722)
         ours, theirs = (values * cosine).mean() * 2 * math.pi, (matrix[:, first] * projected).sum()
         print(f"reflectance at {degrees} degrees: {ours:.4f}, {theirs:.4f} in Radiance")

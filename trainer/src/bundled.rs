@@ -25,7 +25,7 @@ pub struct BundledRecipe {
 }
 
 /// The accuracy of a bundled recipe on unseen materials.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Losses {
     /// The mean loss on 40 procedural materials.
     pub procedural: f64,
@@ -35,50 +35,37 @@ pub struct Losses {
     pub merl_color: f64,
 }
 
-macro_rules! bundled {
-    ($($name:literal in $file:literal),+ $(,)?) => {
-        &[$(BundledRecipe {
-            name: $name,
-            bytes: include_bytes!(concat!("../recipes/", $file, ".recipe")),
+/// The recipes of a model: the name of each after the model's name, and its folder and file.
+macro_rules! recipes_of {
+    ($model:literal) => {
+        recipes_of![$model:
+            "-n1" in "completed/" "-n1",
+            "-n2" in "completed/" "-n2",
+            "-n4" in "completed/" "-n4",
+            "-n8" in "completed/" "-n8",
+            "-n16" in "completed/" "-n16",
+            "-n32" in "completed/" "-n32",
+            "-n16-masked" in "masked/" "-n16",
+            "-n16-16s" in "timed/" "-n16",
+        ]
+    };
+    ($model:literal: $($name:literal in $folder:literal $file:literal),+ $(,)?) => {
+        [$(BundledRecipe {
+            name: concat!($model, $name),
+            bytes: include_bytes!(concat!("../recipes/", $folder, $model, $file, ".recipe")),
         }),+]
     };
 }
 
-/// All bundled recipes, ordered by model and n.
-pub static ALL: &[BundledRecipe] = bundled![
-    "linear-n1" in "completed/linear-n1",
-    "linear-n2" in "completed/linear-n2",
-    "linear-n4" in "completed/linear-n4",
-    "linear-n8" in "completed/linear-n8",
-    "linear-n16" in "completed/linear-n16",
-    "linear-n32" in "completed/linear-n32",
-    "linear-n16-masked" in "masked/linear-n16",
-    "linear-n16-16s" in "timed/linear-n16",
-    "phong-n1" in "completed/phong-n1",
-    "phong-n2" in "completed/phong-n2",
-    "phong-n4" in "completed/phong-n4",
-    "phong-n8" in "completed/phong-n8",
-    "phong-n16" in "completed/phong-n16",
-    "phong-n32" in "completed/phong-n32",
-    "phong-n16-masked" in "masked/phong-n16",
-    "phong-n16-16s" in "timed/phong-n16",
-    "cook-torrance-n1" in "completed/cook-torrance-n1",
-    "cook-torrance-n2" in "completed/cook-torrance-n2",
-    "cook-torrance-n4" in "completed/cook-torrance-n4",
-    "cook-torrance-n8" in "completed/cook-torrance-n8",
-    "cook-torrance-n16" in "completed/cook-torrance-n16",
-    "cook-torrance-n32" in "completed/cook-torrance-n32",
-    "cook-torrance-n16-masked" in "masked/cook-torrance-n16",
-    "cook-torrance-n16-16s" in "timed/cook-torrance-n16",
-    "neural-n1" in "completed/neural-n1",
-    "neural-n2" in "completed/neural-n2",
-    "neural-n4" in "completed/neural-n4",
-    "neural-n8" in "completed/neural-n8",
-    "neural-n16" in "completed/neural-n16",
-    "neural-n32" in "completed/neural-n32",
-    "neural-n16-masked" in "masked/neural-n16",
-    "neural-n16-16s" in "timed/neural-n16",
+static BY_MODEL: [[BundledRecipe; 8]; 4] = [
+    recipes_of!("linear"),
+    recipes_of!("phong"),
+    recipes_of!("cook-torrance"),
+    recipes_of!("neural"),
 ];
+
+/// All bundled recipes, ordered by model and n.
+pub static ALL: &[BundledRecipe] = BY_MODEL.as_flattened();
 
 /// A recipe that was trained with the paper's schedule, for comparison.
 pub static PAPER: BundledRecipe = BundledRecipe {

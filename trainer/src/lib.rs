@@ -14,7 +14,6 @@
 //! - [`scanner`]: the virtual scanner
 //! - [`report`] (feature `program`): tables, plots, pages
 //! - [`benchmark`]: timing of the computations that dominate training
-//! - `commit` (program only): its version
 //! - `experiment` (program only): the paper's tables and figures
 //! - `commands` (program only): one file per subcommand
 //!

@@ -1,7 +1,6 @@
 //! The command line `trainer`.
 
 mod commands;
-mod commit;
 mod experiment;
 
 use std::io::Write;
@@ -32,7 +31,7 @@ use commands::cell_list::CommandLine;
 /// subdirectories, extensions in capitals, non-UTF-8 names) are reported on stderr. An
 /// anisotropic *.bsdf file, and NAME_spec.bsdf beside NAME_rgb.bsdf, are errors.
 #[derive(Parser)]
-#[command(name = "trainer", version = commit::VERSION, max_term_width = 100, verbatim_doc_comment)]
+#[command(name = "trainer", version, max_term_width = 100, verbatim_doc_comment)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -74,23 +73,8 @@ enum Command {
     Completion(commands::shell_completion::ShellCompletion),
 }
 
-/// Returns the definition of the command line.
-fn cli_command() -> clap::Command {
-    without_final_periods(Cli::command())
-}
-
-/// Removes the period at the end of all summaries. clap itself does so only if a comment is not verbatim.
-fn without_final_periods(command: clap::Command) -> clap::Command {
-    let summary = command.get_about().map(ToString::to_string);
-    let command = match summary {
-        Some(summary) => command.about(summary.trim_end_matches('.').to_owned()),
-        None => command,
-    };
-    command.mut_subcommands(without_final_periods)
-}
-
 fn main() -> ExitCode {
-    let mut parser = commands::numbers::with_negative_values(cli_command());
+    let mut parser = commands::numbers::with_negative_values(Cli::command());
     let matches = parser.get_matches_mut();
     let Cli { command, common } = match Cli::from_arg_matches(&matches) {
         Ok(cli) => cli,
@@ -126,7 +110,7 @@ fn main() -> ExitCode {
         Command::Reproduce(command) => command.run(common.seed),
         Command::VirtualScanner(command) => command.run(common.seed),
         Command::Bench(command) => command.run(),
-        Command::Completion(command) => command.run(&mut cli_command()),
+        Command::Completion(command) => command.run(&mut Cli::command()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

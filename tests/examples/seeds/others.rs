@@ -99,14 +99,9 @@ pub(crate) fn checkpoint(seeds: &Seeds) -> SeedResult {
 }
 
 pub(crate) fn environment(seeds: &Seeds) -> SeedResult {
-    let (width, height) = (8, 4);
     let radiance = |size: &str| {
         let header = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n");
-        [
-            header.as_bytes(),
-            &[128, 64, 32, 128].repeat(width * height),
-        ]
-        .concat()
+        [header.as_bytes(), &[128, 64, 32, 128].repeat(8 * 4)].concat()
     };
     seeds.write_lengths("hdr", &radiance("-Y 4 +X 8"))?;
     for (name, size) in [

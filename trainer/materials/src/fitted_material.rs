@@ -203,12 +203,6 @@ impl FittedMaterial {
             .is_some_and(|extension| extension == "json")
     }
 
-    /// Returns true if a file is a fitted material, whatever its name.
-    #[must_use]
-    pub fn is_fitted_file(path: &Path) -> bool {
-        read_fields(path).is_ok()
-    }
-
     /// Returns the path of `material.json` in a directory, or None if the file does not exist.
     pub(super) fn find_in(directory: &Path) -> Option<PathBuf> {
         let path = directory.join(FILE_NAME);

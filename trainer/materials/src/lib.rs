@@ -44,7 +44,7 @@ pub use format::Format;
 pub use identity::{Identity, digest};
 pub use material::Material;
 pub use merl::{MerlTable, TabulateError, table_nodes, to_merl};
-pub use nbrdf::{NeuralBrdf, to_nbrdf};
+pub use nbrdf::{NeuralBrdf, to_nbrdf, to_npy};
 pub use pab::{PabSet, pab_suffixes, read_pab, to_pab};
 pub use procedural::Procedural;
 pub use reciprocal::Reciprocal;

@@ -142,7 +142,8 @@ fn npy_header(shape: &[u64]) -> String {
 
 /// Returns a `.npy` file of version 1.0: magic, version, header length, header and values. The header is padded to a
 /// multiple of 64 bytes from the start of the file.
-fn to_npy(shape: &[u64], values: &[f32]) -> Vec<u8> {
+#[must_use]
+pub fn to_npy(shape: &[u64], values: &[f32]) -> Vec<u8> {
     const ALIGNMENT: usize = 64;
     let mut header = npy_header(shape).replace(':', ": ").replace(",'", ", '");
     header.insert(header.len() - 1, ' ');

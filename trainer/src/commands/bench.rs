@@ -9,7 +9,7 @@ use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 use serde::Serialize;
 
 use super::progress::StepProgress;
-use super::{ModelName, numbers, print, print_json};
+use super::{choice, numbers, print};
 
 /// Time the computations of meta-learning, and compare them with this machine's peak.
 ///

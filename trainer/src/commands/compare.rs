@@ -40,7 +40,7 @@ pub(crate) struct Compare {
     /// Folder for the page
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Environment light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
+    /// Environment light of the spheres: a panorama (*.hdr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
     /// Print JSON: reference, page, and material, source, loss, delta_e, dssim, l2 and psnr of each
@@ -80,7 +80,7 @@ impl Compare {
         if let Some(out) = &self.out {
             create_out_folder(out)?;
             let _lock = Lock::of_folder(out)?;
-            write_file(&out.join("errors.csv"), table.to_csv().as_bytes())?;
+            write_file(&out.join("errors.csv"), table.to_csv().as_bytes(), true)?;
             write_page(out, &**reference, &compared, &table, &environment)?;
         }
         let index = self.out.as_ref().map(|out| out.join("index.html"));

@@ -5,15 +5,14 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use glimpse_materials::files::has_content;
 use glimpse_materials::{Format, Material, Reciprocal, Source};
 use glimpse_trainer::conversion::{OutputFormat, file_name, loss_of_file, output_paths};
 use glimpse_trainer::metrics::Metrics;
 use serde_json::json;
 
 use super::formats::{self, Files, files_of};
-use super::output::{file_as_json, refuse_source, write_files_forced};
-use super::{load, print, print_json};
+use super::output::{file_as_json, refuse_source, write_files};
+use super::{emit, load_single};
 
 /// Convert a material to another format.
 ///
@@ -50,7 +49,7 @@ pub(crate) struct Convert {
     /// Write the mean of both orders of light and sensor
     #[arg(long)]
     reciprocal: bool,
-    /// Replace existing files
+    /// Replace existing files that differ
     #[arg(long)]
     force: bool,
     /// Print JSON: material, format, copied (true or false), files, loss and delta_e
@@ -65,21 +64,14 @@ impl Convert {
         for out in &outs {
             refuse_source(out, &self.source)?;
         }
-        let materials = load(&self.source)?;
-        let [material] = &materials[..] else {
-            bail!(
-                "{} holds {} materials, but IN must be a single one: name its file",
-                self.source,
-                materials.len()
-            );
-        };
+        let loaded = load_single(&self.source)?;
         let mean = match self.reciprocal {
-            true => Some(self.mean(&**material, format)?),
+            true => Some(self.mean(&*loaded, format)?),
             false => None,
         };
         let material = match &mean {
             Some(mean) => mean as &dyn Material,
-            None => &**material,
+            None => &*loaded,
         };
         let own = self.source.files()?;
         let is_own = |first: &PathBuf| {
@@ -112,14 +104,7 @@ impl Convert {
             }
         };
         let files: Files = outs.into_iter().zip(files).collect();
-        for (path, bytes) in &files {
-            ensure!(
-                self.force || !path.is_file() || has_content(path, bytes),
-                "{} exists: give --force to replace it, or another OUT",
-                path.display()
-            );
-        }
-        write_files_forced(&files, self.force)?;
+        write_files(&files, self.force)?;
         let (first, _) = &files[0];
         // A pipe cannot be read again.
         let loss = match metrics {
@@ -128,22 +113,20 @@ impl Convert {
             None => None,
         };
         let delta_e = metrics.map(|metrics| metrics.delta_e);
-        match (self.json, loss) {
-            (true, _) => print_json(&json!({
-                "material": material.name(),
-                "format": format.name(),
-                "copied": copied,
-                "files": files.iter().map(|(path, _)| file_as_json(path)).collect::<Vec<_>>(),
-                "loss": loss,
-                "delta_e": delta_e,
-            })),
-            (false, Some(loss)) => {
-                let color =
-                    delta_e.map_or(String::new(), |error| format!(", color error {error:.2}"));
-                print(&format!("loss {loss:.6}{color}\n"))
-            }
-            (false, None) => Ok(()),
-        }
+        let report = json!({
+            "material": material.name(),
+            "format": format.name(),
+            "copied": copied,
+            "files": files.iter().map(|(path, _)| file_as_json(path)).collect::<Vec<_>>(),
+            "loss": loss,
+            "delta_e": delta_e,
+        });
+        emit(self.json, &report, || {
+            let loss = loss.map(|loss| format!("loss {loss:.6}"));
+            let color = delta_e.map(|error| format!("color error {error:.2}"));
+            let stated: Vec<String> = loss.into_iter().chain(color).collect();
+            stated.join(", ") + if stated.is_empty() { "" } else { "\n" }
+        })
     }
 
     /// Returns the mean of both orders of a material.

@@ -52,7 +52,7 @@ pub(crate) struct Evaluate {
     /// Test materials
     #[arg(long, value_name = "SOURCE")]
     test: Source,
-    /// Environment light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
+    /// Environment light of the spheres: a panorama (*.hdr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
     /// Number of readings to use, from the start of each recipe's pattern, 1 to 4096 [default: all]

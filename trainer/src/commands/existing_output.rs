@@ -71,7 +71,7 @@ mod tests {
     use glimpse_training::meta::plan::{Effort, Schedule};
     use glimpse_training::recipe::pack_recipe;
 
-    use super::super::output::write_file_forced;
+    use super::super::output::write_file;
     use super::*;
 
     fn options() -> Options {
@@ -111,7 +111,7 @@ mod tests {
         ));
 
         // The names of the materials differ, but the options are the same.
-        write_file_forced(&out, recipe(&options(), "other words").bytes(), true)
+        write_file(&out, recipe(&options(), "other words").bytes(), true)
             .expect("the recipe is written");
         let existing = existing_output(&out, &options(), "MERL");
         assert!(matches!(existing, ExistingOutput::Trained(loss) if loss == 0.25));
@@ -134,7 +134,7 @@ mod tests {
         }
         // A recipe without metadata is a conflict.
         let stripped = recipe(&options(), "MERL").stripped().expect("a copy");
-        write_file_forced(&out, stripped.bytes(), true).expect("the recipe is written");
+        write_file(&out, stripped.bytes(), true).expect("the recipe is written");
         let existing = existing_output(&out, &options(), "MERL");
         assert!(matches!(existing, ExistingOutput::Conflict(_)));
     }

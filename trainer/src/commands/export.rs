@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 use glimpse_materials::basis::Basis;
-use glimpse_trainer::export::{to_c, to_csv, to_json};
+use glimpse_trainer::export::{to_c, to_json};
 use glimpse_training::recipe::RecipeFile;
 
 use super::export_basis::compact_basis_of_recipe;
 use super::numbers;
-use super::output::{refuse_input, write_file_forced};
+use super::output::{refuse_input, write_file};
 
 /// An output format of recipes.
 #[derive(Clone, Copy, Debug, clap::ValueEnum)]
@@ -19,8 +19,6 @@ enum Format {
     Postcard,
     /// A C header with the recipe's bytes, for the C library.
     C,
-    /// The samples' angles in degrees.
-    Csv,
     /// All values that the fit needs, for other programs.
     Json,
     /// Model linear: the compact basis, with which a device turns coefficients into a BRDF.
@@ -46,7 +44,7 @@ pub(crate) struct Export {
     /// Output file
     #[arg(long, short)]
     out: PathBuf,
-    /// Replace an existing recipe, basis, material or sheet of readings
+    /// Replace an existing file that differs
     #[arg(long)]
     force: bool,
     /// Remove the metadata, which only the trainer reads: limits, noise, scan time, training and materials (postcard
@@ -71,11 +69,10 @@ impl Export {
             Format::Postcard if self.strip => file.stripped()?.bytes().to_vec(),
             Format::C if self.strip => to_c(&file.stripped()?).into_bytes(),
             Format::C => to_c(&file).into_bytes(),
-            Format::Csv => to_csv(&recipe).into_bytes(),
             Format::Postcard => file.bytes().to_vec(),
             Format::Basis => compact_basis_of_recipe(&self.recipe, self.components)?,
             Format::Json => (serde_json::to_string_pretty(&to_json(&recipe)?)? + "\n").into_bytes(),
         };
-        write_file_forced(&self.out, &bytes, self.force)
+        write_file(&self.out, &bytes, self.force)
     }
 }

@@ -14,7 +14,7 @@ use glimpse_training::route::{Order, Route, axes_from_angles};
 
 use super::expected_loss::expected_loss;
 use super::limits::describe;
-use super::print;
+use super::{print, print_json};
 
 /// Print a recipe: model, memory, expected loss, limits, training and pattern.
 ///
@@ -35,7 +35,7 @@ impl Inspect {
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe();
         if self.json {
-            return print(&(serde_json::to_string_pretty(&to_json(&recipe)?)? + "\n"));
+            return print_json(&to_json(&recipe)?);
         }
         let mut text = format!(
             "recipe {:08x}, {} bytes\n{}memory         {} words\n{}\n\

@@ -39,13 +39,13 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, MaterialsAndShares, Source, Sources};
 use glimpse_trainer::render::Environment;
 use glimpse_training::linear::Prior;
 use glimpse_training::recipe::RecipeFile;
-pub(crate) use output::write_file;
 use serde::Serialize;
 
 /// Options for the prior of the model linear.
@@ -130,6 +130,21 @@ pub(crate) fn load(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
     Ok(materials)
 }
 
+/// Loads the only material of a source.
+///
+/// # Errors
+/// If the source has several materials.
+pub(crate) fn load_single(source: &Source) -> anyhow::Result<Box<dyn Material>> {
+    let mut materials = load(source)?;
+    match (materials.pop(), materials.len()) {
+        (Some(material), 0) => Ok(material),
+        (_, others) => bail!(
+            "{source} holds {} materials, but a single one is needed: name its file",
+            others + 1
+        ),
+    }
+}
+
 /// Loads the materials of several sources, as [`load`] does.
 pub(crate) fn load_all(sources: &Sources) -> anyhow::Result<MaterialsAndShares> {
     let lists = sources.as_slice().iter().map(load);
@@ -142,6 +157,18 @@ pub(crate) fn environment(panorama: Option<&Path>) -> anyhow::Result<Environment
         Some(path) => Environment::read(path)?,
         None => Environment::studio(),
     })
+}
+
+/// Prints a report to stdout, as JSON or as text.
+pub(crate) fn emit(
+    json: bool,
+    report: &impl Serialize,
+    text: impl FnOnce() -> String,
+) -> anyhow::Result<()> {
+    match json {
+        true => print_json(report),
+        false => print(&text()),
+    }
 }
 
 /// Prints JSON to stdout.

@@ -1,105 +1,52 @@
-//! Output files. Commands never overwrite their inputs, and overwrite valuable results only with `--force`.
+//! Output files. Commands never overwrite their inputs, and replace files that differ only with `--force`.
 
-use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::fs;
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail, ensure};
-use glimpse_core::model::linear::format::MAGIC as COMPACT_MAGIC;
-use glimpse_core::recipe::MAGIC;
-use glimpse_materials::basis::BASIS_MAGIC;
+use anyhow::{Context, ensure};
+use glimpse_materials::Source;
 use glimpse_materials::files::{check_writable, ensure_dir, has_content, write_atomic};
-use glimpse_materials::{FittedMaterial, Source};
 use serde_json::{Value, json};
 
-/// Writes a file atomically, and reports it on stderr.
+/// Writes one file, as [`write_files`] does.
+pub(crate) fn write_file(path: &Path, bytes: &[u8], force: bool) -> anyhow::Result<()> {
+    write_files(&[(path.to_owned(), bytes.to_vec())], force)
+}
+
+/// Writes a group of files, each atomically, and reports them on stderr.
 ///
 /// # Errors
-/// If the path holds a different recipe, material or sheet of readings, or if writing fails.
-pub(crate) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    refuse_overwrite(path, bytes)?;
-    replace(path, bytes)
-}
-
-/// Fails where [`write_file`] would fail, before the content exists.
-pub(super) fn refuse_unwritable(path: &Path) -> anyhow::Result<()> {
-    refuse_overwrite(path, &[])?;
-    check_writable(path, 1).with_context(|| format!("cannot write {}", path.display()))
-}
-
-fn refuse_overwrite(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    match valuable_content(path, bytes) {
-        Some(content) => bail!(
-            "{} holds {content}, which would be overwritten: give another --out, or remove the file",
-            path.display()
-        ),
-        None => Ok(()),
-    }
-}
-
-/// Writes a file for a command with the option --force, which replaces any file.
-pub(super) fn write_file_forced(path: &Path, bytes: &[u8], force: bool) -> anyhow::Result<()> {
-    write_files_forced(&[(path.to_owned(), bytes.to_vec())], force)
-}
-
-/// Writes a group of files, as [`write_file_forced`] does; writes none if one must not be replaced.
-pub(super) fn write_files_forced(files: &[(PathBuf, Vec<u8>)], force: bool) -> anyhow::Result<()> {
+/// If a file exists with other content and `force` is false; then no file is written. If writing fails.
+pub(super) fn write_files(files: &[(PathBuf, Vec<u8>)], force: bool) -> anyhow::Result<()> {
     for (path, bytes) in files {
-        if !force && let Some(content) = valuable_content(path, bytes) {
-            bail!(
-                "{} holds {content}, which would be overwritten: give --force to replace it, or another output",
-                path.display()
-            );
-        }
+        ensure!(
+            force || !path.is_file() || has_content(path, bytes),
+            "{} exists and differs: give --force to replace it, or another output",
+            path.display()
+        );
     }
-    let mut files = files.iter();
-    files.try_for_each(|(path, bytes)| replace(path, bytes))
-}
-
-fn replace(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
-    write_atomic(path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
-    // A closed stderr must not stop a group of files halfway.
-    let _ = writeln!(io::stderr(), "wrote {}", path.display());
+    for (path, bytes) in files {
+        write_atomic(path, bytes).with_context(|| format!("cannot write {}", path.display()))?;
+        // A closed stderr must not stop a group of files halfway.
+        let _ = writeln!(io::stderr(), "wrote {}", path.display());
+    }
     Ok(())
 }
 
-/// Describes the valuable file at a path that these bytes would replace: a result of training, or measurements.
-/// Returns None for other files, and if the file holds the same bytes.
-fn valuable_content(path: &Path, bytes: &[u8]) -> Option<&'static str> {
-    if !path.is_file() {
-        return None;
-    }
-    let mut head = [0; 4];
-    File::open(path).ok()?.read_exact(&mut head).ok()?;
-    let content = match &head {
-        head if *head == MAGIC => "a recipe",
-        head if [BASIS_MAGIC, COMPACT_MAGIC].contains(head) => "the basis of a recipe",
-        // RGL's tensor file, MERL's table whose first dimension is 90, NumPy's array.
-        b"tens" | b"\x5a\0\0\0" | b"\x93NUM" => "another material",
-        [b'{', ..] if FittedMaterial::is_fitted_file(path) => "a fitted material",
-        // A header that begins with the column `index`.
-        b"inde" if has_readings(path) => "a sheet of readings",
-        _ => return None,
-    };
-    (!has_content(path, bytes)).then_some(content)
+/// Refuses to replace a file whose new content is not known yet.
+pub(super) fn refuse_existing(path: &Path, force: bool) -> anyhow::Result<()> {
+    ensure!(
+        force || !path.is_file(),
+        "{} exists: give --force to replace it, or another output",
+        path.display()
+    );
+    Ok(())
 }
 
-/// Returns true if a table contains a reading in its column `r` or `value`: a filled-in sheet of `trainer plan
-/// --blank`, or `readings.csv` of `trainer fit`.
-fn has_readings(path: &Path) -> bool {
-    let Ok(mut sheet) = csv::Reader::from_path(path) else {
-        return false;
-    };
-    let Ok(header) = sheet.headers() else {
-        return false;
-    };
-    let is_reading = |name: &str| ["r", "value"].contains(&name);
-    let Some(column) = header.iter().position(is_reading) else {
-        return false;
-    };
-    let has_value = |row: csv::StringRecord| row.get(column).is_some_and(|cell| !cell.is_empty());
-    // A malformed row counts as a reading, since it may have been edited by hand.
-    sheet.records().any(|row| row.map_or(true, has_value))
+/// Checks that a file can be written, before a long computation.
+pub(super) fn check_out(path: &Path) -> anyhow::Result<()> {
+    check_writable(path, 1 << 16).with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// The JSON object of a file that a command wrote. `bytes` is null for a pipe or a device.
@@ -177,23 +124,15 @@ mod tests {
     }
 
     #[test]
-    fn keeps_valuable_files() {
+    fn replaces_files_that_differ_only_with_force() {
         let scratch = tempfile::tempdir().unwrap();
-        let path = scratch.path().join("a");
-        fs::write(&path, "GLMP and more").unwrap();
-        assert!(write_file(&path, b"other").is_err());
-        assert!(write_file_forced(&path, b"other", false).is_err());
-        assert!(write_file(&path, b"GLMP and more").is_ok());
-        assert!(write_file_forced(&path, b"other", true).is_ok());
-        assert!(write_file(&path, b"again").is_ok());
-        assert_eq!(fs::read(&path).unwrap(), b"again");
-
-        fs::write(&path, "index,theta_i,r,g,b\n0,30,1,1,1\n").unwrap();
-        assert!(write_file(&path, b"other").is_err());
-        // Empty sheets, plans and tables of angles are quick to make again.
-        for replaceable in ["index,theta_i,r,g,b\n0,30,,,\n", "index,theta_i\n0,30\n"] {
-            fs::write(&path, replaceable).unwrap();
-            write_file(&path, b"other").unwrap();
-        }
+        let [old, new] = ["old", "new"].map(|name| scratch.path().join(name));
+        fs::write(&old, "kept").unwrap();
+        let files = [(new.clone(), b"1".to_vec()), (old.clone(), b"2".to_vec())];
+        assert!(write_files(&files, false).is_err() && !new.exists());
+        assert_eq!(fs::read(&old).unwrap(), b"kept");
+        write_file(&old, b"kept", false).unwrap();
+        write_files(&files, true).unwrap();
+        assert_eq!(fs::read(&old).unwrap(), b"2");
     }
 }

@@ -10,7 +10,7 @@ use glimpse_training::recipe::RecipeFile;
 use glimpse_training::route::{self, Axes, Machine, MachineError, Order, Route, stops};
 
 use super::limits::{LimitArgs, describe};
-use super::output::{is_same_file, write_file_forced};
+use super::output::{is_same_file, write_file};
 use super::{numbers, print};
 
 /// Plan a scan: positions of the arms in degrees, their order, and the duration.
@@ -137,7 +137,7 @@ impl Plan {
         }
         for (_, path, text) in &files {
             // Checked above: an existing file is the same, or --force was given.
-            write_file_forced(path, text.as_bytes(), true)?;
+            write_file(path, text.as_bytes(), true)?;
         }
         match self.json {
             true => print(&(serde_json::to_string_pretty(&route.to_json(&machine))? + "\n")),

@@ -32,18 +32,13 @@ pub(super) fn interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// Trains with a progress bar of loss and remaining time. Without a terminal, prints a line for each tenth of the
-/// steps instead.
+/// Trains with a progress bar of loss and remaining time.
 pub(crate) fn train_with_progress(
     options: &Options,
     materials: Vec<Box<dyn Material>>,
 ) -> anyhow::Result<LearnedRecipe> {
     catch_interrupts()?;
-    let bar = ProgressBar::new(0);
-    bar.set_style(ProgressStyle::with_template(
-        "{msg} {wide_bar:.cyan/dim} {pos}/{len} {per_sec} {eta} left",
-    )?);
-    let mut reported_tenth = 0;
+    let steps = StepProgress::new("training", 0);
     let outcome = train(options, materials, &mut |progress| {
         let mut message = format!(
             "{}, n = {}: loss {:.4}",
@@ -52,23 +47,16 @@ pub(crate) fn train_with_progress(
         if let Some(best) = progress.best {
             message += &format!(", best {best:.4}");
         }
-        if bar.is_hidden() {
-            let current_tenth = 10 * progress.done / progress.total.max(1);
-            if current_tenth > reported_tenth {
-                reported_tenth = current_tenth;
-                eprintln!("{:3} % {message}", 10 * reported_tenth);
-            }
-        } else {
-            bar.set_length(progress.total as u64);
-            bar.set_position(progress.done as u64);
-            bar.set_message(message);
-        }
+        steps.bar.set_length(progress.total as u64);
+        steps.bar.set_position(progress.done as u64);
+        steps.bar.set_message(message);
+        steps.report();
         match interrupted() {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }
     });
-    bar.finish_and_clear();
+    drop(steps);
     match (outcome, &options.checkpoints) {
         (Err(TrainError::Stopped(done)), Some(checkpoints)) => Err(anyhow::anyhow!(
             "stopped after {done} outer steps, which are saved in {}: repeat the command with --resume to \
@@ -79,19 +67,11 @@ pub(crate) fn train_with_progress(
     }
 }
 
-/// Progress of equal steps, counted from any thread: a bar on a terminal, or else a line every 10 s.
+/// Progress of steps, counted from any thread: a bar on a terminal, or else a line every 10 s.
 pub(crate) struct StepProgress {
     bar: ProgressBar,
-    label: String,
-    reported: Mutex<Reported>,
-}
-
-/// State of the progress lines.
-struct Reported {
-    /// Number of completed steps.
-    done: usize,
     /// Time of the last line.
-    at: Instant,
+    reported: Mutex<Instant>,
 }
 
 /// Time between two progress lines without a terminal.
@@ -108,28 +88,27 @@ impl StepProgress {
         bar.set_message(label.to_owned());
         // Keeps the bar alive during a long first step.
         bar.enable_steady_tick(Duration::from_millis(200));
-        let reported = Reported {
-            done: 0,
-            at: Instant::now(),
-        };
         Self {
             bar,
-            label: label.to_owned(),
-            reported: Mutex::new(reported),
+            reported: Mutex::new(Instant::now()),
         }
     }
 
     /// Counts one completed step.
     pub(crate) fn increment(&self) {
         self.bar.inc(1);
+        self.report();
+    }
+
+    /// Prints a line without a terminal, if the last one is old.
+    fn report(&self) {
         let Ok(mut reported) = self.reported.lock() else {
             return;
         };
-        reported.done += 1;
-        if self.bar.is_hidden() && reported.at.elapsed() > REPORT_INTERVAL {
-            reported.at = Instant::now();
-            let total = self.bar.length().unwrap_or_default();
-            eprintln!("{}: {} of {total}", self.label, reported.done);
+        if self.bar.is_hidden() && reported.elapsed() > REPORT_INTERVAL {
+            *reported = Instant::now();
+            let (done, total) = (self.bar.position(), self.bar.length().unwrap_or_default());
+            eprintln!("{}: {done} of {total}", self.bar.message());
         }
     }
 }

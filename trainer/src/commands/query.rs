@@ -9,8 +9,8 @@ use glimpse_trainer::measurement::{AngleRow, AngleTable};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
-use super::output::{refuse_input, refuse_source};
-use super::{load, print, write_file};
+use super::output::{refuse_input, refuse_source, write_file};
+use super::{load, print};
 
 /// Evaluate the BRDF of materials at given angles.
 ///
@@ -45,6 +45,9 @@ pub(crate) struct Query {
     /// Output file [default: standard output]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Replace an existing file that differs
+    #[arg(long, requires = "out")]
+    force: bool,
     /// Write JSON instead of CSV
     #[arg(long)]
     json: bool,
@@ -79,7 +82,7 @@ impl Query {
             false => to_csv(&values, &table).context("cannot write the table")?,
         };
         match &self.out {
-            Some(path) => write_file(path, text.as_bytes()),
+            Some(path) => write_file(path, text.as_bytes(), self.force),
             None => print(&text),
         }
     }

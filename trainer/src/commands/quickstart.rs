@@ -3,18 +3,17 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, anyhow};
+use anyhow::Context;
 use clap::Args;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
-use glimpse_materials::files::check_writable;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::bundled::{self, BundledRecipe};
 use glimpse_trainer::evaluation::{Evaluator, Method, SPHERE_SIZE};
 use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::render::Picture;
 use glimpse_trainer::report::{
-    Cell, Column, Compare, Gallery, GalleryRow, Highlight, Page, Table, Tile, pattern_svg,
+    Cell, Column, Compare, Gallery, GalleryRow, Highlight, Page, Table, metric_columns, pattern_svg,
 };
 use glimpse_training::meta::plan::Effort;
 use glimpse_training::meta::run::INNER_STEPS;
@@ -23,7 +22,7 @@ use glimpse_training::route::{Machine, Order, Route};
 use rayon::prelude::*;
 
 use super::lock::Lock;
-use super::output::{create_out_folder, write_file};
+use super::output::{check_out, create_out_folder, write_file};
 use super::{load, print};
 
 /// Number of test materials.
@@ -62,6 +61,9 @@ pub(crate) struct Quickstart {
     /// Output folder for index.html, its pictures and the recipe
     #[arg(long, short, value_name = "DIR", default_value = "quickstart")]
     out: PathBuf,
+    /// Replace another recipe of the same name in DIR
+    #[arg(long)]
+    force: bool,
 }
 
 impl Quickstart {
@@ -69,12 +71,11 @@ impl Quickstart {
         let begin = Instant::now();
         create_out_folder(&self.out)?;
         let index = self.out.join("index.html");
-        check_writable(&index, 1 << 16)
-            .map_err(|error| anyhow!("cannot write {}: {error}", index.display()))?;
+        check_out(&index)?;
         let _lock = Lock::of_folder(&self.out)?;
         let main_recipe = find_bundled(MAIN_RECIPE)?;
         let path = self.out.join(format!("{MAIN_RECIPE}.recipe"));
-        write_file(&path, main_recipe.bytes)?;
+        write_file(&path, main_recipe.bytes, self.force)?;
 
         // The bundled recipes were trained on the materials of seed 0.
         let source = Source(format!(
@@ -101,15 +102,13 @@ impl Quickstart {
             ComparedMethod {
                 label: "Random".into(),
                 method: Method::random(ModelKind::Neural, recipe.samples(), INNER_STEPS),
-                training: None,
-                bundled: None,
+                cycles: None,
                 seconds: None,
             },
             ComparedMethod {
                 label: "Meta (paper)".into(),
                 method: Method::meta(&recipe, None)?,
-                training: Some(describe_training(&recipe)?),
-                bundled: None,
+                cycles: None,
                 seconds: None,
             },
             ComparedMethod {
@@ -123,25 +122,16 @@ impl Quickstart {
         ];
         let scans_of_methods = scan_all(&evaluator, &methods, seed)?;
 
-        let caption = |methods: &[ComparedMethod<'_>]| {
-            format!(
-                "{}. Test set: {source} ({MATERIAL_COUNT} materials)",
-                describe_trainings(methods)
-            )
-        };
+        let test = format!("Test set: {source} ({MATERIAL_COUNT} materials)");
         let samples_table = table(
-            format!(
-                "Bundled recipes of the model neural: {}",
-                caption(&by_samples)
-            ),
+            format!("Bundled recipes of the model neural. {test}"),
             &by_samples,
             &scans_by_samples,
         );
         let methods_table = table(
             format!(
-                "Methods for the model neural at n = {}, with the training schedule in parentheses: {}",
+                "Methods for the model neural at n = {}, with the training schedule in parentheses. {test}",
                 recipe.samples(),
-                caption(&methods)
             ),
             &methods,
             &scans_of_methods,
@@ -153,18 +143,13 @@ impl Quickstart {
             .paragraph(&explain_columns())
             .heading("Spheres by number of measurements")
             .gallery(&gallery(
-                caption(&by_samples),
+                test.clone(),
                 &evaluator,
                 &by_samples,
                 &scans_by_samples,
             ))
             .heading("The paper's methods")
-            .gallery(&gallery(
-                caption(&methods),
-                &evaluator,
-                &methods,
-                &scans_of_methods,
-            ))
+            .gallery(&gallery(test, &evaluator, &methods, &scans_of_methods))
             .table(&methods_table)
             .paragraph(&explain_methods())
             .heading("Directions of a recipe")
@@ -236,10 +221,8 @@ fn find_bundled(name: &str) -> anyhow::Result<&'static BundledRecipe> {
 struct ComparedMethod<'a> {
     label: String,
     method: Method<'a>,
-    /// Schedule, effort and training set; None if the method is not trained.
-    training: Option<String>,
-    /// The bundled recipe; None for other methods.
-    bundled: Option<&'static BundledRecipe>,
+    /// Cycles of a fit on a Cortex-M4F, if they were measured.
+    cycles: Option<u64>,
     /// Duration of a scan in seconds; None if the directions differ between materials.
     seconds: Option<f64>,
 }
@@ -253,8 +236,7 @@ impl ComparedMethod<'static> {
         Ok(Self {
             label: bundled.name.into(),
             method: Method::ours(&recipe, None)?,
-            training: Some(describe_training(&recipe)?),
-            bundled: Some(bundled),
+            cycles: bundled.cycles(),
             seconds: route.map(|route| route.total()),
         })
     }
@@ -264,34 +246,11 @@ impl ComparedMethod<'static> {
 fn describe_training(recipe: &Recipe<'_>) -> anyhow::Result<String> {
     let training = Metadata::of(recipe)?.training;
     let training = training.context("a bundled recipe does not state its training")?;
-    let sources = training
-        .sources
-        .iter()
-        .map(|source| format!("{} ({} materials)", source.label, source.materials));
     Ok(format!(
-        "trained with schedule {} at effort {} on {}",
-        training.schedule.name(),
-        training.effort.name(),
-        sources.collect::<Vec<_>>().join(" and ")
+        "trained with schedule {} on {}",
+        training.describe_schedule(),
+        training.data
     ))
-}
-
-/// Describes the different trainings of the methods, each once.
-fn describe_trainings(methods: &[ComparedMethod<'_>]) -> String {
-    let mut parts: Vec<(String, Vec<&str>)> = Vec::new();
-    for method in methods {
-        let Some(training) = &method.training else {
-            continue;
-        };
-        match parts.iter_mut().find(|(known, _)| known == training) {
-            Some((_, labels)) => labels.push(&method.label),
-            None => parts.push((training.clone(), vec![&method.label])),
-        }
-    }
-    let parts = parts
-        .into_iter()
-        .map(|(training, labels)| format!("{} {training}", labels.join(", ")));
-    parts.collect::<Vec<_>>().join("; ")
 }
 
 /// The results of all methods on a material.
@@ -323,34 +282,19 @@ fn scan_all(
         .collect()
 }
 
-/// The columns of metrics: title, number of decimals, and the better direction.
-const METRICS: [(&str, usize, Highlight); 4] = [
-    ("Loss", 4, Highlight::Lowest),
-    ("delta E", 2, Highlight::Lowest),
-    ("DSSIM", 4, Highlight::Lowest),
-    ("PSNR (dB)", 1, Highlight::Highest),
-];
-
-/// Returns the values of the columns [`METRICS`].
-fn column_values(metrics: &Metrics) -> [f64; METRICS.len()] {
-    [metrics.loss, metrics.delta_e, metrics.dssim, metrics.psnr]
-}
-
 /// Returns a table of means over the materials, and of the costs of each method.
 fn table(caption: String, methods: &[ComparedMethod<'_>], results: &[MaterialResults]) -> Table {
-    let number = |value: Option<f64>| value.map_or(Cell::Missing, Cell::Number);
     let rows = methods.iter().enumerate().map(|(index, method)| {
         let metrics = results.iter().map(|results| results.by_method[index].0);
         let mean = Metrics::mean(metrics).unwrap_or_default();
-        let cycles = method.bundled.and_then(BundledRecipe::cycles);
         let mut row = vec![Cell::Text(method.label.clone())];
-        row.extend(column_values(&mean).map(Cell::Number));
-        row.push(number(method.seconds));
-        row.push(number(cycles.map(|cycles| cycles as f64)));
+        row.extend(Cell::of_metrics(&mean));
+        row.push(Cell::optional(method.seconds));
+        row.push(Cell::optional(method.cycles.map(|cycles| cycles as f64)));
         row
     });
     let mut columns = vec![Column::text("Method")];
-    columns.extend(METRICS.map(|(title, decimals, best)| Column::number(title, decimals, best)));
+    columns.extend(metric_columns());
     columns.extend([
         Column::number("Scan (s)", 1, Highlight::None),
         Column::number("Fit (cycles)", 0, Highlight::None),
@@ -371,28 +315,10 @@ fn gallery(
     results: &[MaterialResults],
 ) -> Gallery {
     let rows = results.iter().enumerate().map(|(index, results)| {
-        let losses = results.by_method.iter().map(|(metrics, _)| metrics.loss);
-        let lowest_loss = losses.fold(f64::INFINITY, f64::min);
-        let reference = Tile {
-            label: "Reference".into(),
-            details: Vec::new(),
-            best: false,
-            picture: evaluator.reference(index).clone(),
-        };
         let fits = methods.iter().zip(&results.by_method);
-        let fits = fits.map(|(method, (metrics, picture))| Tile {
-            label: method.label.clone(),
-            details: vec![
-                format!("loss {:.4}", metrics.loss),
-                format!("{:.1} dB", metrics.psnr),
-            ],
-            best: metrics.loss == lowest_loss,
-            picture: picture.clone(),
-        });
-        GalleryRow {
-            title: results.material.clone(),
-            tiles: [reference].into_iter().chain(fits).collect(),
-        }
+        let fits = fits.map(|(method, (metrics, picture))| (&method.label[..], metrics, picture));
+        let reference = evaluator.reference(index).clone();
+        GalleryRow::of_fits(&results.material, reference, &fits.collect::<Vec<_>>())
     });
     Gallery {
         caption,

@@ -5,16 +5,15 @@ use std::path::PathBuf;
 use anyhow::{Context, bail};
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand};
-use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
-use glimpse_trainer::bundled::{self, BundledRecipe};
+use glimpse_trainer::bundled::{self, BundledRecipe, Losses};
 use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 use glimpse_training::recipe::Metadata;
 use glimpse_training::route::{Order, Route};
-use serde_json::{Value, json};
+use serde::Serialize;
 
-use super::output::{create_out_folder, write_files_forced};
-use super::{print, print_json};
+use super::emit;
+use super::output::{create_out_folder, write_files};
 
 /// List or write the bundled recipes, which need no training.
 ///
@@ -76,11 +75,14 @@ struct Get {
 impl Recipes {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         match &self.action {
-            Action::List(List { json: false }) => {
-                let table = list_as_table()?;
-                print(&format!("{}\n{}", table.caption, table.to_text()))
+            Action::List(list) => {
+                let entries = bundled::ALL.iter().map(Entry::new);
+                let entries: Vec<Entry> = entries.collect::<anyhow::Result<_>>()?;
+                emit(list.json, &entries, || {
+                    let table = table(&entries);
+                    format!("{}\n{}", table.caption, table.to_text())
+                })
             }
-            Action::List(List { json: true }) => print_json(&list_as_json()?),
             Action::Get(get) => get.run(),
         }
     }
@@ -92,58 +94,55 @@ fn names() -> impl Iterator<Item = &'static str> {
     names.chain([ALL])
 }
 
-fn recipe_of(bundled: &BundledRecipe) -> anyhow::Result<Recipe<'static>> {
-    let recipe = bundled.recipe();
-    recipe.with_context(|| format!("the bundled recipe {}", bundled.name))
+/// An entry of the list.
+#[derive(Serialize)]
+struct Entry {
+    name: &'static str,
+    model: &'static str,
+    samples: usize,
+    takes_missing: bool,
+    checksum: String,
+    bytes: usize,
+    basis_bytes: Option<usize>,
+    /// Seconds of a scan on the machine that the recipe was trained for, or else on the default one.
+    seconds: Option<f64>,
+    loss: Option<Losses>,
 }
 
-/// Returns the seconds of a scan on the machine that the recipe was trained for, or else on the default one.
-fn scan_seconds(recipe: &Recipe<'_>) -> Option<f64> {
-    let machine = Metadata::of(recipe).ok()?.machine();
-    Route::of_recipe(recipe, &machine, Order::Travel).map(|route| route.total())
+impl Entry {
+    fn new(bundled: &BundledRecipe) -> anyhow::Result<Self> {
+        let recipe = bundled.recipe();
+        let recipe = recipe.with_context(|| format!("the bundled recipe {}", bundled.name))?;
+        let machine = Metadata::of(&recipe)?.machine();
+        let route = Route::of_recipe(&recipe, &machine, Order::Travel);
+        Ok(Self {
+            name: bundled.name,
+            model: recipe.model().name(),
+            samples: recipe.samples(),
+            takes_missing: recipe.tolerates_missing(),
+            checksum: format!("{:08x}", recipe.checksum()),
+            bytes: bundled.bytes.len(),
+            basis_bytes: bundled.basis().map(<[u8]>::len),
+            seconds: route.map(|route| route.total()),
+            loss: bundled.losses(),
+        })
+    }
 }
 
-fn list_as_json() -> anyhow::Result<Value> {
-    let entry = |bundled: &BundledRecipe| -> anyhow::Result<Value> {
-        let recipe = recipe_of(bundled)?;
-        let losses = bundled.losses().map(|losses| {
-            json!({
-                "procedural": losses.procedural,
-                "merl": losses.merl,
-                "merl_color": losses.merl_color,
-            })
-        });
-        Ok(json!({
-            "name": bundled.name,
-            "model": recipe.model().name(),
-            "samples": recipe.samples(),
-            "takes_missing": recipe.tolerates_missing(),
-            "checksum": format!("{:08x}", recipe.checksum()),
-            "bytes": bundled.bytes.len(),
-            "basis_bytes": bundled.basis().map(<[u8]>::len),
-            "seconds": scan_seconds(&recipe),
-            "loss": losses,
-        }))
+fn table(entries: &[Entry]) -> Table {
+    let row = |entry: &Entry| {
+        let loss = |select: fn(&Losses) -> f64| Cell::optional(entry.loss.as_ref().map(select));
+        vec![
+            Cell::Text(entry.name.to_owned()),
+            Cell::Number(entry.samples as f64),
+            Cell::Number(entry.bytes as f64),
+            Cell::optional(entry.seconds),
+            loss(|each| each.procedural),
+            loss(|each| each.merl),
+            loss(|each| each.merl_color),
+        ]
     };
-    bundled::ALL.iter().map(entry).collect()
-}
-
-fn list_as_table() -> anyhow::Result<Table> {
-    let row = |bundled: &BundledRecipe| {
-        let recipe = recipe_of(bundled)?;
-        let mut row = vec![
-            Cell::Text(bundled.name.to_owned()),
-            Cell::Number(recipe.samples() as f64),
-            Cell::Number(bundled.bytes.len() as f64),
-            scan_seconds(&recipe).map_or(Cell::Missing, Cell::Number),
-        ];
-        if let Some(losses) = bundled.losses() {
-            let losses = [losses.procedural, losses.merl, losses.merl_color];
-            row.extend(losses.map(Cell::Number));
-        }
-        Ok(row)
-    };
-    Ok(Table {
+    Table {
         caption: format!(
             "Bundled recipes, and their mean losses on unseen materials: 40 procedural and 80 of MERL, and the mean \
              color error (CIEDE2000) of the latter's spheres. Recipes of the model linear also need the compact basis of {} bytes.",
@@ -158,12 +157,9 @@ fn list_as_table() -> anyhow::Result<Table> {
             Column::number("MERL", 4, Highlight::None),
             Column::number("Color error: MERL", 1, Highlight::None),
         ],
-        rows: bundled::ALL
-            .iter()
-            .map(row)
-            .collect::<anyhow::Result<_>>()?,
+        rows: entries.iter().map(row).collect(),
         compare: Compare::WithinColumn,
-    })
+    }
 }
 
 impl Get {
@@ -177,7 +173,7 @@ impl Get {
             files.push((recipe, bundled.bytes.to_vec()));
         }
         create_out_folder(&self.out)?;
-        write_files_forced(&files, self.force)
+        write_files(&files, self.force)
     }
 
     fn selected(&self) -> anyhow::Result<Vec<&'static BundledRecipe>> {

@@ -63,7 +63,7 @@ pub(crate) struct Reproduce {
     /// Number of repetitions of random methods, 1 to 10000
     #[arg(long, default_value_t = 5, value_parser = numbers::seeds)]
     seeds: u64,
-    /// Environment light of the spheres: a panorama (*.hdr or *.exr) [default: the built-in studio]
+    /// Environment light of the spheres: a panorama (*.hdr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
     /// Largest n of experiments with several n, 1 to 4096 [default: 64 for --effort brief and quick,

@@ -24,7 +24,7 @@ use super::existing_output::{ExistingOutput, existing_output};
 use super::expected_loss::expected_loss;
 use super::lock::Lock;
 use super::numbers::SampleCount;
-use super::output::write_file_forced;
+use super::output::write_file;
 use super::progress::train_with_progress;
 use super::{LinearPriorArgs, choice, load_all, numbers};
 

@@ -3,16 +3,16 @@
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::PathBuf;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{FittedMaterial, Material, Source};
 use glimpse_trainer::scanner::{self, ScanReport, ScannerError, ScannerNoise};
 
 use super::numbers::nonnegative;
-use super::output::{refuse_input, refuse_source, refuse_unwritable, write_file_forced};
+use super::output::{check_out, refuse_existing, refuse_input, refuse_source, write_file};
 use super::training_overlap::warn_of_overlap;
-use super::{load, print, read_recipe};
+use super::{load_single, print, read_recipe};
 
 /// Simulate a scanner's motors and sensor for firmware on a serial link.
 ///
@@ -41,6 +41,9 @@ pub(crate) struct VirtualScanner {
     /// linear the basis is written next to it
     #[arg(long, value_name = "FILE.json")]
     out: Option<PathBuf>,
+    /// Replace an existing file of --out
+    #[arg(long, requires = "out")]
+    force: bool,
 }
 
 impl VirtualScanner {
@@ -58,17 +61,11 @@ impl VirtualScanner {
                 out.display()
             );
             // Checked before the first scan, which would be lost otherwise.
-            refuse_unwritable(out)?;
+            refuse_existing(out, self.force)?;
+            check_out(out)?;
         }
-        let materials = load(&self.material)?;
-        let [material] = &materials[..] else {
-            bail!(
-                "--material {} holds {} materials: give a single one",
-                self.material,
-                materials.len()
-            );
-        };
-        let material = &**material;
+        let materials = [load_single(&self.material)?];
+        let material = &*materials[0];
         let noise = ScannerNoise {
             deviation: self.noise,
             seed,
@@ -160,7 +157,7 @@ impl VirtualScanner {
         )?;
         // A later scan replaces the material. The basis must not replace that of another recipe.
         files.iter().try_for_each(|(path, bytes)| {
-            write_file_forced(path, bytes, FittedMaterial::is_json_file(path))
+            write_file(path, bytes, FittedMaterial::is_json_file(path))
         })
     }
 }

@@ -4,8 +4,6 @@ use std::fmt::Write;
 
 use glimpse_training::recipe::RecipeFile;
 
-use super::comment::expected_loss_text;
-
 /// The number of bytes per line.
 const BYTES_PER_LINE: usize = 16;
 
@@ -20,8 +18,7 @@ pub fn to_c(file: &RecipeFile) -> String {
         recipe.samples(),
     );
     if let Some(loss) = recipe.expected_loss() {
-        let text = expected_loss_text(loss, file.metadata());
-        source += &format!("   {text}\n");
+        source += &format!("   Expected loss: {loss:.4}.\n");
     }
     source += "   glimpse_scan_begin() and glimpse_recipe_describe() take the array and its size. */\n\n\
                #include <stdint.h>\n\n";

@@ -1,10 +1,7 @@
-//! Export of recipes as C, CSV and JSON.
+//! Export of recipes as C and JSON.
 
 mod c;
-mod comment;
-mod csv;
 mod json;
 
 pub use c::to_c;
-pub use csv::to_csv;
 pub use json::{eta, expectation, to_json, training};

@@ -1,5 +1,7 @@
 //! Images of linear radiance, and their tone mapping.
 
+use glimpse_materials::to_npy;
+
 use super::Picture;
 
 /// The factor by which tone mapping multiplies the radiance first.
@@ -27,38 +29,32 @@ impl Image {
         }
     }
 
-    /// Arranges rows of images in a grid, each image in the top left of its cell. A column is as wide as its widest
-    /// image, and a row as high as its highest one. Gaps of `gap` pixels and empty space have the radiance `radiance`.
+    /// Arranges images of the same size in rows of `columns` images, with black gaps of `gap` pixels.
     #[must_use]
-    pub fn grid<Row: AsRef<[Self]>>(rows: &[Row], gap: usize, radiance: [f32; 3]) -> Self {
-        let rows: Vec<&[Self]> = rows.iter().map(AsRef::as_ref).collect();
-        let columns = rows.iter().map(|row| row.len()).max().unwrap_or(0);
-        let widest = |column: usize| {
-            rows.iter()
-                .filter_map(|row| row.get(column))
-                .map(|image| image.width)
-                .max()
-        };
-        let highest = |row: &&[Self]| row.iter().map(|image| image.height).max().unwrap_or(0);
-        let (lefts, width) = offsets((0..columns).map(|column| widest(column).unwrap_or(0)), gap);
-        let (tops, height) = offsets(rows.iter().map(highest), gap);
-        let mut grid = Self::filled(width, height, radiance);
-        for (row, top) in rows.iter().zip(tops) {
-            for (image, &left) in row.iter().zip(&lefts) {
-                grid.paste(image, left, top);
+    pub fn grid(images: &[Self], columns: usize, gap: usize) -> Self {
+        let (width, height) = images.first().map_or((0, 0), |one| (one.width, one.height));
+        let columns = columns.clamp(1, images.len().max(1));
+        let end = |count: usize, side: usize| (count * (side + gap)).saturating_sub(gap);
+        let rows = images.len().div_ceil(columns);
+        let mut grid = Self::filled(end(columns, width), end(rows, height), [0.0; 3]);
+        for (index, image) in images.iter().enumerate() {
+            let left = index % columns * (width + gap);
+            let top = index / columns * (height + gap);
+            let lines = grid.pixels.chunks_exact_mut(grid.width.max(1)).skip(top);
+            for (to, from) in lines.zip(image.pixels.chunks_exact(width.max(1))) {
+                for (to, from) in to.iter_mut().skip(left).zip(from) {
+                    *to = *from;
+                }
             }
         }
         grid
     }
 
-    /// Copies an image into this one, with its top left pixel at (left, top). Pixels beyond the edges are dropped.
-    fn paste(&mut self, image: &Self, left: usize, top: usize) {
-        let rows = self.pixels.chunks_exact_mut(self.width.max(1)).skip(top);
-        for (to, from) in rows.zip(image.pixels.chunks_exact(image.width.max(1))) {
-            for (to, from) in to.iter_mut().skip(left).zip(from) {
-                *to = *from;
-            }
-        }
+    /// Encodes the linear radiance as a NumPy file: 32-bit floats of shape (height, width, 3).
+    #[must_use]
+    pub fn to_npy(&self) -> Vec<u8> {
+        let shape = [self.height as u64, self.width as u64, 3];
+        to_npy(&shape, self.pixels.as_flattened())
     }
 
     /// Converts radiance to 8-bit sRGB. Each channel x is compressed to 1 - exp(-1.7 x), like the response of film,
@@ -93,41 +89,28 @@ fn srgb(linear: f32) -> f32 {
     }
 }
 
-/// Returns the offsets of consecutive lengths with gaps between them, and the end of the last one.
-fn offsets(lengths: impl Iterator<Item = usize>, gap: usize) -> (Vec<usize>, usize) {
-    let mut end = 0;
-    let starts = lengths.enumerate().map(|(index, length)| {
-        let start = if index == 0 { 0 } else { end + gap };
-        end = start + length;
-        start
-    });
-    (starts.collect(), end)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     const RED: [f32; 3] = [1.0, 0.0, 0.0];
     const BLUE: [f32; 3] = [0.0, 0.0, 1.0];
-    const GRAY: [f32; 3] = [0.5; 3];
+    const GAP: [f32; 3] = [0.0; 3];
 
     #[test]
     fn grid_keeps_all_images_and_fills_gaps() {
         let red = Image::filled(2, 1, RED);
-        let blue = Image::filled(1, 2, BLUE);
-        let grid = Image::grid(&[vec![red.clone(), blue.clone()], vec![blue]], 1, GRAY);
-        assert_eq!((grid.width, grid.height), (4, 5));
+        let blue = Image::filled(2, 1, BLUE);
+        let grid = Image::grid(&[red.clone(), blue.clone(), blue], 2, 1);
+        assert_eq!((grid.width, grid.height), (5, 3));
         #[rustfmt::skip]
         let expected = [
-            RED,  RED,  GRAY, BLUE,
-            GRAY, GRAY, GRAY, BLUE,
-            GRAY, GRAY, GRAY, GRAY,
-            BLUE, GRAY, GRAY, GRAY,
-            BLUE, GRAY, GRAY, GRAY,
+            RED,  RED,  GAP, BLUE, BLUE,
+            GAP,  GAP,  GAP, GAP,  GAP,
+            BLUE, BLUE, GAP, GAP,  GAP,
         ];
         assert_eq!(grid.pixels, expected);
-        assert_eq!(Image::grid(&[[red.clone()]], 3, GRAY), red);
+        assert_eq!(Image::grid(std::slice::from_ref(&red), 8, 3), red);
     }
 
     #[test]

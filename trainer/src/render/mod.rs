@@ -11,8 +11,6 @@ mod environment;
 mod image;
 mod octahedral;
 #[cfg(feature = "program")]
-mod open_exr;
-#[cfg(feature = "program")]
 mod panorama;
 mod picture;
 mod quadrature;
@@ -26,4 +24,4 @@ pub use image::Image;
 #[cfg(feature = "program")]
 pub use panorama::EnvironmentError;
 pub use picture::{Picture, PictureError};
-pub use sphere::{BACKGROUND, render_sphere, sphere_disc};
+pub use sphere::{render_sphere, sphere_disc};

@@ -1,11 +1,10 @@
-//! Readers of environments: panoramas in latitude and longitude, as Radiance or OpenEXR files.
+//! The reader of environments: panoramas in latitude and longitude, as Radiance files.
 
 use std::io::{BufRead, BufReader, Seek};
 use std::path::{Path, PathBuf};
 
 use ::image::ImageDecoder;
 use ::image::codecs::hdr::HdrDecoder;
-use exr::prelude::{ReadChannels, ReadLayers, Vec2};
 
 use super::{Environment, Image};
 use glimpse_materials::untrusted::{escaped, open_at_most};
@@ -14,7 +13,7 @@ use glimpse_materials::untrusted::{escaped, open_at_most};
 const MAX_PIXELS: u64 = 1 << 25;
 /// Maximum file size in bytes: 32 bytes per pixel of the largest panorama, uncompressed.
 const MAX_BYTES: u64 = 32 * MAX_PIXELS;
-/// Maximum number of pixels per byte of a file. Neither format compresses better, so a header that claims more is
+/// Maximum number of pixels per byte of a file. The format does not compress better, so a header that claims more is
 /// rejected.
 const MAX_PIXELS_PER_BYTE: u64 = 10_000;
 
@@ -31,8 +30,8 @@ pub enum EnvironmentError {
     },
     /// The file name has an unknown extension.
     #[error(
-        "{} is not an environment: give a panorama in latitude and longitude, as Radiance (*.hdr) or \
-         OpenEXR (*.exr)", .0.display()
+        "{} is not an environment: give a panorama in latitude and longitude, as Radiance (*.hdr)",
+        .0.display()
     )]
     UnknownFormat(PathBuf),
     /// The content does not match the extension, or is not a usable panorama.
@@ -46,8 +45,7 @@ pub enum EnvironmentError {
 }
 
 impl Environment {
-    /// Reads a panorama in latitude and longitude: Radiance (`*.hdr`, RGBE) or OpenEXR (`*.exr`,
-    /// channels R, G and B of the first layer that has them), linear RGB.
+    /// Reads a panorama in latitude and longitude: Radiance (`*.hdr`, RGBE), linear RGB.
     ///
     /// The panorama is the view from the sphere's position. Its center is straight ahead of the viewer, behind the
     /// sphere. Right of the center is the viewer's right; the left and right edges meet behind the viewer. The top row
@@ -69,7 +67,7 @@ impl Environment {
 }
 
 impl Image {
-    /// Reads the pixels of a panorama without changes; see [`Environment::read`] for formats and layout.
+    /// Reads the pixels of a panorama without changes; see [`Environment::read`] for format and layout.
     ///
     /// # Errors
     /// If the file cannot be read or is damaged, or it has more than 2^25 pixels.
@@ -78,15 +76,16 @@ impl Image {
             path: path.into(),
             source,
         };
-        let extension = path.extension().and_then(|extension| extension.to_str());
-        let decode = match extension.map(str::to_ascii_lowercase).as_deref() {
-            Some("hdr" | "pic") => decode_radiance,
-            Some("exr") => decode_open_exr,
-            _ => return Err(EnvironmentError::UnknownFormat(path.into())),
-        };
+        let extension = path.extension().unwrap_or_default();
+        if !["hdr", "pic"]
+            .iter()
+            .any(|known| extension.eq_ignore_ascii_case(known))
+        {
+            return Err(EnvironmentError::UnknownFormat(path.into()));
+        }
         let file = open_at_most(path, MAX_BYTES).map_err(read_error)?;
         let bytes = file.metadata().map_err(read_error)?.len();
-        decode(BufReader::new(file), bytes).map_err(|problem| EnvironmentError::Damaged {
+        decode_radiance(BufReader::new(file), bytes).map_err(|problem| EnvironmentError::Damaged {
             path: path.into(),
             problem,
         })
@@ -143,47 +142,6 @@ fn decode_radiance<R: BufRead + Seek>(mut file: R, bytes: u64) -> Result<Image, 
     })
 }
 
-/// Decodes an OpenEXR file.
-fn decode_open_exr<R: BufRead + Seek>(file: R, bytes: u64) -> Result<Image, String> {
-    let damaged = |error: exr::error::Error| {
-        format!(
-            "not a complete OpenEXR file with channels R, G and B: {}; save it again, with ZIP \
-             compression",
-            escaped(&error.to_string())
-        )
-    };
-    let reader = exr::block::read(file, false).map_err(damaged)?;
-    for header in reader.headers() {
-        let size = header.layer_size;
-        check_size(size.width() as u64, size.height() as u64, bytes)?;
-        let window = header.shared_attributes.display_window;
-        if (window.position, window.size) != (header.own_attributes.layer_position, size) {
-            return Err(
-                "its data window differs from its display window: save the panorama uncropped"
-                    .into(),
-            );
-        }
-    }
-    let black_image =
-        |size: Vec2<usize>, _: &_| Image::filled(size.width(), size.height(), [0.0; 3]);
-    let set_pixel = |image: &mut Image, position: Vec2<usize>, (r, g, b): (f32, f32, f32)| {
-        let index = position.y() * image.width + position.x();
-        if let Some(pixel) = image.pixels.get_mut(index) {
-            *pixel = [r, g, b];
-        }
-    };
-    let file = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .rgb_channels(black_image, set_pixel)
-        .first_valid_layer()
-        .all_attributes()
-        .non_parallel()
-        .from_chunks(reader)
-        .map_err(damaged)?;
-    Ok(file.layer_data.channel_data.pixels)
-}
-
 #[cfg(test)]
 mod tests {
     use std::io::Cursor;
@@ -224,19 +182,17 @@ mod tests {
     }
 
     #[test]
-    fn both_formats_give_equal_radiance() {
+    fn radiance_is_decoded_and_oriented() {
         let mut panorama = Image::filled(WIDTH, HEIGHT, [0.5, 0.25, 0.125]);
         panorama.pixels[3 * WIDTH + 12] = [16.0, 8.0, 4.0];
         let expected = Environment::from_panorama(&panorama).unwrap();
-        let radiance = read("a.hdr", &valid_file()).unwrap();
-        let open_exr = read("a.EXR", &panorama.to_exr().unwrap()).unwrap();
+        let radiance = read("a.HDR", &valid_file()).unwrap();
         // Column 12 of 16 is just over a quarter turn to the right of the center, row 3 just above the horizon.
         let [r, g, b] = expected.radiance([0.962, 0.195, 0.191]);
         assert!(r > 10.0 * expected.radiance([-1.0, 0.0, 0.0])[0]);
         assert!((r / g - 2.0).abs() < 1e-5 && (g / b - 2.0).abs() < 1e-5);
         for direction in [[0.962, 0.195, 0.191], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]] {
             assert_eq!(radiance.radiance(direction), expected.radiance(direction));
-            assert_eq!(open_exr.radiance(direction), expected.radiance(direction));
         }
     }
 
@@ -249,12 +205,11 @@ mod tests {
             ("d.hdr", valid_file()[..200].to_vec(), ""),
             ("e.hdr", b"PNG".to_vec(), ""),
             ("f.hdr", Vec::new(), ""),
-            ("g.exr", valid_file(), ""),
         ] {
             let problem = problem_of(name, &bytes);
             assert!(problem.contains(expected), "{name}: {problem}");
         }
-        for name in ["h.png", "i"] {
+        for name in ["g.png", "h"] {
             let error = read(name, &valid_file()).map(|_| ()).unwrap_err();
             assert!(matches!(error, EnvironmentError::UnknownFormat(path) if path.ends_with(name)));
         }
@@ -270,27 +225,21 @@ mod tests {
 
     #[test]
     fn damaged_files_do_not_panic() {
-        let panorama = Image::filled(WIDTH, HEIGHT, [0.5, 0.25, 0.125]);
-        type Decode = fn(Cursor<Vec<u8>>, u64) -> Result<Image, String>;
-        for (decode, valid) in [
-            (decode_radiance as Decode, valid_file()),
-            (decode_open_exr, panorama.to_exr().unwrap()),
-        ] {
-            let decode = |bytes: Vec<u8>| {
-                let length = bytes.len() as u64;
-                decode(Cursor::new(bytes), length)
-            };
-            assert_eq!(decode(valid.clone()).unwrap().pixels.len(), WIDTH * HEIGHT);
-            for length in 0..valid.len() {
-                let _ = decode(valid[..length].to_vec());
-            }
-            // The first 400 bytes contain the sizes.
-            for position in 0..valid.len().min(400) {
-                for value in [0, 0x7f, 0xff] {
-                    let mut damaged = valid.clone();
-                    damaged[position] = value;
-                    let _ = decode(damaged);
-                }
+        let valid = valid_file();
+        let decode = |bytes: Vec<u8>| {
+            let length = bytes.len() as u64;
+            decode_radiance(Cursor::new(bytes), length)
+        };
+        assert_eq!(decode(valid.clone()).unwrap().pixels.len(), WIDTH * HEIGHT);
+        for length in 0..valid.len() {
+            let _ = decode(valid[..length].to_vec());
+        }
+        // The first 400 bytes contain the sizes.
+        for position in 0..valid.len().min(400) {
+            for value in [0, 0x7f, 0xff] {
+                let mut damaged = valid.clone();
+                damaged[position] = value;
+                let _ = decode(damaged);
             }
         }
     }

@@ -1,21 +1,8 @@
 //! Pictures of 8 bits per channel, for pages, PNG files and image metrics.
 
-use std::io;
-use std::path::{Path, PathBuf};
-
-use glimpse_materials::files::write_atomic;
-
-/// An error in writing a picture.
+/// An error in encoding a picture.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
-    /// The operating system cannot write the file.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// Path of the file.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: io::Error,
-    },
     /// A side is 0, or the number of pixels is not width x height.
     #[error(
         "a picture of {width} x {height} pixels with {pixels} pixels in memory cannot be written as PNG: {source}"
@@ -29,16 +16,6 @@ pub enum PictureError {
         pixels: usize,
         /// Error of the encoder.
         source: png::EncodingError,
-    },
-    /// An image cannot be encoded as OpenEXR.
-    #[error("a picture of {width} x {height} pixels cannot be written as OpenEXR: {reason}")]
-    EncodeExr {
-        /// Width in pixels.
-        width: usize,
-        /// Height in pixels.
-        height: usize,
-        /// Error of the encoder, or the number of pixels in memory.
-        reason: String,
     },
 }
 
@@ -91,17 +68,6 @@ impl Picture {
         writer.write_image_data(self.pixels.as_flattened())?;
         writer.finish()
     }
-
-    /// Writes the picture atomically as a PNG file.
-    ///
-    /// # Errors
-    /// As [`Picture::to_png`], or if the file cannot be written.
-    pub fn write_png(&self, path: &Path) -> Result<(), PictureError> {
-        write_atomic(path, &self.to_png()?).map_err(|source| PictureError::Write {
-            path: path.into(),
-            source,
-        })
-    }
 }
 
 #[cfg(test)]
@@ -112,15 +78,12 @@ mod tests {
 
     #[test]
     fn png_round_trip_is_exact() {
-        let scratch = tempfile::tempdir().unwrap();
-        let path = scratch.path().join("picture.png");
         let picture = Picture {
             width: 5,
             height: 3,
             pixels: (0..15).map(|i| [i, 100 + i, 255 - 3 * i]).collect(),
         };
-        picture.write_png(&path).unwrap();
-        let file = io::BufReader::new(std::fs::File::open(&path).unwrap());
+        let file = std::io::Cursor::new(picture.to_png().unwrap());
         let mut reader = png::Decoder::new(file).read_info().unwrap();
         let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut bytes).unwrap();
@@ -130,15 +93,12 @@ mod tests {
 
     #[test]
     fn rejects_wrong_pixel_count() {
-        let scratch = tempfile::tempdir().unwrap();
-        let path = scratch.path().join("picture.png");
-        assert!(Picture::filled(0, 3, RED).write_png(&path).is_err());
+        assert!(Picture::filled(0, 3, RED).to_png().is_err());
         let short = Picture {
             width: 3,
             height: 3,
             pixels: vec![RED; 8],
         };
-        assert!(short.write_png(&path).is_err());
-        assert!(!path.exists());
+        assert!(short.to_png().is_err());
     }
 }

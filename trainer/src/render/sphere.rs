@@ -10,7 +10,7 @@ use super::quadrature::{HalfVectors, Nodes, RINGS};
 use super::{Environment, Image};
 
 /// Radiance of the background.
-pub const BACKGROUND: [f32; 3] = [0.08; 3];
+pub(super) const BACKGROUND: [f32; 3] = [0.08; 3];
 /// Ratio of the sphere's diameter to the picture's side.
 pub(super) const DIAMETER: f32 = 0.96;
 
@@ -19,7 +19,7 @@ pub(super) const DIAMETER: f32 = 0.96;
 /// The incoming direction points to the light, and the BRDF is isotropic. Every pixel is the integral of
 /// f(w_i, w_o) L(w_i) cos(theta_i) over the hemisphere. The quadrature rule is fixed, so that equal BRDFs give equal
 /// bits. Pixels at the same distance from the center have the same outgoing angle and share one batched call of `brdf`.
-/// Shadows and interreflections are not rendered. Pixels off the sphere have the radiance [`BACKGROUND`].
+/// Shadows and interreflections are not rendered. Pixels off the sphere have the radiance 0.08.
 pub fn render_sphere(brdf: &(impl Brdf + ?Sized), environment: &Environment, size: usize) -> Image {
     render_with_rings(brdf, environment, size, RINGS)
 }

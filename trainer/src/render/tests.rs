@@ -7,8 +7,8 @@ use glimpse_core::numeric::math;
 use glimpse_materials::Brdf;
 
 use super::quadrature::RINGS;
-use super::sphere::{DIAMETER, circles, render_with_rings};
-use super::{BACKGROUND, Environment, Image, render_sphere};
+use super::sphere::{BACKGROUND, DIAMETER, circles, render_with_rings};
+use super::{Environment, Image, render_sphere};
 use crate::metrics::image::{mean_squared_error, psnr};
 
 /// A white Lambertian BRDF.

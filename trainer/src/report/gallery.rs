@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use maud::{Markup, html};
 
+use crate::metrics::Metrics;
 use crate::render::Picture;
 
 /// Rows of pictures under common headings.
@@ -22,6 +23,30 @@ pub struct GalleryRow {
     pub title: String,
     /// The pictures, the reference first.
     pub tiles: Vec<Tile>,
+}
+
+impl GalleryRow {
+    /// Creates a row of a reference and its fits, each with its label, errors and picture. The fit with the lowest loss is
+    /// marked as the best if there are several.
+    #[must_use]
+    pub fn of_fits(title: &str, reference: Picture, fits: &[(&str, &Metrics, &Picture)]) -> Self {
+        let losses = fits.iter().map(|(_, metrics, _)| metrics.loss);
+        let lowest_loss = losses.fold(f64::INFINITY, f64::min);
+        let tiles = fits.iter().map(|(label, metrics, picture)| Tile {
+            label: (*label).into(),
+            details: vec![
+                format!("loss {:.4}, delta E {:.2}", metrics.loss, metrics.delta_e),
+                format!("DSSIM {:.4}, {:.1} dB", metrics.dssim, metrics.psnr),
+            ],
+            best: fits.len() > 1 && metrics.loss == lowest_loss,
+            picture: (*picture).clone(),
+        });
+        let reference = Tile::plain("Reference", reference);
+        Self {
+            title: title.into(),
+            tiles: [reference].into_iter().chain(tiles).collect(),
+        }
+    }
 }
 
 /// A picture with its label.
@@ -81,6 +106,17 @@ impl Gallery {
 }
 
 impl Tile {
+    /// Creates a tile without details.
+    #[must_use]
+    pub fn plain(label: impl Into<String>, picture: Picture) -> Self {
+        Self {
+            label: label.into(),
+            details: Vec::new(),
+            best: false,
+            picture,
+        }
+    }
+
     fn to_html(&self, title: &str, path: &str) -> Markup {
         let Picture { width, height, .. } = self.picture;
         html! {

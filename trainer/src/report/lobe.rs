@@ -4,7 +4,7 @@ use glimpse_core::geometry::{Directions, HalfDifference};
 use glimpse_materials::Brdf;
 use maud::{Markup, html};
 
-use super::svg::{COLORS, StyleRule, TEXT, drawing, one_decimal, power_of_ten};
+use super::svg::{COLORS, TEXT, drawing, one_decimal, path_of, power_of_ten};
 
 /// The maximum number of curves, one for each color.
 pub const MAX_LOBES: usize = COLORS.len();
@@ -20,17 +20,7 @@ const RADIUS: f32 = 285.0;
 const LEGEND_TOP: f32 = 418.0;
 const LINE_HEIGHT: f32 = 21.0;
 
-/// Colors of the curves in their order, in addition to the common style.
-const RULES: [StyleRule; 7] = [
-    (".light", "fill", TEXT),
-    (".c0", "stroke", COLORS[0]),
-    (".c1", "stroke", COLORS[1]),
-    (".c2", "stroke", COLORS[2]),
-    (".c3", "stroke", COLORS[3]),
-    (".c4", "stroke", COLORS[4]),
-    (".c5", "stroke", COLORS[5]),
-];
-const SHAPES: &str = ".plot .curve{fill:none;stroke-width:2;stroke-linejoin:round}\
+const SHAPES: &str = ".plot .curve{fill:none;stroke:currentColor;stroke-width:2;stroke-linejoin:round}\
                       .plot .dash{stroke-dasharray:7 4}";
 
 /// A BRDF under light from one direction, and optionally a second curve of the same color.
@@ -108,20 +98,20 @@ pub fn lobe_svg(lobes: &[Lobe]) -> String {
         text x="116" y=(y) { "direction to the light" }
     };
     let label = "BRDF in the plane of incidence";
-    drawing([700.0, height], label, &RULES, SHAPES, &marks)
+    drawing(
+        [700.0, height],
+        label,
+        &[(".light", "fill", TEXT)],
+        SHAPES,
+        &marks,
+    )
 }
 
 /// Returns the SVG path of a curve.
 fn curve_path(curve: &[[f32; 2]], decades: [i32; 2]) -> String {
     let points = curve.iter().filter(|[_, value]| !value.is_nan());
-    let points = points.map(|[theta_o, value]| {
-        let [x, y] = point(*theta_o, RADIUS * fraction(*value, decades));
-        format!("{x:.1} {y:.1}")
-    });
-    match points.collect::<Vec<_>>().join("L") {
-        empty if empty.is_empty() => empty,
-        points => format!("M{points}"),
-    }
+    let points = points.map(|[theta_o, value]| point(*theta_o, RADIUS * fraction(*value, decades)));
+    path_of(&points.collect::<Vec<_>>())
 }
 
 /// Returns the SVG path of a triangle on the rim that points to the light.

@@ -14,5 +14,5 @@ pub use gallery::{Gallery, GalleryRow, Tile};
 pub use lobe::{Lobe, MAX_LOBES, lobe, lobe_svg};
 pub use page::{Page, PageError, document};
 pub use pattern::pattern_svg;
-pub use plot::{Axis, Marker, Plot, PlotError, Scale, Series, SeriesColor};
-pub use table::{Cell, Column, Compare, Highlight, Table};
+pub use plot::{Axis, Marker, Plot, Scale, Series, SeriesColor};
+pub use table::{Cell, Column, Compare, Highlight, Table, metric_columns};

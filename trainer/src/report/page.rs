@@ -258,8 +258,6 @@ mod tests {
             assert!(directory.join(file).is_file(), "{file}");
         }
         assert!(html.contains("pictures/blue-rubber-ours-2.png"));
-        // Drawings on white are inverted in dark mode.
-        assert!(html.contains(".drawing svg.on-white { filter: invert("));
         assert!(!html.contains("http"), "the page loads a remote resource");
     }
 

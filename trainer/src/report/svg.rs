@@ -32,16 +32,23 @@ pub(super) const COLORS: [ThemedColor; 6] = [
     ThemedColor::new("#e69f00", "#e69f00"),
 ];
 
-/// A rule of a drawing's style sheet: selector, property (`fill` or `stroke`) and color.
+/// A rule of a drawing's style sheet: selector, property (`fill`, `stroke` or `color`) and color.
 pub(super) type StyleRule = (&'static str, &'static str, ThemedColor);
 
-/// The rules of all drawings, for classes `paper`, `dim`, `axis` and `grid`, and for text.
-const COMMON_RULES: [StyleRule; 5] = [
+/// The rules of all drawings, for classes `paper`, `dim`, `axis` and `grid`, for text, and for series.
+const COMMON_RULES: [StyleRule; 12] = [
     (".paper", "fill", BACKGROUND),
     ("text", "fill", TEXT),
     (".dim", "fill", SECONDARY),
     (".axis", "stroke", SECONDARY),
     (".grid", "stroke", GRID),
+    (".c0", "color", COLORS[0]),
+    (".c1", "color", COLORS[1]),
+    (".c2", "color", COLORS[2]),
+    (".c3", "color", COLORS[3]),
+    (".c4", "color", COLORS[4]),
+    (".c5", "color", COLORS[5]),
+    (".c6", "color", TEXT),
 ];
 /// The style without colors, which is the same in light and dark mode.
 const COMMON_STYLE: &str = "\
@@ -91,6 +98,15 @@ pub(super) fn drawing(
 /// Formats a length in SVG units with one decimal.
 pub(super) fn one_decimal(length: f32) -> String {
     format!("{length:.1}")
+}
+
+/// Returns the SVG path of a line through points; empty without points.
+pub(super) fn path_of(points: &[[f32; 2]]) -> String {
+    let points = points.iter().map(|[x, y]| format!("{x:.1} {y:.1}"));
+    match points.collect::<Vec<_>>().join("L") {
+        empty if empty.is_empty() => empty,
+        points => format!("M{points}"),
+    }
 }
 
 /// Formats a power of ten with a superscript exponent.

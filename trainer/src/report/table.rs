@@ -94,6 +94,39 @@ impl Column {
     }
 }
 
+/// Returns the columns of [`Cell::of_metrics`].
+#[must_use]
+pub fn metric_columns() -> [Column; 5] {
+    [
+        Column::number("Loss", 4, Highlight::Lowest),
+        Column::number("DSSIM", 4, Highlight::Lowest),
+        Column::number("L2", 6, Highlight::Lowest),
+        Column::number("PSNR (dB)", 2, Highlight::Highest),
+        Column::number("Delta E", 4, Highlight::Lowest),
+    ]
+}
+
+impl Cell {
+    /// Returns a number, or an empty entry for None.
+    #[must_use]
+    pub fn optional(number: Option<f64>) -> Self {
+        number.map_or(Self::Missing, Self::Number)
+    }
+
+    /// Returns the entries of [`metric_columns`].
+    #[must_use]
+    pub fn of_metrics(metrics: &Metrics) -> [Self; 5] {
+        let Metrics {
+            loss,
+            dssim,
+            l2,
+            psnr,
+            delta_e,
+        } = *metrics;
+        [loss, dssim, l2, psnr, delta_e].map(Self::Number)
+    }
+}
+
 impl Table {
     /// Iterates over the columns with the entries of a row.
     pub(super) fn row(&self, row: usize) -> impl Iterator<Item = (&Column, &Cell)> {

@@ -21,8 +21,8 @@ use report::{FitReport, FormatSummary, ReportEntry};
 
 use super::formats::{self, Files, files_of};
 use super::lock::Lock;
-use super::output::{create_out_folder, refuse_input, write_file_forced, write_files_forced};
-use super::{print, print_json, read_recipe};
+use super::output::{create_out_folder, refuse_input, write_file, write_files};
+use super::{print, read_recipe};
 
 /// Fit a material to readings from a lab, as a device would.
 ///
@@ -165,7 +165,7 @@ impl Fit {
         metrics: Option<Metrics>,
     ) -> anyhow::Result<FormatSummary> {
         create_out_folder(&folder.join(FORMATS))?;
-        write_files_forced(files, self.force)?;
+        write_files(files, self.force)?;
         let (first, _) = files.first().context("a format has no files")?;
         let delta_e = metrics.map(|metrics| metrics.delta_e);
         let loss = match metrics {
@@ -282,7 +282,7 @@ impl Fit {
             std::fs::read(&from).with_context(|| format!("cannot read {}", from.display()))?;
         // The recipe may be in the output folder, with its basis.
         if !has_content(&to, &bytes) {
-            write_file_forced(&to, &bytes, self.force)?;
+            write_file(&to, &bytes, self.force)?;
         }
         let name = to.file_name().unwrap_or_default();
         Ok(Some((name.to_string_lossy().into_owned(), checksum)))

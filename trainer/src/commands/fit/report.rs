@@ -15,7 +15,6 @@ use glimpse_training::recipe::Metadata;
 use serde::Serialize;
 
 use super::super::expected_loss::{self, caution};
-use crate::commit;
 
 /// The report on a fit. Field names are those of the JSON.
 #[derive(Serialize)]
@@ -152,7 +151,7 @@ impl FitReport {
     ) -> anyhow::Result<Self> {
         let measured = &fit.selection.measurements;
         let mut report = Self {
-            trainer: commit::VERSION,
+            trainer: env!("CARGO_PKG_VERSION"),
             recipe: RecipeSummary {
                 file: file_name(recipe_path),
                 checksum: format!("{:08x}", recipe.checksum()),

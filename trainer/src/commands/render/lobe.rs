@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
-use glimpse_materials::{Material, Source};
+use glimpse_materials::Source;
 use glimpse_trainer::evaluation::Method;
 use glimpse_trainer::report::{self, MAX_LOBES, lobe, lobe_svg};
-use serde_json::json;
 
-use super::super::output::{file_as_json, refuse_input, refuse_source};
-use super::super::{load, print_json, write_file};
-use super::shared::{check_out, file_type, with_method};
+use super::super::load;
+use super::super::numbers::checked;
+use super::super::output::{check_out, refuse_input, refuse_source, write_file};
+use super::shared::{file_type, with_method};
 
 /// Plot BRDFs in the plane of incidence: the logarithm of the luminance over the angle.
 ///
@@ -40,17 +40,15 @@ pub(super) struct Lobe {
     /// Plot to write
     #[arg(long, short, value_name = "FILE.svg", default_value = "lobe.svg")]
     out: PathBuf,
-    /// Print JSON: file, and material, angle and kind of each curve
+    /// Replace an existing file that differs
     #[arg(long)]
-    json: bool,
+    force: bool,
 }
 
 /// Parses a polar angle in degrees, from 0 to below 90.
 fn above_horizon(text: &str) -> Result<f32, String> {
-    let angle = text.parse().ok();
-    angle
-        .filter(|angle| (0.0..90.0).contains(angle))
-        .ok_or_else(|| "give an angle from 0 to below 90 degrees".to_owned())
+    let is_valid = |angle: &f32| (0.0..90.0).contains(angle);
+    checked(text, is_valid, "an angle from 0 to below 90 degrees")
 }
 
 impl Lobe {
@@ -93,24 +91,6 @@ impl Lobe {
                 });
             }
         }
-        write_file(&self.out, lobe_svg(&lobes).as_bytes())?;
-        if !self.json {
-            return Ok(());
-        }
-        let curve = |material: &dyn Material, degrees: f32| {
-            json!({
-                "material": material.name(),
-                "theta_i_degrees": degrees,
-                "scanned": method.is_some(),
-            })
-        };
-        let curves = materials.iter().flat_map(|material| {
-            let angles = self.theta_i.iter();
-            angles.map(move |degrees| curve(&**material, *degrees))
-        });
-        print_json(&json!({
-            "file": file_as_json(&self.out),
-            "curves": curves.collect::<Vec<_>>(),
-        }))
+        write_file(&self.out, lobe_svg(&lobes).as_bytes(), self.force)
     }
 }

@@ -1,9 +1,8 @@
-//! Shared code of the render commands: checks of output paths, and methods from recipes.
+//! Shared code of the render commands: types of output files, and methods from recipes.
 
 use std::path::Path;
 
-use anyhow::{Context, bail};
-use glimpse_materials::files::check_writable;
+use anyhow::bail;
 use glimpse_trainer::evaluation::Method;
 
 use super::super::read_recipe;
@@ -33,9 +32,4 @@ pub(super) fn with_method<T>(
     let (file, basis) = read_recipe(path)?;
     let recipe = file.recipe();
     run(Some(&Method::ours(&recipe, basis.as_ref())?))
-}
-
-/// Checks that a file can be written, before anything is rendered.
-pub(super) fn check_out(path: &Path) -> anyhow::Result<()> {
-    check_writable(path, 1 << 16).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -8,18 +8,20 @@ use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::{Method, SPHERE_SIZE};
 use glimpse_trainer::metrics::Metrics;
-use glimpse_trainer::render::{BACKGROUND, Environment, Image, render_sphere};
+use glimpse_trainer::render::{Environment, Image, render_sphere};
 use glimpse_trainer::report::{
-    Cell, Column, Compare, Gallery, GalleryRow, Highlight, Page, Table, Tile,
+    Cell, Column, Compare, Gallery, GalleryRow, Highlight, Page, Table, Tile, metric_columns,
 };
 use serde_json::{Value, json};
 
 use super::super::numbers::integer;
-use super::super::output::{file_as_json, refuse_input, refuse_source};
+use super::super::output::{
+    check_out, file_as_json, refuse_existing, refuse_input, refuse_source, write_file,
+};
 use super::super::progress::StepProgress;
 use super::super::training_overlap::warn_of_overlap;
-use super::super::{environment, load, print, print_json, read_recipe, write_file};
-use super::shared::{check_out, file_type, with_method};
+use super::super::{emit, environment, load, read_recipe};
+use super::shared::{file_type, with_method};
 
 /// Maximum width and height of a sphere, in pixels.
 const MAX_SIZE: usize = 4_096;
@@ -30,20 +32,20 @@ const MIN_COMPARED_SIZE: usize = 7;
 
 /// Render materials as spheres, and with --recipe their scans.
 ///
-/// The output is a PNG file with the spheres row by row, an EXR file with the same spheres as linear
+/// The output is a PNG file with the spheres row by row, a NumPy array of the same pixels as linear
 /// radiance (without exposure and tone mapping), or an HTML page with names and errors below the
 /// spheres. The pictures of the page are in a folder next to it. The loss is that of
 /// `trainer evaluate`; DSSIM, L2, PSNR and delta E are those of the pictures. At the default size
 /// they equal the metrics of `evaluate`.
 ///
 /// The environment light is an open-air studio, or a panorama in latitude and longitude: Radiance
-/// (*.hdr) or OpenEXR (*.exr), 2:1. The center of the panorama is straight ahead of the viewer,
+/// (*.hdr), 2:1. The center of the panorama is straight ahead of the viewer,
 /// behind the sphere. Its left and right edges meet behind the viewer. The exposure makes a white
 /// sphere as bright as in the studio.
 ///
 /// Example: trainer render sphere MERL-test/ --columns 5 --out spheres.png
 ///          trainer render sphere procedural:8:1 --recipe neural-n8.recipe --out scans.html
-///          trainer render sphere gold-paint.binary --environment garden.hdr --out gold.exr
+///          trainer render sphere gold-paint.binary --environment garden.hdr --out gold.npy
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(super) struct Sphere {
@@ -52,7 +54,7 @@ pub(super) struct Sphere {
     /// Recipe file for scans of the materials
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
-    /// Picture or page to write: *.png, *.exr or *.html
+    /// Picture or page to write: *.png, *.npy or *.html
     #[arg(long, short, value_name = "FILE", default_value = "sphere.png")]
     out: PathBuf,
     /// Width and height of each sphere in pixels, 1 to 4096
@@ -61,9 +63,12 @@ pub(super) struct Sphere {
     /// Materials in a row, 1 to 4096 [default: up to 8; with --recipe up to 4]
     #[arg(long, value_name = "COUNT", value_parser = integer(1..=MAX_SIZE))]
     columns: Option<usize>,
-    /// Environment light: a panorama (*.hdr or *.exr) [default: the built-in studio]
+    /// Environment light: a panorama (*.hdr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
+    /// Replace an existing file that differs
+    #[arg(long)]
+    force: bool,
     /// Print JSON: file, sizes in pixels, environment and its exposure, and each sphere's row, column
     /// and errors
     #[arg(long)]
@@ -79,7 +84,7 @@ struct RenderedMaterial<'a> {
 
 impl Sphere {
     pub(super) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        let file_type = file_type(&self.out, &["png", "exr", "html"])?;
+        let file_type = file_type(&self.out, &["png", "npy", "html"])?;
         ensure!(
             self.recipe.is_none() || self.size >= MIN_COMPARED_SIZE,
             "--size {} is too small to compare a scan with its material: give {MIN_COMPARED_SIZE} or \
@@ -115,6 +120,9 @@ impl Sphere {
              a smaller --size",
             self.size
         );
+        if file_type == "html" {
+            refuse_existing(&self.out, self.force)?;
+        }
         check_out(&self.out)?;
 
         let steps = StepProgress::new("rendering", materials.len());
@@ -148,16 +156,14 @@ impl Sphere {
                 let sheet = sheet(&all, columns);
                 let bytes = match file_type {
                     "png" => sheet.tone_map().to_png()?,
-                    _ => sheet.to_exr()?,
+                    _ => sheet.to_npy(),
                 };
-                write_file(&self.out, &bytes)?;
+                write_file(&self.out, &bytes, self.force)?;
                 Some(sheet)
             }
         };
-        match self.json {
-            true => print_json(&self.to_json(&all, columns, sheet.as_ref(), environment)),
-            false => print(&table(&all, columns).to_text()),
-        }
+        let report = self.to_json(&all, columns, sheet.as_ref(), environment);
+        emit(self.json, &report, || table(&all, columns).to_text())
     }
 
     /// Returns the result as JSON. `width` and `height` are null for a page, which has a picture for each sphere.
@@ -194,41 +200,29 @@ impl Sphere {
             format!("Spheres of {}", self.source),
             format!("{folder}-pictures"),
         );
-        let tile = |label: &str, details, image: &Image| Tile {
-            label: label.into(),
-            details,
-            best: false,
-            picture: image.tone_map(),
-        };
-        let scanned = all.iter().any(|material| material.scan.is_some());
-        let rows = if scanned {
-            let row = |material: &RenderedMaterial<'_>| {
-                let mut tiles = vec![tile("Reference", Vec::new(), &material.sphere)];
-                if let Some((metrics, image)) = &material.scan {
-                    let details = vec![
-                        format!("loss {:.4}, delta E {:.2}", metrics.loss, metrics.delta_e),
-                        format!(
-                            "DSSIM {:.4}, L2 {:.5}, {:.1} dB",
-                            metrics.dssim, metrics.l2, metrics.psnr
-                        ),
-                    ];
-                    tiles.push(tile("Scan", details, image));
-                }
-                GalleryRow {
-                    title: material.name.into(),
-                    tiles,
-                }
-            };
-            all.iter().map(row).collect()
-        } else {
-            let row = |some: &[RenderedMaterial<'_>]| GalleryRow {
-                title: String::new(),
-                tiles: some
-                    .iter()
-                    .map(|material| tile(material.name, Vec::new(), &material.sphere))
-                    .collect(),
-            };
-            all.chunks(columns).map(row).collect()
+        let rows = match self.recipe {
+            Some(_) => {
+                let row = |material: &RenderedMaterial<'_>| {
+                    let scan = material.scan.as_ref();
+                    let scan = scan.map(|(metrics, image)| (metrics, image.tone_map()));
+                    let fits = scan
+                        .iter()
+                        .map(|(metrics, image)| ("Scan", *metrics, image));
+                    let fits: Vec<_> = fits.collect();
+                    GalleryRow::of_fits(material.name, material.sphere.tone_map(), &fits)
+                };
+                all.iter().map(row).collect()
+            }
+            None => {
+                let tile = |material: &RenderedMaterial<'_>| {
+                    Tile::plain(material.name, material.sphere.tone_map())
+                };
+                let row = |some: &[RenderedMaterial<'_>]| GalleryRow {
+                    title: String::new(),
+                    tiles: some.iter().map(tile).collect(),
+                };
+                all.chunks(columns).map(row).collect()
+            }
         };
         let light = match &self.environment {
             Some(path) => path
@@ -241,7 +235,7 @@ impl Sphere {
         let caption = match &self.recipe {
             Some(recipe) => format!(
                 "Each material, and its scan with {}. Environment light: {light}. Delta E (CIEDE2000), \
-                 DSSIM, L2 and PSNR compare these pictures of {size} x {size} pixels",
+                 DSSIM and PSNR compare these pictures of {size} x {size} pixels",
                 recipe.file_name().unwrap_or_default().to_string_lossy(),
                 size = self.size
             ),
@@ -269,12 +263,11 @@ fn scan(
 /// Arranges all spheres in a grid. A scan is to the right of its material, without a gap.
 fn sheet(all: &[RenderedMaterial<'_>], columns: usize) -> Image {
     let cell = |material: &RenderedMaterial<'_>| match &material.scan {
-        Some((_, scan)) => Image::grid(&[[material.sphere.clone(), scan.clone()]], 0, BACKGROUND),
+        Some((_, scan)) => Image::grid(&[material.sphere.clone(), scan.clone()], 2, 0),
         None => material.sphere.clone(),
     };
     let cells: Vec<Image> = all.iter().map(cell).collect();
-    let rows: Vec<&[Image]> = cells.chunks(columns).collect();
-    Image::grid(&rows, 4, [0.0; 3])
+    Image::grid(&cells, columns, 4)
 }
 
 /// Returns a table with the position of each material in the grid, and the errors of its scan.
@@ -286,13 +279,7 @@ fn table(all: &[RenderedMaterial<'_>], columns: usize) -> Table {
         Column::text("material"),
     ];
     if scanned {
-        heads.extend([
-            Column::number("loss", 4, Highlight::None),
-            Column::number("DSSIM", 4, Highlight::None),
-            Column::number("L2", 6, Highlight::None),
-            Column::number("PSNR (dB)", 2, Highlight::None),
-            Column::number("delta E", 4, Highlight::None),
-        ]);
+        heads.extend(metric_columns());
     }
     let row = |(index, material): (usize, &RenderedMaterial<'_>)| {
         let number = |index: usize| Cell::Number((index + 1) as f64);
@@ -302,14 +289,7 @@ fn table(all: &[RenderedMaterial<'_>], columns: usize) -> Table {
             Cell::Text(material.name.into()),
         ];
         if let Some((metrics, _)) = &material.scan {
-            let Metrics {
-                loss,
-                dssim,
-                l2,
-                psnr,
-                delta_e,
-            } = *metrics;
-            cells.extend([loss, dssim, l2, psnr, delta_e].map(Cell::Number));
+            cells.extend(Cell::of_metrics(metrics));
         }
         cells
     };

@@ -16,14 +16,13 @@ use glimpse_trainer::measurement::{DEFAULT_TOLERANCE, Measurements, ReadingQuant
 use glimpse_trainer::report::{MAX_LOBES, document};
 use glimpse_training::recipe::RecipeFile;
 use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
-use serde_json::json;
 
 use super::super::export_basis::{compact_basis, read_compact};
 use super::super::numbers::share;
-use super::super::output::{file_as_json, refuse_input, refuse_source};
+use super::super::output::{check_out, refuse_input, refuse_source, write_file};
 use super::super::training_overlap::warn_of_overlap;
-use super::super::{load, print_json, read_recipe, write_file};
-use super::shared::{check_out, file_type};
+use super::super::{load_single, read_recipe};
+use super::shared::file_type;
 
 /// Write an interactive HTML page that fits scans in a browser.
 ///
@@ -72,10 +71,9 @@ pub(super) struct View {
     /// Page to write
     #[arg(long, short, value_name = "FILE.html", default_value = "view.html")]
     out: PathBuf,
-    /// Print JSON: file, title, loss of the table that stores the reference, and each recipe's model
-    /// and number of readings
+    /// Replace an existing file that differs
     #[arg(long)]
-    json: bool,
+    force: bool,
 }
 
 impl View {
@@ -89,15 +87,9 @@ impl View {
         check_out(&self.out)?;
 
         let source = self.material.as_ref().or(self.reference.as_ref());
-        let materials = source.map(load).transpose()?.unwrap_or_default();
-        ensure!(
-            materials.len() <= 1,
-            "the source has {} materials, but a page shows one: give a source with a single material",
-            materials.len()
-        );
+        let materials: Vec<_> = source.map(load_single).transpose()?.into_iter().collect();
         let material = materials.first().map(|material| &**material);
         let mut scans = Vec::new();
-        let mut recipes = Vec::new();
         let mut is_used = false;
         for (index, (path, file)) in self.recipes.iter().zip(&files).enumerate() {
             let recipe = file.recipe();
@@ -114,12 +106,6 @@ impl View {
                     .virtual_readings(&recipe, material, seed)
                     .with_context(|| format!("virtual scan with {}", path.display()))?,
             };
-            recipes.push(json!({
-                "name": name_of(path),
-                "model": recipe.model().name(),
-                "samples": recipe.samples(),
-                "readings": readings.iter().flatten().count(),
-            }));
             scans.push(RecipeScan {
                 name: name_of(path),
                 recipe: file.bytes().to_vec(),
@@ -149,16 +135,7 @@ impl View {
             scans,
         };
         let html = document(&page.title, STYLE, &page.body());
-        write_file(&self.out, html.as_bytes())?;
-        if !self.json {
-            return Ok(());
-        }
-        print_json(&json!({
-            "file": file_as_json(&self.out),
-            "title": page.title,
-            "reference_table_loss": page.reference.as_ref().map(Reference::table_loss),
-            "recipes": recipes,
-        }))
+        write_file(&self.out, html.as_bytes(), self.force)
     }
 
     fn check_arguments(&self) -> anyhow::Result<()> {

@@ -71,22 +71,6 @@ fn completion_scripts_contain_commands() {
     }
 }
 
-#[test]
-fn version_names_commit() {
-    let printed = Folder::new().succeed("--version");
-    let version = printed
-        .trim_end()
-        .strip_prefix("trainer ")
-        .expect("the program's name");
-    let rest = version
-        .strip_prefix(env!("CARGO_PKG_VERSION"))
-        .expect("the version after the name");
-    let is_commit =
-        |word: &str| word.len() == 12 && word.chars().all(|digit| digit.is_ascii_hexdigit());
-    let mut words = rest.split(|letter: char| !letter.is_alphanumeric());
-    assert!(rest.is_empty() || words.any(is_commit), "{printed}");
-}
-
 /// A value with a leading minus is not parsed as an option: the error names the option, the value and the range.
 #[test]
 fn rejects_negative_numbers_with_range() {

@@ -101,7 +101,7 @@ fn rejects_output_that_is_an_input() {
     let folder = folder();
     folder.write("r.basis", "a basis");
     folder.write("r.svg", PHONG_N8);
-    folder.write("e.exr", "a panorama");
+    folder.write("e.hdr", "a panorama");
     folder.write("a.csv", "theta_h,theta_d,phi_d\n1,2,3\n");
     fs::create_dir(folder.at("materials")).expect("the folder is created");
     write_network(&folder, "materials/felt");
@@ -113,7 +113,7 @@ fn rejects_output_that_is_an_input() {
         ("export r.recipe --format basis", "r.basis"),
         ("render pattern r.svg", "r.svg"),
         ("render lobe procedural:1 --recipe r.svg", "r.svg"),
-        ("render sphere procedural:1 --environment e.exr", "e.exr"),
+        ("render sphere procedural:1 --environment e.hdr", "e.hdr"),
         ("query procedural:1 --angles a.csv", "a.csv"),
         ("query materials --angles a.csv", "materials/felt_fc2.npy"),
         (
@@ -129,11 +129,10 @@ fn rejects_output_that_is_an_input() {
         assert_eq!(folder.read(out), before, "{command}");
     }
     // The virtual scanner fails before it waits for a device, whose scan would be lost.
-    folder.write("other.recipe", PHONG_N8);
-    for (out, words) in [("no/x.json", "no"), ("other.recipe", "other.recipe")] {
-        let listen = format!("{material} --listen 127.0.0.1:0 --out {out}");
-        folder.fail_naming(&listen, &[words]);
-    }
+    folder.fail_naming(
+        &format!("{material} --listen 127.0.0.1:0 --out no/x.json"),
+        &["no"],
+    );
     // The folder of an input is allowed.
     folder.succeed("query materials --angles a.csv --out materials/felt.csv");
 }
@@ -187,27 +186,37 @@ fn replaces_valuable_files_only_with_force() {
     folder.succeed(&format!("{TRAIN} --force"));
     assert!(!folder.exists("phong.recipe.checkpoint"));
 
-    // An export over another recipe. Exporting over the same recipe is allowed.
-    folder.write("other.recipe", NEURAL_N8);
-    refuse(&export("postcard", "other.recipe"), "other.recipe");
-    refuse(&export("json", "other.recipe"), "other.recipe");
-    folder.write("same.recipe", PHONG_N8);
-    folder.succeed(&export("postcard", "same.recipe"));
-    folder.succeed(&export("postcard", "other.recipe --force"));
-    assert_eq!(folder.read("other.recipe"), PHONG_N8);
+    // An export over another file. Exporting over the same file is allowed.
+    folder.write("other", NEURAL_N8);
+    refuse(&export("postcard", "other"), "other");
+    folder.write("same", PHONG_N8);
+    folder.succeed(&export("postcard", "same"));
+    folder.succeed(&export("postcard", "other --force"));
+    assert_eq!(folder.read("other"), PHONG_N8);
 
-    // A quickstart into a folder with another recipe of the same name.
-    fs::create_dir(folder.at("recipes")).expect("the folder is created");
-    folder.write("recipes/neural-n8.recipe", PHONG_N8);
-    folder.fail_naming("quickstart --out recipes", &["neural-n8.recipe"]);
-    assert_eq!(folder.read("recipes/neural-n8.recipe"), PHONG_N8);
-    assert!(!folder.exists("recipes/index.html"));
-
-    // Commands without --force.
+    // All other commands with an output.
     folder.write("a.csv", b"theta_h,theta_d,phi_d\n1,2,3\n");
-    folder.write("kept", NEURAL_N8);
-    folder.fail_naming("query procedural:1 --angles a.csv --out kept", &["kept"]);
-    assert_eq!(folder.read("kept"), NEURAL_N8);
+    fs::create_dir(folder.at("q")).expect("the folder is created");
+    for (command, out) in [
+        ("quickstart --out q", "q/neural-n8.recipe"),
+        ("query procedural:1 --angles a.csv --out kept", "kept"),
+        ("render pattern r.recipe --out kept.svg", "kept.svg"),
+        ("render lobe procedural:1 --out kept.svg", "kept.svg"),
+        ("render sphere procedural:1 --size 8 --out s.png", "s.png"),
+        ("render sphere procedural:1 --size 8 --out s.html", "s.html"),
+        (
+            "render view r.recipe --material procedural:1 --out s.html",
+            "s.html",
+        ),
+        (
+            "virtual-scanner --material procedural:1 --listen 127.0.0.1:0 --out kept",
+            "kept",
+        ),
+    ] {
+        folder.write(out, b"kept");
+        refuse(command, out);
+    }
+    assert!(!folder.exists("q/index.html"));
 }
 
 #[test]

@@ -159,7 +159,7 @@ fn fits_query_of_plan() {
         folder.succeed(&format!("plan n8.recipe --force --out plan.csv {options}"));
         let planned = folder.read_text("plan.csv");
         assert_eq!(planned.contains(",true,"), swaps, "{planned}");
-        folder.succeed("query procedural:1:9 --angles plan.csv --out read.csv");
+        folder.succeed("query procedural:1:9 --angles plan.csv --out read.csv --force");
         let header = "theta_i,phi_i,theta_o,phi_o,index,r,g,b";
         let read = rows(&folder.read_text("read.csv"), header);
         for (row, planned) in read.iter().zip(planned.lines().skip(1)) {

@@ -40,8 +40,4 @@ fn writes_page_and_recipe() {
             );
         }
     }
-
-    // The command has no --force.
-    let forced = folder.run("quickstart --out q --force");
-    assert_eq!(forced.status.code(), Some(2));
 }

@@ -77,7 +77,7 @@ fn page_contains_recipes_and_readings() {
     // The noise depends on the seed only.
     let noisy = |seed| {
         folder.succeed(&format!(
-            "{view} --noise 0.05 --seed {seed} --out noisy.html"
+            "{view} --noise 0.05 --seed {seed} --out noisy.html --force"
         ));
         folder.read("noisy.html")
     };
