@@ -8,7 +8,7 @@ fuzz/, files named tests.rs, and inline modules after #[cfg(test)].
 import re, subprocess, sys
 from pathlib import Path
 
-CEILINGS = {"code": 49_058, "tests": 29_412}
+CEILINGS = {"code": 48_945, "tests": 28_970}
 
 ROOT = Path(__file__).resolve().parents[1]
 TEST_FILE = re.compile(r"(^|/)(tests|fuzz)/|(^|/)tests\.rs$")

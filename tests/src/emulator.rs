@@ -115,22 +115,6 @@ impl Emulator {
         self.command("system_reset");
     }
 
-    /// Stops the machine and its time.
-    ///
-    /// # Panics
-    /// If QEMU rejects the command.
-    pub fn stop(&mut self) {
-        self.command("stop");
-    }
-
-    /// Resumes the machine and its time.
-    ///
-    /// # Panics
-    /// If QEMU rejects the command.
-    pub fn resume(&mut self) {
-        self.command("cont");
-    }
-
     /// Executes a QMP command.
     fn command(&mut self, name: &str) {
         let command = format!("{{\"execute\": \"{name}\"}}\n");

@@ -1,5 +1,5 @@
 //! The module in pages of `trainer render view` computes the same numbers as core on the host. `GLIMPSE_BUILT_WASM` is
-//! the path of another module to check; `tests/run firmware` sets it to the module that it built.
+//! the path of another module to check instead; `tests/run firmware` sets it to the module that it built.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -84,13 +84,12 @@ impl Core {
     }
 }
 
-/// Returns the committed module, and the built one if there is one.
-fn modules() -> Vec<Vec<u8>> {
-    let mut all = vec![WASM.to_vec()];
-    if let Some(built) = env::var_os("GLIMPSE_BUILT_WASM") {
-        all.push(fs::read(built).expect("the module was built"));
-    }
-    all
+/// Returns the built module if there is one, or else the committed one.
+fn module() -> Vec<u8> {
+    env::var_os("GLIMPSE_BUILT_WASM").map_or_else(
+        || WASM.to_vec(),
+        |built| fs::read(built).expect("the module was built"),
+    )
 }
 
 /// Returns the paths of bundled recipes of every model and kind.
@@ -130,10 +129,8 @@ fn fits_and_pictures_match_core_on_host() {
     let material = &Procedural::set(4, 77)[3];
     let recipes = recipes();
     assert_eq!(recipes.len(), 36);
-    for (wasm, path) in modules()
-        .iter()
-        .flat_map(|wasm| recipes.iter().map(move |path| (wasm, path)))
-    {
+    let wasm = module();
+    for path in &recipes {
         let name = path.display().to_string();
         let bytes = fs::read(path).expect("the recipe's file");
         let recipe = Recipe::parse(&bytes).expect("a recipe");
@@ -160,7 +157,7 @@ fn fits_and_pictures_match_core_on_host() {
         }
         let fitted = scan.fitted().expect("the fit is finished");
 
-        let mut core = Core::new(wasm);
+        let mut core = Core::new(&wasm);
         core.put(RECIPE, &bytes);
         assert_eq!(
             core.call::<(), u32>("load_recipe", ()),
@@ -245,65 +242,61 @@ fn table_is_evaluated_and_rendered() {
         reference.extend([angles.theta_h, angles.theta_d, angles.phi_d]);
         reference.extend(brdf);
     }
-    for wasm in modules() {
-        let mut core = Core::new(&wasm);
-        assert!(
-            core.call::<(), f64>("loss", ()).is_nan(),
-            "a loss without a table"
-        );
-        core.put(TABLE, &table);
-        assert_eq!(
-            core.call::<(), u32>("load_table", ()),
-            0,
-            "{}",
-            core.message()
-        );
-        core.put_numbers(REFERENCE, &reference);
-        let loss: f64 = core.call("loss", ());
-        assert!((loss / expected - 1.0).abs() < 1e-3, "{loss} {expected}");
+    let mut core = Core::new(&module());
+    assert!(
+        core.call::<(), f64>("loss", ()).is_nan(),
+        "a loss without a table"
+    );
+    core.put(TABLE, &table);
+    assert_eq!(
+        core.call::<(), u32>("load_table", ()),
+        0,
+        "{}",
+        core.message()
+    );
+    core.put_numbers(REFERENCE, &reference);
+    let loss: f64 = core.call("loss", ());
+    assert!((loss / expected - 1.0).abs() < 1e-3, "{loss} {expected}");
 
-        // The light and the camera are above the center of 33 x 33 pixels; then the light is behind the sphere.
-        core.numbers(3 * 33 * 33);
-        let shade = |core: &mut Core, z: f32| -> [f32; 3] {
-            let light = (33_u32, 0_u32, 33_u32, 0.0_f32, 0.0_f32, z);
-            assert_eq!(core.call::<_, u32>("shade", light), 33 * 33);
-            let pixels = core.numbers(3 * 33 * 33);
-            [0, 1, 2].map(|channel| pixels[3 * (16 * 33 + 16) + channel])
-        };
-        let at = HalfDifference::from_angles(Default::default());
-        let expected = basis
-            .brdf(CHANNEL_COEFFICIENTS, &at)
-            .expect("directions above the horizon");
-        let expected = expected.map(|f| std::f32::consts::PI * f);
-        assert_close(&shade(&mut core, 1.0), &expected, "head on");
-        assert_eq!(shade(&mut core, -1.0), [0.0; 3]);
-    }
+    // The light and the camera are above the center of 33 x 33 pixels; then the light is behind the sphere.
+    core.numbers(3 * 33 * 33);
+    let shade = |core: &mut Core, z: f32| -> [f32; 3] {
+        let light = (33_u32, 0_u32, 33_u32, 0.0_f32, 0.0_f32, z);
+        assert_eq!(core.call::<_, u32>("shade", light), 33 * 33);
+        let pixels = core.numbers(3 * 33 * 33);
+        [0, 1, 2].map(|channel| pixels[3 * (16 * 33 + 16) + channel])
+    };
+    let at = HalfDifference::from_angles(Default::default());
+    let expected = basis
+        .brdf(CHANNEL_COEFFICIENTS, &at)
+        .expect("directions above the horizon");
+    let expected = expected.map(|f| std::f32::consts::PI * f);
+    assert_close(&shade(&mut core, 1.0), &expected, "head on");
+    assert_eq!(shade(&mut core, -1.0), [0.0; 3]);
 }
 
 #[test]
 fn each_failure_has_its_own_message() {
-    for wasm in modules() {
-        let mut core = Core::new(&wasm);
-        assert_eq!(core.call::<(), u32>("fit", ()), 1);
-        let no_scan = core.message();
-        core.put(RECIPE, b"GLMP");
-        assert_eq!(core.call::<(), u32>("load_recipe", ()), 1);
-        let no_recipe = core.message();
-        assert_eq!(core.call::<_, u32>("allocate", (5_u32, 8_u32)), 0);
-        assert_eq!(core.call::<_, u32>("allocate", (NUMBERS, u32::MAX)), 0);
+    let mut core = Core::new(&module());
+    assert_eq!(core.call::<(), u32>("fit", ()), 1);
+    let no_scan = core.message();
+    core.put(RECIPE, b"GLMP");
+    assert_eq!(core.call::<(), u32>("load_recipe", ()), 1);
+    let no_recipe = core.message();
+    assert_eq!(core.call::<_, u32>("allocate", (5_u32, 8_u32)), 0);
+    assert_eq!(core.call::<_, u32>("allocate", (NUMBERS, u32::MAX)), 0);
 
-        let bytes = fs::read(&recipes()[0]).expect("the recipe's file");
-        core.put(RECIPE, &bytes);
-        assert_eq!(
-            core.call::<(), u32>("load_recipe", ()),
-            0,
-            "{}",
-            core.message()
-        );
-        let samples: u32 = core.call("samples", ());
-        core.put_numbers(NUMBERS, &vec![0.0; 4 * samples as usize]);
-        assert_eq!(core.call::<(), u32>("fit", ()), 1);
-        let causes = BTreeSet::from([no_scan, no_recipe, core.message()]);
-        assert!(causes.len() == 3 && !causes.contains(""), "{causes:?}");
-    }
+    let bytes = fs::read(&recipes()[0]).expect("the recipe's file");
+    core.put(RECIPE, &bytes);
+    assert_eq!(
+        core.call::<(), u32>("load_recipe", ()),
+        0,
+        "{}",
+        core.message()
+    );
+    let samples: u32 = core.call("samples", ());
+    core.put_numbers(NUMBERS, &vec![0.0; 4 * samples as usize]);
+    assert_eq!(core.call::<(), u32>("fit", ()), 1);
+    let causes = BTreeSet::from([no_scan, no_recipe, core.message()]);
+    assert!(causes.len() == 3 && !causes.contains(""), "{causes:?}");
 }

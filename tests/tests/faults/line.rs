@@ -102,29 +102,6 @@ impl<S: Write, F: FnMut(&[u8]) -> Vec<u8>> Write for Altered<S, F> {
     }
 }
 
-/// Every third frame of the host is cut in half.
-#[test]
-fn truncated_frames_are_requested_again() {
-    let emulator = Emulator::boot_default();
-    let mut writes = 0_usize;
-    let mut line = Altered {
-        stream: &emulator.serial,
-        alter: |bytes: &[u8]| {
-            writes += 1;
-            let length = match writes.is_multiple_of(3) {
-                true => bytes.len() / 2,
-                false => bytes.len(),
-            };
-            bytes[..length].to_vec()
-        },
-    };
-    let report = noiseless_scanner(&unseen_material(3))
-        .serve(&mut line)
-        .unwrap();
-    assert!(writes > 100, "{writes}");
-    assert_matches_host(&report, RECIPE);
-}
-
 /// Each reply arrives twice, after two copies of the previous reply.
 #[test]
 fn late_duplicate_and_reordered_replies_are_ignored() {
