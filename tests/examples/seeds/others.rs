@@ -9,7 +9,6 @@ use glimpse_trainer_fuzz::checkpoint::RUN;
 use glimpse_training::meta::checkpoint::{Checkpoint, RunState};
 use glimpse_training::meta::identity::RunIdentity;
 
-
 use crate::{SeedResult, Seeds};
 
 pub(crate) fn readings(seeds: &Seeds, material: &dyn Material) -> SeedResult {

@@ -5,7 +5,7 @@ use std::path::Path;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::{NeuralParameters, ParameterSet};
 use glimpse_materials::basis::{Basis, angles_to_f64};
-use glimpse_materials::{Brdf, Format, Material, PabSet, Source, to_nbrdf};
+use glimpse_materials::{Brdf, Format, PabSet, Source, to_nbrdf};
 
 use crate::{ANGLES, Folder, accepted};
 

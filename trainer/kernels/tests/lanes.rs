@@ -32,7 +32,10 @@ fn assert_close(actual: f32, expected: f64, x: f32) {
 fn exp_and_ln_are_accurate_on_all_lanes() {
     for i in 0..40_000 {
         let x: [f32; WIDTH] = std::array::from_fn(|lane| (i * WIDTH + lane) as f32 * 2.5e-4 + 1e-5);
-        let results = [InstructionSet::detect().run(ExpAndLn(x)), ExpAndLn(x).run::<PortableLanes>()];
+        let results = [
+            InstructionSet::detect().run(ExpAndLn(x)),
+            ExpAndLn(x).run::<PortableLanes>(),
+        ];
         for (exp, ln) in results {
             for lane in 0..WIDTH {
                 assert_close(ln[lane], f64::from(x[lane]).ln(), x[lane]);
@@ -54,7 +57,8 @@ fn exp_and_ln_are_accurate_on_all_lanes() {
 
 #[test]
 fn exp_of_extreme_values_is_finite() {
-    let (exp, _) = InstructionSet::detect().run(ExpAndLn([-1e9, 1e9, -88.0, 88.5, 0.0, -0.0, 1.0, -1.0]));
+    let (exp, _) =
+        InstructionSet::detect().run(ExpAndLn([-1e9, 1e9, -88.0, 88.5, 0.0, -0.0, 1.0, -1.0]));
     assert!(
         exp.iter().all(|value| value.is_finite() && *value >= 0.0),
         "{exp:?}"

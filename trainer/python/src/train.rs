@@ -90,8 +90,7 @@ fn scan_budget(
 /// "procedural:100"). `seed` determines all random choices (default 0).
 ///
 /// `effort` is "brief" (seconds), "quick" (a minute), "standard" (several minutes, the default) or "long" (an hour).
-/// `schedule` is "prior" (a learned prior completes the readings, the default), "joint" (initial parameters, step sizes
-/// and pattern are trained together) or "paper" (the two stages of the paper).
+/// `schedule` is "prior" (a learned prior completes the readings, the default) or "paper" (the two stages of the paper).
 ///
 /// Some options require schedule="prior". `share` gives the proportions of training tasks from several sources; all
 /// Material objects together count as one source. `missing` is the share of training tasks with missing readings; a
@@ -103,7 +102,7 @@ fn scan_budget(
 /// scan, motion and settling together (default: any time), on a machine with `speed_degrees_per_second` (default 10) and
 /// `settle_seconds` (default 0.5) as in `Recipe.plan`.
 ///
-/// Two options require the model linear and schedule="joint" or "paper". `bases` is the number of principal components.
+/// Two options require the model linear and schedule="paper". `bases` is the number of principal components.
 /// `eta` is the precision of their coefficients.
 ///
 /// `progress` is called with a Progress at most 50 times per second and at the end. If it raises an exception, training
@@ -184,7 +183,7 @@ pub(crate) fn train(
     )?;
     reject_unused(
         schedule == Schedule::Prior,
-        "it requires schedule=\"joint\" or \"paper\"",
+        "it requires schedule=\"paper\"",
         &linear_options,
     )?;
     reject_unused(
@@ -194,7 +193,7 @@ pub(crate) fn train(
     )?;
     let default = CompletionOptions::for_samples(samples);
     let options = Options {
-        prior: prior(schedule, bases, eta)?,
+        prior: prior(bases, eta)?,
         completion_options: CompletionOptions {
             missing: missing.unwrap_or(default.missing),
             noise: noise.unwrap_or(default.noise),
@@ -273,12 +272,9 @@ pub(crate) fn train(
     PyRecipe::new_with_basis(file, basis.as_deref())
 }
 
-/// Returns the prior of the coefficients of the model linear. Options that are None default to those of the schedule.
-fn prior(schedule: Schedule, bases: Option<usize>, eta: Option<f64>) -> PyResult<Prior> {
-    let default = match schedule {
-        Schedule::Paper => Prior::PAPER,
-        Schedule::Joint | Schedule::Prior => Prior::LEARNED,
-    };
+/// Returns the prior of the coefficients of the model linear. Options that are None default to the paper's.
+fn prior(bases: Option<usize>, eta: Option<f64>) -> PyResult<Prior> {
+    let default = Prior::PAPER;
     if bases.is_some_and(|bases| !(1..=1024).contains(&bases)) {
         return reject(format!(
             "bases must be 1 to 1024, not {}",
@@ -293,7 +289,7 @@ fn prior(schedule: Schedule, bases: Option<usize>, eta: Option<f64>) -> PyResult
     }
     Ok(Prior {
         components: bases.unwrap_or(default.components),
-        eta: eta.or(default.eta),
+        eta: eta.map_or(default.eta, |eta| eta as f32),
     })
 }
 

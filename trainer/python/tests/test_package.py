@@ -36,7 +36,7 @@ def test_plots_have_a_curve_for_each_material_and_angle(monkeypatch):
     materials = glimpse.load_materials("procedural:2:9")
     axes = plot.lobes(materials, 30)
     assert [line.get_label() for line in axes.lines] == [material.name for material in materials]
-    route = glimpse.train("phong", "procedural:3", samples=2, schedule="joint", effort="brief").plan()
+    route = glimpse.train("phong", "procedural:3", samples=2, schedule="paper", effort="brief").plan()
     assert len(plot.plan(route).lines) == 3
 
 

@@ -19,7 +19,7 @@ from conftest import assert_names
     "model, options, arguments",
     [
         ("neural", {}, []),
-        ("phong", {"schedule": "joint"}, ["--schedule", "joint"]),
+        ("phong", {"schedule": "paper"}, ["--schedule", "paper"]),
         ("linear", {"schedule": "paper", "bases": 3}, ["--schedule", "paper", "--bases", "3"]),
         (
             "linear",
@@ -59,7 +59,7 @@ def test_recipe_matches_train_command(trainer, tmp_path, model, options, argumen
 
 def test_progress_is_called_and_its_exception_stops_training():
     reports = []
-    glimpse.train("phong", "procedural:10", samples=2, schedule="joint", effort="brief", progress=reports.append)
+    glimpse.train("phong", "procedural:10", samples=2, schedule="paper", effort="brief", progress=reports.append)
     done = [progress.done for progress in reports]
     assert len(reports) > 2 and done == sorted(set(done)) and done[-1] == reports[-1].total
     last = reports[-1]
@@ -75,7 +75,7 @@ def test_progress_is_called_and_its_exception_stops_training():
 
 
 def test_resumed_run_gives_same_bytes(tmp_path):
-    options = {"samples": 3, "schedule": "joint", "effort": "brief", "seed": 3}
+    options = {"samples": 3, "schedule": "paper", "effort": "brief", "seed": 3}
     uninterrupted = glimpse.train("phong", "procedural:10", **options)
     folder = tmp_path / "run"
 
@@ -129,7 +129,7 @@ def test_ctrl_c_stops_training_and_saves_checkpoint(tmp_path):
 def test_ctrl_c_stops_evaluation():
     code = """
         import glimpse_brdf as glimpse, os, signal, threading, time
-        recipe = glimpse.train("phong", "procedural:4", samples=2, schedule="joint", effort="brief")
+        recipe = glimpse.train("phong", "procedural:4", samples=2, schedule="paper", effort="brief")
         threading.Timer(4, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
         try:
             glimpse.evaluate(recipe, "procedural:20", noise=0.1, seeds=10_000)
@@ -154,7 +154,7 @@ def test_other_threads_run_during_training():
     thread = threading.Thread(target=tick)
     thread.start()
     start = time.monotonic()
-    glimpse.train("neural", "procedural:10", samples=4, schedule="joint", effort="brief")
+    glimpse.train("neural", "procedural:10", samples=4, schedule="paper", effort="brief")
     end = time.monotonic()
     finished.set()
     thread.join()
@@ -168,13 +168,13 @@ def test_trains_on_material_objects(tmp_path):
         glimpse.Material.from_function(lambda i, o, k=k: np.full((len(i), 3), 0.02 * (k + 1)), f"gray-{k}")
         for k in range(3)
     ]
-    recipe = glimpse.train("phong", tables, samples=2, effort="brief", schedule="joint")
+    recipe = glimpse.train("phong", tables, samples=2, effort="brief", schedule="paper")
     assert recipe.trained_on == ["gray-0", "gray-1", "gray-2"]
     assert recipe.training["data"] == "3 materials of a program"
     # Training on files of the same tables gives the same pattern.
     for table in tables:
         table.save(tmp_path / f"{table.name}.binary")
-    from_files = glimpse.train("phong", tmp_path, samples=2, effort="brief", schedule="joint")
+    from_files = glimpse.train("phong", tmp_path, samples=2, effort="brief", schedule="paper")
     np.testing.assert_array_equal(from_files.directions, recipe.directions)
     mixed = glimpse.train("linear", ["procedural:8", *tables], samples=2, effort="brief", share=[1, 3])
     assert len(mixed.trained_on) == 11
@@ -227,12 +227,12 @@ def test_rejects_invalid_training():
     assert_names(train_error("phong", missing=1.5), "missing", 1.5)
     assert_names(train_error("disney"), "phong", "cook-torrance", "linear", "neural")
     assert_names(train_error("phong", "procedural:3", samples=0), 0)
-    assert_names(train_error("phong", schedule="joint", missing=0.5), "missing")
-    assert_names(train_error("phong", schedule="joint", bases=3), "bases")
-    assert_names(train_error("linear", schedule="joint", eta=-1), "eta")
+    assert_names(train_error("phong", schedule="paper", missing=0.5), "missing")
+    assert_names(train_error("phong", schedule="paper", bases=3), "bases")
+    assert_names(train_error("linear", schedule="paper", eta=-1), "eta")
     assert_names(train_error("phong", resume=True), "resume")
     assert_names(train_error("phong", settle_seconds=1), "settle_seconds", "scan_seconds")
-    assert_names(train_error("phong", schedule="joint", scan_seconds=9), "scan_seconds")
+    assert_names(train_error("phong", schedule="paper", scan_seconds=9), "scan_seconds")
     assert_names(train_error("phong", "procedural:3", samples=4, scan_seconds=2), 4, 2)
     assert_names(train_error("phong", share=[1]), "share")
     for share in ([1], [1, 0]):
@@ -251,7 +251,7 @@ def test_rejects_invalid_training():
         glimpse.train("phong", [None])
     with pytest.raises(OverflowError):
         glimpse.train("phong", samples=-1)
-    recipe = glimpse.train("phong", "procedural:3", samples=2, schedule="joint", effort="brief")
+    recipe = glimpse.train("phong", "procedural:3", samples=2, schedule="paper", effort="brief")
     with pytest.raises(glimpse.GlimpseError) as error:
         glimpse.evaluate(recipe, "procedural:2", first=1)
     assert "missing" in str(error.value) and "--" not in str(error.value)

@@ -13,8 +13,8 @@ use glimpse_materials::sampling::sobol_valid;
 use glimpse_materials::{Material, Procedural};
 use glimpse_training::meta::initialization::initial_guess;
 use glimpse_training::meta::pattern::Pattern;
-use glimpse_training::meta::pool::Pool;
 use glimpse_training::meta::run::INNER_STEPS;
+use glimpse_training::meta::samples::{SampledMaterial, WeightedSamples};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -68,7 +68,7 @@ impl Item<'_> {
 /// The shared data of all items: a material, its values at many directions, and a pattern.
 pub struct Workload {
     material: Box<dyn Material>,
-    pool: Pool,
+    pool: SampledMaterial,
     pattern: Pattern,
 }
 
@@ -76,7 +76,7 @@ impl Default for Workload {
     fn default() -> Self {
         let material = Procedural::set(1, SEED).remove(0);
         Self {
-            pool: Pool::new(&[&material as &dyn Material], POOL_SIZE, SEED),
+            pool: SampledMaterial::new(&material, POOL_SIZE, SEED),
             material: Box::new(material),
             pattern: Pattern::new(sobol_valid(PATTERN_SIZE, SEED as u32)),
         }
@@ -136,7 +136,7 @@ impl Workload {
     ) -> Box<dyn FnMut() + 'a> {
         let inner_loop = untrained_inner_loop::<M>();
         let mut generator = generator();
-        let mut draw = |count| self.pool.draw(0, count, &mut generator);
+        let mut draw = |count| self.pool.draw(count, &mut generator);
         let draws: Vec<_> = (0..inner_loop.steps).map(|_| draw(inner)).collect();
         let outer = draw(outer);
         let mut gradient = MetaGradient::<M, f32>::default();
@@ -154,8 +154,11 @@ impl Workload {
     /// to the pattern.
     fn pattern_run<'a, M: LaneModel + 'a>(&'a self, outer: usize) -> Box<dyn FnMut() + 'a> {
         let inner_loop = untrained_inner_loop::<M>();
-        let outer = self.pool.draw(0, outer, &mut generator());
-        let measured = self.pattern.measure(&*self.material);
+        let outer = self.pool.draw(outer, &mut generator());
+        let pattern = &self.pattern;
+        let brdf = pattern.angles().iter().map(|at| self.material.brdf(*at));
+        let brdf: Vec<[f32; 3]> = brdf.collect();
+        let measured = WeightedSamples::present(pattern.octet_directions(), &brdf, pattern.valid());
         let mut gradient = MetaGradient::<M, f32>::default();
         Box::new(move || {
             let inner = measured.octets();
@@ -168,7 +171,9 @@ impl Workload {
                 &outer,
                 Some(&mut derivatives),
             );
-            std::hint::black_box(measured.gradient_by_logits(&derivatives));
+            std::hint::black_box(
+                pattern.gradient_by_logits(|index| pattern.gradient_by_angles(&derivatives, index)),
+            );
         })
     }
 }

@@ -9,7 +9,7 @@ use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 use serde::Serialize;
 
 use super::progress::StepProgress;
-use super::{choice, numbers, print};
+use super::{choice, emit, numbers};
 
 /// Time the computations of meta-learning, and compare them with this machine's peak.
 ///
@@ -56,10 +56,7 @@ impl Bench {
         );
         // On a thread of the pool, like training.
         let lines = rayon::scope(|_| self.measure());
-        match self.json {
-            true => print_json(&lines),
-            false => print(&table(&lines).to_text()),
-        }
+        emit(self.json, &lines, || table(&lines).to_text())
     }
 
     fn measure(&self) -> Vec<Line> {

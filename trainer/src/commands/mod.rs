@@ -39,7 +39,6 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, MaterialsAndShares, Source, Sources};
@@ -93,17 +92,17 @@ impl LinearPriorArgs {
             (None, Some(_)) => "--eta",
         };
         bail!(
-            "{option} has no effect with --schedule {schedule}: remove it, or give --schedule joint \
-             or paper"
+            "{option} has no effect with --schedule {schedule}: remove it, or give --schedule \
+             paper"
         )
     }
 
     /// Returns the prior of these options, with `default` for options that were not given.
-    pub(crate) fn or(self, default: Prior) -> anyhow::Result<Prior> {
-        Ok(Prior {
+    pub(crate) fn or(self, default: Prior) -> Prior {
+        Prior {
             components: self.bases.unwrap_or(default.components),
-            eta: self.eta.or(default.eta),
-        })
+            eta: self.eta.map_or(default.eta, |eta| eta as f32),
+        }
     }
 }
 

@@ -36,7 +36,7 @@ use super::{LinearPriorArgs, choice, load_all, numbers};
 /// each without a quarter of the materials. They yield the expected loss on unseen materials, and
 /// the predictor of a material's loss from its readings.
 ///
-/// With --schedule joint or paper, every tenth material is held out, and the loss on those is the
+/// With --schedule paper, every tenth material is held out, and the loss on those is the
 /// expected loss. The model linear holds none out: its loss on each material is that with the
 /// components of the other materials.
 ///
@@ -217,16 +217,12 @@ impl Train {
         data: String,
         seed: u64,
     ) -> anyhow::Result<TrainingRun> {
-        let default = match self.schedule {
-            Schedule::Paper => Prior::PAPER,
-            Schedule::Joint | Schedule::Prior => Prior::LEARNED,
-        };
         if self.schedule == Schedule::Prior {
             self.linear_prior.refuse_for_schedule("prior")?;
         }
         Ok(TrainingRun {
             options: Options {
-                prior: self.linear_prior.or(default)?,
+                prior: self.linear_prior.or(Prior::PAPER),
                 completion_options: self.completion_args.options_for(self.schedule, samples)?,
                 ..Options::new(model, samples, self.schedule, self.effort, seed)
             },
@@ -351,7 +347,7 @@ impl TrainingRun {
         // prior 38 kB plus 0.3 kB per sample. The names of 1000 materials take another 30 kB.
         let bytes = match self.options.schedule {
             Schedule::Prior => (1 << 16) + 512 * self.options.samples,
-            Schedule::Joint | Schedule::Paper => 1 << 16,
+            Schedule::Paper => 1 << 16,
         };
         check_writable(&self.out, bytes)
             .with_context(|| format!("cannot write {}", self.out.display()))
@@ -443,9 +439,9 @@ pub(super) fn train_to_file(
     let file = pack_recipe(&learned, options, data)?;
     if let Some(basis) = &learned.basis {
         // The basis is written first, because the recipe is useless without it.
-        write_file_forced(&Basis::path_for(out), basis, true)?;
+        write_file(&Basis::path_for(out), basis, true)?;
     }
-    write_file_forced(out, file.bytes(), true)?;
+    write_file(out, file.bytes(), true)?;
     if let Some(checkpoints) = &options.checkpoints {
         Checkpoint::remove(&checkpoints.directory);
     }

@@ -6,7 +6,7 @@ use glimpse_kernels::inner_loop::unflatten;
 use glimpse_materials::Material;
 use glimpse_optimizer::{Groups, Optimizer};
 use glimpse_training::meta::initialization::{initial_guess, random_initialization};
-use glimpse_training::meta::pool::Pool;
+use glimpse_training::meta::samples::SampledMaterial;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
@@ -68,8 +68,13 @@ impl<M: Model> Adam<M> {
 
 impl<M: LaneModel> Adam<M> {
     /// Takes a step on samples that are drawn from a pool of one material.
-    fn step_on_fresh_samples(&mut self, pool: &Pool, random: &mut ChaCha8Rng, rate: f32) {
-        let draw = pool.draw(0, FRESH_SAMPLES, random);
+    fn step_on_fresh_samples(
+        &mut self,
+        pool: &SampledMaterial,
+        random: &mut ChaCha8Rng,
+        rate: f32,
+    ) {
+        let draw = pool.draw(FRESH_SAMPLES, random);
         let mut gradient = M::Parameters::filled(0.0);
         M::gradient(&self.parameters, &draw.octets(), &mut gradient);
         self.step(&gradient, rate);
@@ -98,7 +103,7 @@ pub(super) fn refine<M: LaneModel>(
     steps: usize,
     seed: u64,
 ) -> Vec<f32> {
-    let pool = Pool::new(&[material], POOL, seed);
+    let pool = SampledMaterial::new(material, POOL, seed);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(4);
     let mut adam = Adam::<M>::new(fitted);
@@ -111,7 +116,7 @@ pub(super) fn refine<M: LaneModel>(
 /// Runs the method Optimum: an estimate of the model's best fit. It takes very many steps, each on fresh samples, with
 /// a learning rate that decays to 0, from the best of several starts.
 pub(super) fn optimum<M: LaneModel>(material: &dyn Material, steps: usize, seed: u64) -> Vec<f32> {
-    let pool = Pool::new(&[material], POOL, seed);
+    let pool = SampledMaterial::new(material, POOL, seed);
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(2);
     let mut starts = random.clone();
@@ -122,7 +127,7 @@ pub(super) fn optimum<M: LaneModel>(material: &dyn Material, steps: usize, seed:
             let rate = 0.5 * OPTIMUM_RATE * (1.0 + (std::f32::consts::PI * done).cos());
             adam.step_on_fresh_samples(&pool, &mut random, rate);
         }
-        M::loss(&adam.parameters, &pool.all(0).octets())
+        M::loss(&adam.parameters, &pool.all().octets())
     };
     let mut best = (f32::INFINITY, Adam::<M>::new(&[]));
     for _ in 0..OPTIMUM_STARTS {

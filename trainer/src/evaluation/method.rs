@@ -9,7 +9,7 @@ use glimpse_kernels::with_model;
 use glimpse_materials::basis::{Basis, Coefficients};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{FittedBrdf, Material};
-use glimpse_training::linear::ReducedBasis;
+use glimpse_training::linear::ComponentsAt;
 
 use super::EvaluationError;
 use super::adam;
@@ -35,7 +35,7 @@ enum FitAlgorithm<'a> {
     /// The recipe's gradient descent, at any directions.
     SgdAnywhere(Sgd<'a>),
     /// Ridge regression with these precisions, at any directions.
-    RidgeAnywhere(Vec<f64>, &'a Basis),
+    RidgeAnywhere(Vec<f32>, &'a Basis),
     /// Adam from a random start, with a number of steps.
     Adam(ModelKind, usize),
     /// Adam with fresh samples at each step, with a number of steps at which it has converged.
@@ -128,7 +128,7 @@ impl<'a> Method<'a> {
             }
             // The rows in the recipe are only valid at the recipe's own directions.
             (Estimator::Ridge { coefficients, .. }, Some(basis)) => {
-                let precision = coefficients.ridge.precision.iter().map(f64::from);
+                let precision = coefficients.ridge.precision.iter();
                 FitAlgorithm::RidgeAnywhere(precision.collect(), basis)
             }
             (Estimator::Ridge { .. }, None) => return Err(EvaluationError::Basis),
@@ -209,20 +209,20 @@ impl<'a> Method<'a> {
 
     /// Creates the method Random of the model Linear: random samples, and precision `eta` for all coefficients.
     #[must_use]
-    pub fn linear_random(basis: &'a Basis, eta: f64, samples: usize) -> Self {
+    pub fn linear_random(basis: &'a Basis, eta: f32, samples: usize) -> Self {
         Self::linear("random", basis, eta, SampleDirections::Random(samples))
     }
 
     /// Creates the method NJR15 of the model Linear: samples that make the problem well conditioned (Nielsen et al.
     /// 2015).
     #[must_use]
-    pub fn linear_njr15(basis: &'a Basis, eta: f64, pattern: Vec<Angles<f32>>) -> Self {
+    pub fn linear_njr15(basis: &'a Basis, eta: f32, pattern: Vec<Angles<f32>>) -> Self {
         Self::linear("njr15", basis, eta, SampleDirections::Pattern(pattern))
     }
 
     /// Creates the method Optimum of the model Linear: enough samples for the result to converge.
     #[must_use]
-    pub fn linear_optimum(basis: &'a Basis, eta: f64) -> Self {
+    pub fn linear_optimum(basis: &'a Basis, eta: f32) -> Self {
         Self::linear(
             "optimum",
             basis,
@@ -234,7 +234,7 @@ impl<'a> Method<'a> {
     fn linear(
         name: &'static str,
         basis: &'a Basis,
-        eta: f64,
+        eta: f32,
         directions: SampleDirections,
     ) -> Self {
         let precision = vec![eta; basis.components()];
@@ -337,13 +337,10 @@ impl<'a> Method<'a> {
                 }
             }
             FitAlgorithm::RidgeAnywhere(precision, basis) => {
-                let directions: Vec<Angles<f64>> = angles
-                    .iter()
-                    .map(glimpse_materials::basis::angles_to_f64)
-                    .collect();
                 let measured: Vec<[f32; 3]> =
                     angles.iter().map(|angles| material.brdf(*angles)).collect();
-                let coefficients = ReducedBasis::new(basis, &directions).fit(precision, &measured);
+                let values = ComponentsAt::new(basis, angles.to_vec()).fit(precision, &measured);
+                let coefficients = basis.channels(&values)?;
                 return Ok((self.reconstruct(basis, &coefficients), None));
             }
             FitAlgorithm::SgdAnywhere(descent) => with_model!(

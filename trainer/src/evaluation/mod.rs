@@ -88,9 +88,8 @@ impl SettingError for EvaluationError {
     fn message(&self, name: SettingNames) -> String {
         match self {
             Self::OtherDirections => format!(
-                "a recipe that completes readings works only at its own directions; for {} meta, give a recipe that \
-                 was trained with {} joint or paper",
-                name(Setting::Method),
+                "a recipe that completes readings works only at its own directions; give one that was trained with \
+                 {} paper",
                 name(Setting::Schedule)
             ),
             Self::DegradationWithoutRecipe => format!(

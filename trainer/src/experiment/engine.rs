@@ -187,7 +187,7 @@ impl Plan {
                 Part::Grid(grid) => {
                     let (table, plots) = grid.evaluate(store)?;
                     for (name, plot) in plots {
-                        findings.drawing(name, plot.to_svg()?, &plot.title, &settings);
+                        findings.drawing(name, plot.to_svg(), &plot.title, &settings);
                     }
                     findings.table(&grid.name, table, settings);
                 }

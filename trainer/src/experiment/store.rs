@@ -13,7 +13,7 @@ use glimpse_core::fit::Estimator;
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::files::{ensure_dir_all, write_atomic};
+use glimpse_materials::files::write_atomic;
 use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Material, Source, SourceShare};
@@ -310,7 +310,8 @@ impl<'a> Store<'a> {
             ..defaults
         };
         let folder = self.settings.out.join("recipes");
-        ensure_dir_all(&folder).with_context(|| format!("cannot write {}", folder.display()))?;
+        fs::create_dir_all(&folder)
+            .with_context(|| format!("cannot write {}", folder.display()))?;
         eprintln!("training {}", training.name());
         (self.train_to_file)(&options, materials, self.settings.data.label(), path)
     }
@@ -369,7 +370,7 @@ impl<'a> Store<'a> {
             (None, ModelKind::Linear) => Some(self.basis(case.components)?),
             _ => None,
         };
-        let eta = Prior::PAPER.eta.context("the paper's prior has no eta")?;
+        let eta = Prior::PAPER.eta;
         let method = match (&trained, &basis) {
             (Some((file, basis)), _) => {
                 let (recipe, basis) = (file.recipe(), basis.as_ref());
@@ -443,7 +444,7 @@ impl<'a> Store<'a> {
 /// Writes a file atomically, and creates its folder if it does not exist.
 pub(super) fn write_file(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    ensure_dir_all(folder)
+    fs::create_dir_all(folder)
         .and_then(|()| write_atomic(path, bytes))
         .with_context(|| format!("cannot write {}", path.display()))
 }

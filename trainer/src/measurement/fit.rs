@@ -11,7 +11,7 @@ use glimpse_kernels::scan::{
 };
 use glimpse_materials::basis::Basis;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
-use glimpse_materials::{BasisFile, FittedBrdf, FittedMaterial, display_with_setting_names};
+use glimpse_materials::{BasisFile, FittedBrdf, FittedMaterial};
 use serde::Serialize;
 
 use super::measurements::Measurements;

@@ -1,6 +1,6 @@
 //! A table of text and numbers, with the best numbers highlighted.
 
-use crate::metrics::MetricColumn;
+use crate::metrics::{METRICS, MetricColumn, Metrics};
 
 /// The number of a column to highlight as the best.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,14 +96,8 @@ impl Column {
 
 /// Returns the columns of [`Cell::of_metrics`].
 #[must_use]
-pub fn metric_columns() -> [Column; 5] {
-    [
-        Column::number("Loss", 4, Highlight::Lowest),
-        Column::number("DSSIM", 4, Highlight::Lowest),
-        Column::number("L2", 6, Highlight::Lowest),
-        Column::number("PSNR (dB)", 2, Highlight::Highest),
-        Column::number("Delta E", 4, Highlight::Lowest),
-    ]
+pub fn metric_columns() -> [Column; METRICS.len()] {
+    METRICS.each_ref().map(Column::metric)
 }
 
 impl Cell {
@@ -115,15 +109,8 @@ impl Cell {
 
     /// Returns the entries of [`metric_columns`].
     #[must_use]
-    pub fn of_metrics(metrics: &Metrics) -> [Self; 5] {
-        let Metrics {
-            loss,
-            dssim,
-            l2,
-            psnr,
-            delta_e,
-        } = *metrics;
-        [loss, dssim, l2, psnr, delta_e].map(Self::Number)
+    pub fn of_metrics(metrics: &Metrics) -> [Self; METRICS.len()] {
+        metrics.values().map(Self::Number)
     }
 }
 

@@ -4,8 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use glimpse_core::geometry::HalfDifference;
 
-use glimpse_kernels::dual::RealScalar;
 use crate::{Brdf, NotFinite, angles_of};
+use glimpse_kernels::dual::RealScalar;
 
 /// The two cosines of theta_o from which the BRDF times cosine is extrapolated below the horizon.
 const NEAR_HORIZON: [f64; 2] = [1e-4, 0.02];

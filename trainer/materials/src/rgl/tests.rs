@@ -9,8 +9,8 @@ use rand_chacha::ChaCha8Rng;
 
 use super::Tensors;
 use super::distribution::{Densities, SlicePosition, TableShape};
-use glimpse_kernels::dual::RealScalar;
 use glimpse_kernels::Dual;
+use glimpse_kernels::dual::RealScalar;
 
 /// Returns tables of independent random values.
 fn random_tensors(random: &mut ChaCha8Rng) -> Tensors {

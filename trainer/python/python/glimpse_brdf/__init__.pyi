@@ -317,7 +317,7 @@ def train(
     materials: Optional[_Materials] = None,
     *,
     samples: int = 8,
-    schedule: Literal["prior", "joint", "paper"] = "prior",
+    schedule: Literal["prior", "paper"] = "prior",
     effort: Literal["brief", "quick", "standard", "long"] = "standard",
     seed: int = 0,
     share: Optional[Sequence[float]] = None,

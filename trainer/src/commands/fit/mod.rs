@@ -22,7 +22,7 @@ use report::{FitReport, FormatSummary, ReportEntry};
 use super::formats::{self, Files, files_of};
 use super::lock::Lock;
 use super::output::{create_out_folder, refuse_input, write_file, write_files};
-use super::{print, read_recipe};
+use super::{emit, read_recipe};
 
 /// Fit a material to readings from a lab, as a device would.
 ///
@@ -135,7 +135,7 @@ impl Fit {
             });
             let contents = contents(&fit, &pattern, basis.as_ref(), &report)?;
             for (name, bytes) in FILES.iter().zip(contents) {
-                write_file_forced(&input.folder.join(name), &bytes, self.force)?;
+                write_file(&input.folder.join(name), &bytes, self.force)?;
             }
             let formats = formats.iter().map(|(files, metrics)| {
                 self.write_format(&input.folder, &fit.material, files, *metrics)
@@ -147,13 +147,10 @@ impl Fit {
                 report,
             });
         }
-        match self.json {
-            true => print_json(&entries),
-            false => {
-                let texts = entries.iter().map(|entry| entry.to_text(self.keep_all));
-                print(&texts.collect::<Vec<_>>().join("\n"))
-            }
-        }
+        emit(self.json, &entries, || {
+            let texts = entries.iter().map(|entry| entry.to_text(self.keep_all));
+            texts.collect::<Vec<_>>().join("\n")
+        })
     }
 
     /// Writes the files of a format. Prints and returns its errors against the fit.

@@ -70,7 +70,7 @@ fn compact_basis_is_valid_for_every_n() {
 
     // Another seed shuffles the materials, and yields another basis.
     folder.succeed(
-        "train --model linear --schedule joint --samples 2 --data procedural:6 --effort brief \
+        "train --model linear --schedule paper --samples 2 --data procedural:6 --effort brief \
          --seed 1 --out other.recipe",
     );
     let mut damaged = compact;

@@ -20,13 +20,14 @@ use rand_chacha::ChaCha8Rng;
 use super::Folder;
 use crate::common::assert_names;
 
-/// A small run of each schedule. Checkpoints are so frequent that some kills interrupt their writing.
-const JOINT: &str = "train --model phong --samples 3 --data procedural:5 --effort brief \
-                     --schedule joint --checkpoint-every 0.01 --out phong.recipe";
+/// A small run. Checkpoints are so frequent that some kills interrupt their writing.
 const PAPER: &str = "train --model phong --samples 3 --data procedural:5 --effort brief \
                      --schedule paper --checkpoint-every 0.001 --out phong.recipe";
+/// A small run of the default schedule.
+const PRIOR: &str =
+    "train --model phong --samples 3 --data procedural:5 --effort brief --out phong.recipe";
 /// A run that takes hours, without `--out`.
-const HOURS: &str = "train --samples 512 --data procedural:5 --effort long --schedule joint \
+const HOURS: &str = "train --samples 512 --data procedural:5 --effort long --schedule paper \
                      --checkpoint-every 0.01";
 
 /// Kills a run at random moments and resumes it, `kills` times in total. Asserts that every recipe equals that of an
@@ -76,12 +77,7 @@ fn assert_killed_runs_match(command: &str, kills: usize, seed: u64) {
 }
 
 #[test]
-fn killed_joint_runs_resume() {
-    assert_killed_runs_match(JOINT, 10, 1);
-}
-
-#[test]
-fn killed_paper_runs_resume() {
+fn killed_runs_resume() {
     assert_killed_runs_match(PAPER, 40, 2);
 }
 
@@ -93,7 +89,7 @@ fn resume_without_checkpoint() {
     fs::create_dir(&checkpoint).expect("the folder is created");
     fs::write(checkpoint.join(".unfinished-checkpoint.bin-aBc123"), "half")
         .expect("the file is written");
-    let resume = format!("{JOINT} --resume");
+    let resume = format!("{PAPER} --resume");
     let [_, messages] = folder.succeed_with_messages(&resume);
     assert_names(&messages, &["phong.recipe.checkpoint"]);
     assert_eq!(folder.names(""), ["phong.recipe"]);
@@ -126,7 +122,7 @@ fn resume_without_checkpoint() {
 #[test]
 fn recipe_is_independent_of_threads() {
     let folder = Folder::new();
-    for command in [JOINT, PAPER] {
+    for command in [PAPER, PRIOR] {
         let recipes = [1, 2, 7].map(|threads| {
             folder.succeed(&format!("{command} --threads {threads} --force"));
             folder.read("phong.recipe")
@@ -205,15 +201,15 @@ fn train_on(
 fn stopped_run_resumes() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let proceed = &mut |_| ControlFlow::Continue(());
-    let mut options = Options::new(ModelKind::Phong, 4, Schedule::Joint, Effort::Brief, 3);
+    let mut options = Options::new(ModelKind::Phong, 4, Schedule::Paper, Effort::Brief, 3);
     let whole = train_on("procedural:12", &options, proceed).expect("the recipe is trained");
     let mut checkpoints = CheckpointOptions {
         directory: scratch.path().join("checkpoint"),
         interval: Duration::from_secs(10),
         resume: false,
     };
-    // In a phase of gradient descent, at the end of one, and in two phases of evolution.
-    for stop in [123, 300, 320, 750] {
+    // In the first phase, at its end, and in two phases of the pattern.
+    for stop in [100, 220, 235, 250] {
         options.checkpoints = Some(checkpoints.clone());
         let outcome = train_on("procedural:12", &options, &mut |done| match done == stop {
             true => ControlFlow::Break(()),
@@ -254,7 +250,7 @@ fn failed_checkpoint_keeps_previous_one() {
         resume: true,
     });
     let outcome = train_on("procedural:5", &options, &mut |done| {
-        if done == 770 {
+        if done == 510 {
             fs::rename(&directory, &away).expect("the file is renamed");
             fs::write(&directory, "in the way").expect("the file is written");
         }
@@ -276,5 +272,5 @@ fn failed_checkpoint_keeps_previous_one() {
         ControlFlow::Continue(())
     });
     assert_eq!(outcome.expect("the recipe is trained"), whole);
-    assert_eq!(first_step, Some(770));
+    assert_eq!(first_step, Some(510));
 }

@@ -71,7 +71,7 @@ fn trains_inspects_exports_and_evaluates() {
     );
     assert_eq!(
         (training.schedule, training.effort, training.parts),
-        (Schedule::Joint, Effort::Brief, TrainedParts::All)
+        (Schedule::Paper, Effort::Brief, TrainedParts::All)
     );
     let expected = metadata.expected_loss.expect("a stated loss");
     assert_eq!(expected.split, ValidationSplit::HeldOut);

@@ -85,11 +85,11 @@ fn rejects_inapplicable_or_invalid_options() {
     let folder = Folder::new();
     let two = "--data procedural:2 --data procedural:2:1";
     for (options, words) in [
-        ("--schedule joint --missing 0.5", "--missing"),
+        ("--schedule paper --missing 0.5", "--missing"),
         ("--schedule paper --noise 0.02", "--noise"),
-        ("--schedule joint --procedural 0", "--procedural"),
-        ("--schedule joint --max-theta-o 80", "--max-theta-o"),
-        ("--schedule joint --levels 256", "--levels"),
+        ("--schedule paper --procedural 0", "--procedural"),
+        ("--schedule paper --max-theta-o 80", "--max-theta-o"),
+        ("--schedule paper --levels 256", "--levels"),
         ("--data procedural:2 --share 1", "--share"),
         (&format!("{two} --share 1"), "--share"),
         (&format!("{two} --share 1,0"), "--share"),

@@ -120,7 +120,7 @@ fn rejects_inapplicable_options() {
         ("-n auto --scan-seconds 0.5", "--scan-seconds"),
         ("-n 4 --speed 10", "--scan-seconds"),
         ("-n 4 --settle 1", "--scan-seconds"),
-        ("-n 4 --scan-seconds 5 --schedule joint", "--scan-seconds"),
+        ("-n 4 --scan-seconds 5 --schedule paper", "--scan-seconds"),
         ("-n 4 --scan-seconds 2", "2"),
         ("-n 4 --scan-seconds 5 --speed 0", "theta_i"),
     ] {

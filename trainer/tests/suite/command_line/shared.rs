@@ -6,19 +6,19 @@ use std::sync::OnceLock;
 
 use super::folder::Folder;
 
-/// A training with schedule joint; `prior.rs` tests the default schedule.
+/// A training with schedule paper; `prior.rs` tests the default schedule.
 pub(crate) const TRAIN: &str = "train --model phong --samples 4 --data procedural:12 --effort brief \
-                                --out phong.recipe --schedule joint";
+                                --out phong.recipe --schedule paper";
 /// A recipe of the model Phong, `phong.recipe`.
 pub(crate) static PHONG: Shared = Shared::of(TRAIN);
 /// A recipe of the model Linear and its basis, `linear-n2.recipe`.
 pub(crate) static LINEAR_N2: Shared = Shared::of(
-    "train --model linear --schedule joint --samples 2 --data procedural:6 --effort brief \
+    "train --model linear --schedule paper --samples 2 --data procedural:6 --effort brief \
      --out linear-n2.recipe",
 );
 /// A recipe of another n with the same basis, `linear-n4.recipe`.
 pub(crate) static LINEAR_N4: Shared = Shared::of(
-    "train --model linear --schedule joint --samples 4 --data procedural:6 --effort brief \
+    "train --model linear --schedule paper --samples 4 --data procedural:6 --effort brief \
      --out linear-n4.recipe",
 );
 /// An experiment that trains Linear only, with the default output folder `paper`.

@@ -2,8 +2,13 @@
 
 use std::borrow::Cow;
 
+use glimpse_core::geometry::HalfDifference;
 use glimpse_kernels::lanes::{InstructionSet, Octet, OctetDirections, WIDTH};
 use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights, transpose_rgb};
+use glimpse_materials::Material;
+use glimpse_materials::sampling::uniform_valid;
+use rand::Rng;
+use rand_chacha::ChaCha8Rng;
 
 /// Samples of a material with weights.
 pub struct WeightedSamples<'a> {
@@ -54,6 +59,43 @@ impl<'a> WeightedSamples<'a> {
             instruction_set: InstructionSet::detect(),
             back_to_back: false,
         }
+    }
+}
+
+/// A material at many directions, from which samples are drawn.
+pub struct SampledMaterial {
+    at: Vec<OctetDirections>,
+    values: Vec<OctetRgb>,
+}
+
+impl SampledMaterial {
+    /// Evaluates a material at `size` uniform directions, in whole octets.
+    #[must_use]
+    pub fn new(material: &dyn Material, size: usize, seed: u64) -> Self {
+        let angles = uniform_valid(size.next_multiple_of(WIDTH), seed);
+        let directions = angles.iter().copied().map(HalfDifference::from_angles);
+        let directions: Vec<HalfDifference<f32>> = directions.collect();
+        let brdf: Vec<[f32; 3]> = angles.iter().map(|at| material.brdf(*at)).collect();
+        Self {
+            at: directions.chunks(WIDTH).map(Octet::transpose).collect(),
+            values: brdf.chunks(WIDTH).map(transpose_rgb).collect(),
+        }
+    }
+
+    /// Draws samples in whole octets, at least `count`.
+    #[must_use]
+    pub fn draw(&self, count: usize, random: &mut ChaCha8Rng) -> WeightedSamples<'static> {
+        let indices = (0..count.div_ceil(WIDTH)).map(|_| random.random_range(0..self.at.len()));
+        let (at, values) = indices
+            .map(|index| (self.at[index], self.values[index]))
+            .unzip();
+        WeightedSamples::uniform(at, values)
+    }
+
+    /// Returns all samples.
+    #[must_use]
+    pub fn all(&self) -> WeightedSamples<'static> {
+        WeightedSamples::uniform(self.at.clone(), self.values.clone())
     }
 }
 

@@ -10,8 +10,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_training::meta::learned::LearnedRecipe;
 use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::pattern::{Pattern, logits_from_reachable};
-use glimpse_training::meta::phase::OuterStep;
-use glimpse_training::meta::plan::{Effort, Plan, Schedule};
+use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::run::{TrainError, train};
 use glimpse_training::meta::scan_budget::{Motion, ScanBudget, ScanBudgetError};
 use glimpse_training::recipe::pack_recipe;
@@ -141,20 +140,6 @@ fn weighted_gradient_matches_differences() {
         min_separation: 0.1,
         ..Limits::NONE
     };
-    let plan = Plan::new(
-        Schedule::Prior,
-        Effort::Quick,
-        ModelKind::Linear,
-        SAMPLES,
-        12,
-    );
-    let phase_index = plan.phases.len() - 1;
-    let phase = &plan.phases[phase_index];
-    let outer_step = OuterStep {
-        phase,
-        phase_index,
-        step: phase.steps - 1,
-    };
     for_each_path(|angles, path| {
         let logits: Vec<f32> = angles
             .iter()
@@ -162,7 +147,7 @@ fn weighted_gradient_matches_differences() {
             .collect();
         let motion = Motion::new(budget(seconds(path), 0.0), limits, SAMPLES);
         let mut weight = 0.5;
-        let gradient = motion.weighted_gradient(&logits, outer_step, &mut weight);
+        let gradient = motion.weighted_gradient(&logits, 1.0, &mut weight);
         // The aim is slightly below the budget, so the weight rises.
         assert!((0.5..0.52).contains(&weight), "{weight}");
         let seconds_after = |index: usize, by: f32| {

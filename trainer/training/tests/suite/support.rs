@@ -4,8 +4,7 @@ use std::fmt::Debug;
 use std::ops::ControlFlow;
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::model::Neural;
-use glimpse_core::model::{Model, ParameterSet};
+use glimpse_core::model::{Model, Neural};
 use glimpse_gradcheck::parameters;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{Material, NeuralBrdf, Procedural};

@@ -13,6 +13,7 @@ const EPOCH: usize = 2;
 /// one two. Returns the best values, and the pattern of each step.
 fn run(losses: &[&[f32]; 2], mut observe: impl FnMut(&Progress) + Send) -> (Values, Vec<Vec<f32>>) {
     let patterns = RefCell::new(Vec::new());
+    let patterns = &patterns;
     let phase = |samples: usize| Phase {
         name: "pattern",
         samples,
@@ -20,7 +21,7 @@ fn run(losses: &[&[f32]; 2], mut observe: impl FnMut(&Progress) + Send) -> (Valu
             values.pattern.resize(3 * samples, -1.0);
             values
         })),
-        gradient: Box::new(|values: &Values, step| {
+        gradient: Box::new(move |values: &Values, step| {
             patterns.borrow_mut().push(values.pattern.clone());
             let gradient = Values {
                 pattern: vec![1.0; values.pattern.len()],
@@ -56,9 +57,7 @@ fn run(losses: &[&[f32]; 2], mut observe: impl FnMut(&Progress) + Send) -> (Valu
         observe(progress);
         ControlFlow::Continue(())
     });
-    let values = values.unwrap();
-    drop(outer_loop);
-    (values, patterns.into_inner())
+    (values.unwrap(), patterns.take())
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::{self, EPSILON};
 use glimpse_materials::Brdf;
-use glimpse_materials::basis::{Basis, CoefficientCountError, angles_to_f64};
+use glimpse_materials::basis::{Basis, CoefficientCountError};
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_training::linear::{COMPACT_NODES, ComponentsAt, to_compact_bytes};
 
