@@ -279,7 +279,11 @@ fn table(all: &[RenderedMaterial<'_>], columns: usize) -> Table {
         Column::text("material"),
     ];
     if scanned {
-        heads.extend(metric_columns());
+        // The materials are different, so none of them is the best.
+        heads.extend(metric_columns().map(|column| Column {
+            highlight: Highlight::None,
+            ..column
+        }));
     }
     let row = |(index, material): (usize, &RenderedMaterial<'_>)| {
         let number = |index: usize| Cell::Number((index + 1) as f64);
