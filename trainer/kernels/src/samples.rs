@@ -1,7 +1,5 @@
 //! Samples in memory, in groups of eight as registers load them.
 
-use std::cmp::Ordering;
-
 use glimpse_core::model::{Sample, SampleGradient};
 
 use crate::lanes::{
@@ -24,26 +22,15 @@ pub fn transpose_rgb(values: &[[f32; 3]]) -> OctetRgb {
     octets
 }
 
-/// The weights of samples in the loss: 1 / (3 n) each for a mean over n samples and three channels.
-#[derive(Clone, Copy, Debug)]
-pub enum SampleWeights<'a> {
-    /// The weights of every octet.
-    Each(&'a [Octet]),
-    /// The weights of all octets except the last, and those of the last, whose lanes past the end have weight 0.
-    Mean([Octet; 2]),
-}
-
 /// Samples of a material in octets, as kernels read them.
 #[derive(Clone, Copy, Debug)]
 pub struct SampleOctets<'a> {
-    /// The half and difference vectors to choose from.
+    /// The half and difference vectors.
     pub at: &'a [OctetDirections],
     /// The material's BRDF at these directions, sr^-1 (not times the cosine).
     pub values: &'a [OctetRgb],
-    /// The indices of the octets that hold the samples, in order; all octets if None.
-    pub order: Option<&'a [u32]>,
-    /// The weights, in the order of the samples.
-    pub weights: SampleWeights<'a>,
+    /// The weights of samples in the loss: 1 / (3 n) each for a mean over n samples and three channels, 0 for unused lanes.
+    pub weights: &'a [Octet],
     /// The lanes to compute on.
     pub instruction_set: InstructionSet,
     /// True if sums over such lists follow each other without a pause, as inner steps do. The other threads are then
@@ -55,7 +42,7 @@ impl SampleOctets<'_> {
     /// Returns the number of octets.
     #[must_use]
     pub fn octets(&self) -> usize {
-        self.order.map_or(self.at.len(), <[u32]>::len)
+        self.at.len()
     }
 
     /// Reads samples into lanes, beginning with an octet. Lanes past the end have weight 0.
@@ -67,19 +54,12 @@ impl SampleOctets<'_> {
         let mut values = [&self.values[0]; MAX_OCTETS];
         let mut weights = [&NO_WEIGHTS; MAX_OCTETS];
         for k in 0..L::OCTETS {
-            let position = octet + k;
-            let index = match self.order {
-                Some(order) => order[position.min(last)] as usize,
-                None => position.min(last),
-            };
+            let index = (octet + k).min(last);
             at[k] = &self.at[index];
             values[k] = &self.values[index];
-            weights[k] = match (&self.weights, position.cmp(&last)) {
-                (_, Ordering::Greater) => &NO_WEIGHTS,
-                (SampleWeights::Each(weights), _) => &weights[position],
-                (SampleWeights::Mean([full, _]), Ordering::Less) => full,
-                (SampleWeights::Mean([_, partial]), Ordering::Equal) => partial,
-            };
+            if octet + k <= last {
+                weights[k] = &self.weights[index];
+            }
         }
         let [a, b, c, d] = values;
         Sample {
@@ -92,19 +72,10 @@ impl SampleOctets<'_> {
     /// Returns a sample in lane `lane` of an octet.
     #[must_use]
     pub fn sample(&self, octet: usize, lane: usize) -> Sample<f32> {
-        let last = self.octets() - 1;
-        let index = self.order.map_or(octet, |order| order[octet] as usize);
-        let weights = match &self.weights {
-            SampleWeights::Each(weights) => &weights[octet],
-            SampleWeights::Mean([full, partial]) => match octet == last {
-                true => partial,
-                false => full,
-            },
-        };
         Sample {
-            at: from_coordinates(coordinates(self.at[index]).map(|octet| octet.0[lane])),
-            measured: self.values[index].map(|values| values.0[lane]),
-            weight: weights.0[lane],
+            at: from_coordinates(coordinates(self.at[octet]).map(|octet| octet.0[lane])),
+            measured: self.values[octet].map(|values| values.0[lane]),
+            weight: self.weights[octet].0[lane],
         }
     }
 

@@ -133,19 +133,6 @@ kernel! {
     }
 }
 
-kernel! {
-    on samples.instruction_set;
-    /// Returns the loss of a black material, f = 0. It is larger for brighter materials.
-    #[must_use]
-    pub fn loss_of_black<'a, L: Lanes>(samples: &'a SampleOctets<'a>) -> f32 {
-        let mut loss = L::constant(0.0);
-        for octet in (0..samples.octets()).step_by(L::OCTETS) {
-            loss = loss + sample_loss(&samples.read::<L>(octet), [L::constant(0.0); 3]);
-        }
-        loss.total()
-    }
-}
-
 /// Returns the loss of a sample, given its modeled BRDF.
 #[inline(always)]
 fn sample_loss<L: Lanes>(sample: &Sample<L>, modeled: [L; 3]) -> L {

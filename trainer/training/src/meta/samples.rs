@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use glimpse_core::geometry::HalfDifference;
 use glimpse_kernels::lanes::{InstructionSet, Octet, OctetDirections, WIDTH};
-use glimpse_kernels::samples::{OctetRgb, SampleOctets, SampleWeights, transpose_rgb};
+use glimpse_kernels::samples::{OctetRgb, SampleOctets, transpose_rgb};
 use glimpse_materials::Material;
 use glimpse_materials::sampling::uniform_valid;
 use rand::Rng;
@@ -54,8 +54,7 @@ impl<'a> WeightedSamples<'a> {
         SampleOctets {
             at: &self.at,
             values: &self.values,
-            order: None,
-            weights: SampleWeights::Each(&self.weights),
+            weights: &self.weights,
             instruction_set: InstructionSet::detect(),
             back_to_back: false,
         }

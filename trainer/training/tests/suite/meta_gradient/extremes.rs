@@ -5,7 +5,7 @@ use glimpse_core::model::{CookTorrance, CookTorranceParameters, ParameterSet};
 use glimpse_kernels::Dual;
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::lanes::{InstructionSet, Octet, WIDTH};
-use glimpse_kernels::samples::{SampleOctets, SampleWeights};
+use glimpse_kernels::samples::SampleOctets;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
@@ -69,8 +69,7 @@ fn cook_torrance_is_finite_at_extremes() {
                 &SampleOctets {
                     at: &[Octet::transpose(&at)],
                     values: &[measured],
-                    order: None,
-                    weights: SampleWeights::Each(&[weights]),
+                    weights: &[weights],
                     instruction_set,
                     back_to_back: false,
                 },
