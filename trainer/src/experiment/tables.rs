@@ -1,15 +1,16 @@
 //! The paper's tables of methods at one number of samples, and the loss of each material.
 
 use anyhow::bail;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
+use glimpse_materials::loss::loss_between;
 use glimpse_trainer::report::{Axis, Cell, Column, Compare, Highlight, Scale};
 
 use super::case::{Approach, Case};
 use super::engine::{Evaluated, Grid, Line, Part, Plan, PlotOfColumns, Row};
 use super::paper::{self, PaperMetrics};
 use super::pictures::spheres_by_model;
-use super::references::losses_without_measurement;
-use super::shared::{MODELS, SAMPLES, number, plain, text, title};
+use super::shared::{MODELS, SAMPLES, plain, text, title};
 use super::store::Store;
 
 /// The number of samples of the paper's comparison with Nielsen et al.
@@ -91,9 +92,9 @@ fn loss_by_model(
             ModelKind::Linear => *linear,
             _ => *others,
         };
-        let published = published
-            .iter()
-            .map(|methods| number(values(model, method_of(methods)).map(|[loss, ..]| loss)));
+        let published = published.iter().map(|methods| {
+            Cell::optional(values(model, method_of(methods)).map(|[loss, ..]| loss))
+        });
         let cases = measured
             .iter()
             .map(|methods| Case::new(method_of(methods), model, SAMPLES));
@@ -124,27 +125,19 @@ pub(super) fn losses() -> Plan {
         paper::same_samples,
         &measured,
     );
-    // The last row shows the losses without measurement.
-    grid.rows.push(Row::default());
+    let unmeasured = [text("black: f = 0")].into_iter();
+    grid.rows.push(Row {
+        labels: unmeasured.chain(published.map(|_| Cell::Missing)).collect(),
+        ..Row::default()
+    });
     grid.values = |evaluated| {
         if !evaluated.row.cases.is_empty() {
             return Ok(evaluated.row_of(evaluated.losses()));
         }
-        let [black, lambertian] = losses_without_measurement(evaluated.set.materials);
-        let row = |name: &str, loss| {
-            let none = [const { Cell::Missing }; 3];
-            let mut row = vec![text(name)];
-            row.extend(none);
-            row.push(Cell::Number(loss));
-            row
-        };
-        Ok(vec![
-            row("black: f = 0", black),
-            row(
-                "the best Lambertian for each material and channel",
-                lambertian,
-            ),
-        ])
+        let materials = evaluated.set.materials;
+        let black = |_: &HalfDifference<f32>| [0.0; 3];
+        let losses = materials.iter().map(|each| loss_between(&black, &**each));
+        Ok(evaluated.row_of([losses.sum::<f64>() / materials.len() as f64]))
     };
     Plan {
         title: "Losses of all methods at n = 8",
