@@ -181,7 +181,7 @@ impl Plan {
                 Part::Grid(grid) => grid.set,
                 _ => 0,
             };
-            let settings = store.run_settings(set, &part.cases());
+            let settings = store.describe_settings(set, &part.cases());
             match part {
                 Part::Text(text) => findings.text(text),
                 Part::Grid(grid) => {
@@ -189,7 +189,7 @@ impl Plan {
                     for (name, plot) in plots {
                         findings.drawing(name, plot.to_svg(), &plot.title, &settings);
                     }
-                    findings.table(&grid.name, table, settings);
+                    findings.table(&grid.name, table, &settings);
                 }
                 Part::Spheres(spheres) => findings.gallery(spheres.render(store)?, &settings),
                 Part::Pattern(case) => {
