@@ -6,18 +6,18 @@ use anyhow::bail;
 use clap::Args;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::Evaluator;
-use glimpse_trainer::metrics::{METRICS, Metrics, color_differences};
+use glimpse_trainer::metrics::{Metrics, color_differences};
 use glimpse_trainer::render::{Environment, Picture, render_sphere};
 use glimpse_trainer::report::{
     Cell, Column, Compare as Comparison, Gallery, GalleryRow, Lobe, MAX_LOBES, Page, Table, Tile,
-    lobe, lobe_svg,
+    lobe, lobe_svg, metric_columns,
 };
 use rayon::prelude::*;
 use serde_json::json;
 
 use super::lock::Lock;
 use super::output::{create_out_folder, file_as_json, write_file};
-use super::{environment, load, print, print_json};
+use super::{emit, environment, load};
 
 /// Compare materials with a reference.
 ///
@@ -84,23 +84,23 @@ impl Compare {
             write_page(out, &**reference, &compared, &table, &environment)?;
         }
         let index = self.out.as_ref().map(|out| out.join("index.html"));
-        if self.json {
-            let rows = compared.iter().map(|compared| {
-                let mut row = serde_json::to_value(compared.metrics)?;
-                row["material"] = json!(compared.material.name());
-                row["source"] = json!(compared.source);
-                Ok(row)
-            });
-            return print_json(&json!({
-                "reference": reference.name(),
-                "page": index.as_deref().map(file_as_json),
-                "materials": rows.collect::<anyhow::Result<Vec<_>>>()?,
-            }));
-        }
-        if let Some(index) = index {
+        if let Some(index) = &index {
             eprintln!("wrote {}", index.display());
         }
-        print(&format!("{}\n{}", table.caption, table.to_text()))
+        let rows = compared.iter().map(|compared| {
+            let mut row = serde_json::to_value(compared.metrics)?;
+            row["material"] = json!(compared.material.name());
+            row["source"] = json!(compared.source);
+            Ok(row)
+        });
+        let report = json!({
+            "reference": reference.name(),
+            "page": index.as_deref().map(file_as_json),
+            "materials": rows.collect::<anyhow::Result<Vec<_>>>()?,
+        });
+        emit(self.json, &report, || {
+            format!("{}\n{}", table.caption, table.to_text())
+        })
     }
 
     /// Loads the materials and compares them with the only one of `references`.
@@ -139,12 +139,11 @@ impl Compare {
 
 fn table(reference: &str, compared: &[Compared]) -> Table {
     let row = |compared: &Compared| {
-        let mut row = vec![Cell::Text(compared.label.clone())];
-        row.extend(compared.metrics.values().map(Cell::Number));
-        row
+        let label = [Cell::Text(compared.label.clone())].into_iter();
+        label.chain(Cell::of_metrics(&compared.metrics)).collect()
     };
     let mut columns = vec![Column::text("Material")];
-    columns.extend(METRICS.iter().map(Column::metric));
+    columns.extend(metric_columns());
     Table {
         caption: format!("Errors against {reference}"),
         columns,
@@ -165,21 +164,18 @@ fn write_page(
     };
     let sphere = render(reference);
     let title = format!("reference: {}", reference.name());
-    let tile = |label: &str, details: Vec<String>, picture: Picture| Tile {
-        label: label.to_owned(),
-        details,
-        best: false,
-        picture,
-    };
     let rows = compared.par_iter().map(|compared| {
         let fitted = render(&*compared.material);
         let differences = color_differences(&sphere, &fitted, WHITE_DIFFERENCE)?;
         Ok(GalleryRow {
             title: compared.label.clone(),
             tiles: vec![
-                tile(&title, Vec::new(), sphere.clone()),
-                tile(&compared.label, compared.metrics.lines(), fitted),
-                tile("difference", Vec::new(), differences),
+                Tile::plain(&title, sphere.clone()),
+                Tile {
+                    details: compared.metrics.lines(),
+                    ..Tile::plain(&compared.label, fitted)
+                },
+                Tile::plain("difference", differences),
             ],
         })
     });

@@ -4,7 +4,7 @@ use glimpse_core::recipe::Recipe;
 use glimpse_trainer::evaluation::{Estimate, Report, TargetReport, TrainingOverlap};
 use glimpse_trainer::export::expectation;
 use glimpse_trainer::metrics::METRICS;
-use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
+use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table, metric_columns};
 use glimpse_training::meta::completion::loss_predictor::rank_correlation;
 use glimpse_training::recipe::{Metadata, MetadataError};
 use serde::Serialize;
@@ -173,7 +173,7 @@ impl RecipeReport {
         let row = |name: &str, values: [f64; METRICS.len()], predicted: [_; 2], mark: &str| {
             let mut row = vec![Cell::Text(name.to_owned())];
             row.extend(values.map(Cell::Number));
-            row.extend(predicted.into_iter().take(predictions).map(number));
+            row.extend(predicted.into_iter().take(predictions).map(Cell::optional));
             row.push(Cell::Text(mark.to_owned()));
             row
         };
@@ -201,7 +201,7 @@ impl RecipeReport {
             report.method,
             report.model,
             report.samples,
-            table(columns, rows, Compare::WithinColumn).to_text()
+            table(columns, rows).to_text()
         );
         if let Some(error) = report.loss_standard_error {
             text += &format!(
@@ -222,20 +222,16 @@ impl RecipeReport {
     }
 }
 
-fn number(number: Option<f64>) -> Cell {
-    number.map_or(Cell::Missing, Cell::Number)
-}
-
 fn plain(title: impl Into<String>, decimals: usize) -> Column {
     Column::number(title, decimals, Highlight::None)
 }
 
-fn table(columns: Vec<Column>, rows: Vec<Vec<Cell>>, compare: Compare) -> Table {
+fn table(columns: Vec<Column>, rows: Vec<Vec<Cell>>) -> Table {
     Table {
         caption: String::new(),
         columns,
         rows,
-        compare,
+        compare: Compare::WithinColumn,
     }
 }
 
@@ -300,13 +296,12 @@ impl<'a> Comparison<'a> {
         }
     }
 
-    /// Formats a table that compares each recipe with the first, a table of the losses on each material, and remarks.
+    /// Formats a table that compares each recipe with the first, and remarks.
     pub(super) fn to_text(&self) -> String {
-        let names = self.recipes[0].names();
-        let count = names.len();
+        let count = self.recipes[0].report.materials.len();
         let mut columns = ["recipe", "model"].map(Column::text).to_vec();
         columns.push(plain("n", 0));
-        columns.extend(METRICS.iter().map(Column::metric));
+        columns.extend(metric_columns());
         columns.extend([
             plain("std. error", 4),
             plain("loss - first", 4),
@@ -325,34 +320,19 @@ impl<'a> Comparison<'a> {
                     Cell::Text(report.model.clone()),
                     Cell::Number(report.samples as f64),
                 ];
-                row.extend(report.metrics.values().map(Cell::Number));
-                row.push(number(report.loss_standard_error));
+                row.extend(Cell::of_metrics(&report.metrics));
+                row.push(Cell::optional(report.loss_standard_error));
                 if let Some(difference) = difference {
                     row.push(Cell::Number(difference.loss));
-                    row.push(number(difference.standard_error));
+                    row.push(Cell::optional(difference.standard_error));
                     row.push(Cell::Number(difference.less_loss_on as f64));
                 }
                 row
             });
-        let table_of_recipes = table(columns, rows.collect(), Compare::WithinColumn);
-        let mut columns = vec![Column::text("loss of")];
-        let recipes = self.recipes.iter();
-        columns.extend(recipes.map(|each| Column::number(&each.recipe, 4, Highlight::Lowest)));
-        let rows = names.iter().enumerate().map(|(index, name)| {
-            let materials = self
-                .recipes
-                .iter()
-                .map(|each| &each.report.materials[index]);
-            let losses = materials.map(|material| Cell::Number(material.metrics.loss));
-            let name = Cell::Text((*name).to_owned());
-            [name].into_iter().chain(losses).collect()
-        });
-        let table_of_materials = table(columns, rows.collect(), Compare::WithinRow);
         let mut text = format!(
             "{}\nDifferences are paired by material; their standard error is over the {count} \
-             differences.\n\n{}",
-            table_of_recipes.to_text(),
-            table_of_materials.to_text()
+             differences.\n",
+            table(columns, rows.collect()).to_text()
         );
         for each in self.recipes {
             for remark in each.remarks() {

@@ -1,63 +1,54 @@
 //! Check of a recipe's output path before training: no file, the recipe of the same training, or another file.
 
+use std::fmt::Display;
 use std::path::Path;
 
+use anyhow::anyhow;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::is_stream;
 use glimpse_training::meta::options::Options;
 use glimpse_training::recipe::{RecipeFile, Training};
 
-/// The file at a recipe's path before training.
-pub(super) enum ExistingOutput {
-    /// No file, or a pipe or device.
-    Missing,
-    /// The recipe that training would write, with its expected loss.
-    Trained(f32),
-    /// Another file, with a description.
-    Conflict(String),
-}
-
-/// Examines the path of a recipe before training. The digest of the options decides whether the file is
-/// the recipe that training would write; `data` names the materials in messages.
-pub(super) fn existing_output(out: &Path, options: &Options, data: &str) -> ExistingOutput {
+/// Returns the expected loss of the recipe at `out` if it is of this training already; None if there is no
+/// file, or a pipe or device. The digest of the options decides; `data` names the materials in messages.
+///
+/// # Errors
+/// If another file is at `out`.
+pub(super) fn trained_loss(
+    out: &Path,
+    options: &Options,
+    data: &str,
+) -> anyhow::Result<Option<f32>> {
     // A pipe or a device holds no recipe, and reading it may never end.
     if !out.exists() || is_stream(out) {
-        return ExistingOutput::Missing;
+        return Ok(None);
     }
-    let file = match RecipeFile::read(out) {
-        Ok(file) => file,
-        Err(error) => return ExistingOutput::Conflict(error.to_string()),
+    let refuse = |description: &dyn Display| {
+        anyhow!("{description}: give --force to replace it, or another --out")
     };
-    let recipe = file.recipe();
+    let file = RecipeFile::read(out).map_err(|error| refuse(&error))?;
+    let (recipe, path) = (file.recipe(), out.display());
     let training = file.metadata().training.as_ref();
     let Some((training, expected_loss)) = training.zip(recipe.expected_loss()) else {
-        return ExistingOutput::Conflict(format!(
-            "{} does not state its training options",
-            out.display()
-        ));
+        let unstated = format!("{path} does not state its training options");
+        return Err(refuse(&unstated));
     };
-    let has_basis = recipe.model() != ModelKind::Linear || Basis::path_for(out).exists();
-    match training.digest == options.digest() {
-        true if has_basis => ExistingOutput::Trained(expected_loss),
-        true => ExistingOutput::Conflict(format!(
-            "{} has no basis file {}",
-            out.display(),
-            Basis::path_for(out).display()
-        )),
-        false => {
-            let (model, samples) = (recipe.model(), recipe.samples());
-            let shares = options.source_shares.iter();
-            let materials = shares.map(|each| each.materials).sum();
-            let requested = Training::new(options, data, materials);
-            ExistingOutput::Conflict(format!(
-                "{} was trained with other options (in the file: {}; in this command: {})",
-                out.display(),
-                training.describe(model, samples),
-                requested.describe(options.model, options.samples)
-            ))
-        }
+    if training.digest != options.digest() {
+        let materials = options.source_shares.iter().map(|each| each.materials);
+        let requested = Training::new(options, data, materials.sum());
+        return Err(refuse(&format!(
+            "{path} was trained with other options (in the file: {}; in this command: {})",
+            training.describe(recipe.model(), recipe.samples()),
+            requested.describe(options.model, options.samples)
+        )));
     }
+    let basis = Basis::path_for(out);
+    if recipe.model() == ModelKind::Linear && !basis.exists() {
+        let missing = format!("{path} has no basis file {}", basis.display());
+        return Err(refuse(&missing));
+    }
+    Ok(Some(expected_loss))
 }
 
 #[cfg(test)]
@@ -105,16 +96,14 @@ mod tests {
     fn digest_identifies_training() {
         let scratch = tempfile::tempdir().expect("a temporary directory");
         let out = scratch.path().join("phong.recipe");
-        assert!(matches!(
-            existing_output(&out, &options(), ""),
-            ExistingOutput::Missing
-        ));
+        let trained = trained_loss(&out, &options(), "");
+        assert_eq!(trained.expect("no file"), None);
 
         // The names of the materials differ, but the options are the same.
         write_file(&out, recipe(&options(), "other words").bytes(), true)
             .expect("the recipe is written");
-        let existing = existing_output(&out, &options(), "MERL");
-        assert!(matches!(existing, ExistingOutput::Trained(loss) if loss == 0.25));
+        let trained = trained_loss(&out, &options(), "MERL");
+        assert_eq!(trained.expect("the same training"), Some(0.25));
 
         let changes: [fn(&mut Options); 4] = [
             |o| o.seed = 1,
@@ -125,9 +114,8 @@ mod tests {
         for change in changes {
             let mut other = options();
             change(&mut other);
-            let ExistingOutput::Conflict(message) = existing_output(&out, &other, "MERL") else {
-                panic!("other options are not detected");
-            };
+            let error = trained_loss(&out, &other, "MERL").expect_err("other options");
+            let message = error.to_string();
             for digest in [options().digest(), other.digest()] {
                 assert!(message.contains(&format!("{digest:016x}")), "{message}");
             }
@@ -135,7 +123,6 @@ mod tests {
         // A recipe without metadata is a conflict.
         let stripped = recipe(&options(), "MERL").stripped().expect("a copy");
         write_file(&out, stripped.bytes(), true).expect("the recipe is written");
-        let existing = existing_output(&out, &options(), "MERL");
-        assert!(matches!(existing, ExistingOutput::Conflict(_)));
+        assert!(trained_loss(&out, &options(), "MERL").is_err());
     }
 }

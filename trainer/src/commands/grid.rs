@@ -9,7 +9,6 @@ use glimpse_materials::{MODELS, Source, SourceShare, Sources};
 use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 
 use super::cell_list::{CommandLine, ListedCell, path_text, path_texts, print_cells, source_paths};
-use super::existing_output::ExistingOutput;
 use super::lock::Lock;
 use super::message::message;
 use super::numbers::SampleCount;
@@ -129,18 +128,18 @@ pub(crate) fn list(train: &Train, seed: u64, line: &CommandLine) -> anyhow::Resu
             _ => line.words_without(&[&GRID_ARGUMENTS[..], &["bases", "eta"]].concat()),
         };
         command.extend(added);
-        let existing = run.existing_output(&source_shares);
+        let trained = run.trained_loss(&source_shares);
         cells.push(ListedCell {
             name: format!("{name}-n{samples}"),
             command,
             inputs: source_paths(sources.as_slice()),
             outputs: path_texts(&run.outputs())?,
             checkpoint: Some(path_text(&run.checkpoint)?),
-            done: matches!(existing, ExistingOutput::Trained(_)),
-            conflict: match existing {
-                ExistingOutput::Conflict(description) if !train.force => Some(description),
-                _ => None,
-            },
+            done: matches!(trained, Ok(Some(_))),
+            conflict: trained
+                .err()
+                .filter(|_| !train.force)
+                .map(|error| error.to_string()),
         });
     }
     create_out_folder(&train.out)?;
@@ -158,23 +157,16 @@ fn train_if_missing(
     source_shares: &[SourceShare],
 ) -> anyhow::Result<f32> {
     let _locks = run.lock()?;
-    match run.existing_output(source_shares) {
-        ExistingOutput::Trained(expected_loss) => {
-            run.remove_checkpoint();
-            eprintln!("{} is already trained", run.out.display());
-            Ok(expected_loss)
-        }
-        ExistingOutput::Conflict(description) if !train.force => {
-            bail!("{description}: remove it, give --force to replace it, or give another --out")
-        }
-        existing => {
-            run.refuse_overwrite(&existing, true, train.force)?;
-            let trained = run.train(sources.load()?, true)?;
-            trained.print_cross_validation();
-            let expected_loss = trained.file.recipe().expected_loss();
-            expected_loss.context("the recipe states no expected loss")
-        }
+    let trained = run.refuse_overwrite(run.trained_loss(source_shares), true, train.force)?;
+    if let Some(expected_loss) = trained {
+        run.remove_checkpoint();
+        eprintln!("{} is already trained", run.out.display());
+        return Ok(expected_loss);
     }
+    let trained = run.train(sources.load()?, true)?;
+    trained.print_cross_validation();
+    let expected_loss = trained.file.recipe().expected_loss();
+    expected_loss.context("the recipe states no expected loss")
 }
 
 fn table(cells: &[GridCell]) -> Table {
@@ -191,8 +183,7 @@ fn table(cells: &[GridCell]) -> Table {
                 vec![
                     Cell::Text(cell.model_name.into()),
                     Cell::Number(cell.samples as f64),
-                    cell.expected_loss
-                        .map_or(Cell::Missing, |loss| Cell::Number(loss.into())),
+                    Cell::optional(cell.expected_loss.map(f64::from)),
                 ]
             })
             .collect(),

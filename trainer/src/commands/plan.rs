@@ -1,17 +1,16 @@
 //! `trainer plan`
 
-use std::path::{Path, PathBuf, absolute};
+use std::path::{PathBuf, absolute};
 
 use anyhow::{Error, bail, ensure};
 use clap::{ArgGroup, Args};
 use glimpse_materials::basis::Basis;
-use glimpse_materials::files::has_content;
 use glimpse_training::recipe::RecipeFile;
 use glimpse_training::route::{self, Axes, Machine, MachineError, Order, Route, stops};
 
 use super::limits::{LimitArgs, describe};
-use super::output::{is_same_file, write_file};
-use super::{numbers, print};
+use super::output::{is_same_file, write_files};
+use super::{emit, numbers};
 
 /// Plan a scan: positions of the arms in degrees, their order, and the duration.
 ///
@@ -124,25 +123,16 @@ impl Plan {
             );
         }
         let route = Route::new(&machine, &stops, order, seed);
-        let files = [
-            ("--out", &self.out, route.to_csv()),
-            ("--blank", &self.blank, route::blank_sheet(&route.visits)),
+        let sheets = [
+            (&self.out, route.to_csv()),
+            (&self.blank, route::blank_sheet(&route.visits)),
         ];
-        let files: Vec<(&str, &Path, String)> = files
-            .into_iter()
-            .filter_map(|(option, path, text)| Some((option, path.as_deref()?, text)))
-            .collect();
-        for (option, path, text) in &files {
-            self.refuse_to_replace(option, path, text)?;
-        }
-        for (_, path, text) in &files {
-            // Checked above: an existing file is the same, or --force was given.
-            write_file(path, text.as_bytes(), true)?;
-        }
-        match self.json {
-            true => print(&(serde_json::to_string_pretty(&route.to_json(&machine))? + "\n")),
-            false => print(&to_text(&route, &machine)),
-        }
+        let sheets = sheets.into_iter();
+        let files = sheets.filter_map(|(path, text)| Some((path.clone()?, text.into_bytes())));
+        write_files(&files.collect::<Vec<_>>(), self.force)?;
+        emit(self.json, &route.to_json(&machine), || {
+            to_text(&route, &machine)
+        })
     }
 
     /// Refuses outputs that are inputs, or both the same file.
@@ -164,16 +154,6 @@ impl Plan {
                 out.display()
             );
         }
-        Ok(())
-    }
-
-    /// Refuses to replace a different file without --force, since it may hold readings.
-    fn refuse_to_replace(&self, option: &str, path: &Path, text: &str) -> anyhow::Result<()> {
-        ensure!(
-            self.force || !path.is_file() || has_content(path, text.as_bytes()),
-            "{} exists, and may contain readings: give --force to replace it, or another {option}",
-            path.display()
-        );
         Ok(())
     }
 

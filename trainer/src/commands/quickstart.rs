@@ -316,9 +316,10 @@ fn gallery(
 ) -> Gallery {
     let rows = results.iter().enumerate().map(|(index, results)| {
         let fits = methods.iter().zip(&results.by_method);
-        let fits = fits.map(|(method, (metrics, picture))| (&method.label[..], metrics, picture));
+        let fits = fits
+            .map(|(method, (metrics, picture))| (method.label.clone(), *metrics, picture.clone()));
         let reference = evaluator.reference(index).clone();
-        GalleryRow::of_fits(&results.material, reference, &fits.collect::<Vec<_>>())
+        GalleryRow::of_fits(&results.material, reference, fits.collect())
     });
     Gallery {
         caption,

@@ -15,7 +15,7 @@ use super::output::create_out_folder;
 use super::progress::{catch_interrupts, interrupted};
 use super::train::train_to_file;
 use super::training_overlap::{training_overlaps, warnings};
-use super::{environment, load, numbers, print};
+use super::{load, numbers, print};
 use crate::experiment::{
     Experiment, Findings, Plan, PlannedCell, Settings, Store, TestSet, Work, write_index,
 };
@@ -63,9 +63,6 @@ pub(crate) struct Reproduce {
     /// Number of repetitions of random methods, 1 to 10000
     #[arg(long, default_value_t = 5, value_parser = numbers::seeds)]
     seeds: u64,
-    /// Environment light of the spheres: a panorama (*.hdr) [default: the built-in studio]
-    #[arg(long, value_name = "FILE")]
-    environment: Option<PathBuf>,
     /// Largest n of experiments with several n, 1 to 4096 [default: 64 for --effort brief and quick,
     /// else 512]
     #[arg(long = "most-samples", value_parser = numbers::samples)]
@@ -164,10 +161,7 @@ impl Reproduce {
         self.refuse_unused_options()?;
         create_out_folder(&self.out)?;
         let sources = [&self.data, &self.test].into_iter().chain(&self.additional);
-        let mut paths = source_paths(sources);
-        if let Some(path) = &self.environment {
-            paths.push(path_text(path)?);
-        }
+        let paths = source_paths(sources);
         let listed = |cell: PlannedCell| {
             let mut command = line.words_without(&["list"]);
             command.push(format!("--only={}", cell.name));
@@ -210,7 +204,6 @@ impl Reproduce {
             (None, Effort::Brief | Effort::Quick) => 64,
             (None, _) => MAX_SAMPLES,
         };
-        let environment = environment(self.environment.as_deref())?;
         let training = load(&self.data)?;
         let test = load(&self.test)?;
         let trained_on = TrainingMaterials::from_materials(&training);
@@ -231,11 +224,11 @@ impl Reproduce {
                 eprintln!("{warning}");
             }
         }
-        let test = TestSet::new("test".into(), &self.test, &test, &environment);
+        let test = TestSet::new("test".into(), &self.test, &test);
         let additional = self.additional.iter().zip(&additional).zip(1..);
         let additional = additional.map(|((source, materials), number)| {
             let name = format!("{number}-{}", source.label().replace([':', '/'], "-"));
-            TestSet::new(name, source, materials, &environment)
+            TestSet::new(name, source, materials)
         });
         let sets: Vec<TestSet<'_>> = [test].into_iter().chain(additional).collect();
         let settings = Settings {
@@ -245,10 +238,6 @@ impl Reproduce {
             paper_effort: self.paper_effort.unwrap_or(self.effort),
             seed,
             seeds: self.seeds,
-            light: match &self.environment {
-                Some(path) => path.display().to_string(),
-                None => "the built-in studio".into(),
-            },
         };
         let train = |options: &_, materials, data: &str, out: &Path| {
             train_to_file(options, materials, data, out).map(drop)

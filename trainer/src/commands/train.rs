@@ -20,7 +20,7 @@ use glimpse_training::recipe::{RecipeFile, pack_recipe};
 
 use super::auto_samples::choose_samples;
 use super::completion_args::CompletionArgs;
-use super::existing_output::{ExistingOutput, existing_output};
+use super::existing_output::trained_loss;
 use super::expected_loss::expected_loss;
 use super::lock::Lock;
 use super::numbers::SampleCount;
@@ -144,7 +144,7 @@ impl Train {
                     let run = training_run(1)?;
                     run.refuse_streams(self.checkpoint.is_some())?;
                     run.check_writable()?;
-                    run.refuse_overwrite(&ExistingOutput::Missing, self.resume, self.force)?;
+                    run.refuse_overwrite(Ok(None), self.resume, self.force)?;
                     choose_samples(&sources, |samples| Ok(training_run(samples)?.options))?
                 }
             },
@@ -155,10 +155,10 @@ impl Train {
         run.check_writable()?;
         let _locks = run.lock()?;
         let (materials, source_shares) = load_all(&sources)?;
-        let existing = run.existing_output(&source_shares);
-        run.refuse_overwrite(&existing, self.resume, self.force)?;
+        let trained = run.trained_loss(&source_shares);
+        let trained = run.refuse_overwrite(trained, self.resume, self.force)?;
         if self.resume && !Checkpoint::exists_in(&run.checkpoint) {
-            if matches!(existing, ExistingOutput::Trained(_)) {
+            if trained.is_some() {
                 run.remove_checkpoint();
                 eprintln!("{} is already trained", self.out.display());
                 return Ok(());
@@ -311,33 +311,34 @@ impl TrainingRun {
         Ok(locks)
     }
 
-    /// Refuses to replace a recipe, a basis or an unfinished run, unless `force` is set.
+    /// Refuses to replace a recipe, a basis or an unfinished run, unless `force` is set. Takes and returns the result of
+    /// [`Self::trained_loss`].
     pub(super) fn refuse_overwrite(
         &self,
-        existing: &ExistingOutput,
+        trained: anyhow::Result<Option<f32>>,
         resume: bool,
         force: bool,
-    ) -> anyhow::Result<()> {
+    ) -> anyhow::Result<Option<f32>> {
+        if force {
+            return Ok(trained.unwrap_or_default());
+        }
+        let trained = trained?;
         let unfinished = Checkpoint::exists_in(&self.checkpoint);
         let basis = Basis::path_for(&self.out);
         let is_linear = self.options.model == ModelKind::Linear;
-        match existing {
-            _ if force => Ok(()),
-            ExistingOutput::Conflict(description) => {
-                bail!("{description}: give --force to replace it, or another --out")
-            }
+        match trained {
             _ if unfinished && !resume => bail!(
                 "{} holds an unfinished run: give --resume to continue it, or --force to discard it",
                 self.checkpoint.display()
             ),
             // With a checkpoint, the basis is that of the unfinished run.
-            ExistingOutput::Missing if is_linear && basis.exists() && !unfinished => bail!(
+            None if is_linear && basis.exists() && !unfinished => bail!(
                 "{} exists without its recipe {}, and may belong to another recipe: give --force to \
                  replace it, or another --out",
                 basis.display(),
                 self.out.display()
             ),
-            _ => Ok(()),
+            _ => Ok(trained),
         }
     }
 
@@ -361,13 +362,19 @@ impl TrainingRun {
         }
     }
 
-    /// Examines the recipe's path before training on materials of these sources.
-    pub(super) fn existing_output(&self, source_shares: &[SourceShare]) -> ExistingOutput {
+    /// Returns the expected loss of the recipe if it is already trained on materials of these sources.
+    ///
+    /// # Errors
+    /// If another file has the recipe's path.
+    pub(super) fn trained_loss(
+        &self,
+        source_shares: &[SourceShare],
+    ) -> anyhow::Result<Option<f32>> {
         let options = Options {
             source_shares: source_shares.to_vec(),
             ..self.options.clone()
         };
-        existing_output(&self.out, &options, &self.data)
+        trained_loss(&self.out, &options, &self.data)
     }
 
     /// Trains the recipe and writes it. Replaces existing files.

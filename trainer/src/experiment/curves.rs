@@ -11,8 +11,8 @@ use super::case::{Approach, Case, MOTION_SPEED, Variation};
 use super::engine::{Evaluated, Grid, Line, Part, Plan, PlotOfColumns, Row};
 use super::paper;
 use super::shared::{
-    MODELS, PAPER_METRICS, SAMPLES, loss, number, plain, powers_of_two, published_cells,
-    samples_axis, text, title,
+    MODELS, PAPER_METRICS, SAMPLES, loss, plain, powers_of_two, published_cells, samples_axis,
+    text, title,
 };
 use super::store::Store;
 
@@ -68,7 +68,12 @@ pub(super) fn curves(store: &Store<'_>, max_samples: usize) -> Plan {
                 let rows = cases.map(|(case, report)| {
                     // The number of samples of Optimum is unlimited.
                     let n = Some(case.samples as f64).filter(|n| *n > 0.0);
-                    let labels = evaluated.row.labels.iter().cloned().chain([number(n)]);
+                    let labels = evaluated
+                        .row
+                        .labels
+                        .iter()
+                        .cloned()
+                        .chain([Cell::optional(n)]);
                     labels
                         .chain(report.metrics.values().map(Cell::Number))
                         .collect()
@@ -127,7 +132,7 @@ pub(super) fn same_quality(max_samples: usize) -> Plan {
                 let points = evaluated.row.cases.iter().zip(&values).skip(1);
                 let points = points.map(|(case, values)| (case.samples as f64, values[index]));
                 let n = samples_to_reach(points, values[0][index], !metric.higher_is_better);
-                number(n.map(|n| n / SAMPLES as f64))
+                Cell::optional(n.map(|n| n / SAMPLES as f64))
             });
             let row = evaluated.row.labels.iter().cloned().chain(cells);
             Ok(vec![row.chain(evaluated.row.published.clone()).collect()])

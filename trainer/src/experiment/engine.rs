@@ -5,7 +5,7 @@ use glimpse_core::geometry::Angles;
 use glimpse_trainer::evaluation::Report;
 use glimpse_trainer::report::{
     Axis, Cell, Column, Compare, Gallery, GalleryRow, Marker, Plot, Scale, Series, SeriesColor,
-    Table, Tile, pattern_svg,
+    Table, pattern_svg,
 };
 
 use super::case::{Approach, Case};
@@ -78,8 +78,8 @@ impl Evaluated<'_, '_> {
     }
 }
 
-/// A plot of columns of a [`Grid`] over another column. Text in that column gives categories; an empty entry is drawn
-/// at the right end.
+/// A plot of columns of a [`Grid`] over another column. Text in that column counts as the row's number from 1; an empty
+/// entry is drawn at the right end.
 pub(super) struct PlotOfColumns {
     /// Name of the file.
     pub(super) name: String,
@@ -181,7 +181,7 @@ impl Plan {
                 Part::Grid(grid) => grid.set,
                 _ => 0,
             };
-            let settings = store.run_settings(set, &part.cases());
+            let settings = store.describe_settings(set, &part.cases());
             match part {
                 Part::Text(text) => findings.text(text),
                 Part::Grid(grid) => {
@@ -189,7 +189,7 @@ impl Plan {
                     for (name, plot) in plots {
                         findings.drawing(name, plot.to_svg(), &plot.title, &settings);
                     }
-                    findings.table(&grid.name, table, settings);
+                    findings.table(&grid.name, table, &settings);
                 }
                 Part::Spheres(spheres) => findings.gallery(spheres.render(store)?, &settings),
                 Part::Pattern(case) => {
@@ -246,36 +246,23 @@ impl PlotOfColumns {
         };
         let end = rows.iter().map(|row| number(row, self.x_column));
         let end = end.fold(f64::NAN, f64::max);
-        let mut categories = Vec::new();
-        let xs: Vec<f64> = rows
-            .iter()
-            .map(|row| match row.get(self.x_column) {
-                Some(Cell::Number(number)) => *number,
-                Some(Cell::Text(name)) => {
-                    categories.push(name.clone());
-                    categories.len() as f64
-                }
-                _ => end,
-            })
-            .collect();
+        let x = |index: usize| match rows[index].get(self.x_column) {
+            Some(Cell::Number(number)) => *number,
+            Some(Cell::Text(_)) => (index + 1) as f64,
+            _ => end,
+        };
         let series = |line: &Line| Series {
             name: line.name.clone(),
             color: line.style.0,
             marker: line.style.1,
             points: (0..rows.len())
                 .filter(|index| line.row.is_none_or(|row| row == origins[*index]))
-                .map(|index| [xs[index], number(&rows[index], line.column)])
+                .map(|index| [x(index), number(&rows[index], line.column)])
                 .collect(),
         };
         Plot {
             title: self.title.clone(),
-            x: Axis {
-                scale: match categories.is_empty() {
-                    true => self.x.scale.clone(),
-                    false => Scale::Categories(categories),
-                },
-                ..self.x.clone()
-            },
+            x: self.x.clone(),
             y: Axis {
                 title: format!("{} (lower is better)", self.metric),
                 scale: Scale::Log10,
@@ -301,35 +288,16 @@ impl SphereRow {
         let set = &store.sets[0];
         let material = &*set.materials[self.material];
         let evaluator = set.evaluator();
-        let mut tiles = vec![Tile {
-            label: "Reference".into(),
-            details: Vec::new(),
-            best: false,
-            picture: evaluator.reference(self.material).clone(),
-        }];
-        let (mut best_loss, mut best_tile) = (f64::INFINITY, None);
-        for (label, case) in &self.cases {
+        let fits = self.cases.iter().map(|(label, case)| {
             let seed = store.settings.seed.wrapping_add(self.material as u64);
             let (metrics, picture) = store.with_method(case, |method| {
                 Ok(evaluator.compare(self.material, &method.fit(material, seed)?)?)
             })?;
-            if metrics.loss < best_loss {
-                (best_loss, best_tile) = (metrics.loss, Some(tiles.len()));
-            }
-            tiles.push(Tile {
-                label: label.clone(),
-                details: metrics.lines(),
-                best: false,
-                picture,
-            });
-        }
-        if let Some(tile) = best_tile.and_then(|index| tiles.get_mut(index)) {
-            tile.best = true;
-        }
-        let title = self.title.clone();
-        Ok(GalleryRow {
-            title: title.unwrap_or_else(|| material.name().to_owned()),
-            tiles,
-        })
+            Ok((label.clone(), metrics, picture))
+        });
+        let title = self.title.as_deref().unwrap_or_else(|| material.name());
+        let reference = evaluator.reference(self.material).clone();
+        let fits = fits.collect::<anyhow::Result<_>>()?;
+        Ok(GalleryRow::of_fits(title, reference, fits))
     }
 }

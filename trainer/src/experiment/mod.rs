@@ -10,7 +10,6 @@ mod findings;
 mod glossiness;
 mod paper;
 mod pictures;
-mod references;
 mod shared;
 mod store;
 mod studies;

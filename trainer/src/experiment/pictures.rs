@@ -126,6 +126,6 @@ fn compared(model: ModelKind, samples: usize) -> Vec<(String, Case)> {
 /// Returns a note for captions about the metrics below the pictures.
 fn metrics_note() -> String {
     format!(
-        "DSSIM, L2, PSNR and Delta E (CIEDE2000) are computed on these pictures of {SPHERE_SIZE} x {SPHERE_SIZE} pixels"
+        "DSSIM, PSNR and Delta E (CIEDE2000) are computed on these pictures of {SPHERE_SIZE} x {SPHERE_SIZE} pixels"
     )
 }

@@ -3,7 +3,7 @@
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::Report;
 use glimpse_trainer::metrics::METRICS;
-use glimpse_trainer::report::{Axis, Cell, Column, Compare, Highlight, Scale};
+use glimpse_trainer::report::{Axis, Cell, Column, Compare, Highlight, Scale, metric_columns};
 
 use super::case::Case;
 use super::engine::{Evaluated, Grid, Row};
@@ -42,11 +42,6 @@ pub(super) fn text(text: impl Into<String>) -> Cell {
     Cell::Text(text.into())
 }
 
-/// Creates a cell of a number; None gives an empty entry.
-pub(super) fn number(number: Option<f64>) -> Cell {
-    number.map_or(Cell::Missing, Cell::Number)
-}
-
 /// Creates a column of numbers, none of them highlighted.
 pub(super) fn plain(title: impl Into<String>, decimals: usize) -> Column {
     Column::number(title, decimals, Highlight::None)
@@ -55,11 +50,6 @@ pub(super) fn plain(title: impl Into<String>, decimals: usize) -> Column {
 /// Creates a column of losses, the lowest of them highlighted.
 pub(super) fn loss(title: impl Into<String>) -> Column {
     Column::number(title, 4, Highlight::Lowest)
-}
-
-/// Returns the columns of the metrics, in the order of [`METRICS`].
-pub(super) fn metric_columns() -> Vec<Column> {
-    METRICS.iter().map(Column::metric).collect()
 }
 
 /// The axis of the number of samples n.
@@ -120,7 +110,7 @@ impl Grid {
 
 /// Returns cells of the paper's metrics.
 pub(super) fn published_cells(published: Option<PaperMetrics>) -> Vec<Cell> {
-    let cell = |index: usize| number(published.map(|metrics| metrics[index]));
+    let cell = |index: usize| Cell::optional(published.map(|metrics| metrics[index]));
     (0..PAPER_METRICS).map(cell).collect()
 }
 
@@ -128,8 +118,8 @@ pub(super) fn published_cells(published: Option<PaperMetrics>) -> Vec<Cell> {
 fn all_metrics(evaluated: &Evaluated<'_, '_>) -> anyhow::Result<Vec<Vec<Cell>>> {
     let cells = |report: &Report| {
         let mut row = evaluated.row.labels.clone();
-        row.extend(report.metrics.values().map(Cell::Number));
-        row.push(number(report.loss_standard_error));
+        row.extend(Cell::of_metrics(&report.metrics));
+        row.push(Cell::optional(report.loss_standard_error));
         row.extend(evaluated.row.published.clone());
         row
     };

@@ -18,7 +18,6 @@ use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Material, Source, SourceShare};
 use glimpse_trainer::evaluation::{Evaluator, Method, OPTIMUM_STEPS, Report};
-use glimpse_trainer::render::Environment;
 use glimpse_training::linear::{Columns, Prior, min_condition_pattern, principal_components};
 use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::outer::CheckpointOptions;
@@ -53,8 +52,6 @@ pub(crate) struct Settings {
     pub(crate) seed: u64,
     /// Number of repetitions of random methods.
     pub(crate) seeds: u64,
-    /// Description of the environment that lights the spheres.
-    pub(crate) light: String,
 }
 
 impl Settings {
@@ -76,29 +73,22 @@ pub(crate) struct TestSet<'a> {
     /// The materials.
     pub(super) materials: &'a [Box<dyn Material>],
     evaluator: OnceCell<Evaluator<'a>>,
-    environment: &'a Environment,
 }
 
 impl<'a> TestSet<'a> {
-    pub(crate) fn new(
-        label: String,
-        source: &Source,
-        materials: &'a [Box<dyn Material>],
-        environment: &'a Environment,
-    ) -> Self {
+    pub(crate) fn new(label: String, source: &Source, materials: &'a [Box<dyn Material>]) -> Self {
         Self {
             label,
             source: source.label().to_owned(),
             materials,
             evaluator: OnceCell::new(),
-            environment,
         }
     }
 
     /// Returns the evaluator; the first call renders all materials.
     pub(super) fn evaluator(&self) -> &Evaluator<'a> {
         self.evaluator
-            .get_or_init(|| Evaluator::with_environment(self.environment.clone(), self.materials))
+            .get_or_init(|| Evaluator::new(self.materials))
     }
 }
 
@@ -169,7 +159,6 @@ impl<'a> Store<'a> {
             "paper_effort": settings.paper_effort,
             "seed": settings.seed,
             "seeds": settings.seeds,
-            "light": settings.light,
             "trained_on": names(training),
             "evaluated_on": names(sets[0].materials),
             "directions": DIRECTIONS,

@@ -7,7 +7,7 @@ use super::case::{Approach, Case, REFINEMENT_STEPS, Subset, Variation};
 use super::engine::{Grid, Part, Plan, Row};
 use super::glossiness::split_by_glossiness;
 use super::paper;
-use super::shared::{MODELS, SAMPLES, loss, number, plain, text, title};
+use super::shared::{MODELS, SAMPLES, loss, plain, text, title};
 use super::store::Store;
 
 /// Learned samples replaced by random ones (paper, table "robustness").
@@ -112,7 +112,7 @@ pub(super) fn repeated_stages() -> Plan {
         Row {
             labels: vec![text(title(model))],
             cases: vec![once, once.with(Variation::Twice)],
-            published: vec![number(paper::repeated_stages(model))],
+            published: vec![Cell::optional(paper::repeated_stages(model))],
         }
     });
     let columns = vec![
@@ -148,7 +148,7 @@ pub(super) fn convergence() -> Plan {
         Row {
             labels: vec![text(approach.name()), Cell::Number(samples as f64)],
             cases: vec![case, case.with(Variation::Refined)],
-            published: vec![number(paper::convergence(approach))],
+            published: vec![Cell::optional(paper::convergence(approach))],
         }
     });
     let caption = format!(

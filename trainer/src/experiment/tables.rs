@@ -1,15 +1,16 @@
 //! The paper's tables of methods at one number of samples, and the loss of each material.
 
 use anyhow::bail;
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
-use glimpse_trainer::report::{Axis, Cell, Column, Compare, Highlight, Scale};
+use glimpse_materials::loss::loss_between;
+use glimpse_trainer::report::{Axis, Cell, Column, Compare, Scale};
 
 use super::case::{Approach, Case};
 use super::engine::{Evaluated, Grid, Line, Part, Plan, PlotOfColumns, Row};
 use super::paper::{self, PaperMetrics};
 use super::pictures::spheres_by_model;
-use super::references::losses_without_measurement;
-use super::shared::{MODELS, SAMPLES, number, plain, text, title};
+use super::shared::{MODELS, SAMPLES, loss, plain, text, title};
 use super::store::Store;
 
 /// The number of samples of the paper's comparison with Nielsen et al.
@@ -91,9 +92,9 @@ fn loss_by_model(
             ModelKind::Linear => *linear,
             _ => *others,
         };
-        let published = published
-            .iter()
-            .map(|methods| number(values(model, method_of(methods)).map(|[loss, ..]| loss)));
+        let published = published.iter().map(|methods| {
+            Cell::optional(values(model, method_of(methods)).map(|[loss, ..]| loss))
+        });
         let cases = measured
             .iter()
             .map(|methods| Case::new(method_of(methods), model, SAMPLES));
@@ -124,27 +125,19 @@ pub(super) fn losses() -> Plan {
         paper::same_samples,
         &measured,
     );
-    // The last row shows the losses without measurement.
-    grid.rows.push(Row::default());
+    let unmeasured = [text("black: f = 0")].into_iter();
+    grid.rows.push(Row {
+        labels: unmeasured.chain(published.map(|_| Cell::Missing)).collect(),
+        ..Row::default()
+    });
     grid.values = |evaluated| {
         if !evaluated.row.cases.is_empty() {
             return Ok(evaluated.row_of(evaluated.losses()));
         }
-        let [black, lambertian] = losses_without_measurement(evaluated.set.materials);
-        let row = |name: &str, loss| {
-            let none = [const { Cell::Missing }; 3];
-            let mut row = vec![text(name)];
-            row.extend(none);
-            row.push(Cell::Number(loss));
-            row
-        };
-        Ok(vec![
-            row("black: f = 0", black),
-            row(
-                "the best Lambertian for each material and channel",
-                lambertian,
-            ),
-        ])
+        let materials = evaluated.set.materials;
+        let black = |_: &HalfDifference<f32>| [0.0; 3];
+        let losses = materials.iter().map(|each| loss_between(&black, &**each));
+        Ok(evaluated.row_of([losses.sum::<f64>() / materials.len() as f64]))
     };
     Plan {
         title: "Losses of all methods at n = 8",
@@ -252,24 +245,12 @@ pub(super) fn bases(store: &Store<'_>) -> Plan {
     }
 }
 
-/// The loss and the color difference of each material, sorted by the loss of Ours (paper, figure "Zipfplots").
+/// The loss of each material, sorted by the loss of Ours (paper, figure "Zipfplots").
 pub(super) fn per_material() -> Plan {
     let mut parts = Vec::new();
     for model in MODELS {
         let approaches = Approach::compared(model);
-        let row = || Row {
-            cases: approaches
-                .map(|approach| Case::new(approach, model, SAMPLES))
-                .into(),
-            ..Row::default()
-        };
-        let columns = |decimals| {
-            let method = move |approach: Approach| {
-                Column::number(approach.name(), decimals, Highlight::Lowest)
-            };
-            let methods = approaches.into_iter().map(method);
-            [Column::text("Material")].into_iter().chain(methods)
-        };
+        let methods = approaches.map(|approach| loss(approach.name()));
         let lines = approaches.into_iter().zip(1..);
         let plot = PlotOfColumns {
             name: model.name().into(),
@@ -284,26 +265,23 @@ pub(super) fn per_material() -> Plan {
                 .map(|(approach, column)| Line::new(approach, None, column))
                 .collect(),
         };
-        let caption = |metric| format!("{}, {metric} at n = {SAMPLES}", title(model));
         parts.push(Part::Grid(Grid {
             compare: Compare::WithinRow,
-            values: |evaluated| Ok(rows_of_materials(evaluated, |metrics| metrics.loss)),
+            values: rows_of_materials,
             plots: vec![plot],
             ..Grid::new(
                 model.name(),
-                caption("loss"),
-                columns(4).collect(),
-                vec![row()],
-            )
-        }));
-        parts.push(Part::Grid(Grid {
-            compare: Compare::WithinRow,
-            values: |evaluated| Ok(rows_of_materials(evaluated, |metrics| metrics.delta_e)),
-            ..Grid::new(
-                format!("{}-delta-e", model.name()),
-                caption("Delta E (CIEDE2000)"),
-                columns(2).collect(),
-                vec![row()],
+                format!("{}, loss at n = {SAMPLES}", title(model)),
+                [Column::text("Material")]
+                    .into_iter()
+                    .chain(methods)
+                    .collect(),
+                vec![Row {
+                    cases: approaches
+                        .map(|approach| Case::new(approach, model, SAMPLES))
+                        .into(),
+                    ..Row::default()
+                }],
             )
         }));
     }
@@ -313,11 +291,8 @@ pub(super) fn per_material() -> Plan {
     }
 }
 
-/// Returns a row with a metric of each method for each material, sorted by the loss of Ours.
-fn rows_of_materials(
-    evaluated: &Evaluated<'_, '_>,
-    metric: fn(&glimpse_trainer::metrics::Metrics) -> f64,
-) -> Vec<Vec<Cell>> {
+/// Returns a row with the loss of each method for each material, sorted by the loss of Ours.
+fn rows_of_materials(evaluated: &Evaluated<'_, '_>) -> anyhow::Result<Vec<Vec<Cell>>> {
     let cases = evaluated.row.cases.iter();
     let ours = cases.zip(&evaluated.reports);
     let ours = ours.filter(|(case, _)| case.approach == Approach::Ours);
@@ -330,8 +305,8 @@ fn rows_of_materials(
             .clone()
             .next()
             .map(|material| text(&material.name));
-        let values = materials.map(|material| Cell::Number(metric(&material.metrics)));
+        let values = materials.map(|material| Cell::Number(material.metrics.loss));
         name.into_iter().chain(values).collect()
     };
-    order.into_iter().map(row).collect()
+    Ok(order.into_iter().map(row).collect())
 }

@@ -29,17 +29,18 @@ impl GalleryRow {
     /// Creates a row of a reference and its fits, each with its label, errors and picture. The fit with the lowest loss is
     /// marked as the best if there are several.
     #[must_use]
-    pub fn of_fits(title: &str, reference: Picture, fits: &[(&str, &Metrics, &Picture)]) -> Self {
+    pub fn of_fits(title: &str, reference: Picture, fits: Vec<(String, Metrics, Picture)>) -> Self {
         let losses = fits.iter().map(|(_, metrics, _)| metrics.loss);
         let lowest_loss = losses.fold(f64::INFINITY, f64::min);
-        let tiles = fits.iter().map(|(label, metrics, picture)| Tile {
-            label: (*label).into(),
+        let several = fits.len() > 1;
+        let tiles = fits.into_iter().map(|(label, metrics, picture)| Tile {
+            label,
             details: vec![
                 format!("loss {:.4}, delta E {:.2}", metrics.loss, metrics.delta_e),
                 format!("DSSIM {:.4}, {:.1} dB", metrics.dssim, metrics.psnr),
             ],
-            best: fits.len() > 1 && metrics.loss == lowest_loss,
-            picture: (*picture).clone(),
+            best: several && metrics.loss == lowest_loss,
+            picture,
         });
         let reference = Tile::plain("Reference", reference);
         Self {

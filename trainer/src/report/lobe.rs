@@ -4,7 +4,7 @@ use glimpse_core::geometry::{Directions, HalfDifference};
 use glimpse_materials::Brdf;
 use maud::{Markup, html};
 
-use super::svg::{COLORS, TEXT, drawing, one_decimal, path_of, power_of_ten};
+use super::svg::{COLORS, TEXT, drawing, one_decimal, path_of};
 
 /// The maximum number of curves, one for each color.
 pub const MAX_LOBES: usize = COLORS.len();
@@ -176,7 +176,9 @@ fn grid([low, high]: [i32; 2]) -> Markup {
     html! {
         @for exponent in low..=high {
             path.grid d=(arc(radius(exponent))) {}
-            text.dim.mid x=(one_decimal(x + radius(exponent))) y=(y + 17.0) { (power_of_ten(exponent)) }
+            text.dim.mid x=(one_decimal(x + radius(exponent))) y=(y + 17.0) {
+                "10" tspan dy="-5" font-size="9" { (exponent) }
+            }
         }
         @for degrees in (-90..=90_i16).step_by(30) {
             @let angle = f32::from(degrees).to_radians();
@@ -234,7 +236,7 @@ mod tests {
         );
         assert_eq!(decades(&[]), [-2, 0]);
         let svg = lobe_svg(&[solid_lobe("<a>", curve)]);
-        assert!(svg.contains("&lt;a&gt;") && svg.contains("10⁻²"), "{svg}");
+        assert!(svg.contains("&lt;a&gt;") && svg.contains(">-2<"), "{svg}");
         // Straight up, 0.02 is log10(2) of three decades above the center.
         let up = 350.0 - 285.0 * std::f64::consts::LOG10_2 / 3.0;
         assert!(svg.contains(&format!("d=\"M350.0 {up:.1}L")), "{svg}");

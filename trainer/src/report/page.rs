@@ -157,19 +157,12 @@ impl Page {
             path: directory.into(),
             source,
         })?;
-        self.write_to(&directory.join("index.html"))
-    }
-
-    /// Writes the page to a file of this name, and its pictures into a folder next to it.
-    ///
-    /// # Errors
-    /// If a file cannot be written.
-    pub fn write_to(&self, path: &Path) -> Result<(), PageError> {
-        self.write_pictures(path.parent().unwrap_or(Path::new("")))?;
-        write_atomic(path, self.to_html().as_bytes()).map_err(|source| PageError::Write {
-            path: path.into(),
-            source,
-        })
+        self.write_pictures(directory)?;
+        write_below(
+            directory,
+            Path::new("index.html"),
+            self.to_html().as_bytes(),
+        )
     }
 
     /// Writes the page as a section for a page in `directory`: the text into `directory/folder`, and the pictures

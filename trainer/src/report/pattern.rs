@@ -3,7 +3,7 @@
 use glimpse_core::geometry::{Angles, HalfDifference};
 use maud::{Markup, html};
 
-use super::svg::{COLORS, LabelPlacer, StyleRule, TEXT, ThemedColor, drawing, one_decimal};
+use super::svg::{COLORS, StyleRule, TEXT, ThemedColor, drawing, one_decimal};
 
 /// The maximum number of samples with printed numbers.
 const MAX_NUMBERED: usize = 16;
@@ -63,8 +63,7 @@ pub fn pattern_svg(angles: &[Angles<f32>]) -> String {
             (hemisphere(center, title))
         }
         (legend(angles.len(), numbered))
-        @for sample in &samples { (sample.marks()) }
-        @if numbered { (numbers(&samples)) }
+        @for sample in &samples { (sample.marks(numbered)) }
     };
     let label = format!("Sample pattern of {} pairs of directions", angles.len());
     drawing([700.0, 718.0], &label, &RULES, SHAPES, &marks)
@@ -190,7 +189,8 @@ impl DrawnSample {
         }
     }
 
-    fn marks(&self) -> Markup {
+    /// Draws the three marks, each with the sample's number at its upper right if `numbered` is set.
+    fn marks(&self, numbered: bool) -> Markup {
         let [[x, y], [light_x, light_y], [sensor_x, sensor_y]] = self.points;
         let (sin, cos) = self.phi_d.sin_cos();
         let (tip_x, tip_y) = (x + HAND * cos, y - HAND * sin);
@@ -202,33 +202,11 @@ impl DrawnSample {
                 circle.light cx=(one_decimal(light_x)) cy=(one_decimal(light_y)) r="4.5" {}
                 rect.sensor x=(one_decimal(sensor_x - 4.0)) y=(one_decimal(sensor_y - 4.0))
                     width="8" height="8" {}
-            }
-        }
-    }
-}
-
-/// Draws numbers next to all marks, with as little overlap as possible.
-fn numbers(samples: &[DrawnSample]) -> Markup {
-    let mut labels = LabelPlacer::default();
-    for [x, y] in CENTERS {
-        labels.reserve_box([x + HORIZON + 19.0, y], [28.0, 12.0]);
-        for radius in [30.0_f32, 60.0, 90.0].map(|degrees| HORIZON * degrees.to_radians().sin()) {
-            labels.reserve_box([x, y + radius - 8.0], [24.0, 12.0]);
-        }
-    }
-    for sample in samples {
-        for mark in sample.points {
-            labels.reserve_mark(mark);
-        }
-        let ([x, y], (sin, cos)) = (sample.points[0], sample.phi_d.sin_cos());
-        labels.reserve_mark([x + 0.8 * HAND * cos, y - 0.8 * HAND * sin]);
-    }
-    html! {
-        @for sample in samples {
-            @for mark in sample.points {
-                @let number = sample.index.to_string();
-                @let [x, y] = labels.place(mark, number.len());
-                text.dim.mid.out[!sample.valid] x=(one_decimal(x)) y=(one_decimal(y)) { (number) }
+                @if numbered {
+                    @for [x, y] in self.points {
+                        text.dim.mid x=(one_decimal(x + 11.0)) y=(one_decimal(y - 4.0)) { (self.index) }
+                    }
+                }
             }
         }
     }

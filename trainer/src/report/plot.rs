@@ -14,10 +14,8 @@ pub struct Axis {
 }
 
 /// The scale of an axis.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Named categories in this order, the first one at 1; points are not joined by lines. For the x axis only.
-    Categories(Vec<String>),
     /// A linear scale that contains 0.
     Linear,
     /// A logarithmic scale with ticks at powers of 2, for numbers of samples.
@@ -101,11 +99,6 @@ const LEGEND_WIDTH: usize = 450;
 const LEGEND_ENTRY_WIDTH: usize = 150;
 const LEGEND_LETTER_WIDTH: usize = 8;
 const LEGEND_MARKER_WIDTH: usize = 30;
-/// Width of a letter of a category name, and the maximum number of letters. Longer names are cut.
-const LETTER_WIDTH: f32 = 7.0;
-const MAX_NAME_LETTERS: usize = 28;
-/// Maximum number of category labels on the axis. More would overlap.
-const MAX_NAMES: usize = 45;
 const SHAPES: &str = ".plot .title{font-size:17px}.plot .mark{fill:currentColor}\
                       .plot .line{fill:none;stroke:currentColor;stroke-width:2}\
                       .plot .dash{stroke-dasharray:6 4}";
@@ -115,7 +108,7 @@ impl Scale {
     /// scale.
     fn coordinate(&self, value: f64) -> Option<f64> {
         let coordinate = match self {
-            Self::Linear | Self::Categories(_) => value,
+            Self::Linear => value,
             Self::Log2 => value.log2(),
             Self::Log10 => value.log10(),
         };
@@ -124,13 +117,10 @@ impl Scale {
 
     /// Returns the ends of an axis that shows all these coordinates.
     fn ends(&self, coordinates: impl Iterator<Item = f64> + Clone) -> [f64; 2] {
-        if let Self::Categories(names) = self {
-            return [0.5, names.len().max(1) as f64 + 0.5];
-        }
         let low = coordinates.clone().reduce(f64::min).unwrap_or(0.0);
         let high = coordinates.reduce(f64::max).unwrap_or(1.0);
         match self {
-            Self::Linear | Self::Categories(_) => [low.min(0.0), high.max(1e-9) * 1.05],
+            Self::Linear => [low.min(0.0), high.max(1e-9) * 1.05],
             // The margins make room for markers and keep the range from being empty.
             Self::Log2 => [low - 0.25, high + 0.25],
             Self::Log10 => [low - 0.05, high.max(low + 0.1) + 0.05],
@@ -141,13 +131,6 @@ impl Scale {
     fn ticks(&self, [low, high]: [f64; 2]) -> Vec<f64> {
         let within = |tick: &f64| (low..=high).contains(tick);
         match self {
-            Self::Categories(names) => {
-                let step = names.len().div_ceil(MAX_NAMES).max(1);
-                (1..=names.len())
-                    .step_by(step)
-                    .map(|number| number as f64)
-                    .collect()
-            }
             Self::Linear => {
                 let rough = (high - low) / 6.0;
                 let power = 10f64.powf(rough.log10().floor());
@@ -173,11 +156,6 @@ impl Scale {
     /// Returns the label of a tick.
     fn label(&self, tick: f64) -> String {
         let value = match self {
-            Self::Categories(names) => {
-                let index = (tick.round() as usize).saturating_sub(1);
-                let name = names.get(index).map_or("", String::as_str);
-                return name.chars().take(MAX_NAME_LETTERS).collect();
-            }
             Self::Linear => tick,
             Self::Log2 => tick.exp2(),
             Self::Log10 => 10f64.powf(tick),
@@ -230,21 +208,13 @@ impl Plot {
         let axis = |index: usize| points.iter().flatten().map(move |point| point[index]);
         let x = Range::new(&self.x.scale, axis(0), [LEFT, RIGHT]);
         let y = Range::new(&self.y.scale, axis(1), [BOTTOM, TOP]);
-        let labels = x.ticks.iter().map(|tick| self.x.scale.label(*tick));
-        let letters = labels.map(|label| label.chars().count()).max();
-        // Names of categories do not fit side by side. Categories are discrete, so their points are not joined.
-        let has_names = matches!(self.x.scale, Scale::Categories(_));
-        let names_height = match has_names {
-            true => LETTER_WIDTH * letters.unwrap_or_default() as f32,
-            false => 0.0,
-        };
         let names = self.series.iter().map(|series| series.name.chars().count());
         let entry_width =
             LEGEND_MARKER_WIDTH + LEGEND_LETTER_WIDTH * names.max().unwrap_or_default();
         let entry_width = entry_width.max(LEGEND_ENTRY_WIDTH);
         let columns = (LEGEND_WIDTH / entry_width).max(1);
         // The legend is below the axes, where it does not cover any curve.
-        let legend_top = BOTTOM + names_height + 66.0;
+        let legend_top = BOTTOM + 66.0;
         let entry_at = |index: usize| {
             let [row, column] = [index / columns, index % columns];
             [
@@ -254,14 +224,14 @@ impl Plot {
         };
         let marks = html! {
             text.title.mid x=(WIDTH / 2.0) y="26" { (self.title) }
-            (self.axes(&x, &y, has_names))
-            text.mid x=((LEFT + RIGHT) / 2.0) y=(BOTTOM + names_height + 40.0) { (self.x.title) }
+            (self.axes(&x, &y))
+            text.mid x=((LEFT + RIGHT) / 2.0) y=(BOTTOM + 40.0) { (self.x.title) }
             @for (index, (series, points)) in self.series.iter().zip(&points).enumerate() {
                 @let at: Vec<[f32; 2]> =
                     points.iter().map(|[a, b]| [x.position(*a), y.position(*b)]).collect();
                 @let [legend_x, legend_y] = entry_at(index);
                 g class={ "c" (series.color as usize) } {
-                    @if !has_names && series.marker != Marker::LargeDisc && at.len() > 1 {
+                    @if series.marker != Marker::LargeDisc && at.len() > 1 {
                         path.line.dash[series.marker == Marker::Ring] d=(path_of(&at)) {}
                     }
                     @for point in &at { (series.marker.at(*point)) }
@@ -276,19 +246,13 @@ impl Plot {
     }
 
     /// Draws both axes with ticks and labels, and the title of the vertical one.
-    fn axes(&self, x: &Range, y: &Range, has_names: bool) -> Markup {
+    fn axes(&self, x: &Range, y: &Range) -> Markup {
         let middle = (TOP + BOTTOM) / 2.0;
         html! {
             @for tick in &x.ticks {
                 @let at = one_decimal(x.position(*tick));
                 path.grid d=(format!("M{at} {TOP}V{BOTTOM}")) {}
-                @let (y, label) = (BOTTOM + 18.0, self.x.scale.label(*tick));
-                @if has_names {
-                    @let top = BOTTOM + 8.0;
-                    text.dim x=(at) y=(top) transform=(format!("rotate(90 {at} {top})")) { (label) }
-                } @else {
-                    text.dim.mid x=(at) y=(y) { (label) }
-                }
+                text.dim.mid x=(at) y=(BOTTOM + 18.0) { (self.x.scale.label(*tick)) }
             }
             @for tick in &y.ticks {
                 @let at = y.position(*tick);
@@ -359,20 +323,6 @@ mod tests {
             3 + 1,
             "three points and one legend entry"
         );
-    }
-
-    #[test]
-    fn categories_are_labeled_and_not_joined() {
-        let mut plot = plot(vec![[1.0, 0.1], [2.0, 0.02], [3.0, 0.01]]);
-        assert!(plot.to_svg().contains("class=\"line\""));
-        let names = ["gold-paint", "felt", "steel"].map(str::to_owned);
-        plot.x.scale = Scale::Categories(names.to_vec());
-        let svg = plot.to_svg();
-        for name in names {
-            assert!(svg.contains(&format!(">{name}<")), "no {name} in {svg}");
-        }
-        assert_eq!(svg.matches("<circle").count(), 3 + 1);
-        assert!(!svg.contains("class=\"line\""));
     }
 
     #[test]

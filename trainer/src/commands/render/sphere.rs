@@ -9,15 +9,11 @@ use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::{Method, SPHERE_SIZE};
 use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::render::{Environment, Image, render_sphere};
-use glimpse_trainer::report::{
-    Cell, Column, Compare, Gallery, GalleryRow, Highlight, Page, Table, Tile, metric_columns,
-};
+use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table, metric_columns};
 use serde_json::{Value, json};
 
 use super::super::numbers::integer;
-use super::super::output::{
-    check_out, file_as_json, refuse_existing, refuse_input, refuse_source, write_file,
-};
+use super::super::output::{check_out, file_as_json, refuse_input, refuse_source, write_file};
 use super::super::progress::StepProgress;
 use super::super::training_overlap::warn_of_overlap;
 use super::super::{emit, environment, load, read_recipe};
@@ -32,11 +28,10 @@ const MIN_COMPARED_SIZE: usize = 7;
 
 /// Render materials as spheres, and with --recipe their scans.
 ///
-/// The output is a PNG file with the spheres row by row, a NumPy array of the same pixels as linear
-/// radiance (without exposure and tone mapping), or an HTML page with names and errors below the
-/// spheres. The pictures of the page are in a folder next to it. The loss is that of
-/// `trainer evaluate`; DSSIM, L2, PSNR and delta E are those of the pictures. At the default size
-/// they equal the metrics of `evaluate`.
+/// The output is a PNG file with the spheres row by row, or a NumPy array of the same pixels as linear
+/// radiance (without exposure and tone mapping). The loss is that of `trainer evaluate`; DSSIM, L2,
+/// PSNR and delta E are those of the pictures. At the default size they equal the metrics of
+/// `evaluate`. `trainer compare` writes a page of spheres with their errors.
 ///
 /// The environment light is an open-air studio, or a panorama in latitude and longitude: Radiance
 /// (*.hdr), 2:1. The center of the panorama is straight ahead of the viewer,
@@ -44,7 +39,7 @@ const MIN_COMPARED_SIZE: usize = 7;
 /// sphere as bright as in the studio.
 ///
 /// Example: trainer render sphere MERL-test/ --columns 5 --out spheres.png
-///          trainer render sphere procedural:8:1 --recipe neural-n8.recipe --out scans.html
+///          trainer render sphere procedural:8:1 --recipe neural-n8.recipe --out scans.png
 ///          trainer render sphere gold-paint.binary --environment garden.hdr --out gold.npy
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
@@ -54,7 +49,7 @@ pub(super) struct Sphere {
     /// Recipe file for scans of the materials
     #[arg(long, value_name = "FILE")]
     recipe: Option<PathBuf>,
-    /// Picture or page to write: *.png, *.npy or *.html
+    /// Picture to write: *.png or *.npy
     #[arg(long, short, value_name = "FILE", default_value = "sphere.png")]
     out: PathBuf,
     /// Width and height of each sphere in pixels, 1 to 4096
@@ -84,16 +79,12 @@ struct RenderedMaterial<'a> {
 
 impl Sphere {
     pub(super) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        let file_type = file_type(&self.out, &["png", "npy", "html"])?;
+        let file_type = file_type(&self.out, &["png", "npy"])?;
         ensure!(
             self.recipe.is_none() || self.size >= MIN_COMPARED_SIZE,
             "--size {} is too small to compare a scan with its material: give {MIN_COMPARED_SIZE} or \
              more",
             self.size
-        );
-        ensure!(
-            self.columns.is_none() || self.recipe.is_none() || file_type != "html",
-            "--columns has no effect: a page with --recipe has a row for each material; remove it"
         );
         for input in self.recipe.iter().chain(&self.environment) {
             refuse_input(&self.out, input)?;
@@ -120,9 +111,6 @@ impl Sphere {
              a smaller --size",
             self.size
         );
-        if file_type == "html" {
-            refuse_existing(&self.out, self.force)?;
-        }
         check_out(&self.out)?;
 
         let steps = StepProgress::new("rendering", materials.len());
@@ -141,37 +129,26 @@ impl Sphere {
             steps.increment();
         }
         drop(steps);
-        let columns = self.columns.unwrap_or(match (file_type, method) {
-            ("html", Some(_)) => 1,
-            (_, Some(_)) => 4,
-            _ => 8,
+        let columns = self.columns.unwrap_or(match method {
+            Some(_) => 4,
+            None => 8,
         });
-        let sheet = match file_type {
-            "html" => {
-                self.page(&all, columns).write_to(&self.out)?;
-                eprintln!("wrote {}", self.out.display());
-                None
-            }
-            _ => {
-                let sheet = sheet(&all, columns);
-                let bytes = match file_type {
-                    "png" => sheet.tone_map().to_png()?,
-                    _ => sheet.to_npy(),
-                };
-                write_file(&self.out, &bytes, self.force)?;
-                Some(sheet)
-            }
+        let sheet = sheet(&all, columns);
+        let bytes = match file_type {
+            "png" => sheet.tone_map().to_png()?,
+            _ => sheet.to_npy(),
         };
-        let report = self.to_json(&all, columns, sheet.as_ref(), environment);
+        write_file(&self.out, &bytes, self.force)?;
+        let report = self.to_json(&all, columns, &sheet, environment);
         emit(self.json, &report, || table(&all, columns).to_text())
     }
 
-    /// Returns the result as JSON. `width` and `height` are null for a page, which has a picture for each sphere.
+    /// Returns the result as JSON.
     fn to_json(
         &self,
         all: &[RenderedMaterial<'_>],
         columns: usize,
-        sheet: Option<&Image>,
+        sheet: &Image,
         environment: &Environment,
     ) -> Value {
         let sphere = |(index, material): (usize, &RenderedMaterial<'_>)| {
@@ -184,64 +161,13 @@ impl Sphere {
         };
         json!({
             "file": file_as_json(&self.out),
-            "width": sheet.map(|sheet| sheet.width),
-            "height": sheet.map(|sheet| sheet.height),
+            "width": sheet.width,
+            "height": sheet.height,
             "sphere_pixels": self.size,
             "environment": self.environment.as_ref().map(|path| path.display().to_string()),
             "exposure": environment.exposure(),
             "spheres": all.iter().enumerate().map(sphere).collect::<Vec<_>>(),
         })
-    }
-
-    /// Returns a page with names and errors below the spheres.
-    fn page(&self, all: &[RenderedMaterial<'_>], columns: usize) -> Page {
-        let folder = self.out.file_stem().unwrap_or_default().to_string_lossy();
-        let page = Page::with_pictures_in(
-            format!("Spheres of {}", self.source),
-            format!("{folder}-pictures"),
-        );
-        let rows = match self.recipe {
-            Some(_) => {
-                let row = |material: &RenderedMaterial<'_>| {
-                    let scan = material.scan.as_ref();
-                    let scan = scan.map(|(metrics, image)| (metrics, image.tone_map()));
-                    let fits = scan
-                        .iter()
-                        .map(|(metrics, image)| ("Scan", *metrics, image));
-                    let fits: Vec<_> = fits.collect();
-                    GalleryRow::of_fits(material.name, material.sphere.tone_map(), &fits)
-                };
-                all.iter().map(row).collect()
-            }
-            None => {
-                let tile = |material: &RenderedMaterial<'_>| {
-                    Tile::plain(material.name, material.sphere.tone_map())
-                };
-                let row = |some: &[RenderedMaterial<'_>]| GalleryRow {
-                    title: String::new(),
-                    tiles: some.iter().map(tile).collect(),
-                };
-                all.chunks(columns).map(row).collect()
-            }
-        };
-        let light = match &self.environment {
-            Some(path) => path
-                .file_name()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned(),
-            None => "the built-in studio".into(),
-        };
-        let caption = match &self.recipe {
-            Some(recipe) => format!(
-                "Each material, and its scan with {}. Environment light: {light}. Delta E (CIEDE2000), \
-                 DSSIM and PSNR compare these pictures of {size} x {size} pixels",
-                recipe.file_name().unwrap_or_default().to_string_lossy(),
-                size = self.size
-            ),
-            None => format!("Environment light: {light}. Click to enlarge"),
-        };
-        page.gallery(&Gallery { caption, rows })
     }
 }
 

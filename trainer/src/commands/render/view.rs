@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use clap::{ArgGroup, Args};
 use glimpse_core::gonio::Quantity;
-use glimpse_core::model::linear;
 use glimpse_core::recipe::Recipe;
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::basis::Basis;
@@ -17,7 +16,7 @@ use glimpse_trainer::report::{MAX_LOBES, document};
 use glimpse_training::recipe::RecipeFile;
 use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
 
-use super::super::export_basis::{compact_basis, read_compact};
+use super::super::export_basis::compact_basis;
 use super::super::numbers::share;
 use super::super::output::{check_out, refuse_input, refuse_source, write_file};
 use super::super::training_overlap::warn_of_overlap;
@@ -37,7 +36,7 @@ use super::shared::file_type;
 /// as readings.csv of `trainer fit`; --reference is optional then. If a recipe tolerates missing
 /// readings, each can be switched off.
 ///
-/// A recipe of the model linear needs its basis file next to it, or a compact one as --basis.
+/// A recipe of the model linear needs its basis file next to it, whole or compact.
 ///
 /// Example: trainer render view neural-n8.recipe linear-n8.recipe --material gold.binary
 ///          trainer render view neural-n16-masked.recipe --material procedural:1:77 --noise 0.02
@@ -64,10 +63,6 @@ pub(super) struct View {
     /// 0 to 1 [default: 0]
     #[arg(long, value_name = "S", conflicts_with = "measurements", value_parser = share)]
     noise: Option<f32>,
-    /// Model linear: compact basis file (trainer export --format basis) [default: made from the basis
-    /// next to each recipe]
-    #[arg(long, value_name = "FILE")]
-    basis: Option<PathBuf>,
     /// Page to write
     #[arg(long, short, value_name = "FILE.html", default_value = "view.html")]
     out: PathBuf,
@@ -83,21 +78,19 @@ impl View {
         self.refuse_inputs()?;
         let files = self.recipes.iter().map(|path| RecipeFile::read(path));
         let files: Vec<RecipeFile> = files.collect::<Result<_, _>>()?;
-        let compact = self.basis.as_deref().map(read_compact).transpose()?;
         check_out(&self.out)?;
 
         let source = self.material.as_ref().or(self.reference.as_ref());
         let materials: Vec<_> = source.map(load_single).transpose()?.into_iter().collect();
         let material = materials.first().map(|material| &**material);
         let mut scans = Vec::new();
-        let mut is_used = false;
         for (index, (path, file)) in self.recipes.iter().zip(&files).enumerate() {
             let recipe = file.recipe();
             if !materials.is_empty() {
                 warn_of_overlap(&recipe, &materials)?;
             }
             let basis = match recipe.basis_checksum() {
-                Some(of) => Some(basis(path, of, compact.as_deref(), &mut is_used)?),
+                Some(_) => Some(basis(path)?),
                 None => None,
             };
             let readings = match self.measurements.get(index) {
@@ -113,10 +106,6 @@ impl View {
                 readings,
             });
         }
-        ensure!(
-            self.basis.is_none() || is_used,
-            "--basis has no effect: no recipe is of the model linear; remove it"
-        );
         let reference = material.map(Reference::new);
         if let Some(reference) = &reference {
             let loss = reference.table_loss();
@@ -161,12 +150,7 @@ impl View {
     }
 
     fn refuse_inputs(&self) -> anyhow::Result<()> {
-        let inputs = self
-            .recipes
-            .iter()
-            .chain(&self.measurements)
-            .chain(&self.basis);
-        for input in inputs {
+        for input in self.recipes.iter().chain(&self.measurements) {
             refuse_input(&self.out, input)?;
         }
         let mut sources = self.material.iter().chain(&self.reference);
@@ -207,30 +191,13 @@ fn name_of(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// Returns the compact basis of a recipe of the model linear: the one of --basis, or else the one next to the
-/// recipe, compacted if it is a whole basis. `of` is the checksum of the recipe's whole basis.
-fn basis(
-    path: &Path,
-    of: u32,
-    compact: Option<&[u8]>,
-    is_used: &mut bool,
-) -> anyhow::Result<Vec<u8>> {
-    if let Some(bytes) = compact {
-        *is_used = true;
-        let found = linear::Basis::parse(bytes)?.whole_checksum();
-        ensure!(
-            found == of,
-            "--basis belongs to the whole basis {found:08x}, but {} needs {of:08x}: export the basis of \
-             this recipe",
-            path.display()
-        );
-        return Ok(bytes.to_vec());
-    }
+/// Returns the compact basis of a recipe of the model linear from the file next to it.
+fn basis(path: &Path) -> anyhow::Result<Vec<u8>> {
     let whole = Basis::path_for(path);
     ensure!(
         whole.exists(),
-        "{} is of the model linear, but its basis {} does not exist: put the basis next to the recipe, or \
-         give a compact basis of `trainer export --format basis` as --basis",
+        "{} is of the model linear, but its basis {} does not exist: put the whole basis or one of \
+         `trainer export --format basis` there",
         path.display(),
         whole.display()
     );

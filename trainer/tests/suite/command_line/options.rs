@@ -11,7 +11,6 @@ fn rejects_options_without_effect() {
     let train = "train --model phong --samples 8 --out r.recipe";
     let small_grid = "train --grid --model phong,neural --out grid";
     let bases = "reproduce bases --out paper";
-    let page = "render sphere procedural:1 --recipe r.recipe --out s.html";
     for (command, option, value) in [
         (recipe, "--seeds", "3"),
         ("evaluate --test procedural:1", "--recipe", ""),
@@ -21,7 +20,6 @@ fn rejects_options_without_effect() {
         ("train --grid --out grid", "--resume", ""),
         (bases, "--additional", "procedural:1"),
         (bases, "--most-samples", "8"),
-        (page, "--columns", "2"),
     ] {
         folder.fail_naming(&format!("{command} {option} {value}"), &[option]);
     }

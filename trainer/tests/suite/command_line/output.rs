@@ -203,7 +203,6 @@ fn replaces_valuable_files_only_with_force() {
         ("render pattern r.recipe --out kept.svg", "kept.svg"),
         ("render lobe procedural:1 --out kept.svg", "kept.svg"),
         ("render sphere procedural:1 --size 8 --out s.png", "s.png"),
-        ("render sphere procedural:1 --size 8 --out s.html", "s.html"),
         (
             "render view r.recipe --material procedural:1 --out s.html",
             "s.html",

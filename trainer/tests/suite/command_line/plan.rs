@@ -165,7 +165,7 @@ fn keeps_filled_in_sheet() {
         folder.succeed(&plan); // the same again
         let filled = folder.read_text("sheet.csv") + "more\n";
         folder.write("sheet.csv", &filled);
-        folder.fail_naming(&plan, &[option, "sheet.csv", "--force"]);
+        folder.fail_naming(&plan, &["sheet.csv", "--force"]);
         assert_eq!(folder.read_text("sheet.csv"), filled);
         folder.succeed(&format!("{plan} --force"));
         assert_ne!(folder.read_text("sheet.csv"), filled);

@@ -4,10 +4,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use serde_json::json;
-
 use super::shared::{BASES, EXPERIMENT};
 use super::{Folder, number};
+use crate::common::assert_names;
 
 fn modified(path: &Path) -> std::time::SystemTime {
     let metadata = fs::metadata(path).expect("the file exists");
@@ -61,21 +60,11 @@ fn experiment_is_saved_and_reused() {
     assert_eq!(row["Method"], "Ours");
     let loss = row["Loss"].as_f64();
     assert!(loss.is_some_and(|loss| loss > 0.0 && loss < 1.0), "{row}");
-    let settings = &json["tables"]["bases"]["settings"];
-    let material_set =
-        |source: &str, materials: usize| json!({"source": source, "materials": materials});
-    for (name, expected) in [
-        (
-            "trainings",
-            json!([{"schedule": "paper", "effort": "brief"}]),
-        ),
-        ("training_set", material_set("procedural:4", 4)),
-        ("test_set", material_set("procedural:1:1", 1)),
-        ("seed", json!(0)),
-        ("seeds_of_random_methods", json!(2)),
-    ] {
-        assert_eq!(settings[name], expected, "{name}");
-    }
+    let caption = json["tables"]["bases"]["caption"].as_str();
+    let settings = "Schedule paper at effort brief (";
+    let sets = "seed 0, 2 seeds of random directions. Training set: procedural:4 (4 materials). Test set: \
+                procedural:1:1 (1 materials).";
+    assert_names(caption.expect("a caption"), &[settings, sets]);
     let html = folder.read_text("paper/index.html");
     assert_eq!(html.matches("<h2>").count(), 1, "{html}");
 

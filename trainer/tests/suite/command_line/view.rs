@@ -121,7 +121,7 @@ fn rejects_invalid_arguments() {
         ),
         (
             "linear-n8.recipe --material procedural:1:77",
-            &["linear-n8.basis", "--basis", "--format"],
+            &["linear-n8.basis", "--format"],
         ),
         ("neural-n8.recipe --material procedural:2", &["2"]),
         (
@@ -147,10 +147,6 @@ fn rejects_invalid_arguments() {
         (
             "nothing.recipe --material procedural:1:77",
             &["nothing.recipe"],
-        ),
-        (
-            "neural-n8.recipe --material procedural:1:77 --basis a.csv",
-            &["a.csv"],
         ),
     ] {
         folder.fail_naming(&format!("render view {options}"), words);
