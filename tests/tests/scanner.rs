@@ -91,20 +91,6 @@ fn device_receives_brdf_and_host_receives_fit() {
     );
 }
 
-#[test]
-fn noisy_line_does_not_change_result() {
-    let (device, host) = line();
-    let device = thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan(RECIPE));
-    let material = material();
-    let mut host = NoisyLine::new(host, 0.003, 1);
-    let report = noiseless_scanner(&material).serve(&mut host).unwrap();
-    assert!(host.corrupted > 0);
-    assert_correct(&report);
-    // If the last reply of the host was corrupted, the device receives no further reply.
-    drop(host);
-    let _ = device.join().unwrap();
-}
-
 /// With one corrupted byte in 100, the scan is complete and correct. With one in ten, the device may also give up and
 /// close the line.
 #[test]

@@ -72,7 +72,7 @@ fn experiment_is_saved_and_reused() {
         ("training_set", material_set("procedural:4", 4)),
         ("test_set", material_set("procedural:1:1", 1)),
         ("seed", json!(0)),
-        ("seeds_of_random_methods", json!(2)),
+        ("seeds_of_random_methods", json!(1)),
     ] {
         assert_eq!(settings[name], expected, "{name}");
     }
