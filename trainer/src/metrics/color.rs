@@ -237,6 +237,36 @@ mod tests {
         }
     }
 
+    /// Expected values: scikit-image 0.26, `rgb2lab`.
+    #[test]
+    fn lab_matches_scikit_image() {
+        for (srgb, expected) in [
+            ([255, 255, 255], [100.0, -0.002_454_937_9, 0.004_653_421_2]),
+            (
+                [255, 0, 0],
+                [53.240_587_943_7, 80.092_308_225_7, 67.202_751_044_4],
+            ),
+            (
+                [0, 0, 255],
+                [32.295_672_565_0, 79.185_590_911_8, -107.857_300_206_7],
+            ),
+            (
+                [10, 5, 3],
+                [1.622_837_583_9, 1.029_321_876_0, 1.217_704_672_2],
+            ),
+            (
+                [128, 64, 200],
+                [41.884_782_338_1, 53.521_301_725_3, -60.355_009_622_3],
+            ),
+            ([0, 0, 0], [0.0; 3]),
+        ] {
+            let Lab { l, a, b } = Lab::from_srgb(srgb);
+            for (value, expected) in [l, a, b].into_iter().zip(expected) {
+                assert!((value - expected).abs() < 1e-6, "{srgb:?}: {value}");
+            }
+        }
+    }
+
     /// Expected values: scikit-image 0.26 on uint8 arrays of the same formulas,
     /// `deltaE_ciede2000(rgb2lab(a), rgb2lab(b))`.
     #[test]

@@ -144,8 +144,6 @@ fn decode_radiance<R: BufRead + Seek>(mut file: R, bytes: u64) -> Result<Image, 
 
 #[cfg(test)]
 mod tests {
-    use std::io::Cursor;
-
     use super::*;
 
     const WIDTH: usize = 16;

@@ -119,22 +119,17 @@ fn small_sun_shades_by_cosine() {
 
 #[test]
 fn rendering_converges_in_rings() {
+    // The reflection of a small sun in the first material is a single point.
     let materials: [Box<dyn Brdf>; 5] = [
-        Box::new(lambertian),
         Box::new(glossy(0.01)),
+        Box::new(lambertian),
         Box::new(glossy(0.06)),
         Box::new(glossy(0.2)),
         Box::new(glossy(0.5)),
     ];
-    for (environment, decibels, has_mirror) in [
-        (Environment::studio(), 55.0, true),
-        (small_sun(), 35.0, false),
-    ] {
-        for (index, material) in materials.iter().enumerate() {
-            // The reflection of a small sun in a mirror is a single point.
-            if index == 1 && !has_mirror {
-                continue;
-            }
+    for (environment, decibels, first) in [(Environment::studio(), 55.0, 0), (small_sun(), 35.0, 1)]
+    {
+        for (index, material) in materials.iter().enumerate().skip(first) {
             let [coarse, fine] = [RINGS, 2 * RINGS]
                 .map(|rings| render_with_rings(&**material, &environment, 48, rings).tone_map());
             let error = psnr(mean_squared_error(&coarse, &fine).unwrap());

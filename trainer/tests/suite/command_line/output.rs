@@ -128,24 +128,6 @@ fn rejects_output_that_is_an_input() {
 }
 
 #[test]
-fn rejects_output_without_parent_folder() {
-    let folder = folder();
-    for command in [
-        &export("json", "missing/x")[..],
-        "render pattern r.recipe --out missing/p.svg",
-        "render sphere procedural:1 --size 8 --out missing/s.png",
-        "quickstart --out missing/deeper",
-        "reproduce bases --out missing/deeper",
-        "train --grid --out missing/deeper",
-        &TRAIN.replace("phong.recipe", "missing/phong.recipe"),
-        &format!("{TRAIN} --checkpoint missing/deeper"),
-    ] {
-        folder.fail_naming(command, &["missing"]);
-        assert!(!folder.exists("missing"), "{command}");
-    }
-}
-
-#[test]
 fn replaces_valuable_files_only_with_force() {
     let folder = folder();
     let refuse = |command: &str, name: &str| {
@@ -257,8 +239,21 @@ fn concurrent_runs_cannot_write_same_output() {
 }
 
 #[test]
-fn rejects_file_in_place_of_folder() {
+fn rejects_missing_parent_folder_and_file_in_its_place() {
     let folder = folder();
+    for command in [
+        &export("json", "missing/x")[..],
+        "render pattern r.recipe --out missing/p.svg",
+        "render sphere procedural:1 --size 8 --out missing/s.png",
+        "quickstart --out missing/deeper",
+        "reproduce bases --out missing/deeper",
+        "train --grid --out missing/deeper",
+        &TRAIN.replace("phong.recipe", "missing/phong.recipe"),
+        &format!("{TRAIN} --checkpoint missing/deeper"),
+    ] {
+        folder.fail_naming(command, &["missing"]);
+        assert!(!folder.exists("missing"), "{command}");
+    }
     folder.write("file", "kept");
     folder.write("a.csv", READINGS);
     let assert_fails_naming = |command: &str, name: &str| {

@@ -159,6 +159,13 @@ fn compact_basis_has_requested_shape_and_checksum_of_whole_basis() {
     assert_eq!(compact.nodes(), COMPACT_NODES);
     let nodes = COMPACT_NODES.count().expect("the nodes are valid");
     assert_eq!(COMPACT.len(), HEADER_BYTES + nodes * NODE_BYTES);
+    for count in [0, COMPONENTS, 3 * COMPONENTS - 1] {
+        let error = CoefficientCountError {
+            expected: 3 * COMPONENTS,
+            actual: count,
+        };
+        assert_eq!(WHOLE.reconstruct_values(&vec![0.0; count]), Err(error));
+    }
     // 24 components must fit into 600 KiB.
     assert!(14 + 16 + 4 * 24 + nodes * (4 + 24) <= 600 * 1024);
     // The number of components is limited to that of the whole basis.
