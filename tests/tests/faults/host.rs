@@ -48,22 +48,6 @@ fn reports_protocol_of_other_version() {
 }
 
 #[test]
-fn reports_directions_out_of_reach() {
-    let mut emulator = Emulator::boot_default();
-    serve_requests(&mut emulator.serial, |request| match request {
-        Request::Hello { .. } => Response::Reply(WELCOME),
-        Request::Measure { .. } => Response::Reply(Reply::Refused(ErrorCode::RefusedDirections)),
-        Request::Failed(report) => {
-            assert_eq!(report.code, ErrorCode::RefusedDirections as u16);
-            Response::Last(Reply::Accepted)
-        }
-        other => panic!("{other:?}"),
-    });
-    emulator.wait_for_error(ErrorCode::RefusedDirections);
-    assert_scans(&mut emulator);
-}
-
-#[test]
 fn device_sends_hello_again_if_host_is_silent_during_fit() {
     let mut emulator = Emulator::boot_default();
     let start = Instant::now();

@@ -11,8 +11,6 @@ use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_tests::noisy_line::NoisyLine;
 use glimpse_trainer::scanner::ScannerError;
 
-use super::assert_scans;
-
 /// One byte in 100 is lost, altered, duplicated or swapped, or truncates its frame.
 #[test]
 fn noisy_line_does_not_change_result() {
@@ -78,46 +76,4 @@ impl<S: Write> Write for TimeLimited<S> {
     fn flush(&mut self) -> io::Result<()> {
         self.stream.flush()
     }
-}
-
-/// A stream that alters written bytes.
-struct Altered<S, F> {
-    stream: S,
-    alter: F,
-}
-
-impl<S: Read, F> Read for Altered<S, F> {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        self.stream.read(buffer)
-    }
-}
-
-impl<S: Write, F: FnMut(&[u8]) -> Vec<u8>> Write for Altered<S, F> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.stream.write_all(&(self.alter)(bytes))?;
-        Ok(bytes.len())
-    }
-    fn flush(&mut self) -> io::Result<()> {
-        self.stream.flush()
-    }
-}
-
-/// Each reply arrives twice, after two copies of the previous reply.
-#[test]
-fn late_duplicate_and_reordered_replies_are_ignored() {
-    let mut emulator = Emulator::boot_default();
-    let mut previous = Vec::new();
-    let mut line = Altered {
-        stream: &emulator.serial,
-        alter: |bytes: &[u8]| {
-            let replies = [&previous, &previous, bytes, bytes].concat();
-            previous = bytes.to_vec();
-            replies
-        },
-    };
-    let report = noiseless_scanner(&unseen_material(4))
-        .serve(&mut line)
-        .unwrap();
-    assert_matches_host(&report, RECIPE);
-    assert_scans(&mut emulator);
 }

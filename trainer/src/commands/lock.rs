@@ -93,24 +93,3 @@ fn is_at(file: &File, path: &Path) -> bool {
 fn is_at(_: &File, path: &Path) -> bool {
     path.exists()
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lock_is_exclusive_and_removes_its_file() {
-        let scratch = tempfile::tempdir().unwrap();
-        let out = scratch.path().join("a.recipe");
-        let first = Lock::of_path(&out).unwrap();
-        let message = Lock::of_path(&out).unwrap_err().to_string();
-        assert!(message.contains("a.recipe.lock"), "{message}");
-        Lock::of_path(&scratch.path().join("b.recipe")).unwrap();
-        drop(first);
-        // The file of a killed run is unlocked.
-        fs::write(scratch.path().join("a.recipe.lock"), "").unwrap();
-        drop(Lock::of_path(&out).unwrap());
-        drop(Lock::of_folder(scratch.path()).unwrap());
-        assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 0);
-    }
-}

@@ -122,17 +122,4 @@ mod tests {
             assert!(refuse_input(&at("a"), &at("hard")).is_err());
         }
     }
-
-    #[test]
-    fn replaces_files_that_differ_only_with_force() {
-        let scratch = tempfile::tempdir().unwrap();
-        let [old, new] = ["old", "new"].map(|name| scratch.path().join(name));
-        fs::write(&old, "kept").unwrap();
-        let files = [(new.clone(), b"1".to_vec()), (old.clone(), b"2".to_vec())];
-        assert!(write_files(&files, false).is_err() && !new.exists());
-        assert_eq!(fs::read(&old).unwrap(), b"kept");
-        write_file(&old, b"kept", false).unwrap();
-        write_files(&files, true).unwrap();
-        assert_eq!(fs::read(&old).unwrap(), b"2");
-    }
 }

@@ -35,29 +35,3 @@ impl Estimate {
         Self::from_values(&differences)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn computes_standard_error_of_the_mean() {
-        // By hand: deviations -1, 0, 1; variance 1; variance of the mean 1/3.
-        let estimate = Estimate::from_values(&[1.0, 2.0, 3.0]);
-        assert_eq!(estimate.mean, 2.0);
-        let error = estimate.standard_error.unwrap();
-        assert!((error - (1.0_f64 / 3.0).sqrt()).abs() < 1e-12, "{error}");
-        let single = Estimate::from_values(&[5.0]);
-        assert_eq!((single.mean, single.standard_error), (5.0, None));
-        assert_eq!(Estimate::from_values(&[]).mean, 0.0);
-    }
-
-    #[test]
-    fn paired_differences_cancel_common_variation() {
-        let base = [1.0, 20.0, 300.0];
-        let values = base.map(|value| value + 0.5);
-        let estimate = Estimate::from_paired_differences(&values, &base);
-        assert_eq!(estimate.mean, 0.5);
-        assert!(estimate.standard_error.unwrap() < 1e-12);
-    }
-}

@@ -182,25 +182,17 @@ fn checks_quantity_and_material_columns() {
         "swapped.csv",
         format!("theta_h,theta_d,phi_d,value\n{theta_h},{theta_d},{exchanged},0.1\n"),
     );
-    for (measured, words) in [
-        (
-            "brdf.csv --quantity reflectance-factor",
-            &["brdf.csv", "2", "quantity", "brdf", "reflectance-factor"][..],
-        ),
-        (
-            "read.csv --white brdf.csv",
-            &["brdf.csv", "2", "quantity", "counts"],
-        ),
-        (
-            "cosine.csv --quantity brdf-cos",
-            &["cosine.csv", "5", "quantity", "brdf", "brdf-cos-o"],
-        ),
-        ("two.csv", &["two.csv", "3", "material", "felt", "gold"]),
-        ("swapped.csv", &["swapped.csv", "2", "--swap", "index"]),
-    ] {
-        folder.fail_naming(&format!("{fit} {measured}"), words);
-        assert!(!folder.exists("out"), "{measured}");
-    }
+    folder.fail_each(
+        &fit,
+        &[
+            "brdf.csv --quantity reflectance-factor => brdf.csv 2 quantity brdf reflectance-factor",
+            "read.csv --white brdf.csv => brdf.csv 2 quantity counts",
+            "cosine.csv --quantity brdf-cos => cosine.csv 5 quantity brdf brdf-cos-o",
+            "two.csv => two.csv 3 material felt gold",
+            "swapped.csv => swapped.csv 2 --swap index",
+        ],
+    );
+    assert!(!folder.exists("out"));
 }
 
 /// The readings of a dead sensor look like a black material, for which no loss is expected.
@@ -236,13 +228,14 @@ fn replaces_results_only_with_force() {
     folder.write("readings.csv", &text);
     fs::create_dir(folder.at("b")).expect("the folder is created");
     folder.write("b/a.csv", &text);
-    for (options, words) in [
-        ("readings.csv --out . --force", &["readings.csv"][..]),
-        ("a.csv --out none/deeper", &["none"]),
-        ("a.csv b/a.csv --out two", &["--measurements", "a"]),
-    ] {
-        folder.fail_naming(&format!("fit {MASKED} --measurements {options}"), words);
-    }
+    folder.fail_each(
+        &format!("fit {MASKED} --measurements"),
+        &[
+            "readings.csv --out . --force => readings.csv",
+            "a.csv --out none/deeper => none",
+            "a.csv b/a.csv --out two => --measurements a",
+        ],
+    );
     assert_eq!(folder.read("readings.csv"), text);
     assert!(!folder.exists("none") && !folder.exists("two"));
 }
@@ -250,17 +243,15 @@ fn replaces_results_only_with_force() {
 #[test]
 fn rejects_options_without_effect() {
     let folder = folder();
-    for (options, words) in [
-        ("", &["--measurements"][..]),
-        ("--measurements a.csv --dark 9", &["--dark", "--white"]),
-        ("--measurements a.csv --footprint light", &["--footprint"]),
-        (
-            "--measurements a.csv --white w.csv --quantity brdf",
-            &["--quantity", "--white"],
-        ),
-    ] {
-        folder.fail_naming(&format!("fit {MASKED} --out out {options}"), words);
-    }
+    folder.fail_each(
+        &format!("fit {MASKED} --out out"),
+        &[
+            " => --measurements",
+            "--measurements a.csv --dark 9 => --dark --white",
+            "--measurements a.csv --footprint light => --footprint",
+            "--measurements a.csv --white w.csv --quantity brdf => --quantity --white",
+        ],
+    );
     assert!(!folder.exists("out"));
 }
 

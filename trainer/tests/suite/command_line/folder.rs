@@ -141,4 +141,13 @@ impl Folder {
     pub(crate) fn fail_naming(&self, command: &str, words: &[&str]) {
         assert_names(&self.fail(command), words);
     }
+
+    /// Runs a command with different options, and fails as [`Self::fail_naming`]. Each case is "OPTIONS => WORDS".
+    pub(crate) fn fail_each(&self, command: &str, cases: &[&str]) {
+        for case in cases {
+            let (options, words) = case.split_once("=>").expect("options and words");
+            let words: Vec<&str> = words.split_whitespace().collect();
+            self.fail_naming(&format!("{command} {options}"), &words);
+        }
+    }
 }

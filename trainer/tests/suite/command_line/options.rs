@@ -80,6 +80,9 @@ fn rejects_negative_numbers_with_range() {
     let plan = "plan r.recipe";
     let fit = "fit r.recipe --measurements m.csv --out fits";
     let sphere = "render sphere procedural:1";
+    let view = "render view r.recipe --material procedural:1";
+    let scanner = "virtual-scanner --material procedural:1";
+    let export = "export r.recipe --format basis --out b";
     for (command, option, value, bound) in [
         (recipe, "--noise", "-0.1", "1"),
         (recipe, "--noise", "-.1", "1"),
@@ -116,24 +119,9 @@ fn rejects_negative_numbers_with_range() {
         (sphere, "--size", "-5", "4096"),
         (sphere, "--columns", "-5", "4096"),
         ("render lobe procedural:1", "--theta-i", "-5,30", "90"),
-        (
-            "render view r.recipe --material procedural:1",
-            "--noise",
-            "-0.5",
-            "1",
-        ),
-        (
-            "virtual-scanner --material procedural:1",
-            "--noise",
-            "-0.5",
-            "0",
-        ),
-        (
-            "export r.recipe --format basis --out b",
-            "--components",
-            "-5",
-            "1024",
-        ),
+        (view, "--noise", "-0.5", "1"),
+        (scanner, "--noise", "-0.5", "0"),
+        (export, "--components", "-5", "1024"),
         ("bench", "--seconds", "-5", "3600"),
         ("reproduce curves", "--seeds", "-5", "10000"),
         ("reproduce curves", "--most-samples", "-5", "4096"),

@@ -9,6 +9,9 @@ use super::folder::{NEURAL_N8, PHONG_N8};
 use super::shared::TRAIN;
 use crate::common::assert_names;
 
+/// Readings of eight samples.
+const READINGS: &str = "index,value\n0,1\n1,1\n2,1\n3,1\n4,1\n5,1\n6,1\n7,1\n";
+
 /// A folder with a recipe.
 fn folder() -> Folder {
     Folder::with("r.recipe", PHONG_N8)
@@ -75,36 +78,23 @@ fn follows_links_and_keeps_read_only_files() {
     assert_eq!(folder.read("kept.json"), b"kept");
 }
 
-/// Writes the six files of a network of zeros.
-fn write_network(folder: &Folder, name: &str) {
-    for (array, shape, count) in [
-        ("fc1", "6, 21", 126),
-        ("b1", "21,", 21),
-        ("fc2", "21, 21", 441),
-        ("b2", "21,", 21),
-        ("fc3", "21, 3", 63),
-        ("b3", "3,", 3),
-    ] {
-        let header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({shape}), }}");
-        // The preceding ten bytes, the header and the newline total a multiple of 64 bytes.
-        let header = format!("{header:117}\n");
-        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-        bytes.extend((header.len() as u16).to_le_bytes());
-        bytes.extend(header.bytes());
-        bytes.resize(bytes.len() + 4 * count, 0);
-        folder.write(&format!("{name}_{array}.npy"), bytes);
-    }
-}
-
 #[test]
 fn rejects_output_that_is_an_input() {
     let folder = folder();
     folder.write("r.basis", "a basis");
     folder.write("r.svg", PHONG_N8);
+    folder.write("n.recipe", NEURAL_N8);
+    folder.write("m.csv", READINGS);
     folder.write("e.hdr", "a panorama");
     folder.write("a.csv", "theta_h,theta_d,phi_d\n1,2,3\n");
     fs::create_dir(folder.at("materials")).expect("the folder is created");
-    write_network(&folder, "materials/felt");
+    let network = "fit n.recipe --measurements m.csv --format nbrdf --out fitted";
+    folder.succeed(network);
+    for array in ["fc1", "b1", "fc2", "b2", "fc3", "b3"] {
+        let from = folder.at(&format!("fitted/formats/m_{array}.npy"));
+        let to = folder.at(&format!("materials/felt_{array}.npy"));
+        fs::rename(from, to).expect("the file is moved");
+    }
     let material = "virtual-scanner --material materials/felt_b1.npy";
     let scanner = "virtual-scanner --material procedural:1 --recipe r.recipe";
     for (command, out) in [
@@ -135,24 +125,6 @@ fn rejects_output_that_is_an_input() {
     );
     // The folder of an input is allowed.
     folder.succeed("query materials --angles a.csv --out materials/felt.csv");
-}
-
-#[test]
-fn rejects_output_without_parent_folder() {
-    let folder = folder();
-    for command in [
-        &export("json", "missing/x")[..],
-        "render pattern r.recipe --out missing/p.svg",
-        "render sphere procedural:1 --size 8 --out missing/s.png",
-        "quickstart --out missing/deeper",
-        "reproduce bases --out missing/deeper",
-        "train --grid --out missing/deeper",
-        &TRAIN.replace("phong.recipe", "missing/phong.recipe"),
-        &format!("{TRAIN} --checkpoint missing/deeper"),
-    ] {
-        folder.fail_naming(command, &["missing"]);
-        assert!(!folder.exists("missing"), "{command}");
-    }
 }
 
 #[test]
@@ -266,13 +238,23 @@ fn concurrent_runs_cannot_write_same_output() {
 }
 
 #[test]
-fn rejects_file_in_place_of_folder() {
+fn rejects_missing_parent_folder_and_file_in_its_place() {
     let folder = folder();
+    for command in [
+        &export("json", "missing/x")[..],
+        "render pattern r.recipe --out missing/p.svg",
+        "render sphere procedural:1 --size 8 --out missing/s.png",
+        "quickstart --out missing/deeper",
+        "reproduce bases --out missing/deeper",
+        "train --grid --out missing/deeper",
+        &TRAIN.replace("phong.recipe", "missing/phong.recipe"),
+        &format!("{TRAIN} --checkpoint missing/deeper"),
+    ] {
+        folder.fail_naming(command, &["missing"]);
+        assert!(!folder.exists("missing"), "{command}");
+    }
     folder.write("file", "kept");
-    folder.write(
-        "a.csv",
-        "index,value\n0,1\n1,1\n2,1\n3,1\n4,1\n5,1\n6,1\n7,1\n",
-    );
+    folder.write("a.csv", READINGS);
     let assert_fails_naming = |command: &str, name: &str| {
         let output = folder.run(command);
         let message = String::from_utf8_lossy(&output.stderr);

@@ -11,7 +11,7 @@ use crate::common::assert_names;
 #[test]
 fn trains_inspects_exports_and_evaluates_prior_recipes() {
     let folder = Folder::new();
-    for model in ["linear", "phong"] {
+    for (model, list, length) in [("linear", "/basis", 3), ("phong", "/start/output", 7)] {
         let recipe = format!("{model}.recipe");
         folder.succeed(&format!(
             "train --model {model} --samples 3 --effort brief --data procedural:9:1 \
@@ -33,43 +33,16 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
             out
         };
         let value = folder.read_json(&export("json"));
-        let model_list = match model {
-            "phong" => ("/start/output", 7),
-            _ => ("/basis", 3),
-        };
         for (list, length) in [
             ("/completion/readings", 3),
             ("/completion/readings/0/missing", 88),
             ("/completion/output", 24),
             ("/prediction", 25),
-            model_list,
+            (list, length),
         ] {
             let array = value.pointer(list).and_then(Value::as_array);
             assert_eq!(array.map(Vec::len), Some(length), "{list}");
         }
-        let evaluate = format!("evaluate --recipe {recipe} --test procedural:1:77");
-        let report = folder.succeed_as_json(&evaluate);
-        assert_eq!(report["method"], "completed");
-        let loss = number(&report["loss"]);
-        assert!((0.001..0.08).contains(&loss), "{model}: {loss}");
-
-        // Fewer readings change the predicted loss.
-        let predicted = |report: &Value| {
-            let first = &report["materials"][0]["predicted_loss"];
-            [first, &report["prediction"]["loss"]].map(number)
-        };
-        let few = folder.succeed_as_json(&format!("{evaluate} --first 2 --noise 0.02"));
-        let first = &report["materials"][0];
-        assert!(number(&first["loss_bound"]) >= number(&first["predicted_loss"]));
-        assert!(first["unlike_training"].is_boolean());
-        for (all, few) in predicted(&report).into_iter().zip(predicted(&few)) {
-            assert!((0.0005..0.1).contains(&all) && all != few, "{all} {few}");
-        }
-        assert_ne!(few["loss"], report["loss"]);
-        assert_eq!([&report["seeds"], &few["seeds"]], [1, 5]);
-        let [_, mean] = predicted(&report);
-        assert_names(&folder.succeed(&evaluate), &[&format!("{mean:.4}")]);
-
         // All directions are within the machine's limits.
         let bytes = folder.read(&recipe);
         let recipe = Recipe::parse(&bytes).expect("a valid recipe");
@@ -78,30 +51,52 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
         assert_eq!(recipe.out_of_reach(&Machine::new(limits)), None);
         assert!((limits.min_separation.to_degrees() - 10.0).abs() < 1e-4);
     }
+
+    let evaluate = "evaluate --recipe phong.recipe --test procedural:1:77";
+    let report = folder.succeed_as_json(evaluate);
+    assert_eq!(report["method"], "completed");
+    let loss = number(&report["loss"]);
+    assert!((0.001..0.08).contains(&loss), "{loss}");
+
+    // Fewer readings change the predicted loss.
+    let predicted = |report: &Value| {
+        let first = &report["materials"][0]["predicted_loss"];
+        [first, &report["prediction"]["loss"]].map(number)
+    };
+    let few = folder.succeed_as_json(&format!("{evaluate} --first 2 --noise 0.02"));
+    let first = &report["materials"][0];
+    assert!(number(&first["loss_bound"]) >= number(&first["predicted_loss"]));
+    assert!(first["unlike_training"].is_boolean());
+    for (all, few) in predicted(&report).into_iter().zip(predicted(&few)) {
+        assert!((0.0005..0.1).contains(&all) && all != few, "{all} {few}");
+    }
+    assert_ne!(few["loss"], report["loss"]);
+    assert_eq!([&report["seeds"], &few["seeds"]], [1, 5]);
+    let [_, mean] = predicted(&report);
+    assert_names(&folder.succeed(evaluate), &[&format!("{mean:.4}")]);
 }
 
 #[test]
 fn rejects_inapplicable_or_invalid_options() {
     let folder = Folder::new();
-    let two = "--data procedural:2 --data procedural:2:1";
-    for (options, words) in [
-        ("--schedule paper --missing 0.5", "--missing"),
-        ("--schedule paper --noise 0.02", "--noise"),
-        ("--schedule paper --procedural 0", "--procedural"),
-        ("--schedule paper --max-theta-o 80", "--max-theta-o"),
-        ("--schedule paper --levels 256", "--levels"),
-        ("--data procedural:2 --share 1", "--share"),
-        (&format!("{two} --share 1"), "--share"),
-        (&format!("{two} --share 1,0"), "--share"),
-        ("--data procedural:2 --data procedural:3", "procedural:3"),
-        ("--bases 5", "--bases"),
-        ("--max-theta-i 20 --min-separation 50", "--min-separation"),
-        ("--max-theta-i 120", "--max-theta-i"),
-        ("--schedule prior --missing 1.5", "--missing"),
-    ] {
-        let train = format!("train --model linear --samples 3 --out x.recipe {options}");
-        folder.fail_naming(&train, &[words]);
-    }
+    folder.fail_each(
+        "train --model linear --samples 3 --out x.recipe",
+        &[
+            "--schedule paper --missing 0.5 => --missing",
+            "--schedule paper --noise 0.02 => --noise",
+            "--schedule paper --procedural 0 => --procedural",
+            "--schedule paper --max-theta-o 80 => --max-theta-o",
+            "--schedule paper --levels 256 => --levels",
+            "--data procedural:2 --share 1 => --share",
+            "--data procedural:2 --data procedural:2:1 --share 1 => --share",
+            "--data procedural:2 --data procedural:2:1 --share 1,0 => --share",
+            "--data procedural:2 --data procedural:3 => procedural:3",
+            "--bases 5 => --bases",
+            "--max-theta-i 20 --min-separation 50 => --min-separation",
+            "--max-theta-i 120 => --max-theta-i",
+            "--schedule prior --missing 1.5 => --missing",
+        ],
+    );
 }
 
 #[test]
@@ -109,17 +104,14 @@ fn evaluates_with_missing_and_noisy_readings() {
     let folder = Folder::new();
     folder.add_bundled("completed/phong-n8.recipe");
     folder.add_bundled("masked/neural-n16.recipe");
-    for (options, words) in [
-        ("phong-n8.recipe --first 4", &["--missing"][..]),
-        ("phong-n8.recipe --lose 1", &["--missing"]),
-        (
-            "neural-n16.recipe --first 2 --lose 2",
-            &["--first", "--lose", "2"],
-        ),
-    ] {
-        let evaluate = format!("evaluate --test procedural:2:9 --recipe {options}");
-        folder.fail_naming(&evaluate, words);
-    }
+    folder.fail_each(
+        "evaluate --test procedural:2:9 --recipe",
+        &[
+            "phong-n8.recipe --first 4 => --missing",
+            "phong-n8.recipe --lose 1 => --missing",
+            "neural-n16.recipe --first 2 --lose 2 => --first --lose 2",
+        ],
+    );
     let loss = |options: &str| {
         let evaluate = "evaluate --recipe neural-n16.recipe --test procedural:1:9";
         let report = folder.succeed_as_json(&format!("{evaluate} {options}"));

@@ -31,19 +31,14 @@ fn lists_and_writes_bundled_recipes() {
     assert!(folder.exists("view.html"));
 
     folder.write("mine/phong-n1.recipe", neural.bytes);
-    for (command, words) in [
-        (
-            "export mine/linear-n8.recipe --format basis --out x.basis",
-            &["mine/linear-n8.basis"][..],
-        ),
-        ("recipes get neural-n3", &["neural-n3"]),
-        (
-            "recipes get phong-n1 --out mine",
-            &["mine/phong-n1.recipe", "--force"],
-        ),
-    ] {
-        folder.fail_naming(command, words);
-    }
+    folder.fail_each(
+        "",
+        &[
+            "export mine/linear-n8.recipe --format basis --out x.basis => mine/linear-n8.basis",
+            "recipes get neural-n3 => neural-n3",
+            "recipes get phong-n1 --out mine => mine/phong-n1.recipe --force",
+        ],
+    );
 }
 
 #[test]

@@ -62,7 +62,7 @@ fn experiment_is_saved_and_reused() {
     assert!(loss.is_some_and(|loss| loss > 0.0 && loss < 1.0), "{row}");
     let caption = json["tables"]["bases"]["caption"].as_str();
     let settings = "Schedule paper at effort brief (";
-    let sets = "seed 0, 2 seeds of random directions. Training set: procedural:4 (4 materials). Test set: \
+    let sets = "seed 0, 1 seeds of random directions. Training set: procedural:4 (4 materials). Test set: \
                 procedural:1:1 (1 materials).";
     assert_names(caption.expect("a caption"), &[settings, sets]);
     let html = folder.read_text("paper/index.html");

@@ -5,16 +5,19 @@ use std::time::Duration;
 
 use serde_json::Value;
 
+use super::shared::Shared;
 use super::{Folder, number};
 use crate::common::assert_names;
 
 /// A brief training of a recipe that tolerates missing readings, for an uncommon machine.
-const TRAIN: &str = "train --model phong --samples 4 --effort brief --data procedural:12:3 --missing 0.5 \
-     --scan-seconds 7 --speed 20,10,20,10 --settle 0.25 --out x.recipe";
+static TRAINED: Shared = Shared::of(
+    "train --model phong --samples 4 --effort brief --data procedural:12:3 --missing 0.5 \
+     --scan-seconds 7 --speed 20,10,20,10 --settle 0.25 --out x.recipe",
+);
 
 fn trained() -> Folder {
     let folder = Folder::new();
-    folder.succeed(TRAIN);
+    TRAINED.copy_to(folder.path());
     folder
 }
 
@@ -45,7 +48,7 @@ fn scan_keeps_within_its_seconds() {
 fn scans_end_at_target() {
     let folder = trained();
     let evaluate = |target: &str| {
-        let options = format!("--recipe x.recipe --test procedural:3:9 --target {target}");
+        let options = format!("--recipe x.recipe --test procedural:1:9 --target {target}");
         folder.succeed_as_json(&format!("evaluate {options}"))["target"].clone()
     };
     let first = evaluate("10");
@@ -113,25 +116,25 @@ fn chooses_number_of_samples() {
 fn rejects_inapplicable_options() {
     let folder = Folder::new();
     folder.add_bundled("completed/phong-n8.recipe");
-    let train = "train --model phong --out x.recipe --data procedural:2";
-    for (options, words) in [
-        ("-n auto", "--scan-seconds"),
-        ("-n auto --scan-seconds 9 --effort quick", "--effort"),
-        ("-n auto --scan-seconds 0.5", "--scan-seconds"),
-        ("-n 4 --speed 10", "--scan-seconds"),
-        ("-n 4 --settle 1", "--scan-seconds"),
-        ("-n 4 --scan-seconds 5 --schedule paper", "--scan-seconds"),
-        ("-n 4 --scan-seconds 2", "2"),
-        ("-n 4 --scan-seconds 5 --speed 0", "theta_i"),
-    ] {
-        folder.fail_naming(&format!("{train} {options}"), &[words]);
-    }
-    let evaluate = "evaluate --test procedural:2:9 --recipe phong-n8.recipe";
-    for (options, words) in [
-        ("--target 0.01", "--missing"),
-        ("--target 0", "--target"),
-        ("--target 0.01 --first 4", "--first"),
-    ] {
-        folder.fail_naming(&format!("{evaluate} {options}"), &[words]);
-    }
+    folder.fail_each(
+        "train --model phong --out x.recipe --data procedural:2",
+        &[
+            "-n auto => --scan-seconds",
+            "-n auto --scan-seconds 9 --effort quick => --effort",
+            "-n auto --scan-seconds 0.5 => --scan-seconds",
+            "-n 4 --speed 10 => --scan-seconds",
+            "-n 4 --settle 1 => --scan-seconds",
+            "-n 4 --scan-seconds 5 --schedule paper => --scan-seconds",
+            "-n 4 --scan-seconds 2 => 2",
+            "-n 4 --scan-seconds 5 --speed 0 => theta_i",
+        ],
+    );
+    folder.fail_each(
+        "evaluate --test procedural:2:9 --recipe phong-n8.recipe",
+        &[
+            "--target 0.01 => --missing",
+            "--target 0 => --target",
+            "--target 0.01 --first 4 => --first",
+        ],
+    );
 }

@@ -126,27 +126,6 @@ fn commands_in_shell_blocks_are_valid() {
     assert!(count > 10, "only {count} commands were found");
 }
 
-#[test]
-fn detects_invalid_commands() {
-    for wrong in [
-        "trainer trane",
-        "trainer bench --modle neural",
-        "cargo run --release -p glimpse-core --example nothing",
-        "cargo run --release -p glimpse-tests --features firm --example figures",
-        "ls",
-    ] {
-        assert!(command_error(wrong).is_some(), "{wrong}");
-    }
-    let right = "cargo run -p glimpse-tests --example figures";
-    assert_eq!(command_error(right), None);
-    for right in [
-        "trainer bench --model \"neural\" >&2 && ls",
-        "trainer completion bash > ~/completions/trainer",
-    ] {
-        assert_eq!(command_error(right), None, "{right}");
-    }
-}
-
 /// Masked recipes have the file names that `trainer recipes get` gives them.
 #[test]
 fn masked_recipes_have_bundled_names() {

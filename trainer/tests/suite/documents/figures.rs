@@ -132,26 +132,3 @@ fn tables_of_figures_have_markers() {
         );
     }
 }
-
-#[test]
-fn detects_invalid_markers() {
-    let good = format!("a\n{BEGIN}b -->\n| 1 |\n{END}\nc\n");
-    let (printed, prose) = parts(&good).expect("valid markers");
-    assert_eq!(
-        (printed[0].command, &printed[0].lines[..]),
-        ("b", &["| 1 |"][..])
-    );
-    assert_eq!(prose, ["a", "c"]);
-    for wrong in [
-        format!("{BEGIN}b -->\n"),
-        format!("{END}\n"),
-        format!("{BEGIN}b\n{END}\n"),
-        format!("{BEGIN}b -->\n{BEGIN}c -->\n{END}\n"),
-        "<!-- printed with: b -->\n".to_owned(),
-    ] {
-        assert!(parts(&wrong).is_err(), "{wrong}");
-    }
-    assert!(is_row_of_figures("| Neural | .0615 | **.0305** | 1,283 |"));
-    assert!(!is_row_of_figures("| 4 | 2 | bytes |"));
-    assert!(!is_row_of_figures("|---|---|---|"));
-}

@@ -67,21 +67,6 @@ fn links_are_valid() {
 }
 
 #[test]
-fn detects_broken_links() {
-    let text = "[a](b.md) and ![c](d/e.png#f)\n```\n[g](h)\n```\n[i](j)";
-    assert_eq!(targets(text), ["b.md", "d/e.png#f", "j"]);
-    assert_eq!(
-        anchor("## When it does not work: `x`"),
-        "when-it-does-not-work-x"
-    );
-    let from = Path::new("core/README.md");
-    assert!(link_error(from, "docs/nothing.md").is_some());
-    assert!(link_error(from, "docs/link.md#no-such-heading").is_some());
-    assert!(link_error(from, "docs/link.md").is_none());
-    assert!(link_error(from, "https://example.org/").is_none());
-}
-
-#[test]
 fn entries_of_paper_list_link_to_files() {
     let text = document("trainer/docs/paper.md".into()).text;
     let entries = text.lines().filter(|line| line.starts_with("- "));

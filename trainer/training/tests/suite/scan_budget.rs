@@ -107,30 +107,6 @@ fn for_each_path(mut function: impl FnMut(&[Angles<f32>], &[[f64; 3]])) {
     }
 }
 
-#[test]
-fn gradient_of_path_time_matches_differences() {
-    let motion = Motion::new(budget(10.0, 0.0), Limits::NONE, SAMPLES);
-    for_each_path(|angles, path| {
-        let time = motion.path(angles);
-        assert!((time.seconds - seconds(path)).abs() < 1e-9);
-        for sample in 0..SAMPLES {
-            for (index, derivative) in time.by_angles[sample].iter().enumerate() {
-                let shifted = |by: f64| {
-                    let mut shifted = path.to_vec();
-                    shifted[sample][index] += by;
-                    seconds(&shifted)
-                };
-                let difference = (shifted(1e-5) - shifted(-1e-5)) / 2e-5;
-                let error = (f64::from(*derivative) - difference).abs();
-                assert!(
-                    error < 1e-5 * difference.abs().max(1.0),
-                    "{derivative} and {difference}"
-                );
-            }
-        }
-    });
-}
-
 /// The gradient with respect to the logits, within limits: at the budget, it is the weight times that of the seconds.
 #[test]
 fn weighted_gradient_matches_differences() {
@@ -146,6 +122,7 @@ fn weighted_gradient_matches_differences() {
             .flat_map(|angles| logits_from_reachable(*angles, &limits))
             .collect();
         let motion = Motion::new(budget(seconds(path), 0.0), limits, SAMPLES);
+        assert!((motion.path(angles).seconds - seconds(path)).abs() < 1e-9);
         let mut weight = 0.5;
         let gradient = motion.weighted_gradient(&logits, 1.0, &mut weight);
         // The aim is slightly below the budget, so the weight rises.

@@ -140,8 +140,6 @@ fn all_components_reproduce_columns() {
         .expect("the components are independent");
     let coefficients = DMatrix::from_diagonal(&scales) * normal.solve(&unit.tr_mul(&centered));
 
-    let max_column_error = (&components * &coefficients - &centered).amax();
-    let mut max_brdf_error = 0.0_f64;
     for (index, material) in MATERIALS.materials.iter().enumerate() {
         let coefficients = [0, 1, 2].map(|channel| {
             coefficients
@@ -167,7 +165,6 @@ fn all_components_reproduce_columns() {
                 let actual = f64::from(brdf[0][channel]);
                 // The mapping is ln(1 + f w / e), so the error is relative to f + e / w.
                 let error = (actual - expected).abs() / (expected + EPSILON / weight);
-                max_brdf_error = max_brdf_error.max(error);
                 assert!(
                     error < 1e-3,
                     "material {index}, node {node}: {actual} instead of {expected}"
@@ -175,7 +172,4 @@ fn all_components_reproduce_columns() {
             }
         }
     }
-    println!("largest errors: columns {max_column_error:.1e}, BRDFs {max_brdf_error:.1e}");
-    // Some columns nearly equal others times a factor, so the smallest components are rounding errors of f32.
-    assert!(max_column_error < 3e-4, "{max_column_error}");
 }

@@ -93,14 +93,10 @@ fn assert_host_matches_device(compact: &[u8], values: &[f32]) {
     }
 }
 
+/// Tests a basis and the trained one of 24 components, with coefficients that decrease like those of materials.
 #[test]
 fn host_evaluates_compact_basis_like_device() {
     assert_host_matches_device(&COMPACT, &coefficients(2));
-}
-
-/// Tests the trained basis of 24 components. The coefficients decrease with the index, like those of materials.
-#[test]
-fn host_evaluates_bundled_basis_like_device() {
     let components = Basis::from_compact_bytes(BUNDLED)
         .expect("the bytes are a basis")
         .components();
@@ -156,22 +152,6 @@ fn compact_basis_derivatives_integrate_to_differences() {
 }
 
 #[test]
-fn fewer_components_have_higher_loss() {
-    let fewer = to_compact_bytes(&WHOLE, 2, COMPACT_NODES);
-    assert_eq!(
-        linear::Basis::parse(&fewer).map(|basis| basis.components()),
-        Ok(2)
-    );
-    let sum = |compact: &[u8]| {
-        (0..MATERIALS.materials.len())
-            .map(|index| loss(compact, index))
-            .sum::<f64>()
-    };
-    let (few, all) = (sum(&fewer), sum(&COMPACT));
-    assert!(few > 2.0 * all, "{few} and {all}");
-}
-
-#[test]
 fn compact_basis_has_requested_shape_and_checksum_of_whole_basis() {
     let compact = linear::Basis::parse(&COMPACT).expect("the bytes are a basis");
     assert_eq!(compact.whole_checksum(), Basis::checksum(&WHOLE.to_bytes()));
@@ -179,6 +159,13 @@ fn compact_basis_has_requested_shape_and_checksum_of_whole_basis() {
     assert_eq!(compact.nodes(), COMPACT_NODES);
     let nodes = COMPACT_NODES.count().expect("the nodes are valid");
     assert_eq!(COMPACT.len(), HEADER_BYTES + nodes * NODE_BYTES);
+    for count in [0, COMPONENTS, 3 * COMPONENTS - 1] {
+        let error = CoefficientCountError {
+            expected: 3 * COMPONENTS,
+            actual: count,
+        };
+        assert_eq!(WHOLE.reconstruct_values(&vec![0.0; count]), Err(error));
+    }
     // 24 components must fit into 600 KiB.
     assert!(14 + 16 + 4 * 24 + nodes * (4 + 24) <= 600 * 1024);
     // The number of components is limited to that of the whole basis.
@@ -206,22 +193,4 @@ fn nodes_at_poles_are_equal_for_all_phi_d() {
         }
     }
     assert!(different > 500, "{different}");
-}
-
-#[test]
-fn device_coefficients_are_grouped_by_channel() {
-    let values = coefficients(1);
-    let channel = |index: usize| {
-        let coefficients = &values[COMPONENTS * index..][..COMPONENTS];
-        coefficients.iter().copied().map(f64::from).collect()
-    };
-    let expected = WHOLE.reconstruct(&[channel(0), channel(1), channel(2)]);
-    assert_eq!(WHOLE.reconstruct_values(&values), Ok(expected));
-    for count in [0, COMPONENTS, 3 * COMPONENTS - 1] {
-        let error = CoefficientCountError {
-            expected: 3 * COMPONENTS,
-            actual: count,
-        };
-        assert_eq!(WHOLE.reconstruct_values(&values[..count]), Err(error));
-    }
 }
