@@ -11,20 +11,20 @@ use super::stop::Stop;
 
 /// A number of moves to evaluate. The limit is a count and not a time, so that a seed determines the route.
 pub(super) struct Effort {
-    /// The number for each pair of stops.
-    pub(super) for_pair: u64,
+    /// The number for each triple of stops.
+    pub(super) for_triple: u64,
     /// The largest number.
     pub(super) max: u64,
 }
 
-/// The effort of a search during training, which takes at most about 10 ms.
+/// The effort of a search during training, which takes milliseconds.
 pub(super) const QUICK: Effort = Effort {
-    for_pair: 1_000,
+    for_triple: 40,
     max: 1_000_000,
 };
-/// The effort of a planned scan, which takes at most about 1 s.
+/// The effort of a planned scan, which takes at most a few seconds.
 pub(super) const THOROUGH: Effort = Effort {
-    for_pair: 100_000,
+    for_triple: 3_000,
     max: 100_000_000,
 };
 
@@ -125,7 +125,7 @@ impl Points {
     /// Returns the fastest path that a search finds.
     pub(super) fn fastest_path(&self, effort: &Effort, seed: u64) -> Vec<Point> {
         let count = self.stops.len();
-        let mut remaining = effort.max.min(effort.for_pair * (count as u64).pow(2));
+        let mut remaining = effort.max.min(effort.for_triple * (count as u64).pow(3));
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut best: Vec<Point> = self.stops.iter().map(|points| points[0]).collect();
         self.search_locally(&mut best, &mut remaining);

@@ -267,7 +267,7 @@ fn search_of_64_stops_is_within_5_percent_of_longer_searches() {
     let route = Route::new(&machine, &stops, Order::Travel, 0);
     let points = Points::new(&machine, &stops);
     let long = Effort {
-        for_pair: u64::MAX / 4096,
+        for_triple: 300_000_000,
         max: 300_000_000,
     };
     let longer = [1, 2]
