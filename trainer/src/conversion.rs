@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::model::{ModelKind, NeuralParameters};
 use glimpse_materials::loss::loss_between;
+use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 use glimpse_materials::{
     Colors, Format, Material, NeuralBrdf, NotFinite, Source, SourceError, pab_suffixes, to_merl,
     to_nbrdf, to_pab, to_rgl,
@@ -37,12 +38,37 @@ pub enum ConversionError {
     /// The written file cannot be read.
     #[error(transparent)]
     Source(#[from] SourceError),
+    /// The ending of a path is that of another format than the requested one.
+    #[error("{}", self.message(Setting::name))]
+    OtherEnding(PathBuf, OutputFormat),
+    /// The ending of a path is not that of a format.
+    #[error("{}", self.message(Setting::name))]
+    UnknownEnding(PathBuf),
     /// A path has no file name.
     #[error("{} has no file name; give DIR/NAME", .0.display())]
     Name(PathBuf),
     /// A path has the extension `.npy`, but not the suffix of one of a network's files.
     #[error("{} is not one of a network's six file names; give NAME_fc1.npy or NAME", .0.display())]
     NotNetworkFile(PathBuf),
+}
+
+impl SettingError for ConversionError {
+    fn message(&self, name: SettingNames) -> String {
+        let setting = name(Setting::Format);
+        match self {
+            Self::OtherEnding(path, format) => format!(
+                "{} has the ending of the format {}, but {setting} is another: change the ending, or remove {setting}",
+                path.display(),
+                format.name()
+            ),
+            Self::UnknownEnding(path) => format!(
+                "{} does not have the ending of a format: use .binary, .bsdf, _fc1.npy, .gltf or .mtlx, or give \
+                 {setting}",
+                path.display()
+            ),
+            other => other.to_string(),
+        }
+    }
 }
 
 /// An output format of materials.
@@ -82,6 +108,21 @@ impl OutputFormat {
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|format| format.name() == name)
+    }
+
+    /// Returns the requested format, or else that of the ending of a file's name.
+    ///
+    /// # Errors
+    /// If the ending is that of another format, or neither states a format.
+    pub fn choose(requested: Option<Self>, path: &Path) -> Result<Self, ConversionError> {
+        match (requested, Self::from_extension(path)) {
+            (Some(requested), Some(format)) if requested != format => {
+                Err(ConversionError::OtherEnding(path.into(), format))
+            }
+            (requested, format) => requested
+                .or(format)
+                .ok_or_else(|| ConversionError::UnknownEnding(path.into())),
+        }
     }
 
     /// Returns the format for the ending of a file's name; None for other endings.

@@ -12,16 +12,28 @@ macro_rules! settings {
         impl Setting {
             /// Returns the default name, for callers without a front end.
             #[must_use]
-            pub fn name(self) -> &'static str {
-                match self { $(Self::$setting => $name,)+ }
+            pub fn name(self) -> String {
+                match self { $(Self::$setting => $name,)+ }.to_owned()
             }
         }
     };
 }
 
 settings! {
-    /// Additive noise in training.
+    /// Additive noise.
     Additive "additive",
+    /// The number of principal components of the model linear.
+    Bases "bases",
+    /// The precision of the coefficients of the model linear.
+    Eta "eta",
+    /// The number of leading readings in an evaluation.
+    First "first",
+    /// The format of a written material.
+    Format "format",
+    /// The number of quantization levels.
+    Levels "levels",
+    /// The number of readings to drop in an evaluation.
+    Lose "lose",
     /// Sources of training materials.
     Materials "materials",
     /// The largest polar angle of the light.
@@ -34,20 +46,37 @@ settings! {
     MinSeparation "min_separation",
     /// The share of training tasks with missing readings.
     Missing "missing",
-    /// Relative noise in training.
+    /// The model.
+    Model "model",
+    /// Relative noise.
     Noise "noise",
     /// The share of procedural materials.
     Procedural "procedural",
     /// The evaluated recipe.
     Recipe "recipe",
+    /// The longest time of a scan.
+    ScanSeconds "scan_seconds",
     /// The training schedule.
     Schedule "schedule",
+    /// The time at each sample.
+    Settle "settle",
     /// The share of each source in training.
     Share "share",
+    /// The speeds of the axes.
+    Speed "speed",
+    /// The initial angles of the axes.
+    Start "start",
+    /// Exchange of light and sensor.
+    Swap "swap",
+}
+
+impl Setting {
+    /// The limits of a machine's arms.
+    pub const LIMITS: [Self; 3] = [Self::MaxThetaI, Self::MaxThetaO, Self::MinSeparation];
 }
 
 /// A function that returns a front end's name of a setting.
-pub type SettingNames = fn(Setting) -> &'static str;
+pub type SettingNames = fn(Setting) -> String;
 
 /// An error whose message names settings. Its `Display` uses [`Setting::name`].
 pub trait SettingError {

@@ -84,6 +84,8 @@ pub enum ShareError {
     },
     /// A share is not a positive finite number.
     NotPositive(f32),
+    /// There is a share, but a single source.
+    Single,
 }
 
 impl SettingError for ShareError {
@@ -102,6 +104,9 @@ impl SettingError for ShareError {
                      remove the source from {materials}"
                 )
             }
+            Self::Single => format!(
+                "{share} has no effect with a single source: remove it, or give several {materials}"
+            ),
         }
     }
 }
@@ -121,6 +126,7 @@ impl Sources {
         let sum: f32 = shares.iter().sum();
         let shares = match shares {
             [] => None,
+            [_] if sources.len() == 1 => return Err(ShareError::Single),
             shares if shares.len() == sources.len() => {
                 Some(shares.iter().map(|share| share / sum).collect())
             }

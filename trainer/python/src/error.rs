@@ -5,10 +5,12 @@ use std::io;
 
 use glimpse_materials::setting::{Setting, SettingError};
 use glimpse_materials::{ShareError, SourceError};
+use glimpse_trainer::conversion::ConversionError;
 use glimpse_trainer::evaluation::EvaluationError;
 use glimpse_trainer::measurement::FitFailure;
-use glimpse_training::meta::options::CompletionOptionsError;
+use glimpse_training::meta::options::OptionsError;
 use glimpse_training::meta::run::TrainError;
+use glimpse_training::route::PlanError;
 use pyo3::exceptions::{PyFileNotFoundError, PyPermissionError, PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -46,24 +48,29 @@ fn message(error: &(dyn Error + 'static)) -> String {
     ) -> Option<String> {
         Some(error.downcast_ref::<E>()?.message(parameter))
     }
-    if let Some(TrainError::CompletionOptions(error)) = error.downcast_ref() {
+    if let Some(TrainError::Options(error)) = error.downcast_ref() {
         return error.message(parameter);
     }
     with_parameters::<EvaluationError>(error)
         .or_else(|| with_parameters::<ShareError>(error))
         .or_else(|| with_parameters::<FitFailure>(error))
-        .or_else(|| with_parameters::<CompletionOptionsError>(error))
+        .or_else(|| with_parameters::<OptionsError>(error))
+        .or_else(|| with_parameters::<PlanError>(error))
+        .or_else(|| with_parameters::<ConversionError>(error))
         .unwrap_or_else(|| error.to_string())
 }
 
 /// Returns the name of the parameter for a setting.
-fn parameter(setting: Setting) -> &'static str {
-    match setting {
-        Setting::MaxThetaI => "max_theta_i_degrees",
-        Setting::MaxThetaO => "max_theta_o_degrees",
-        Setting::MinSeparation => "min_separation_degrees",
-        other => other.name(),
-    }
+fn parameter(setting: Setting) -> String {
+    let unit = match setting {
+        Setting::MaxThetaI | Setting::MaxThetaO | Setting::MinSeparation | Setting::Start => {
+            "_degrees"
+        }
+        Setting::Speed => "_degrees_per_second",
+        Setting::Settle => "_seconds",
+        _ => "",
+    };
+    setting.name() + unit
 }
 
 /// Any error of a computation without the GIL.

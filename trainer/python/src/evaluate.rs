@@ -47,11 +47,6 @@ pub(crate) fn evaluate<'py>(
     seeds: u64,
     seed: u64,
 ) -> PyResult<Bound<'py, PyAny>> {
-    for (name, share) in [("noise", noise), ("additive", additive)] {
-        if !(0.0..=1.0).contains(&share) {
-            return reject(format!("{name} must be 0 to 1, not {share}"));
-        }
-    }
     if !(1..=10_000).contains(&seeds) {
         return reject(format!("seeds must be 1 to 10000, not {seeds}"));
     }
@@ -64,9 +59,7 @@ pub(crate) fn evaluate<'py>(
     };
     let recipe = recipe.get();
     let parsed = recipe.recipe();
-    if first == Some(0) || lose >= first.unwrap_or(usize::MAX).min(parsed.samples()) {
-        return reject("first and lose leave no readings to fit: increase first, or decrease lose");
-    }
+    readings.validate(parsed.samples()).map_err(to_exception)?;
     let trained_on = TrainingMaterials::from_recipe(&parsed).map_err(to_exception)?;
     let method = Method::ours(&parsed, recipe.basis.as_deref()).map_err(to_exception)?;
     let method = match readings == Degradation::default() {

@@ -207,26 +207,7 @@ impl PyMaterial {
         let format = format
             .map(|name| choose("format", name, &formats))
             .transpose()?;
-        let format = match (format, OutputFormat::from_extension(&path)) {
-            (Some(format), None) => format,
-            (None, Some(format)) => format,
-            (Some(format), Some(format_of_ending)) if format == format_of_ending => format,
-            (Some(format), Some(format_of_ending)) => {
-                return reject(format!(
-                    "{} has the ending of the format {}, but format is {}: change the ending, or omit format",
-                    path.display(),
-                    format_of_ending.name(),
-                    format.name()
-                ));
-            }
-            (None, None) => {
-                return reject(format!(
-                    "{} does not have the ending of a format: use .binary, .bsdf, _fc1.npy, .gltf or .mtlx (or .json for a fit), \
-                     or pass format",
-                    path.display()
-                ));
-            }
-        };
+        let format = OutputFormat::choose(format, &path).map_err(to_exception)?;
         let paths = output_paths(format, &path).map_err(to_exception)?;
         let name = match format {
             OutputFormat::Brdf(Format::Pab) => file_name(&path).map_err(to_exception)?,

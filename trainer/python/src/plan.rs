@@ -1,27 +1,37 @@
 //! Plans of scans: the order in which a machine's arms visit a recipe's samples.
 
 use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::{Axes, Machine, Order, Route, blank_sheet, stops};
+use glimpse_training::route::{Axes, PlanArgs, Route, SpeedArgs, blank_sheet};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
 use crate::arrays::{array, numbers};
-use crate::choices::choose_value;
-use crate::error::{GlimpseError, reject, to_exception};
+use crate::error::{reject, to_exception};
 use crate::interruptible::run_detached;
 
 /// Parses degrees per second: one number for all axes, or one for each.
-pub(crate) fn parse_speeds(speeds: &Bound<'_, PyAny>) -> PyResult<Axes> {
+fn parse_speeds(speeds: &Bound<'_, PyAny>) -> PyResult<Axes> {
     let speeds = numbers(speeds, "speed_degrees_per_second")?;
-    match speeds.iter().copied().collect::<Vec<f64>>()[..] {
-        [speed] => Ok(Axes::from_array([speed; 4])),
-        [theta_i, phi_i, theta_o, phi_o] => Ok(Axes::from_array([theta_i, phi_i, theta_o, phi_o])),
-        _ => reject(format!(
+    let speeds: Vec<f64> = speeds.iter().copied().collect();
+    match Axes::from_speeds(&speeds) {
+        Some(speeds) => Ok(speeds),
+        None => reject(format!(
             "speed_degrees_per_second must be one number for all axes, or four, such as (20, 10, 20, 10), not {} \
              numbers",
             speeds.len()
         )),
     }
+}
+
+/// Returns the speeds of a machine, None for defaults.
+pub(crate) fn speed_args(
+    speed: Option<&Bound<'_, PyAny>>,
+    settle: Option<f64>,
+) -> PyResult<SpeedArgs> {
+    Ok(SpeedArgs {
+        speed: speed.map(parse_speeds).transpose()?,
+        settle,
+    })
 }
 
 /// A planned scan: the positions and times of all visits to samples.
@@ -36,31 +46,12 @@ impl PyPlan {
     pub(crate) fn new(
         py: Python<'_>,
         file: &RecipeFile,
-        order: Option<&str>,
-        machine: &Machine,
-        swap: bool,
+        request: &PlanArgs,
         seed: u64,
     ) -> PyResult<Self> {
-        let recipe = file.recipe();
-        let order = match order {
-            Some(name) => choose_value("order", name, Order::name)?,
-            None => Order::of_recipe(&recipe),
-        };
-        machine.validate().map_err(to_exception)?;
-        let stops = stops(&recipe, &machine.limits, swap).map_err(|unreachable| {
-            let lines: Vec<String> = unreachable
-                .iter()
-                .map(|sample| format!("\n  {sample}"))
-                .collect();
-            GlimpseError::new_err(format!(
-                "the machine does not reach {} of {} samples:{}\ntrain a recipe for these limits{}",
-                unreachable.len(),
-                recipe.samples(),
-                lines.concat(),
-                if swap { "" } else { ", or try swap=True" }
-            ))
-        })?;
-        let route = run_detached(py, || Route::new(machine, &stops, order, seed))?;
+        let stated = file.metadata().machine();
+        let planned = run_detached(py, || request.plan(&file.recipe(), &stated, seed))?;
+        let (_, route) = planned.map_err(to_exception)?;
         let arms = route.visits.iter().flat_map(|visit| {
             let [theta_i, phi_i, theta_o, phi_o] = visit.arms.to_array().map(f64::to_radians);
             [(theta_i, phi_i), (theta_o, phi_o)]

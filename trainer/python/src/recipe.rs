@@ -9,19 +9,20 @@ use glimpse_materials::basis::Basis;
 use glimpse_trainer::export::{expectation, training};
 use glimpse_trainer::measurement::Measurements;
 use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::{Axes, Machine, axes_from_angles, limits_in_degrees};
+use glimpse_training::route::{Axes, LimitArgs, Order, PlanArgs, axes_from_angles};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 use serde_json::json;
 
 use crate::arrays::{array, to_python};
+use crate::choices::choose_value;
 use crate::error::{GlimpseError, reject, to_exception};
 use crate::files::write;
 use crate::fit::PyFittedMaterial;
 use crate::interruptible::run_detached;
 use crate::material::directions_of;
-use crate::plan::{PyPlan, parse_speeds};
+use crate::plan::{PyPlan, speed_args};
 use crate::readings::ReadingArgs;
 
 /// Bytes of a recipe, and of its basis.
@@ -292,23 +293,21 @@ impl PyRecipe {
         min_separation_degrees: Option<f32>,
         seed: u64,
     ) -> PyResult<PyPlan> {
-        let default = self.file.metadata().machine();
-        let speeds = speed_degrees_per_second.map(parse_speeds).transpose()?;
-        let machine = Machine {
-            speeds: speeds.unwrap_or(default.speeds),
-            settle: settle_seconds.unwrap_or(default.settle),
+        let request = PlanArgs {
+            order: order
+                .map(|name| choose_value("order", name, Order::name))
+                .transpose()?,
+            speeds: speed_args(speed_degrees_per_second, settle_seconds)?,
             start: Axes::from_array(start_degrees),
-            limits: limits_in_degrees(
-                default.limits,
-                [
-                    max_theta_i_degrees,
-                    max_theta_o_degrees,
-                    min_separation_degrees,
-                ],
-            ),
-            full_turns,
+            swap,
+            no_full_turns: !full_turns,
+            limits: LimitArgs {
+                max_theta_i: max_theta_i_degrees,
+                max_theta_o: max_theta_o_degrees,
+                min_separation: min_separation_degrees,
+            },
         };
-        PyPlan::new(py, &self.file, order, &machine, swap, seed)
+        PyPlan::new(py, &self.file, &request, seed)
     }
 
     /// Fits readings with the code that a device runs, and finds outliers, as `trainer fit` does.

@@ -6,24 +6,21 @@ use std::sync::Mutex;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use glimpse_core::gonio::Limits;
-use glimpse_core::model::ModelKind;
 use glimpse_materials::MODELS;
-use glimpse_training::linear::Prior;
 use glimpse_training::meta::checkpoint::Checkpoint;
-use glimpse_training::meta::options::{CompletionOptions, Options};
+use glimpse_training::meta::options::Options;
 use glimpse_training::meta::outer::{self, CheckpointOptions};
 use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::meta::request::TrainingArgs;
 use glimpse_training::meta::run::train as meta_train;
-use glimpse_training::meta::scan_budget::ScanBudget;
 use glimpse_training::recipe::{RecipeFile, pack_recipe};
-use glimpse_training::route::{Machine, limits_in_degrees};
+use glimpse_training::route::LimitArgs;
 use pyo3::prelude::*;
 
 use crate::choices::{choose, choose_value};
 use crate::error::{Failure, GlimpseError, reject, reject_unused, to_exception};
 use crate::interruptible::run_interruptible;
-use crate::plan::parse_speeds;
+use crate::plan::speed_args;
 use crate::recipe::PyRecipe;
 use crate::sources::MaterialArgs;
 
@@ -61,26 +58,6 @@ impl From<outer::Progress> for PyProgress {
             best: progress.best,
         }
     }
-}
-
-/// Returns the budget for the time of a scan; None without `seconds`.
-fn scan_budget(
-    seconds: Option<f64>,
-    speeds: Option<&Bound<'_, PyAny>>,
-    settle: Option<f64>,
-) -> PyResult<Option<ScanBudget>> {
-    let Some(seconds) = seconds else {
-        return Ok(None);
-    };
-    let default = Machine::default();
-    Ok(Some(ScanBudget {
-        seconds,
-        speeds: speeds
-            .map(parse_speeds)
-            .transpose()?
-            .unwrap_or(default.speeds),
-        settle: settle.unwrap_or(default.settle),
-    }))
 }
 
 /// Trains a recipe as `trainer train` does; the same options give the same bytes.
@@ -140,7 +117,7 @@ pub(crate) fn train(
     speed_degrees_per_second: Option<&Bound<'_, PyAny>>,
     settle_seconds: Option<f64>,
     bases: Option<usize>,
-    eta: Option<f64>,
+    eta: Option<f32>,
     checkpoint: Option<PathBuf>,
     checkpoint_every_seconds: f64,
     resume: bool,
@@ -148,93 +125,41 @@ pub(crate) fn train(
 ) -> PyResult<PyRecipe> {
     let model = choose("model", model, &MODELS.map(|model| (model.name(), model)))?;
     let schedule = choose_value("schedule", schedule, Schedule::name)?;
-    reject_unused(
-        schedule != Schedule::Prior,
-        "it requires schedule=\"prior\"",
-        &[
-            ("share", share.is_some()),
-            ("missing", missing.is_some()),
-            ("noise", noise.is_some()),
-            ("additive", additive.is_some()),
-            ("levels", levels.is_some()),
-            ("procedural", procedural.is_some()),
-            ("max_theta_i_degrees", max_theta_i_degrees.is_some()),
-            ("max_theta_o_degrees", max_theta_o_degrees.is_some()),
-            ("min_separation_degrees", min_separation_degrees.is_some()),
-            ("scan_seconds", scan_seconds.is_some()),
-        ],
-    )?;
-    reject_unused(
-        scan_seconds.is_none(),
-        "it requires scan_seconds",
-        &[
-            (
-                "speed_degrees_per_second",
-                speed_degrees_per_second.is_some(),
-            ),
-            ("settle_seconds", settle_seconds.is_some()),
-        ],
-    )?;
-    let linear_options = [("bases", bases.is_some()), ("eta", eta.is_some())];
-    reject_unused(
-        model != ModelKind::Linear,
-        "it requires the model linear",
-        &linear_options,
-    )?;
-    reject_unused(
-        schedule == Schedule::Prior,
-        "it requires schedule=\"paper\"",
-        &linear_options,
-    )?;
+    let args = TrainingArgs {
+        share: share.unwrap_or_default(),
+        missing,
+        noise,
+        additive,
+        levels,
+        procedural,
+        limits: LimitArgs {
+            max_theta_i: max_theta_i_degrees,
+            max_theta_o: max_theta_o_degrees,
+            min_separation: min_separation_degrees,
+        },
+        scan_seconds,
+        speeds: speed_args(speed_degrees_per_second, settle_seconds)?,
+        bases,
+        eta,
+    };
+    args.check_effect(&[model], schedule)
+        .map_err(to_exception)?;
     reject_unused(
         checkpoint.is_none(),
         "it requires checkpoint",
         &[("resume", resume)],
     )?;
-    let default = CompletionOptions::for_samples(samples);
+    let effort = choose_value("effort", effort, Effort::name)?;
+    let options = args.options(model, samples, schedule, effort, seed);
     let options = Options {
-        prior: prior(bases, eta)?,
-        completion_options: CompletionOptions {
-            missing: missing.unwrap_or(default.missing),
-            noise: noise.unwrap_or(default.noise),
-            additive: additive.unwrap_or(default.additive),
-            levels: levels.unwrap_or(default.levels),
-            procedural: procedural.unwrap_or(default.procedural),
-            limits: limits_in_degrees(
-                Limits::NONE,
-                [
-                    max_theta_i_degrees,
-                    max_theta_o_degrees,
-                    min_separation_degrees,
-                ],
-            ),
-            scan: scan_budget(scan_seconds, speed_degrees_per_second, settle_seconds)?,
-        },
         checkpoints: checkpoints(checkpoint, checkpoint_every_seconds, resume)?,
-        ..Options::new(
-            model,
-            samples,
-            schedule,
-            choose_value("effort", effort, Effort::name)?,
-            seed,
-        )
+        ..options.map_err(to_exception)?
     };
-    options
-        .completion_options
-        .validate()
-        .map_err(to_exception)?;
-    if let Some(scan) = &options.completion_options.scan {
-        let limits = options.completion_options.limits;
-        scan.validate(limits, samples).map_err(to_exception)?;
-    }
     let materials = match materials {
         Some(materials) => MaterialArgs::parse(materials)?,
         None => MaterialArgs::parse(&pyo3::types::PyString::new(py, "procedural:100"))?,
     };
-    let sources = materials.sources(share.as_deref().unwrap_or_default())?;
-    if share.is_some() && sources.as_slice().len() == 1 {
-        return reject("share has no effect with a single source: omit it");
-    }
+    let sources = materials.sources(&args.share)?;
 
     let latest = Mutex::new(None);
     let report = |py: Python<'_>| {
@@ -270,27 +195,6 @@ pub(crate) fn train(
         Checkpoint::remove(&checkpoints.directory);
     }
     PyRecipe::new_with_basis(file, basis.as_deref())
-}
-
-/// Returns the prior of the coefficients of the model linear. Options that are None default to the paper's.
-fn prior(bases: Option<usize>, eta: Option<f64>) -> PyResult<Prior> {
-    let default = Prior::PAPER;
-    if bases.is_some_and(|bases| !(1..=1024).contains(&bases)) {
-        return reject(format!(
-            "bases must be 1 to 1024, not {}",
-            bases.unwrap_or_default()
-        ));
-    }
-    if eta.is_some_and(|eta| !(eta > 0.0 && eta.is_finite())) {
-        return reject(format!(
-            "eta must be a positive number, not {}",
-            eta.unwrap_or_default()
-        ));
-    }
-    Ok(Prior {
-        components: bases.unwrap_or(default.components),
-        eta: eta.map_or(default.eta, |eta| eta as f32),
-    })
 }
 
 /// Returns the checkpoint options. Without `resume`, an unfinished run in the folder is an error.

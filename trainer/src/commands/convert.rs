@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_materials::{Format, Material, Reciprocal, Source};
 use glimpse_trainer::conversion::{OutputFormat, file_name, loss_of_file, output_paths};
@@ -59,7 +59,7 @@ pub(crate) struct Convert {
 
 impl Convert {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        let format = self.format()?;
+        let format = OutputFormat::choose(self.format, &self.out)?;
         let outs = output_paths(format, &self.out)?;
         for out in &outs {
             refuse_source(out, &self.source)?;
@@ -144,27 +144,5 @@ impl Convert {
         );
         Reciprocal::of(material)
             .with_context(|| format!("{} is reciprocal: remove --reciprocal", self.source))
-    }
-
-    /// Returns the format of --format, or else of the output's extension.
-    ///
-    /// # Errors
-    /// If the two differ, since other programs detect formats by extension, or if neither is known.
-    fn format(&self) -> anyhow::Result<OutputFormat> {
-        let by_extension = OutputFormat::from_extension(&self.out);
-        let out = self.out.display();
-        match (self.format, by_extension) {
-            (Some(format), None) => Ok(format),
-            (None, Some(format)) => Ok(format),
-            (Some(format), Some(other)) if format == other => Ok(format),
-            (Some(_), Some(other)) => bail!(
-                "{out} has the ending of --format {}: change the ending, or remove --format",
-                other.name()
-            ),
-            (None, None) => bail!(
-                "the extension of {out} is not that of a format: use .binary, .bsdf, _fc1.npy, .gltf or \
-                 .mtlx, or give --format"
-            ),
-        }
     }
 }

@@ -55,28 +55,8 @@ pub(crate) struct Evaluate {
     /// Environment light of the spheres: a panorama (*.hdr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
-    /// Number of readings to use, from the start of each recipe's pattern, 1 to 4096 [default: all]
-    #[arg(long, value_name = "K", value_parser = numbers::samples)]
-    first: Option<usize>,
-    /// Number of random readings of each material to drop, 1 to 4096 [default: none]
-    #[arg(long, value_name = "K", value_parser = numbers::samples)]
-    lose: Option<usize>,
-    /// Standard deviation of the readings' noise, relative to each value, 0 to 1: 0.02 is 2 %
-    /// [default: 0]
-    #[arg(long, value_name = "S", value_parser = numbers::share)]
-    noise: Option<f32>,
-    /// Standard deviation of noise that does not depend on the value, relative to the BRDF 1/pi
-    /// of a white surface, 0 to 1: 0.01 is 1 % [default: 0]
-    #[arg(long, value_name = "S", value_parser = numbers::share)]
-    additive: Option<f32>,
-    /// Number of quantization levels of the sensor between darkness and a white surface that faces
-    /// the light; 0 for no quantization [default: 0]
-    #[arg(
-        long,
-        value_name = "COUNT",
-        value_parser = numbers::integer(0..=u32::MAX)
-    )]
-    levels: Option<u32>,
+    #[command(flatten)]
+    degradation: Degradation,
     /// Also scan each material in the recipe's order until the upper bound of its loss is at most L, above
     /// 0; the recipe must tolerate missing readings
     #[arg(
@@ -100,8 +80,8 @@ const DEFAULT_SEEDS: u64 = 5;
 
 impl Evaluate {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        let degradation = self.degradation();
-        self.refuse_unused_options(degradation)?;
+        let degradation = self.degradation;
+        self.refuse_unused_options()?;
         let compact = self
             .basis
             .as_ref()
@@ -109,6 +89,9 @@ impl Evaluate {
         let compact = compact.transpose()?;
         let recipes = self.recipe.iter().map(|path| read_recipe(path));
         let recipes = recipes.collect::<anyhow::Result<Vec<_>>>()?;
+        for (file, _) in &recipes {
+            degradation.validate(file.recipe().samples())?;
+        }
         let materials = load(&self.test)?;
         let environment = environment(self.environment.as_deref())?;
         let progress = StepProgress::new("rendering the materials", materials.len());
@@ -151,31 +134,15 @@ impl Evaluate {
     }
 
     /// Refuses options without effect. (clap refuses those that exclude each other.)
-    fn refuse_unused_options(&self, degradation: Degradation) -> anyhow::Result<()> {
+    fn refuse_unused_options(&self) -> anyhow::Result<()> {
         ensure!(
             self.recipe.len() <= 1 || (self.basis.is_none() && self.target.is_none()),
             "--basis and --target apply to a single --recipe: evaluate the recipes one by one"
         );
-        if let (Some(first), Some(lose)) = (self.first, self.lose) {
-            ensure!(
-                lose < first,
-                "--lose {lose} of --first {first} leaves no reading to fit: give a smaller --lose"
-            );
-        }
         ensure!(
-            self.seeds.is_none() || degradation.is_random(),
+            self.seeds.is_none() || self.degradation.is_random(),
             "--seeds has no effect without --lose, --noise or --additive: remove it"
         );
         Ok(())
-    }
-
-    fn degradation(&self) -> Degradation {
-        Degradation {
-            first: self.first,
-            lost: self.lose.unwrap_or(0),
-            noise: self.noise.unwrap_or(0.0),
-            additive: self.additive.unwrap_or(0.0),
-            levels: self.levels.unwrap_or(0),
-        }
     }
 }

@@ -28,11 +28,10 @@ struct GridCell {
 
 /// Trains every model at every n.
 pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
-    train.linear_prior.refuse_for_other_models(&train.model)?;
+    let sources = train.sources()?;
     catch_interrupts()?;
     create_out_folder(&train.out)?;
     let _lock = Lock::of_folder(&train.out)?;
-    let sources = train.sources()?;
     let (_, source_shares) = load_all(&sources)?;
     let csv = train.out.join("grid.csv");
     let mut cells = Vec::new();
@@ -106,7 +105,6 @@ fn recipe_path(train: &Train, model: &str, samples: usize) -> PathBuf {
 
 /// Prints a command for each recipe, and creates the output folder.
 pub(crate) fn list(train: &Train, seed: u64, line: &CommandLine) -> anyhow::Result<()> {
-    train.linear_prior.refuse_for_other_models(&train.model)?;
     let sources = train.sources()?;
     let counts = sources.as_slice().iter().map(Source::count);
     let counts = counts.collect::<Result<Vec<usize>, _>>()?;

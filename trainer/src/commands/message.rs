@@ -4,9 +4,11 @@ use std::error::Error;
 
 use glimpse_materials::ShareError;
 use glimpse_materials::setting::{Setting, SettingError};
+use glimpse_trainer::conversion::ConversionError;
 use glimpse_trainer::evaluation::EvaluationError;
 use glimpse_trainer::measurement::FitFailure;
-use glimpse_training::meta::options::CompletionOptionsError;
+use glimpse_training::meta::options::OptionsError;
+use glimpse_training::route::{MachineError, PlanError};
 
 /// Joins the messages of an error and its causes. A cause whose message is already included is omitted.
 pub(crate) fn message(error: &anyhow::Error) -> String {
@@ -31,25 +33,18 @@ fn one_message(error: &(dyn Error + 'static)) -> String {
     with_options::<EvaluationError>(error)
         .or_else(|| with_options::<ShareError>(error))
         .or_else(|| with_options::<FitFailure>(error))
-        .or_else(|| with_options::<CompletionOptionsError>(error))
+        .or_else(|| with_options::<OptionsError>(error))
+        .or_else(|| with_options::<PlanError>(error))
+        .or_else(|| with_options::<MachineError>(error))
+        .or_else(|| with_options::<ConversionError>(error))
         .unwrap_or_else(|| error.to_string())
 }
 
 /// Returns the command-line option of a setting.
-fn option(setting: Setting) -> &'static str {
+fn option(setting: Setting) -> String {
     match setting {
-        Setting::Additive => "--additive",
-        Setting::Materials => "--data",
-        Setting::MaxThetaI => "--max-theta-i",
-        Setting::MaxThetaO => "--max-theta-o",
-        Setting::Method => "--method",
-        Setting::MinSeparation => "--min-separation",
-        Setting::Missing => "--missing",
-        Setting::Noise => "--noise",
-        Setting::Procedural => "--procedural",
-        Setting::Recipe => "--recipe",
-        Setting::Schedule => "--schedule",
-        Setting::Share => "--share",
+        Setting::Materials => "--data".to_owned(),
+        other => format!("--{}", other.name().replace('_', "-")),
     }
 }
 
@@ -61,14 +56,14 @@ mod tests {
     fn names_settings_by_options() {
         let error = anyhow::Error::from(EvaluationError::NeedsAllReadings).context("a.recipe");
         assert!(message(&error).contains("--missing"));
-        let error = CompletionOptionsError::Range {
-            field: Setting::MinSeparation,
-            max: 0.5,
+        let error = OptionsError::Range {
+            setting: Setting::ScanSeconds,
+            range: 0.0..=0.5,
             value: 0.75,
         };
         let plain = error.to_string();
-        assert!(plain.contains("min_separation") && plain.contains("0.75"));
-        assert!(message(&error.into()).contains("--min-separation"));
+        assert!(plain.contains("scan_seconds") && plain.contains("0.75"));
+        assert!(message(&error.into()).contains("--scan-seconds"));
     }
 
     #[test]

@@ -5,7 +5,6 @@ pub(crate) mod bench;
 pub(crate) mod cell_list;
 mod choice;
 pub(crate) mod compare;
-mod completion_args;
 pub(crate) mod convert;
 pub(crate) mod evaluate;
 mod evaluation_report;
@@ -38,73 +37,11 @@ use std::io::{self, Write};
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use clap::Args;
-use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, MaterialsAndShares, Source, Sources};
 use glimpse_trainer::render::Environment;
-use glimpse_training::linear::Prior;
 use glimpse_training::recipe::RecipeFile;
 use serde::Serialize;
-
-/// Options for the prior of the model linear.
-#[derive(Args, Clone, Copy, Debug)]
-pub(crate) struct LinearPriorArgs {
-    /// Model linear: number of principal components, 1 to 1024 [default: 60; 5 for --schedule paper
-    /// and for methods without learned precisions]
-    #[arg(long, value_name = "COUNT", value_parser = numbers::integer(1..=1024_usize))]
-    bases: Option<usize>,
-    /// Model linear: precision of the prior of every coefficient, above 0 [default: one learned for
-    /// each coefficient; 40 if the default of --bases is 5]
-    #[arg(long, value_parser = numbers::positive)]
-    eta: Option<f64>,
-}
-
-impl LinearPriorArgs {
-    /// Refuses these options if none of the models is linear. An empty list means all models.
-    ///
-    /// # Errors
-    /// Names the first option that was given.
-    pub(crate) fn refuse_for_other_models(self, models: &[ModelKind]) -> anyhow::Result<()> {
-        if models.is_empty() || models.contains(&ModelKind::Linear) {
-            return Ok(());
-        }
-        let options = [
-            ("--bases", self.bases.is_some()),
-            ("--eta", self.eta.is_some()),
-        ];
-        match options.iter().find(|(_, is_set)| *is_set) {
-            Some((name, _)) => {
-                bail!("{name} has no effect: it applies to --model linear only; remove it")
-            }
-            None => Ok(()),
-        }
-    }
-
-    /// Refuses these options for a schedule that does not use them.
-    ///
-    /// # Errors
-    /// Names the first option that was given.
-    pub(crate) fn refuse_for_schedule(self, schedule: &str) -> anyhow::Result<()> {
-        let option = match (self.bases, self.eta) {
-            (None, None) => return Ok(()),
-            (Some(_), _) => "--bases",
-            (None, Some(_)) => "--eta",
-        };
-        bail!(
-            "{option} has no effect with --schedule {schedule}: remove it, or give --schedule \
-             paper"
-        )
-    }
-
-    /// Returns the prior of these options, with `default` for options that were not given.
-    pub(crate) fn or(self, default: Prior) -> Prior {
-        Prior {
-            components: self.bases.unwrap_or(default.components),
-            eta: self.eta.map_or(default.eta, |eta| eta as f32),
-        }
-    }
-}
 
 /// Reads a recipe and, for the model linear, its basis file next to it.
 pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<(RecipeFile, Option<Basis>)> {

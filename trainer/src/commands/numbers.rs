@@ -94,26 +94,8 @@ pub(crate) fn share(text: &str) -> Result<f32, String> {
 
 /// Parses an angle in degrees, above 0 and at most 180.
 pub(crate) fn degrees(text: &str) -> Result<f32, String> {
-    degrees_up_to(180.0, text)
-}
-
-/// Parses the largest polar angle of an arm in degrees, above 0 and at most 90.
-pub(crate) fn polar_angle(text: &str) -> Result<f32, String> {
-    degrees_up_to(90.0, text)
-}
-
-fn degrees_up_to(max: f32, text: &str) -> Result<f32, String> {
-    checked(
-        text,
-        |angle| *angle > 0.0 && *angle <= max,
-        &format!("an angle above 0 and at most {max} degrees"),
-    )
-}
-
-/// Parses a finite number above 0.
-pub(crate) fn positive(text: &str) -> Result<f64, String> {
-    let is_valid = |number: &f64| *number > 0.0 && number.is_finite();
-    checked(text, is_valid, "a finite number above 0")
+    let is_valid = |angle: &f32| *angle > 0.0 && *angle <= 180.0;
+    checked(text, is_valid, "an angle above 0 and at most 180 degrees")
 }
 
 /// Parses a finite number of 0 or above.
@@ -195,20 +177,6 @@ where
     move |text| {
         let expected = format!("{kind} from {} to {}", range.start(), range.end());
         checked(text, |value| range.contains(value), &expected)
-    }
-}
-
-/// Parses one speed for all axes, or four speeds.
-pub(super) fn speeds(text: &str) -> Result<Axes, String> {
-    match list(text)[..] {
-        [Some(all)] => Ok(Axes::from_array([all; 4])),
-        [Some(theta_i), Some(phi_i), Some(theta_o), Some(phi_o)] => {
-            Ok(Axes::from_array([theta_i, phi_i, theta_o, phi_o]))
-        }
-        _ => Err(
-            "give one number for all axes, or four numbers such as 20,10,20,10, in degrees per second"
-                .to_owned(),
-        ),
     }
 }
 

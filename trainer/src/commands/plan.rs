@@ -2,15 +2,14 @@
 
 use std::path::{PathBuf, absolute};
 
-use anyhow::{Error, bail, ensure};
+use anyhow::ensure;
 use clap::{ArgGroup, Args};
 use glimpse_materials::basis::Basis;
 use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::{self, Axes, Machine, MachineError, Order, Route, stops};
+use glimpse_training::route::{Machine, Order, PlanArgs, Route, blank_sheet};
 
-use super::limits::{LimitArgs, describe};
+use super::emit;
 use super::output::{is_same_file, write_files};
-use super::{emit, numbers};
 
 /// Plan a scan: positions of the arms in degrees, their order, and the duration.
 ///
@@ -31,37 +30,8 @@ use super::{emit, numbers};
 pub(crate) struct Plan {
     /// Recipe file
     recipe: PathBuf,
-    /// Order of the samples [default: progressive for recipes trained with --scan-seconds, whose own
-    /// order is a fast path; travel for others]
-    #[arg(long, value_enum)]
-    order: Option<Order>,
-    /// Speeds of the axes theta_i, phi_i, theta_o, phi_o in degrees per second, 0.001 to 1,000,000: one
-    /// number for all axes, or four, for example 20,10,20,10. Speed 0 marks an azimuth axis that the
-    /// machine does not have [default: the recipe's, or else 10]
-    #[arg(long, value_name = "DEGREES/S", value_parser = numbers::speeds)]
-    speed: Option<Axes>,
-    /// Seconds for settling and reading at each sample, 0 to 86400 [default: the recipe's, or else 0.5]
-    #[arg(long, value_name = "SECONDS", value_parser = numbers::number(0.0..=86_400.0))]
-    settle: Option<f64>,
-    /// Initial angles of the axes theta_i, phi_i, theta_o, phi_o in degrees, for example 0,0,0,180: polar
-    /// angles from -180 to 180, azimuths from -3600 to 3600
-    #[arg(
-        long,
-        value_name = "DEGREES",
-        default_value = "0,0,0,180",
-        value_parser = start
-    )]
-    start: Axes,
-    /// Exchange light and sensor for samples where that saves time, or where only that is within
-    /// reach. The reading is the same if the material is reciprocal and the sensor is calibrated for
-    /// both positions
-    #[arg(long)]
-    swap: bool,
-    /// Keep the difference of the azimuths within -180 to 180 degrees, so that no cable winds up
-    #[arg(long)]
-    no_full_turns: bool,
     #[command(flatten)]
-    limits: LimitArgs,
+    request: PlanArgs,
     /// CSV file for the plan: index, theta_i, phi_i, theta_o, phi_o (degrees), swapped, seconds
     #[arg(long, short, value_name = "FILE.csv")]
     out: Option<PathBuf>,
@@ -82,50 +52,16 @@ impl Plan {
         let file = RecipeFile::read(&self.recipe)?;
         let recipe = file.recipe();
         let stated = file.metadata().machine();
-        let machine = Machine {
-            speeds: self.speed.unwrap_or(stated.speeds),
-            settle: self.settle.unwrap_or(stated.settle),
-            start: self.start,
-            limits: self.limits.or(stated.limits)?,
-            full_turns: !self.no_full_turns,
-        };
-        machine.validate().map_err(|error| match &error {
-            MachineError::Speed { .. } | MachineError::NoAzimuth => {
-                Error::new(error).context("--speed")
-            }
-            MachineError::Start { .. } | MachineError::WoundUp(_) => {
-                Error::new(error).context("--start")
-            }
-            MachineError::Settle(_) | MachineError::Limits(_) => Error::new(error),
-        })?;
-        let stops = match stops(&recipe, &machine.limits, self.swap) {
-            Ok(stops) => stops,
-            Err(missed) => {
-                let lines: Vec<String> = missed
-                    .iter()
-                    .map(|sample| format!("\n  {sample}"))
-                    .collect();
-                bail!(
-                    "the machine does not reach {} of {} samples:{}\n{}",
-                    missed.len(),
-                    recipe.samples(),
-                    lines.concat(),
-                    self.remedy()
-                );
-            }
-        };
-        let order = self.order.unwrap_or_else(|| Order::of_recipe(&recipe));
-        let takes_missing = recipe.tolerates_missing();
-        if self.order == Some(Order::Progressive) && !takes_missing {
+        let (machine, route) = self.request.plan(&recipe, &stated, seed)?;
+        if self.request.order == Some(Order::Progressive) && !recipe.tolerates_missing() {
             eprintln!(
                 "note: this recipe needs all readings, so a scan cannot end early; --order travel takes \
                  less time"
             );
         }
-        let route = Route::new(&machine, &stops, order, seed);
         let sheets = [
             (&self.out, route.to_csv()),
-            (&self.blank, route::blank_sheet(&route.visits)),
+            (&self.blank, blank_sheet(&route.visits)),
         ];
         let sheets = sheets.into_iter();
         let files = sheets.filter_map(|(path, text)| Some((path.clone()?, text.into_bytes())));
@@ -157,28 +93,6 @@ impl Plan {
         Ok(())
     }
 
-    /// Advises what to do about samples out of reach.
-    fn remedy(&self) -> &'static str {
-        match self.swap {
-            false => {
-                "train a recipe for these limits (trainer train --max-theta-i, --max-theta-o, \
-                 --min-separation), or try --swap"
-            }
-            true => {
-                "train a recipe for these limits (trainer train --max-theta-i, --max-theta-o, \
-                 --min-separation)"
-            }
-        }
-    }
-}
-
-/// Parses the initial angles of the four axes.
-fn start(text: &str) -> Result<Axes, String> {
-    match numbers::list(text)[..] {
-        [Some(theta_i), Some(phi_i), Some(theta_o), Some(phi_o)] => {
-            Ok(Axes::from_array([theta_i, phi_i, theta_o, phi_o]))
-        }
-        _ => Err("give four numbers such as 0,0,0,180, in degrees".to_owned()),
     }
 }
 
@@ -191,7 +105,7 @@ fn to_text(route: &Route, machine: &Machine) -> String {
         route.order.name(),
         route.total(),
         route.travel,
-        describe(machine.limits),
+        super::limits::describe(machine.limits),
     );
     for visit in &route.visits {
         let [theta_i, phi_i, theta_o, phi_o] = visit.arms.to_array();

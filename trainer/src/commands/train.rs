@@ -9,24 +9,23 @@ use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::{check_writable, is_stream};
 use glimpse_materials::{Material, MaterialsAndShares, Source, SourceShare, Sources};
-use glimpse_training::linear::Prior;
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::learned::LearnedRecipe;
 use glimpse_training::meta::objective::LossEstimate;
 use glimpse_training::meta::options::Options;
 use glimpse_training::meta::outer::CheckpointOptions;
 use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::meta::request::TrainingArgs;
 use glimpse_training::recipe::{RecipeFile, pack_recipe};
 
 use super::auto_samples::choose_samples;
-use super::completion_args::CompletionArgs;
 use super::existing_output::trained_loss;
 use super::expected_loss::expected_loss;
 use super::lock::Lock;
 use super::numbers::SampleCount;
 use super::output::write_file;
 use super::progress::train_with_progress;
-use super::{LinearPriorArgs, choice, load_all, numbers};
+use super::{choice, load_all, numbers};
 
 /// Train a recipe on materials, or many recipes with --grid.
 ///
@@ -82,17 +81,11 @@ pub(crate) struct Train {
     /// Training materials; can be given several times
     #[arg(long, value_name = "SOURCE", default_value = "procedural:100")]
     data: Vec<Source>,
-    /// Schedule prior: relative weight of each --data in training, above 0, for example 3,1
-    /// [default: all materials have the same weight]
-    #[arg(long, value_name = "SHARE", value_delimiter = ',')]
-    share: Vec<f32>,
     /// Recipe file to write; with --grid the directory of all recipes
     #[arg(long, short)]
     pub(super) out: PathBuf,
     #[command(flatten)]
-    pub(super) linear_prior: LinearPriorArgs,
-    #[command(flatten)]
-    completion_args: CompletionArgs,
+    training: TrainingArgs,
     /// Training schedule
     #[arg(long, value_enum, default_value_t = Schedule::Prior)]
     schedule: Schedule,
@@ -126,7 +119,6 @@ fn seconds(text: &str) -> Result<Duration, String> {
 
 impl Train {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        self.linear_prior.refuse_for_other_models(&self.model)?;
         let sources = self.sources()?;
         let (&[model], &[samples]) = (&self.model[..], &self.samples[..]) else {
             bail!(
@@ -197,15 +189,10 @@ impl Train {
         Ok(Some(RecipeFile::read(&self.out)?.recipe().samples()))
     }
 
-    /// Returns the sources of the training materials, and their shares.
+    /// Returns the sources of the training materials, and their shares. Refuses options without effect.
     pub(super) fn sources(&self) -> anyhow::Result<Sources> {
-        if !self.share.is_empty() && self.schedule != Schedule::Prior {
-            bail!("--share has no effect: it applies to --schedule prior only; remove it");
-        }
-        if !self.share.is_empty() && self.data.len() == 1 {
-            bail!("--share has no effect with a single --data: remove it, or give several --data");
-        }
-        Ok(Sources::new(self.data.clone(), &self.share)?)
+        self.training.check_effect(&self.model, self.schedule)?;
+        Ok(Sources::new(self.data.clone(), &self.training.share)?)
     }
 
     /// Returns the training of one recipe. Messages call the materials `data`.
@@ -217,15 +204,11 @@ impl Train {
         data: String,
         seed: u64,
     ) -> anyhow::Result<TrainingRun> {
-        if self.schedule == Schedule::Prior {
-            self.linear_prior.refuse_for_schedule("prior")?;
-        }
+        let (schedule, effort) = (self.schedule, self.effort);
         Ok(TrainingRun {
-            options: Options {
-                prior: self.linear_prior.or(Prior::PAPER),
-                completion_options: self.completion_args.options_for(self.schedule, samples)?,
-                ..Options::new(model, samples, self.schedule, self.effort, seed)
-            },
+            options: self
+                .training
+                .options(model, samples, schedule, effort, seed)?,
             data,
             checkpoint: match &self.checkpoint {
                 Some(directory) => directory.clone(),

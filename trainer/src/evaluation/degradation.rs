@@ -2,29 +2,71 @@
 
 use std::f32::consts::FRAC_1_PI;
 
+use clap::Args;
+use clap::builder::RangedI64ValueParser;
 use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_materials::setting::Setting;
 use glimpse_materials::{Material, quantize};
 use rand::seq::SliceRandom;
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
+use super::EvaluationError;
+
 /// A degradation of readings before a fit.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Args, Clone, Copy, Debug, Default, PartialEq)]
 pub struct Degradation {
-    /// The number of leading readings to use; None for all.
+    /// Number of readings to use, from the start of each recipe's pattern, 1 to 4096 [default: all]
+    #[arg(long, value_name = "K", value_parser = RangedI64ValueParser::<usize>::new().range(1..=4096))]
     pub first: Option<usize>,
-    /// The number of those readings to drop, chosen at random.
+    /// Number of random readings of each material to drop, 0 to 4096
+    #[arg(
+        id = "lose",
+        long = "lose",
+        value_name = "K",
+        default_value_t = 0,
+        value_parser = RangedI64ValueParser::<usize>::new().range(0..=4096)
+    )]
     pub lost: usize,
-    /// The standard deviation of multiplicative noise, relative to the value.
+    /// Standard deviation of the readings' noise, relative to each value, 0 to 1: 0.02 is 2 %
+    #[arg(long, value_name = "S", default_value_t = 0.0)]
     pub noise: f32,
-    /// The standard deviation of additive noise, relative to the BRDF of a white surface, 1/pi.
+    /// Standard deviation of noise that does not depend on the value, relative to the BRDF 1/pi
+    /// of a white surface, 0 to 1: 0.01 is 1 %
+    #[arg(long, value_name = "S", default_value_t = 0.0)]
     pub additive: f32,
-    /// The number of levels of the sensor, 0 for no quantization; see [`quantize`].
+    /// Number of quantization levels of the sensor between darkness and a white surface that faces
+    /// the light; 0 for no quantization
+    #[arg(long, value_name = "COUNT", default_value_t = 0)]
     pub levels: u32,
 }
 
 impl Degradation {
+    /// Checks that shares are within 0 to 1, and that readings of a recipe with this number of samples remain.
+    ///
+    /// # Errors
+    /// [`EvaluationError::Share`] or [`EvaluationError::NoReadings`].
+    pub fn validate(&self, samples: usize) -> Result<(), EvaluationError> {
+        let shares = [
+            (Setting::Noise, self.noise),
+            (Setting::Additive, self.additive),
+        ];
+        for (setting, share) in shares {
+            if !(0.0..=1.0).contains(&share) {
+                return Err(EvaluationError::Share(setting, share));
+            }
+        }
+        let first = self.first.unwrap_or(samples).min(samples);
+        match self.lost < first {
+            true => Ok(()),
+            false => Err(EvaluationError::NoReadings {
+                first,
+                lost: self.lost,
+            }),
+        }
+    }
+
     /// Returns true if readings are missing.
     #[must_use]
     pub fn has_missing(&self) -> bool {

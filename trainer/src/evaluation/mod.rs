@@ -54,6 +54,17 @@ pub enum EvaluationError {
     /// Readings are missing, and the recipe needs all of them.
     #[error("{}", self.message(Setting::name))]
     NeedsAllReadings,
+    /// A share of a degradation is out of range.
+    #[error("{}", self.message(Setting::name))]
+    Share(Setting, f32),
+    /// A degradation leaves no readings to fit.
+    #[error("{}", self.message(Setting::name))]
+    NoReadings {
+        /// The number of readings.
+        first: usize,
+        /// The number of readings to drop.
+        lost: usize,
+    },
     /// The requested number of leading readings exceeds the recipe's samples.
     #[error(
         "the first {first} readings are requested, but the recipe has {samples}; request at most {samples}"
@@ -95,6 +106,14 @@ impl SettingError for EvaluationError {
             Self::DegradationWithoutRecipe => format!(
                 "missing or noisy readings require a scan with a recipe; give {}",
                 name(Setting::Recipe)
+            ),
+            Self::Share(setting, value) => {
+                format!("{} must be 0 to 1, not {value}", name(*setting))
+            }
+            Self::NoReadings { first, lost } => format!(
+                "{} {lost} of {} {first} leaves no reading to fit; drop fewer, or use more",
+                name(Setting::Lose),
+                name(Setting::First)
             ),
             Self::NeedsAllReadings => format!(
                 "the recipe needs all of its readings; for scans with missing readings, train a recipe with {} 0.5",

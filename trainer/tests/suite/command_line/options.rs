@@ -108,7 +108,7 @@ fn rejects_negative_numbers_with_range() {
         (train, "--checkpoint-every", "-5", "1000000000"),
         (shares, "--share", "-3,1", "0"),
         (plan, "--speed", "-3,1,1,1", "1,000,000"),
-        (plan, "--settle", "-3", "86400"),
+        (plan, "--settle", "-3", "86,400"),
         (plan, "--start", "-300,0,0,0", "180"),
         (plan, "--max-theta-i", "-5", "90"),
         (plan, "--max-theta-o", "-5", "90"),

@@ -12,6 +12,7 @@ pub mod outer;
 pub mod pattern;
 pub mod phase;
 pub mod plan;
+pub mod request;
 pub mod ridge;
 pub mod run;
 pub mod samples;

@@ -2,8 +2,8 @@
 
 use std::f32::consts::FRAC_1_PI;
 use std::fmt;
+use std::ops::RangeInclusive;
 
-use glimpse_core::error::Error;
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
@@ -14,8 +14,9 @@ use super::completion::task::Noise;
 use super::identity::{RunIdentity, digest};
 use super::outer::CheckpointOptions;
 use super::plan::{Effort, PretrainedInit, Schedule, TrainedParts};
-use super::scan_budget::{Motion, ScanBudget};
+use super::scan_budget::{Motion, ScanBudget, ScanBudgetError};
 use crate::linear::Prior;
+use crate::route::MachineError;
 
 /// The options of a training run.
 #[derive(Clone, Debug)]
@@ -107,46 +108,87 @@ impl Default for CompletionOptions {
     }
 }
 
-/// Invalid options of schedule prior.
+/// Invalid options of a training.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}", self.message(Setting::name))]
-pub enum CompletionOptionsError {
+pub enum OptionsError {
     /// A number is out of range.
     Range {
         /// The option.
-        field: Setting,
-        /// The maximum.
-        max: f32,
+        setting: Setting,
+        /// The range.
+        range: RangeInclusive<f32>,
         /// The value.
         value: f32,
     },
-    /// The goniometer limits are invalid.
-    Limits(Error),
+    /// An option has no effect.
+    NoEffect {
+        /// The option.
+        setting: Setting,
+        /// The option that it requires.
+        required: Setting,
+        /// The value that it requires.
+        value: &'static str,
+    },
+    /// The machine is invalid.
+    Machine(#[from] MachineError),
     /// The arms cannot reach the minimum separation within the limits of the polar angles. Holds the maximum possible
     /// separation in degrees.
     Separation(f32),
+    /// The budget for the time of a scan is impossible.
+    ScanBudget(#[from] ScanBudgetError),
 }
 
-impl SettingError for CompletionOptionsError {
+impl SettingError for OptionsError {
     fn message(&self, name: SettingNames) -> String {
-        let limits = [
-            Setting::MaxThetaI,
-            Setting::MaxThetaO,
-            Setting::MinSeparation,
-        ];
-        let [theta_i, theta_o, separation] = limits.map(name);
         match self {
-            Self::Range { field, max, value } => {
-                format!("{} must be 0 to {max}, not {value}", name(*field))
-            }
-            Self::Limits(error) => {
-                format!("{theta_i}, {theta_o} and {separation} are inconsistent: {error}")
-            }
-            Self::Separation(max) => format!(
-                "{separation} must be at most twice the lesser of {theta_i} and {theta_o}, \
-                 {max:.1} degrees here"
+            Self::Range {
+                setting,
+                range,
+                value,
+            } => format!(
+                "{} must be {} to {}, not {value}",
+                name(*setting),
+                range.start(),
+                range.end()
             ),
+            Self::NoEffect {
+                setting,
+                required,
+                value,
+            } => format!(
+                "{} has no effect: it requires {} {value}; remove it",
+                name(*setting),
+                name(*required)
+            ),
+            Self::Machine(error) | Self::ScanBudget(ScanBudgetError::Machine(error)) => {
+                error.message(name)
+            }
+            Self::Separation(max) => {
+                let [theta_i, theta_o, separation] = Setting::LIMITS.map(name);
+                format!(
+                    "{separation} must be at most twice the lesser of {theta_i} and {theta_o}, \
+                     {max:.1} degrees here"
+                )
+            }
+            Self::ScanBudget(error) => format!("{}: {error}", name(Setting::ScanSeconds)),
         }
+    }
+}
+
+/// Checks the range of an option.
+pub(super) fn check_range(
+    setting: Setting,
+    value: f32,
+    range: RangeInclusive<f32>,
+) -> Result<(), OptionsError> {
+    match range.contains(&value) {
+        true => Ok(()),
+        false => Err(OptionsError::Range {
+            setting,
+            range,
+            value,
+        }),
     }
 }
 
@@ -173,30 +215,26 @@ impl CompletionOptions {
         }
     }
 
-    /// Checks all ranges, and the consistency of the limits.
+    /// Checks all ranges, and the consistency of the limits and of the time of a scan with n samples.
     ///
     /// # Errors
     /// Returns the first invalid option.
-    pub fn validate(&self) -> Result<(), CompletionOptionsError> {
-        for (field, value, max) in [
-            (Setting::Missing, self.missing, 1.0),
-            (Setting::Noise, self.noise, 0.5),
-            (Setting::Additive, self.additive, 0.5),
-            (Setting::Procedural, self.procedural, 0.99),
-        ] {
-            if !(0.0..=max).contains(&value) {
-                return Err(CompletionOptionsError::Range { field, max, value });
-            }
-        }
-        self.limits
-            .validate()
-            .map_err(CompletionOptionsError::Limits)?;
+    pub fn validate(&self, samples: usize) -> Result<(), OptionsError> {
+        check_range(Setting::Missing, self.missing, 0.0..=1.0)?;
+        check_range(Setting::Noise, self.noise, 0.0..=0.5)?;
+        check_range(Setting::Additive, self.additive, 0.0..=0.5)?;
+        check_range(Setting::Procedural, self.procedural, 0.0..=0.99)?;
+        self.limits.validate().map_err(MachineError::Limits)?;
         // Training moves a sample within the limits by moving both arms to equal polar angles.
         let max = 2.0 * self.limits.max_theta_i.min(self.limits.max_theta_o);
-        match self.limits.min_separation > max {
-            true => Err(CompletionOptionsError::Separation(max.to_degrees())),
-            false => Ok(()),
+        if self.limits.min_separation > max {
+            return Err(OptionsError::Separation(max.to_degrees()));
         }
+        if let Some(scan) = &self.scan {
+            check_range(Setting::ScanSeconds, scan.seconds as f32, 1e-3..=1e6)?;
+            scan.validate(self.limits, samples)?;
+        }
+        Ok(())
     }
 
     /// Returns the noise in the form of recipes: additive noise in sr⁻¹.

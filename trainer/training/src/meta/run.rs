@@ -23,7 +23,7 @@ use super::learned::{
     LearnedFit, LearnedRecipe, LearnedRidge, LearnedSgd, ValidatedLoss, ValidationSplit,
 };
 use super::objective::{PaperObjective, RandomStreams};
-use super::options::{CompletionOptionsError, Options};
+use super::options::{Options, OptionsError};
 use super::outer::{Observer, OuterLoop, RunError};
 use super::pattern::angles_above_horizon;
 use super::phase::Values;
@@ -63,9 +63,9 @@ pub enum TrainError {
     /// Schedule prior trains all parts, and Linear has nothing to train without a pattern.
     #[error("the parts \"{}\" cannot be trained with these options; choose \"all\"", .0.name())]
     Parts(TrainedParts),
-    /// The options of schedule prior are invalid.
+    /// The options are invalid.
     #[error(transparent)]
-    CompletionOptions(#[from] CompletionOptionsError),
+    Options(#[from] OptionsError),
     /// The budget for the time of a scan is impossible.
     #[error(transparent)]
     ScanBudget(#[from] ScanBudgetError),
@@ -113,10 +113,7 @@ pub fn train(
     if !can_train {
         return Err(TrainError::Parts(options.parts));
     }
-    options.completion_options.validate()?;
-    if let Some(scan) = &options.completion_options.scan {
-        scan.validate(options.completion_options.limits, options.samples)?;
-    }
+    options.completion_options.validate(options.samples)?;
     check_source_shares(&options.source_shares, materials.len())?;
     // Run on a thread of the rayon pool: other threads would pass each parallel loop to the pool and wait.
     rayon::scope(|_| {

@@ -33,6 +33,15 @@ impl Axes {
         }
     }
 
+    /// Creates speeds from one number for all axes, or from four; None for another count.
+    #[must_use]
+    pub fn from_speeds(speeds: &[f64]) -> Option<Self> {
+        match *speeds {
+            [all] => Some(Self::from_array([all; 4])),
+            _ => Some(Self::from_array(speeds.try_into().ok()?)),
+        }
+    }
+
     /// Returns the values in the order theta_i, phi_i, theta_o, phi_o.
     #[must_use]
     pub fn to_array(&self) -> [f64; 4] {

@@ -5,28 +5,9 @@ use std::ops::RangeInclusive;
 use glimpse_core::gonio::Limits;
 use glimpse_core::numeric::Scalar;
 use glimpse_kernels::dual::RealScalar;
+use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 
 use super::axes::{Axes, wrapped};
-
-/// Replaces limits by those that are given, in degrees: the largest theta_i, the largest theta_o and the smallest
-/// separation. The caller validates the result.
-#[must_use]
-pub fn limits_in_degrees(
-    default: Limits,
-    [max_theta_i, max_theta_o, min_separation]: [Option<f32>; 3],
-) -> Limits {
-    let polar = |degrees: f32| match degrees <= 90.0 {
-        // The conversion could round 90 degrees up.
-        true => degrees.to_radians().min(Limits::NONE.max_theta_i),
-        false => degrees.to_radians(),
-    };
-    Limits {
-        max_theta_i: max_theta_i.map_or(default.max_theta_i, polar),
-        max_theta_o: max_theta_o.map_or(default.max_theta_o, polar),
-        min_separation: min_separation.map_or(default.min_separation, f32::to_radians),
-        ..default
-    }
-}
 
 /// A machine with two arms.
 ///
@@ -80,9 +61,9 @@ const MAX_SETTLE: f64 = 86_400.0;
 
 /// An error of an invalid [`Machine`].
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}", self.message(Setting::name))]
 pub enum MachineError {
     /// A speed is out of range or NaN.
-    #[error("the speed of {axis} is {value}; give degrees per second, 0.001 to 1,000,000")]
     Speed {
         /// The axis.
         axis: &'static str,
@@ -90,15 +71,10 @@ pub enum MachineError {
         value: f64,
     },
     /// The speeds of both azimuths are 0.
-    #[error(
-        "the speeds of phi_i and phi_o are both 0; give at least one of them, 0.001 to 1,000,000 degrees per second"
-    )]
     NoAzimuth,
     /// The time at each sample is out of range or NaN.
-    #[error("the time at each sample is {0}; give seconds, 0 to 86,400")]
     Settle(f64),
     /// A start position is out of range or NaN.
-    #[error("the start of {axis} is {value}; give {range}")]
     Start {
         /// The axis.
         axis: &'static str,
@@ -108,14 +84,59 @@ pub enum MachineError {
         range: &'static str,
     },
     /// The start position is impossible without full turns.
-    #[error(
-        "the start azimuths differ by {0} degrees, but without full turns the maximum is 180; give phi_i and phi_o \
-         that are closer"
-    )]
     WoundUp(f64),
+    /// The angle of a limit is out of range or NaN.
+    Angle {
+        /// The limit.
+        setting: Setting,
+        /// The invalid value.
+        degrees: f32,
+        /// The largest valid value.
+        max: f32,
+    },
     /// The limits are invalid.
-    #[error(transparent)]
     Limits(#[from] glimpse_core::error::Error),
+}
+
+impl SettingError for MachineError {
+    fn message(&self, name: SettingNames) -> String {
+        match self {
+            Self::Speed { axis, value } => format!(
+                "{}: the speed of {axis} is {value}; give degrees per second, 0.001 to 1,000,000",
+                name(Setting::Speed)
+            ),
+            Self::NoAzimuth => format!(
+                "{}: the speeds of phi_i and phi_o are both 0; give at least one of them, 0.001 to 1,000,000 degrees per \
+                 second",
+                name(Setting::Speed)
+            ),
+            Self::Settle(value) => format!(
+                "{}: the time at each sample is {value}; give seconds, 0 to 86,400",
+                name(Setting::Settle)
+            ),
+            Self::Start { axis, value, range } => format!(
+                "{}: the start of {axis} is {value}; give {range}",
+                name(Setting::Start)
+            ),
+            Self::WoundUp(difference) => format!(
+                "{}: the azimuths differ by {difference} degrees, but without full turns the maximum is 180; give phi_i \
+                 and phi_o that are closer",
+                name(Setting::Start)
+            ),
+            Self::Angle {
+                setting,
+                degrees,
+                max,
+            } => format!(
+                "{} must be above 0 and at most {max} degrees, not {degrees}",
+                name(*setting)
+            ),
+            Self::Limits(error) => {
+                let [theta_i, theta_o, separation] = Setting::LIMITS.map(name);
+                format!("{theta_i}, {theta_o} and {separation} are inconsistent: {error}")
+            }
+        }
+    }
 }
 
 /// The result of [`Machine::axis_seconds`].

@@ -2,6 +2,7 @@
 //!
 //! - [`Machine`]: the speeds and limits of the axes, and the treatment of azimuths;
 //! - [`stops`]: the samples with their poses, or the unreachable samples;
+//! - [`PlanArgs`]: a request for a plan;
 //! - [`Route`]: the visits, with their times;
 //! - [`Route::to_csv`], [`Route::to_json`] and [`blank_sheet`]: export.
 //!
@@ -10,6 +11,7 @@
 
 mod axes;
 mod machine;
+mod request;
 mod search;
 mod sheet;
 mod stop;
@@ -19,7 +21,8 @@ mod visit;
 
 pub use axes::{Axes, axes_from_angles};
 pub(crate) use machine::move_seconds;
-pub use machine::{Machine, MachineError, limits_in_degrees};
+pub use machine::{Machine, MachineError};
+pub use request::{LimitArgs, PlanArgs, PlanError, SpeedArgs};
 pub use sheet::blank_sheet;
 pub use stop::{OutOfReach, Pose, Stop, stops};
 pub use visit::{Order, Route, Visit};

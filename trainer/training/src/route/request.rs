@@ -1,0 +1,214 @@
+//! A request for a plan, with the options of `trainer plan`.
+
+use clap::Args;
+use glimpse_core::gonio::Limits;
+use glimpse_core::recipe::Recipe;
+use glimpse_materials::setting::{Setting, SettingError, SettingNames};
+
+use super::axes::Axes;
+use super::machine::{Machine, MachineError};
+use super::stop::{OutOfReach, stops};
+use super::visit::{Order, Route};
+
+/// Options for the limits of a machine's arms.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub struct LimitArgs {
+    /// Largest angle of the light to the normal in degrees, above 0 to 90 [default: the recipe's, or else 90]
+    #[arg(long, value_name = "DEGREES")]
+    pub max_theta_i: Option<f32>,
+    /// Largest angle of the sensor to the normal in degrees, above 0 to 90 [default: the recipe's, or else 90]
+    #[arg(long, value_name = "DEGREES")]
+    pub max_theta_o: Option<f32>,
+    /// Smallest angle between light and sensor as seen from the measured spot, in degrees, above 0 to 180
+    /// [default: the recipe's, or else 0]
+    #[arg(long, value_name = "DEGREES")]
+    pub min_separation: Option<f32>,
+}
+
+impl LimitArgs {
+    /// Returns the limits of these options, with `default` for options that were not given.
+    ///
+    /// # Errors
+    /// If an angle is out of range, or no pair of directions is within the limits.
+    pub fn or(self, default: Limits) -> Result<Limits, MachineError> {
+        let radians = |setting, degrees: Option<f32>, max: f32, default| match degrees {
+            None => Ok(default),
+            // The conversion could round 90 degrees up.
+            Some(degrees) if degrees > 0.0 && degrees <= max => {
+                Ok(degrees.to_radians().min(match setting {
+                    Setting::MinSeparation => f32::INFINITY,
+                    _ => Limits::NONE.max_theta_i,
+                }))
+            }
+            Some(degrees) => Err(MachineError::Angle {
+                setting,
+                degrees,
+                max,
+            }),
+        };
+        let limits = Limits {
+            max_theta_i: radians(
+                Setting::MaxThetaI,
+                self.max_theta_i,
+                90.0,
+                default.max_theta_i,
+            )?,
+            max_theta_o: radians(
+                Setting::MaxThetaO,
+                self.max_theta_o,
+                90.0,
+                default.max_theta_o,
+            )?,
+            min_separation: radians(
+                Setting::MinSeparation,
+                self.min_separation,
+                180.0,
+                default.min_separation,
+            )?,
+            ..default
+        };
+        limits.validate()?;
+        Ok(limits)
+    }
+}
+
+/// Options for the speeds of a machine's axes.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub struct SpeedArgs {
+    /// Speeds of the axes theta_i, phi_i, theta_o, phi_o in degrees per second, 0.001 to 1,000,000: one
+    /// number for all axes, or four, for example 20,10,20,10. Speed 0 marks an azimuth axis that the
+    /// machine does not have [default: the recipe's, or else 10]
+    #[arg(long, value_name = "DEGREES/S", value_parser = speeds)]
+    pub speed: Option<Axes>,
+    /// Seconds for settling and reading at each sample, 0 to 86,400 [default: the recipe's, or else 0.5]
+    #[arg(long, value_name = "SECONDS")]
+    pub settle: Option<f64>,
+}
+
+/// A request for a plan.
+#[derive(Args, Clone, Copy, Debug)]
+pub struct PlanArgs {
+    /// Order of the samples [default: progressive for recipes trained with --scan-seconds, whose own
+    /// order is a fast path; travel for others]
+    #[arg(long, value_enum)]
+    pub order: Option<Order>,
+    /// The speeds of the axes.
+    #[command(flatten)]
+    pub speeds: SpeedArgs,
+    /// Initial angles of the axes theta_i, phi_i, theta_o, phi_o in degrees, for example 0,0,0,180: polar
+    /// angles from -180 to 180, azimuths from -3600 to 3600
+    #[arg(
+        long,
+        value_name = "DEGREES",
+        default_value = "0,0,0,180",
+        value_parser = start
+    )]
+    pub start: Axes,
+    /// Exchange light and sensor for samples where that saves time, or where only that is within
+    /// reach. The reading is the same if the material is reciprocal and the sensor is calibrated for
+    /// both positions
+    #[arg(long)]
+    pub swap: bool,
+    /// Keep the difference of the azimuths within -180 to 180 degrees, so that no cable winds up
+    #[arg(long)]
+    pub no_full_turns: bool,
+    /// The limits of the arms.
+    #[command(flatten)]
+    pub limits: LimitArgs,
+}
+
+/// A request that no plan meets.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{}", self.message(Setting::name))]
+pub enum PlanError {
+    /// The machine is invalid.
+    Machine(#[from] MachineError),
+    /// Samples are out of the machine's reach.
+    OutOfReach {
+        /// These samples.
+        missed: Vec<OutOfReach>,
+        /// The number of samples of the recipe.
+        samples: usize,
+        /// True if light and sensor may be exchanged.
+        swap: bool,
+    },
+}
+
+impl SettingError for PlanError {
+    fn message(&self, name: SettingNames) -> String {
+        match self {
+            Self::Machine(error) => error.message(name),
+            Self::OutOfReach {
+                missed,
+                samples,
+                swap,
+            } => {
+                let lines = missed.iter().map(|sample| format!("\n  {sample}"));
+                let [theta_i, theta_o, separation] = Setting::LIMITS.map(name);
+                let remedy = match swap {
+                    true => String::new(),
+                    false => format!(", or try {}", name(Setting::Swap)),
+                };
+                format!(
+                    "the machine does not reach {} of {samples} samples:{}\ntrain a recipe for these limits \
+                     ({theta_i}, {theta_o}, {separation}){remedy}",
+                    missed.len(),
+                    lines.collect::<String>()
+                )
+            }
+        }
+    }
+}
+
+impl PlanArgs {
+    /// Plans a scan. `stated` is the machine that the recipe was trained for.
+    ///
+    /// # Errors
+    /// If the machine is invalid, or samples are out of its reach.
+    pub fn plan(
+        &self,
+        recipe: &Recipe<'_>,
+        stated: &Machine,
+        seed: u64,
+    ) -> Result<(Machine, Route), PlanError> {
+        let machine = Machine {
+            speeds: self.speeds.speed.unwrap_or(stated.speeds),
+            settle: self.speeds.settle.unwrap_or(stated.settle),
+            start: self.start,
+            limits: self.limits.or(stated.limits)?,
+            full_turns: !self.no_full_turns,
+        };
+        machine.validate()?;
+        let stops =
+            stops(recipe, &machine.limits, self.swap).map_err(|missed| PlanError::OutOfReach {
+                missed,
+                samples: recipe.samples(),
+                swap: self.swap,
+            })?;
+        let order = self.order.unwrap_or_else(|| Order::of_recipe(recipe));
+        Ok((machine, Route::new(&machine, &stops, order, seed)))
+    }
+}
+
+/// Parses numbers that are separated by commas; None if one is malformed or not finite.
+fn list(text: &str) -> Option<Vec<f64>> {
+    let numbers = text.split(',').map(|text| text.trim().parse().ok());
+    numbers
+        .map(|number| number.filter(|number: &f64| number.is_finite()))
+        .collect()
+}
+
+/// Parses one speed for all axes, or four speeds.
+fn speeds(text: &str) -> Result<Axes, &'static str> {
+    list(text).and_then(|speeds| Axes::from_speeds(&speeds)).ok_or(
+        "give one number for all axes, or four numbers such as 20,10,20,10, in degrees per second",
+    )
+}
+
+/// Parses the initial angles of the four axes.
+fn start(text: &str) -> Result<Axes, &'static str> {
+    let angles = list(text).and_then(|angles| angles.try_into().ok());
+    angles
+        .map(Axes::from_array)
+        .ok_or("give four numbers such as 0,0,0,180, in degrees")
+}
