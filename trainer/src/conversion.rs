@@ -225,12 +225,6 @@ pub fn encode(
     }
 }
 
-/// Returns the description in RGL's files.
-fn describe(material: &dyn Material) -> String {
-    let version = env!("CARGO_PKG_VERSION");
-    format!("{}, by glimpse-trainer {version}", material.name())
-}
-
 fn encode_brdf(
     material: &dyn Material,
     format: Format,
@@ -239,14 +233,16 @@ fn encode_brdf(
 ) -> Result<Vec<(String, Vec<u8>)>, ConversionError> {
     Ok(match format {
         Format::Merl => vec![(format!("{name}.binary"), to_merl(material)?)],
-        Format::Rgl => vec![(
-            format!("{name}_rgb.bsdf"),
-            to_rgl(&describe(material), material, Colors::Rgb)?,
-        )],
-        Format::RglSpectra => vec![(
-            format!("{name}_spec.bsdf"),
-            to_rgl(&describe(material), material, Colors::Spectra)?,
-        )],
+        Format::Rgl | Format::RglSpectra => {
+            let (suffix, colors) = match format {
+                Format::Rgl => ("rgb", Colors::Rgb),
+                _ => ("spec", Colors::Spectra),
+            };
+            let version = env!("CARGO_PKG_VERSION");
+            let description = format!("{}, by glimpse-trainer {version}", material.name());
+            let bytes = to_rgl(&description, material, colors)?;
+            vec![(format!("{name}_{suffix}.bsdf"), bytes)]
+        }
         Format::Nbrdf => {
             let network = match material.network() {
                 Some(network) => network,

@@ -17,7 +17,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use glimpse_materials::basis::Basis;
-use glimpse_materials::loss::{directions, mean_log_error};
+use glimpse_materials::loss::loss_between;
 use glimpse_materials::{FittedBrdf, FittedMaterial, Material};
 use glimpse_training::meta::initialization::standard_normal;
 use rand::SeedableRng;
@@ -124,14 +124,7 @@ impl ScanReport {
     /// Returns the loss of the fitted BRDF against a material, over the directions of `trainer evaluate`.
     #[must_use]
     pub fn loss(&self, basis: Option<&Basis>, material: &dyn Material) -> Option<f64> {
-        let fitted = self.fitted(basis)?;
-        let at: Vec<_> = directions()
-            .into_iter()
-            .map(HalfDifference::from_angles)
-            .collect();
-        let mut reference = vec![[0.0; 3]; at.len()];
-        material.brdf_batch(&at, &mut reference);
-        Some(mean_log_error(&fitted, &at, &reference))
+        Some(loss_between(&self.fitted(basis)?, material))
     }
 }
 

@@ -5,11 +5,12 @@
 //! the exact mixed derivatives with respect to the sample.
 
 use std::array::from_fn;
-use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::{Model, ParameterSet};
 use glimpse_core::numeric::{Scalar, Trigonometry};
+
+use crate::operators::operators;
 
 /// The number of terms per call of [`Scalar::add_all`].
 const TERMS: usize = 8;
@@ -44,77 +45,44 @@ impl<T: Scalar, const N: usize> Dual<T, N> {
     }
 }
 
-impl<T: Scalar, const N: usize> Add for Dual<T, N> {
-    type Output = Self;
-    #[inline(always)]
-    fn add(self, other: Self) -> Self {
-        let mut tangent = self.tangent;
-        for (t, other) in tangent.iter_mut().zip(&other.tangent) {
+operators! {
+    {T: Scalar, const N: usize} Dual<T, N>, a, b:
+    Add add {
+        let mut tangent = a.tangent;
+        for (t, other) in tangent.iter_mut().zip(&b.tangent) {
             *t = *t + *other;
         }
-        Self {
-            value: self.value + other.value,
-            tangent,
-        }
-    }
-}
-
-impl<T: Scalar, const N: usize> Sub for Dual<T, N> {
-    type Output = Self;
-    #[inline(always)]
-    fn sub(self, other: Self) -> Self {
-        let mut tangent = self.tangent;
-        for (t, other) in tangent.iter_mut().zip(&other.tangent) {
+        Self { value: a.value + b.value, tangent }
+    },
+    Sub sub {
+        let mut tangent = a.tangent;
+        for (t, other) in tangent.iter_mut().zip(&b.tangent) {
             *t = *t - *other;
         }
-        Self {
-            value: self.value - other.value,
-            tangent,
+        Self { value: a.value - b.value, tangent }
+    },
+    Mul mul {
+        let mut tangent = a.tangent;
+        for (t, other) in tangent.iter_mut().zip(&b.tangent) {
+            *t = (*t * b.value).plus_product(a.value, *other);
         }
-    }
-}
-
-impl<T: Scalar, const N: usize> Mul for Dual<T, N> {
-    type Output = Self;
-    #[inline(always)]
-    fn mul(self, other: Self) -> Self {
-        let mut tangent = self.tangent;
-        for (t, other_tangent) in tangent.iter_mut().zip(&other.tangent) {
-            *t = (*t * other.value).plus_product(self.value, *other_tangent);
-        }
-        Self {
-            value: self.value * other.value,
-            tangent,
-        }
-    }
-}
-
-impl<T: Scalar, const N: usize> Div for Dual<T, N> {
-    type Output = Self;
-    #[inline(always)]
-    fn div(self, other: Self) -> Self {
-        let inverse = T::constant(1.0) / other.value;
-        let value = self.value * inverse;
-        let mut tangent = self.tangent;
-        for (t, other_tangent) in tangent.iter_mut().zip(&other.tangent) {
-            *t = (*t - value * *other_tangent) * inverse;
+        Self { value: a.value * b.value, tangent }
+    },
+    Div div {
+        let inverse = T::constant(1.0) / b.value;
+        let value = a.value * inverse;
+        let mut tangent = a.tangent;
+        for (t, other) in tangent.iter_mut().zip(&b.tangent) {
+            *t = (*t - value * *other) * inverse;
         }
         Self { value, tangent }
-    }
-}
-
-impl<T: Scalar, const N: usize> Neg for Dual<T, N> {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        let mut tangent = self.tangent;
+    };
+    Neg {
+        let mut tangent = a.tangent;
         for t in &mut tangent {
             *t = -*t;
         }
-        Self {
-            value: -self.value,
-            tangent,
-        }
+        Self { value: -a.value, tangent }
     }
 }
 

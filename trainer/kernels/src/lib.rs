@@ -6,6 +6,7 @@
 //!
 //! Modules from the bottom up; each imports only from those before it:
 //!
+//! - `operators`: a macro that implements the operators of a number type
 //! - [`dual`]: numbers with derivatives
 //! - [`lanes`]: SIMD registers, and kernels that run on them
 //! - [`samples`]: samples in memory, in the layout that registers load
@@ -29,6 +30,7 @@ pub mod gauss_newton;
 pub mod inner_loop;
 pub mod lane_model;
 pub mod lanes;
+mod operators;
 mod parallel;
 pub mod samples;
 pub mod scan;

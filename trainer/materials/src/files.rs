@@ -146,37 +146,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn does_not_create_parent_directories() {
+    fn errors_name_a_missing_directory_and_a_file_in_place_of_one() {
         let scratch = tempfile::tempdir().unwrap();
-        let missing = scratch.path().join("missing");
-        for result in [
-            write_atomic(&missing.join("file"), b"one"),
-            check_writable(&missing.join("file"), 1),
-            ensure_dir(&missing.join("deeper")),
+        let [missing, file] = ["missing", "file"].map(|name| scratch.path().join(name));
+        std::fs::write(&file, "kept").unwrap();
+        for (parent, kind) in [
+            (&missing, io::ErrorKind::NotFound),
+            (&file, io::ErrorKind::NotADirectory),
         ] {
-            assert_eq!(result.unwrap_err().kind(), io::ErrorKind::NotFound);
+            for result in [
+                write_atomic(&parent.join("deeper"), b"one"),
+                check_writable(&parent.join("deeper"), 1),
+                ensure_dir(&parent.join("deeper")),
+            ] {
+                let error = result.unwrap_err();
+                assert_eq!(error.kind(), kind);
+                let path = parent.display().to_string();
+                assert!(error.to_string().contains(&path), "{error}");
+            }
         }
         assert!(!missing.exists());
         ensure_dir(&missing).unwrap();
         ensure_dir(&missing).unwrap();
-    }
-
-    #[test]
-    fn error_names_a_file_in_place_of_a_directory() {
-        let scratch = tempfile::tempdir().unwrap();
-        let file = scratch.path().join("file");
-        std::fs::write(&file, "kept").unwrap();
-        for result in [
-            ensure_dir(&file),
-            ensure_dir(&file.join("deeper")),
-            write_atomic(&file.join("deeper"), b"one"),
-            check_writable(&file.join("deeper"), 1),
-        ] {
-            let error = result.unwrap_err();
-            assert_eq!(error.kind(), io::ErrorKind::NotADirectory);
-            let path = file.display().to_string();
-            assert!(error.to_string().contains(&path), "{error}");
-        }
+        let error = ensure_dir(&file).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::NotADirectory);
         assert!(has_content(&file, b"kept"));
         for other in [&b"keep"[..], b"kept longer", b""] {
             assert!(!has_content(&file, other));

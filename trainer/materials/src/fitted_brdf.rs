@@ -7,7 +7,7 @@ use glimpse_kernels::inner_loop::unflatten;
 use glimpse_kernels::{LaneModel, with_model};
 
 use crate::Brdf;
-use crate::basis::{Basis, Coefficients, Reconstruction};
+use crate::basis::{Basis, Reconstruction};
 
 /// The BRDF of a fit: a model and its parameters.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,20 +33,6 @@ impl FittedBrdf {
             values,
             reconstruction,
         })
-    }
-
-    /// Makes a BRDF from coefficients of Linear in f64.
-    #[must_use]
-    pub fn linear(basis: &Basis, coefficients: &Coefficients) -> Self {
-        Self {
-            model: ModelKind::Linear,
-            values: coefficients
-                .concat()
-                .iter()
-                .map(|value| *value as f32)
-                .collect(),
-            reconstruction: Some(basis.reconstruct(coefficients)),
-        }
     }
 
     /// Returns the model.

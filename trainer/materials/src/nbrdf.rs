@@ -134,10 +134,18 @@ pub fn to_nbrdf(parameters: &NeuralParameters<f32>) -> [(String, Vec<u8>); 6] {
     })
 }
 
-/// Returns the header of a `.npy` file, a Python dictionary, without white space.
+/// Returns the header of a `.npy` file, a Python dictionary, as `numpy.save` writes it.
 fn npy_header(shape: &[u64]) -> String {
-    let lengths: String = shape.iter().map(|length| format!("{length},")).collect();
-    format!("{{'descr':'<f4','fortran_order':False,'shape':({lengths}),}}")
+    let lengths: Vec<String> = shape.iter().map(u64::to_string).collect();
+    let lengths = lengths.join(", ");
+    let comma = if shape.len() == 1 { "," } else { "" };
+    format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({lengths}{comma}), }}")
+}
+
+/// Returns a header without white space and without the optional comma after the last length.
+fn normalized(header: &str) -> String {
+    let header: String = header.split_whitespace().collect();
+    header.replace(",)", ")")
 }
 
 /// Returns a `.npy` file of version 1.0: magic, version, header length, header and values. The header is padded to a
@@ -145,8 +153,7 @@ fn npy_header(shape: &[u64]) -> String {
 #[must_use]
 pub fn to_npy(shape: &[u64], values: &[f32]) -> Vec<u8> {
     const ALIGNMENT: usize = 64;
-    let mut header = npy_header(shape).replace(':', ": ").replace(",'", ", '");
-    header.insert(header.len() - 1, ' ');
+    let mut header = npy_header(shape);
     let prefix = NPY_MAGIC.len() + 4;
     // The last byte of the header is a line break.
     let padded = (prefix + header.len() + 1).next_multiple_of(ALIGNMENT) - prefix;
@@ -190,13 +197,11 @@ fn parse_npy(bytes: &[u8], shape: &[u64], value_bytes: usize) -> Result<Vec<f32>
         ));
     };
     let header = String::from_utf8_lossy(header);
-    let header: String = header.split_whitespace().collect();
     let expected = npy_header(shape);
-    // The comma after the last length is optional.
     ensure!(
-        header.replace(",)", ")") == expected.replace(",)", ")"),
+        normalized(&header) == normalized(&expected),
         "its header is {}, and must be {expected}",
-        escaped(&header)
+        escaped(header.trim())
     );
     ensure!(
         values.len() == value_bytes,

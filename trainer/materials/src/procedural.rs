@@ -28,6 +28,8 @@ type Range = [f64; 2];
 /// The parameter ranges of a class. `roughness`, `haze_roughness_ratio`, `fresnel` and `diffuse` are log-uniform.
 struct ClassRanges {
     class: Class,
+    /// The last part of a material's name.
+    name: &'static str,
     /// The fraction of a set's materials that are of this class.
     share: f64,
     /// Roughness of the highlight's core.
@@ -61,26 +63,10 @@ enum Class {
     Velvet,
 }
 
-impl Class {
-    /// Returns the last part of a material's name.
-    fn name(self) -> &'static str {
-        match self {
-            Self::Metal => "metal",
-            Self::MetallicPaint => "metallic-paint",
-            Self::Plastic => "plastic",
-            Self::Rubber => "rubber",
-            Self::Fabric => "fabric",
-            Self::Wood => "wood",
-            Self::PearlescentPaint => "pearlescent-paint",
-            Self::CoatedMetal => "coated-metal",
-            Self::Velvet => "velvet",
-        }
-    }
-}
-
 const CLASSES: [ClassRanges; 9] = [
     ClassRanges {
         class: Class::Metal,
+        name: "metal",
         share: 0.16,
         roughness: [0.003, 0.3],
         haze_roughness_ratio: [1.5, 8.0],
@@ -92,6 +78,7 @@ const CLASSES: [ClassRanges; 9] = [
     },
     ClassRanges {
         class: Class::MetallicPaint,
+        name: "metallic-paint",
         share: 0.11,
         roughness: [0.004, 0.2],
         haze_roughness_ratio: [1.5, 16.0],
@@ -103,6 +90,7 @@ const CLASSES: [ClassRanges; 9] = [
     },
     ClassRanges {
         class: Class::Plastic,
+        name: "plastic",
         share: 0.22,
         roughness: [0.002, 0.25],
         haze_roughness_ratio: [1.5, 8.0],
@@ -114,6 +102,7 @@ const CLASSES: [ClassRanges; 9] = [
     },
     ClassRanges {
         class: Class::Rubber,
+        name: "rubber",
         share: 0.09,
         roughness: [0.15, 0.6],
         haze_roughness_ratio: [1.2, 2.5],
@@ -125,6 +114,7 @@ const CLASSES: [ClassRanges; 9] = [
     },
     ClassRanges {
         class: Class::Fabric,
+        name: "fabric",
         share: 0.10,
         roughness: [0.25, 0.9],
         haze_roughness_ratio: [1.1, 1.8],
@@ -136,6 +126,7 @@ const CLASSES: [ClassRanges; 9] = [
     },
     ClassRanges {
         class: Class::Wood,
+        name: "wood",
         share: 0.09,
         roughness: [0.05, 0.4],
         haze_roughness_ratio: [1.3, 4.0],
@@ -147,6 +138,7 @@ const CLASSES: [ClassRanges; 9] = [
     },
     ClassRanges {
         class: Class::PearlescentPaint,
+        name: "pearlescent-paint",
         share: 0.12,
         roughness: [0.004, 0.05],
         haze_roughness_ratio: [4.0, 60.0],
@@ -158,6 +150,7 @@ const CLASSES: [ClassRanges; 9] = [
     },
     ClassRanges {
         class: Class::CoatedMetal,
+        name: "coated-metal",
         share: 0.06,
         roughness: [0.004, 0.05],
         haze_roughness_ratio: [3.0, 40.0],
@@ -169,6 +162,7 @@ const CLASSES: [ClassRanges; 9] = [
     },
     ClassRanges {
         class: Class::Velvet,
+        name: "velvet",
         share: 0.05,
         roughness: [0.2, 0.7],
         haze_roughness_ratio: [1.1, 1.6],
@@ -236,7 +230,7 @@ impl Procedural {
             0 => String::new(),
             seed => format!("{seed}-"),
         };
-        let name = format!("procedural-{prefix}{index:03}-{}", ranges.class.name());
+        let name = format!("procedural-{prefix}{index:03}-{}", ranges.name);
         Self::from_ranges(ranges, name, random)
     }
 

@@ -65,19 +65,12 @@ impl<T> Groups<T> {
 
     /// Returns references to the groups.
     pub fn as_ref(&self) -> Groups<&T> {
-        let [
-            initial,
-            hyperparameters,
-            pattern,
-            coefficient_net,
-            start_net,
-        ] = self.each();
         Groups {
-            initial,
-            hyperparameters,
-            pattern,
-            coefficient_net,
-            start_net,
+            initial: &self.initial,
+            hyperparameters: &self.hyperparameters,
+            pattern: &self.pattern,
+            coefficient_net: &self.coefficient_net,
+            start_net: &self.start_net,
         }
     }
 }
@@ -139,20 +132,23 @@ impl GroupRecord {
         }
     }
 
-    fn into_group(self) -> Option<Group> {
+    /// Returns true if there are as many moments as values.
+    fn is_valid(&self) -> bool {
         let length = self.values.len();
-        let state = match self.moments {
-            None => None,
-            Some(Moments { first, second, .. }) if [first.len(), second.len()] != [length; 2] => {
-                return None;
-            }
-            Some(moments) => Some(AdamState::new(AdaptiveMomentumState::new(
+        self.moments
+            .as_ref()
+            .is_none_or(|moments| moments.first.len() == length && moments.second.len() == length)
+    }
+
+    fn into_group(self) -> Group {
+        let state = self.moments.map(|moments| {
+            AdamState::new(AdaptiveMomentumState::new(
                 moments.steps as usize,
                 tensor(moments.first),
                 tensor(moments.second),
-            ))),
-        };
-        Some((self.values, state))
+            ))
+        });
+        (self.values, state)
     }
 }
 
@@ -195,33 +191,24 @@ impl Optimizer {
     /// Applies a rearrangement of numbers to the values, and to the moments. It must keep all lengths, and is also called
     /// with empty lists.
     pub fn rearrange(&mut self, rearrange: impl Fn(Groups<Vec<f32>>) -> Groups<Vec<f32>>) {
-        let Record(record) = self.record();
-        let moments = |list: fn(&Moments) -> &Vec<f32>| {
-            let groups = record.as_ref().map(|group| &group.moments);
-            rearrange(groups.map(|moments| {
-                moments
-                    .as_ref()
-                    .map_or(Vec::new(), |each| list(each).clone())
-            }))
-        };
-        let first = moments(|moments| &moments.first);
-        let second = moments(|moments| &moments.second);
-        let values = rearrange(self.values());
-        let lists = values
-            .each()
-            .into_iter()
-            .zip(first.each().into_iter().zip(second.each()));
-        let groups = self.groups.each_mut().into_iter().zip(record.each());
-        for ((group, record), (values, (first, second))) in groups.zip(lists) {
-            let state = record.moments.as_ref().map(|moments| {
-                AdamState::new(AdaptiveMomentumState::new(
-                    moments.steps as usize,
-                    tensor(first.clone()),
-                    tensor(second.clone()),
-                ))
-            });
-            *group = (values.clone(), state);
+        let Record(mut record) = self.record();
+        type List = fn(&mut GroupRecord) -> Option<&mut Vec<f32>>;
+        let lists: [List; 3] = [
+            |group| Some(&mut group.values),
+            |group| Some(&mut group.moments.as_mut()?.first),
+            |group| Some(&mut group.moments.as_mut()?.second),
+        ];
+        for list in lists {
+            let before = record.clone();
+            let before = before.map(|mut group| list(&mut group).map(std::mem::take));
+            let after = rearrange(before.map(Option::unwrap_or_default));
+            for (group, after) in record.each_mut().into_iter().zip(after.each()) {
+                if let Some(list) = list(group) {
+                    list.clone_from(after);
+                }
+            }
         }
+        self.groups = record.map(GroupRecord::into_group);
     }
 
     /// Returns the state as plain numbers.
@@ -234,14 +221,9 @@ impl Optimizer {
     /// values.
     #[must_use]
     pub fn restore(self, Record(record): Record) -> Option<Self> {
-        Some(Self {
-            groups: Groups {
-                initial: record.initial.into_group()?,
-                hyperparameters: record.hyperparameters.into_group()?,
-                pattern: record.pattern.into_group()?,
-                coefficient_net: record.coefficient_net.into_group()?,
-                start_net: record.start_net.into_group()?,
-            },
+        let is_valid = record.each().into_iter().all(GroupRecord::is_valid);
+        is_valid.then(|| Self {
+            groups: record.map(GroupRecord::into_group),
             ..self
         })
     }

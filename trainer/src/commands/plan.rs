@@ -92,8 +92,6 @@ impl Plan {
         }
         Ok(())
     }
-
-    }
 }
 
 fn to_text(route: &Route, machine: &Machine) -> String {

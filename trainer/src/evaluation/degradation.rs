@@ -67,12 +67,6 @@ impl Degradation {
         }
     }
 
-    /// Returns true if readings are missing.
-    #[must_use]
-    pub fn has_missing(&self) -> bool {
-        self.first.is_some() || self.lost > 0
-    }
-
     /// Returns true if the degradation depends on a seed.
     #[must_use]
     pub fn is_random(&self) -> bool {

@@ -1,6 +1,6 @@
 //! Detection of data leakage: test materials that a recipe was trained on.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::{Identity, Material};
@@ -9,7 +9,7 @@ use glimpse_training::recipe::{Metadata, MetadataError};
 /// The names and digests of the materials that a recipe was trained on.
 #[derive(Clone, Debug, Default)]
 pub struct TrainingMaterials {
-    names: HashMap<String, u32>,
+    names: HashSet<String>,
     digests: HashSet<u32>,
 }
 
@@ -47,7 +47,7 @@ impl TrainingMaterials {
     }
 
     fn add(&mut self, Identity { name, digest }: Identity) {
-        self.names.insert(name, digest);
+        self.names.insert(name);
         self.digests.insert(digest);
     }
 
@@ -55,10 +55,10 @@ impl TrainingMaterials {
     #[must_use]
     pub fn overlap(&self, material: &dyn Material) -> Option<TrainingOverlap> {
         let Identity { name, digest } = Identity::new(material);
-        match (self.digests.contains(&digest), self.names.get(&name)) {
+        match (self.digests.contains(&digest), self.names.contains(&name)) {
             (true, _) => Some(TrainingOverlap::SameBrdf),
-            (false, Some(_)) => Some(TrainingOverlap::SameName),
-            (false, None) => None,
+            (false, true) => Some(TrainingOverlap::SameName),
+            (false, false) => None,
         }
     }
 }

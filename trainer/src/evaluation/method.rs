@@ -6,7 +6,7 @@ use glimpse_core::model::{Model, ModelKind, Sample, Samples, Slot, slot_of};
 use glimpse_core::recipe::Recipe;
 use glimpse_kernels::scan::{LossPrediction, ScanOutcome, scan_with_missing};
 use glimpse_kernels::with_model;
-use glimpse_materials::basis::{Basis, Coefficients};
+use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::uniform_valid;
 use glimpse_materials::{FittedBrdf, Material};
 use glimpse_training::linear::ComponentsAt;
@@ -151,12 +151,7 @@ impl<'a> Method<'a> {
     /// # Errors
     /// [`EvaluationError::Compact`]
     pub fn with_compact_basis(self, compact: &'a Basis) -> Result<Self, EvaluationError> {
-        let whole_checksum = match &self.algorithm {
-            FitAlgorithm::Scan(_, basis) => basis.map(Basis::whole_checksum),
-            FitAlgorithm::RidgeAnywhere(_, basis) => Some(basis.whole_checksum()),
-            _ => None,
-        };
-        if whole_checksum != Some(compact.whole_checksum()) {
+        if self.basis().map(Basis::whole_checksum) != Some(compact.whole_checksum()) {
             return Err(EvaluationError::Compact);
         }
         Ok(Self {
@@ -175,7 +170,8 @@ impl<'a> Method<'a> {
         let FitAlgorithm::Scan(recipe, _) = &self.algorithm else {
             return Err(EvaluationError::DegradationWithoutRecipe);
         };
-        if degradation.has_missing() && !recipe.tolerates_missing() {
+        let has_missing = degradation.first.is_some() || degradation.lost > 0;
+        if has_missing && !recipe.tolerates_missing() {
             return Err(EvaluationError::NeedsAllReadings);
         }
         let samples = recipe.samples();
@@ -188,8 +184,13 @@ impl<'a> Method<'a> {
         })
     }
 
-    fn reconstruct(&self, basis: &Basis, coefficients: &Coefficients) -> FittedBrdf {
-        FittedBrdf::linear(self.compact.unwrap_or(basis), coefficients)
+    /// Returns the whole basis of the model Linear.
+    fn basis(&self) -> Option<&'a Basis> {
+        match &self.algorithm {
+            FitAlgorithm::Scan(_, basis) => *basis,
+            FitAlgorithm::RidgeAnywhere(_, basis) => Some(basis),
+            _ => None,
+        }
     }
 
     /// Creates the method Random: Adam from a random start on random samples.
@@ -325,23 +326,15 @@ impl<'a> Method<'a> {
             }
         };
         let parameters = match &self.algorithm {
-            FitAlgorithm::Scan(recipe, basis) => {
+            FitAlgorithm::Scan(recipe, _) => {
                 let result = self.scan(recipe, material, seed)?;
                 prediction = result.prediction;
-                match (recipe.model(), basis) {
-                    (ModelKind::Linear, Some(basis)) => {
-                        let coefficients = basis.channels(&result.values)?;
-                        return Ok((self.reconstruct(basis, &coefficients), prediction));
-                    }
-                    _ => result.values,
-                }
+                result.values
             }
             FitAlgorithm::RidgeAnywhere(precision, basis) => {
                 let measured: Vec<[f32; 3]> =
                     angles.iter().map(|angles| material.brdf(*angles)).collect();
-                let values = ComponentsAt::new(basis, angles.to_vec()).fit(precision, &measured);
-                let coefficients = basis.channels(&values)?;
-                return Ok((self.reconstruct(basis, &coefficients), None));
+                ComponentsAt::new(basis, angles.to_vec()).fit(precision, &measured)
             }
             FitAlgorithm::SgdAnywhere(descent) => with_model!(
                 self.model(), M => descend::<M>(*descent, &measure(material, angles)),
@@ -362,8 +355,12 @@ impl<'a> Method<'a> {
                 _ => parameters
             ),
         };
-        let fitted =
-            FittedBrdf::new(self.model(), parameters, None).ok_or(EvaluationError::Basis)?;
+        let basis = self.basis();
+        if let (ModelKind::Linear, Some(basis)) = (self.model(), basis) {
+            basis.channels(&parameters)?;
+        }
+        let fitted = FittedBrdf::new(self.model(), parameters, self.compact.or(basis));
+        let fitted = fitted.ok_or(EvaluationError::Basis)?;
         Ok((fitted, prediction))
     }
 }

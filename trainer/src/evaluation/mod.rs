@@ -237,6 +237,19 @@ impl Reference {
         let sphere = render_sphere(material, environment, SPHERE_SIZE).tone_map();
         Self { values, sphere }
     }
+
+    /// Compares a BRDF with the material. Returns the metrics and the sphere of the BRDF.
+    fn compare(
+        &self,
+        brdf: &(impl Brdf + ?Sized),
+        at: &[HalfDifference<f32>],
+        environment: &Environment,
+    ) -> Result<(Metrics, Picture), CompareError> {
+        let loss = mean_log_error(brdf, at, &self.values);
+        let sphere = render_sphere(brdf, environment, SPHERE_SIZE).tone_map();
+        let metrics = Metrics::from_spheres(loss, &self.sphere, &sphere)?;
+        Ok((metrics, sphere))
+    }
 }
 
 /// Compares a BRDF with a material in the built-in studio.
@@ -249,9 +262,7 @@ pub fn compare(
 ) -> Result<Metrics, CompareError> {
     let (at, environment) = (loss_directions(), Environment::studio());
     let reference = Reference::new(material, &at, &environment);
-    let loss = mean_log_error(brdf, &at, &reference.values);
-    let sphere = render_sphere(brdf, &environment, SPHERE_SIZE).tone_map();
-    Metrics::from_spheres(loss, &reference.sphere, &sphere)
+    Ok(reference.compare(brdf, &at, &environment)?.0)
 }
 
 impl<'a> Evaluator<'a> {
@@ -310,11 +321,7 @@ impl<'a> Evaluator<'a> {
         material: usize,
         fitted: &(impl Brdf + ?Sized),
     ) -> Result<(Metrics, Picture), CompareError> {
-        let reference = &self.references[material];
-        let loss = self.loss(material, fitted);
-        let sphere = self.render(fitted);
-        let metrics = Metrics::from_spheres(loss, &reference.sphere, &sphere)?;
-        Ok((metrics, sphere))
+        self.references[material].compare(fitted, &self.at, &self.environment)
     }
 
     /// Fits every material with a method and compares the fits. A random method runs once per seed.
@@ -378,11 +385,8 @@ impl<'a> Evaluator<'a> {
                         .unwrap_or_default(),
                     predicted_loss: mean(&predictions, |each| Some(each.loss)),
                     loss_bound: mean(&predictions, |each| each.bound),
-                    unlike_training: mean(&predictions, |each| {
-                        each.unlike_training
-                            .map(|unlike| if unlike { 1.0 } else { 0.0 })
-                    })
-                    .map(|share| share >= 0.5),
+                    unlike_training: mean(&predictions, |each| each.unlike_training.map(f32::from))
+                        .map(|share| share >= 0.5),
                     trained_on: None,
                 }
             })

@@ -102,11 +102,7 @@ impl Evaluator<'_> {
         let scans = (0..self.materials.len()).into_par_iter().map(scan);
         let scans = scans.collect::<Result<Vec<TargetScan>, EvaluationError>>()?;
         let early: Vec<&TargetScan> = scans.iter().filter(|scan| scan.ended_early).collect();
-        let share = |list: &[&TargetScan], is: fn(&TargetScan, f64) -> bool| {
-            let count = list.iter().filter(|scan| is(scan, target)).count();
-            (!list.is_empty()).then(|| count as f64 / list.len() as f64)
-        };
-        let mean = |list: &[&TargetScan], value: fn(&TargetScan) -> f64| {
+        let mean = |list: &[&TargetScan], value: &dyn Fn(&TargetScan) -> f64| {
             let sum: f64 = list.iter().map(|scan| value(scan)).sum();
             (!list.is_empty()).then(|| sum / list.len() as f64)
         };
@@ -115,11 +111,11 @@ impl Evaluator<'_> {
             target,
             samples,
             plan_seconds: route.total(),
-            readings: mean(&all, |scan| scan.readings as f64).unwrap_or(0.0),
-            seconds: mean(&all, |scan| scan.seconds).unwrap_or(0.0),
-            early_share: share(&all, |scan, _| scan.ended_early).unwrap_or(0.0),
-            early_seconds: mean(&early, |scan| scan.seconds),
-            early_held: share(&early, |scan, target| scan.loss <= target),
+            readings: mean(&all, &|scan| scan.readings as f64).unwrap_or(0.0),
+            seconds: mean(&all, &|scan| scan.seconds).unwrap_or(0.0),
+            early_share: mean(&all, &|scan| scan.ended_early.into()).unwrap_or(0.0),
+            early_seconds: mean(&early, &|scan| scan.seconds),
+            early_held: mean(&early, &|scan| (scan.loss <= target).into()),
             scans,
         })
     }

@@ -31,32 +31,6 @@ pub enum CompareError {
     TooSmall((usize, usize)),
 }
 
-/// The errors of a picture against a reference.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PictureErrors {
-    /// Structural dissimilarity, (1 - SSIM) / 2, in \[0, 1\]; see [`ssim`].
-    pub dssim: f64,
-    /// Mean squared error over pixels and channels, in \[0, 1\].
-    pub l2: f64,
-    /// Peak signal-to-noise ratio in dB, -10 log10(L2); at most 100, for equal pictures.
-    pub psnr: f64,
-}
-
-impl PictureErrors {
-    /// Compares a picture with the reference.
-    ///
-    /// # Errors
-    /// If the sizes differ, or are below 7 x 7.
-    pub fn compare(reference: &Picture, picture: &Picture) -> Result<Self, CompareError> {
-        let l2 = mean_squared_error(reference, picture)?;
-        Ok(Self {
-            dssim: (1.0 - ssim(reference, picture)?) / 2.0,
-            l2,
-            psnr: psnr(l2),
-        })
-    }
-}
-
 /// Returns the mean squared difference over pixels and channels, for channels in \[0, 1\].
 ///
 /// # Errors
@@ -196,38 +170,34 @@ pub(super) mod tests {
     /// `peak_signal_noise_ratio(a, b)`.
     #[test]
     fn matches_scikit_image() {
-        let errors = PictureErrors::compare(&reference(), &distorted()).unwrap();
-        let expected = PictureErrors {
-            dssim: 0.004_725_585_333_776_261,
-            l2: 0.000_681_736_613_205_032_9,
-            psnr: 31.663_833_812_459_07,
-        };
-        assert!((errors.dssim - expected.dssim).abs() < 1e-12, "{errors:?}");
-        assert!((errors.l2 - expected.l2).abs() < 1e-15, "{errors:?}");
-        assert!((errors.psnr - expected.psnr).abs() < 1e-10, "{errors:?}");
+        let (reference, distorted) = (reference(), distorted());
+        let similarity = ssim(&reference, &distorted).unwrap();
+        let l2 = mean_squared_error(&reference, &distorted).unwrap();
+        let dssim = (1.0 - similarity) / 2.0;
+        assert!((dssim - 0.004_725_585_333_776_261).abs() < 1e-12, "{dssim}");
+        assert!((l2 - 0.000_681_736_613_205_032_9).abs() < 1e-15, "{l2}");
+        assert!((psnr(l2) - 31.663_833_812_459_07).abs() < 1e-10);
     }
 
     #[test]
-    fn equal_pictures_have_no_error() {
-        let errors = PictureErrors::compare(&reference(), &reference()).unwrap();
-        assert_eq!(errors.l2, 0.0);
-        assert_eq!(errors.psnr, 100.0);
-        assert!(errors.dssim.abs() < 1e-15);
-    }
-
-    #[test]
-    fn black_and_white_have_the_largest_errors() {
+    fn equal_and_opposite_pictures_have_the_smallest_and_the_largest_errors() {
         let [black, white] = [0, 255].map(|level| Picture::filled(7, 7, [level; 3]));
-        let errors = PictureErrors::compare(&black, &white).unwrap();
-        assert_eq!((errors.l2, errors.psnr), (1.0, 0.0));
-        assert!((errors.dssim - 0.5).abs() < 1e-4, "{errors:?}");
+        for (one, other, l2, decibels, similarity) in [
+            (&reference(), &reference(), 0.0, 100.0, 1.0),
+            (&black, &white, 1.0, 0.0, C1 / (PEAK * PEAK + C1)),
+        ] {
+            let error = mean_squared_error(one, other).unwrap();
+            assert_eq!((error, psnr(error)), (l2, decibels));
+            let actual = ssim(one, other).unwrap();
+            assert!((actual - similarity).abs() < 1e-12, "{actual}");
+        }
     }
 
     #[test]
     fn rejects_incomparable_pictures() {
         let [wide, tall] = [(8, 7), (7, 8)].map(|(w, h)| Picture::filled(w, h, [0; 3]));
         let size = CompareError::Size((8, 7), (7, 8));
-        assert_eq!(PictureErrors::compare(&wide, &tall), Err(size));
+        assert_eq!(ssim(&wide, &tall), Err(size));
         let small = Picture::filled(6, 9, [0; 3]);
         assert_eq!(ssim(&small, &small), Err(CompareError::TooSmall((6, 9))));
         let mut incomplete = wide.clone();

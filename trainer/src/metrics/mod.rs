@@ -4,7 +4,7 @@ pub mod color;
 pub mod image;
 
 pub use color::{color_differences, mean_ciede2000};
-pub use image::{CompareError, PictureErrors, psnr};
+pub use image::{CompareError, psnr};
 
 use crate::render::{Picture, sphere_disc};
 
@@ -37,13 +37,13 @@ impl Metrics {
         reference: &Picture,
         sphere: &Picture,
     ) -> Result<Self, CompareError> {
-        let PictureErrors { dssim, l2, psnr } = PictureErrors::compare(reference, sphere)?;
+        let l2 = image::mean_squared_error(reference, sphere)?;
         let disc = sphere_disc(sphere.width, sphere.height);
         Ok(Self {
             loss,
-            dssim,
+            dssim: (1.0 - image::ssim(reference, sphere)?) / 2.0,
             l2,
-            psnr,
+            psnr: psnr(l2),
             delta_e: mean_ciede2000(reference, sphere, disc)?,
         })
     }
@@ -141,21 +141,15 @@ mod tests {
     use super::*;
 
     fn two_metrics() -> [Metrics; 2] {
-        let one = Metrics {
-            loss: 0.1,
-            dssim: 0.2,
-            l2: 0.001,
-            psnr: 30.0,
-            delta_e: 1.0,
-        };
-        let other = Metrics {
-            loss: 0.3,
-            dssim: 0.6,
-            l2: 0.1,
-            psnr: 10.0,
-            delta_e: 4.0,
-        };
-        [one, other]
+        [[0.1, 0.2, 0.001, 30.0, 1.0], [0.3, 0.6, 0.1, 10.0, 4.0]].map(
+            |[loss, dssim, l2, psnr, delta_e]| Metrics {
+                loss,
+                dssim,
+                l2,
+                psnr,
+                delta_e,
+            },
+        )
     }
 
     fn assert_close(metrics: Metrics, expected: [f64; 5]) {
@@ -165,24 +159,16 @@ mod tests {
     }
 
     #[test]
-    fn mean_averages_each_metric() {
-        assert_close(
-            Metrics::mean(two_metrics()).unwrap(),
-            [0.2, 0.4, 0.0505, 20.0, 2.5],
-        );
-        assert_eq!(Metrics::mean([]), None);
-    }
-
-    #[test]
     fn psnr_of_repetitions_is_psnr_of_mean_l2() {
+        let mean = Metrics::mean(two_metrics()).unwrap();
+        assert_close(mean, [0.2, 0.4, 0.0505, 20.0, 2.5]);
         let decibels = -10.0 * 0.0505_f64.log10();
-        let mean = Metrics::mean_of_repetitions(two_metrics()).unwrap();
-        assert_close(mean, [0.2, 0.4, 0.0505, decibels, 2.5]);
+        let repeated = Metrics::mean_of_repetitions(two_metrics()).unwrap();
+        assert_close(repeated, [0.2, 0.4, 0.0505, decibels, 2.5]);
         let [single, _] = two_metrics();
-        assert_close(
-            Metrics::mean_of_repetitions([single]).unwrap(),
-            [0.1, 0.2, 0.001, 30.0, 1.0],
-        );
+        let repeated = Metrics::mean_of_repetitions([single]).unwrap();
+        assert_close(repeated, single.values());
+        assert_eq!(Metrics::mean([]), None);
         assert_eq!(Metrics::mean_of_repetitions([]), None);
     }
 

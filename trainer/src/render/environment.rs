@@ -46,12 +46,6 @@ impl Environment {
         }
     }
 
-    /// Creates an environment with the same radiance from all directions.
-    #[must_use]
-    pub fn constant(radiance: [f32; 3]) -> Self {
-        Self::from_fn(|_| radiance)
-    }
-
     /// Converts a panorama in latitude and longitude with the layout of [`Environment::read`], and sets the exposure.
     ///
     /// Negative values count as black. An error states the problem and the remedy.
@@ -244,7 +238,7 @@ mod tests {
 
     #[test]
     fn invalid_directions_do_not_panic() {
-        let environment = Environment::constant([1.0, 2.0, 3.0]);
+        let environment = Environment::from_fn(|_| [1.0, 2.0, 3.0]);
         for direction in [[0.0; 3], [f32::NAN; 3], [f32::INFINITY, 0.0, 0.0]] {
             let _ = environment.radiance(direction);
         }
@@ -352,7 +346,7 @@ mod tests {
         let studio = Environment::studio().sphere_luminance();
         assert!((environment.sphere_luminance() / studio - 1.0).abs() < 1e-5);
         // The phase law's integral over all directions is 1.
-        assert!((Environment::constant([1.0; 3]).sphere_luminance() - 1.0).abs() < 1e-3);
+        assert!((Environment::from_fn(|_| [1.0; 3]).sphere_luminance() - 1.0).abs() < 1e-3);
     }
 
     #[test]

@@ -21,15 +21,14 @@ pub(super) struct RadianceTable {
 impl RadianceTable {
     /// Tabulates radiance as a function of a unit direction.
     pub(super) fn from_fn(radiance: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
-        Self::at_nodes(|column, row| radiance(direction(column, row)))
+        Self::at_nodes(|column, row| {
+            let [r, g, b] = radiance(direction(column, row));
+            [r, g, b, 0.0]
+        })
     }
 
-    /// Tabulates radiance as a function of column and row.
-    fn at_nodes(radiance: impl Fn(usize, usize) -> [f32; 3]) -> Self {
-        let node = |column, row| {
-            let [r, g, b] = radiance(column, row);
-            [r, g, b, 0.0]
-        };
+    /// Tabulates padded radiance as a function of column and row.
+    fn at_nodes(node: impl Fn(usize, usize) -> [f32; 4]) -> Self {
         let nodes = (0..NODES)
             .map(|row| array::from_fn(|column| node(column, row)))
             .collect();
@@ -41,12 +40,9 @@ impl RadianceTable {
     pub(super) fn radiance_padded(&self, direction: [f32; 3]) -> [f32; 4] {
         let [u, v] = to_square(direction).map(|c| (c + 1.0) * (0.5 * CELLS as f32));
         let (column, row) = (cell(u), cell(v));
-        let (right, down) = (u - column as f32, v - row as f32);
-        let (column, row) = (usize::from(column), usize::from(row));
-        let (upper, lower) = (&self.nodes[row], &self.nodes[row + 1]);
-        let top = lerp(upper[column], upper[column + 1], right);
-        let bottom = lerp(lower[column], lower[column + 1], right);
-        lerp(top, bottom, down)
+        let within = [u - column as f32, v - row as f32];
+        let node = |column: usize, row: usize| self.nodes[row][column];
+        bilinear(node, [column.into(), row.into()], within)
     }
 
     /// Multiplies all radiance by a factor.
@@ -140,53 +136,52 @@ impl LightGrid {
         let side = self.cells + 1;
         // A node on an edge has the same direction as its mirror image about the middle of that edge. All four corners
         // have the same direction.
-        let mean_at = |column: usize, row: usize| {
-            let (mirrored_column, mirrored_row) = (self.cells - column, self.cells - row);
-            let node = |column, row| self.sums[row * side + column];
-            let on_vertical_edge = [0, self.cells].contains(&column);
-            let on_horizontal_edge = [0, self.cells].contains(&row);
-            let mean = |nodes: &[[f64; 4]]| {
-                let channel = |index: usize| nodes.iter().map(|node| node[index]).sum::<f64>();
-                let solid_angle = channel(3);
-                [0, 1, 2].map(|index| (channel(index) / solid_angle) as f32)
-            };
-            match (on_vertical_edge, on_horizontal_edge) {
-                (true, true) => mean(&[
-                    node(0, 0),
-                    node(0, side - 1),
-                    node(side - 1, 0),
-                    node(side - 1, side - 1),
-                ]),
-                (true, false) => mean(&[node(column, row), node(column, mirrored_row)]),
-                (false, true) => mean(&[node(column, row), node(mirrored_column, row)]),
-                (false, false) => mean(&[node(column, row)]),
+        let same_direction = |index: usize, on_edge: bool| {
+            let mirrored = self.cells - index;
+            match on_edge {
+                true => vec![index.min(mirrored), index.max(mirrored)],
+                false => vec![index],
             }
         };
-        let means: Vec<[f32; 3]> = (0..side * side)
+        let is_end = |index: usize| [0, self.cells].contains(&index);
+        let mean_at = |column: usize, row: usize| {
+            let rows = same_direction(row, is_end(column));
+            let mut sums = [0.0; 4];
+            for column in same_direction(column, is_end(row)) {
+                for row in &rows {
+                    for (sum, value) in sums.iter_mut().zip(self.sums[row * side + column]) {
+                        *sum += value;
+                    }
+                }
+            }
+            let [r, g, b, solid_angle] = sums;
+            let [r, g, b] = [r, g, b].map(|channel| (channel / solid_angle) as f32);
+            [r, g, b, 0.0]
+        };
+        let means: Vec<[f32; 4]> = (0..side * side)
             .map(|index| mean_at(index % side, index / side))
             .collect();
         let scale = self.cells as f32 / CELLS as f32;
         RadianceTable::at_nodes(|column, row| {
-            let [u, v] = [column, row].map(|index| index as f32 * scale);
-            let [left, top] = [u, v].map(|c| (c as usize).min(self.cells - 1));
-            let padded_mean = |column: usize, row: usize| {
-                let [r, g, b] = means[row * side + column];
-                [r, g, b, 0.0]
-            };
-            let upper = lerp(
-                padded_mean(left, top),
-                padded_mean(left + 1, top),
-                u - left as f32,
-            );
-            let lower = lerp(
-                padded_mean(left, top + 1),
-                padded_mean(left + 1, top + 1),
-                u - left as f32,
-            );
-            let [r, g, b, _] = lerp(upper, lower, v - top as f32);
-            [r, g, b]
+            let position = [column, row].map(|index| index as f32 * scale);
+            let first = position.map(|c| (c as usize).min(self.cells - 1));
+            let within = [0, 1].map(|axis| position[axis] - first[axis] as f32);
+            bilinear(|column, row| means[row * side + column], first, within)
         })
     }
+}
+
+/// Interpolates bilinearly in the cell whose upper left node has this column and row. `right` and `down` are the position
+/// within the cell, in \[0, 1\].
+#[inline(always)]
+fn bilinear(
+    node: impl Fn(usize, usize) -> [f32; 4],
+    [column, row]: [usize; 2],
+    [right, down]: [f32; 2],
+) -> [f32; 4] {
+    let top = lerp(node(column, row), node(column + 1, row), right);
+    let bottom = lerp(node(column, row + 1), node(column + 1, row + 1), right);
+    lerp(top, bottom, down)
 }
 
 /// Returns the cell of a coordinate. `as` saturates and converts NaN to 0. Conversion to i32 takes one

@@ -32,7 +32,7 @@ fn glossy(alpha: f32) -> impl Fn(&HalfDifference<f32>) -> [f32; 3] + Sync {
 
 #[test]
 fn white_sphere_equals_constant_environment() {
-    let image = render_sphere(&lambertian, &Environment::constant([1.0; 3]), 65);
+    let image = render_sphere(&lambertian, &Environment::from_fn(|_| [1.0; 3]), 65);
     let on_sphere = circles(65)
         .into_iter()
         .filter(|circle| circle.coverage == 1.0);
@@ -82,7 +82,7 @@ const SKY: f32 = 0.05;
 const SUN: f32 = 3e4;
 
 #[test]
-fn small_sun_shades_by_cosine() {
+fn small_sun_keeps_its_light_and_shades_by_cosine() {
     let environment = small_sun();
     let exposure = environment.radiance([0.0, -1.0, 0.0])[0] / SKY;
     // The sun's direction, from its pixel in the panorama.
@@ -94,18 +94,24 @@ fn small_sun_shades_by_cosine() {
     let size = 96;
     let image = render_sphere(&lambertian, &environment, size);
     let mut errors = Vec::new();
+    let (mut light, mut expected_light) = (0.0, 0.0);
     for circle in circles(size).iter().filter(|circle| circle.coverage == 1.0) {
         for (index, azimuth) in &circle.pixels {
             let normal = circle.to_picture_frame(*azimuth, [0.0, 0.0, 1.0]);
             let cos: f32 = normal.iter().zip(sun).map(|(a, b)| a * b).sum();
+            let expected = SKY * exposure + irradiance * FRAC_1_PI * cos.max(0.0);
+            let actual = image.pixels[*index][1];
+            light += f64::from(actual);
+            expected_light += f64::from(expected);
             // The blur softens the edge of the lit half.
             if cos.abs() > 0.35 {
-                let expected = SKY * exposure + irradiance * FRAC_1_PI * cos.max(0.0);
-                errors.push(f64::from(image.pixels[*index][1] / expected - 1.0));
+                errors.push(f64::from(actual / expected - 1.0));
             }
         }
     }
     assert!(errors.len() > 4_000);
+    // The light must not depend on whether a node hits the sun.
+    assert!((light / expected_light - 1.0).abs() < 0.02, "{light}");
     let sum_of_squares: f64 = errors.iter().map(|error| error * error).sum();
     let deviation = (sum_of_squares / errors.len() as f64).sqrt();
     let worst = errors

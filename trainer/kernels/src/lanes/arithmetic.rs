@@ -2,12 +2,14 @@
 //!
 //! Safety of every `unsafe` block in this file: see the documentation of the module that uses the macro.
 
-/// Implements [`Register`](super::elementary::Register) for a register type, from the given intrinsics.
+/// Implements [`Register`](super::elementary::Register) for a register type, from the given intrinsics, and defines a
+/// function that runs kernels on pairs of such registers.
 macro_rules! arithmetic {
     (
         $lanes:ident:
-        splat $splat:ident, add $add:ident, sub $sub:ident, mul $mul:ident, div $div:ident,
-        multiply_add $multiply_add:ident, min $min:ident, max $max:ident, xor $xor:ident, round $round:ident,
+        run with $features:literal,
+        operators($($operator:ident $intrinsic:ident),*),
+        splat $splat:ident, multiply_add $multiply_add:ident, min $min:ident, max $max:ident, xor $xor:ident, round $round:ident,
         integers: splat $splat_integer:ident, add $add_integer:ident, sub $sub_integer:ident,
         shift_left $shift_left:ident, shift_right $shift_right:ident,
         to $to_integer:ident, from $from_integer:ident,
@@ -16,32 +18,32 @@ macro_rules! arithmetic {
     ) => {
         $crate::lanes::elementary::register_scalar!($lanes);
 
+        /// Runs a kernel. [`is_available`] must return true.
+        #[inline]
+        pub(super) fn run<K: $crate::lanes::Kernel>(kernel: K) -> K::Output {
+            #[inline]
+            #[target_feature(enable = $features)]
+            fn run_with_features<K: $crate::lanes::Kernel>(kernel: K) -> K::Output {
+                kernel.run::<$crate::lanes::RegisterPair<$lanes>>()
+            }
+            debug_assert!(is_available());
+            // SAFETY: see the module documentation.
+            unsafe { run_with_features(kernel) }
+        }
+
         impl $crate::lanes::elementary::Register for $lanes {
             #[inline(always)]
             fn splat(value: f32) -> Self {
                 // SAFETY: see the module documentation.
                 Self(unsafe { $splat(value) })
             }
-            #[inline(always)]
-            fn plus(self, b: Self) -> Self {
-                // SAFETY: see the module documentation.
-                Self(unsafe { $add(self.0, b.0) })
-            }
-            #[inline(always)]
-            fn subtract(self, b: Self) -> Self {
-                // SAFETY: see the module documentation.
-                Self(unsafe { $sub(self.0, b.0) })
-            }
-            #[inline(always)]
-            fn multiply(self, b: Self) -> Self {
-                // SAFETY: see the module documentation.
-                Self(unsafe { $mul(self.0, b.0) })
-            }
-            #[inline(always)]
-            fn divide(self, b: Self) -> Self {
-                // SAFETY: see the module documentation.
-                Self(unsafe { $div(self.0, b.0) })
-            }
+            $(
+                #[inline(always)]
+                fn $operator(self, b: Self) -> Self {
+                    // SAFETY: see the module documentation.
+                    Self(unsafe { $intrinsic(self.0, b.0) })
+                }
+            )*
             #[inline(always)]
             fn negate(self) -> Self {
                 // SAFETY: see the module documentation.

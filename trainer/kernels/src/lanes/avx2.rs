@@ -8,7 +8,7 @@ use std::arch::x86_64::*;
 
 use super::arithmetic::arithmetic;
 use super::elementary::Register;
-use super::{Kernel, Lanes, Octet, Octets, RegisterPair, WIDTH};
+use super::{Lanes, Octet, Octets, WIDTH};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx2Lanes(pub(super) __m256);
@@ -17,23 +17,12 @@ pub(super) fn is_available() -> bool {
     is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")
 }
 
-/// Runs a kernel. [`is_available`] must return true.
-#[inline]
-pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
-    #[inline]
-    #[target_feature(enable = "avx2,fma")]
-    fn run_with_features<K: Kernel>(kernel: K) -> K::Output {
-        kernel.run::<RegisterPair<Avx2Lanes>>()
-    }
-    debug_assert!(is_available());
-    // SAFETY: see the module documentation.
-    unsafe { run_with_features(kernel) }
-}
-
 arithmetic! {
     Avx2Lanes:
-    splat _mm256_set1_ps, add _mm256_add_ps, sub _mm256_sub_ps, mul _mm256_mul_ps, div _mm256_div_ps,
-    multiply_add _mm256_fmadd_ps, min _mm256_min_ps, max _mm256_max_ps, xor _mm256_xor_ps, round _mm256_round_ps,
+    run with "avx2,fma",
+    operators(plus _mm256_add_ps, subtract _mm256_sub_ps, multiply _mm256_mul_ps, divide _mm256_div_ps),
+    splat _mm256_set1_ps, multiply_add _mm256_fmadd_ps,
+    min _mm256_min_ps, max _mm256_max_ps, xor _mm256_xor_ps, round _mm256_round_ps,
     integers: splat _mm256_set1_epi32, add _mm256_add_epi32, sub _mm256_sub_epi32,
     shift_left _mm256_slli_epi32, shift_right _mm256_srai_epi32,
     to _mm256_cvtps_epi32, from _mm256_cvtepi32_ps,

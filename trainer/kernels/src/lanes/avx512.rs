@@ -8,7 +8,7 @@ use std::arch::x86_64::*;
 use super::arithmetic::arithmetic;
 use super::avx2::{self, Avx2Lanes, Fold};
 use super::elementary::Register;
-use super::{Kernel, Lanes, Octet, Octets, RegisterPair};
+use super::{Lanes, Octet, Octets};
 
 #[derive(Clone, Copy)]
 pub(super) struct Avx512Lanes(__m512);
@@ -20,23 +20,12 @@ pub(super) fn is_available() -> bool {
         && is_x86_feature_detected!("avx512vl")
 }
 
-/// Runs a kernel. [`is_available`] must return true.
-#[inline]
-pub(super) fn run<K: Kernel>(kernel: K) -> K::Output {
-    #[inline]
-    #[target_feature(enable = "avx2,fma,avx512f,avx512dq,avx512vl")]
-    fn run_with_features<K: Kernel>(kernel: K) -> K::Output {
-        kernel.run::<RegisterPair<Avx512Lanes>>()
-    }
-    debug_assert!(is_available());
-    // SAFETY: see the module documentation.
-    unsafe { run_with_features(kernel) }
-}
-
 arithmetic! {
     Avx512Lanes:
-    splat _mm512_set1_ps, add _mm512_add_ps, sub _mm512_sub_ps, mul _mm512_mul_ps, div _mm512_div_ps,
-    multiply_add _mm512_fmadd_ps, min _mm512_min_ps, max _mm512_max_ps, xor _mm512_xor_ps, round _mm512_roundscale_ps,
+    run with "avx2,fma,avx512f,avx512dq,avx512vl",
+    operators(plus _mm512_add_ps, subtract _mm512_sub_ps, multiply _mm512_mul_ps, divide _mm512_div_ps),
+    splat _mm512_set1_ps, multiply_add _mm512_fmadd_ps,
+    min _mm512_min_ps, max _mm512_max_ps, xor _mm512_xor_ps, round _mm512_roundscale_ps,
     integers: splat _mm512_set1_epi32, add _mm512_add_epi32, sub _mm512_sub_epi32,
     shift_left _mm512_slli_epi32, shift_right _mm512_srai_epi32,
     to _mm512_cvtps_epi32, from _mm512_cvtepi32_ps,

@@ -27,7 +27,7 @@ pub(super) trait Register: Copy {
 /// Implements the operators and [`Scalar`](glimpse_core::numeric::Scalar) for a [`Register`].
 macro_rules! register_scalar {
     ($register:ident) => {
-        $crate::lanes::register::operators! {
+        $crate::operators::operators! {
             {} $register, a, b:
             Add add a.plus(b), Sub sub a.subtract(b), Mul mul a.multiply(b), Div div a.divide(b); Neg a.negate()
         }

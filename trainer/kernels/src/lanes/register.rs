@@ -45,38 +45,11 @@ macro_rules! kernel {
 }
 pub(crate) use kernel;
 
-/// Implements the operators of a type, given its generic parameters in braces, as expressions of `a` and `b`.
-macro_rules! operators {
-    (
-        $generics:tt $type:ty, $a:ident, $b:ident:
-        $($operator:ident $method:ident $value:expr),*; Neg $negative:expr
-    ) => {
-        $($crate::lanes::register::operators!(
-            @implement $generics $operator $method $type, $a, ($b: Self) $value
-        );)*
-        $crate::lanes::register::operators!(@implement $generics Neg neg $type, $a, () $negative);
-    };
-    (
-        @implement {$($generics:tt)*} $operator:ident $method:ident $type:ty,
-        $a:ident, ($($b:ident: Self)?) $value:expr
-    ) => {
-        impl<$($generics)*> std::ops::$operator for $type {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self $(, $b: Self)?) -> Self {
-                let $a = self;
-                $value
-            }
-        }
-    };
-}
-pub(super) use operators;
-
 /// Implements the operators, or the methods of [`Scalar`] other than sums, of a type that wraps lanes `L` in the given
 /// fields.
 macro_rules! lanewise {
     (operators of $wrapper:ident: $($field:tt)*) => {
-        $crate::lanes::register::operators! {
+        $crate::operators::operators! {
             {L: Lanes} $wrapper<L>, a, b:
             Add add Self($(a.$field + b.$field),*),
             Sub sub Self($(a.$field - b.$field),*),

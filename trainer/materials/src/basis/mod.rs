@@ -12,6 +12,6 @@ mod table;
 pub use angles::{AngleDual, angles_of, angles_to_f64};
 pub use grid::{Corner, Grid};
 pub use table::{
-    Basis, BasisError, BasisValues, CoefficientCountError, Coefficients, MAGIC as BASIS_MAGIC,
-    NODE_HEADER, Reconstruction,
+    Basis, BasisError, BasisValues, CoefficientCountError, Coefficients, NODE_HEADER,
+    Reconstruction,
 };

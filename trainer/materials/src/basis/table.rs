@@ -19,7 +19,7 @@ use crate::untrusted::read_at_most;
 /// The number of values before the components of a node: the mean of the mapped columns, and ln(median w + e).
 pub const NODE_HEADER: usize = 2;
 /// The first bytes of a basis file.
-pub const MAGIC: [u8; 4] = *b"GLMB";
+const MAGIC: [u8; 4] = *b"GLMB";
 /// The version of the format.
 const VERSION: u32 = 1;
 /// The number of 32-bit words before a file's table: magic, version, shape of the grid, number of components.

@@ -57,30 +57,16 @@ mod tests {
         let directions = directions();
         assert_eq!(directions.len(), DIRECTIONS);
         // Each box has the same fraction of the directions as of a fine grid of midpoints.
-        let grid_points: Vec<[f64; 3]> = {
-            const SIDE: usize = 64;
-            let midpoint = |index: usize| (index as f64 + 0.5) / SIDE as f64;
-            (0..SIDE.pow(3))
-                .map(|i| [i / SIDE / SIDE, i / SIDE % SIDE, i % SIDE].map(midpoint))
-                .filter(|[h, d, p]| {
-                    let angles = Angles {
-                        theta_h: (FRAC_PI_2 * h) as f32,
-                        theta_d: (FRAC_PI_2 * d) as f32,
-                        phi_d: (TAU * p) as f32,
-                    };
-                    HalfDifference::from_angles(angles).is_valid()
-                })
-                .collect()
-        };
-        let points: Vec<[f64; 3]> = directions
-            .iter()
-            .map(|angles| {
-                [
-                    f64::from(angles.theta_h) / FRAC_PI_2,
-                    f64::from(angles.theta_d) / FRAC_PI_2,
-                    f64::from(angles.phi_d) / TAU,
-                ]
+        const SIDE: usize = 64;
+        let midpoint = |index: usize| (index as f64 + 0.5) / SIDE as f64;
+        let grid_points: Vec<Angles<f32>> = (0..SIDE.pow(3))
+            .map(|i| [i / SIDE / SIDE, i / SIDE % SIDE, i % SIDE].map(midpoint))
+            .map(|[h, d, p]| Angles {
+                theta_h: (FRAC_PI_2 * h) as f32,
+                theta_d: (FRAC_PI_2 * d) as f32,
+                phi_d: (TAU * p) as f32,
             })
+            .filter(|angles| HalfDifference::from_angles(*angles).is_valid())
             .collect();
         for box_sizes in [
             [0.125, 1.0, 1.0],
@@ -88,12 +74,19 @@ mod tests {
             [1.0, 1.0, 0.25],
             [0.25, 0.25, 0.25],
         ] {
-            let fraction = |points: &[[f64; 3]]| {
-                let is_inside =
-                    |point: &&[f64; 3]| point.iter().zip(box_sizes).all(|(x, size)| *x < size);
-                points.iter().filter(is_inside).count() as f64 / points.len() as f64
+            let [h, d, p] = box_sizes;
+            let limits = [FRAC_PI_2 * h, FRAC_PI_2 * d, TAU * p];
+            let fraction = |all: &[Angles<f32>]| {
+                let is_inside = |at: &&Angles<f32>| {
+                    let angles = [at.theta_h, at.theta_d, at.phi_d];
+                    angles
+                        .iter()
+                        .zip(limits)
+                        .all(|(angle, limit)| f64::from(*angle) < limit)
+                };
+                all.iter().filter(is_inside).count() as f64 / all.len() as f64
             };
-            let (actual, expected) = (fraction(&points), fraction(&grid_points));
+            let (actual, expected) = (fraction(&directions), fraction(&grid_points));
             assert!(
                 (actual - expected).abs() < 0.02 * expected,
                 "box {box_sizes:?}: {actual}, expected {expected}"

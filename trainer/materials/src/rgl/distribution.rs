@@ -62,7 +62,13 @@ impl TableShape {
             .map(|index| [index, index + 1].map(|index| value_or_zero(slice, index)))
     }
 
-    /// Evaluates the bilinear function of a slice's values.
+    /// Evaluates the bilinear function of a slice's values at a point.
+    #[inline(always)]
+    pub(super) fn at<S: RealScalar>(self, slice: &[f32], point: [S; 2]) -> S {
+        self.evaluate(slice, &Cell::new(point, self))
+    }
+
+    /// Evaluates the bilinear function of a slice's values in a cell.
     #[inline(always)]
     pub(super) fn evaluate<S: RealScalar>(self, slice: &[f32], cell: &Cell<S>) -> S {
         let [low, high] = self.corners(slice, cell);

@@ -204,9 +204,9 @@ impl Tensors {
         let position = SlicePosition::new(theta_i, &self.theta_i);
         let point = self.vndf.map_to_uniform(half_point, &position);
         let (shape, values) = &self.ndf;
-        let normals = shape.evaluate(values, &Cell::new(half_point, *shape));
+        let normals = shape.at(values, half_point);
         let (shape, values) = &self.sigma;
-        let area = shape.evaluate(values, &Cell::new([unit_theta(theta_i), zero], *shape));
+        let area = shape.at(values, [unit_theta(theta_i), zero]);
         let factor = normals / (S::constant(4.0) * area * cos_o);
 
         let (shape, values) = &self.rgb;

@@ -15,7 +15,7 @@
 
 use rayon::prelude::*;
 
-use super::distribution::{Cell, Densities, TableShape};
+use super::distribution::{Densities, TableShape};
 use super::normals::{NDF, Normals, SIGMA};
 use super::sample_point::{
     SamplePoint, coordinate, luminance, solid_angle, times_cosine, unit_theta,
@@ -146,11 +146,8 @@ impl Slice {
         theta_i: f64,
         normals: &Normals,
     ) -> Result<Self, NotFinite> {
-        let ndf = |point: [f64; 2]| NDF.evaluate(&normals.ndf, &Cell::new(point, NDF));
-        let area: f64 = SIGMA.evaluate(
-            &normals.sigma,
-            &Cell::new([unit_theta(theta_i), 0.5], SIGMA),
-        );
+        let ndf = |point: [f64; 2]| NDF.at(&normals.ndf, point);
+        let area: f64 = SIGMA.at(&normals.sigma, [unit_theta(theta_i), 0.5]);
         let vndf = node_density(theta_i, ndf);
         let points = Densities::new(VNDF, vndf.clone()).grid_points(SIDE);
         let samples: Vec<SamplePoint> = points
@@ -168,7 +165,7 @@ impl Slice {
             // The density per solid angle of outgoing directions is converted to one per area of the unit square; see
             // `solid_angle`.
             let weighted = (luminance(*value) * sample.cos_d).max(0.0);
-            let density: f64 = VNDF.evaluate(&vndf, &Cell::new(*point, VNDF));
+            let density: f64 = VNDF.at(&vndf, *point);
             let reflected = if sample.cos_o > 0.0 { weighted } else { 0.0 };
             luminances.push((4.0 * reflected * solid_angle(*point) / density) as f32);
         }

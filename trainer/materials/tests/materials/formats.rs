@@ -1,19 +1,15 @@
 //! Accuracy of written files, and detection of formats.
 
-use std::f32::consts::{FRAC_PI_2, PI};
 use std::fs;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_core::model::ParameterSet;
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{
-    Colors, Material, NeuralBrdf, Procedural, RglMeasurement, to_merl, to_rgl,
-};
+use glimpse_materials::{Colors, Material, Procedural, RglMeasurement, to_merl, to_rgl};
 
+use crate::FunctionMaterial;
 use crate::folder::{Folder, load};
 use crate::rgl::isotropic;
-use crate::{FunctionMaterial, network};
 
 /// Reads the bytes of a tensor file.
 fn measurement(bytes: &[u8]) -> RglMeasurement {
@@ -82,51 +78,6 @@ fn rejects_non_finite_brdf() {
             "{error}"
         );
     }
-}
-
-#[test]
-fn network_files_keep_every_bit() {
-    let folder = Folder::new();
-    let network = network(4);
-    folder.write_network("felt", &network);
-    let read = NeuralBrdf::read(&folder.at("felt_fc1.npy")).expect("the file is read");
-    let [read, written] = [&read, &network].map(|network| network.parameters().iter());
-    assert!(read.map(|x| x.to_bits()).eq(written.map(|x| x.to_bits())));
-}
-
-#[test]
-fn merl_nodes_hold_the_brdf() {
-    let material = Procedural::set(4, 9).remove(3);
-    let table = to_merl(&material as &dyn Material).expect("the BRDF is finite");
-    let (values, _) = table[12..].as_chunks();
-    let scale = [1.0, 1.15, 1.66].map(|factor| factor / 1500.0);
-    let mut compared = 0;
-    for h in (0..90).step_by(7) {
-        for d in (0..90).step_by(5) {
-            for phi in (0..180).step_by(11) {
-                let root = h as f32 / 90.0;
-                let angles = Angles {
-                    theta_h: FRAC_PI_2 * root * root,
-                    theta_d: (d as f32).to_radians(),
-                    phi_d: phi as f32 * (PI / 180.0),
-                };
-                let at: HalfDifference<f32> = HalfDifference::from_angles(angles);
-                if at.cos_theta_i().min(at.cos_theta_o()) < 1e-6 {
-                    continue;
-                }
-                compared += 1;
-                let brdf = material.brdf(angles);
-                for (channel, (expected, scale)) in brdf.iter().zip(scale).enumerate() {
-                    let index = phi + 180 * (d + 90 * h) + channel * 90 * 90 * 180;
-                    let stored = f64::from_le_bytes(values[index]) * scale;
-                    let error = (stored / f64::from(*expected) - 1.0).abs();
-                    // Angles and values are rounded to f32.
-                    assert!(error < 2e-6, "{stored} and {expected} at {angles:?}");
-                }
-            }
-        }
-    }
-    assert!(compared > 1000, "{compared} nodes");
 }
 
 #[test]

@@ -3,53 +3,14 @@
 use std::fs;
 use std::path::Path;
 
-use glimpse_core::model::Neural;
-use glimpse_materials::{Colors, Material, NeuralBrdf, Procedural, Source, SourceError, to_rgl};
+use glimpse_materials::{
+    Colors, Material, NeuralBrdf, Procedural, Source, SourceError, to_nbrdf, to_npy, to_rgl,
+};
 
 use crate::common::assert_names;
 use crate::folder::{Folder, load, reported_defect};
-use crate::rgl::{anisotropic, isotropic};
+use crate::rgl::isotropic;
 use crate::{angles, network};
-
-const ARRAYS: [(&str, &[u64]); 6] = [
-    ("fc1", &[6, 21]),
-    ("b1", &[21]),
-    ("fc2", &[21, 21]),
-    ("b2", &[21]),
-    ("fc3", &[21, 3]),
-    ("b3", &[3]),
-];
-
-/// Encodes a `.npy` file of version 1.0 independently of the code under test.
-fn npy(descr: &str, shape: &[u64], data: &[u8]) -> Vec<u8> {
-    let shape: String = shape.iter().map(|length| format!("{length}, ")).collect();
-    let header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({shape}), }}");
-    // Ten bytes precede the header, and a line break follows it. The sum of 128 bytes is a multiple of 64.
-    let header = format!("{header:117}\n");
-    let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
-    bytes.extend_from_slice(&(header.len() as u16).to_le_bytes());
-    bytes.extend_from_slice(header.as_bytes());
-    bytes.extend_from_slice(data);
-    bytes
-}
-
-fn floats(values: &[f32]) -> Vec<u8> {
-    values
-        .iter()
-        .flat_map(|value| value.to_le_bytes())
-        .collect()
-}
-
-/// Writes a network's six files independently of the code under test.
-fn write_network(folder: &Folder, name: &str, network: &NeuralBrdf) {
-    let mut rest = &network.parameters()[..];
-    for ((array, shape), length) in ARRAYS.into_iter().zip(Neural::LAYERS) {
-        let (layer, after) = rest.split_at(length);
-        rest = after;
-        let bytes = npy("<f4", shape, &floats(layer));
-        folder.write(&format!("{name}_{array}.npy"), bytes);
-    }
-}
 
 /// Returns the names of a source's materials.
 fn names(path: &Path) -> Result<Vec<String>, SourceError> {
@@ -67,8 +28,8 @@ fn assert_damaged(source: &Path, file: &Path, words: &[&str]) {
 #[test]
 fn directory_is_sorted_and_other_files_are_ignored() {
     let folder = Folder::new();
-    write_network(&folder, "a_late-one", &network(1));
-    write_network(&folder, "an-early-one", &network(2));
+    folder.write_network("a_late-one", &network(1));
+    folder.write_network("an-early-one", &network(2));
     folder.write_table("a-table.binary", &network(3));
     folder.write("a_measurement_rgb.bsdf", isotropic());
     for other in [
@@ -93,9 +54,9 @@ fn directory_is_sorted_and_other_files_are_ignored() {
 fn any_file_of_a_material_loads_it() {
     let folder = Folder::new();
     let network = network(1);
-    write_network(&folder, "green-felt", &network);
-    let mut paths = ARRAYS
-        .map(|(array, _)| folder.at(&format!("green-felt_{array}.npy")))
+    folder.write_network("green-felt", &network);
+    let mut paths = to_nbrdf(network.parameters())
+        .map(|(suffix, _)| folder.at(&format!("green-felt{suffix}")))
         .to_vec();
     for path in &paths {
         let read = NeuralBrdf::read(path).expect("the file is read");
@@ -112,7 +73,7 @@ fn any_file_of_a_material_loads_it() {
 fn rejects_duplicate_names() {
     let folder = Folder::new();
     folder.write("felt.bsdf", isotropic());
-    write_network(&folder, "felt", &network(1));
+    folder.write_network("felt", &network(1));
     let assert_duplicate = |expected: [&str; 2]| match names(folder.path()) {
         Err(SourceError::DuplicateName {
             name,
@@ -129,13 +90,15 @@ fn rejects_duplicate_names() {
     assert_duplicate(["felt.binary", "felt.bsdf"]);
 }
 
+/// The expected bytes are those of `numpy.save` for an array of ones.
 #[test]
-fn unsupported_measurements_are_errors() {
-    let folder = Folder::new();
-    folder.write("a_rgb.bsdf", isotropic());
-    let file = folder.write("brushed_rgb.bsdf", anisotropic());
-    for source in [folder.path(), &file] {
-        assert_damaged(source, &file, &["3", "phi_i"]);
+fn arrays_equal_those_of_numpy() {
+    for (shape, stated) in [(&[3][..], "(3,)"), (&[1, 3], "(1, 3)")] {
+        let header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': {stated}, }}");
+        let mut expected = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+        expected.extend(format!("{header:117}\n").as_bytes());
+        expected.extend([0, 0, 0x80, 0x3f].repeat(3));
+        assert_eq!(to_npy(shape, &[1.0; 3]), expected);
     }
 }
 
@@ -237,7 +200,7 @@ fn directory_or_file_without_material_is_an_error() {
 #[test]
 fn error_names_the_missing_or_damaged_file_of_a_network() {
     let folder = Folder::new();
-    write_network(&folder, "felt", &network(1));
+    folder.write_network("felt", &network(1));
     let hidden = folder.at("hidden");
     for missing in ["felt_b2.npy", "felt_fc1.npy"] {
         let file = folder.at(missing);

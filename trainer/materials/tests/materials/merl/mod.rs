@@ -4,7 +4,7 @@ mod damaged;
 
 use std::cell::Cell;
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
@@ -105,11 +105,20 @@ fn check_property<S: Strategy>(
 #[test]
 fn table_holds_the_tabulated_brdf() {
     let network = network(1);
-    let table = tabulate(&network).read();
+    let file = tabulate(&network);
+    let bytes = fs::read(&file.path).expect("the file is read");
+    let table = file.read();
     assert_eq!(table.name(), "a-table");
     check_property((node_indices(), 1..3usize), |(at, half_turns)| {
         let point = node_angles(at);
         prop_assume!(is_valid(point));
+        for (channel, expected) in network.brdf(angles(point)).into_iter().enumerate() {
+            let stored = bytes[offset(at, channel) as usize..].first_chunk();
+            let scale = [1.0, 1.15, 1.66][channel] / 1500.0;
+            let actual = f64::from_le_bytes(*stored.expect("eight bytes")) * scale;
+            let tolerance = 2e-6 * f64::from(expected.max(0.1));
+            prop_assert!((actual - f64::from(expected)).abs() <= tolerance);
+        }
         let turned = [point[0], point[1], point[2] + PI * half_turns as f64];
         // Rounding angles to f32 moves them by up to 7e-6 of a cell, and by more if half turns were added.
         for (point, tolerance) in [(point, 2e-6), (turned, 2e-5)] {
