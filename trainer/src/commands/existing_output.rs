@@ -1,4 +1,4 @@
-//! Check of a recipe's output path before training: no file, the recipe of the same training, or another file.
+//! Check of a recipe's output path before training: it must be free, or hold the recipe of the same training.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -10,8 +10,8 @@ use glimpse_materials::files::is_stream;
 use glimpse_training::meta::options::Options;
 use glimpse_training::recipe::{RecipeFile, Training};
 
-/// Returns the expected loss of the recipe at `out` if it is of this training already; None if there is no
-/// file, or a pipe or device. The digest of the options decides; `data` names the materials in messages.
+/// Returns the expected loss of the recipe at `out` if it is of this training already; None if the path is free, or
+/// leads to a pipe or device. The digest of the options decides; `data` names the materials in messages.
 ///
 /// # Errors
 /// If another file is at `out`.

@@ -20,7 +20,6 @@ use super::{load_all, print};
 /// One recipe of the grid.
 struct GridCell {
     model: ModelKind,
-    model_name: &'static str,
     samples: usize,
     /// The loss that the recipe states; None if its training failed.
     expected_loss: Option<f32>,
@@ -38,19 +37,14 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
     for (model, samples) in models_and_samples(train)? {
         cells.push(GridCell {
             model,
-            model_name: ModelKind::from(model).name(),
             samples,
             expected_loss: None,
         });
     }
     let total = cells.len();
     for index in 0..total {
-        let GridCell {
-            model,
-            model_name: name,
-            samples,
-            ..
-        } = cells[index];
+        let GridCell { model, samples, .. } = cells[index];
+        let name = model.name();
         eprintln!("[{}/{total}] {name}, n = {samples}", index + 1);
         let out = recipe_path(train, name, samples);
         let outcome = train
@@ -179,7 +173,7 @@ fn table(cells: &[GridCell]) -> Table {
             .iter()
             .map(|cell| {
                 vec![
-                    Cell::Text(cell.model_name.into()),
+                    Cell::Text(cell.model.name().into()),
                     Cell::Number(cell.samples as f64),
                     Cell::optional(cell.expected_loss.map(f64::from)),
                 ]

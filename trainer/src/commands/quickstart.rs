@@ -253,11 +253,8 @@ fn describe_training(recipe: &Recipe<'_>) -> anyhow::Result<String> {
     ))
 }
 
-/// The results of all methods on a material.
-struct MaterialResults {
-    material: String,
-    by_method: Vec<(Metrics, Picture)>,
-}
+/// The errors and the sphere of each method on a material.
+type MaterialResults = Vec<(Metrics, Picture)>;
 
 fn scan_all(
     evaluator: &Evaluator<'_>,
@@ -271,10 +268,7 @@ fn scan_all(
             let fitted = method.method.fit(material, seed)?;
             Ok(evaluator.compare(index, &fitted)?)
         });
-        Ok(MaterialResults {
-            material: material.name().to_owned(),
-            by_method: results.collect::<anyhow::Result<_>>()?,
-        })
+        results.collect()
     };
     (0..evaluator.materials().len())
         .into_par_iter()
@@ -285,7 +279,7 @@ fn scan_all(
 /// Returns a table of means over the materials, and of the costs of each method.
 fn table(caption: String, methods: &[ComparedMethod<'_>], results: &[MaterialResults]) -> Table {
     let rows = methods.iter().enumerate().map(|(index, method)| {
-        let metrics = results.iter().map(|results| results.by_method[index].0);
+        let metrics = results.iter().map(|results| results[index].0);
         let mean = Metrics::mean(metrics).unwrap_or_default();
         let mut row = vec![Cell::Text(method.label.clone())];
         row.extend(Cell::of_metrics(&mean));
@@ -315,11 +309,15 @@ fn gallery(
     results: &[MaterialResults],
 ) -> Gallery {
     let rows = results.iter().enumerate().map(|(index, results)| {
-        let fits = methods.iter().zip(&results.by_method);
+        let fits = methods.iter().zip(results);
         let fits = fits
             .map(|(method, (metrics, picture))| (method.label.clone(), *metrics, picture.clone()));
         let reference = evaluator.reference(index).clone();
-        GalleryRow::of_fits(&results.material, reference, fits.collect())
+        GalleryRow::of_fits(
+            evaluator.materials()[index].name(),
+            reference,
+            fits.collect(),
+        )
     });
     Gallery {
         caption,
