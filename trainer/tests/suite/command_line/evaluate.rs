@@ -64,7 +64,7 @@ fn radical_inverse(mut number: u32, base: u32) -> f64 {
 #[test]
 fn loss_is_independent_of_seed_and_converged() {
     let folder = folder();
-    let materials = Source("procedural:2:3".into())
+    let materials = Source("procedural:4:3".into())
         .load()
         .expect("the materials load");
     // Other directions, and many more of them: Hammersley points.
@@ -87,8 +87,8 @@ fn loss_is_independent_of_seed_and_converged() {
         .filter(HalfDifference::is_valid)
         .collect();
     let evaluate = |test, seed| evaluate(&folder, &format!("{ALL} --test {test} --seed {seed}"));
-    let report = evaluate("procedural:2:3", 0);
-    assert_eq!(report, evaluate("procedural:2:3", 1));
+    assert_eq!(evaluate("procedural:1:3", 0), evaluate("procedural:1:3", 1));
+    let report = evaluate("procedural:4:3", 0);
     for (index, (name, bytes)) in RECIPES.into_iter().enumerate() {
         let recipe = Recipe::parse(bytes).expect("a valid recipe");
         let method = Method::ours(&recipe, None).expect("a method without a basis");
