@@ -162,8 +162,7 @@ pub fn compare(
         let (expected, scale) = terms;
         let slope = function(&moving).slope;
         let error = (slope - expected).abs();
-        // This form also fails for NaN.
-        if !(error <= TOLERANCE * scale.max(1e-6)) {
+        if error.is_nan() || error > TOLERANCE * scale.max(1e-6) {
             return Err(format!(
                 "group {group}: the derivative is {slope:e} forward, and {expected:e} by the gradient, with terms of \
                  {scale:e}"

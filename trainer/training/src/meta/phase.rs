@@ -16,8 +16,8 @@ pub struct OuterStep {
     pub batch: usize,
 }
 
-/// Returns the meta-parameters that a phase starts with, given the best ones so far, or the present ones if there are no
-/// best ones.
+/// Returns the meta-parameters that a phase starts with, given the best ones so far, or the present ones without
+/// them.
 pub type Start<'a> = Box<dyn Fn(Values) -> Values + 'a>;
 /// Returns the loss of a step, and its gradient, which includes the [barrier](super::pattern::Pattern::barrier).
 pub type Gradient<'a> = Box<dyn Fn(&Values, OuterStep) -> (f32, Values) + 'a>;

@@ -77,8 +77,7 @@ impl ScanBudget {
     pub fn validate(&self, limits: Limits, samples: usize) -> Result<(), ScanBudgetError> {
         self.machine(limits).validate()?;
         let settling = self.settle * samples as f64;
-        // This form of the condition rejects NaN too.
-        if !(self.seconds > settling) {
+        if self.seconds.is_nan() || self.seconds <= settling {
             return Err(ScanBudgetError::NoMotion {
                 samples,
                 settling,

@@ -91,9 +91,9 @@ impl Points {
     /// Returns the fastest path through stops in this order, one point per stop. The result is exact: the fastest path
     /// to a point extends the fastest path to some point of the previous stop.
     pub(super) fn fastest_poses(&self, order: impl IntoIterator<Item = usize>) -> Vec<Point> {
-        // For each stop, its points: the shortest arrival time in seconds, and the index of the previous point on that
-        // path.
-        let mut table: Vec<(&[Point], Vec<(f64, usize)>)> = Vec::new();
+        /// The shortest arrival time at a point in seconds, and the index of the previous point on that path.
+        type Arrival = (f64, usize);
+        let mut table: Vec<(&[Point], Vec<Arrival>)> = Vec::new();
         for stop in order {
             let points = &self.stops[stop];
             let arrival = |to: &Point| match table.last() {
