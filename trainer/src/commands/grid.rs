@@ -156,8 +156,7 @@ fn train_if_missing(
         return Ok(expected_loss);
     }
     let trained = run.train(sources.load()?, true)?;
-    trained.print_cross_validation();
-    let expected_loss = trained.file.recipe().expected_loss();
+    let expected_loss = trained.recipe().expected_loss();
     expected_loss.context("the recipe states no expected loss")
 }
 

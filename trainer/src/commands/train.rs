@@ -11,7 +11,6 @@ use glimpse_materials::files::{check_writable, is_stream};
 use glimpse_materials::{Material, MaterialsAndShares, Source, SourceShare, Sources};
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::learned::LearnedRecipe;
-use glimpse_training::meta::objective::LossEstimate;
 use glimpse_training::meta::options::Options;
 use glimpse_training::meta::outer::CheckpointOptions;
 use glimpse_training::meta::plan::{Effort, Schedule};
@@ -162,13 +161,12 @@ impl Train {
         }
         let begin = Instant::now();
         let trained = run.train((materials, source_shares), self.resume)?;
-        let expected_loss = expected_loss(&trained.file.recipe())?;
+        let expected_loss = expected_loss(&trained.recipe())?;
         eprintln!(
             "trained in {:.0} s; expected loss {}",
             begin.elapsed().as_secs_f64(),
             expected_loss.unwrap_or_else(|| "not stated".into()),
         );
-        trained.print_cross_validation();
         Ok(())
     }
 
@@ -228,38 +226,6 @@ pub(super) struct TrainingRun {
     pub(super) out: PathBuf,
     pub(super) checkpoint: PathBuf,
     checkpoint_interval: Duration,
-}
-
-/// The result of a training.
-pub(super) struct TrainedRecipe {
-    pub(super) file: RecipeFile,
-    /// Rank correlation of predicted and true losses, if the recipe predicts losses.
-    rank_correlation: Option<f64>,
-    /// The label and the held-out loss of each source; empty for a single source.
-    source_losses: Vec<(String, LossEstimate)>,
-}
-
-impl TrainedRecipe {
-    /// Prints to standard error what cross-validation measured: the loss on each source, and how well the recipe
-    /// predicts losses. Prints nothing for recipes without cross-validation.
-    pub(super) fn print_cross_validation(&self) {
-        for (label, estimate) in &self.source_losses {
-            let error = estimate.standard_error;
-            let error = error.map_or(String::new(), |error| {
-                format!(" (standard error {error:.4})")
-            });
-            eprintln!(
-                "expected loss on {label}: {:.4}{error}, {} materials",
-                estimate.loss, estimate.materials
-            );
-        }
-        if let Some(correlation) = self.rank_correlation {
-            eprintln!(
-                "loss prediction: rank correlation {correlation:.2} between predicted and true losses in \
-                 cross-validation"
-            );
-        }
-    }
 }
 
 impl TrainingRun {
@@ -360,12 +326,13 @@ impl TrainingRun {
         trained_loss(&self.out, &options, &self.data)
     }
 
-    /// Trains the recipe and writes it. Replaces existing files.
+    /// Trains the recipe and writes it. Replaces existing files. Prints the sources of the training tasks, and the results of
+    /// cross-validation.
     pub(super) fn train(
         &self,
         (materials, source_shares): MaterialsAndShares,
         resume: bool,
-    ) -> anyhow::Result<TrainedRecipe> {
+    ) -> anyhow::Result<RecipeFile> {
         self.check_writable()?;
         let options = Options {
             source_shares,
@@ -377,40 +344,35 @@ impl TrainingRun {
             ..self.options.clone()
         };
         if options.schedule == Schedule::Prior {
-            eprintln!(
-                "training tasks: {}",
-                self.describe_task_shares(&options.source_shares)
-            );
+            let shares = options.sources().into_iter().map(|source| {
+                let (share, label) = (100.0 * source.share, source.label);
+                format!(
+                    "{share:.0} % from {} materials of {label}",
+                    source.materials
+                )
+            });
+            eprintln!("training tasks: {}", shares.collect::<Vec<_>>().join(", "));
         }
         let (learned, file) = train_to_file(&options, materials, &self.data, &self.out)?;
-        let predictor = learned.loss_predictor.as_ref();
-        let source_losses = predictor.map_or(&[][..], |predictor| &predictor.source_losses);
-        let labels = options.source_shares.iter().map(|each| each.label.clone());
-        Ok(TrainedRecipe {
-            file,
-            rank_correlation: predictor.and_then(|predictor| predictor.rank_correlation),
-            source_losses: labels.zip(source_losses.iter().copied()).collect(),
-        })
-    }
-
-    /// Describes the shares of training tasks by the source of their material.
-    fn describe_task_shares(&self, source_shares: &[SourceShare]) -> String {
-        let procedural = self.options.completion_options.procedural;
-        let percent = |share: f32| 100.0 * share;
-        let mut parts: Vec<String> = source_shares
-            .iter()
-            .map(|source_share| {
-                let share = percent(source_share.share * (1.0 - procedural));
-                format!("{share:.0} % from {} materials", source_share.materials)
-            })
-            .collect();
-        if procedural > 0.0 {
-            parts.push(format!(
-                "{:.0} % from procedural materials (--procedural)",
-                percent(procedural)
-            ));
+        if let Some(predictor) = &learned.loss_predictor {
+            let losses = options.source_shares.iter().zip(&predictor.source_losses);
+            for (source, estimate) in losses {
+                let error = estimate.standard_error.map_or(String::new(), |error| {
+                    format!(" (standard error {error:.4})")
+                });
+                eprintln!(
+                    "expected loss on {}: {:.4}{error}, {} materials",
+                    source.label, estimate.loss, estimate.materials
+                );
+            }
+            if let Some(correlation) = predictor.rank_correlation {
+                eprintln!(
+                    "loss prediction: rank correlation {correlation:.2} between predicted and true losses in \
+                     cross-validation"
+                );
+            }
         }
-        parts.join(", ")
+        Ok(file)
     }
 
     pub(super) fn remove_checkpoint(&self) {

@@ -17,7 +17,7 @@ use glimpse_trainer::conversion::{OutputFormat, loss_of_file};
 use glimpse_trainer::measurement::{DEFAULT_TOLERANCE, Measurements, Selection, fit};
 use glimpse_trainer::metrics::Metrics;
 use options::QuantityArgs;
-use report::{FitReport, FormatSummary, ReportEntry};
+use report::{FitReport, FormatSummary, ReportEntry, file_name};
 
 use super::formats::{self, Files, files_of};
 use super::lock::Lock;
@@ -201,12 +201,6 @@ impl Fit {
         files.collect()
     }
 
-    /// Returns the recipe's file name, without directories.
-    fn recipe_name(&self) -> String {
-        let name = self.recipe.file_name().unwrap_or_default();
-        name.to_string_lossy().into_owned()
-    }
-
     /// Returns the input files with their materials' names and output folders.
     fn inputs(&self) -> anyhow::Result<Vec<FitInput<'_>>> {
         let mut inputs: Vec<FitInput<'_>> = Vec::new();
@@ -261,7 +255,7 @@ impl Fit {
 
     fn basis_copy(&self) -> PathBuf {
         self.out
-            .join(Basis::path_for(Path::new(&self.recipe_name())))
+            .join(Basis::path_for(Path::new(&file_name(&self.recipe))))
     }
 
     /// Copies the whole basis into the output folder, once for all fits. Returns its name and checksum.
@@ -281,7 +275,6 @@ impl Fit {
         if !has_content(&to, &bytes) {
             write_file(&to, &bytes, self.force)?;
         }
-        let name = to.file_name().unwrap_or_default();
-        Ok(Some((name.to_string_lossy().into_owned(), checksum)))
+        Ok(Some((file_name(&to), checksum)))
     }
 }

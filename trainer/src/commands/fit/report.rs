@@ -239,7 +239,7 @@ impl ReadingSummary {
 }
 
 /// Returns the name of a file without directories.
-fn file_name(path: &Path) -> String {
+pub(super) fn file_name(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default();
     name.to_string_lossy().into_owned()
 }

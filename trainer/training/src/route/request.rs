@@ -31,42 +31,46 @@ impl LimitArgs {
     /// # Errors
     /// If an angle is out of range, or no pair of directions is within the limits.
     pub fn or(self, default: Limits) -> Result<Limits, MachineError> {
-        let radians = |setting, degrees: Option<f32>, max: f32, default| match degrees {
-            None => Ok(default),
-            // The conversion could round 90 degrees up.
-            Some(degrees) if degrees > 0.0 && degrees <= max => {
-                Ok(degrees.to_radians().min(match setting {
-                    Setting::MinSeparation => f32::INFINITY,
-                    _ => Limits::NONE.max_theta_i,
-                }))
-            }
-            Some(degrees) => Err(MachineError::Angle {
-                setting,
-                degrees,
-                max,
-            }),
-        };
-        let limits = Limits {
-            max_theta_i: radians(
+        let mut limits = default;
+        for (setting, degrees, limit) in [
+            (
                 Setting::MaxThetaI,
                 self.max_theta_i,
-                90.0,
-                default.max_theta_i,
-            )?,
-            max_theta_o: radians(
+                &mut limits.max_theta_i,
+            ),
+            (
                 Setting::MaxThetaO,
                 self.max_theta_o,
-                90.0,
-                default.max_theta_o,
-            )?,
-            min_separation: radians(
+                &mut limits.max_theta_o,
+            ),
+            (
                 Setting::MinSeparation,
                 self.min_separation,
-                180.0,
-                default.min_separation,
-            )?,
-            ..default
-        };
+                &mut limits.min_separation,
+            ),
+        ] {
+            let right_angles = if setting == Setting::MinSeparation {
+                2.0
+            } else {
+                1.0
+            };
+            let max = 90.0 * right_angles;
+            match degrees {
+                None => {}
+                Some(degrees) if degrees > 0.0 && degrees <= max => {
+                    // The conversion could round 90 degrees up.
+                    let max = right_angles * Limits::NONE.max_theta_i;
+                    *limit = degrees.to_radians().min(max);
+                }
+                Some(degrees) => {
+                    return Err(MachineError::Angle {
+                        setting,
+                        degrees,
+                        max,
+                    });
+                }
+            }
+        }
         limits.validate()?;
         Ok(limits)
     }
