@@ -219,6 +219,14 @@ pub trait RealScalar: Trigonometry {
     /// Returns the angle of the point (`x`, `self`) in (-pi, pi\]. Its derivative at the origin is set to 0.
     #[must_use]
     fn atan2(self, x: Self) -> Self;
+    /// Returns the larger number.
+    #[must_use]
+    fn max(self, other: Self) -> Self;
+    /// Returns the smaller number.
+    #[must_use]
+    fn min(self, other: Self) -> Self {
+        -(-self).max(-other)
+    }
 }
 
 impl RealScalar for f64 {
@@ -230,6 +238,10 @@ impl RealScalar for f64 {
     }
     fn atan2(self, x: Self) -> Self {
         f64::atan2(self, x)
+    }
+    #[inline]
+    fn max(self, other: Self) -> Self {
+        f64::max(self, other)
     }
 }
 
@@ -254,6 +266,13 @@ impl<const N: usize> RealScalar for Dual<f64, N> {
             }
         }
         angle
+    }
+
+    fn max(self, other: Self) -> Self {
+        match other.value > self.value {
+            true => other,
+            false => self,
+        }
     }
 }
 

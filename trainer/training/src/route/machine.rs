@@ -3,7 +3,6 @@
 use std::ops::RangeInclusive;
 
 use glimpse_core::gonio::Limits;
-use glimpse_core::numeric::Scalar;
 use glimpse_kernels::dual::RealScalar;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 
@@ -144,17 +143,19 @@ pub(crate) type AxisSeconds<S = f64> = [S; 3];
 
 /// Returns the time of a move from one [`Machine::axis_seconds`] to another, given [`Machine::turn_seconds`].
 #[inline]
-pub(crate) fn move_seconds<S: Scalar>(turn: f64, from: &AxisSeconds<S>, to: &AxisSeconds<S>) -> S {
+pub(crate) fn move_seconds<S: RealScalar>(
+    turn: f64,
+    from: &AxisSeconds<S>,
+    to: &AxisSeconds<S>,
+) -> S {
     let mut moves = *to;
     for (change, from) in moves.iter_mut().zip(from) {
         *change = *change - *from;
-        *change = change.if_positive(*change, -*change);
+        *change = change.max(-*change);
     }
     let [theta_i, theta_o, direct] = moves;
-    let other_way = S::constant(turn) - direct;
-    let max = |one: S, other: S| (one - other).if_positive(one, other);
-    let azimuth = (other_way - direct).if_positive(direct, other_way);
-    max(azimuth, max(theta_o, theta_i))
+    let azimuth = direct.min(S::constant(turn) - direct);
+    theta_i.max(theta_o).max(azimuth)
 }
 
 impl Machine {

@@ -37,20 +37,18 @@ impl HighlightWarp {
     }
 
     fn theta_h<S: RealScalar>(self, angles: Angles<S>) -> S {
-        let min = |one: S, other: S| (other - one).if_positive(one, other);
-        let max = |one: S, other: S| (one - other).if_positive(one, other);
         let tangent = |(sin, cos): (S, S)| sin / cos;
         let below_horizon = S::constant(FRAC_PI_2 - 1e-4);
-        let unwarped = tangent(min(angles.theta_h, below_horizon).sin_cos());
+        let unwarped = tangent(angles.theta_h.min(below_horizon).sin_cos());
         let stretched = unwarped * S::constant(f64::from(self.stretch));
         // At the horizon, tan(theta_h) tan(theta_d) |cos(phi_d)| = 1.
         let (_, cos_phi_d) = angles.phi_d.sin_cos();
         let across = tangent(angles.theta_d.sin_cos()) * cos_phi_d;
-        let across = max(max(across, -across), S::constant(1e-6));
+        let across = across.max(-across).max(S::constant(1e-6));
         let largest = S::constant(MAX_TANGENT_RATIO) / across;
-        let warped = min(stretched, max(unwarped, largest)).atan2(S::constant(1.0));
+        let warped = stretched.min(unwarped.max(largest)).atan2(S::constant(1.0));
         // A tangent that is already at or above the largest valid one is not stretched.
-        let is_warped = max(largest - unwarped, unwarped - stretched);
+        let is_warped = (largest - unwarped).max(unwarped - stretched);
         is_warped.if_positive(warped, angles.theta_h)
     }
 }
