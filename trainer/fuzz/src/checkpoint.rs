@@ -12,7 +12,7 @@ use glimpse_training::meta::identity::RunIdentity;
 use glimpse_training::meta::plan::TrainedParts;
 use glimpse_training::meta::plan::{Effort, Schedule};
 
-use crate::{Folder, accepted};
+use crate::support::{Folder, accepted};
 
 /// Length of magic and checksum in bytes.
 const HEADER_LENGTH: usize = 8;

@@ -7,7 +7,7 @@ use glimpse_trainer::measurement::{
 };
 use glimpse_trainer::render::Image;
 
-use crate::{ANGLES, Folder, accepted};
+use crate::support::{ANGLES, Folder, accepted};
 
 /// The recipe of device reports.
 const RECIPE: &[u8] = include_bytes!("../../../trainer/recipes/phong-n8.recipe");
