@@ -7,8 +7,11 @@ mod lab;
 mod materials;
 mod support;
 
-/// The name and the check of each reader. The names of its seeds start with its name.
-pub const READERS: [(&str, fn(&[u8])); 8] = [
+/// The name of a reader, with which the names of its seeds start, and its check.
+pub type Reader = (&'static str, fn(&[u8]));
+
+/// All readers.
+pub const READERS: [Reader; 8] = [
     ("basis", materials::check_basis),
     ("checkpoint", checkpoint::check),
     ("device", lab::check_device),

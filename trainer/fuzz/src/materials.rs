@@ -6,7 +6,7 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::linear::format::{HEADER_BYTES, MAGIC, VERSION, checksum_of};
 use glimpse_core::model::{NeuralParameters, ParameterSet};
 use glimpse_materials::basis::{Basis, angles_to_f64};
-use glimpse_materials::{Brdf, Format, Material, PabSet, Source, to_nbrdf};
+use glimpse_materials::{Brdf, Format, PabSet, Source, to_nbrdf};
 
 use crate::support::{ANGLES, Folder, accepted};
 
