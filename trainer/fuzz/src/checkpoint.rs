@@ -9,7 +9,7 @@ use crc::{CRC_32_ISO_HDLC, Crc};
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::meta::identity::RunIdentity;
 
-use crate::{Folder, accepted};
+use crate::support::{Folder, accepted};
 
 /// Length of magic and checksum in bytes.
 const HEADER_LENGTH: usize = 8;

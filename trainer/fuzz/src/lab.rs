@@ -6,7 +6,7 @@ use glimpse_trainer::measurement::{
 };
 use glimpse_trainer::render::Image;
 
-use crate::{ANGLES, Folder, accepted};
+use crate::support::{ANGLES, Folder, accepted};
 
 /// Largest accepted distance between the directions of a row and of a sample, in radians.
 const TOLERANCE: f64 = 0.02;

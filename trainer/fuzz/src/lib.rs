@@ -5,16 +5,13 @@
 pub mod checkpoint;
 mod lab;
 mod materials;
+mod support;
 
-use std::fmt::Display;
-use std::fs;
-use std::path::{Path, PathBuf};
+/// The name of a reader, with which the names of its seeds start, and its check.
+pub type Reader = (&'static str, fn(&[u8]));
 
-use glimpse_core::geometry::Angles;
-use tempfile::TempDir;
-
-/// The name and the check of each reader. The names of its seeds start with its name.
-pub const READERS: [(&str, fn(&[u8])); 7] = [
+/// All readers.
+pub const READERS: [Reader; 7] = [
     ("basis", materials::check_basis),
     ("checkpoint", checkpoint::check),
     ("environment", lab::check_environment),
@@ -28,57 +25,5 @@ pub const READERS: [(&str, fn(&[u8])); 7] = [
 pub fn check(input: &[u8]) {
     if let Some((reader, bytes)) = input.split_first() {
         READERS[usize::from(*reader) % READERS.len()].1(bytes);
-    }
-}
-
-/// A temporary folder for the files of an input, in memory if `/dev/shm` exists.
-struct Folder(TempDir);
-
-impl Folder {
-    fn new() -> Self {
-        let folder = tempfile::tempdir_in("/dev/shm").or_else(|_| tempfile::tempdir());
-        Self(folder.expect("a temporary folder"))
-    }
-
-    fn write(&self, name: &str, bytes: &[u8]) -> PathBuf {
-        let path = self.path().join(name);
-        fs::write(&path, bytes).expect("room in the temporary folder");
-        path
-    }
-
-    fn path(&self) -> &Path {
-        self.0.path()
-    }
-}
-
-/// Returns the result of a reader, or None if it rejects its file. The error message must contain the file's name, and be
-/// one line of at most 1200 bytes.
-fn accepted<T>(result: Result<T, impl Display>, name: &str) -> Option<T> {
-    let message = match result {
-        Ok(result) => return Some(result),
-        Err(error) => error.to_string(),
-    };
-    assert!(message.contains(name), "no file name: {message}");
-    assert!(message.len() <= 1200, "too long: {message}");
-    let has_control = message.contains(char::is_control);
-    assert!(!has_control, "control character: {message}");
-    None
-}
-
-/// Angles in radians: at the pole, above the horizon, near the horizon, and below it.
-const ANGLES: [Angles<f32>; 6] = [
-    angles(0.0, 0.0, 0.0),
-    angles(0.2, 0.3, 0.4),
-    angles(0.7, 0.5, 6.2),
-    angles(0.05, 1.4, 1.5),
-    angles(1.5, 0.01, 3.1),
-    angles(1.57, 1.5, 1.5),
-];
-
-const fn angles(theta_h: f32, theta_d: f32, phi_d: f32) -> Angles<f32> {
-    Angles {
-        theta_h,
-        theta_d,
-        phi_d,
     }
 }

@@ -8,7 +8,7 @@ use glimpse_core::model::{NeuralParameters, ParameterSet};
 use glimpse_materials::basis::{Basis, angles_to_f64};
 use glimpse_materials::{Brdf, Format, PabSet, Source, to_nbrdf};
 
-use crate::{ANGLES, Folder, accepted};
+use crate::support::{ANGLES, Folder, accepted};
 
 /// File names. The first byte of an input selects one.
 const NAMES: [&str; 6] = [

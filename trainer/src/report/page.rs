@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use glimpse_materials::files::{ensure_dir, write_atomic};
+use glimpse_materials::files::{ensure_dir, require_parent_dir, write_atomic};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::gallery::FileNames;
@@ -202,11 +202,12 @@ impl Page {
     }
 }
 
-/// Writes a file into a folder of `directory`, which must exist. The folder is created unless it exists.
+/// Writes a file below `directory`, which must exist. Missing folders in between are created.
 fn write_below(directory: &Path, relative: &Path, bytes: &[u8]) -> Result<(), PageError> {
     let path = directory.join(relative);
     let folder = path.parent().unwrap_or(directory);
-    ensure_dir(folder)
+    require_parent_dir(&directory.join(SECTION_FILE))
+        .and_then(|()| std::fs::create_dir_all(folder))
         .and_then(|()| write_atomic(&path, bytes))
         .map_err(|source| PageError::Write { path, source })
 }

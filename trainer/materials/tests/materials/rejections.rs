@@ -144,7 +144,7 @@ fn error_names_the_replaced_text() {
         (text, "0.1 0.11", "inf NaN", "8 inf"),
         (text, "0.1 0.11 0.12", "0.1", "8 3"),
         (text, "card", "../card", "sample_name ../card"),
-        (json, "{", "", "line 1"),
+        (json, "{", "", "line 2"),
         (json, "glimpse-material", "m", "format m glimpse-material"),
         (json, ": 1,", ": 2, \"values\": {},", "version 2"),
         (json, "felt", "../felt", "name ../felt"),
