@@ -8,7 +8,7 @@ use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_training::meta::learned::LearnedRecipe;
-use glimpse_training::meta::options::{CompletionOptions, Options};
+use glimpse_training::meta::options::{CompletionOptions, Options, OptionsError};
 use glimpse_training::meta::pattern::{Pattern, logits_from_reachable};
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::run::{TrainError, train};
@@ -257,7 +257,7 @@ fn impossible_budgets_are_refused() {
             ControlFlow::Continue(())
         });
         match result {
-            Err(TrainError::ScanBudget(error)) => error,
+            Err(TrainError::Options(OptionsError::ScanBudget(error))) => error,
             other => panic!("{:?}", other.map(drop)),
         }
     };
