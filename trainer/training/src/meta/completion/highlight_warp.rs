@@ -1,10 +1,8 @@
 //! Highlight warps: augmented materials with wider or narrower highlights.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f32::consts::FRAC_PI_2;
 
 use glimpse_core::geometry::Angles;
-use glimpse_kernels::dual::RealScalar;
-use glimpse_materials::basis::{AngleDual, angles_to_f64};
 
 /// A warp of theta_h: the warped BRDF at theta_h is the BRDF of the material at atan(`stretch` tan(theta_h)). A stretch
 /// above 1 narrows the highlight by that factor.
@@ -17,7 +15,7 @@ pub struct HighlightWarp {
 }
 
 /// The largest valid tangent, as a share of the tangent at the horizon.
-const MAX_TANGENT_RATIO: f64 = 0.999;
+const MAX_TANGENT_RATIO: f32 = 0.999;
 
 impl HighlightWarp {
     /// The identity.
@@ -27,29 +25,30 @@ impl HighlightWarp {
     /// with respect to theta_h, theta_d and phi_d of `angles`.
     #[must_use]
     pub fn angles(self, angles: Angles<f32>) -> (Angles<f32>, [f32; 3]) {
+        const UNIT_SLOPES: [f32; 3] = [1.0, 0.0, 0.0];
         if self == Self::IDENTITY {
-            return (angles, [1.0, 0.0, 0.0]);
+            return (angles, UNIT_SLOPES);
         }
-        let warped = self.theta_h(AngleDual::variables(angles_to_f64(&angles)));
-        let theta_h = warped.value as f32;
-        let slopes = warped.tangent.map(|slope| slope as f32);
-        (Angles { theta_h, ..angles }, slopes)
-    }
-
-    fn theta_h<S: RealScalar>(self, angles: Angles<S>) -> S {
-        let tangent = |(sin, cos): (S, S)| sin / cos;
-        let below_horizon = S::constant(FRAC_PI_2 - 1e-4);
-        let unwarped = tangent(angles.theta_h.min(below_horizon).sin_cos());
-        let stretched = unwarped * S::constant(f64::from(self.stretch));
+        let tangent = angles.theta_h.min(FRAC_PI_2 - 1e-4).tan();
+        let stretched = self.stretch * tangent;
         // At the horizon, tan(theta_h) tan(theta_d) |cos(phi_d)| = 1.
-        let (_, cos_phi_d) = angles.phi_d.sin_cos();
-        let across = tangent(angles.theta_d.sin_cos()) * cos_phi_d;
-        let across = across.max(-across).max(S::constant(1e-6));
-        let largest = S::constant(MAX_TANGENT_RATIO) / across;
-        let warped = stretched.min(unwarped.max(largest)).atan2(S::constant(1.0));
-        // A tangent that is already at or above the largest valid one is not stretched.
-        let is_warped = (largest - unwarped).max(unwarped - stretched);
-        is_warped.if_positive(warped, angles.theta_h)
+        let across = (angles.theta_d.tan().abs() * angles.phi_d.cos().abs()).max(1e-6);
+        let max_tangent = MAX_TANGENT_RATIO / across;
+        let (warped_tangent, slopes) = if stretched <= tangent.max(max_tangent) {
+            let by_theta_h = self.stretch * (1.0 + tangent * tangent);
+            (stretched, [by_theta_h, 0.0, 0.0])
+        } else if max_tangent > tangent {
+            let sin_cos = angles.theta_d.sin() * angles.theta_d.cos();
+            let by_theta_d = -max_tangent / sin_cos.max(1e-6);
+            let by_phi_d = max_tangent * angles.phi_d.tan();
+            (max_tangent, [0.0, by_theta_d, by_phi_d])
+        } else {
+            // The original tangent is already at or above the largest valid one.
+            return (angles, UNIT_SLOPES);
+        };
+        let slopes = slopes.map(|slope| slope / (1.0 + warped_tangent * warped_tangent));
+        let theta_h = warped_tangent.atan();
+        (Angles { theta_h, ..angles }, slopes)
     }
 }
 
