@@ -20,7 +20,7 @@ use crate::meta::scan_budget::ScanBudget;
 use crate::route::Machine;
 
 /// The version of the encoding.
-const VERSION: u8 = 1;
+const VERSION: u8 = 2;
 
 /// The metadata of a recipe. A fit needs none of it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
