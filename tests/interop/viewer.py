@@ -147,8 +147,8 @@ def main(trainer, pictures):
 
     linear = Path("linear-n8.recipe")
     run(trainer, "train", "--model", "linear", "--samples", 8, "--effort", "brief", "--data", "procedural:40:1", "--out", linear)
-    recipes = [linear, RECIPES / "phong-n8.recipe", RECIPES / "completed/cook-torrance-n8.recipe",
-               RECIPES / "neural-n8.recipe", RECIPES / "masked/neural-n16.recipe"]
+    recipes = [linear, RECIPES / "paper/phong-n8.recipe", RECIPES / "completed/cook-torrance-n8.recipe",
+               RECIPES / "paper/neural-n8.recipe", RECIPES / "masked/neural-n16.recipe"]
     run(trainer, "render", "view", *recipes, "--material", MATERIAL, "--out", "view.html", "--force")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox", "--disable-gpu"])

@@ -11,7 +11,7 @@ pub mod microcontroller;
 pub mod noisy_line;
 
 /// The firmware's default recipe.
-pub const RECIPE: &[u8] = include_bytes!("../../trainer/recipes/neural-n8.recipe");
+pub const RECIPE: &[u8] = include_bytes!("../../trainer/recipes/paper/neural-n8.recipe");
 
 /// The programs of the front page, compiled as documentation tests.
 #[cfg(doctest)]

@@ -8,8 +8,8 @@ use glimpse_materials::loss::{loss_directions, mean_log_error};
 use glimpse_materials::{FittedBrdf, Material, Procedural};
 use glimpse_trainer::measurement::Distribution;
 
-const NEURAL: &[u8] = include_bytes!("../../trainer/recipes/neural-n8.recipe");
-const LINEAR: &[u8] = include_bytes!("../../trainer/recipes/linear-n8.recipe");
+const NEURAL: &[u8] = include_bytes!("../../trainer/recipes/paper/neural-n8.recipe");
+const LINEAR: &[u8] = include_bytes!("../../trainer/recipes/paper/linear-n8.recipe");
 
 /// Fits readings and returns the residual.
 fn fit(recipe: &Recipe<'_>, readings: &[[f32; 3]]) -> Residual {

@@ -9,10 +9,10 @@
 .endm
 
     .section .rodata
-    recipe phong, "phong-n8.recipe"
-    recipe cook_torrance, "cook-torrance-n8.recipe"
-    recipe neural, "neural-n8.recipe"
-    recipe linear, "linear-n8.recipe"
+    recipe phong, "paper/phong-n8.recipe"
+    recipe cook_torrance, "paper/cook-torrance-n8.recipe"
+    recipe neural, "paper/neural-n8.recipe"
+    recipe linear, "paper/linear-n8.recipe"
     recipe completed, "completed/neural-n8.recipe"
 
 #ifdef __ELF__

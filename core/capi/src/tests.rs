@@ -32,10 +32,10 @@ use crate::types::{glimpse_config, glimpse_saved};
 
 /// Recipes: first one with a descent or a solve for each model, then one with a completion for each model.
 pub(crate) const RECIPES: [&[u8]; 8] = [
-    include_bytes!("../../../trainer/recipes/phong-n8.recipe"),
-    include_bytes!("../../../trainer/recipes/cook-torrance-n8.recipe"),
-    include_bytes!("../../../trainer/recipes/neural-n8.recipe"),
-    include_bytes!("../../../trainer/recipes/linear-n8.recipe"),
+    include_bytes!("../../../trainer/recipes/paper/phong-n8.recipe"),
+    include_bytes!("../../../trainer/recipes/paper/cook-torrance-n8.recipe"),
+    include_bytes!("../../../trainer/recipes/paper/neural-n8.recipe"),
+    include_bytes!("../../../trainer/recipes/paper/linear-n8.recipe"),
     include_bytes!("../../../trainer/recipes/completed/phong-n8.recipe"),
     include_bytes!("../../../trainer/recipes/completed/cook-torrance-n8.recipe"),
     include_bytes!("../../../trainer/recipes/completed/neural-n8.recipe"),

@@ -95,10 +95,10 @@ fn misuse_calls_every_function() {
 
 /// Recipes in the README's table.
 const RECIPES: [&str; 7] = [
-    "neural-n8",
-    "phong-n8",
-    "cook-torrance-n8",
-    "linear-n8",
+    "paper/neural-n8",
+    "paper/phong-n8",
+    "paper/cook-torrance-n8",
+    "paper/linear-n8",
     "completed/neural-n8",
     "completed/neural-n32",
     "completed/linear-n32",

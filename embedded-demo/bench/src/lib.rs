@@ -19,14 +19,14 @@ use glimpse_core::scan::Residual;
 /// Recipes of the benchmarks: n = 8. A descent has 20 steps, and Linear has 5 components.
 pub mod recipes {
     /// Phong.
-    pub static PHONG: &[u8] = include_bytes!("../../../trainer/recipes/phong-n8.recipe");
+    pub static PHONG: &[u8] = include_bytes!("../../../trainer/recipes/paper/phong-n8.recipe");
     /// Cook-Torrance.
     pub static COOK_TORRANCE: &[u8] =
-        include_bytes!("../../../trainer/recipes/cook-torrance-n8.recipe");
+        include_bytes!("../../../trainer/recipes/paper/cook-torrance-n8.recipe");
     /// Neural.
-    pub static NEURAL: &[u8] = include_bytes!("../../../trainer/recipes/neural-n8.recipe");
+    pub static NEURAL: &[u8] = include_bytes!("../../../trainer/recipes/paper/neural-n8.recipe");
     /// Linear.
-    pub static LINEAR: &[u8] = include_bytes!("../../../trainer/recipes/linear-n8.recipe");
+    pub static LINEAR: &[u8] = include_bytes!("../../../trainer/recipes/paper/linear-n8.recipe");
 
     /// Recipes with a completion: n = 8, then one step of descent, except for Linear.
     pub mod completed {

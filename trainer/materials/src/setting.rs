@@ -64,10 +64,6 @@ settings! {
     Share "share",
     /// The speeds of the axes.
     Speed "speed",
-    /// The initial angles of the axes.
-    Start "start",
-    /// Exchange of light and sensor.
-    Swap "swap",
 }
 
 impl Setting {

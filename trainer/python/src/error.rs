@@ -63,9 +63,7 @@ fn message(error: &(dyn Error + 'static)) -> String {
 /// Returns the name of the parameter for a setting.
 fn parameter(setting: Setting) -> String {
     let unit = match setting {
-        Setting::MaxThetaI | Setting::MaxThetaO | Setting::MinSeparation | Setting::Start => {
-            "_degrees"
-        }
+        Setting::MaxThetaI | Setting::MaxThetaO | Setting::MinSeparation => "_degrees",
         Setting::Speed => "_degrees_per_second",
         Setting::Settle => "_seconds",
         _ => "",

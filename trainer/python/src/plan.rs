@@ -103,13 +103,6 @@ impl PyPlan {
         )
     }
 
-    /// True for each visit with light and sensor exchanged: bool of shape (n,).
-    #[getter]
-    fn swapped<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<bool>>> {
-        let swapped = self.route.visits.iter().map(|visit| visit.swapped);
-        array(py, &[self.route.visits.len()], swapped.collect())
-    }
-
     /// The time at which each sample is measured, seconds after the start, float64 of shape (n,).
     #[getter]
     fn seconds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {

@@ -9,7 +9,7 @@ use glimpse_materials::basis::Basis;
 use glimpse_trainer::export::{expectation, training};
 use glimpse_trainer::measurement::Measurements;
 use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::{Axes, LimitArgs, Order, PlanArgs, axes_from_angles};
+use glimpse_training::route::{LimitArgs, Order, PlanArgs, axes_from_angles};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
@@ -265,18 +265,15 @@ impl PyRecipe {
     /// progressive by default for recipes trained with `scan_seconds`, and travel for others. `speed_degrees_per_second` is one number, or four for
     /// the axes theta_i, phi_i, theta_o, phi_o (default the recipe's, or else 10). Speed 0 means that the machine lacks
     /// that azimuth axis. `settle_seconds` is the time spent at each sample (default the recipe's, or else 0.5).
-    /// `start_degrees` is the initial position of the axes (default 0, 0, 0, 180).
     ///
-    /// With `swap`, light and sensor may be exchanged, which assumes reciprocal materials. Only the
-    /// difference of the azimuths is kept, because rotating both arms together does not change the readings of an
+    /// Only the difference of the azimuths is kept, because rotating both arms together does not change the readings of an
     /// isotropic sample. Without `full_turns`, azimuths stay within -180 to 180 degrees. Limits of the machine default
     /// to the recipe's. The search is random and depends on `seed` (default 0).
     ///
     /// Raises GlimpseError if samples are out of reach. The message lists them.
     #[pyo3(signature = (
         order = None, *, speed_degrees_per_second = None, settle_seconds = None,
-        start_degrees = [0.0, 0.0, 0.0, 180.0], swap = false, full_turns = true,
-        max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, seed = 0,
+        full_turns = true, max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, seed = 0,
     ))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn plan(
@@ -285,8 +282,6 @@ impl PyRecipe {
         order: Option<&str>,
         speed_degrees_per_second: Option<&Bound<'_, PyAny>>,
         settle_seconds: Option<f64>,
-        start_degrees: [f64; 4],
-        swap: bool,
         full_turns: bool,
         max_theta_i_degrees: Option<f32>,
         max_theta_o_degrees: Option<f32>,
@@ -298,8 +293,6 @@ impl PyRecipe {
                 .map(|name| choose_value("order", name, Order::name))
                 .transpose()?,
             speeds: speed_args(speed_degrees_per_second, settle_seconds)?,
-            start: Axes::from_array(start_degrees),
-            swap,
             no_full_turns: !full_turns,
             limits: LimitArgs {
                 max_theta_i: max_theta_i_degrees,

@@ -97,10 +97,7 @@ def test_rejects_invalid_recipes(trainer, tmp_path, trained):
             {"speed_degrees_per_second": [20, 10, 20, 10], "settle_seconds": 1.5, "full_turns": False},
             ["--speed", "20,10,20,10", "--settle", "1.5", "--no-full-turns"],
         ),
-        (
-            {"swap": True, "max_theta_o_degrees": 80, "start_degrees": (0, 0, 0, 180)},
-            ["--swap", "--max-theta-o", "80", "--start", "0,0,0,180"],
-        ),
+        ({"max_theta_o_degrees": 89}, ["--max-theta-o", "89"]),
         ({"speed_degrees_per_second": 5}, ["--speed", "5"]),
     ],
 )
@@ -114,7 +111,6 @@ def test_plan_matches_command(trainer, tmp_path, options, arguments):
     assert plan.order == expected["order"] and len(plan) == 8
     rows = expected["visits"]
     assert plan.indices.tolist() == [row["index"] for row in rows]
-    assert plan.swapped.tolist() == [row["swapped"] for row in rows]
     np.testing.assert_allclose(plan.seconds, [row["seconds"] for row in rows])
     axes = ["theta_i", "phi_i", "theta_o", "phi_o"]
     np.testing.assert_allclose(plan.angles_degrees, [[row[axis] for axis in axes] for row in rows], atol=1e-4)
@@ -127,7 +123,7 @@ def test_rejects_invalid_plans(trainer):
         recipe.plan(max_theta_o_degrees=80)
     lines = str(error.value).split("\n")
     expected = trainer("plan", NEURAL, "--max-theta-o", "80", fails=True).split("\n")
-    assert lines[:-1] == expected[:-1] and "swap" in lines[-1] and "--" not in lines[-1]
+    assert lines[:-1] == expected[:-1] and "max_theta_o" in lines[-1] and "--" not in lines[-1]
     for options, expected_names in [
         ({"order": "best"}, ["travel", "progressive"]),
         ({"speed_degrees_per_second": -1}, ["theta_i", "-1"]),

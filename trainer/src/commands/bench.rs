@@ -61,7 +61,7 @@ impl Bench {
 
     fn measure(&self) -> Vec<Line> {
         let workload = Workload::default();
-        let mut items = workload.items(self.model.map(ModelKind::from));
+        let mut items = workload.items(self.model);
         let progress = StepProgress::new("timing", 2 + items.len());
         let threads = |is_parallel| match is_parallel {
             true => rayon::current_num_threads(),

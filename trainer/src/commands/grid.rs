@@ -148,7 +148,7 @@ fn train_if_missing(
     sources: &Sources,
     source_shares: &[SourceShare],
 ) -> anyhow::Result<f32> {
-    let _locks = run.lock()?;
+    let _lock = run.lock()?;
     let trained = run.refuse_overwrite(run.trained_loss(source_shares), true, train.force)?;
     if let Some(expected_loss) = trained {
         run.remove_checkpoint();

@@ -8,7 +8,6 @@ pub(crate) mod compare;
 pub(crate) mod convert;
 pub(crate) mod evaluate;
 mod evaluation_report;
-mod existing_output;
 mod expected_loss;
 pub(crate) mod export;
 mod export_basis;

@@ -24,7 +24,7 @@ use super::output::{is_same_file, write_files};
 /// If samples are out of the machine's reach, the error lists all of them, and nothing is planned.
 ///
 /// Example: trainer plan neural-n8.recipe --speed 20,10,20,10 --settle 1.5 --blank readings.csv
-///          trainer plan neural-n8.recipe --swap --max-theta-o 78 --out plan.csv
+///          trainer plan neural-n8.recipe --max-theta-o 85 --out plan.csv
 #[derive(Args)]
 #[command(verbatim_doc_comment, group = ArgGroup::new("written").args(["out", "blank"]).multiple(true))]
 pub(crate) struct Plan {
@@ -32,7 +32,7 @@ pub(crate) struct Plan {
     recipe: PathBuf,
     #[command(flatten)]
     request: PlanArgs,
-    /// CSV file for the plan: index, theta_i, phi_i, theta_o, phi_o (degrees), swapped, seconds
+    /// CSV file for the plan: index, theta_i, phi_i, theta_o, phi_o (degrees), seconds
     #[arg(long, short, value_name = "FILE.csv")]
     out: Option<PathBuf>,
     /// CSV file for a blank sheet of readings: index, theta_i, phi_i, theta_o, phi_o (degrees), r, g, b
@@ -107,12 +107,8 @@ fn to_text(route: &Route, machine: &Machine) -> String {
     );
     for visit in &route.visits {
         let [theta_i, phi_i, theta_o, phi_o] = visit.arms.to_array();
-        let swapped = match visit.swapped {
-            true => "swapped",
-            false => "",
-        };
         text += &format!(
-            "{:6} {theta_i:8.2} {phi_i:8.2} {theta_o:8.2} {phi_o:8.2}  {swapped:9} {:19.1}\n",
+            "{:6} {theta_i:8.2} {phi_i:8.2} {theta_o:8.2} {phi_o:8.2} {:30.1}\n",
             visit.index, visit.seconds
         );
     }

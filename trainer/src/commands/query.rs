@@ -32,7 +32,7 @@ use super::{load, print};
 /// Example: printf 'theta_i,phi_i,theta_o,phi_o\n30,0,30,180\n' > mirror.csv
 ///          trainer query acrylic_felt_green_rgb.bsdf --angles mirror.csv
 ///          trainer query MERL/ --angles mirror.csv --out mirror-brdf.csv
-///          trainer plan neural-n8.recipe --swap --out plan.csv
+///          trainer plan neural-n8.recipe --out plan.csv
 ///          trainer query gold.binary --angles plan.csv --out gold.csv
 #[derive(Args)]
 #[command(verbatim_doc_comment)]

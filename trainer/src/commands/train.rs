@@ -18,7 +18,6 @@ use glimpse_training::meta::request::TrainingArgs;
 use glimpse_training::recipe::{RecipeFile, pack_recipe};
 
 use super::auto_samples::choose_samples;
-use super::existing_output::trained_loss;
 use super::expected_loss::expected_loss;
 use super::lock::Lock;
 use super::numbers::SampleCount;
@@ -91,13 +90,10 @@ pub(crate) struct Train {
     /// Length of the training
     #[arg(long, value_enum, default_value_t = Effort::Standard)]
     effort: Effort,
-    /// Directory of the run's checkpoint, removed at the end [default: OUT.checkpoint]
-    #[arg(long, conflicts_with = "grid")]
-    checkpoint: Option<PathBuf>,
     /// Seconds between two checkpoints, 0 to 1e9; 0 saves one after every step
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds)]
     checkpoint_every: Duration,
-    /// Continue from the checkpoint, if there is one (a grid always does)
+    /// Continue from the checkpoint OUT.checkpoint, if there is one (a grid always does)
     #[arg(long, conflicts_with = "grid")]
     resume: bool,
     /// Replace a recipe that was trained with other options, or discard an unfinished run
@@ -118,6 +114,11 @@ fn seconds(text: &str) -> Result<Duration, String> {
 
 impl Train {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
+        ensure!(
+            !is_stream(&self.out),
+            "{} is not a regular file, and has no place for a checkpoint: give a file as --out",
+            self.out.display()
+        );
         let sources = self.sources()?;
         let (&[model], &[samples]) = (&self.model[..], &self.samples[..]) else {
             bail!(
@@ -133,7 +134,6 @@ impl Train {
                 None => {
                     // Before the short trainings, which take a while.
                     let run = training_run(1)?;
-                    run.refuse_streams(self.checkpoint.is_some())?;
                     run.check_writable()?;
                     run.refuse_overwrite(Ok(None), self.resume, self.force)?;
                     choose_samples(&sources, |samples| Ok(training_run(samples)?.options))?
@@ -141,10 +141,9 @@ impl Train {
             },
         };
         let run = training_run(samples)?;
-        run.refuse_streams(self.checkpoint.is_some())?;
         // An unwritable output is reported before training, not after hours of it.
         run.check_writable()?;
-        let _locks = run.lock()?;
+        let _lock = run.lock()?;
         let (materials, source_shares) = load_all(&sources)?;
         let trained = run.trained_loss(&source_shares);
         let trained = run.refuse_overwrite(trained, self.resume, self.force)?;
@@ -176,7 +175,7 @@ impl Train {
     /// # Errors
     /// If a recipe exists, and neither --resume nor --force was given.
     fn samples_of_trained(&self) -> anyhow::Result<Option<usize>> {
-        if self.force || is_stream(&self.out) || !self.out.exists() {
+        if self.force || !self.out.exists() {
             return Ok(None);
         }
         ensure!(
@@ -203,15 +202,14 @@ impl Train {
         seed: u64,
     ) -> anyhow::Result<TrainingRun> {
         let (schedule, effort) = (self.schedule, self.effort);
+        let mut checkpoint = out.clone().into_os_string();
+        checkpoint.push(".checkpoint");
         Ok(TrainingRun {
             options: self
                 .training
                 .options(model, samples, schedule, effort, seed)?,
             data,
-            checkpoint: match &self.checkpoint {
-                Some(directory) => directory.clone(),
-                None => default_checkpoint(&out),
-            },
+            checkpoint: checkpoint.into(),
             checkpoint_interval: self.checkpoint_every,
             out,
         })
@@ -229,35 +227,9 @@ pub(super) struct TrainingRun {
 }
 
 impl TrainingRun {
-    /// Refuses to write a recipe to a pipe or device if the run needs a file next to it.
-    fn refuse_streams(&self, has_checkpoint: bool) -> anyhow::Result<()> {
-        if !is_stream(&self.out) {
-            return Ok(());
-        }
-        if self.options.model == ModelKind::Linear {
-            bail!(
-                "{} is not a regular file, and the model linear writes a basis next to its recipe: \
-                 give a file as --out",
-                self.out.display()
-            );
-        }
-        if !has_checkpoint {
-            bail!(
-                "{} is not a regular file, and has no default checkpoint path: give --checkpoint",
-                self.out.display()
-            );
-        }
-        Ok(())
-    }
-
-    /// Locks the recipe and the checkpoint.
-    pub(super) fn lock(&self) -> anyhow::Result<Vec<Lock>> {
-        let mut locks = Vec::new();
-        if !is_stream(&self.out) {
-            locks.push(Lock::of_path(&self.out)?);
-        }
-        locks.push(Lock::of_path(&self.checkpoint)?);
-        Ok(locks)
+    /// Locks the recipe and its checkpoint.
+    pub(super) fn lock(&self) -> anyhow::Result<Lock> {
+        Lock::of_path(&self.out)
     }
 
     /// Refuses to replace a recipe, a basis or an unfinished run, unless `force` is set. Takes and returns the result of
@@ -319,11 +291,29 @@ impl TrainingRun {
         &self,
         source_shares: &[SourceShare],
     ) -> anyhow::Result<Option<f32>> {
+        if !self.out.exists() {
+            return Ok(None);
+        }
+        let out = self.out.display();
+        let remedy = "give --force to replace it, or another --out";
+        let file =
+            RecipeFile::read(&self.out).with_context(|| format!("{out} exists: {remedy}"))?;
         let options = Options {
             source_shares: source_shares.to_vec(),
             ..self.options.clone()
         };
-        trained_loss(&self.out, &options, &self.data)
+        let training = file.metadata().training.as_ref();
+        ensure!(
+            training.is_some_and(|training| training.digest == options.digest()),
+            "{out} was trained with other options or materials: {remedy}"
+        );
+        let basis = Basis::path_for(&self.out);
+        ensure!(
+            options.model != ModelKind::Linear || basis.exists(),
+            "{out} has no basis file {}: {remedy}",
+            basis.display()
+        );
+        Ok(file.recipe().expected_loss())
     }
 
     /// Trains the recipe and writes it. Replaces existing files. Prints the sources of the training tasks, and the results of
@@ -398,11 +388,4 @@ pub(super) fn train_to_file(
         Checkpoint::remove(&checkpoints.directory);
     }
     Ok((learned, file))
-}
-
-/// Returns `OUT.checkpoint`.
-fn default_checkpoint(out: &Path) -> PathBuf {
-    let mut name = out.as_os_str().to_owned();
-    name.push(".checkpoint");
-    name.into()
 }

@@ -2,10 +2,9 @@
 
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
-use glimpse_core::recipe::Recipe;
 use glimpse_trainer::metrics::METRICS;
 use glimpse_trainer::report::{Axis, Cell, Column, Compare, Marker, Scale, SeriesColor};
-use glimpse_training::route::{Axes, Machine, Order, Route, stops};
+use glimpse_training::route::{Machine, Order, Route, stops};
 
 use super::case::{Approach, Case, MOTION_SPEED, Variation};
 use super::engine::{Evaluated, Grid, Line, Part, Plan, PlotOfColumns, Row};
@@ -228,53 +227,6 @@ pub(super) fn importance(max_samples: usize) -> Plan {
 /// Budgets for motion in training, in seconds at [`MOTION_SPEED`].
 const BUDGETS: [u32; 3] = [5, 10, 20];
 
-/// A machine whose axes have the same speed.
-struct NamedMachine {
-    name: &'static str,
-    /// Degrees per second.
-    speed: f64,
-    /// Seconds.
-    settle: f64,
-}
-
-/// All axes of a machine have the same speed, so that the pattern that moves least on one machine does so on the other,
-/// and one training serves both.
-const MACHINES: [NamedMachine; 2] = [
-    NamedMachine {
-        name: "slow",
-        speed: MOTION_SPEED,
-        settle: 0.5,
-    },
-    NamedMachine {
-        name: "fast",
-        speed: 60.0,
-        settle: 0.1,
-    },
-];
-
-impl NamedMachine {
-    /// Returns the seconds of a scan of all samples in the fastest order.
-    fn seconds(&self, recipe: &Recipe<'_>, seed: u64) -> anyhow::Result<f64> {
-        let machine = Machine {
-            speeds: Axes::from_array([self.speed; 4]),
-            settle: self.settle,
-            ..Machine::default()
-        };
-        let stops = stops(recipe, &Limits::NONE, false)
-            .map_err(|_| anyhow::anyhow!("a sample is below the horizon"))?;
-        Ok(Route::new(&machine, &stops, Order::Travel, seed).total())
-    }
-
-    fn describe(&self) -> String {
-        let Self {
-            name,
-            speed,
-            settle,
-        } = self;
-        format!("{name} machine: {speed} degrees per second, {settle} s to settle")
-    }
-}
-
 /// Quality over the seconds of a scan, for patterns trained with and without a budget for the time of motion.
 pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
     const MODEL: ModelKind = ModelKind::Linear;
@@ -282,9 +234,9 @@ pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
     const SHOWN: [usize; 2] = [0, 4];
     let intro = format!(
         "Linear, n = 1, 2, 4, ... {max_samples}; each point is a separate training. Patterns that were trained for \
-         samples are scanned in the fastest order. Those that were trained for seconds keep to a budget of motion at \
-         {MOTION_SPEED} degrees per second. A scan starts with the light and the sensor along the normal, and ends with \
-         the last reading."
+         samples are scanned in the fastest order. Those that were trained for seconds keep to a budget of motion. All \
+         axes turn at {MOTION_SPEED} degrees per second, and a reading takes 0.5 s. A scan starts with the light and the \
+         sensor along the normal, and ends with the last reading."
     );
     let (ours, completed) = (Approach::Ours, Approach::Completed);
     let mut kinds = vec![
@@ -311,9 +263,8 @@ pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
         (SeriesColor::Green, Marker::Disc),
     ];
     let mut columns = vec![Column::text("Trained"), plain("n", 0)];
-    columns.extend(MACHINES.map(|machine| plain(format!("seconds, {}", machine.name), 1)));
+    columns.push(plain("seconds", 1));
     columns.extend(SHOWN.map(|index| plain(METRICS[index].title, METRICS[index].decimals)));
-    let machines: Vec<String> = MACHINES.iter().map(NamedMachine::describe).collect();
     let mut parts = vec![Part::Text(intro)];
     for set in 0..store.sets.len() {
         let suffix = match set {
@@ -327,31 +278,28 @@ pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
                 .collect(),
             ..Row::default()
         });
-        let plots = MACHINES.iter().enumerate().flat_map(|(index, machine)| {
-            let (kinds, suffix) = (&kinds, &suffix);
-            SHOWN.iter().enumerate().map(move |(column, metric)| {
-                let name = METRICS[*metric].title;
-                let short = name.to_lowercase().replace(' ', "-");
-                let lines = kinds.iter().zip(styles).enumerate();
-                PlotOfColumns {
-                    name: format!("{}-{short}{suffix}", machine.name),
-                    title: format!("{name} over seconds, {}", machine.describe()),
-                    x: Axis {
-                        title: "seconds of a scan".into(),
-                        scale: Scale::Log10,
-                    },
-                    x_column: 2 + index,
-                    metric: name,
-                    lines: lines
-                        .map(|(row, ((name, ..), style))| Line {
-                            name: name.clone(),
-                            style,
-                            row: Some(row),
-                            column: 2 + MACHINES.len() + column,
-                        })
-                        .collect(),
-                }
-            })
+        let plots = SHOWN.iter().enumerate().map(|(column, metric)| {
+            let name = METRICS[*metric].title;
+            let short = name.to_lowercase().replace(' ', "-");
+            let lines = kinds.iter().zip(styles).enumerate();
+            PlotOfColumns {
+                name: format!("{short}{suffix}"),
+                title: format!("{name} over the seconds of a scan"),
+                x: Axis {
+                    title: "seconds of a scan".into(),
+                    scale: Scale::Log10,
+                },
+                x_column: 2,
+                metric: name,
+                lines: lines
+                    .map(|(row, ((name, ..), style))| Line {
+                        name: name.clone(),
+                        style,
+                        row: Some(row),
+                        column: 3 + column,
+                    })
+                    .collect(),
+            }
         });
         parts.push(Part::Grid(Grid {
             set,
@@ -359,7 +307,7 @@ pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
             plots: plots.collect(),
             ..Grid::new(
                 format!("seconds{suffix}"),
-                format!("Linear. {}", machines.join("; ")),
+                "Linear",
                 columns.clone(),
                 rows.collect(),
             )
@@ -371,7 +319,7 @@ pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
     }
 }
 
-/// Returns n, the seconds for each of [`MACHINES`], the loss and the color difference of each case.
+/// Returns n, the seconds of a scan, the loss and the color difference of each case.
 fn rows_with_seconds(evaluated: &Evaluated<'_, '_>) -> anyhow::Result<Vec<Vec<Cell>>> {
     let mut rows = Vec::new();
     for (case, report) in evaluated.row.cases.iter().zip(&evaluated.reports) {
@@ -379,10 +327,11 @@ fn rows_with_seconds(evaluated: &Evaluated<'_, '_>) -> anyhow::Result<Vec<Vec<Ce
         row.push(Cell::Number(case.samples as f64));
         if let Some(training) = case.training() {
             let (file, _) = evaluated.store.recipe(&training)?;
-            for machine in &MACHINES {
-                let seconds = machine.seconds(&file.recipe(), evaluated.store.settings.seed)?;
-                row.push(Cell::Number(seconds));
-            }
+            let stops = stops(&file.recipe(), &Limits::NONE)
+                .map_err(|_| anyhow::anyhow!("a sample is below the horizon"))?;
+            let seed = evaluated.store.settings.seed;
+            let route = Route::new(&Machine::default(), &stops, Order::Travel, seed);
+            row.push(Cell::Number(route.total()));
         }
         row.extend([report.metrics.loss, report.metrics.delta_e].map(Cell::Number));
         rows.push(row);

@@ -49,9 +49,8 @@ pub struct CountCalibration {
 /// Counts of a white tile.
 #[derive(Clone, Debug)]
 pub enum WhiteReference {
-    /// Counts at the directions of each sample: first as in the pattern, then with light and sensor exchanged, which
-    /// changes the counts. None if the white was not read there.
-    PerSample(Vec<[Option<[f32; 3]>; 2]>),
+    /// Counts at the directions of each sample; None if the white was not read there.
+    PerSample(Vec<Option<[f32; 3]>>),
     /// Counts at one pair of directions, and the larger of the two spots on the sample.
     Single([f32; 3], Directions<f32>, Footprint),
 }
@@ -85,22 +84,18 @@ impl WhiteReference {
                 },
                 other => other,
             })?;
-        let mut whites = vec![[Repeated::new(); 2]; pattern.len()];
+        let mut whites = vec![Repeated::new(); pattern.len()];
         for row in &matched {
             if let Some(values) = row.values {
                 if row.saturated {
                     return Err(rows.line_error(row.line, SATURATED_WHITE));
                 }
-                let white = &mut whites[row.sample][usize::from(row.exchanged)];
-                white.add(values, false).map_err(|error| {
+                whites[row.sample].add(values, false).map_err(|error| {
                     rows.line_error(row.line, &format!("{error}; correct the row or remove it"))
                 })?;
             }
         }
-        let means = whites
-            .iter()
-            .map(|white| white.each_ref().map(Repeated::mean));
-        Ok(Self::PerSample(means.collect()))
+        Ok(Self::PerSample(whites.iter().map(Repeated::mean).collect()))
     }
 }
 
@@ -152,14 +147,10 @@ impl CountCalibration {
         let white = match &self.white {
             WhiteReference::Single(white, ..) => *white,
             WhiteReference::PerSample(whites) => {
-                let white = whites.get(row.sample).copied().unwrap_or_default();
-                white[usize::from(row.exchanged)].ok_or_else(|| {
-                    let exchanged = match row.exchanged {
-                        true => ", with light and sensor exchanged",
-                        false => "",
-                    };
+                let white = whites.get(row.sample).copied().flatten();
+                white.ok_or_else(|| {
                     format!(
-                        "sample {}{exchanged} has no white reading; read the white at these directions as well",
+                        "sample {} has no white reading; read the white at these directions as well",
                         row.sample
                     )
                 })?

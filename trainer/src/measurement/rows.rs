@@ -44,8 +44,6 @@ pub(super) struct MatchedRow {
     pub(super) sample: usize,
     /// The row's own directions, or else those of the sample.
     pub(super) directions: Directions<f32>,
-    /// True if light and sensor are exchanged.
-    pub(super) exchanged: bool,
     /// None if nothing was read.
     pub(super) values: Option<[f32; 3]>,
     pub(super) saturated: bool,
@@ -58,7 +56,7 @@ pub(super) struct MatchedRow {
 enum Cause {
     /// Angles are in radians.
     Radians,
-    /// Light and sensor are exchanged in some rows.
+    /// Light and sensor are exchanged.
     Exchanged,
     /// Azimuths have the opposite sense.
     Mirrored,
@@ -166,7 +164,7 @@ impl Rows {
             .map(IsotropicAngles::from_angles)
             .collect();
         let matched = self.rows.iter().map(|row| {
-            let (sample, distance, exchanged) = self.find_sample(row, &samples, tolerance)?;
+            let (sample, distance) = self.find_sample(row, &samples, tolerance)?;
             let angles = row
                 .angles
                 .map_or(pattern[sample], RowAngles::to_rusinkiewicz);
@@ -174,7 +172,6 @@ impl Rows {
                 line: row.line,
                 sample,
                 directions: to_directions(angles),
-                exchanged,
                 values: row.values,
                 saturated: row.saturated,
                 distance,
@@ -215,14 +212,13 @@ impl Rows {
         Ok((to_directions(angles), values))
     }
 
-    /// Finds the sample of a row. Returns it with its distance, if the row has directions, and true if light and sensor
-    /// are exchanged.
+    /// Finds the sample of a row. Returns it with its distance, if the row has directions.
     fn find_sample(
         &self,
         row: &ReadingRow,
         samples: &[IsotropicAngles],
         tolerance: f64,
-    ) -> Result<(usize, Option<AngularDistance>, bool), TableError> {
+    ) -> Result<(usize, Option<AngularDistance>), TableError> {
         let count = samples.len();
         if let Some(index) = row.index.filter(|index| *index >= count) {
             return Err(self.line_error(
@@ -235,7 +231,7 @@ impl Rows {
         }
         let Some(angles) = row.angles else {
             return match row.index {
-                Some(index) => Ok((index, None, false)),
+                Some(index) => Ok((index, None)),
                 None => Err(self.line_error(
                     row.line,
                     "the directions and the index are missing; give one of them",
@@ -243,13 +239,13 @@ impl Rows {
             };
         };
         let angles = isotropic(angles);
-        let Some((sample, distance, exchanged)) = nearest(row, angles, samples, tolerance) else {
+        let Some((sample, distance)) = nearest(row, angles, samples) else {
             return Err(
                 self.file_error("the recipe has no samples; give another recipe".to_owned())
             );
         };
         if distance.radians <= tolerance {
-            return Ok((sample, Some(distance), exchanged));
+            return Ok((sample, Some(distance)));
         }
         let IsotropicAngles {
             theta_i,
@@ -275,11 +271,10 @@ impl Rows {
                 ". All {} rows match if the angles are in radians; give degrees, which are radians times 57.29578",
                 self.rows.len()
             ),
-            Some(Cause::Exchanged) => {
-                ". All rows match if light and sensor are exchanged in some of them; if the exchange is intended, as by \
-                 `trainer plan --swap`, give the samples in a column index"
-                    .to_owned()
-            }
+            Some(Cause::Exchanged) => format!(
+                ". All {} rows match if light and sensor are exchanged; exchange their columns",
+                self.rows.len()
+            ),
             Some(Cause::Mirrored) => format!(
                 ". All {} rows match if the azimuths have the opposite sense; negate phi_i and phi_o (or phi_d, or y \
                  of vectors)",
@@ -297,14 +292,12 @@ impl Rows {
         let is_cause = |cause: &Cause| {
             self.rows.iter().all(|row| {
                 let matches = |angles| {
-                    nearest(row, angles, samples, tolerance)
-                        .is_some_and(|(_, distance, _)| distance.radians <= tolerance)
+                    nearest(row, angles, samples)
+                        .is_some_and(|(_, distance)| distance.radians <= tolerance)
                 };
                 row.angles.is_none_or(|angles| match cause {
                     Cause::Radians => matches(isotropic(angles.scaled(1.0_f64.to_degrees()))),
-                    Cause::Exchanged => {
-                        matches(isotropic(angles)) || matches(isotropic(angles).exchanged())
-                    }
+                    Cause::Exchanged => matches(isotropic(angles).exchanged()),
                     Cause::Mirrored => matches(isotropic(angles).mirrored()),
                 })
             })
@@ -313,24 +306,16 @@ impl Rows {
     }
 }
 
-/// Returns the sample of a row with these angles, its distance, and true if light and sensor are exchanged: the sample of
-/// the row's index, or else the nearest one. None if the index is out of range. Only a row with an index may have the
-/// exchange, by a plan with --swap.
+/// Returns the sample of a row with these angles and its distance: the sample of the row's index, or else the nearest one.
+/// None if the index is out of range.
 fn nearest(
     row: &ReadingRow,
     angles: IsotropicAngles,
     samples: &[IsotropicAngles],
-    tolerance: f64,
-) -> Option<(usize, AngularDistance, bool)> {
-    let Some(index) = row.index else {
-        let (sample, distance) = angles.nearest(samples)?;
-        return Some((sample, distance, false));
-    };
-    let sample = samples.get(index)?;
-    let (direct, exchanged) = (angles.distance(sample), angles.exchanged().distance(sample));
-    match exchanged.radians < direct.radians && exchanged.radians <= tolerance {
-        true => Some((index, exchanged, true)),
-        false => Some((index, direct, false)),
+) -> Option<(usize, AngularDistance)> {
+    match row.index {
+        Some(index) => Some((index, angles.distance(samples.get(index)?))),
+        None => angles.nearest(samples),
     }
 }
 

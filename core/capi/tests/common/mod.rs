@@ -11,10 +11,10 @@ use glimpse_core::scan::Scan;
 
 /// Names and files of the recipes, in the order of the examples.
 const RECIPES: [(&str, &str); 5] = [
-    ("phong", "phong-n8.recipe"),
-    ("cook-torrance", "cook-torrance-n8.recipe"),
-    ("neural", "neural-n8.recipe"),
-    ("linear", "linear-n8.recipe"),
+    ("phong", "paper/phong-n8.recipe"),
+    ("cook-torrance", "paper/cook-torrance-n8.recipe"),
+    ("neural", "paper/neural-n8.recipe"),
+    ("linear", "paper/linear-n8.recipe"),
     ("neural-completed", "completed/neural-n8.recipe"),
 ];
 

@@ -16,8 +16,9 @@ const LAYOUT: Layout = Layout {
     area_bytes: SECTOR_BYTES as u32,
     slot_bytes: 3 * SECTOR_BYTES as u32,
 };
-static PHONG: &[u8] = include_bytes!("../../../../trainer/recipes/phong-n8.recipe");
-static COOK_TORRANCE: &[u8] = include_bytes!("../../../../trainer/recipes/cook-torrance-n8.recipe");
+static PHONG: &[u8] = include_bytes!("../../../../trainer/recipes/paper/phong-n8.recipe");
+static COOK_TORRANCE: &[u8] =
+    include_bytes!("../../../../trainer/recipes/paper/cook-torrance-n8.recipe");
 
 /// The calls of a scan in which steps are lost in the second half; see [`run`].
 const SCAN: &str = "nb0123+456-4567+e";

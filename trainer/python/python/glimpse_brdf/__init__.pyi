@@ -185,8 +185,6 @@ class Plan:
     @property
     def directions(self) -> _Float64Array: ...
     @property
-    def swapped(self) -> npt.NDArray[np.bool_]: ...
-    @property
     def seconds(self) -> _Float64Array: ...
     @property
     def total_seconds(self) -> float: ...
@@ -238,8 +236,6 @@ class Recipe:
         *,
         speed_degrees_per_second: Optional[npt.ArrayLike] = None,
         settle_seconds: Optional[float] = None,
-        start_degrees: Sequence[float] = ...,
-        swap: bool = False,
         full_turns: bool = True,
         max_theta_i_degrees: Optional[float] = None,
         max_theta_o_degrees: Optional[float] = None,

@@ -7,7 +7,7 @@ use glimpse_trainer::report::pattern_svg;
 use glimpse_training::recipe::RecipeFile;
 
 use super::super::output::{refuse_input, write_file};
-use super::shared::file_type;
+use super::file_type;
 
 /// Plot a recipe's pattern: over theta_h and theta_d, and as directions of light and sensor.
 ///

@@ -17,7 +17,7 @@ use super::super::output::{check_out, file_as_json, refuse_input, refuse_source,
 use super::super::progress::StepProgress;
 use super::super::training_overlap::warn_of_overlap;
 use super::super::{emit, environment, load, read_recipe};
-use super::shared::{file_type, with_method};
+use super::file_type;
 
 /// Maximum width and height of a sphere, in pixels.
 const MAX_SIZE: usize = 4_096;
@@ -91,9 +91,13 @@ impl Sphere {
         }
         refuse_source(&self.out, &self.source)?;
         let environment = environment(self.environment.as_deref())?;
-        with_method(self.recipe.as_deref(), |method| {
-            self.draw(file_type, &environment, method, seed)
-        })
+        let Some(path) = &self.recipe else {
+            return self.draw(file_type, &environment, None, seed);
+        };
+        let (file, basis) = read_recipe(path)?;
+        let recipe = file.recipe();
+        let method = Method::ours(&recipe, basis.as_ref())?;
+        self.draw(file_type, &environment, Some(&method), seed)
     }
 
     fn draw(

@@ -21,7 +21,7 @@ use super::super::numbers::share;
 use super::super::output::{check_out, refuse_input, refuse_source, write_file};
 use super::super::training_overlap::warn_of_overlap;
 use super::super::{load_single, read_recipe};
-use super::shared::file_type;
+use super::file_type;
 
 /// Write an interactive HTML page that fits scans in a browser.
 ///

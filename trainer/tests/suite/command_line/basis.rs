@@ -54,8 +54,8 @@ fn compact_basis_is_valid_for_every_n() {
     let over = export("prior.recipe", "again.basis");
     folder.fail_naming(&over, &["again.basis", "--force"]);
     assert_eq!(folder.read("again.basis"), compact);
-    folder.succeed(&export("prior.recipe", "prior.basis"));
-    assert_compact_basis_is_accurate(&folder, "prior.basis", "prior.recipe");
+    folder.succeed(&export("prior.recipe", "compact-prior.basis"));
+    assert_compact_basis_is_accurate(&folder, "compact-prior.basis", "prior.recipe");
 
     // --components limits the number of components.
     let fewer = export("linear-n2.recipe", "fewer.basis");

@@ -138,8 +138,6 @@ fn compares_recipes_by_paired_differences() {
     let figures = ["loss", "standard_error"]
         .map(|field| format!("{:.4}", number(&all["differences"][1][field])));
     assert_names(row.expect("a row"), &figures.each_ref().map(String::as_str));
-    let materials = Procedural::set(2, 3);
-    assert_names(&text, &[materials[0].name(), materials[1].name()]);
 }
 
 /// Writes a recipe of Linear, and its basis, that states these training materials.

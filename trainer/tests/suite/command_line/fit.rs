@@ -22,7 +22,7 @@ const WHOLE: &str = "cook-torrance-n8.recipe";
 fn folder() -> Folder {
     let folder = Folder::new();
     folder.add_bundled("masked/neural-n16.recipe");
-    folder.add_bundled("cook-torrance-n8.recipe");
+    folder.add_bundled("paper/cook-torrance-n8.recipe");
     folder
 }
 
@@ -173,7 +173,7 @@ fn checks_quantity_and_material_columns() {
     );
     // A file must have a single material.
     folder.write("two.csv", "material,index,value\ngold,0,1\nfelt,0,0.1\n");
-    // Light and sensor are exchanged without an index.
+    // Light and sensor are exchanged.
     let angles = pattern(&folder, MASKED)[2];
     let [theta_h, theta_d, phi_d] =
         [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_degrees);
@@ -189,7 +189,7 @@ fn checks_quantity_and_material_columns() {
             "read.csv --white brdf.csv => brdf.csv 2 quantity counts",
             "cosine.csv --quantity brdf-cos => cosine.csv 5 quantity brdf brdf-cos-o",
             "two.csv => two.csv 3 material felt gold",
-            "swapped.csv => swapped.csv 2 --swap index",
+            "swapped.csv => swapped.csv 2 exchange",
         ],
     );
     assert!(!folder.exists("out"));

@@ -148,11 +148,6 @@ fn rejects_unwritable_paths_before_training() {
     for (options, place) in [
         ("--out directory", "directory"),
         ("--out file/phong.recipe", "file/phong.recipe"),
-        ("--out phong.recipe --checkpoint file", "file"),
-        (
-            "--out phong.recipe --checkpoint file/checkpoint",
-            "file/checkpoint",
-        ),
     ] {
         let command = format!("{HOURS} --model phong {options}");
         assert_within_a_minute(|| folder.fail_naming(&command, &[place]));

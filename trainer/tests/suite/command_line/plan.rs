@@ -41,10 +41,8 @@ fn plan_beats_own_order() {
     // `query` reads the plan as CSV. Its directions have the same BRDF as those of the pattern.
     let csv = folder.read_text("plan.csv");
     let mut lines = csv.lines();
-    assert_eq!(
-        lines.next(),
-        Some("index,theta_i,phi_i,theta_o,phi_o,swapped,seconds")
-    );
+    let header = "index,theta_i,phi_i,theta_o,phi_o,seconds";
+    assert_eq!(lines.next(), Some(header));
     let indices: Vec<usize> = lines
         .map(|line| {
             let index = line.split(',').next().expect("a cell");
@@ -88,9 +86,7 @@ fn plan_depends_on_machine() {
     let twice = travel("--speed 20");
     assert!((usual - 2.0 * twice).abs() < 1e-9);
     assert!(travel("--speed 10,0,10,10") > usual);
-    assert!(travel("--swap") <= usual);
     assert!(travel("--no-full-turns") >= usual);
-    assert!(travel("--start 48.87,69.42,48.67,-110.10") < usual);
     let longer = plan_as_json(&folder, "--settle 2");
     assert_eq!(number(&longer["settling_seconds"]), 16.0);
 }
@@ -104,18 +100,11 @@ fn reports_samples_out_of_reach() {
         "2", "8", "6", "56.90", "1.86", "86.76", "-1.56", "7", "79.04", "6.756",
     ];
     assert_names(&message, &missed);
-    assert_names(&message, &["max_theta_o", "--max-theta-i", "--swap"]);
+    assert_names(&message, &["max_theta_o", "--max-theta-i"]);
     assert!(!folder.exists("plan.csv"));
-    folder.succeed(&format!("{plan} --swap"));
-    let csv = folder.read_text("plan.csv");
-    let swapped = |index: &str| {
-        let row = csv.lines().find(|line| line.starts_with(index));
-        row.is_some_and(|line| line.contains(",true,"))
-    };
-    assert!(swapped("6,") && swapped("7,"), "{csv}");
 
     // The recipe's limits apply by default.
-    let route = folder.succeed_as_json(&format!("plan {MASKED} --swap"));
+    let route = folder.succeed_as_json(&format!("plan {MASKED}"));
     for (limit, degrees) in [
         ("max_theta_i", 80.0),
         ("max_theta_o", 80.0),
@@ -143,9 +132,6 @@ fn rejects_invalid_options() {
             "--speed -5 => theta_i -5",
             "--speed 10,0,10,0 => phi_i phi_o 0",
             "--settle -1 => -1",
-            "--start 0 => --start 0",
-            "--start -200,0,0,0 => theta_i -200",
-            "--start 0,0,0,200 --no-full-turns => 200 180",
             "--max-theta-i 95 => --max-theta-i 90",
             "--max-theta-i 20 --max-theta-o 20 --min-separation 50 => ",
             "--force => --force",
@@ -179,7 +165,7 @@ fn progressive_order_is_that_of_recipe() {
     let folder = folder();
     // If the recipe needs all readings, a note says that the order has no advantage.
     for (recipe, samples, has_note) in [("n8.recipe", 8, true), (MASKED, 16, false)] {
-        let plan = format!("plan {recipe} --order progressive --swap --json");
+        let plan = format!("plan {recipe} --order progressive --json");
         let [printed, messages] = folder.succeed_with_messages(&plan);
         assert_eq!(!messages.is_empty(), has_note, "{messages}");
         let route: Value = serde_json::from_str(&printed).expect("valid JSON");

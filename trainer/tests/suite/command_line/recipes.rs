@@ -105,10 +105,6 @@ fn rejects_endless_files() {
         ("plan /dev/zero", "/dev/zero"),
         ("export /dev/zero --format json --out x", "/dev/zero"),
         (
-            "render view linear-n1.recipe --material procedural:1 --basis /dev/zero",
-            "/dev/zero",
-        ),
-        (
             "evaluate --recipe linear-n1.recipe --test procedural:1 --basis /dev/zero",
             "/dev/zero",
         ),

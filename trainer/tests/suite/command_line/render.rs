@@ -60,7 +60,7 @@ fn renders_grid() {
     folder.succeed(&format!("{sphere} --out all.npy"));
     let array = folder.read("all.npy");
     let header = String::from_utf8_lossy(&array[..128]);
-    assert!(header.contains("(52,52,3,)"), "{header}");
+    assert!(header.contains("(52, 52, 3)"), "{header}");
     assert_eq!(array.len(), 128 + 4 * 52 * 52 * 3);
 }
 
@@ -99,7 +99,7 @@ fn printed_errors_match_pictures() {
         // The tolerance is half of the last printed digit.
         for (index, expected, last) in [
             (4, dssim, 1e-4),
-            (5, l2, 1e-6),
+            (5, l2, 1e-5),
             (6, psnr, 1e-2),
             (7, delta_e, 1e-4),
         ] {
@@ -113,7 +113,7 @@ fn printed_errors_match_pictures() {
 }
 
 #[test]
-fn plots_lobes_and_patterns() {
+fn plots_patterns() {
     let folder = Folder::new();
     PHONG.copy_to(folder.path());
     folder.succeed("render pattern phong.recipe --out p.svg");
@@ -121,11 +121,6 @@ fn plots_lobes_and_patterns() {
     // Four samples, and one in the legend.
     let dots = svg.matches("class=\"dot\"").count();
     assert!(svg.starts_with("<svg") && dots == 4 + 1, "{svg}");
-    folder.succeed("render lobe procedural:1 --theta-i 30,60 --recipe phong.recipe");
-    let svg = folder.read_text("lobe.svg");
-    // Four curves, each also in the legend.
-    assert_eq!(svg.matches("class=\"curve").count(), 8, "{svg}");
-    assert_eq!(svg.matches("class=\"curve dash\"").count(), 4);
 }
 
 #[test]
@@ -150,10 +145,6 @@ fn rejects_invalid_arguments() {
             "sphere procedural:1 --size 5000 => --size",
             "sphere procedural:1 --size 6 --recipe r.recipe => --size",
             "sphere procedural:1 --columns 0 => --columns",
-            "lobe procedural:1 --theta-i 90 => --theta-i",
-            "lobe procedural:1 --theta-i 0,10,20,30,40,50,60 => 7",
-            "lobe procedural:1 --out lobe.png => lobe.png svg",
-            "lobe procedural:1 --out file/lobe.svg => file/lobe.svg",
             "pattern bad.recipe => bad.recipe",
         ],
     );

@@ -10,9 +10,9 @@ use super::{Folder, number};
 fn folder() -> Folder {
     let folder = Folder::new();
     for recipe in [
-        "phong-n8.recipe",
+        "paper/phong-n8.recipe",
         "completed/cook-torrance-n8.recipe",
-        "neural-n8.recipe",
+        "paper/neural-n8.recipe",
         "masked/neural-n16.recipe",
         "completed/linear-n8.recipe",
     ] {

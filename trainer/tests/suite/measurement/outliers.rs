@@ -79,8 +79,8 @@ fn detects_tenfold_readings() {
         ("completed/linear-n8.recipe", 0.8),
         ("completed/phong-n8.recipe", 0.8),
         // Recipes without statistics of their training materials.
-        ("neural-n8.recipe", 0.8),
-        ("cook-torrance-n8.recipe", 0.8),
+        ("paper/neural-n8.recipe", 0.8),
+        ("paper/cook-torrance-n8.recipe", 0.8),
     ] {
         let [_, false_positives] = rates(name, Corruption::None);
         assert!(false_positives <= 0.08, "{name}: {false_positives}");

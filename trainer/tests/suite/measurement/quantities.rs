@@ -120,30 +120,6 @@ fn converts_counts_with_white() {
     assert_names(&message, &["2", "--footprint"]);
 }
 
-/// The counts on a white tile depend on the direction of the light. A sample with light and sensor exchanged needs a
-/// white reading with the same exchange.
-#[test]
-fn white_must_be_exchanged_like_sample() {
-    // Sample 2 in degrees, with light and sensor exchanged.
-    let [theta_i, theta_o] = cosines(2).map(|cosine| cosine.acos().to_degrees());
-    let pair = HalfDifference::from_angles(pattern()[2]).directions();
-    let phi = |[x, y, _]: [f32; 3]| y.atan2(x).to_degrees();
-    let exchanged = format!(
-        "2,{theta_o},{},{theta_i},{}",
-        phi(pair.outgoing),
-        phi(pair.incoming)
-    );
-    let head = "index,theta_i,phi_i,theta_o,phi_o,value\n";
-    let row = |counts: f32| format!("{head}{exchanged},{counts}\n");
-    let counts = 100.0 + BRDF * PI / 0.5 * 1_000.0;
-    let exchanged_white = white(&row(1_100.0), None).expect("the file is read");
-    let read = read_readings(&row(counts), &exchanged_white).expect("the file is read");
-    assert_is_brdf(read.samples[2].mean());
-    let original_white = white("index,value\n2,1100\n", None).expect("the file is read");
-    let message = error_message(read_readings(&row(counts), &original_white));
-    assert_names(&message, &["2"]);
-}
-
 #[test]
 fn rejects_invalid_white() {
     for (text, footprint) in [
@@ -155,6 +131,9 @@ fn rejects_invalid_white() {
     ] {
         assert_names(&white_error(text, footprint), &["2", "saturated"]);
     }
+    let elsewhere = white("index,value\n2,1100\n", None).expect("the file is read");
+    let message = error_message(read_readings("index,value\n0,500\n", &elsewhere));
+    assert_names(&message, &["sample 0"]);
     let below_dark = white("index,value\n0,90\n", None).expect("the file is read");
     let message = error_message(read_readings("index,value\n0,500\n", &below_dark));
     assert_names(&message, &["2"]);

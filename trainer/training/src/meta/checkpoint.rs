@@ -29,8 +29,7 @@ const MAX_BYTES: u64 = 1 << 30;
 pub enum CheckpointError {
     /// An I/O error on writing.
     #[error(
-        "cannot write the checkpoint {}: {source}; free disk space, or choose a writable directory with \
-         --checkpoint",
+        "cannot write the checkpoint {}: {source}; free disk space, or write the recipe to another directory",
         path.display()
     )]
     Write {

@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::pattern::{Pattern, logits_from_reachable, reachable_angles};
 use crate::route::{
-    Axes, Machine, MachineError, Order, Pose, Route, Stop, axes_from_angles, move_seconds,
+    Axes, Machine, MachineError, Order, Route, Stop, axes_from_angles, move_seconds,
 };
 
 /// A budget for the time of a scan, and the machine that scans.
@@ -154,7 +154,7 @@ impl Motion {
             by_angles: vec![[0.0; 3]; angles.len()],
         };
         let turn = self.machine.turn_seconds();
-        let start = self.machine.axis_seconds(&self.machine.start);
+        let start = self.machine.axis_seconds(&Machine::START);
         let mut from = start.map(Dual::from_value);
         for (index, angles) in angles.iter().enumerate() {
             let variables = Dual::<f64, 3>::variables(angles_to_f64(angles));
@@ -205,10 +205,7 @@ impl Motion {
         let angles = reachable_angles(logits, &self.machine.limits);
         let stop = |(index, angles): (usize, &Angles<f32>)| Stop {
             index,
-            poses: vec![Pose {
-                arms: axes_from_angles(*angles),
-                swapped: false,
-            }],
+            arms: axes_from_angles(*angles),
         };
         let stops: Vec<Stop> = angles.iter().enumerate().map(stop).collect();
         let route = match thorough {

@@ -238,21 +238,4 @@ impl Training {
             parts => format!("{schedule}, parts {}", parts.name()),
         }
     }
-
-    /// Describes the training in one line of text.
-    #[must_use]
-    pub fn describe(&self, model: ModelKind, samples: usize) -> String {
-        let options = match &self.options[..] {
-            "" => String::new(),
-            options => format!(", {options}"),
-        };
-        format!(
-            "{model} n = {samples}, {} materials of {}, {}{options}, seed {}, digest {:016x}",
-            self.materials,
-            self.data,
-            self.describe_schedule(),
-            self.seed,
-            self.digest,
-        )
-    }
 }

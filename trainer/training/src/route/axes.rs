@@ -47,17 +47,6 @@ impl Axes {
     pub fn to_array(&self) -> [f64; 4] {
         [self.theta_i, self.phi_i, self.theta_o, self.phi_o]
     }
-
-    /// Returns the values with light and sensor exchanged.
-    #[must_use]
-    pub fn swapped(&self) -> Self {
-        Self {
-            theta_i: self.theta_o,
-            phi_i: self.phi_o,
-            theta_o: self.theta_i,
-            phi_o: self.phi_i,
-        }
-    }
 }
 
 impl<S: RealScalar> Axes<S> {

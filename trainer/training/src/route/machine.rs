@@ -30,8 +30,6 @@ pub struct Machine {
     pub speeds: Axes,
     /// The time to settle and to read at each sample, in seconds, 0 to 86,400.
     pub settle: f64,
-    /// The start position in degrees; polar angles are -180 to 180.
-    pub start: Axes,
     /// The limits of the arms.
     pub limits: Limits,
     /// True if azimuths turn without a limit. Otherwise their difference stays within -180 to 180 degrees, so that no
@@ -40,13 +38,11 @@ pub struct Machine {
 }
 
 impl Default for Machine {
-    /// 10 degrees per second for each axis, 0.5 s at each sample, both arms along the normal with opposite azimuths at the
-    /// start, no limits, and full turns.
+    /// 10 degrees per second for each axis, 0.5 s at each sample, no limits, and full turns.
     fn default() -> Self {
         Self {
             speeds: Axes::from_array([10.0; 4]),
             settle: 0.5,
-            start: Axes::from_array([0.0, 0.0, 0.0, 180.0]),
             limits: Limits::NONE,
             full_turns: true,
         }
@@ -73,17 +69,6 @@ pub enum MachineError {
     NoAzimuth,
     /// The time at each sample is out of range or NaN.
     Settle(f64),
-    /// A start position is out of range or NaN.
-    Start {
-        /// The axis.
-        axis: &'static str,
-        /// The invalid value.
-        value: f64,
-        /// The valid range.
-        range: &'static str,
-    },
-    /// The start position is impossible without full turns.
-    WoundUp(f64),
     /// The angle of a limit is out of range or NaN.
     Angle {
         /// The limit.
@@ -112,15 +97,6 @@ impl SettingError for MachineError {
             Self::Settle(value) => format!(
                 "{}: the time at each sample is {value}; give seconds, 0 to 86,400",
                 name(Setting::Settle)
-            ),
-            Self::Start { axis, value, range } => format!(
-                "{}: the start of {axis} is {value}; give {range}",
-                name(Setting::Start)
-            ),
-            Self::WoundUp(difference) => format!(
-                "{}: the azimuths differ by {difference} degrees, but without full turns the maximum is 180; give phi_i \
-                 and phi_o that are closer",
-                name(Setting::Start)
             ),
             Self::Angle {
                 setting,
@@ -159,6 +135,14 @@ pub(crate) fn move_seconds<S: RealScalar>(
 }
 
 impl Machine {
+    /// The position at the start of a scan, in degrees: both arms along the normal, with opposite azimuths.
+    pub const START: Axes = Axes {
+        theta_i: 0.0,
+        phi_i: 0.0,
+        theta_o: 0.0,
+        phi_o: 180.0,
+    };
+
     /// Checks the ranges of all fields.
     ///
     /// # Errors
@@ -176,21 +160,6 @@ impl Machine {
         }
         if !(0.0..=MAX_SETTLE).contains(&self.settle) {
             return Err(MachineError::Settle(self.settle));
-        }
-        // More turns are probably a typing error, and reduce precision.
-        const MAX_AZIMUTH: f64 = 3_600.0;
-        for (axis, value) in Axes::NAMES.into_iter().zip(self.start.to_array()) {
-            let (max, range) = match axis.starts_with("phi") {
-                true => (MAX_AZIMUTH, "degrees from -3,600 to 3,600"),
-                false => (180.0, "degrees from -180 to 180"),
-            };
-            if !(-max..=max).contains(&value) {
-                return Err(MachineError::Start { axis, value, range });
-            }
-        }
-        let difference = (self.start.phi_o - self.start.phi_i).abs();
-        if !self.full_turns && difference > 180.0 {
-            return Err(MachineError::WoundUp(difference));
         }
         Ok(())
     }
@@ -251,7 +220,7 @@ mod tests {
         let valid = Machine::default();
         assert_eq!(valid.validate(), Ok(()));
         let speed = |axis, value| MachineError::Speed { axis, value };
-        let cases: [(Change, MachineError); 7] = [
+        let cases: [(Change, MachineError); 6] = [
             (
                 |machine| machine.speeds.theta_i = 0.0,
                 speed("theta_i", 0.0),
@@ -266,10 +235,6 @@ mod tests {
             ),
             (|machine| machine.settle = -0.5, MachineError::Settle(-0.5)),
             (
-                |machine| (machine.full_turns, machine.start.phi_o) = (false, 190.0),
-                MachineError::WoundUp(190.0),
-            ),
-            (
                 |machine| machine.limits.max_theta_i = 2.0,
                 MachineError::Limits(Error::in_field(ErrorCode::Limits, "limits.max_theta_i")),
             ),
@@ -282,17 +247,6 @@ mod tests {
             let mut machine = valid;
             change(&mut machine);
             assert_eq!(machine.validate(), Err(expected));
-        }
-        let starts: [(&str, Change); 2] = [
-            ("theta_i", |machine| machine.start.theta_i = 181.0),
-            ("phi_i", |machine| machine.start.phi_i = f64::INFINITY),
-        ];
-        for (expected, change) in starts {
-            let mut machine = valid;
-            change(&mut machine);
-            let error = machine.validate().expect_err("the value is out of range");
-            let is_named = matches!(error, MachineError::Start { axis, .. } if axis == expected);
-            assert!(is_named, "{error}");
         }
         let mut machine = valid;
         machine.speeds.phi_o = f64::NAN;

@@ -1,7 +1,7 @@
-//! Planning of a route: the order and the poses in which the arms of a machine measure a recipe's samples.
+//! Planning of a route: the order in which the arms of a machine measure a recipe's samples.
 //!
 //! - [`Machine`]: the speeds and limits of the axes, and the treatment of azimuths;
-//! - [`stops`]: the samples with their poses, or the unreachable samples;
+//! - [`stops`]: the samples with their positions, or the unreachable samples;
 //! - [`PlanArgs`]: a request for a plan;
 //! - [`Route`]: the visits, with their times;
 //! - [`Route::to_csv`], [`Route::to_json`] and [`blank_sheet`]: export.
@@ -24,5 +24,5 @@ pub(crate) use machine::move_seconds;
 pub use machine::{Machine, MachineError};
 pub use request::{LimitArgs, PlanArgs, PlanError, SpeedArgs};
 pub use sheet::blank_sheet;
-pub use stop::{OutOfReach, Pose, Stop, stops};
+pub use stop::{OutOfReach, Stop, stops};
 pub use visit::{Order, Route, Visit};

@@ -99,20 +99,6 @@ pub struct PlanArgs {
     /// The speeds of the axes.
     #[command(flatten)]
     pub speeds: SpeedArgs,
-    /// Initial angles of the axes theta_i, phi_i, theta_o, phi_o in degrees, for example 0,0,0,180: polar
-    /// angles from -180 to 180, azimuths from -3600 to 3600
-    #[arg(
-        long,
-        value_name = "DEGREES",
-        default_value = "0,0,0,180",
-        value_parser = start
-    )]
-    pub start: Axes,
-    /// Exchange light and sensor for samples where that saves time, or where only that is within
-    /// reach. The reading is the same if the material is reciprocal and the sensor is calibrated for
-    /// both positions
-    #[arg(long)]
-    pub swap: bool,
     /// Keep the difference of the azimuths within -180 to 180 degrees, so that no cable winds up
     #[arg(long)]
     pub no_full_turns: bool,
@@ -133,8 +119,6 @@ pub enum PlanError {
         missed: Vec<OutOfReach>,
         /// The number of samples of the recipe.
         samples: usize,
-        /// True if light and sensor may be exchanged.
-        swap: bool,
     },
 }
 
@@ -142,20 +126,12 @@ impl SettingError for PlanError {
     fn message(&self, name: SettingNames) -> String {
         match self {
             Self::Machine(error) => error.message(name),
-            Self::OutOfReach {
-                missed,
-                samples,
-                swap,
-            } => {
+            Self::OutOfReach { missed, samples } => {
                 let lines = missed.iter().map(|sample| format!("\n  {sample}"));
                 let [theta_i, theta_o, separation] = Setting::LIMITS.map(name);
-                let remedy = match swap {
-                    true => String::new(),
-                    false => format!(", or try {}", name(Setting::Swap)),
-                };
                 format!(
                     "the machine does not reach {} of {samples} samples:{}\ntrain a recipe for these limits \
-                     ({theta_i}, {theta_o}, {separation}){remedy}",
+                     ({theta_i}, {theta_o}, {separation})",
                     missed.len(),
                     lines.collect::<String>()
                 )
@@ -178,17 +154,14 @@ impl PlanArgs {
         let machine = Machine {
             speeds: self.speeds.speed.unwrap_or(stated.speeds),
             settle: self.speeds.settle.unwrap_or(stated.settle),
-            start: self.start,
             limits: self.limits.or(stated.limits)?,
             full_turns: !self.no_full_turns,
         };
         machine.validate()?;
-        let stops =
-            stops(recipe, &machine.limits, self.swap).map_err(|missed| PlanError::OutOfReach {
-                missed,
-                samples: recipe.samples(),
-                swap: self.swap,
-            })?;
+        let stops = stops(recipe, &machine.limits).map_err(|missed| PlanError::OutOfReach {
+            missed,
+            samples: recipe.samples(),
+        })?;
         let order = self.order.unwrap_or_else(|| Order::of_recipe(recipe));
         Ok((machine, Route::new(&machine, &stops, order, seed)))
     }
@@ -207,12 +180,4 @@ fn speeds(text: &str) -> Result<Axes, &'static str> {
     list(text).and_then(|speeds| Axes::from_speeds(&speeds)).ok_or(
         "give one number for all axes, or four numbers such as 20,10,20,10, in degrees per second",
     )
-}
-
-/// Parses the initial angles of the four axes.
-fn start(text: &str) -> Result<Axes, &'static str> {
-    let angles = list(text).and_then(|angles| angles.try_into().ok());
-    angles
-        .map(Axes::from_array)
-        .ok_or("give four numbers such as 0,0,0,180, in degrees")
 }

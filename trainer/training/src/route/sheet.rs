@@ -44,13 +44,12 @@ pub fn blank_sheet(visits: &[Visit]) -> String {
 }
 
 impl Route {
-    /// Returns CSV, `index,theta_i,phi_i,theta_o,phi_o,swapped,seconds`, with one row per visit: the sample's index
-    /// from 0, the axis positions in degrees, true if light and sensor are exchanged, and the time of the reading in
-    /// seconds after the start.
+    /// Returns CSV, `index,theta_i,phi_i,theta_o,phi_o,seconds`, with one row per visit: the sample's index from 0, the
+    /// axis positions in degrees, and the time of the reading in seconds after the start.
     #[must_use]
     pub fn to_csv(&self) -> String {
-        csv_rows("swapped,seconds", &self.visits, |visit| {
-            format!("{},{:.3}", visit.swapped, visit.seconds)
+        csv_rows("seconds", &self.visits, |visit| {
+            format!("{:.3}", visit.seconds)
         })
     }
 
@@ -72,7 +71,6 @@ impl Route {
             .map(|visit| {
                 let mut row = axes(&visit.arms);
                 row["index"] = json!(visit.index);
-                row["swapped"] = json!(visit.swapped);
                 row["seconds"] = json!(visit.seconds);
                 row
             })
@@ -86,7 +84,7 @@ impl Route {
             "machine": {
                 "degrees_per_second": axes(&machine.speeds),
                 "settle_seconds": machine.settle,
-                "start": axes(&machine.start),
+                "start": axes(&Machine::START),
                 "full_turns": machine.full_turns,
                 "max_theta_i": degrees(limits.max_theta_i),
                 "max_theta_o": degrees(limits.max_theta_o),
@@ -112,7 +110,7 @@ mod tests {
     fn blank_sheet_has_one_row_per_visit() {
         let recipe = Recipe::parse(NEURAL).expect("the recipe is valid");
         let machine = Machine::default();
-        let stops = stops(&recipe, &machine.limits, false).expect("all samples are within reach");
+        let stops = stops(&recipe, &machine.limits).expect("all samples are within reach");
         let route = Route::new(&machine, &stops, Order::Travel, 0);
         let sheet = blank_sheet(&route.visits);
         let mut reader = csv::Reader::from_reader(sheet.as_bytes());

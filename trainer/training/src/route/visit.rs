@@ -4,8 +4,8 @@ use glimpse_core::recipe::Recipe;
 
 use super::axes::Axes;
 use super::machine::Machine;
-use super::search::{self, Effort, Point, Points};
-use super::stop::{Pose, Stop, stops};
+use super::search::{self, Effort, Points};
+use super::stop::{Stop, stops};
 
 /// The order in which samples are visited.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -44,8 +44,6 @@ pub struct Visit {
     /// The axis positions in degrees. Azimuths continue from the start position, and may leave the range -180 to 180 if
     /// the machine makes full turns.
     pub arms: Axes,
-    /// True if light and sensor are exchanged.
-    pub swapped: bool,
     /// The time when the sample has been read and the arms may move on, in seconds after the start.
     pub seconds: f64,
 }
@@ -68,7 +66,7 @@ impl Route {
     #[must_use]
     pub fn of_recipe(recipe: &Recipe<'_>, machine: &Machine, order: Order) -> Option<Self> {
         machine.validate().ok()?;
-        let stops = stops(recipe, &machine.limits, false).ok()?;
+        let stops = stops(recipe, &machine.limits).ok()?;
         Some(Self::quick(machine, &stops, order))
     }
 
@@ -89,7 +87,7 @@ impl Route {
     fn plan(machine: &Machine, stops: &[Stop], order: Order, effort: &Effort, seed: u64) -> Self {
         let points = Points::new(machine, stops);
         let path = match order {
-            Order::Progressive => points.fastest_poses(0..stops.len()),
+            Order::Progressive => (0..stops.len()).collect(),
             Order::Travel => points.fastest_path(effort, seed),
         };
         Self {
@@ -107,22 +105,20 @@ impl Route {
     }
 }
 
-/// Converts a path to visits, with axis positions and times.
-fn visits(machine: &Machine, stops: &[Stop], points: &Points, path: &[Point]) -> Vec<Visit> {
-    let (mut position, mut previous_pose) = (machine.start, machine.start);
+/// Converts a path of indices of `stops` to visits, with axis positions and times.
+fn visits(machine: &Machine, stops: &[Stop], points: &Points, path: &[usize]) -> Vec<Visit> {
+    let (mut position, mut previous_arms) = (Machine::START, Machine::START);
     let (mut previous, mut seconds) = (None, 0.0);
     let mut visits = Vec::with_capacity(path.len());
     for point in path {
-        let Stop { index, poses } = &stops[point.stop];
-        let Pose { arms, swapped } = poses[point.pose];
-        position = machine.arrival(&position, &previous_pose, &arms);
-        previous_pose = arms;
+        let Stop { index, arms } = stops[*point];
+        position = machine.arrival(&position, &previous_arms, &arms);
+        previous_arms = arms;
         seconds += points.seconds_between(previous, Some(point)) + machine.settle;
         previous = Some(point);
         visits.push(Visit {
-            index: *index,
+            index,
             arms: position,
-            swapped,
             seconds,
         });
     }

@@ -223,7 +223,7 @@ fn trained_recipes_of_all_models_keep_their_budget() {
         assert_eq!(file.metadata().scan_budget, Some(scan));
         assert!(recipe.is_in_path_order());
         assert_eq!(machine, scan.machine(options.completion_options.limits));
-        let stops = stops(&recipe, &machine.limits, false).expect("samples within reach");
+        let stops = stops(&recipe, &machine.limits).expect("samples within reach");
         // The recipe's own order is within the budget, not only the planned one.
         let [own, planned] = [Order::Progressive, Order::Travel]
             .map(|order| Route::new(&machine, &stops, order, 0).total());
