@@ -16,7 +16,7 @@ figures() {
     fi
     if [[ frontier == *"$word"* && -d "$OUT-quick/frontier" ]]; then
         local plot
-        for plot in {slow,fast}-{loss,delta-e}; do
+        for plot in loss delta-e; do
             run cp "$OUT-quick/frontier/$plot.svg" "trainer/pictures/frontier-$plot.svg"
         done
     fi

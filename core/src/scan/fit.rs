@@ -213,7 +213,7 @@ fn residual_of(checks: &Checks, recipe: &Recipe<'_>) -> Option<Residual> {
 /// directions.outgoing = [0.0, 0.0, -1.0]; // below the horizon
 /// assert_eq!(fitted.brdf(&directions), None);
 ///
-/// assert!(fitted.residual().mean < 0.05); // mean error at the readings
+/// assert!(fitted.residual().mean < 0.06); // mean error at the readings
 /// assert_eq!(fitted.values().count(), 7); // Phong's parameters
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```

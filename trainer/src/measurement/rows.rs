@@ -388,8 +388,7 @@ mod tests {
             (&unrelated, false, Some(None)),
             (&unrelated, true, Some(None)),
             (&exchanged, false, Some(Some(Cause::Exchanged))),
-            (&exchanged, true, None),
-            (&exchanged.map(mirror), true, Some(Some(Cause::Mirrored))),
+            (&exchanged, true, Some(Some(Cause::Exchanged))),
             // If theta_i equals theta_o, mirroring and exchanging give the same angles.
             (&mirrored[1..2], false, Some(Some(Cause::Exchanged))),
             (&mirrored[..2], false, Some(Some(Cause::Mirrored))),

@@ -218,9 +218,6 @@ fn expected_loss_names_its_materials() {
         assert_names(&text, &[&loss, "1", "procedural:1"]);
     }
     assert_eq!(report["promise"]["standard_error"], Value::Null);
-    // An older recipe does not state the number of materials.
-    let report = evaluate(&folder, "--recipe phong.recipe --test procedural:1:3");
-    assert_eq!(report["promise"]["materials"], 0);
 }
 
 #[test]

@@ -133,8 +133,7 @@ fn cells_write_same_files_as_experiment() {
     let evaluation = evaluation.expect("an evaluation of Ours");
     let inputs = texts(evaluation, "inputs");
     assert_eq!(inputs.len(), 2, "a recipe and its basis: {evaluation}");
-    let recipe = inputs.iter().find(|input| input.ends_with(".recipe"));
-    folder.fail_naming(&command(evaluation), &[recipe.expect("an input recipe")]);
+    folder.fail_naming(&command(evaluation), &[&inputs[0]]);
 
     for cell in &listed {
         run(&folder, cell);

@@ -85,7 +85,6 @@ fn rejects_negative_numbers_with_range() {
     let export = "export r.recipe --format basis --out b";
     for (command, option, value, bound) in [
         (recipe, "--noise", "-0.1", "1"),
-        (recipe, "--noise", "-1e-3", "1"),
         (recipe, "--noise", "-inf", "1"),
         (recipe, "--additive", "-0.1", "1"),
         (recipe, "--levels", "-4", "4294967295"),

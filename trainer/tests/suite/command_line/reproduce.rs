@@ -26,11 +26,8 @@ fn frontier_has_seconds_of_every_training() {
     // Two methods for samples and three budgets, each with n = 1 and 2.
     assert_eq!(rows.len(), 10);
     for row in rows {
-        let [samples, slow, fast] =
-            ["n", "seconds, slow", "seconds, fast"].map(|name| number(&row[name]));
-        // The same motion at a sixth of the time.
-        let motion = slow - 0.5 * samples;
-        assert!((motion / 6.0 + 0.1 * samples - fast).abs() < 1e-6, "{row}");
+        let motion = number(&row["seconds"]) - 0.5 * number(&row["n"]);
+        assert!(motion > 0.0, "{row}");
         if row["Trained"]
             .as_str()
             .is_some_and(|name| name.contains(" 5 s"))
@@ -38,7 +35,7 @@ fn frontier_has_seconds_of_every_training() {
             assert!(motion <= 5.0, "{row}");
         }
     }
-    for plot in ["slow-loss", "slow-delta-e", "fast-loss", "fast-delta-e"] {
+    for plot in ["loss", "delta-e"] {
         assert!(
             folder.exists(&format!("paper/frontier/{plot}.svg")),
             "{plot}"

@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::process::Command;
 
-use glimpse_trainer::bundled;
 use serde_json::Value;
 
 use super::figures::printed;
@@ -124,31 +123,4 @@ fn commands_in_shell_blocks_are_valid() {
         }
     }
     assert!(count > 10, "only {count} commands were found");
-}
-
-/// Masked recipes have the file names that `trainer recipes get` gives them.
-#[test]
-fn masked_recipes_have_bundled_names() {
-    let help = |command: &[&str]| {
-        let output = Command::new(env!("CARGO_BIN_EXE_trainer"))
-            .args(command)
-            .arg("--help")
-            .output();
-        String::from_utf8(output.expect("the trainer runs").stdout).expect("UTF-8 output")
-    };
-    let help = [&["render", "view"][..], &["evaluate"], &["plan"], &["fit"]].map(help);
-    let texts = documents().into_iter().map(|document| document.text);
-    let mut count = 0;
-    for text in texts.chain(help) {
-        let is_path_character = |c: char| c.is_ascii_alphanumeric() || "-._/*".contains(c);
-        let files = text
-            .split(|c| !is_path_character(c))
-            .filter(|word| !word.contains('/'));
-        let names = files.filter_map(|word| word.strip_suffix(".recipe"));
-        for name in names.filter(|name| name.contains("masked")) {
-            assert!(bundled::find(name).is_some(), "{name}");
-            count += 1;
-        }
-    }
-    assert!(count > 2, "only {count} names were found");
 }

@@ -166,7 +166,7 @@ fn error_names_damaged_bytes() {
     let other = [&[9], &bytes[1..]].concat();
     assert_eq!(Metadata::from_bytes(&other), Err(MetadataError::Version(9)));
     // A list of four billion materials.
-    let long = [1, 0, 0, 0, 0, 0, 0xff, 0xff, 0xff, 0xff, 0x0f];
+    let long = [bytes[0], 0, 0, 0, 0, 0, 0xff, 0xff, 0xff, 0xff, 0x0f];
     assert_eq!(
         Metadata::from_bytes(&long),
         Err(MetadataError::Encoding("materials"))
