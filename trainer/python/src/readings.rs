@@ -144,9 +144,7 @@ impl ReadingArgs<'_, '_> {
                     white.len()
                 ));
             }
-            return Ok(WhiteReference::PerSample(
-                white.into_iter().map(|white| [white, None]).collect(),
-            ));
+            return Ok(WhiteReference::PerSample(white));
         };
         let footprint = choose("footprint", footprint, &FOOTPRINTS)?;
         match &Pairs::from_arrays(directions, None)? {

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 use glimpse_materials::Source;
 use glimpse_materials::files::{check_writable, ensure_dir, has_content, write_atomic};
 use serde_json::{Value, json};
@@ -96,6 +96,20 @@ pub(super) fn is_same_file(one: &Path, other: &Path) -> bool {
     match (fs::canonicalize(one), fs::canonicalize(other)) {
         (Ok(one), Ok(other)) => one == other,
         _ => false,
+    }
+}
+
+/// Returns the extension of an output path, in lower case, which must be one of `types`.
+pub(super) fn file_type(path: &Path, types: &[&'static str]) -> anyhow::Result<&'static str> {
+    let extension = path.extension().and_then(|extension| extension.to_str());
+    let extension = extension.unwrap_or_default().to_ascii_lowercase();
+    match types.iter().find(|known| **known == extension) {
+        Some(file_type) => Ok(file_type),
+        None => bail!(
+            "--out {}: unsupported file type, give a name with the extension .{}",
+            path.display(),
+            types.join(" or .")
+        ),
     }
 }
 

@@ -39,7 +39,7 @@ pub enum Marker {
     LargeDisc,
 }
 
-/// The color of a series: an index of [`COLORS`](super::svg::COLORS).
+/// The color of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SeriesColor {
     /// Blue.

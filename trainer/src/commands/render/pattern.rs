@@ -6,8 +6,7 @@ use clap::Args;
 use glimpse_trainer::report::pattern_svg;
 use glimpse_training::recipe::RecipeFile;
 
-use super::super::output::{refuse_input, write_file};
-use super::file_type;
+use super::super::output::{file_type, refuse_input, write_file};
 
 /// Plot a recipe's pattern: over theta_h and theta_d, and as directions of light and sensor.
 ///

@@ -13,11 +13,12 @@ use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table, metric_co
 use serde_json::{Value, json};
 
 use super::super::numbers::integer;
-use super::super::output::{check_out, file_as_json, refuse_input, refuse_source, write_file};
+use super::super::output::{
+    check_out, file_as_json, file_type, refuse_input, refuse_source, write_file,
+};
 use super::super::progress::StepProgress;
 use super::super::training_overlap::warn_of_overlap;
 use super::super::{emit, environment, load, read_recipe};
-use super::file_type;
 
 /// Maximum width and height of a sphere, in pixels.
 const MAX_SIZE: usize = 4_096;

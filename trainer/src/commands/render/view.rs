@@ -18,10 +18,9 @@ use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
 
 use super::super::export_basis::compact_basis;
 use super::super::numbers::share;
-use super::super::output::{check_out, refuse_input, refuse_source, write_file};
+use super::super::output::{check_out, file_type, refuse_input, refuse_source, write_file};
 use super::super::training_overlap::warn_of_overlap;
 use super::super::{load_single, read_recipe};
-use super::file_type;
 
 /// Write an interactive HTML page that fits scans in a browser.
 ///
