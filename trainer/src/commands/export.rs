@@ -39,7 +39,7 @@ pub(crate) struct Export {
     #[arg(long, value_enum)]
     format: Format,
     /// With --format basis: number of principal components, 1 to 1024 [default: 24]
-    #[arg(long, value_name = "COUNT", value_parser = numbers::integer(1..=1024_usize))]
+    #[arg(long, value_name = "COUNT", value_parser = numbers::number(1..=1024_usize))]
     components: Option<usize>,
     /// Output file
     #[arg(long, short)]

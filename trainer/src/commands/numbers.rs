@@ -41,17 +41,6 @@ pub(crate) fn with_negative_values(command: Command) -> Command {
         .mut_subcommands(with_negative_values)
 }
 
-/// Parses n, the number of samples of a pattern.
-pub(crate) fn samples(text: &str) -> Result<usize, String> {
-    match text.parse::<i128>() {
-        Ok(samples) => usize::try_from(samples)
-            .ok()
-            .filter(|samples| (1..=MAX_SAMPLES).contains(samples))
-            .ok_or_else(|| format!("{text} is out of range: give 1 to {MAX_SAMPLES} samples")),
-        Err(_) => Err(format!("not an integer: give 1 to {MAX_SAMPLES} samples")),
-    }
-}
-
 /// The number of samples of a training.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SampleCount {
@@ -65,7 +54,7 @@ pub(crate) enum SampleCount {
 pub(crate) fn sample_count(text: &str) -> Result<SampleCount, String> {
     match text {
         "auto" => Ok(SampleCount::Auto),
-        _ => samples(text).map(SampleCount::Count),
+        _ => number(1..=MAX_SAMPLES)(text).map(SampleCount::Count),
     }
 }
 
@@ -74,17 +63,17 @@ pub(crate) fn threads(text: &str) -> Result<usize, String> {
     let max = available_parallelism()
         .map_or(1, usize::from)
         .max(MAX_THREADS);
-    integer(1..=max)(text)
+    number(1..=max)(text)
 }
 
 /// Parses the seed of all random numbers.
 pub(crate) fn seed(text: &str) -> Result<u64, String> {
-    integer(0..=u64::MAX)(text)
+    number(0..=u64::MAX)(text)
 }
 
 /// Parses the number of seeds, 1 to 10000.
 pub(crate) fn seeds(text: &str) -> Result<u64, String> {
-    integer(1..=10_000)(text)
+    number(1..=10_000)(text)
 }
 
 /// Parses a share, 0 to 1.
@@ -110,7 +99,7 @@ pub(crate) fn finite(text: &str) -> Result<f32, String> {
 }
 
 /// Parses a value that must be valid.
-pub(crate) fn checked<T: FromStr>(
+fn checked<T: FromStr>(
     text: &str,
     is_valid: impl FnOnce(&T) -> bool,
     expected: &str,
@@ -154,27 +143,12 @@ pub(crate) fn number<T>(
 where
     T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
 {
-    in_range("a number", range)
-}
-
-/// Returns a parser of an integer within a range.
-pub(crate) fn integer<T>(
-    range: RangeInclusive<T>,
-) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
-where
-    T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
-{
-    in_range("an integer", range)
-}
-
-fn in_range<T>(
-    kind: &'static str,
-    range: RangeInclusive<T>,
-) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
-where
-    T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
-{
     move |text| {
+        let kind = if T::from_str("0.5").is_ok() {
+            "a number"
+        } else {
+            "an integer"
+        };
         let expected = format!("{kind} from {} to {}", range.start(), range.end());
         checked(text, |value| range.contains(value), &expected)
     }

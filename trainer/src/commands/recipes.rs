@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Subcommand};
 use glimpse_materials::basis::Basis;
@@ -165,7 +165,7 @@ fn table(entries: &[Entry]) -> Table {
 impl Get {
     fn run(&self) -> anyhow::Result<()> {
         let mut files = Vec::new();
-        for bundled in self.selected()? {
+        for bundled in self.selected() {
             let recipe = self.out.join(format!("{}.recipe", bundled.name));
             if let Some(basis) = bundled.basis() {
                 files.push((Basis::path_for(&recipe), basis.to_vec()));
@@ -176,16 +176,14 @@ impl Get {
         write_files(&files, self.force)
     }
 
-    fn selected(&self) -> anyhow::Result<Vec<&'static BundledRecipe>> {
+    fn selected(&self) -> Vec<&'static BundledRecipe> {
         if self.names.iter().any(|name| name == ALL) {
-            return Ok(bundled::ALL.iter().collect());
+            return bundled::ALL.iter().collect();
         }
-        let find = |name: &String| match bundled::find(name) {
-            Some(bundled) => Ok(bundled),
-            None => {
-                bail!("unknown bundled recipe `{name}`: give a name from `trainer recipes list`")
-            }
-        };
-        self.names.iter().map(find).collect()
+        // The parser admits only these names.
+        self.names
+            .iter()
+            .filter_map(|name| bundled::find(name))
+            .collect()
     }
 }

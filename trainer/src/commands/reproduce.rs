@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use clap::Args;
+use glimpse_core::section::MAX_SAMPLES;
 use glimpse_materials::Source;
-use glimpse_materials::files::check_writable;
 use glimpse_trainer::evaluation::TrainingMaterials;
 use glimpse_training::meta::plan::Effort;
 
@@ -16,16 +16,14 @@ use super::progress::{catch_interrupts, interrupted};
 use super::train::train_to_file;
 use super::training_overlap::{training_overlaps, warnings};
 use super::{load, numbers, print};
-use crate::experiment::{
-    Experiment, Findings, Plan, PlannedCell, Settings, Store, TestSet, Work, write_index,
-};
+use crate::experiment::{Experiment, Findings, Plan, PlannedCell, Settings, Store, TestSet, Work};
 
 /// Reproduce the paper's tables and figures on your materials.
 ///
 /// Each experiment trains and evaluates methods, and prints its tables, with the paper's numbers
-/// where there are any. It writes them into OUT/EXPERIMENT as CSV, JSON and SVG. OUT/index.html
-/// shows all results. Recipes and evaluations are saved in OUT. Experiments share them, and the same
-/// command continues after Ctrl-C or kill -9.
+/// where there are any. It writes them into OUT/EXPERIMENT as CSV, JSON and SVG, and all of them as
+/// the page index.html. Recipes and evaluations are saved in OUT. Experiments share them, and the
+/// same command continues after Ctrl-C or kill -9.
 ///
 /// A cell is one training or one evaluation. With --list, each cell is printed as a separate command,
 /// for a cluster. A command follows those whose outputs it reads. Together, they write the same
@@ -65,7 +63,7 @@ pub(crate) struct Reproduce {
     seeds: u64,
     /// Largest n of experiments with several n, 1 to 4096 [default: 64 for --effort brief and quick,
     /// else 512]
-    #[arg(long = "most-samples", value_parser = numbers::samples)]
+    #[arg(long = "most-samples", value_parser = numbers::number(1..=MAX_SAMPLES))]
     max_samples: Option<usize>,
     /// Name of the only table to print, with its caption, as Markdown. It is the name of the table's
     /// file in OUT/EXPERIMENT without its extension
@@ -100,25 +98,19 @@ impl Reproduce {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         self.refuse_unused_options()?;
         catch_interrupts()?;
-        let index = self.out.join("index.html");
         create_out_folder(&self.out)?;
         let _lock = match &self.only {
-            None => {
-                let lock = Lock::of_folder(&self.out)?;
-                check_writable(&index, 1 << 16)
-                    .map_err(|error| anyhow!("cannot write {}: {error}", index.display()))?;
-                lock
-            }
+            None => Lock::of_folder(&self.out)?,
             // An unknown name is an error later.
             Some(name) => Lock::of_path(&self.out.join(name.replace('/', "-")))?,
         };
         self.with_plans(seed, |store, plans| match &self.only {
             Some(name) => self.run_cell(store, plans, name),
-            None => self.run_plans(store, plans, &index),
+            None => self.run_plans(store, plans),
         })
     }
 
-    fn run_plans(&self, store: &Store<'_>, plans: &[Plan], index: &Path) -> anyhow::Result<()> {
+    fn run_plans(&self, store: &Store<'_>, plans: &[Plan]) -> anyhow::Result<()> {
         let experiments = self.experiments();
         for (number, (experiment, plan)) in (1..).zip(experiments.iter().zip(plans)) {
             let name = experiment.name();
@@ -128,10 +120,10 @@ impl Reproduce {
             }
             let findings = plan.findings(store)?;
             findings.write(&name, &self.out)?;
-            write_index(&self.out)?;
+            let page = self.out.join(name).join("index.html");
+            eprintln!("wrote {}", page.display());
             print(&self.format(&findings)?)?;
         }
-        eprintln!("results: {}", index.display());
         Ok(())
     }
 

@@ -1,9 +1,8 @@
-//! Findings of an experiment and their files: tables as CSV and JSON, drawings as SVG, and all of them as a section of
-//! the page.
+//! Findings of an experiment and their files: tables as CSV and JSON, drawings as SVG, and a page of all of
+//! them.
 
 use std::path::Path;
 
-use anyhow::Context;
 use glimpse_trainer::report::{Cell, Gallery, Page, Table};
 use glimpse_training::meta::plan::Schedule;
 use serde_json::{Map, Value, json};
@@ -41,6 +40,11 @@ impl Store<'_> {
         )
     }
 }
+
+/// The first paragraph of every page.
+const INTRODUCTION: &str = "An experiment of Learning to Learn and Sample BRDFs (Liu, Fischer, Ritschel 2023). The best of \
+    the compared numbers is marked. An arrow shows whether higher or lower values are better. Click a sphere to enlarge \
+    its row. The folder of this page has the tables as CSV and JSON, and drawings as SVG.";
 
 /// One finding of an experiment.
 enum Finding {
@@ -122,7 +126,7 @@ impl Findings {
     /// Writes all findings into the experiment's folder below `out`.
     pub(crate) fn write(&self, experiment: &str, out: &Path) -> anyhow::Result<()> {
         let folder = out.join(experiment);
-        let mut page = Page::with_pictures_in(self.title, format!("{experiment}/pictures"));
+        let mut page = Page::new(self.title).paragraph(INTRODUCTION);
         let mut tables = Map::new();
         for entry in &self.entries {
             page = match entry {
@@ -143,9 +147,7 @@ impl Findings {
         let findings = json!({ "experiment": experiment, "title": self.title, "tables": tables });
         let path = folder.join("findings.json");
         write_file(&path, serde_json::to_string_pretty(&findings)?.as_bytes())?;
-        page.write_section(out, experiment)
-            .with_context(|| format!("cannot write the section of {experiment}"))?;
-        Ok(())
+        Ok(page.write(&folder)?)
     }
 }
 

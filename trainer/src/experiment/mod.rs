@@ -15,11 +15,7 @@ mod store;
 mod studies;
 mod tables;
 
-use std::path::Path;
-
-use anyhow::Context;
 use clap::ValueEnum;
-use glimpse_trainer::report::Page;
 
 pub(crate) use engine::Plan;
 pub(crate) use findings::Findings;
@@ -131,20 +127,4 @@ impl Experiment {
             Self::All => anyhow::bail!("all is not a single experiment: expand it first"),
         })
     }
-}
-
-/// Writes the index page of all experiments in the output folder.
-pub(crate) fn write_index(out: &Path) -> anyhow::Result<()> {
-    let mut page = Page::new("Glimpse: the paper's experiments").paragraph(
-        "Reproduction of Learning to Learn and Sample BRDFs (Liu, Fischer, Ritschel 2023). The best \
-         of the compared numbers is marked. An arrow shows whether higher or lower values are better. Click \
-         a sphere to enlarge its row. The folder of this page has the tables as CSV and JSON, and drawings \
-         as SVG.",
-    );
-    for experiment in Experiment::All.expand(true) {
-        page = page
-            .section(&out.join(experiment.name()))
-            .with_context(|| format!("cannot read the section of {}", experiment.name()))?;
-    }
-    Ok(page.write(out)?)
 }

@@ -3,15 +3,15 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use glimpse_materials::files::{ensure_dir, require_parent_dir, write_atomic};
+use glimpse_materials::files::{ensure_dir, write_atomic};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::gallery::FileNames;
 use super::{Gallery, Table};
 use crate::render::{Picture, PictureError};
 
-/// The file name of a section within its folder.
-const SECTION_FILE: &str = "part.html";
+/// The folder of the pictures, next to the page.
+const PICTURES: &str = "pictures";
 /// The style sheet: for phones, for dark mode, and with colors for color-blind readers.
 const STYLE: &str = include_str!("page.css");
 /// The script that enlarges a row of pictures on a click. Without scripts, the link opens the picture.
@@ -31,22 +31,12 @@ pub enum PageError {
         /// Error of the operating system.
         source: io::Error,
     },
-    /// A section's file cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
-    Read {
-        /// Path of the file.
-        path: PathBuf,
-        /// Error of the operating system.
-        source: io::Error,
-    },
 }
 
 /// A page that is built from top to bottom.
 #[derive(Debug)]
 pub struct Page {
     title: String,
-    /// The folder of the pictures, relative to the page.
-    folder: String,
     body: String,
     names: FileNames,
     pictures: Vec<(String, Picture)>,
@@ -78,32 +68,9 @@ impl Page {
     pub fn new(title: impl Into<String>) -> Self {
         Self {
             title: title.into(),
-            folder: "pictures".into(),
             body: String::new(),
             names: FileNames::default(),
             pictures: Vec::new(),
-        }
-    }
-
-    /// Creates an empty page with its pictures in `folder` instead of `pictures`, for pages that share a directory.
-    #[must_use]
-    pub fn with_pictures_in(title: impl Into<String>, folder: impl Into<String>) -> Self {
-        Self {
-            folder: folder.into(),
-            ..Self::new(title)
-        }
-    }
-
-    /// Adds the section that [`Page::write_section`] wrote into a folder, if the folder has one.
-    ///
-    /// # Errors
-    /// If the section's file exists and cannot be read.
-    pub fn section(self, folder: &Path) -> Result<Self, PageError> {
-        let path = folder.join(SECTION_FILE);
-        match std::fs::read_to_string(&path) {
-            Ok(html) => Ok(self.push(&PreEscaped(html))),
-            Err(source) if source.kind() == io::ErrorKind::NotFound => Ok(self),
-            Err(source) => Err(PageError::Read { path, source }),
         }
     }
 
@@ -134,7 +101,7 @@ impl Page {
     /// Adds rows of pictures.
     #[must_use]
     pub fn gallery(mut self, gallery: &Gallery) -> Self {
-        let html = gallery.to_html(&self.folder, &mut self.names, &mut self.pictures);
+        let html = gallery.to_html(PICTURES, &mut self.names, &mut self.pictures);
         self.push(&html)
     }
 
@@ -153,38 +120,21 @@ impl Page {
     /// # Errors
     /// If a file cannot be written.
     pub fn write(&self, directory: &Path) -> Result<(), PageError> {
-        ensure_dir(directory).map_err(|source| PageError::Write {
-            path: directory.into(),
-            source,
-        })?;
-        self.write_pictures(directory)?;
-        write_below(
-            directory,
-            Path::new("index.html"),
-            self.to_html().as_bytes(),
-        )
-    }
-
-    /// Writes the page as a section for a page in `directory`: the text into `directory/folder`, and the pictures
-    /// below `directory`, where the text refers to them.
-    ///
-    /// # Errors
-    /// If a file cannot be written.
-    pub fn write_section(&self, directory: &Path, folder: &str) -> Result<(), PageError> {
-        self.write_pictures(directory)?;
-        let path = Path::new(folder).join(SECTION_FILE);
-        let section = html! {
-            section.part { "\n" h2 { (self.title) } "\n" (PreEscaped(&self.body)) } "\n"
+        let create = |folder: &Path| {
+            ensure_dir(folder).map_err(|source| PageError::Write {
+                path: folder.into(),
+                source,
+            })
         };
-        write_below(directory, &path, section.into_string().as_bytes())
-    }
-
-    fn write_pictures(&self, directory: &Path) -> Result<(), PageError> {
-        for (name, picture) in &self.pictures {
-            let relative = Path::new(&self.folder).join(name);
-            write_below(directory, &relative, &picture.to_png()?)?;
+        create(directory)?;
+        let folder = directory.join(PICTURES);
+        if !self.pictures.is_empty() {
+            create(&folder)?;
         }
-        Ok(())
+        for (name, picture) in &self.pictures {
+            write(folder.join(name), &picture.to_png()?)?;
+        }
+        write(directory.join("index.html"), self.to_html().as_bytes())
     }
 
     /// Formats the page as HTML.
@@ -202,14 +152,8 @@ impl Page {
     }
 }
 
-/// Writes a file below `directory`, which must exist. Missing folders in between are created.
-fn write_below(directory: &Path, relative: &Path, bytes: &[u8]) -> Result<(), PageError> {
-    let path = directory.join(relative);
-    let folder = path.parent().unwrap_or(directory);
-    require_parent_dir(&directory.join(SECTION_FILE))
-        .and_then(|()| std::fs::create_dir_all(folder))
-        .and_then(|()| write_atomic(&path, bytes))
-        .map_err(|source| PageError::Write { path, source })
+fn write(path: PathBuf, bytes: &[u8]) -> Result<(), PageError> {
+    write_atomic(&path, bytes).map_err(|source| PageError::Write { path, source })
 }
 
 #[cfg(test)]
@@ -253,26 +197,6 @@ mod tests {
         }
         assert!(html.contains("pictures/blue-rubber-ours-2.png"));
         assert!(!html.contains("http"), "the page loads a remote resource");
-    }
-
-    #[test]
-    fn sections_form_one_page() {
-        let scratch = tempfile::tempdir().unwrap();
-        Page::with_pictures_in("First", "first/pictures")
-            .gallery(&gallery("gold", &["Ours"]))
-            .write_section(scratch.path(), "first")
-            .unwrap();
-        let index = Page::new("All")
-            .section(&scratch.path().join("first"))
-            .unwrap()
-            .section(&scratch.path().join("missing"))
-            .unwrap();
-        index.write(scratch.path()).unwrap();
-        let html = std::fs::read_to_string(scratch.path().join("index.html")).unwrap();
-        assert!(html.contains("<h2>First</h2>"));
-        assert!(html.contains("src=\"first/pictures/gold-ours.png\""));
-        let picture = scratch.path().join("first/pictures/gold-ours.png");
-        assert!(picture.is_file());
     }
 
     #[test]

@@ -12,7 +12,7 @@ use glimpse_trainer::render::{Environment, Image, render_sphere};
 use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table, metric_columns};
 use serde_json::{Value, json};
 
-use super::super::numbers::integer;
+use super::super::numbers::number;
 use super::super::output::{
     check_out, file_as_json, file_type, refuse_input, refuse_source, write_file,
 };
@@ -54,10 +54,10 @@ pub(super) struct Sphere {
     #[arg(long, short, value_name = "FILE", default_value = "sphere.png")]
     out: PathBuf,
     /// Width and height of each sphere in pixels, 1 to 4096
-    #[arg(long, value_name = "PIXELS", default_value_t = SPHERE_SIZE, value_parser = integer(1..=MAX_SIZE))]
+    #[arg(long, value_name = "PIXELS", default_value_t = SPHERE_SIZE, value_parser = number(1..=MAX_SIZE))]
     size: usize,
     /// Materials in a row, 1 to 4096 [default: up to 8; with --recipe up to 4]
-    #[arg(long, value_name = "COUNT", value_parser = integer(1..=MAX_SIZE))]
+    #[arg(long, value_name = "COUNT", value_parser = number(1..=MAX_SIZE))]
     columns: Option<usize>,
     /// Environment light: a panorama (*.hdr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]

@@ -62,8 +62,8 @@ fn experiment_is_saved_and_reused() {
     let sets = "seed 0, 1 seeds of random directions. Training set: procedural:4 (4 materials). Test set: \
                 procedural:1:1 (1 materials).";
     assert_names(caption.expect("a caption"), &[settings, sets]);
-    let html = folder.read_text("paper/index.html");
-    assert_eq!(html.matches("<h2>").count(), 1, "{html}");
+    let html = folder.read_text("paper/bases/index.html");
+    assert_eq!(html.matches("<table>").count(), 1, "{html}");
 
     // The repeated command trains nothing, and evaluates only what is missing. The results are the same as before.
     let recipe = folder.at("paper/recipes/linear-n8-m5-paper.recipe");
