@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use glimpse_core::fit::{Coefficients, Estimator, Prediction, Refinement, Sgd};
-use glimpse_core::numeric::Floats;
+use glimpse_core::fit::Estimator;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::Identity;
-use glimpse_trainer::export::{eta, to_json};
+use glimpse_trainer::export::to_json;
 use glimpse_training::meta::completion::task::Noise;
 use glimpse_training::recipe::{Metadata, MetadataError, RecipeFile};
 use glimpse_training::route::{Order, Route, axes_from_angles};
@@ -65,83 +64,29 @@ fn describe_estimator(recipe: &Recipe<'_>) -> String {
         true => "any reading may be missing",
         false => "all readings are needed",
     };
-    let head = format!(
-        "model          {}\nsamples        {}; {missing}\n",
-        recipe.model(),
-        recipe.samples()
-    );
-    head + &match recipe.estimator() {
-        Estimator::Sgd(sgd) => describe_sgd(sgd),
+    let fit = match recipe.estimator() {
+        Estimator::Sgd(sgd) => format!(
+            "{} steps of SGD for {} parameters",
+            sgd.steps,
+            sgd.initial.len()
+        ),
         Estimator::Ridge {
             coefficients,
             refinement,
-            prediction,
+            ..
         } => {
-            let refinement = refinement.as_ref().map(describe_refinement);
-            describe_coefficients(coefficients)
-                + &refinement.unwrap_or_default()
-                + &prediction
-                    .as_ref()
-                    .map(describe_prediction)
-                    .unwrap_or_default()
+            let net = coefficients.net.map_or("", |_| "net, ");
+            let steps = refinement.as_ref().map_or(String::new(), |refinement| {
+                format!(", start, {} Gauss-Newton steps", refinement.steps.steps)
+            });
+            let components = coefficients.components();
+            format!("{net}ridge with {components} components{steps}")
         }
-    }
-}
-
-fn describe_sgd(sgd: &Sgd<'_>) -> String {
-    format!(
-        "SGD            {} steps of {} parameters\nstep sizes     {}\n",
-        sgd.steps,
-        sgd.initial.len(),
-        range_and_median(sgd.step_sizes),
-    )
-}
-
-fn describe_coefficients(coefficients: &Coefficients<'_>) -> String {
-    let ridge = &coefficients.ridge;
-    let net = coefficients.net.map_or_else(String::new, |net| {
-        let weights = net.weights();
-        format!(
-            "net            {} coefficients, {} hidden units\n",
-            weights.components,
-            weights.hidden()
-        )
-    });
-    let precision = match eta(ridge) {
-        Some(eta) => format!("{eta} for each"),
-        None => range_and_median(ridge.precision),
-    };
-    let basis = match ridge.basis_checksum {
-        0 => String::new(),
-        checksum => format!("whole basis    {checksum:08x}\n"),
     };
     format!(
-        "{net}ridge          {} components, precision {precision}\n{basis}",
-        coefficients.components(),
-    )
-}
-
-fn describe_refinement(refinement: &Refinement<'_>) -> String {
-    let steps = &refinement.steps;
-    format!(
-        "start          {} units for {} parameters\n\
-         Gauss-Newton   {} steps, {} virtual readings of weight 1, readings of weight {:.3}, error scale {:.4}\n\
-         precision      {}\n",
-        refinement.start.bias.len(),
-        steps.initial.len(),
-        steps.steps,
-        steps.virtual_readings(),
-        steps.reading_weight,
-        steps.error_scale,
-        range_and_median(steps.precision),
-    )
-}
-
-fn describe_prediction(prediction: &Prediction<'_>) -> String {
-    format!(
-        "uncertainty    upper bound of the loss {:.2} times the prediction; innovation to {:.3} is usual; \
-         exponents {:.2} and {:.2}\n",
-        prediction.bound, prediction.max_innovation, prediction.innovation, prediction.residual,
+        "model          {}\nsamples        {}; {missing}\nfit            {fit}\n",
+        recipe.model(),
+        recipe.samples()
     )
 }
 
@@ -228,20 +173,4 @@ fn describe_materials(materials: &[Identity]) -> String {
         _ if count > MAX_NAMES => format!("{count}: {}, ...", names.join(", ")),
         _ => format!("{count}: {}", names.join(", ")),
     }
-}
-
-/// Describes the smallest, largest and median value of a list.
-fn range_and_median(floats: Floats<'_>) -> String {
-    let mut list: Vec<f32> = floats.iter().collect();
-    list.sort_by(f32::total_cmp);
-    let quantile = |share: f32| {
-        let index = (share * (list.len() - 1) as f32).round() as usize;
-        list.get(index).copied().unwrap_or_default()
-    };
-    format!(
-        "{:.2e} to {:.2e}, median {:.2e}",
-        quantile(0.0),
-        quantile(1.0),
-        quantile(0.5)
-    )
 }
