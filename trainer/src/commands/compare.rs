@@ -205,6 +205,5 @@ fn write_page(
             );
         }
     }
-    page.write(out)?;
-    Ok(())
+    Ok(page.write(out)?)
 }

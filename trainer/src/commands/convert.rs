@@ -1,24 +1,23 @@
 //! `trainer convert`
 
-use std::fs;
 use std::path::PathBuf;
 
 use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_materials::{Format, Material, Reciprocal, Source};
-use glimpse_trainer::conversion::{OutputFormat, file_name, loss_of_file, output_paths};
-use glimpse_trainer::metrics::Metrics;
+use glimpse_trainer::conversion::{
+    Encoded, OutputFormat, encode, file_name, loss_of_file, output_paths,
+};
 use serde_json::json;
 
-use super::formats::{self, Files, files_of};
+use super::formats::{self, Files};
 use super::output::{file_as_json, refuse_source, write_files};
 use super::{emit, load_single};
 
 /// Convert a material to another format.
 ///
 /// The output is read again, and its loss against IN is printed: the mean cosine-weighted
-/// logarithmic error of `trainer evaluate`, 0 if both are equal. If IN has the output format
-/// already, its files are copied. For NBRDF, a network is fitted to the material in a few seconds,
+/// logarithmic error of `trainer evaluate`, 0 if both are equal. For NBRDF, a network is fitted to the material in a few seconds,
 /// unless IN is a network itself. A material of `trainer fit` with the model neural is a network.
 ///
 /// The formats principled, gltf and materialx hold the parameters of a renderer's shading model that
@@ -77,32 +76,20 @@ impl Convert {
         let is_own = |first: &PathBuf| {
             Format::detect(first).is_ok_and(|own| OutputFormat::Brdf(own) == format)
         };
-        let copied = !self.reciprocal && own.first().is_some_and(is_own);
-        let (files, metrics): (Vec<Vec<u8>>, Option<Metrics>) = match copied {
-            true => {
-                // Its number of files depends on its directions, so it does not match `outs`.
-                ensure!(
-                    format != OutputFormat::Brdf(Format::Pab),
-                    "{} is in PAB-Opto's format already: copy its files",
-                    self.source
-                );
-                eprintln!("{} has the output format already: copying it", self.source);
-                let read = own.iter().map(|path| {
-                    fs::read(path).with_context(|| format!("cannot read {}", path.display()))
-                });
-                (read.collect::<anyhow::Result<_>>()?, None)
-            }
-            false => {
-                // Only the names of PAB-Opto's files depend on OUT here.
-                let name = match format {
-                    OutputFormat::Brdf(Format::Pab) => file_name(&self.out)?,
-                    _ => material.name(),
-                };
-                let encoded = files_of(material, format, name, seed)?;
-                let files = encoded.files.into_iter().map(|(_, bytes)| bytes);
-                (files.collect(), encoded.metrics)
-            }
+        ensure!(
+            self.reciprocal || !own.first().is_some_and(is_own),
+            "{} has the format {} already: copy its files",
+            self.source,
+            format.name()
+        );
+        // Only the names of PAB-Opto's files depend on OUT here.
+        let name = match format {
+            OutputFormat::Brdf(Format::Pab) => file_name(&self.out)?,
+            _ => material.name(),
         };
+        eprintln!("converting {} to {}", material.name(), format.name());
+        let Encoded { files, metrics } = encode(material, format, name, seed)?;
+        let files = files.into_iter().map(|(_, bytes)| bytes);
         let files: Files = outs.into_iter().zip(files).collect();
         write_files(&files, self.force)?;
         let (first, _) = &files[0];
@@ -116,7 +103,6 @@ impl Convert {
         let report = json!({
             "material": material.name(),
             "format": format.name(),
-            "copied": copied,
             "files": files.iter().map(|(path, _)| file_as_json(path)).collect::<Vec<_>>(),
             "loss": loss,
             "delta_e": delta_e,

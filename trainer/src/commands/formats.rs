@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use glimpse_materials::{Format, Material};
-use glimpse_trainer::conversion::{self, ConversionError, Encoded, OutputFormat};
+use glimpse_materials::Format;
+use glimpse_trainer::conversion::OutputFormat;
 use glimpse_trainer::shading::ShadingModel;
 
 /// Returns a parser of the names of output formats.
@@ -46,22 +46,3 @@ fn describe_files(format: OutputFormat) -> &'static str {
 
 /// A group of files that are written together: their paths and contents.
 pub(super) type Files = Vec<(PathBuf, Vec<u8>)>;
-
-/// Calls [`conversion::encode`]. Prints a message first if the conversion takes seconds.
-pub(super) fn files_of(
-    material: &dyn Material,
-    format: OutputFormat,
-    name: &str,
-    seed: u64,
-) -> Result<Encoded, ConversionError> {
-    match format {
-        OutputFormat::Brdf(Format::Nbrdf) if material.network().is_none() => {
-            eprintln!("fitting a network to {}", material.name());
-        }
-        OutputFormat::Shading(_) => {
-            eprintln!("fitting {} to {}", format.name(), material.name());
-        }
-        OutputFormat::Brdf(_) => {}
-    }
-    conversion::encode(material, format, name, seed)
-}

@@ -9,7 +9,7 @@ use glimpse_training::recipe::RecipeFile;
 use glimpse_training::route::{Machine, Order, PlanArgs, Route, blank_sheet};
 
 use super::emit;
-use super::output::{is_same_file, write_files};
+use super::output::{is_same_file, refuse_input, write_files};
 
 /// Plan a scan: positions of the arms in degrees, their order, and the duration.
 ///
@@ -73,15 +73,9 @@ impl Plan {
 
     /// Refuses outputs that are inputs, or both the same file.
     fn refuse_inputs(&self) -> anyhow::Result<()> {
-        let written = [("--out", &self.out), ("--blank", &self.blank)];
-        for (option, file) in written {
-            for input in [&self.recipe, &Basis::path_for(&self.recipe)] {
-                ensure!(
-                    !file.as_ref().is_some_and(|file| is_same_file(file, input)),
-                    "{option} {} is the recipe or its basis: give another {option}",
-                    input.display()
-                );
-            }
+        for file in self.out.iter().chain(&self.blank) {
+            refuse_input(file, &self.recipe)?;
+            refuse_input(file, &Basis::path_for(&self.recipe))?;
         }
         if let (Some(out), Some(blank)) = (&self.out, &self.blank) {
             ensure!(

@@ -1,7 +1,7 @@
 //! Export of a recipe as JSON, complete enough to reimplement the fit.
 
 use glimpse_core::fit::coefficient_net::MissingPolicy;
-use glimpse_core::fit::{Coefficients, Estimator, Net, Prediction, Refinement, Ridge, Sgd};
+use glimpse_core::fit::{Coefficients, Estimator, Net, Prediction, Refinement, Sgd};
 use glimpse_core::geometry::ArmAngles;
 use glimpse_core::numeric::{ComponentRows, Floats, Rows};
 use glimpse_core::recipe::Recipe;
@@ -130,10 +130,7 @@ fn add_ridge(value: &mut Value, coefficients: &Coefficients<'_>) {
     let (samples, components) = (ridge.center.len(), coefficients.components());
     value["basis"] = component_rows(coefficients.rows(), [samples, components]);
     value["centre"] = list(ridge.center);
-    match eta(ridge) {
-        Some(eta) => value["eta"] = json!(eta),
-        None => value["precision"] = list(ridge.precision),
-    }
+    value["precision"] = list(ridge.precision);
     value["difference_precision"] = optional(ridge.difference_precision);
     let checksum = Some(ridge.basis_checksum).filter(|checksum| *checksum != 0);
     value["basis_checksum"] = json!(checksum.map(|checksum| format!("{checksum:08x}")));
@@ -232,12 +229,4 @@ fn optional(floats: Floats<'_>) -> Value {
 
 fn list(floats: Floats<'_>) -> Value {
     json!(floats.iter().collect::<Vec<f32>>())
-}
-
-/// Returns the paper's eta: the precision that all coefficients share; None if their precisions differ.
-#[must_use]
-pub fn eta(ridge: &Ridge<'_>) -> Option<f32> {
-    let mut precision = ridge.precision.iter();
-    let first = precision.next()?;
-    precision.all(|next| next == first).then_some(first)
 }

@@ -13,13 +13,13 @@ use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::has_content;
 use glimpse_materials::{BasisFile, FittedMaterial, Material};
-use glimpse_trainer::conversion::{OutputFormat, loss_of_file};
+use glimpse_trainer::conversion::{OutputFormat, encode, loss_of_file};
 use glimpse_trainer::measurement::{DEFAULT_TOLERANCE, Measurements, Selection, fit};
 use glimpse_trainer::metrics::Metrics;
 use options::QuantityArgs;
 use report::{FitReport, FormatSummary, ReportEntry, file_name};
 
-use super::formats::{self, Files, files_of};
+use super::formats::{self, Files};
 use super::lock::Lock;
 use super::output::{create_out_folder, refuse_input, write_file, write_files};
 use super::{emit, read_recipe};
@@ -193,7 +193,8 @@ impl Fit {
             |(index, format): &(usize, &OutputFormat)| !self.format[..*index].contains(format);
         let distinct = self.format.iter().enumerate().filter(is_first);
         let files = distinct.map(|(_, format)| {
-            let encoded = files_of(material, *format, material.name(), seed)?;
+            eprintln!("converting {} to {}", material.name(), format.name());
+            let encoded = encode(material, *format, material.name(), seed)?;
             let files = encoded.files.into_iter();
             let files = files.map(|(name, bytes)| (folder.join(name), bytes));
             Ok((files.collect(), encoded.metrics))

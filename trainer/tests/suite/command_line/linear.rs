@@ -9,7 +9,7 @@ use glimpse_training::meta::learned::{LearnedFit, LearnedRidge, ValidatedLoss, V
 use glimpse_training::meta::objective::LossEstimate;
 use glimpse_training::meta::plan::TrainedParts;
 use glimpse_training::meta::plan::{Effort, Schedule};
-use glimpse_training::recipe::{Metadata, RecipeDefect, RecipeFile, Training, pack_fit};
+use glimpse_training::recipe::{Metadata, RecipeFile, Training, pack_fit};
 use serde_json::{Value, json};
 
 use super::{Folder, number, numbers};
@@ -79,54 +79,37 @@ fn metadata() -> Metadata {
 
 /// A recipe with all metadata that a recipe can have.
 pub(crate) fn recipe_with_metadata() -> RecipeFile {
-    build_recipe(reduced_basis(), &metadata()).expect("a valid recipe")
-}
-
-/// Builds a recipe of the model Linear.
-fn build_recipe(ridge: LearnedRidge, metadata: &Metadata) -> Result<RecipeFile, RecipeDefect> {
     let fit = LearnedFit::Ridge {
         net: None,
-        ridge,
+        ridge: reduced_basis(),
         refinement: None,
     };
+    let metadata = metadata();
     let expected_loss = metadata.expected_loss.map(|each| each.estimate.loss);
-    pack_fit(&fit, &pattern(), expected_loss)?.with_metadata(metadata)
+    let file = pack_fit(&fit, &pattern(), expected_loss).expect("a valid recipe");
+    file.with_metadata(&metadata).expect("a valid recipe")
 }
 
 #[test]
 fn inspects_and_exports_linear_recipe() {
     let folder = Folder::new();
-    let mut unequal = reduced_basis();
-    unequal.precision[1] = 4.0;
-    unequal.basis_checksum = 0;
-    for (name, reduced) in [("equal", reduced_basis()), ("unequal", unequal)] {
-        let file = build_recipe(reduced.clone(), &metadata()).expect("a valid recipe");
-        folder.write(&format!("{name}.recipe"), file.bytes());
-        let recipe = file.recipe();
-        assert!(recipe.pattern().eq(pattern()));
-        let ridge = recipe
-            .estimator()
-            .coefficients()
-            .expect("coefficients")
-            .ridge;
-        assert!(ridge.rows.floats().iter().eq(reduced.rows));
-        assert!(ridge.precision.iter().eq(reduced.precision));
-        for format in ["json", "postcard"] {
-            folder.succeed(&format!(
-                "export {name}.recipe --format {format} --out {name}.{format}"
-            ));
-        }
-        assert_eq!(folder.read(&format!("{name}.postcard")), file.bytes());
+    let expected = reduced_basis();
+    let file = recipe_with_metadata();
+    folder.write("equal.recipe", file.bytes());
+    assert!(file.recipe().pattern().eq(pattern()));
+    for format in ["json", "postcard"] {
+        let export = format!("export equal.recipe --format {format} --out equal.{format}");
+        folder.succeed(&export);
     }
+    assert_eq!(folder.read("equal.postcard"), file.bytes());
 
     let json = folder.read_json("equal.json");
-    let expected = reduced_basis();
     let bytes = folder.read("equal.recipe");
     let recipe = Recipe::parse(&bytes).expect("a valid recipe");
     for (field, expected) in [
         ("/model", json!("linear")),
         ("/samples", json!(3)),
-        ("/eta", json!(40.0)),
+        ("/precision", json!(expected.precision)),
         ("/basis_checksum", json!("0123abcd")),
         ("/checksum", json!(format!("{:08x}", recipe.checksum()))),
         ("/scan_time", Value::Null),
@@ -171,23 +154,15 @@ fn inspects_and_exports_linear_recipe() {
     assert_eq!(json["basis"].as_array().map(Vec::len), Some(3));
     assert_eq!(numbers(&json["basis"][1]), [0.25, 8.0]);
     assert_eq!(numbers(&json["centre"]), expected.center);
-    assert_eq!((json.get("precision"), json.get("initial")), (None, None));
-
-    let json = folder.read_json("unequal.json");
-    assert_eq!(json.get("eta"), None);
-    assert_eq!(numbers(&json["precision"]), [40.0, 4.0]);
-    assert_eq!(json["basis_checksum"], Value::Null);
+    assert_eq!(json.get("initial"), None);
 
     let printed = folder.succeed("inspect equal.recipe");
     let figures = [
-        "2", "40", "0123abcd", "0.0125", "0.0015", "7", "71.6", "85.9", "7.2", "0.02", "0.001",
-        "4096", "4",
+        "2", "0.0125", "0.0015", "7", "71.6", "85.9", "7.2", "0.02", "0.001", "4096", "4",
     ];
     assert_names(&printed, &figures);
-    let names = ["linear", "procedural:7", "brass", "felt", "silk"];
+    let names = ["linear", "ridge", "procedural:7", "brass", "felt", "silk"];
     assert_names(&printed, &names);
-    let printed = folder.succeed("inspect unequal.recipe");
-    assert_names(&printed, &["4.00e0", "4.00e1"]);
 }
 
 #[test]

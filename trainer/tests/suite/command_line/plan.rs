@@ -142,8 +142,8 @@ fn rejects_invalid_options() {
             "--max-theta-i 20 --max-theta-o 20 --min-separation 50 => ",
             "--force => --force",
             "--out a.csv --blank ./a.csv => --out --blank",
-            "--out n8.recipe --force => --out n8.recipe",
-            "--blank n8.recipe => --blank n8.recipe",
+            "--out n8.recipe --force => n8.recipe",
+            "--blank n8.recipe => n8.recipe",
         ],
     );
     assert_eq!(folder.names(""), before, "a file was written");
