@@ -7,6 +7,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_materials::files::write_atomic;
 use glimpse_materials::{MODELS, Source, SourceShare, Sources};
 use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
+use glimpse_training::meta::checkpoint::Checkpoint;
 
 use super::cell_list::{CommandLine, ListedCell, path_text, path_texts, print_cells, source_paths};
 use super::lock::Lock;
@@ -151,7 +152,7 @@ fn train_if_missing(
     let _lock = run.lock()?;
     let trained = run.refuse_overwrite(run.trained_loss(source_shares), true, train.force)?;
     if let Some(expected_loss) = trained {
-        run.remove_checkpoint();
+        Checkpoint::remove(&run.checkpoint);
         eprintln!("{} is already trained", run.out.display());
         return Ok(expected_loss);
     }

@@ -149,7 +149,7 @@ impl Train {
         let trained = run.refuse_overwrite(trained, self.resume, self.force)?;
         if self.resume && !Checkpoint::exists_in(&run.checkpoint) {
             if trained.is_some() {
-                run.remove_checkpoint();
+                Checkpoint::remove(&run.checkpoint);
                 eprintln!("{} is already trained", self.out.display());
                 return Ok(());
             }
@@ -363,10 +363,6 @@ impl TrainingRun {
             }
         }
         Ok(file)
-    }
-
-    pub(super) fn remove_checkpoint(&self) {
-        Checkpoint::remove(&self.checkpoint);
     }
 }
 
