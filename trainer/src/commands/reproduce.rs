@@ -62,7 +62,7 @@ pub(crate) struct Reproduce {
     seeds: u64,
     /// Largest n of experiments with several n, 1 to 4096 [default: 64 for --effort brief and quick,
     /// else 512]
-    #[arg(long = "most-samples", value_parser = numbers::number(1..=4_096))]
+    #[arg(long = "most-samples", value_parser = numbers::number(1..=4_096_usize))]
     max_samples: Option<usize>,
     /// Name of the only table to print, with its caption, as Markdown. It is the name of the table's
     /// file in OUT/EXPERIMENT without its extension

@@ -77,6 +77,7 @@ fn rejects_negative_numbers_with_range() {
     let train = "train --model phong -n 8 --out r.recipe";
     let shares =
         "train --model phong -n 8 --out r.recipe --data procedural:2 --data procedural:3:1";
+    let linear = "train --model linear --schedule paper -n 8 --out r.recipe";
     let plan = "plan r.recipe";
     let fit = "fit r.recipe --measurements m.csv --out fits";
     let sphere = "render sphere procedural:1";
@@ -93,8 +94,8 @@ fn rejects_negative_numbers_with_range() {
         (recipe, "--seeds", "-4", "10000"),
         (recipe, "--seed", "-4", "18446744073709551615"),
         (recipe, "--threads", "-4", "1"),
-        (train, "--bases", "-4", "1024"),
-        (train, "--eta", "-4", "0"),
+        (linear, "--bases", "-4", "1024"),
+        (linear, "--eta", "-4", "0"),
         (train, "--missing", "-0.5", "1"),
         (train, "--noise", "-0.5", "0.5"),
         (train, "--additive", "-0.5", "0.5"),

@@ -28,7 +28,7 @@ fn writes_page_and_recipe() {
     };
     for name in names.iter().filter(|name| name.contains("reference")) {
         let reference = brightness(name);
-        for method in ["neural-n8", "ours-paper"] {
+        for method in ["neural-n8", "ours-paper", "meta-paper"] {
             let fit = brightness(
                 &name
                     .replace("reference-2", "reference")

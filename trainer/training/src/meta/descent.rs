@@ -2,9 +2,11 @@
 
 use std::marker::PhantomData;
 
+use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ParameterSet;
 use glimpse_kernels::LaneModel;
-use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient};
+use glimpse_kernels::inner_loop::{InnerLoop, MetaGradient, unflatten};
+use glimpse_materials::sampling::sobol_valid;
 use glimpse_optimizer::Groups;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -40,6 +42,25 @@ pub struct DescentObjective<'a, M: LaneModel> {
     pub model: PhantomData<M>,
 }
 
+/// Returns the first of 64 random initializations that reflects light of all channels in most directions. An output of
+/// Neural that is 0 in all directions has no gradient, and never recovers.
+fn live_initialization<M: LaneModel>(random: &mut ChaCha8Rng) -> Vec<f32> {
+    let at: Vec<HalfDifference<f32>> = sobol_valid(64, 0)
+        .into_iter()
+        .map(HalfDifference::from_angles)
+        .collect();
+    let dark = |initial: &Vec<f32>| {
+        let mut parameters = M::Parameters::filled(0.0);
+        unflatten(initial, &mut parameters);
+        let mut brdf = vec![[0.0; 3]; at.len()];
+        M::evaluate(&parameters, &at, &mut brdf);
+        let channels = brdf.iter().flatten();
+        channels.filter(|channel| **channel <= 0.0).count()
+    };
+    let initializations = (0..64).map(|_| random_initialization(M::KIND, random));
+    initializations.min_by_key(dark).unwrap_or_default()
+}
+
 /// Measures a material of a pool at a pattern. Samples below the horizon have no weight.
 fn measure<'p>(pool: &WarpedPool, material: usize, pattern: &'p Pattern) -> WeightedSamples<'p> {
     let material = &pool.materials()[material];
@@ -58,7 +79,7 @@ impl<M: LaneModel> PaperObjective for DescentObjective<'_, M> {
             Some(pretrained) => (pretrained.initial.clone(), pretrained.step_sizes.clone()),
             None => {
                 let mut random = ChaCha8Rng::seed_from_u64(self.streams.guess_seed(0));
-                let initial = random_initialization(M::KIND, &mut random);
+                let initial = live_initialization::<M>(&mut random);
                 let step_sizes = vec![INITIAL_STEP_SIZE; initial.len()];
                 (initial, step_sizes)
             }
