@@ -10,7 +10,6 @@ use glimpse_tests::device::assert_matches_host;
 use glimpse_tests::elf::{Firmware, pad_recipe};
 use glimpse_tests::emulator::Emulator;
 use glimpse_tests::host::{noiseless_scanner, unseen_material};
-use glimpse_trainer::bundled;
 use glimpse_trainer::scanner::ScannerError;
 use glimpse_training::recipe::RecipeFile;
 
@@ -84,8 +83,12 @@ fn neural(samples: usize) -> Vec<u8> {
 
 #[test]
 fn reports_recipe_of_other_model() {
-    for bundled in ["phong-n8", "cook-torrance-n8", "linear-n8"].map(bundled::find) {
-        let bytes = bundled.unwrap().bytes;
+    let others: [&[u8]; 3] = [
+        include_bytes!("../../../trainer/recipes/paper/phong-n8.recipe"),
+        include_bytes!("../../../trainer/recipes/paper/cook-torrance-n8.recipe"),
+        include_bytes!("../../../trainer/recipes/paper/linear-n8.recipe"),
+    ];
+    for bytes in others {
         let model = Recipe::parse(bytes).unwrap().model();
         let details = [ModelKind::Neural as u32, model as u32];
         let padded = pad_recipe(bytes, RECIPE.len());

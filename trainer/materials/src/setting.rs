@@ -40,8 +40,6 @@ settings! {
     MaxThetaI "max_theta_i",
     /// The largest polar angle of the sensor.
     MaxThetaO "max_theta_o",
-    /// The evaluated method.
-    Method "method",
     /// The smallest angle between light and sensor.
     MinSeparation "min_separation",
     /// The share of training tasks with missing readings.

@@ -18,8 +18,8 @@ const DEVICE: NdArrayDevice = NdArrayDevice::Cpu;
 pub struct Groups<T> {
     /// theta_0, the initial parameters.
     pub initial: T,
-    /// The other parameters of the fit. For a descent, the step sizes alpha or their logarithms, depending on the
-    /// phase. For Linear, the logarithms of the prior's precisions.
+    /// The other parameters of the fit. With schedule paper the step sizes alpha, empty for Linear; with schedule prior
+    /// the logarithms of its hyperparameters.
     pub hyperparameters: T,
     /// The logits of the pattern.
     pub pattern: T,

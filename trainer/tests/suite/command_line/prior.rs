@@ -21,8 +21,8 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
 
         let printed = folder.succeed(&format!("inspect {recipe}"));
         let figures = [
-            "3", "24", "0.5", "0.02", "0.01", "4096", "0.4", "70.0", "90.0", "10.0", "12",
-            "0.200", "0.800",
+            "3", "24", "0.5", "0.02", "0.01", "4096", "0.4", "70.0", "90.0", "10.0", "12", "0.200",
+            "0.800",
         ];
         assert_names(&printed, &figures);
         assert_names(&printed, &["procedural:9:1", "procedural:3:2"]);

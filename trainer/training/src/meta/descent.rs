@@ -42,8 +42,8 @@ pub struct DescentObjective<'a, M: LaneModel> {
     pub model: PhantomData<M>,
 }
 
-/// Returns the first of 64 random initializations that reflects light of all channels in most directions. An output of
-/// Neural that is 0 in all directions has no gradient, and never recovers.
+/// Returns that of 64 random initializations which is 0 in the fewest channels and directions. An output of Neural that is
+/// 0 in all directions has no gradient, and never recovers.
 fn live_initialization<M: LaneModel>(random: &mut ChaCha8Rng) -> Vec<f32> {
     let at: Vec<HalfDifference<f32>> = sobol_valid(64, 0)
         .into_iter()

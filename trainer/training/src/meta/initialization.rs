@@ -4,7 +4,7 @@ use glimpse_core::model::{Model, ModelKind, Neural};
 use rand::Rng;
 use rand_distr::StandardNormal;
 
-/// Draws initial parameters for meta-training.
+/// Draws initial parameters for schedule prior and for the optimum of a model.
 ///
 /// Neural: weights uniform within a bound given by the fan-in of each layer, and outputs slightly above 0. An output
 /// below 0 everywhere has no gradient and never recovers. Phong and Cook-Torrance: a gray, mostly diffuse material with
@@ -28,7 +28,7 @@ pub fn initial_guess(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     }
 }
 
-/// Draws the initial parameters of the paper's method Random. Neural: weights uniform in ±0.05 and no bias. Phong and
+/// Draws the initial parameters of the paper's method Random and of schedule paper. Neural: weights uniform in ±0.05 and no bias. Phong and
 /// Cook-Torrance: standard normal parameters. Linear has no such parameters.
 pub fn random_initialization(model: ModelKind, random: &mut impl Rng) -> Vec<f32> {
     match model {

@@ -60,7 +60,7 @@ pub enum RunError {
     Stopped(usize),
 }
 
-/// The motion of a scan within a budget.
+/// The order of a pattern's samples as a path.
 pub struct PathOfSamples<'a> {
     /// The motion.
     pub motion: &'a Motion,

@@ -60,7 +60,7 @@ pub struct PretrainedInit {
     pub step_sizes: Vec<f32>,
 }
 
-/// The parts of a recipe that are trained. Schedule prior, and Linear without a pattern, have no such choice.
+/// The parts of a recipe that are trained. Schedule prior has no such choice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum TrainedParts {
@@ -68,8 +68,6 @@ pub enum TrainedParts {
     All,
     /// All parts, then initial parameters and step sizes again, then the pattern again.
     AllTwice,
-    /// Initial parameters and step sizes only, as in the method Meta.
-    WithoutPattern,
     /// The pattern only, for pretrained initial parameters and step sizes. (Linear: same as
     /// [`TrainedParts::All`].)
     PatternOnly,
@@ -82,7 +80,6 @@ impl TrainedParts {
         match self {
             Self::All => "all",
             Self::AllTwice => "all-twice",
-            Self::WithoutPattern => "without-pattern",
             Self::PatternOnly => "pattern-only",
         }
     }

@@ -105,12 +105,7 @@ pub fn train(
     if !(1..=MAX_SAMPLES).contains(&options.samples) {
         return Err(TrainError::Samples(options.samples));
     }
-    let can_train = match (options.schedule, options.model) {
-        (Schedule::Prior, _) => options.parts == TrainedParts::All,
-        (Schedule::Paper, ModelKind::Linear) => options.parts != TrainedParts::WithoutPattern,
-        (Schedule::Paper, _) => true,
-    };
-    if !can_train {
+    if options.schedule == Schedule::Prior && options.parts != TrainedParts::All {
         return Err(TrainError::Parts(options.parts));
     }
     options.completion_options.validate(options.samples)?;
@@ -225,11 +220,7 @@ fn train_sgd<M: LaneModel>(
         streams: RandomStreams { seed },
         model: PhantomData,
     };
-    let mut values = run(options, &identities, &objective, tasks, observer)?;
-    if options.parts == TrainedParts::WithoutPattern {
-        // The method Meta is evaluated at random patterns; a recipe needs one.
-        values.pattern = RandomStreams { seed }.initial_pattern(0, options.samples);
-    }
+    let values = run(options, &identities, &objective, tasks, observer)?;
     let estimate = objective.expected_loss(&values);
     Ok(LearnedRecipe {
         pattern: angles_above_horizon(&values.pattern),
@@ -254,6 +245,7 @@ fn train_ridge(
 ) -> Result<LearnedRecipe, TrainError> {
     let (prior, seed, tasks) = (options.prior, options.seed, materials.len());
     let identities = identities(&materials);
+    // In random order; folds leave materials out instead.
     let (mut materials, mut held_out) = split(materials, seed);
     materials.append(&mut held_out);
     let columns = Columns::new(&materials);

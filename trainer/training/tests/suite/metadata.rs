@@ -55,7 +55,7 @@ fn full() -> Metadata {
             ],
             schedule: Schedule::Prior,
             effort: Effort::Standard,
-            parts: TrainedParts::WithoutPattern,
+            parts: TrainedParts::PatternOnly,
             options: String::new(),
             seed: u64::MAX,
             digest: u64::MAX,

@@ -23,7 +23,7 @@ const VIRTUAL_READINGS: usize = 96;
 
 /// The training materials with their BRDF at many directions.
 pub struct Dataset {
-    /// The training materials, followed by additional materials that only augment the tasks.
+    /// The training materials, followed by procedural ones, which are in tasks but not in the components.
     pub materials: Arc<[Box<dyn Material>]>,
     /// The number of training materials.
     pub training_count: usize,

@@ -210,7 +210,8 @@ impl CompletionObjective<'_> {
         factor * weighted_mean(&self.losses(&prepared, &tasks, None, self.validation_directions()))
     }
 
-    /// Returns the unweighted mean loss on the validation materials: an estimate for an unseen material.
+    /// Returns the unweighted mean loss on the validation materials. For a fold they are unseen; otherwise they are the
+    /// training materials at other directions.
     #[must_use]
     pub fn expected_loss(&self, values: &Values) -> LossEstimate {
         let losses = self.material_losses(values, &self.subset.validation);

@@ -41,7 +41,6 @@ fn effective_options_change_digest() {
         |o| o.schedule = Schedule::Paper,
         |o| o.effort = Effort::Long,
         |o| o.parts = TrainedParts::AllTwice,
-        |o| o.parts = TrainedParts::WithoutPattern,
         |o| set_pattern_only(o, 0.5),
         |o| set_pattern_only(o, 0.25),
         |o| set_paper(o, 6, 40.0),

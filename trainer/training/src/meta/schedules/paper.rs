@@ -97,9 +97,6 @@ pub fn phases<'a>(
     if has_parameters && parts != TrainedParts::PatternOnly {
         phases.push(parameters(None, PARAMETER_SAMPLES));
     }
-    if parts == TrainedParts::WithoutPattern {
-        return phases;
-    }
     let random: Start<'a> =
         Box::new(move |values| best_random_pattern(objective, &values, tasks, seed));
     phases.push(pattern(1, random));
@@ -221,11 +218,7 @@ mod tests {
             let last = phase.rates_at(phase.steps).pattern;
             assert!((last - 1e-4).abs() < 1e-9, "{last}");
         }
-        let counts = [
-            (TrainedParts::All, 5),
-            (TrainedParts::WithoutPattern, 1),
-            (TrainedParts::PatternOnly, 4),
-        ];
+        let counts = [(TrainedParts::All, 5), (TrainedParts::PatternOnly, 4)];
         for (parts, count) in counts {
             let phases = phases_of(Effort::Long, ModelKind::Neural, 5, parts);
             assert_eq!(phases.len(), count, "{parts:?}");

@@ -1,4 +1,4 @@
-//! The schedule `prior`, which trains the CoefficientNet and the StartNet jointly with the pattern.
+//! The schedule `prior`, which trains the CoefficientNet with the pattern, and then the StartNet.
 
 use glimpse_core::model::ModelKind;
 use glimpse_optimizer::Groups;
