@@ -2,7 +2,6 @@
 
 use std::marker::PhantomData;
 
-use glimpse_core::model::ModelKind;
 use glimpse_core::section::MAX_SAMPLES;
 use glimpse_kernels::LaneModel;
 use glimpse_kernels::with_model;
