@@ -44,7 +44,7 @@ struct Cli {
 struct CommonArgs {
     /// Seed of all random numbers; the same seed gives the same results. Commands without random
     /// numbers ignore it
-    #[arg(long, global = true, default_value_t = 0, value_parser = commands::numbers::seed)]
+    #[arg(long, global = true, default_value_t = 0, value_parser = commands::numbers::number(0..=u64::MAX))]
     seed: u64,
     /// Number of threads, 1 to 256 or the number of cores, whichever is larger; results do not
     /// depend on it [default: all cores]

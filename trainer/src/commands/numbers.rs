@@ -66,11 +66,6 @@ pub(crate) fn threads(text: &str) -> Result<usize, String> {
     number(1..=max)(text)
 }
 
-/// Parses the seed of all random numbers.
-pub(crate) fn seed(text: &str) -> Result<u64, String> {
-    number(0..=u64::MAX)(text)
-}
-
 /// Parses the number of seeds, 1 to 10000.
 pub(crate) fn seeds(text: &str) -> Result<u64, String> {
     number(1..=10_000)(text)
