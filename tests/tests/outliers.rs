@@ -41,13 +41,11 @@ fn tally(recipe: &[u8]) -> [usize; 3] {
     tally
 }
 
-/// The residual rises with most outliers. With Neural, its worst sample is the outlier in nearly half of the cases: a fit
-/// that follows a wrong highlight fails at another sample. Linear's ridge solve follows outliers less, and its residual
-/// doubles.
+/// The residual rises with most outliers. Linear's ridge solve follows outliers more than Neural's descent does.
 #[test]
 fn outliers_raise_residual() {
-    // Measured with Neural: 724 of 800 raise it, 364 are its worst sample. Linear: 704, 500, and 521 double it.
-    for (recipe, bounds) in [(NEURAL, [720, 0, 358]), (LINEAR, [698, 515, 494])] {
+    // Measured with Neural: 797 of 800 raise it, 679 double it, 747 are its worst sample. Linear: 738, 437 and 507.
+    for (recipe, bounds) in [(NEURAL, [790, 670, 740]), (LINEAR, [730, 430, 500])] {
         let tally = tally(recipe);
         println!("{tally:?}");
         assert!(

@@ -99,7 +99,7 @@ fn recipes() -> Vec<PathBuf> {
         let entries = fs::read_dir(folder).expect("a folder of recipes");
         entries.map(|entry| entry.expect("an entry").path())
     };
-    let folders = ["", "completed", "masked", "timed"].map(|name| folder.join(name));
+    let folders = ["paper", "completed", "masked", "timed"].map(|name| folder.join(name));
     let files = folders.into_iter().flat_map(files);
     files
         .filter(|path| {
