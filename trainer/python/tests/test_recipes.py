@@ -120,9 +120,9 @@ def test_plan_matches_command(trainer, tmp_path, options, arguments):
 def test_rejects_invalid_plans(trainer):
     recipe = glimpse.Recipe.load(NEURAL)
     with pytest.raises(glimpse.GlimpseError) as error:
-        recipe.plan(max_theta_o_degrees=70)
+        recipe.plan(max_theta_o_degrees=20)
     lines = str(error.value).split("\n")
-    expected = trainer("plan", NEURAL, "--max-theta-o", "70", fails=True).split("\n")
+    expected = trainer("plan", NEURAL, "--max-theta-o", "20", fails=True).split("\n")
     assert lines[:-1] == expected[:-1] and "max_theta_o" in lines[-1] and "--" not in lines[-1]
     for options, expected_names in [
         ({"order": "best"}, ["travel", "progressive"]),

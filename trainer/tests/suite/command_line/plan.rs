@@ -96,14 +96,14 @@ fn plan_depends_on_machine() {
 #[test]
 fn reports_samples_out_of_reach() {
     let folder = folder();
-    let message = folder.fail("plan n8.recipe --max-theta-o 79 --out plan.csv");
+    let message = folder.fail("plan n8.recipe --max-theta-o 56 --out plan.csv");
     assert_names(&message, &["2", "8", "max_theta_o", "--max-theta-i"]);
     for visit in plan_as_json(&folder, "")["visits"]
         .as_array()
         .expect("a list")
     {
         let [index, theta_o] = ["index", "theta_o"].map(|name| number(&visit[name]));
-        if theta_o > 79.0 {
+        if theta_o > 56.0 {
             assert_names(&message, &[&index.to_string(), &format!("{theta_o:.2}")]);
         }
     }

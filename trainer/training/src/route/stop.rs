@@ -67,14 +67,14 @@ mod tests {
     fn reports_all_unreachable_samples() {
         let recipe = Recipe::parse(NEURAL).expect("the recipe is valid");
         let limits = Limits {
-            max_theta_o: 79_f32.to_radians(),
+            max_theta_o: 56_f32.to_radians(),
             ..Limits::NONE
         };
         let unreachable = stops(&recipe, &limits).expect_err("some samples are out of reach");
         let indices: Vec<usize> = unreachable.iter().map(|sample| sample.index).collect();
         let beyond = recipe
             .directions()
-            .filter(|(_, at)| at.outgoing[2] < 79_f32.to_radians().cos());
+            .filter(|(_, at)| at.outgoing[2] < 56_f32.to_radians().cos());
         let beyond: Vec<usize> = beyond.map(|(index, _)| index.into()).collect();
         assert_eq!((&indices, indices.len()), (&beyond, 2));
         let first = recipe
