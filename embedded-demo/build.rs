@@ -10,7 +10,7 @@ use glimpse_core::recipe::Recipe;
 
 /// The recipe's file: the samples and the fit, as written by the trainer. For another recipe, of any model, change this
 /// path or set the environment variable `GLIMPSE_RECIPE`. To train a recipe, from the repository's root: `cargo run
-/// --release -- train --model neural --samples 8 --out trainer/recipes/paper/neural-n8.recipe`
+/// --release -- train --model neural --samples 8 --out embedded-demo/mine.recipe`
 const RECIPE: &str = "../trainer/recipes/paper/neural-n8.recipe";
 /// The memory layout; for another chip, its file.
 const MEMORY: &str = "memory/stm32f405.x";
