@@ -36,7 +36,7 @@ pub(crate) struct Flash {
 impl Flash {
     pub(crate) fn new() -> Self {
         let mut flash = Self::default();
-        flash.bytes.resize(8 * SECTOR_BYTES, 0xFF);
+        flash.bytes.resize(14 * SECTOR_BYTES, 0xFF);
         flash
     }
 

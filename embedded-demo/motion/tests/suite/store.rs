@@ -10,11 +10,12 @@ use glimpse_core::scan::Scan;
 use glimpse_motion::goniometer::StepCheck;
 use glimpse_motion::store::{Layout, Store, StoreError};
 
+const SLOT_BYTES: usize = 6 * SECTOR_BYTES;
 /// Small areas, which change often.
 const LAYOUT: Layout = Layout {
     start: 0,
     area_bytes: SECTOR_BYTES as u32,
-    slot_bytes: 3 * SECTOR_BYTES as u32,
+    slot_bytes: SLOT_BYTES as u32,
 };
 static PHONG: &[u8] = include_bytes!("../../../../trainer/recipes/paper/phong-n8.recipe");
 static COOK_TORRANCE: &[u8] =
@@ -50,7 +51,7 @@ fn replace(store: &mut TestStore<'_>, recipe: &[u8]) -> Result<(), StoreError> {
     for (offset, part) in (0..).step_by(BYTES_PER_FRAME).zip(parts) {
         store.write_recipe(offset, part)?;
     }
-    store.install(&mut [0; 1536], |_| Ok(())).map(drop)
+    store.install(&mut [0; SLOT_BYTES], |_| Ok(())).map(drop)
 }
 
 /// Returns scan, readings and recipe as text, and the number of boots.
@@ -60,7 +61,7 @@ fn content(flash: &Flash) -> (String, u32) {
     let mut store = mount(&mut flash);
     let readings = (0..8).map(|index| (store.is_saved(index), store.reading(index)));
     let scan = format!("{:?} {:?}", store.scan(), readings.collect::<Vec<_>>());
-    let recipe = format!("{:?}", store.recipe(&mut [0; 1536]));
+    let recipe = format!("{:?}", store.recipe(&mut [0; SLOT_BYTES]));
     (scan + &recipe, store.count_boot().unwrap() - 1)
 }
 
@@ -141,14 +142,15 @@ fn recipe_transfer_can_be_retried() {
     assert_eq!(install(&mut store, &mut []), StoreError::OutOfOrder);
     let invalid = replace(&mut store, start);
     assert!(matches!(invalid, Err(StoreError::Invalid(_))));
-    assert_eq!(replace(&mut store, &[0; 1537]), Err(StoreError::TooLarge));
+    let too_long = replace(&mut store, &[0; SLOT_BYTES + 1]);
+    assert_eq!(too_long, Err(StoreError::TooLarge));
     store.write_recipe(0, start).unwrap();
     for offset in [1, 61, 120, u32::MAX] {
         assert!(store.write_recipe(offset, rest).is_err());
     }
     // The transfer goes on after a part that was out of order.
     store.write_recipe(60, rest).unwrap();
-    let declined = install(&mut store, &mut [0; 1536]);
+    let declined = install(&mut store, &mut [0; SLOT_BYTES]);
     assert!(matches!(declined, StoreError::Invalid(_)));
     store.write_recipe(0, COOK_TORRANCE).unwrap();
     assert_eq!(install(&mut store, &mut [0; 64]), StoreError::TooLarge);
@@ -156,14 +158,14 @@ fn recipe_transfer_can_be_retried() {
 
     // A failed write ends the transfer. A new one erases the slot once.
     flash.changes.clear();
-    flash.cut = Some((5, Effect::Low(3)));
+    flash.cut = Some((8, Effect::Low(3)));
     let mut store = mount(&mut flash);
     store.write_recipe(0, start).unwrap();
     assert_eq!(store.write_recipe(60, rest), Err(StoreError::Flash));
     assert_eq!(store.write_recipe(60, rest), Err(StoreError::OutOfOrder));
     (flash.changes, flash.cut) = (Vec::new(), None);
     run(&mut mount(&mut flash), 'c', 0.0).unwrap();
-    assert!(flash.erased_sectors() == 3 && content(&flash) != present);
+    assert!(flash.erased_sectors() == 6 && content(&flash) != present);
 }
 
 /// Random content, layouts and calls cause errors, but no panics.
