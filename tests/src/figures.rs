@@ -22,14 +22,12 @@ pub struct FitBinary {
     builds: Builds,
 }
 
-/// The builds of a binary with libm. One fit, with all stages of an estimator, represents all of them on targets without
-/// a floating-point unit.
+/// The builds of a binary with libm. One fit, with all stages of an estimator, represents all of them on other targets
+/// than the board's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Builds {
     /// For every target.
     Targets,
-    /// For the targets with a floating-point unit.
-    Fpu,
     /// For the board's target.
     Board,
 }
@@ -50,7 +48,6 @@ impl FitBinary {
         match library {
             MathLibrary::Libm => match self.builds {
                 Builds::Targets => true,
-                Builds::Fpu => target.has_fpu(),
                 Builds::Board => is_board,
             },
             MathLibrary::Micromath => {
@@ -62,16 +59,16 @@ impl FitBinary {
 
 /// All measured fits.
 pub const FIT_BINARIES: [FitBinary; 14] = [
-    FitBinary::new("linear", recipes::LINEAR, Builds::Fpu),
-    FitBinary::new("phong", recipes::PHONG, Builds::Fpu),
-    FitBinary::new("cook-torrance", recipes::COOK_TORRANCE, Builds::Fpu),
-    FitBinary::new("neural", recipes::NEURAL, Builds::Fpu),
-    FitBinary::new("linear-completed", completed::LINEAR, Builds::Fpu),
-    FitBinary::new("phong-completed", completed::PHONG, Builds::Fpu),
+    FitBinary::new("linear", recipes::LINEAR, Builds::Board),
+    FitBinary::new("phong", recipes::PHONG, Builds::Board),
+    FitBinary::new("cook-torrance", recipes::COOK_TORRANCE, Builds::Board),
+    FitBinary::new("neural", recipes::NEURAL, Builds::Board),
+    FitBinary::new("linear-completed", completed::LINEAR, Builds::Board),
+    FitBinary::new("phong-completed", completed::PHONG, Builds::Board),
     FitBinary::new(
         "cook-torrance-completed",
         completed::COOK_TORRANCE,
-        Builds::Fpu,
+        Builds::Board,
     ),
     FitBinary::new("neural-completed", completed::NEURAL, Builds::Targets),
     FitBinary::new("linear-masked", masked::LINEAR, Builds::Board),

@@ -27,12 +27,6 @@ impl Target {
     pub fn has_cycle_table(&self) -> bool {
         self.triple == "thumbv7em-none-eabihf"
     }
-
-    /// Returns true if it has a floating-point unit.
-    #[must_use]
-    pub fn has_fpu(&self) -> bool {
-        self.triple.ends_with("hf")
-    }
 }
 
 /// All targets: Cortex-M4F, Cortex-M33, Cortex-M4 without its floating-point unit, Cortex-M0, and RISC-V.

@@ -80,7 +80,7 @@ fn board_matches_host_fit_with_missing_readings() {
 }
 
 /// micromath is less accurate, and the loss has kinks at which a residual changes its sign, so its fits have other
-/// parameters. They still reduce the initial residual by at least 40 %.
+/// parameters. They still reduce the initial residual by at least 30 %.
 #[test]
 fn micromath_fits_reduce_residual() {
     let has_both = |fit: &FitBinary| fit.is_built(TARGETS[0], MathLibrary::Micromath);

@@ -19,44 +19,10 @@ RAYON_NUM_THREADS sets the number of threads.
 
 import numpy as np
 
-from ._glimpse_brdf import (
-    FittedMaterial,
-    GlimpseError,
-    Material,
-    Outlier,
-    Plan,
-    Progress,
-    Recipe,
-    __version__,
-    compare,
-    directions,
-    evaluate,
-    load_material,
-    load_materials,
-    loss,
-    table_directions,
-    train,
-)
+from . import _glimpse_brdf
+from ._glimpse_brdf import *
 
-__all__ = [
-    "FittedMaterial",
-    "GlimpseError",
-    "Material",
-    "Outlier",
-    "Plan",
-    "Progress",
-    "Recipe",
-    "__version__",
-    "compare",
-    "directions",
-    "directions_from_degrees",
-    "evaluate",
-    "load_material",
-    "load_materials",
-    "loss",
-    "table_directions",
-    "train",
-]
+__all__ = [*_glimpse_brdf.__all__, "directions_from_degrees"]
 
 
 def directions_from_degrees(theta_i, phi_i, theta_o, phi_o):
