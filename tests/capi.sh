@@ -40,12 +40,11 @@ capi_firmware() {
 # capi_links TARGET FUNCTION... links functions of the library. The panic handler calls an undefined function, so
 # linking fails if one of the functions can reach it: unreachable sections are removed before symbols are resolved.
 capi_links() {
-    local library=$firmware_target/$1/release/libglimpse.a emulation=armelf function functions=()
-    case $1 in riscv32*) emulation=elf32lriscv ;; esac
+    local library=$firmware_target/$1/release/libglimpse.a function functions=()
     shift
     for function in "$@"; do
         functions+=(--undefined="$function")
     done
-    ld.lld -m "$emulation" --gc-sections --entry=glimpse_version "${functions[@]}" \
+    ld.lld -m armelf --gc-sections --entry=glimpse_version "${functions[@]}" \
         --unresolved-symbols=report-all "$library" -o "$firmware_target/proof"
 }
