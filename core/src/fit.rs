@@ -37,7 +37,7 @@ pub(crate) use estimator::is_finite;
 pub(crate) use model::{RIDGE, SGD};
 
 internal! { channels::Channels }
-internal! { coefficients::{Coefficients, Net, Ridge} }
+internal! { coefficients::{Coefficients, Net, Noise, Ridge} }
 internal! { estimator::Estimator }
 internal! { model::Functions }
 internal! { gauss_newton::GaussNewton }

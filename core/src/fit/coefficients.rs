@@ -31,6 +31,16 @@ section! {
 }
 
 section! {
+    /// The noise of readings, of the coefficients' Gaussian posterior.
+    Noise<'a> = 6, "noise" {
+        /// variance of u for a scale of 1
+        variance: f32, in f32::MIN_POSITIVE => 1e4;
+        /// s, the standard deviation of the noise for a scale of 1, over that of each reading; empty if all are 1
+        scales: Floats<'a>, [Samples], optional true, in 0.0 => 1.0;
+    }
+}
+
+section! {
     /// A learned map from readings to the first m coefficients of each channel.
     Net<'a> = 3, "net" {
         /// constant term of each row
@@ -119,6 +129,8 @@ pub struct Coefficients<'a> {
     pub net: Option<Net<'a>>,
     /// The second stage.
     pub ridge: Ridge<'a>,
+    /// The noise of readings, if the recipe states it.
+    pub noise: Option<Noise<'a>>,
 }
 
 /// The memory, split into its parts.
@@ -296,7 +308,11 @@ impl<'a> Coefficients<'a> {
             }
         }
         if let Some(scale) = parts.scales.get_mut(index) {
-            *scale = 1.0;
+            let scales = self.noise.map(|noise| noise.scales);
+            *scale = match scales.filter(|scales| !scales.is_empty()) {
+                Some(scales) => scales.get(index),
+                None => 1.0,
+            };
         }
     }
 

@@ -94,7 +94,10 @@ impl<'a> Estimator<'a> {
     /// Returns true if a fit tolerates missing readings.
     #[must_use]
     pub fn tolerates_missing(&self) -> bool {
-        self.net().is_some_and(|net| net.missing != 0)
+        self.coefficients().is_some_and(|each| match each.net {
+            Some(net) => net.missing != 0,
+            None => each.noise.is_some(),
+        })
     }
 
     /// The CRC-32 of the host's whole basis file, which turns Linear's coefficients into a BRDF. None without a basis.

@@ -5,8 +5,8 @@ use serde::Deserialize;
 use super::header;
 use crate::error::{Error, ErrorCode};
 use crate::fit::{
-    Coefficients, Estimator, GaussNewton, Net, Prediction, RIDGE, Refinement, Ridge, SGD, Sgd,
-    Start,
+    Coefficients, Estimator, GaussNewton, Net, Noise, Prediction, RIDGE, Refinement, Ridge, SGD,
+    Sgd, Start,
 };
 use crate::geometry::{Angles, HalfDifference};
 use crate::model::ModelKind;
@@ -16,7 +16,8 @@ use crate::section::{Count, Counts, Section, section};
 section! {
     /// The directions to measure at.
     Pattern<'a> = 0, "pattern" {
-        /// (theta_h, theta_d, phi_d) of each sample: Rusinkiewicz angles in radians, both directions above the horizon
+        /// (theta_h, theta_d, phi_d) of each sample: Rusinkiewicz angles in radians, both directions above the horizon.
+        /// Empty for readings at any directions
         directions: Floats<'a>, [Samples, Three], in -1000.0 => 1000.0;
         /// 1 if the samples are in the order of a path that takes little time. Otherwise, if a fit tolerates missing
         /// readings, the first 16 are sorted by information, for scans that end early
@@ -46,6 +47,8 @@ pub struct Contents<'a> {
     pub start: Option<Start<'a>>,
     /// Gauss-Newton steps.
     pub gauss_newton: Option<GaussNewton<'a>>,
+    /// The noise of readings.
+    pub noise: Option<Noise<'a>>,
     /// The predicted loss.
     pub prediction: Option<Prediction<'a>>,
     /// The trainer's bytes.
@@ -102,6 +105,7 @@ impl<'a> Contents<'a> {
                 Net::KIND if RIDGE => contents.net = decode(value)?,
                 Start::KIND if RIDGE => contents.start = decode(value)?,
                 GaussNewton::KIND if RIDGE => contents.gauss_newton = decode(value)?,
+                Noise::KIND if RIDGE => contents.noise = decode(value)?,
                 Prediction::KIND if RIDGE => contents.prediction = decode(value)?,
                 METADATA => contents.metadata = value,
                 FIRST_OPTIONAL.. => {}
@@ -158,6 +162,14 @@ impl<'a> Contents<'a> {
             return missing(Pattern::KIND);
         };
         pattern.check(&counts)?;
+        // Without a pattern, readings may be at any directions. The basis has the components there.
+        let is_any = self.net.is_none() && self.ridge.is_some_and(|each| each.basis_checksum != 0);
+        if pattern.directions.is_empty() && !is_any {
+            return Err(Error::in_field(
+                ErrorCode::RecipeCount,
+                "pattern.directions",
+            ));
+        }
         if let Some(index) = first_below_horizon(pattern.directions) {
             let code = ErrorCode::RecipeBelowHorizon;
             return Err(Error::with(code, [index as u32, 0]));
@@ -166,7 +178,7 @@ impl<'a> Contents<'a> {
             let Some(sgd) = self.sgd else {
                 return missing(if RIDGE { Ridge::KIND } else { Sgd::KIND });
             };
-            let others = self.net.is_some() || self.start.is_some();
+            let others = self.net.is_some() || self.start.is_some() || self.noise.is_some();
             if others || self.gauss_newton.is_some() || self.prediction.is_some() {
                 return missing(Ridge::KIND);
             }
@@ -183,6 +195,9 @@ impl<'a> Contents<'a> {
                 return Err(Error::in_field(code, "net.components"));
             }
             net.check(&counts)?;
+        }
+        if let Some(noise) = &self.noise {
+            noise.check(&counts)?;
         }
         if let Some(prediction) = &self.prediction {
             prediction.check(&counts)?;
@@ -205,6 +220,7 @@ impl<'a> Contents<'a> {
             coefficients: Coefficients {
                 net: self.net,
                 ridge,
+                noise: self.noise,
             },
             refinement,
             prediction: self.prediction,

@@ -43,7 +43,7 @@ impl Count {
     #[must_use]
     pub const fn bounds(self) -> (&'static str, RangeInclusive<usize>) {
         match self {
-            Self::Samples => ("n", 1..=MAX_SAMPLES),
+            Self::Samples => ("n", 0..=MAX_SAMPLES),
             Self::Components => ("K", 1..=MAX_COMPONENTS),
             Self::Coefficients => ("m", 1..=96),
             Self::Rows => ("(m + h)", 1..=96),

@@ -5,7 +5,6 @@ use std::fmt::Debug;
 
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::fit::Progress;
-use glimpse_core::gonio::Reading;
 use glimpse_core::link::{
     BYTES_PER_FRAME, Client, FRAME_BYTES, FailureReport, FrameReader, PROTOCOL, Received,
     RecipeBytes, Reply, Request, Server, VALUES_PER_FRAME, Values, encode,
@@ -13,8 +12,6 @@ use glimpse_core::link::{
 use glimpse_core::model::ModelKind;
 use proptest::prelude::*;
 use serde::de::DeserializeOwned;
-
-use crate::random::Random;
 
 /// The frame of a message.
 pub(crate) fn frame<T: serde::Serialize>(sequence: u32, message: &T) -> Vec<u8> {
@@ -204,66 +201,6 @@ proptest! {
         let mut bytes = noise;
         bytes.extend(frame(9, &request));
         prop_assert_eq!(messages(&bytes), [(9, request)]);
-    }
-
-    /// All requests of a conversation arrive once and in order, although the line corrupts about every second frame.
-    #[test]
-    fn conversation_survives_noisy_line(
-        requests in prop::collection::vec(any_message::<Request>(), 1..20),
-        seed: u64,
-    ) {
-        let mut line = Random(seed);
-        let (mut client, mut server) = (Client::new(0), Server::new());
-        let mut received_requests = Vec::new();
-        for request in &requests {
-            let request_frame = send(&mut client, request);
-            let mut reply = None;
-            for _ in 0..1_000 {
-                let mut replies = Vec::new();
-                for byte in line.corrupt(request_frame.clone(), 60) {
-                    let answer = match server.receive(byte) {
-                        Some(Ok(Received::New(request))) => {
-                            let answer = default_reply(&request);
-                            received_requests.push(request);
-                            answer
-                        }
-                        Some(Ok(Received::Duplicate(answer))) => answer,
-                        _ => continue,
-                    };
-                    replies.push(respond(&mut server, answer));
-                }
-                for bytes in replies {
-                    for byte in line.corrupt(bytes, 60) {
-                        reply = reply.or(client.receive(byte, request));
-                    }
-                }
-                if reply.is_some() {
-                    break;
-                }
-            }
-            prop_assert_eq!(reply, Some(default_reply(request)));
-        }
-        prop_assert_eq!(received_requests, requests);
-    }
-}
-
-/// The reply of the test's host.
-fn default_reply(request: &Request) -> Reply {
-    match request {
-        Request::Hello { .. } => Reply::Welcome { protocol: PROTOCOL },
-        Request::Measure { index, .. } => Reply::Measured {
-            index: *index,
-            reading: Reading::monochrome(f32::from(*index)),
-        },
-        Request::Update => Reply::Recipe {
-            bytes: 90,
-            checksum: 1,
-        },
-        Request::RecipePart { offset } => Reply::RecipePart {
-            offset: *offset,
-            bytes: RecipeBytes::take_from([1, 2, 3]),
-        },
-        _ => Reply::Accepted,
     }
 }
 

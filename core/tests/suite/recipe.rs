@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::fit::{GaussNewton, Net, Prediction, Ridge, Sgd, Start};
+use glimpse_core::fit::{GaussNewton, Net, Noise, Prediction, Ridge, Sgd, Start};
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::{HEADER_BYTES, Pattern, Recipe};
@@ -21,6 +21,7 @@ pub(crate) fn fields_of(kind: u16) -> (&'static str, &'static [Field]) {
         Net::KIND => (Net::NAME, Net::FIELDS),
         Start::KIND => (Start::NAME, Start::FIELDS),
         GaussNewton::KIND => (GaussNewton::NAME, GaussNewton::FIELDS),
+        Noise::KIND => (Noise::NAME, Noise::FIELDS),
         Prediction::KIND => (Prediction::NAME, Prediction::FIELDS),
         _ => ("", &[]),
     }
@@ -166,7 +167,7 @@ fn complete() -> Vec<Contents> {
     let net = random_recipe(SMALL, Some(ModelKind::Phong));
     vec![
         sgd(ModelKind::CookTorrance),
-        with_differences(linear()).predicted(),
+        with_noise(with_differences(linear())).predicted(),
         with_differences(net).predicted(),
     ]
 }
@@ -294,7 +295,8 @@ fn recipe_reports_contents() {
         assert_eq!(recipe.memory_words(), contents.words());
         assert_eq!(recipe.expected_loss(), contents.pattern.expected_loss);
         assert_eq!(recipe.is_in_path_order(), contents.pattern.is_path);
-        assert_eq!(recipe.tolerates_missing(), contents.net.is_some());
+        let is_posterior = contents.net.is_some() || contents.noise.is_some();
+        assert_eq!(recipe.tolerates_missing(), is_posterior);
         assert!(!recipe.bounds_partial_loss());
         assert_eq!(recipe.metadata(), [1, 2, 3]);
         let checksum = contents
@@ -356,7 +358,7 @@ fn skips_or_rejects_unknown_kinds() {
         sections.push((138, b"from the future".to_vec()));
         sections.push((u16::MAX, Vec::new()));
         assert!(Recipe::parse(&contents.write_with(&sections)).is_ok());
-        for kind in [6, 127] {
+        for kind in [7, 127] {
             let mut sections = sections.clone();
             let at = sections
                 .iter()

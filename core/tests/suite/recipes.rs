@@ -83,6 +83,7 @@ sections! {
         reading_weight: f32, error_scale: f32,
         directions: Vec<f32> = "list", center: Vec<f32> = "list", rows: Rows
     }
+    Noise { variance: f32, scales: Vec<f32> = "list" }
     Prediction {
         weights: Vec<f32> = "list", innovation: f32, residual: f32, bound: f32,
         max_innovation: f32, partial_loss: Vec<f32> = "list", partial_bound: Vec<f32> = "list"
@@ -105,6 +106,7 @@ pub(crate) struct Contents {
     pub(crate) net: Option<Net>,
     pub(crate) start: Option<Start>,
     pub(crate) gauss_newton: Option<GaussNewton>,
+    pub(crate) noise: Option<Noise>,
     pub(crate) prediction: Option<Prediction>,
     pub(crate) metadata: Option<Vec<u8>>,
 }
@@ -170,6 +172,7 @@ impl Contents {
             part(3, &self.net),
             part(4, &self.start),
             part(5, &self.gauss_newton),
+            part(6, &self.noise),
             part(128, &self.prediction),
             self.metadata.clone().map(|bytes| (129, bytes)),
         ];
@@ -402,6 +405,16 @@ pub(crate) fn with_differences(mut contents: Contents) -> Contents {
     contents
 }
 
+/// The recipe with noise, and with a scale for each reading.
+pub(crate) fn with_noise(mut contents: Contents) -> Contents {
+    let scales = (0..contents.samples()).map(|sample| 1.0 - 0.125 * (sample % 5) as f32);
+    contents.noise = Some(Noise {
+        variance: 0.02,
+        scales: scales.collect(),
+    });
+    contents
+}
+
 /// Small recipes of each legal combination of stages, without a prediction: their names and contents.
 pub(crate) fn combinations() -> Vec<(String, Contents)> {
     let mut all = Vec::new();
@@ -422,8 +435,8 @@ pub(crate) fn combinations() -> Vec<(String, Contents)> {
                 let contents = random_recipe(shape, model);
                 let name = format!("{model:?}: m = {coefficients}, K = {components}");
                 all.push((
-                    format!("{name}, differences"),
-                    with_differences(contents.clone()),
+                    format!("{name}, differences, noise"),
+                    with_noise(with_differences(contents.clone())),
                 ));
                 all.push((name, contents));
             }

@@ -342,19 +342,25 @@ fn coefficients(
     a.iter_mut().for_each(|a| a.resize(components, 0.0));
     let mut rows = Vec::new();
     let mut targets = Vec::new();
+    let mut weights = Vec::new();
     for (sample, u) in mapped.iter().enumerate() {
         if let Some(u) = u {
             let row = ridge.rows.row(sample, components);
             targets.push([0, 1, 2].map(|channel| u[channel] - dot(&row, &a[channel])));
             rows.push(row);
+            let scale = contents
+                .noise
+                .as_ref()
+                .map_or(1.0, |noise| noise.scales[sample]);
+            weights.push(f64::from(scale * scale));
         }
     }
     let sum: f64 = targets.iter().flatten().map(|t| t.abs()).sum();
     let innovation = sum / (3 * targets.len()) as f64;
     let solve_list = |precision: &[f32], target: &dyn Fn(&[f64; 3]) -> f64| {
         let mut normal = Normal::new(precision);
-        for (row, t) in rows.iter().zip(&targets) {
-            normal.add(row, 1.0, target(t));
+        for ((row, t), weight) in rows.iter().zip(&targets).zip(&weights) {
+            normal.add(row, *weight, target(t));
         }
         solve(normal.matrix, normal.right)
     };
