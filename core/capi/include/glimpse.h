@@ -45,7 +45,7 @@
 
 /** Bytes of static memory for a scan. The parameter is the recipe's memory in words of 4 bytes, as
     trainer inspect prints it. glimpse_scan_bytes() returns the exact size at run time. */
-#define GLIMPSE_SCAN_BYTES(words) (64 * sizeof(void *) + 160 + 4 * (size_t)(words))
+#define GLIMPSE_SCAN_BYTES(words) (66 * sizeof(void *) + 168 + 4 * (size_t)(words))
 
 /** Bytes of static memory for a driver. glimpse_driver_bytes() returns the exact size at run time. */
 #define GLIMPSE_DRIVER_BYTES(words) (GLIMPSE_SCAN_BYTES(words) + 720)

@@ -214,7 +214,7 @@ pub(crate) unsafe fn bytes_for<T>(recipe: *const u8, count: usize) -> usize {
 pub(crate) const ALIGNMENT: usize = 8;
 
 /// `GLIMPSE_SCAN_BYTES(0)`.
-pub(crate) const SCAN_BYTES: usize = 64 * size_of::<usize>() + 160;
+pub(crate) const SCAN_BYTES: usize = 66 * size_of::<usize>() + 168;
 /// `GLIMPSE_DRIVER_BYTES(0)`.
 pub(crate) const DRIVER_BYTES: usize = SCAN_BYTES + 720;
 

@@ -116,7 +116,7 @@ fn words(name: &str) -> usize {
 
 /// Returns `GLIMPSE_SCAN_BYTES(words)` and `GLIMPSE_DRIVER_BYTES(words)` for pointers of `pointer_bytes` bytes.
 fn sizes(words: usize, pointer_bytes: usize) -> [usize; 2] {
-    let scan = 64 * pointer_bytes + 160 + 4 * words;
+    let scan = 66 * pointer_bytes + 168 + 4 * words;
     [scan, scan + 720]
 }
 
