@@ -145,38 +145,6 @@ fn temporary_file(path: &Path) -> io::Result<NamedTempFile> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn errors_name_a_missing_directory_and_a_file_in_place_of_one() {
-        let scratch = tempfile::tempdir().unwrap();
-        let [missing, file] = ["missing", "file"].map(|name| scratch.path().join(name));
-        std::fs::write(&file, "kept").unwrap();
-        for (parent, kind) in [
-            (&missing, io::ErrorKind::NotFound),
-            (&file, io::ErrorKind::NotADirectory),
-        ] {
-            for result in [
-                write_atomic(&parent.join("deeper"), b"one"),
-                check_writable(&parent.join("deeper"), 1),
-                ensure_dir(&parent.join("deeper")),
-            ] {
-                let error = result.unwrap_err();
-                assert_eq!(error.kind(), kind);
-                let path = parent.display().to_string();
-                assert!(error.to_string().contains(&path), "{error}");
-            }
-        }
-        assert!(!missing.exists());
-        ensure_dir(&missing).unwrap();
-        ensure_dir(&missing).unwrap();
-        let error = ensure_dir(&file).unwrap_err();
-        assert_eq!(error.kind(), io::ErrorKind::NotADirectory);
-        assert!(has_content(&file, b"kept"));
-        for other in [&b"keep"[..], b"kept longer", b""] {
-            assert!(!has_content(&file, other));
-        }
-        assert!(!has_content(scratch.path(), b"kept"));
-    }
-
     #[cfg(unix)]
     #[test]
     fn follows_links_and_keeps_permissions() {

@@ -52,6 +52,8 @@ settings! {
     Procedural "procedural",
     /// The evaluated recipe.
     Recipe "recipe",
+    /// The number of samples.
+    Samples "samples",
     /// The longest time of a scan.
     ScanSeconds "scan_seconds",
     /// The training schedule.

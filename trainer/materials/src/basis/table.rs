@@ -134,6 +134,20 @@ impl Basis {
         self
     }
 
+    /// Replaces the components of a whole basis by combinations of them: a column of the square matrix `map` holds the
+    /// weights of all components in one combination.
+    #[must_use]
+    pub fn mapped(mut self, map: &[f32]) -> Self {
+        for row in self.table.chunks_exact_mut(NODE_HEADER + self.components) {
+            let components = row[NODE_HEADER..].to_vec();
+            let columns = map.chunks_exact(self.components);
+            for (entry, column) in row[NODE_HEADER..].iter_mut().zip(columns) {
+                *entry = components.iter().zip(column).map(|(a, b)| a * b).sum();
+            }
+        }
+        self
+    }
+
     /// Returns the number of components, m.
     #[must_use]
     pub fn components(&self) -> usize {

@@ -11,6 +11,16 @@ use super::Columns;
 /// The number of components is at most the number of columns minus one.
 #[must_use]
 pub fn principal_components(columns: &Columns, selected: &[usize], components: usize) -> Basis {
+    coefficients_of_columns(columns, selected, components).0
+}
+
+/// Returns the [principal components](principal_components), and the coefficients of the selected columns: a row for each
+/// column. The mean square of a component's coefficients is 1 / (number of columns).
+pub(super) fn coefficients_of_columns(
+    columns: &Columns,
+    selected: &[usize],
+    components: usize,
+) -> (Basis, Vec<f32>) {
     let count = selected.len();
     let components = components.min(count.saturating_sub(1)).max(1);
     // The products of the centered columns follow from the products of the uncentered columns.
@@ -60,7 +70,7 @@ pub fn principal_components(columns: &Columns, selected: &[usize], components: u
             // The mean of the mapped columns, and ln(median w + e). The values are l - ln(e).
             head.copy_from_slice(&[mean - median, median + EPSILON.ln() as f32]);
         });
-    Basis::from_table(table, components)
+    (Basis::from_table(table, components), vectors)
 }
 
 /// Returns the median of the values, and reorders them.

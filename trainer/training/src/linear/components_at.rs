@@ -131,22 +131,52 @@ impl ComponentsAt {
     /// red, then green, then blue.
     #[must_use]
     pub fn fit(&self, precision: &[f32], readings: &[[f32; 3]]) -> Vec<f32> {
-        let scales = vec![1.0; self.count()];
-        let factors = self.factorize(precision, &scales);
-        let system = self.system(precision, &scales);
-        let mut scratch = vec![0.0; scratch_length(self.count(), self.components)];
-        let mut coefficients = vec![0.0; 3 * self.components];
-        let channels = coefficients.chunks_exact_mut(self.components);
-        for (channel, coefficients) in channels.enumerate() {
+        self.solve(precision, self.mapped_channels(readings))
+            .concat()
+    }
+
+    /// Returns the coefficients with precisions of the mean of the channels, and of the differences from it, as core's
+    /// estimator does.
+    #[must_use]
+    pub fn fit_channels(&self, precision: [&[f32]; 2], readings: &[[f32; 3]]) -> Vec<f32> {
+        let mut channels = self.mapped_channels(readings);
+        let [red, green, blue] = &channels;
+        let sums = red.iter().zip(green).zip(blue);
+        let mean: Vec<f32> = sums.map(|((r, g), b)| (r + g + b) / 3.0).collect();
+        for channel in &mut channels {
+            add_scaled(channel, -1.0, &mean);
+        }
+        let [mean] = self.solve(precision[0], [mean]);
+        let mut coefficients = self.solve(precision[1], channels);
+        for channel in &mut coefficients {
+            add_scaled(channel, 1.0, &mean);
+        }
+        coefficients.concat()
+    }
+
+    /// Returns the mapped readings of each channel, minus the mean.
+    pub(super) fn mapped_channels(&self, readings: &[[f32; 3]]) -> [Vec<f32>; 3] {
+        [0, 1, 2].map(|channel| {
             let readings = readings.iter().enumerate();
             let mapped = readings.map(|(direction, brdf)| {
                 self.mapped(direction, Dual::from_value(brdf[channel]))
                     .value
             });
-            let mapped: Vec<f32> = mapped.collect();
-            system.solve(&factors, &mapped, coefficients, &mut scratch);
-        }
-        coefficients
+            mapped.collect()
+        })
+    }
+
+    /// Solves the ridge system for lists of targets.
+    fn solve<const N: usize>(&self, precision: &[f32], targets: [Vec<f32>; N]) -> [Vec<f32>; N] {
+        let scales = vec![1.0; self.count()];
+        let factors = self.factorize(precision, &scales);
+        let system = self.system(precision, &scales);
+        let mut scratch = vec![0.0; scratch_length(self.count(), self.components)];
+        targets.map(|targets| {
+            let mut coefficients = vec![0.0; self.components];
+            system.solve(&factors, &targets, &mut coefficients, &mut scratch);
+            coefficients
+        })
     }
 }
 

@@ -15,8 +15,10 @@ mod compact;
 mod components;
 mod components_at;
 mod condition;
+mod gaussian_prior;
 mod least_squares;
 mod material_basis;
+mod posterior;
 mod prior;
 
 pub use columns::{Columns, MAX_TABULATED};
@@ -25,5 +27,7 @@ pub use components::principal_components;
 pub use components_at::{AngleDual, ComponentsAt};
 pub(crate) use components_at::{add_scaled, dot};
 pub use condition::min_condition_pattern;
+pub use gaussian_prior::GaussianPrior;
 pub use material_basis::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
+pub use posterior::{CoefficientPrior, LeftOut, Posterior, PosteriorReading, gain_without};
 pub use prior::Prior;

@@ -24,8 +24,8 @@ pub struct LearnedRecipe {
     pub loss_predictor: Option<LossPredictor>,
     /// The file of the full basis, which accompanies a recipe of the model Linear.
     pub basis: Option<Vec<u8>>,
-    /// The expected loss on an unseen material.
-    pub expected_loss: ValidatedLoss,
+    /// The expected loss on an unseen material. None without a pattern: it depends on the directions.
+    pub expected_loss: Option<ValidatedLoss>,
     /// The training materials, including those held out for validation.
     pub materials: Vec<Identity>,
 }
@@ -42,8 +42,8 @@ pub enum LearnedFit {
         net: Option<LearnedNet>,
         /// The ridge stage.
         ridge: LearnedRidge,
-        /// Gauss-Newton steps, and the weights of the StartNet that offsets their initial parameters. None for Linear.
-        refinement: Option<(LearnedSteps, Vec<f32>)>,
+        /// The start and steps. None for Linear.
+        refinement: Option<LearnedRefinement>,
     },
 }
 
@@ -56,6 +56,11 @@ pub struct LearnedRidge {
     pub rows: Vec<f32>,
     /// The precision of each component.
     pub precision: Vec<f32>,
+    /// The precisions of the channels' differences from their mean, which has the other ones; empty if all channels have
+    /// the same.
+    pub difference_precision: Vec<f32>,
+    /// The variance of a mapped reading's noise; None if it was not estimated.
+    pub noise_variance: Option<f32>,
     /// The CRC-32 of the file of the whole basis; 0 without a file.
     pub basis_checksum: u32,
 }
@@ -68,6 +73,8 @@ impl LearnedRidge {
             center: at.means(),
             precision: bounded_precision(&at.rows, precision),
             rows: at.rows,
+            difference_precision: Vec::new(),
+            noise_variance: None,
             basis_checksum,
         }
     }
@@ -97,6 +104,17 @@ pub struct LearnedNet {
     pub scale: f32,
     /// The weights of all layers.
     pub weights: Vec<f32>,
+}
+
+/// Gauss-Newton steps, and the StartNet that offsets their initial parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LearnedRefinement {
+    /// The steps.
+    pub steps: LearnedSteps,
+    /// The layer sizes of the StartNet.
+    pub shape: Shape,
+    /// The weights of the StartNet.
+    pub start_net: Vec<f32>,
 }
 
 /// Gauss-Newton steps toward virtual readings and those of the pattern.

@@ -23,7 +23,7 @@ use crate::route::MachineError;
 pub struct Options {
     /// The model.
     pub model: ModelKind,
-    /// The number of samples, n, 1 to 4,096.
+    /// The number of samples, n, 1 to 4,096. With schedule prior also 0: a recipe without a pattern.
     pub samples: usize,
     /// The schedule.
     pub schedule: Schedule,

@@ -147,6 +147,28 @@ impl TrainingArgs {
             }),
         };
         completion_options.validate(samples)?;
+        // Without a pattern, only the materials matter.
+        let (has_limits, plain) = (
+            completion_options.limits != Limits::NONE,
+            CompletionOptions::default(),
+        );
+        for (setting, is_given) in [
+            (Setting::MaxThetaI, has_limits),
+            (
+                Setting::Missing,
+                completion_options.missing != plain.missing,
+            ),
+            (Setting::Noise, completion_options.noise() != plain.noise()),
+            (Setting::ScanSeconds, completion_options.scan.is_some()),
+        ] {
+            if samples == 0 && is_given {
+                return Err(OptionsError::NoEffect {
+                    setting,
+                    required: Setting::Samples,
+                    value: "N",
+                });
+            }
+        }
         Ok(Options {
             prior,
             completion_options,

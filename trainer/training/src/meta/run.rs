@@ -13,6 +13,7 @@ use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 
 use super::checkpoint::CheckpointError;
+use super::completion::any_directions;
 use super::completion::highlight_warp::HighlightWarp;
 use super::completion::pool::WarpedPool;
 use super::completion::refinement::{GaussNewtonRefinement, Refinement};
@@ -45,8 +46,11 @@ pub enum TrainError {
     /// The list of materials is empty.
     #[error("the list of training materials is empty; name at least one material")]
     NoMaterials,
+    /// The materials have no variances.
+    #[error("the training materials are too few or all the same; give more of them")]
+    TooFewMaterials,
     /// The number of samples, n, is out of range.
-    #[error("the number of samples is {0}; choose 1 to {max}", max = MAX_SAMPLES)]
+    #[error("the number of samples is {0}; choose 1 to {max}, or any with the schedule prior", max = MAX_SAMPLES)]
     Samples(usize),
     /// Source shares do not match the materials, or are not positive numbers with sum 1.
     #[error(
@@ -101,7 +105,8 @@ pub fn train(
     if materials.is_empty() {
         return Err(TrainError::NoMaterials);
     }
-    if !(1..=MAX_SAMPLES).contains(&options.samples) {
+    let is_any = options.samples == 0 && options.schedule == Schedule::Prior;
+    if !is_any && !(1..=MAX_SAMPLES).contains(&options.samples) {
         return Err(TrainError::Samples(options.samples));
     }
     if options.schedule == Schedule::Prior && options.parts != TrainedParts::All {
@@ -151,15 +156,16 @@ fn train_completion(
     materials: Vec<Box<dyn Material>>,
     observer: &mut Observer<'_>,
 ) -> Result<LearnedRecipe, TrainError> {
-    let train = |refinement: Option<&dyn Refinement>| {
-        train::train(options, refinement, materials, observer)
+    let train = |refinement: Option<&dyn Refinement>| match options.samples {
+        0 => any_directions::train(options, refinement, materials, observer),
+        _ => train::train(options, refinement, materials, observer).map(Some),
     };
     let learned = with_model!(
         options.model,
         M => train(Some(&GaussNewtonRefinement::<M>::new(GAUSS_NEWTON_STEPS))),
         _ => train(None),
     );
-    Ok(learned?)
+    learned?.ok_or(TrainError::TooFewMaterials)
 }
 
 /// Runs schedule paper on an objective with a number of materials.
@@ -231,7 +237,7 @@ fn train_sgd<M: LaneModel>(
         }),
         loss_predictor: None,
         basis: None,
-        expected_loss: ValidatedLoss { estimate, split },
+        expected_loss: Some(ValidatedLoss { estimate, split }),
         materials: identities,
     })
 }
@@ -267,14 +273,14 @@ fn train_ridge(
         },
         loss_predictor: None,
         basis: Some(bytes),
-        expected_loss: ValidatedLoss {
+        expected_loss: Some(ValidatedLoss {
             estimate: objective.expected_loss(&values),
             // A single material is trained with its own basis.
             split: match identities.len() {
                 1 => ValidationSplit::Training,
                 _ => ValidationSplit::LeftOut,
             },
-        },
+        }),
         materials: identities,
     })
 }

@@ -124,6 +124,7 @@ impl RecipeFile {
         put(&mut body, contents.net.as_ref());
         put(&mut body, contents.start.as_ref());
         put(&mut body, contents.gauss_newton.as_ref());
+        put(&mut body, contents.noise.as_ref());
         put(&mut body, contents.prediction.as_ref());
         if !contents.metadata.is_empty() {
             put_bytes(&mut body, METADATA, contents.metadata);

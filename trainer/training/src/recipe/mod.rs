@@ -1,5 +1,6 @@
 //! Recipe files, and conversion of training results to recipes.
 
+mod at_directions;
 mod file;
 mod metadata;
 mod pack;

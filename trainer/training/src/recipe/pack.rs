@@ -1,6 +1,6 @@
 //! The conversion of a training result to the sections of a recipe.
 
-use glimpse_core::fit::{GaussNewton, Net, Prediction, Ridge, Sgd, Start};
+use glimpse_core::fit::{GaussNewton, Net, Noise as ReadingNoise, Prediction, Ridge, Sgd, Start};
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Limits;
 use glimpse_core::numeric::{Floats, PackedRows};
@@ -12,7 +12,8 @@ use super::metadata::{Metadata, Training};
 use super::quantize::quantize;
 use crate::meta::completion::task::Noise;
 use crate::meta::learned::{
-    LearnedFit, LearnedNet, LearnedRecipe, LearnedRidge, LearnedSgd, LearnedSteps,
+    LearnedFit, LearnedNet, LearnedRecipe, LearnedRefinement, LearnedRidge, LearnedSgd,
+    LearnedSteps,
 };
 use crate::meta::options::{CompletionOptions, Options};
 use crate::meta::plan::Schedule;
@@ -81,12 +82,12 @@ pub fn pack_recipe(
             .map(CompletionOptions::noise)
             .filter(|noise| *noise != Noise::default()),
         scan_budget: completion_options.and_then(|each| each.scan),
-        expected_loss: Some(learned.expected_loss),
+        expected_loss: learned.expected_loss,
         training: Some(Training::new(options, data, learned.materials.len())),
         materials: learned.materials.clone(),
     };
     let arena = Arena::default();
-    let loss = Some(learned.expected_loss.estimate.loss);
+    let loss = learned.expected_loss.map(|each| each.estimate.loss);
     let mut contents = contents(&learned.fit, &learned.pattern, loss, &arena);
     if let Some(pattern) = &mut contents.pattern {
         pattern.is_path = metadata.scan_budget.is_some();
@@ -146,10 +147,14 @@ fn contents<'a>(
         } => {
             let components = ridge.precision.len();
             contents.ridge = Some(packed_ridge(ridge, net.is_some(), arena));
+            contents.noise = ridge.noise_variance.map(|variance| ReadingNoise {
+                variance,
+                scales: Floats::default(),
+            });
             contents.net = net.as_ref().map(|learned| packed_net(learned, arena));
-            if let (Some((steps, weights)), Some(net)) = (refinement, net) {
-                contents.gauss_newton = Some(gauss_newton(steps, components, arena));
-                contents.start = Some(start(net, weights, arena));
+            if let Some(learned) = refinement {
+                contents.gauss_newton = Some(gauss_newton(&learned.steps, components, arena));
+                contents.start = Some(start(learned, arena));
             }
         }
     }
@@ -174,7 +179,7 @@ fn sgd<'a>(learned: &LearnedSgd, arena: &'a Arena) -> Sgd<'a> {
 fn packed_ridge<'a>(learned: &LearnedRidge, has_net: bool, arena: &'a Arena) -> Ridge<'a> {
     Ridge {
         precision: arena.floats(&learned.precision),
-        difference_precision: Floats::default(),
+        difference_precision: arena.floats(&learned.difference_precision),
         center: arena.floats(&learned.center),
         rows: match has_net {
             true => arena.rows(&learned.rows, learned.precision.len()),
@@ -206,9 +211,9 @@ fn packed_net<'a>(learned: &LearnedNet, arena: &'a Arena) -> Net<'a> {
     }
 }
 
-fn start<'a>(net: &LearnedNet, weights: &[f32], arena: &'a Arena) -> Start<'a> {
-    let shape = net.shape;
-    let [hidden, bias, output] = split_lists(weights, shape.start_net_lengths());
+fn start<'a>(learned: &LearnedRefinement, arena: &'a Arena) -> Start<'a> {
+    let shape = learned.shape;
+    let [hidden, bias, output] = split_lists(&learned.start_net, shape.start_net_lengths());
     let inputs = hidden.len() / shape.units.max(1);
     let (hidden, hidden_scales) = arena.weights(hidden, shape.units, |index| index / inputs);
     let (output, output_scales) =

@@ -1,6 +1,6 @@
 //! The training materials with their BRDF at many directions, and subsets for cross-validation.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glimpse_kernels::components::ComponentTable;
 use glimpse_materials::Material;
@@ -19,7 +19,7 @@ use crate::linear::principal_components;
 const SPHERE_SHARE: f32 = 0.25;
 
 /// The number of virtual readings.
-const VIRTUAL_READINGS: usize = 96;
+pub(super) const VIRTUAL_READINGS: usize = 96;
 
 /// The training materials with their BRDF at many directions.
 pub struct Dataset {
@@ -37,7 +37,7 @@ pub struct Dataset {
     pub pool: WarpedPool,
     /// All materials, without highlight warps, at the directions of validation. Training uses other directions.
     pub validation_pool: WarpedPool,
-    columns: Columns,
+    columns: OnceLock<Columns>,
 }
 
 impl Dataset {
@@ -59,7 +59,7 @@ impl Dataset {
             sphere_view_samples(sphere_count, seed),
         ];
         Self {
-            columns: Columns::new(&materials[..training_count]),
+            columns: OnceLock::new(),
             pool: WarpedPool::new(
                 Arc::clone(&materials),
                 training_count,
@@ -109,10 +109,12 @@ impl Subset {
     pub fn without(dataset: &Dataset, components: usize, held_out: &[usize]) -> Self {
         let is_used = |index: &usize| !held_out.contains(index);
         let all: Vec<usize> = (0..dataset.training_count).collect();
-        let columns = dataset.columns.columns_of(|index| is_used(&index));
+        let training = &dataset.materials[..dataset.training_count];
+        let all_columns = dataset.columns.get_or_init(|| Columns::new(training));
+        let columns = all_columns.columns_of(|index| is_used(&index));
         // Scaled to coefficients of about 1, which suit a small network.
         let scale = 1.0 / (columns.len() as f32).sqrt();
-        let basis = principal_components(&dataset.columns, &columns, components).scaled(scale);
+        let basis = principal_components(all_columns, &columns, components).scaled(scale);
         let groups = dataset.groups.iter().map(|group| MaterialGroup {
             materials: group.materials.iter().copied().filter(is_used).collect(),
             share: group.share,

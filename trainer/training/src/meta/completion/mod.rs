@@ -8,6 +8,7 @@
 //! of these coefficients. For models fitted by descent, a StartNet maps the coefficients to initial parameters, and the
 //! loss is that of the parameters after the [descent](refinement).
 
+pub mod any_directions;
 pub mod correction;
 pub mod dataset;
 mod evidence;
@@ -23,7 +24,9 @@ pub mod reading;
 pub mod refinement;
 pub mod sample_order;
 pub mod smooth_field;
+pub mod start_objective;
 pub mod task;
+pub mod task_material;
 pub mod train;
 pub mod virtual_readings;
 mod weighted_loss;

@@ -76,10 +76,10 @@ impl Reading {
 }
 
 /// The BRDF of a material in each channel, and its derivatives with respect to the angles.
-type BrdfWithDerivative = ([f32; 3], [[f32; 3]; 3]);
+pub(super) type BrdfWithDerivative = ([f32; 3], [[f32; 3]; 3]);
 
 /// Evaluates a material with a highlight warp.
-fn evaluate_warped(
+pub(super) fn evaluate_warped(
     material: &dyn Material,
     highlight_warp: HighlightWarp,
     angles: &[Angles<f32>],
@@ -101,7 +101,7 @@ fn evaluate_warped(
 }
 
 /// Returns the factor of the smooth field.
-fn field_factor(task: &Task, angles: Angles<f32>) -> AngleDual {
+pub(super) fn field_factor(task: &Task, angles: Angles<f32>) -> AngleDual {
     if !task.has_field() {
         return Dual::from_value(1.0);
     }
@@ -115,7 +115,7 @@ fn field_factor(task: &Task, angles: Angles<f32>) -> AngleDual {
 }
 
 /// Returns a channel of a material, filtered and mixed with a partner.
-fn mix_channel(
+pub(super) fn mix_channel(
     task: &Task,
     channel: usize,
     own: &BrdfWithDerivative,

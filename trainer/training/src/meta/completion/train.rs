@@ -20,7 +20,8 @@ use super::task::{AugmentationOptions, MaterialGroup};
 use crate::linear::ComponentsAt;
 use crate::meta::identity::RunIdentity;
 use crate::meta::learned::{
-    LearnedFit, LearnedNet, LearnedRecipe, LearnedRidge, ValidatedLoss, ValidationSplit,
+    LearnedFit, LearnedNet, LearnedRecipe, LearnedRefinement, LearnedRidge, ValidatedLoss,
+    ValidationSplit,
 };
 use crate::meta::objective::{LossEstimate, RandomStreams};
 use crate::meta::options::{CompletionOptions, Options};
@@ -41,7 +42,7 @@ const MAX_DEVICE_SAMPLES: usize = 64;
 /// The number of hidden units of the CoefficientNet, h.
 const HIDDEN_UNITS: usize = 64;
 /// The number of hidden units of the StartNet, g.
-const INIT_NET_UNITS: usize = 32;
+pub(super) const INIT_NET_UNITS: usize = 32;
 /// The weight of the loss before the descent in the gradient, for models fitted by descent. The weight of the loss
 /// after the descent is 1.
 const AUXILIARY_WEIGHT: f32 = 0.3;
@@ -126,7 +127,11 @@ pub fn train(
     let refinement = refinement.zip(hyperparameters.steps);
     let refinement = refinement.map(|(refinement, hyperparameters)| {
         let steps = refinement.learned(values.initial, hyperparameters, &all.virtual_readings);
-        (steps, values.start_net)
+        LearnedRefinement {
+            steps,
+            shape,
+            start_net: values.start_net,
+        }
     });
     Ok(LearnedRecipe {
         pattern,
@@ -142,7 +147,7 @@ pub fn train(
                 .with_partial(&held_out.partial, options.samples)
         }),
         basis,
-        expected_loss,
+        expected_loss: Some(expected_loss),
         materials: identities,
     })
 }
@@ -175,7 +180,7 @@ fn validated_loss(training_loss: LossEstimate, held_out_losses: &[HeldOutLoss]) 
 }
 
 /// Returns the dataset of `materials` and of procedural materials.
-fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset {
+pub(super) fn dataset(mut materials: Vec<Box<dyn Material>>, options: &Options) -> Dataset {
     let completion_options = &options.completion_options;
     let training_count = materials.len();
     let sources = match &options.source_shares[..] {

@@ -4,6 +4,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_optimizer::Groups;
 
 use crate::meta::completion::objective::{CompletionObjective, StepOptions};
+use crate::meta::completion::start_objective::StartObjective;
 use crate::meta::completion::task::Dropout;
 use crate::meta::phase::{Phase, Selection, Start};
 use crate::meta::plan::Effort;
@@ -138,6 +139,31 @@ fn start_net<'a>(objective: &'a CompletionObjective<'a>, steps: usize) -> Phase<
             start_net: 3e-3,
         },
         ..coefficient_net(objective, steps, Some(start))
+    }
+}
+
+/// Returns the only phase of a training without a pattern, which trains the StartNet.
+#[must_use]
+pub fn start_at_any_directions<'a>(objective: &'a StartObjective<'a>, effort: Effort) -> Phase<'a> {
+    Phase {
+        name: "initialization network",
+        samples: 0,
+        start: None,
+        gradient: Box::new(move |values, step| objective.gradient(values, step)),
+        selection: Selection::Last,
+        steps: Steps::new(effort, ModelKind::Neural).start_net,
+        batch: 32,
+        rates: Groups {
+            initial: 1e-3,
+            hyperparameters: 1e-2,
+            start_net: 3e-3,
+            ..Groups::default()
+        },
+        final_rate_ratio: 0.01,
+        warm_up_steps: 100,
+        max_gradient_norm: 1.0,
+        weight_decay: 0.0,
+        initial_allowance: 1.0,
     }
 }
 

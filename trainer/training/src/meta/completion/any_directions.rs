@@ -1,0 +1,141 @@
+//! Training of recipes without a pattern, for readings at any directions: a Gaussian prior of a material's coefficients.
+
+use glimpse_core::section::{MAX_PRECISION, MIN_PRECISION};
+use glimpse_kernels::completion::Shape;
+use glimpse_materials::basis::Basis;
+use glimpse_materials::{Identity, Material};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use super::dataset::VIRTUAL_READINGS;
+use super::highlight_warp::HighlightWarp;
+use super::refinement::Refinement;
+use super::start_objective::StartObjective;
+use super::task::{Dropout, Task};
+use super::task_material::TaskMaterial;
+use super::train::{INIT_NET_UNITS, dataset};
+use super::virtual_readings::VirtualReadings;
+use crate::linear::{COMPACT_NODES, GaussianPrior, to_compact_bytes};
+use crate::meta::learned::{LearnedFit, LearnedRecipe, LearnedRidge};
+use crate::meta::objective::RandomStreams;
+use crate::meta::options::Options;
+use crate::meta::outer::{Observer, OuterLoop, RunError};
+use crate::meta::schedules::prior;
+
+/// The number of tasks. The loss on other materials is the same with twice as many.
+const TASKS: usize = 256;
+/// The number of components, K. The loss is the same with 160.
+const COMPONENTS: usize = 96;
+/// The variance of a mapped reading that the components do not express.
+const NOISE_VARIANCE: f64 = 0.02;
+
+/// Trains a recipe without a pattern. None if the materials are too few, or all the same.
+///
+/// # Errors
+/// If the run is stopped, or a checkpoint cannot be read or written.
+pub fn train(
+    options: &Options,
+    refinement: Option<&dyn Refinement>,
+    materials: Vec<Box<dyn Material>>,
+    observer: &mut Observer<'_>,
+) -> Result<Option<LearnedRecipe>, RunError> {
+    let identities: Vec<Identity> = materials
+        .iter()
+        .map(|each| Identity::new(&**each))
+        .collect();
+    let dataset = dataset(materials, options);
+    let warps = &dataset.augmentation_options.warps;
+    let mut random = ChaCha8Rng::seed_from_u64(options.seed);
+    let plain = (0..dataset.training_count.min(TASKS / 2)).map(|index| {
+        // Of more materials, every second or third one.
+        let material = index * dataset.training_count / dataset.training_count.min(TASKS / 2);
+        Task::plain(material, 0, 0)
+    });
+    let mut tasks: Vec<Task> = plain.collect();
+    while tasks.len() < TASKS {
+        tasks.push(Task::random(
+            &dataset.pool,
+            &dataset.groups,
+            &dataset.augmentation_options,
+            [0, 0],
+            Dropout::Any,
+            &mut random,
+        ));
+    }
+    let tasks = tasks.into_iter().map(|task| {
+        let [own, partner] = task.warps.map(|index| warps.get(index).copied());
+        Box::new(TaskMaterial {
+            materials: dataset.materials.clone(),
+            warps: [own, partner].map(|warp| warp.unwrap_or(HighlightWarp::IDENTITY)),
+            task,
+        }) as Box<dyn Material>
+    });
+    let tasks: Vec<_> = tasks.collect();
+    let Some(GaussianPrior {
+        basis,
+        mean_variance,
+        difference_variance,
+    }) = GaussianPrior::new(&tasks, COMPONENTS)
+    else {
+        return Ok(None);
+    };
+    let precision = |variances: &[f64], noise: f64| {
+        let each = variances.iter().map(|variance| (noise / variance) as f32);
+        each.map(|precision| precision.clamp(MIN_PRECISION, MAX_PRECISION))
+            .collect()
+    };
+    // The mean of three channels has a third of the variance.
+    let mean_precision: Vec<f32> = precision(&mean_variance, NOISE_VARIANCE / 3.0);
+    let difference_precision: Vec<f32> = precision(&difference_variance, NOISE_VARIANCE);
+    let compact = to_compact_bytes(&basis, basis.components(), COMPACT_NODES);
+    let Ok(basis) = Basis::from_compact_bytes(&compact) else {
+        return Ok(None);
+    };
+    let refinement = refinement.map(|refinement| {
+        let objective = StartObjective {
+            dataset: &dataset,
+            basis: &basis,
+            precision: [&mean_precision, &difference_precision],
+            virtual_readings: VirtualReadings::new(&basis, VIRTUAL_READINGS),
+            refinement,
+            shape: Shape {
+                samples: 0,
+                components: basis.components(),
+                hidden: 0,
+                units: INIT_NET_UNITS,
+                parameters: refinement.model().parameters().unwrap_or(0),
+            },
+            streams: RandomStreams { seed: options.seed },
+        };
+        let values = OuterLoop {
+            initial: objective.initial_values(),
+            phases: &[prior::start_at_any_directions(&objective, options.effort)],
+            path: None,
+            identity: options.identity(&identities),
+            checkpoints: options.checkpoints.as_ref(),
+            stage: 0,
+        }
+        .run(observer)?;
+        Ok::<_, RunError>(objective.learned(values))
+    });
+    let refinement = refinement.transpose()?.flatten();
+    Ok(Some(LearnedRecipe {
+        pattern: Vec::new(),
+        fit: LearnedFit::Ridge {
+            net: None,
+            ridge: LearnedRidge {
+                center: Vec::new(),
+                rows: Vec::new(),
+                precision: mean_precision,
+                difference_precision,
+                noise_variance: Some(NOISE_VARIANCE as f32),
+                basis_checksum: basis.whole_checksum(),
+            },
+            refinement,
+        },
+        loss_predictor: None,
+        basis: Some(compact),
+        expected_loss: None,
+        materials: identities,
+    }))
+}
