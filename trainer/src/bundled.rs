@@ -7,6 +7,8 @@ use glimpse_core::recipe::Recipe;
 
 /// The compact basis of all bundled recipes of the model Linear.
 pub static BASIS: &[u8] = include_bytes!("../recipes/linear.basis24");
+/// The compact basis of all bundled recipes without a pattern.
+pub static ANY_BASIS: &[u8] = include_bytes!("../recipes/any/linear-any.basis");
 /// The accuracy of the bundled recipes, one per line: the name, the mean losses on unseen procedural materials and on
 /// networks of 80 MERL materials, and the mean color error on the latter.
 const LOSSES: &str = include_str!("../recipes/losses.csv");
@@ -17,7 +19,7 @@ const CYCLES: &str = include_str!("../recipes/cycles.csv");
 /// A bundled, pre-trained recipe.
 #[derive(Clone, Copy, Debug)]
 pub struct BundledRecipe {
-    /// The name: model and n, such as `neural-n8`. With the suffix `-masked`, readings may be missing. With the suffix
+    /// The name: model and n, such as `neural-n8`, or `neural-any` for readings at any directions. With the suffix `-masked`, readings may be missing. With the suffix
     /// `-16s`, they may be missing too, and the recipe was trained for a scan of 16 seconds.
     pub name: &'static str,
     /// The recipe's file.
@@ -47,6 +49,7 @@ macro_rules! recipes_of {
             "-n32" in "completed/" "-n32",
             "-n16-masked" in "masked/" "-n16",
             "-n16-16s" in "timed/" "-n16",
+            "-any" in "any/" "-any",
         ]
     };
     ($model:literal: $($name:literal in $folder:literal $file:literal),+ $(,)?) => {
@@ -57,7 +60,7 @@ macro_rules! recipes_of {
     };
 }
 
-static BY_MODEL: [[BundledRecipe; 8]; 4] = [
+static BY_MODEL: [[BundledRecipe; 9]; 4] = [
     recipes_of!("linear"),
     recipes_of!("phong"),
     recipes_of!("cook-torrance"),
@@ -98,11 +101,15 @@ impl BundledRecipe {
         Recipe::parse(self.bytes)
     }
 
-    /// Returns the compact basis of the recipe; None if its model does not need one.
+    /// Returns the compact basis of the recipe; None if it does not need one.
     #[must_use]
     pub fn basis(&self) -> Option<&'static [u8]> {
-        let model = self.recipe().ok()?.model();
-        (model == ModelKind::Linear).then_some(BASIS)
+        let recipe = self.recipe().ok()?;
+        match (recipe.samples(), recipe.model()) {
+            (0, _) => Some(ANY_BASIS),
+            (_, ModelKind::Linear) => Some(BASIS),
+            _ => None,
+        }
     }
 
     /// Returns the losses of the recipe; None if they were not measured.
@@ -140,26 +147,32 @@ mod tests {
 
     #[test]
     fn names_match_recipes_and_losses_are_recorded() {
-        let basis = linear::Basis::parse(BASIS).expect("the basis is valid");
+        let checksum = |basis| {
+            let basis = linear::Basis::parse(basis).expect("the basis is valid");
+            basis.whole_checksum()
+        };
         for bundled in ALL {
             let recipe = bundled.recipe().expect("the recipe is valid");
             let metadata = Metadata::of(&recipe).expect("the metadata are valid");
+            let is_any = recipe.samples() == 0;
             let suffix = match (metadata.scan_budget, recipe.tolerates_missing()) {
                 (Some(budget), true) => format!("-{}s", budget.seconds),
                 (None, true) => "-masked".to_owned(),
                 (None, false) => String::new(),
                 (Some(_), false) => panic!("{}: needs all readings", bundled.name),
             };
-            let name = format!("{}-n{}{suffix}", recipe.model().name(), recipe.samples());
+            let name = match is_any {
+                true => format!("{}-any", recipe.model().name()),
+                false => format!("{}-n{}{suffix}", recipe.model().name(), recipe.samples()),
+            };
             assert_eq!(bundled.name, name);
             assert!(
-                find(&name).is_some() && bundled.losses().is_some(),
+                find(&name).is_some() && bundled.losses().is_some() != is_any,
                 "{name}"
             );
-            let checksum = recipe.basis_checksum();
             assert_eq!(
-                checksum,
-                bundled.basis().map(|_| basis.whole_checksum()),
+                recipe.basis_checksum(),
+                bundled.basis().map(checksum),
                 "{name}"
             );
             let by_checksum = find_by_checksum(recipe.checksum());

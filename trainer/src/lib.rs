@@ -3,9 +3,9 @@
 //! The list has the modules in order, lowest first. A module imports only modules above it in this list, and
 //! no two files import each other. `tests/check_layers.py` reads the list and enforces both.
 //!
+//! - [`bundled`]: bundled recipes
 //! - [`measurement`]: readings from a lab, matched to a pattern, checked for outliers and fitted
 //! - [`export`]: recipes in other formats
-//! - [`bundled`]: bundled recipes
 //! - [`render`]: images of spheres in an environment light
 //! - [`metrics`]: errors of a fit against its material
 //! - [`evaluation`]: fitting methods and their errors on materials

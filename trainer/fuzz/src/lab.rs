@@ -2,14 +2,14 @@
 
 use glimpse_core::gonio::{Footprint, Quantity, Repeated};
 use glimpse_trainer::measurement::{
-    AngleTable, CountCalibration, Measurements, ReadingQuantity, WhiteReference,
+    AngleArgs, AngleTable, CountCalibration, Measurements, ReadingQuantity, Rows, WhiteReference,
 };
 use glimpse_trainer::render::Image;
 
 use crate::support::{ANGLES, Folder, accepted};
 
 /// Largest accepted distance between the directions of a row and of a sample, in radians.
-const TOLERANCE: f64 = 0.02;
+const TOLERANCE: f64 = 0.5_f64.to_radians();
 
 /// Checks a panorama in Radiance format. The conversion to an environment is not checked. It takes a thousand times as
 /// long and does not parse bytes.
@@ -28,7 +28,7 @@ pub(crate) fn check_readings(bytes: &[u8]) {
     let folder = Folder::new();
     let path = folder.write(name, bytes);
     let pattern = &ANGLES[..4];
-    let table = accepted(AngleTable::read(&path), name);
+    let table = accepted(AngleTable::read(&path, &AngleArgs::default()), name);
     for row in table.iter().flat_map(|table| &table.rows) {
         if let Some(at) = row.angles {
             assert!((0.0..1.6).contains(&at.theta_h) && (0.0..1.6).contains(&at.theta_d));
@@ -37,7 +37,7 @@ pub(crate) fn check_readings(bytes: &[u8]) {
     }
     // The file is its own white reference.
     let whites = [None, Some(Footprint::LightLarger)]
-        .map(|footprint| WhiteReference::read(&path, pattern, TOLERANCE, footprint));
+        .map(|footprint| WhiteReference::read(&path, &AngleArgs::default(), pattern, footprint));
     let counts = whites.into_iter().filter_map(|white| accepted(white, name));
     let counts = counts.map(|white| {
         ReadingQuantity::Counts(CountCalibration {
@@ -49,7 +49,8 @@ pub(crate) fn check_readings(bytes: &[u8]) {
     });
     let values = [Quantity::Brdf, Quantity::BrdfTimesCosThetaO].map(ReadingQuantity::Values);
     for quantity in values.into_iter().chain(counts) {
-        let read = Measurements::read(&path, pattern, TOLERANCE, &quantity);
+        let read = Rows::read(&path, &AngleArgs::default())
+            .and_then(|rows| Measurements::new(&rows, pattern, &quantity));
         let Some(measurements) = accepted(read, name) else {
             continue;
         };

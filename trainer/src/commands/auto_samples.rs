@@ -60,7 +60,10 @@ pub(super) fn choose_samples(
             ..options_for(samples)?
         };
         match train_with_progress(&options, materials) {
-            Ok(learned) => estimates.push((samples, learned.expected_loss.estimate)),
+            Ok(learned) => {
+                let estimate = learned.expected_loss.map(|each| each.estimate);
+                estimates.extend(estimate.map(|estimate| (samples, estimate)));
+            }
             Err(error) if is_too_fast(&error) => eprintln!("n = {samples}: {error}"),
             Err(error) => {
                 return Err(error.context(format!("a quick training with {samples} samples")));

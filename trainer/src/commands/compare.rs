@@ -197,6 +197,7 @@ fn write_page(
                 theta_i: theta_i.to_radians(),
                 curve: curve(&*compared.material),
                 dashed: (index == 0).then(|| (title.clone(), curve(reference))),
+                deviations: Vec::new(),
             });
             let svg = lobe_svg(&lobes.collect::<Vec<_>>());
             page = page.drawing(

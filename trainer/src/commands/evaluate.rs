@@ -11,9 +11,10 @@ use glimpse_trainer::evaluation::{Degradation, Evaluator, Method, TrainingMateri
 
 use super::evaluation_report::{Comparison, RecipeReport};
 use super::export_basis::read_compact;
+use super::geometry::GeometryArgs;
 use super::progress::StepProgress;
 use super::training_overlap::training_overlaps;
-use super::{environment, load, numbers, print, print_json, read_recipe};
+use super::{environment, load, numbers, print, print_json};
 
 /// Evaluate recipes on materials.
 ///
@@ -29,8 +30,7 @@ use super::{environment, load, numbers, print, print_json, read_recipe};
 /// materials: it estimates how much the mean changes with another set of the same size. `trainer
 /// reproduce` evaluates methods without a recipe.
 ///
-/// A recipe that completes readings (train --schedule prior) also predicts each material's loss
-/// from its readings. The predicted loss is printed next to the true one.
+/// Each material's loss is also predicted from its readings, and printed next to the true one.
 ///
 /// Several recipes are compared in one table, by paired differences to the first recipe. Training
 /// materials are marked, since losses on them say nothing about unseen materials.
@@ -39,6 +39,7 @@ use super::{environment, load, numbers, print, print_json, read_recipe};
 ///          trainer evaluate --recipe old.recipe new.recipe --test MERL-test/
 ///          trainer evaluate --recipe neural-n16-masked.recipe --first 4 --noise 0.02 --test MERL-test/
 ///          trainer evaluate --recipe linear-n16-masked.recipe --target 0.01 --test MERL-test/
+///          trainer evaluate --recipe linear-any.recipe --geometry multi-angle --test MERL-test/
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Evaluate {
@@ -55,6 +56,8 @@ pub(crate) struct Evaluate {
     /// Environment light of the spheres: a panorama (*.hdr) [default: the built-in studio]
     #[arg(long, value_name = "FILE")]
     environment: Option<PathBuf>,
+    #[command(flatten)]
+    geometry: GeometryArgs,
     #[command(flatten)]
     degradation: Degradation,
     /// Also scan each material in the recipe's order until the upper bound of its loss is at most L, above
@@ -87,10 +90,13 @@ impl Evaluate {
             .as_ref()
             .map(|path| Basis::from_compact_bytes(&read_compact(path)?).map_err(Error::msg));
         let compact = compact.transpose()?;
-        let recipes = self.recipe.iter().map(|path| read_recipe(path));
+        let recipes = self
+            .recipe
+            .iter()
+            .map(|path| self.geometry.read(Some(path)));
         let recipes = recipes.collect::<anyhow::Result<Vec<_>>>()?;
-        for (file, _) in &recipes {
-            degradation.validate(file.recipe().samples())?;
+        for chosen in &recipes {
+            degradation.validate(chosen.recipe.file.recipe().samples())?;
         }
         let materials = load(&self.test)?;
         let environment = environment(self.environment.as_deref())?;
@@ -98,9 +104,10 @@ impl Evaluate {
         let evaluator = Evaluator::with_environment(environment, &materials);
         drop(progress);
         let mut reports = Vec::new();
-        for (path, (file, basis)) in self.recipe.iter().zip(&recipes) {
-            let recipe = file.recipe();
-            let mut method = Method::ours(&recipe, basis.as_ref())?;
+        for (path, chosen) in self.recipe.iter().zip(&recipes) {
+            let recipe = chosen.recipe.file.recipe();
+            let mut method = Method::ours(&recipe, chosen.recipe.basis.as_deref())?
+                .with_prior(chosen.prior.clone());
             if degradation != Degradation::default() {
                 method = method.with_degradation(degradation)?;
             }

@@ -80,44 +80,7 @@ fn describe_test_set(split: ValidationSplit, materials: usize, data: &str) -> St
 
 #[cfg(test)]
 mod tests {
-    use glimpse_core::model::ModelKind;
-    use glimpse_training::meta::objective::LossEstimate;
-    use glimpse_training::meta::options::Options;
-    use glimpse_training::meta::plan::{Effort, Schedule};
-    use glimpse_training::recipe::Training;
-
     use super::*;
-
-    #[test]
-    fn split_selects_caution() {
-        let options = Options::new(ModelKind::Phong, 2, Schedule::Prior, Effort::Quick, 0);
-        let describe = |split| {
-            let metadata = Metadata {
-                training: Some(Training::new(&options, "MERL", 7)),
-                expected_loss: Some(ValidatedLoss {
-                    estimate: LossEstimate {
-                        loss: 0.0125,
-                        standard_error: Some(0.0015),
-                        materials: 7,
-                    },
-                    split,
-                }),
-                ..Metadata::default()
-            };
-            describe(0.0125, &metadata, Some("CAUTION"))
-        };
-        for (split, has_caution) in [
-            (ValidationSplit::HeldOut, true),
-            (ValidationSplit::LeftOut, true),
-            (ValidationSplit::Folds, true),
-            (ValidationSplit::Training, false),
-        ] {
-            let text = describe(split);
-            assert_eq!(text.contains("CAUTION"), has_caution, "{text}");
-            assert!(text.contains("0.0125") && text.contains("0.0015"));
-            assert!(text.contains("7 ") && text.contains("MERL"), "{text}");
-        }
-    }
 
     #[test]
     fn caution_about_built_in_materials_and_bundled_recipes() {

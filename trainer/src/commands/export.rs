@@ -6,9 +6,9 @@ use anyhow::bail;
 use clap::Args;
 use glimpse_materials::basis::Basis;
 use glimpse_trainer::export::{to_c, to_json};
-use glimpse_training::recipe::RecipeFile;
 
 use super::export_basis::compact_basis_of_recipe;
+use super::geometry::GeometryArgs;
 use super::numbers;
 use super::output::{refuse_input, write_file};
 
@@ -27,14 +27,19 @@ enum Format {
 
 /// Write a recipe in another format.
 ///
+/// A recipe of `train --samples any` gets the directions of --geometry. A device fits it like any other.
+///
 /// Example: trainer export neural-n8.recipe --format json --out recipe.json
 ///          trainer export neural-n8.recipe --format postcard --strip --out flash.recipe
 ///          trainer export neural-n8.recipe --format c --strip --out recipe.h
+///          trainer export linear-any.recipe --geometry line.csv --format postcard --out line.recipe
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Export {
     /// Recipe file
     recipe: PathBuf,
+    #[command(flatten)]
+    geometry: GeometryArgs,
     /// Output format
     #[arg(long, value_enum)]
     format: Format,
@@ -63,7 +68,7 @@ impl Export {
         }
         refuse_input(&self.out, &self.recipe)?;
         refuse_input(&self.out, &Basis::path_for(&self.recipe))?;
-        let file = RecipeFile::read(&self.recipe)?;
+        let file = self.geometry.read_file(Some(&self.recipe))?;
         let recipe = file.recipe();
         let bytes = match self.format {
             Format::Postcard if self.strip => file.stripped()?.bytes().to_vec(),

@@ -8,6 +8,7 @@ use glimpse_materials::files::write_atomic;
 use glimpse_materials::{MODELS, Source, SourceShare, Sources};
 use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 use glimpse_training::meta::checkpoint::Checkpoint;
+use glimpse_training::recipe::RecipeFile;
 
 use super::cell_list::{CommandLine, ListedCell, path_text, path_texts, print_cells, source_paths};
 use super::lock::Lock;
@@ -79,10 +80,8 @@ fn models_and_samples(train: &Train) -> anyhow::Result<Vec<(ModelKind, usize)>> 
         some => some,
     };
     let given = train.samples.iter().map(|samples| match samples {
-        SampleCount::Count(samples) => Ok(*samples),
-        SampleCount::Auto => {
-            bail!("--samples auto does not apply to a grid: give numbers, or omit --grid")
-        }
+        SampleCount::Count(samples) if *samples > 0 => Ok(*samples),
+        _ => bail!("--samples auto and any do not apply to a grid: give numbers, or omit --grid"),
     });
     let samples = match given.collect::<anyhow::Result<Vec<usize>>>()? {
         given if given.is_empty() => (0..10).map(|k| 1 << k).collect(),
@@ -121,14 +120,14 @@ pub(crate) fn list(train: &Train, seed: u64, line: &CommandLine) -> anyhow::Resu
             _ => line.words_without(&[&GRID_ARGUMENTS[..], &["bases", "eta"]].concat()),
         };
         command.extend(added);
-        let trained = run.trained_loss(&source_shares);
+        let trained = run.is_trained(&source_shares);
         cells.push(ListedCell {
             name: format!("{name}-n{samples}"),
             command,
             inputs: source_paths(sources.as_slice()),
             outputs: path_texts(&run.outputs())?,
             checkpoint: Some(path_text(&run.checkpoint)?),
-            done: matches!(trained, Ok(Some(_))),
+            done: matches!(trained, Ok(true)),
             conflict: trained
                 .err()
                 .filter(|_| !train.force)
@@ -150,14 +149,17 @@ fn train_if_missing(
     source_shares: &[SourceShare],
 ) -> anyhow::Result<f32> {
     let _lock = run.lock()?;
-    let trained = run.refuse_overwrite(run.trained_loss(source_shares), true, train.force)?;
-    if let Some(expected_loss) = trained {
+    let is_trained = run.refuse_overwrite(run.is_trained(source_shares), true, train.force)?;
+    if is_trained {
         Checkpoint::remove(&run.checkpoint);
         eprintln!("{} is already trained", run.out.display());
-        return Ok(expected_loss);
+        return stated_loss(&RecipeFile::read(&run.out)?);
     }
-    let trained = run.train(sources.load()?, true)?;
-    let expected_loss = trained.recipe().expected_loss();
+    stated_loss(&run.train(sources.load()?, true)?)
+}
+
+fn stated_loss(file: &RecipeFile) -> anyhow::Result<f32> {
+    let expected_loss = file.recipe().expected_loss();
     expected_loss.context("the recipe states no expected loss")
 }
 

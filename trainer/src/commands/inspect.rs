@@ -37,14 +37,16 @@ impl Inspect {
             return print_json(&to_json(&recipe)?);
         }
         let mut text = format!(
-            "recipe {:08x}, {} bytes\n{}memory         {} words\n{}\n\
-             sample  theta_h  theta_d    phi_d  theta_i    phi_i  theta_o    phi_o  (degrees)\n",
+            "recipe {:08x}, {} bytes\n{}memory         {} words\n{}",
             recipe.checksum(),
             file.bytes().len(),
             describe_estimator(&recipe),
             recipe.memory_words(),
             describe_metadata(&recipe, file.metadata())?,
         );
+        if recipe.samples() > 0 {
+            text += "\nsample  theta_h  theta_d    phi_d  theta_i    phi_i  theta_o    phi_o  (degrees)\n";
+        }
         for (index, angles) in recipe.pattern().enumerate() {
             let [theta_i, phi_i, theta_o, phi_o] = axes_from_angles(angles).to_array();
             text += &format!(
@@ -60,9 +62,10 @@ impl Inspect {
 
 /// Describes the model, the samples, and the stages of the fit, one a line.
 fn describe_estimator(recipe: &Recipe<'_>) -> String {
-    let missing = match recipe.tolerates_missing() {
-        true => "any reading may be missing",
-        false => "all readings are needed",
+    let samples = match (recipe.samples(), recipe.tolerates_missing()) {
+        (0, _) => "readings at any directions, without a pattern".to_owned(),
+        (count, true) => format!("{count}; any reading may be missing"),
+        (count, false) => format!("{count}; all readings are needed"),
     };
     let fit = match recipe.estimator() {
         Estimator::Sgd(sgd) => format!(
@@ -84,9 +87,8 @@ fn describe_estimator(recipe: &Recipe<'_>) -> String {
         }
     };
     format!(
-        "model          {}\nsamples        {}; {missing}\nfit            {fit}\n",
+        "model          {}\nsamples        {samples}\nfit            {fit}\n",
         recipe.model(),
-        recipe.samples()
     )
 }
 
@@ -122,10 +124,20 @@ fn describe_metadata(recipe: &Recipe<'_>, metadata: &Metadata) -> Result<String,
     let mut lines = vec![
         (
             "expected loss",
-            expected_loss(recipe)?.unwrap_or_else(unstated),
+            match recipe.samples() {
+                0 => "depends on the directions; `trainer evaluate --geometry` measures it"
+                    .to_owned(),
+                _ => expected_loss(recipe)?.unwrap_or_else(unstated),
+            },
         ),
         ("limits", metadata.limits.map_or_else(unstated, describe)),
-        ("scan", describe_scan(recipe, metadata)),
+        (
+            "scan",
+            match recipe.samples() {
+                0 => "depends on the directions".to_owned(),
+                _ => describe_scan(recipe, metadata),
+            },
+        ),
         (
             "noise",
             metadata.noise.map_or_else(unstated, describe_noise),

@@ -13,6 +13,7 @@ pub(crate) mod export;
 mod export_basis;
 pub(crate) mod fit;
 mod formats;
+mod geometry;
 pub(crate) mod grid;
 pub(crate) mod inspect;
 mod limits;
@@ -34,17 +35,45 @@ pub(crate) mod virtual_scanner;
 
 use std::io::{self, Write};
 use std::path::Path;
+use std::sync::Arc;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, MaterialsAndShares, Source, Sources};
+use glimpse_trainer::measurement::NamedRecipe;
 use glimpse_trainer::render::Environment;
 use glimpse_training::recipe::RecipeFile;
 use serde::Serialize;
 
-/// Reads a recipe and, for the model linear, its basis file next to it.
+/// Reads a recipe with a pattern and, for the model linear, its basis file next to it.
 pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<(RecipeFile, Option<Basis>)> {
-    Ok(RecipeFile::read_with_basis(path)?)
+    let (file, basis) = RecipeFile::read_with_basis(path)?;
+    require_pattern(&file, &path.display().to_string())?;
+    Ok((file, basis))
+}
+
+/// Refuses a recipe without a pattern.
+pub(crate) fn require_pattern(file: &RecipeFile, name: &str) -> anyhow::Result<()> {
+    ensure!(
+        file.recipe().samples() > 0,
+        "{name} is for readings at any directions, so this needs --geometry: give it here, or to `trainer export`, which \
+         writes a recipe for those directions"
+    );
+    Ok(())
+}
+
+/// Reads a recipe with its basis, for fits of readings.
+pub(crate) fn read_named_recipe(path: &Path) -> anyhow::Result<NamedRecipe> {
+    let (file, basis) = RecipeFile::read_with_basis(path)?;
+    Ok(NamedRecipe {
+        name: path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned(),
+        file: Arc::new(file),
+        basis: basis.map(Arc::new),
+    })
 }
 
 /// Loads the materials of a source. Reports their number, and skipped entries of a directory, on stderr.

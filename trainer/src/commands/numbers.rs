@@ -46,7 +46,7 @@ pub(crate) fn with_negative_values(command: Command) -> Command {
 pub(crate) enum SampleCount {
     /// The number with the lowest expected loss.
     Auto,
-    /// This number.
+    /// This number; 0 for a recipe without a pattern.
     Count(usize),
 }
 
@@ -54,6 +54,7 @@ pub(crate) enum SampleCount {
 pub(crate) fn sample_count(text: &str) -> Result<SampleCount, String> {
     match text {
         "auto" => Ok(SampleCount::Auto),
+        "any" => Ok(SampleCount::Count(0)),
         _ => number(1..=MAX_SAMPLES)(text).map(SampleCount::Count),
     }
 }
@@ -74,12 +75,6 @@ pub(crate) fn seeds(text: &str) -> Result<u64, String> {
 /// Parses a share, 0 to 1.
 pub(crate) fn share(text: &str) -> Result<f32, String> {
     number(0.0..=1.0)(text)
-}
-
-/// Parses an angle in degrees, above 0 and at most 180.
-pub(crate) fn degrees(text: &str) -> Result<f32, String> {
-    let is_valid = |angle: &f32| *angle > 0.0 && *angle <= 180.0;
-    checked(text, is_valid, "an angle above 0 and at most 180 degrees")
 }
 
 /// Parses a finite number of 0 or above.

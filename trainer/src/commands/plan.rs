@@ -5,10 +5,10 @@ use std::path::{PathBuf, absolute};
 use anyhow::ensure;
 use clap::{ArgGroup, Args};
 use glimpse_materials::basis::Basis;
-use glimpse_training::recipe::RecipeFile;
 use glimpse_training::route::{Machine, Order, PlanArgs, Route, blank_sheet};
 
 use super::emit;
+use super::geometry::GeometryArgs;
 use super::output::{is_same_file, refuse_input, write_files};
 
 /// Plan a scan: positions of the arms in degrees, their order, and the duration.
@@ -25,11 +25,14 @@ use super::output::{is_same_file, refuse_input, write_files};
 ///
 /// Example: trainer plan neural-n8.recipe --speed 20,10,20,10 --settle 1.5 --blank readings.csv
 ///          trainer plan neural-n8.recipe --max-theta-o 85 --out plan.csv
+///          trainer plan --geometry multi-angle --blank paint.csv          # a sheet for `trainer fit`
 #[derive(Args)]
 #[command(verbatim_doc_comment, group = ArgGroup::new("written").args(["out", "blank"]).multiple(true))]
 pub(crate) struct Plan {
-    /// Recipe file
-    recipe: PathBuf,
+    /// Recipe file [default: the bundled linear-any, with --geometry]
+    recipe: Option<PathBuf>,
+    #[command(flatten)]
+    geometry: GeometryArgs,
     #[command(flatten)]
     request: PlanArgs,
     /// CSV file for the plan: index, theta_i, phi_i, theta_o, phi_o (degrees), seconds
@@ -49,7 +52,7 @@ pub(crate) struct Plan {
 impl Plan {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         self.refuse_inputs()?;
-        let file = RecipeFile::read(&self.recipe)?;
+        let file = self.geometry.read_file(self.recipe.as_deref())?;
         let recipe = file.recipe();
         let stated = file.metadata().machine();
         let (machine, route) = self.request.plan(&recipe, &stated, seed)?;
@@ -74,8 +77,10 @@ impl Plan {
     /// Refuses outputs that are inputs, or both the same file.
     fn refuse_inputs(&self) -> anyhow::Result<()> {
         for file in self.out.iter().chain(&self.blank) {
-            refuse_input(file, &self.recipe)?;
-            refuse_input(file, &Basis::path_for(&self.recipe))?;
+            if let Some(recipe) = &self.recipe {
+                refuse_input(file, recipe)?;
+                refuse_input(file, &Basis::path_for(recipe))?;
+            }
         }
         if let (Some(out), Some(blank)) = (&self.out, &self.blank) {
             ensure!(

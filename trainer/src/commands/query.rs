@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use glimpse_materials::{Convention, Material, Source};
-use glimpse_trainer::measurement::{AngleRow, AngleTable};
+use glimpse_trainer::measurement::{AngleArgs, AngleRow, AngleTable};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
@@ -14,12 +14,14 @@ use super::{load, print};
 
 /// Evaluate the BRDF of materials at given angles.
 ///
-/// INPUT. A CSV file whose first line names the columns, in any order. The angles, in degrees, are
+/// INPUT. A CSV file whose first line names the columns, in any order. The angles are
 ///
 /// - theta_h (half vector to normal) and theta_d (incoming direction to half vector), 0 to 90, and
 ///   phi_d (azimuth of the incoming direction about the half vector);
 /// - or theta_i, phi_i, theta_o, phi_o, the polar angle of each direction to the normal, 0 to 180,
-///   and its azimuth.
+///   and its azimuth;
+/// - or theta_i, theta_o, phi, with the azimuth of the sensor from that of the light;
+/// - or theta_i, theta_o in one plane: theta_o is positive on the side of the mirror direction.
 ///
 /// The optional column index is copied to the output, so that `trainer fit` can read the BRDF at
 /// the angles of a plan. Other columns are ignored.
@@ -42,6 +44,8 @@ pub(crate) struct Query {
     /// CSV file with angles in degrees
     #[arg(long, value_name = "FILE.csv")]
     angles: PathBuf,
+    #[command(flatten)]
+    angle_args: AngleArgs,
     /// Output file [default: standard output]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -65,7 +69,7 @@ impl Query {
             refuse_input(out, &self.angles)?;
             refuse_source(out, &self.source)?;
         }
-        let table = AngleTable::read(&self.angles)?;
+        let table = AngleTable::read(&self.angles, &self.angle_args)?;
         let materials = load(&self.source)?;
         let evaluate = |material: &dyn Material| -> Vec<[f32; 3]> {
             let rows = table.rows.par_iter();

@@ -123,7 +123,9 @@ impl Entry {
             checksum: format!("{:08x}", recipe.checksum()),
             bytes: bundled.bytes.len(),
             basis_bytes: bundled.basis().map(<[u8]>::len),
-            seconds: route.map(|route| route.total()),
+            seconds: route
+                .map(|route| route.total())
+                .filter(|_| recipe.samples() > 0),
             loss: bundled.losses(),
         })
     }
@@ -145,8 +147,10 @@ fn table(entries: &[Entry]) -> Table {
     Table {
         caption: format!(
             "Bundled recipes, and their mean losses on unseen materials: 40 procedural and 80 of MERL, and the mean \
-             color error (CIEDE2000) of the latter's spheres. Recipes of the model linear also need the compact basis of {} bytes.",
-            bundled::BASIS.len()
+             color error (CIEDE2000) of the latter's spheres. Recipes of the model linear also need the compact basis of {} \
+             bytes, and those for readings at any directions (n = 0) one of {}.",
+            bundled::BASIS.len(),
+            bundled::ANY_BASIS.len()
         ),
         columns: vec![
             Column::text("Recipe"),

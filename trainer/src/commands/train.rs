@@ -135,7 +135,7 @@ impl Train {
                     // Before the short trainings, which take a while.
                     let run = training_run(1)?;
                     run.check_writable()?;
-                    run.refuse_overwrite(Ok(None), self.resume, self.force)?;
+                    run.refuse_overwrite(Ok(false), self.resume, self.force)?;
                     choose_samples(&sources, |samples| Ok(training_run(samples)?.options))?
                 }
             },
@@ -145,10 +145,10 @@ impl Train {
         run.check_writable()?;
         let _lock = run.lock()?;
         let (materials, source_shares) = load_all(&sources)?;
-        let trained = run.trained_loss(&source_shares);
+        let trained = run.is_trained(&source_shares);
         let trained = run.refuse_overwrite(trained, self.resume, self.force)?;
         if self.resume && !Checkpoint::exists_in(&run.checkpoint) {
-            if trained.is_some() {
+            if trained {
                 Checkpoint::remove(&run.checkpoint);
                 eprintln!("{} is already trained", self.out.display());
                 return Ok(());
@@ -233,27 +233,26 @@ impl TrainingRun {
     }
 
     /// Refuses to replace a recipe, a basis or an unfinished run, unless `force` is set. Takes and returns the result of
-    /// [`Self::trained_loss`].
+    /// [`Self::is_trained`].
     pub(super) fn refuse_overwrite(
         &self,
-        trained: anyhow::Result<Option<f32>>,
+        trained: anyhow::Result<bool>,
         resume: bool,
         force: bool,
-    ) -> anyhow::Result<Option<f32>> {
+    ) -> anyhow::Result<bool> {
         if force {
             return Ok(trained.unwrap_or_default());
         }
         let trained = trained?;
         let unfinished = Checkpoint::exists_in(&self.checkpoint);
         let basis = Basis::path_for(&self.out);
-        let is_linear = self.options.model == ModelKind::Linear;
         match trained {
             _ if unfinished && !resume => bail!(
                 "{} holds an unfinished run: give --resume to continue it, or --force to discard it",
                 self.checkpoint.display()
             ),
             // With a checkpoint, the basis is that of the unfinished run.
-            None if is_linear && basis.exists() && !unfinished => bail!(
+            false if self.has_basis() && basis.exists() && !unfinished => bail!(
                 "{} exists without its recipe {}, and may belong to another recipe: give --force to \
                  replace it, or another --out",
                 basis.display(),
@@ -277,22 +276,24 @@ impl TrainingRun {
 
     /// Returns the files that the run writes, in the order in which it writes them.
     pub(super) fn outputs(&self) -> Vec<PathBuf> {
-        match self.options.model {
-            ModelKind::Linear => vec![Basis::path_for(&self.out), self.out.clone()],
-            _ => vec![self.out.clone()],
+        match self.has_basis() {
+            true => vec![Basis::path_for(&self.out), self.out.clone()],
+            false => vec![self.out.clone()],
         }
     }
 
-    /// Returns the expected loss of the recipe if it is already trained on materials of these sources.
+    /// Returns true if the recipe has a basis, as a file next to it.
+    fn has_basis(&self) -> bool {
+        self.options.model == ModelKind::Linear || self.options.samples == 0
+    }
+
+    /// Returns true if the recipe is already trained on materials of these sources.
     ///
     /// # Errors
     /// If another file has the recipe's path.
-    pub(super) fn trained_loss(
-        &self,
-        source_shares: &[SourceShare],
-    ) -> anyhow::Result<Option<f32>> {
+    pub(super) fn is_trained(&self, source_shares: &[SourceShare]) -> anyhow::Result<bool> {
         if !self.out.exists() {
-            return Ok(None);
+            return Ok(false);
         }
         let out = self.out.display();
         let remedy = "give --force to replace it, or another --out";
@@ -309,11 +310,11 @@ impl TrainingRun {
         );
         let basis = Basis::path_for(&self.out);
         ensure!(
-            options.model != ModelKind::Linear || basis.exists(),
+            !self.has_basis() || basis.exists(),
             "{out} has no basis file {}: {remedy}",
             basis.display()
         );
-        Ok(file.recipe().expected_loss())
+        Ok(true)
     }
 
     /// Trains the recipe and writes it. Replaces existing files. Prints the sources of the training tasks, and the results of

@@ -8,12 +8,43 @@ use glimpse_kernels::scan::{LossPrediction, ScanOutcome, scan_with_missing};
 use glimpse_kernels::with_model;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{FittedBrdf, Material};
-use glimpse_training::linear::ComponentsAt;
+use glimpse_materials::{Brdf, FittedBrdf, Material};
+use glimpse_training::linear::{CoefficientPrior, ComponentsAt, Posterior, PosteriorReading};
 
 use super::EvaluationError;
 use super::adam;
 use super::degradation::Degradation;
+use super::ggx::Ggx;
+
+/// A fitted BRDF.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)] // most are models
+pub enum Fitted {
+    /// One of the four models.
+    Model(FittedBrdf),
+    /// A diffuse and a GGX lobe.
+    Ggx(Ggx),
+}
+
+impl Fitted {
+    /// Returns the model, if it is one.
+    #[must_use]
+    pub fn model(&self) -> Option<&FittedBrdf> {
+        match self {
+            Self::Model(fitted) => Some(fitted),
+            Self::Ggx(_) => None,
+        }
+    }
+}
+
+impl Brdf for Fitted {
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        match self {
+            Self::Model(fitted) => fitted.evaluate(at, brdf),
+            Self::Ggx(ggx) => ggx.evaluate(at, brdf),
+        }
+    }
+}
 
 /// The directions that a method measures.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +67,8 @@ enum FitAlgorithm<'a> {
     SgdAnywhere(Sgd<'a>),
     /// Ridge regression with these precisions, at any directions.
     RidgeAnywhere(Vec<f32>, &'a Basis),
+    /// A diffuse and a GGX lobe.
+    Ggx,
     /// Adam from a random start, with a number of steps.
     Adam(ModelKind, usize),
     /// Adam with fresh samples at each step, with a number of steps at which it has converged.
@@ -54,6 +87,10 @@ pub struct Method<'a> {
     compact: Option<&'a Basis>,
     /// The degradation of a recipe's readings.
     degradation: Degradation,
+    /// The directions that the readings really have; None for those of the method.
+    measured: Option<Vec<Angles<f32>>>,
+    /// The prior of a recipe without a prediction of its own.
+    prior: Option<CoefficientPrior>,
 }
 
 /// The number of directions of the method Optimum for the model Linear.
@@ -68,6 +105,8 @@ impl<'a> Method<'a> {
             refinement_steps: 0,
             compact: None,
             degradation: Degradation::default(),
+            measured: None,
+            prior: None,
         }
     }
 
@@ -136,6 +175,30 @@ impl<'a> Method<'a> {
         Ok(Self::new(name, directions, algorithm))
     }
 
+    /// Creates a fit of a diffuse and a GGX lobe to readings at these directions.
+    #[must_use]
+    pub fn ggx(pattern: Vec<Angles<f32>>) -> Self {
+        Self::new("ggx", SampleDirections::Pattern(pattern), FitAlgorithm::Ggx)
+    }
+
+    /// Predicts losses by a prior, if the recipe does not.
+    #[must_use]
+    pub fn with_prior(self, prior: CoefficientPrior) -> Self {
+        Self {
+            prior: Some(prior),
+            ..self
+        }
+    }
+
+    /// Reads at other directions than the fit assumes, one for each sample.
+    #[must_use]
+    pub fn measured_at(self, directions: Vec<Angles<f32>>) -> Self {
+        Self {
+            measured: Some(directions),
+            ..self
+        }
+    }
+
     /// Adds steps of Adam after the fit, with a learning rate of 1e-3 and 512 fresh samples each. A closed-form solution,
     /// such as that of Linear, is not refined.
     #[must_use]
@@ -167,8 +230,15 @@ impl<'a> Method<'a> {
     /// [`EvaluationError::NeedsAllReadings`] if readings are missing and the recipe does not tolerate that,
     /// [`EvaluationError::TooFewReadings`] if the recipe has fewer than `first` samples.
     pub fn with_degradation(self, degradation: Degradation) -> Result<Self, EvaluationError> {
-        let FitAlgorithm::Scan(recipe, _) = &self.algorithm else {
-            return Err(EvaluationError::DegradationWithoutRecipe);
+        let recipe = match &self.algorithm {
+            FitAlgorithm::Scan(recipe, _) => recipe,
+            FitAlgorithm::Ggx => {
+                return Ok(Self {
+                    degradation,
+                    ..self
+                });
+            }
+            _ => return Err(EvaluationError::DegradationWithoutRecipe),
         };
         let has_missing = degradation.first.is_some() || degradation.lost > 0;
         if has_missing && !recipe.tolerates_missing() {
@@ -259,6 +329,7 @@ impl<'a> Method<'a> {
             FitAlgorithm::Scan(recipe, _) => recipe.model(),
             FitAlgorithm::SgdAnywhere(descent) => descent.model,
             FitAlgorithm::RidgeAnywhere(..) => ModelKind::Linear,
+            FitAlgorithm::Ggx => ModelKind::CookTorrance,
             FitAlgorithm::Adam(model, _) | FitAlgorithm::Optimum(model, _) => *model,
         }
     }
@@ -292,7 +363,7 @@ impl<'a> Method<'a> {
     ///
     /// # Errors
     /// [`EvaluationError::Scan`] or [`EvaluationError::Count`].
-    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<FittedBrdf, EvaluationError> {
+    pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Fitted, EvaluationError> {
         Ok(self.fit_and_predict(material, seed)?.0)
     }
 
@@ -304,7 +375,34 @@ impl<'a> Method<'a> {
         seed: u64,
     ) -> Result<ScanOutcome, glimpse_core::error::Error> {
         let mut read = self.degradation.reader(material, recipe.samples(), seed);
-        scan_with_missing(recipe, &mut read)
+        scan_with_missing(recipe, &mut |index, angles| {
+            read(index, self.measured(index, angles))
+        })
+    }
+
+    /// Returns the real direction of a sample.
+    fn measured(&self, index: u16, angles: Angles<f32>) -> Angles<f32> {
+        let measured = self
+            .measured
+            .as_ref()
+            .and_then(|all| all.get(usize::from(index)));
+        measured.copied().unwrap_or(angles)
+    }
+
+    /// Predicts the loss of a fit by the prior, if the method has one.
+    fn prediction(
+        &self,
+        material: &dyn Material,
+        seed: u64,
+        fitted: &FittedBrdf,
+    ) -> Option<LossPrediction> {
+        let (prior, pattern) = (self.prior.as_ref()?, self.pattern());
+        let mut read = self.degradation.reader(material, pattern.len(), seed);
+        let readings = (0..).zip(pattern).filter_map(|(index, angles)| {
+            let brdf = read(index, self.measured(index, *angles))?;
+            Some(PosteriorReading::new(*angles, brdf))
+        });
+        Some(Posterior::new(prior, &readings.collect::<Vec<_>>())?.loss(fitted))
     }
 
     /// Fits a material, and returns the recipe's prediction of the loss, if it has one.
@@ -315,7 +413,7 @@ impl<'a> Method<'a> {
         &self,
         material: &dyn Material,
         seed: u64,
-    ) -> Result<(FittedBrdf, Option<LossPrediction>), EvaluationError> {
+    ) -> Result<(Fitted, Option<LossPrediction>), EvaluationError> {
         let mut prediction = None;
         let drawn;
         let angles = match &self.directions {
@@ -330,6 +428,14 @@ impl<'a> Method<'a> {
                 let result = self.scan(recipe, material, seed)?;
                 prediction = result.prediction;
                 result.values
+            }
+            FitAlgorithm::Ggx => {
+                let mut read = self.degradation.reader(material, angles.len(), seed);
+                let readings = (0..).zip(angles);
+                let readings =
+                    readings.map(|(index, angles)| read(index, self.measured(index, *angles)));
+                let readings: Vec<[f32; 3]> = readings.flatten().collect();
+                return Ok((Fitted::Ggx(Ggx::fit(angles, &readings)), None));
             }
             FitAlgorithm::RidgeAnywhere(precision, basis) => {
                 let measured: Vec<[f32; 3]> =
@@ -361,7 +467,8 @@ impl<'a> Method<'a> {
         }
         let fitted = FittedBrdf::new(self.model(), parameters, self.compact.or(basis));
         let fitted = fitted.ok_or(EvaluationError::Basis)?;
-        Ok((fitted, prediction))
+        let prediction = prediction.or_else(|| self.prediction(material, seed, &fitted));
+        Ok((Fitted::Model(fitted), prediction))
     }
 }
 

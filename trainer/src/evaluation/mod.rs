@@ -3,6 +3,7 @@
 mod adam;
 mod degradation;
 mod estimate;
+mod ggx;
 mod leakage;
 mod method;
 mod target;
@@ -10,9 +11,10 @@ mod target;
 pub use adam::OPTIMUM_STEPS;
 pub use degradation::Degradation;
 pub use estimate::Estimate;
+pub use ggx::Ggx;
 pub use glimpse_kernels::scan::{ScanOutcome, scan};
 pub use leakage::{TrainingMaterials, TrainingOverlap};
-pub use method::{Method, measure};
+pub use method::{Fitted, Method, measure};
 pub use target::{TargetReport, TargetScan};
 
 use std::sync::atomic::{AtomicBool, Ordering};

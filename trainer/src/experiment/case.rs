@@ -1,6 +1,7 @@
 //! Cases that the experiments evaluate, and the trainings that they require.
 
 use glimpse_core::model::ModelKind;
+use glimpse_trainer::measurement::Instrument;
 use glimpse_training::linear::Prior;
 use glimpse_training::meta::plan::Schedule;
 
@@ -17,6 +18,10 @@ pub(crate) enum Approach {
     Ours,
     /// A learned pattern, and a learned map that completes the readings (schedule prior).
     Completed,
+    /// A learned prior that completes readings at any directions (schedule prior, without a pattern).
+    Any,
+    /// A diffuse and a GGX lobe, fitted by least squares.
+    Ggx,
     /// The best fit with unlimited samples.
     Optimum,
 }
@@ -30,6 +35,8 @@ impl Approach {
             Self::Njr15 => "NJR15",
             Self::Ours => "Ours",
             Self::Completed => "Completed",
+            Self::Any => "Any",
+            Self::Ggx => "GGX",
             Self::Optimum => "Optimum",
         }
     }
@@ -38,8 +45,8 @@ impl Approach {
     pub(super) fn schedule(self) -> Option<Schedule> {
         match self {
             Self::Meta | Self::Ours => Some(Schedule::Paper),
-            Self::Completed => Some(Schedule::Prior),
-            Self::Random | Self::Njr15 | Self::Optimum => None,
+            Self::Completed | Self::Any => Some(Schedule::Prior),
+            Self::Random | Self::Njr15 | Self::Ggx | Self::Optimum => None,
         }
     }
 
@@ -82,6 +89,44 @@ impl Subset {
     }
 }
 
+/// A disturbance of readings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Disturbance {
+    None,
+    /// Noise of 2 %.
+    Noise,
+    /// Both arms are a degree further from the normal than stated.
+    Displaced,
+}
+
+impl Disturbance {
+    pub(super) const ALL: [Self; 3] = [Self::None, Self::Noise, Self::Displaced];
+
+    pub(super) fn description(self) -> &'static str {
+        match self {
+            Self::None => "exact",
+            Self::Noise => "2 % noise",
+            Self::Displaced => "1 degree off",
+        }
+    }
+
+    /// Returns the noise relative to each reading.
+    pub(super) fn noise(self) -> f32 {
+        match self {
+            Self::Noise => 0.02,
+            Self::None | Self::Displaced => 0.0,
+        }
+    }
+
+    /// Returns the displacement of both arms, degrees.
+    pub(super) fn displacement(self) -> f64 {
+        match self {
+            Self::Displaced => 1.0,
+            Self::None | Self::Noise => 0.0,
+        }
+    }
+}
+
 /// A variation of a training or of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Variation {
@@ -98,6 +143,8 @@ pub(crate) enum Variation {
     Replaced(usize, u64),
     /// Samples drawn by importance of the mean BRDF.
     Importance,
+    /// Readings at the directions of an instrument.
+    Readings(Instrument, Disturbance),
     /// [`REFINEMENT_STEPS`] further steps on fresh random samples.
     Refined,
 }
@@ -118,6 +165,9 @@ impl Variation {
             Self::Within(seconds) => format!("-within-{seconds}s"),
             Self::Replaced(count, run) => format!("-replaced{count}-run{run}"),
             Self::Importance => "-importance".into(),
+            Self::Readings(instrument, disturbance) => {
+                format!("-{instrument:?}-{disturbance:?}").to_lowercase()
+            }
             Self::Refined => "-refined".into(),
         }
     }
@@ -126,7 +176,7 @@ impl Variation {
     fn is_of_training(self) -> bool {
         !matches!(
             self,
-            Self::Replaced(..) | Self::Importance | Self::Refined | Self::None
+            Self::Replaced(..) | Self::Importance | Self::Readings(..) | Self::Refined | Self::None
         )
     }
 }

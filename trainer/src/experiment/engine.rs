@@ -108,7 +108,8 @@ impl Line {
             Approach::Meta => (SeriesColor::Orange, Marker::Triangle),
             Approach::Njr15 => (SeriesColor::Green, Marker::Ring),
             Approach::Ours => (SeriesColor::Blue, Marker::Disc),
-            Approach::Completed => (SeriesColor::Black, Marker::Disc),
+            Approach::Completed | Approach::Any => (SeriesColor::Black, Marker::Disc),
+            Approach::Ggx => (SeriesColor::Vermillion, Marker::Disc),
             Approach::Optimum => (SeriesColor::Purple, Marker::LargeDisc),
         };
         Self {

@@ -3,6 +3,7 @@
 //! An experiment is a [`Plan`]: cases, and their presentation as tables, plots and pictures. The engine lists the
 //! trainings and evaluations of a plan, and presents their results as [`Findings`]. The [`Store`] trains and evaluates.
 
+mod any;
 mod case;
 mod curves;
 mod engine;
@@ -53,6 +54,8 @@ pub(crate) enum Experiment {
     Bases,
     /// Quality over the seconds of a scan, for patterns trained with and without a budget for motion.
     Frontier,
+    /// Losses of readings at the directions of common instruments, without a learned pattern.
+    Any,
     /// Drawings of the learned patterns.
     Patterns,
     /// Spheres of some materials with each method, for Neural at n = 64.
@@ -82,7 +85,10 @@ impl Experiment {
 
     /// Returns true if the experiment also evaluates on materials of --additional.
     pub(crate) fn evaluates_additional(self) -> bool {
-        matches!(self, Self::Additional | Self::Frontier | Self::All)
+        matches!(
+            self,
+            Self::Additional | Self::Frontier | Self::Any | Self::All
+        )
     }
 
     /// Returns true if the experiment varies n up to --most-samples.
@@ -121,6 +127,7 @@ impl Experiment {
             Self::Subsets => studies::subsets(store)?,
             Self::Bases => tables::bases(store),
             Self::Frontier => curves::frontier(store, max_samples),
+            Self::Any => any::any(store),
             Self::Patterns => pictures::patterns(),
             Self::Teaser => pictures::teaser(store),
             Self::Increasing => pictures::increasing(store, max_samples),

@@ -6,6 +6,7 @@
 use std::cell::OnceCell;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, bail};
@@ -17,7 +18,8 @@ use glimpse_materials::files::write_atomic;
 use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Material, Source, SourceShare};
-use glimpse_trainer::evaluation::{Evaluator, Method, OPTIMUM_STEPS, Report};
+use glimpse_trainer::evaluation::{Degradation, Evaluator, Method, OPTIMUM_STEPS, Report};
+use glimpse_trainer::measurement::NamedRecipe;
 use glimpse_training::linear::{Columns, Prior, min_condition_pattern, principal_components};
 use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::outer::CheckpointOptions;
@@ -360,6 +362,20 @@ impl<'a> Store<'a> {
             _ => None,
         };
         let eta = Prior::PAPER.eta;
+        // The recipe at the directions of an instrument.
+        let at_directions = match (&trained, case.variation) {
+            (Some((file, Some(basis))), Variation::Readings(instrument, disturbance)) => {
+                let directions = instrument.directions(0.0);
+                let deviations = vec![disturbance.noise(); directions.len()];
+                let named = NamedRecipe {
+                    name: case.name(),
+                    file: Arc::new(RecipeFile::new(file.bytes().to_vec())?),
+                    basis: Some(Arc::new(basis.clone())),
+                };
+                named.at(&directions, &deviations)
+            }
+            _ => None,
+        };
         let method = match (&trained, &basis) {
             (Some((file, basis)), _) => {
                 let (recipe, basis) = (file.recipe(), basis.as_ref());
@@ -374,10 +390,22 @@ impl<'a> Store<'a> {
                         let pattern = replace_samples(&pattern, count, seed);
                         Method::at_directions("replaced", &recipe, basis, pattern)
                     }
+                    (Variation::Readings(..), _) => match &at_directions {
+                        Some(chosen) => {
+                            let recipe = chosen.recipe.file.recipe();
+                            let method = Method::ours(&recipe, chosen.recipe.basis.as_deref())?;
+                            Ok(method.with_prior(chosen.prior.clone()))
+                        }
+                        None => bail!("{} has no basis: remove it to train it again", case.name()),
+                    },
                     (_, Approach::Meta) => Method::meta(&recipe, basis),
                     _ => Method::ours(&recipe, basis),
                 }?
             }
+            (None, _) if case.approach == Approach::Ggx => match case.variation {
+                Variation::Readings(instrument, _) => Method::ggx(instrument.directions(0.0)),
+                _ => bail!("{} has no directions", case.name()),
+            },
             (None, Some(basis)) => match case.approach {
                 Approach::Njr15 => {
                     let pattern = min_condition_pattern(basis, samples, seed);
@@ -393,6 +421,14 @@ impl<'a> Store<'a> {
         };
         match case.variation {
             Variation::Refined => use_method(&method.with_refinement(REFINEMENT_STEPS)),
+            Variation::Readings(instrument, disturbance) => {
+                let degradation = Degradation {
+                    noise: disturbance.noise(),
+                    ..Degradation::default()
+                };
+                let measured = instrument.directions(disturbance.displacement());
+                use_method(&method.with_degradation(degradation)?.measured_at(measured))
+            }
             _ => use_method(&method),
         }
     }

@@ -1,10 +1,12 @@
-//! Angle columns of a table, in degrees.
+//! Angle columns of a table.
 
+use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use serde::Deserialize;
 
+use super::convention::AngleArgs;
 use super::table::{Row, Table, TableError};
 
 /// The columns of Rusinkiewicz angles.
@@ -36,29 +38,27 @@ pub struct AngleRow {
 impl AngleTable {
     /// Reads a CSV file with one pair of directions per row.
     ///
-    /// The first line names the columns theta_h, theta_d, phi_d, or theta_i, phi_i, theta_o, phi_o, in any order.
-    /// Angles are in degrees. The column `index` of a measurement plan is kept; other columns are ignored.
+    /// The first line names the columns of one set of angles, in any order. The column `index` of a measurement plan is
+    /// kept; other columns are ignored.
     ///
     /// # Errors
     /// If the file cannot be read, a column is missing or duplicated, or a cell is not an angle.
-    pub fn read(path: &Path) -> Result<Self, TableError> {
+    pub fn read(path: &Path, args: &AngleArgs) -> Result<Self, TableError> {
         let table = Table::read(path)?;
         let Some(angles) = AngleColumns::find(&table)? else {
             return Err(table.file_error(format!(
-                "line 1 names the columns {2}, which are not a complete set of angles; name {0}, or {1} (angles in \
-                 degrees)",
-                HALF_DIFFERENCE.join(", "),
+                "line 1 names the columns {}, none of which is an angle; name {}, or {}",
+                table.names(),
                 DIRECTIONS.join(", "),
-                table.names()
+                HALF_DIFFERENCE.join(", ")
             )));
         };
         let mut columns = angles.names().to_vec();
         columns.extend(table.has(&[INDEX]).then_some(INDEX));
-        let row = |row: &Row| {
-            let Some(angles) = angles.parse(&table, row)? else {
-                return Err(
-                    table.line_error(row.line, "the angles are empty; give them in degrees")
-                );
+        let all = angles.parse_all(&table, args)?;
+        let row = |(row, angles): (&Row, Option<RowAngles>)| {
+            let Some(angles) = angles else {
+                return Err(table.line_error(row.line, "the angles are empty; give all of them"));
             };
             let cells = columns.iter().map(|column| table.cell(row, column));
             Ok(AngleRow {
@@ -66,19 +66,28 @@ impl AngleTable {
                 angles: above_horizon(angles.to_rusinkiewicz()),
             })
         };
-        let rows = table.rows().iter().map(row).collect::<Result<_, _>>()?;
+        let rows = table
+            .rows()
+            .iter()
+            .zip(all)
+            .map(row)
+            .collect::<Result<_, _>>()?;
         Ok(Self { columns, rows })
     }
 }
 
 /// A complete set of angle columns.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 pub(super) enum AngleColumns {
     HalfDifference,
     Directions,
+    /// With the sensor's azimuth from that of the light.
+    Relative,
+    /// In one plane. A positive polar angle of the sensor is on the side of the mirror direction.
+    InPlane,
 }
 
-/// The angle cells of a row, in degrees.
+/// The angle cells of a row.
 #[derive(Deserialize)]
 struct AngleCells {
     theta_h: Option<f64>,
@@ -88,6 +97,7 @@ struct AngleCells {
     phi_i: Option<f64>,
     theta_o: Option<f64>,
     phi_o: Option<f64>,
+    phi: Option<f64>,
 }
 
 /// The angles of a row, in radians, in either parametrization.
@@ -99,42 +109,144 @@ pub(super) enum RowAngles {
     Directions([f64; 4]),
 }
 
+/// The names of all angle columns.
+const NAMES: [&str; 8] = [
+    "theta_h", "theta_d", "phi_d", "theta_i", "phi_i", "theta_o", "phi_o", "phi",
+];
+
 impl AngleColumns {
-    /// Finds the angle columns of a table; None if it has no complete set of them.
+    const ALL: [Self; 4] = [
+        Self::HalfDifference,
+        Self::Directions,
+        Self::Relative,
+        Self::InPlane,
+    ];
+
+    /// Finds the angle columns of a table; None if it has none of them.
     pub(super) fn find(table: &Table) -> Result<Option<Self>, TableError> {
-        match (table.has(&HALF_DIFFERENCE), table.has(&DIRECTIONS)) {
-            (true, false) => Ok(Some(Self::HalfDifference)),
-            (false, true) => Ok(Some(Self::Directions)),
-            (true, true) => Err(table.file_error(format!(
-                "it has both the columns {} and {}; remove or rename one set",
-                HALF_DIFFERENCE.join(", "),
-                DIRECTIONS.join(", ")
-            ))),
-            (false, false) => Ok(None),
+        let present: Vec<&str> = NAMES
+            .into_iter()
+            .filter(|name| table.has(&[name]))
+            .collect();
+        let is_complete = |columns: &Self| {
+            let names = columns.names();
+            names.len() == present.len() && table.has(names)
+        };
+        let found = Self::ALL.into_iter().find(is_complete);
+        if found.is_some() || present.is_empty() {
+            return Ok(found);
         }
+        let sets = Self::ALL.map(|columns| columns.names().join(", "));
+        Err(table.file_error(format!(
+            "line 1 names the angles {}; name all columns of one set, and of no other: {}",
+            present.join(", "),
+            sets.join("; ")
+        )))
     }
 
     fn names(self) -> &'static [&'static str] {
         match self {
             Self::HalfDifference => &HALF_DIFFERENCE,
             Self::Directions => &DIRECTIONS,
+            Self::Relative => &["theta_i", "theta_o", "phi"],
+            Self::InPlane => &["theta_i", "theta_o"],
         }
     }
 
-    /// Parses the angles of a row; None if all of them are empty.
-    pub(super) fn parse(self, table: &Table, row: &Row) -> Result<Option<RowAngles>, TableError> {
-        let cells: AngleCells = table.parse(row)?;
-        let angles = match self {
-            Self::HalfDifference => {
-                let cells = [cells.theta_h, cells.theta_d, cells.phi_d];
-                radians(HALF_DIFFERENCE, cells, 90.0).map(|all| all.map(RowAngles::HalfDifference))
-            }
-            Self::Directions => {
-                let cells = [cells.theta_i, cells.phi_i, cells.theta_o, cells.phi_o];
-                radians(DIRECTIONS, cells, 180.0).map(|all| all.map(RowAngles::Directions))
-            }
+    /// Parses the angles of all rows; None for a row whose angles are all empty.
+    ///
+    /// # Errors
+    /// If an angle is missing or out of range, or if all are small enough to be radians and their unit is not stated.
+    pub(super) fn parse_all(
+        self,
+        table: &Table,
+        args: &AngleArgs,
+    ) -> Result<Vec<Option<RowAngles>>, TableError> {
+        let has_azimuths = matches!(self, Self::Directions | Self::Relative);
+        if !has_azimuths && args.sensor_azimuth() != 0.0 {
+            let message =
+                "--convention from-mirror has no effect without the sensor's azimuth; remove it";
+            return Err(table.file_error(message.to_owned()));
+        }
+        let rows = table.rows().iter().map(|row| self.parse(table, row, args));
+        let rows: Vec<Option<RowAngles>> = rows.collect::<Result<_, _>>()?;
+        let largest = |select: fn(&str) -> bool| {
+            let names = self.names().iter().filter(|name| select(name));
+            let cells = names.flat_map(|name| table.rows().iter().map(|row| table.cell(row, name)));
+            let angles = cells.filter_map(|cell| cell.parse::<f64>().ok());
+            angles.fold(0.0, |max: f64, angle| max.max(angle.abs()))
         };
-        angles.map_err(|message| table.line_error(row.line, &message))
+        let (theta, phi) = (
+            largest(|name| name.starts_with("theta")),
+            largest(|name| name.starts_with("phi")),
+        );
+        let may_be_radians = theta <= FRAC_PI_2 && phi <= TAU && theta + phi > 0.0;
+        if args.unit.is_none() && may_be_radians {
+            return Err(table.file_error(format!(
+                "all of its angles are at most {theta:.4} (polar) and {phi:.4} (azimuth), small enough to be radians; give \
+                 --unit radians or --unit degrees"
+            )));
+        }
+        Ok(rows)
+    }
+
+    fn parse(
+        self,
+        table: &Table,
+        row: &Row,
+        args: &AngleArgs,
+    ) -> Result<Option<RowAngles>, TableError> {
+        let cells: AngleCells = table.parse(row)?;
+        let required = |name: &str, cell: Option<f64>| {
+            cell.ok_or_else(|| format!("column {name}: it is empty; give an angle"))
+        };
+        let polar = |name, cell, max| args.polar(name, required(name, cell)?, max);
+        let azimuth =
+            |name, cell| -> Result<f64, String> { Ok(args.azimuth(required(name, cell)?)) };
+        let parse = || -> Result<RowAngles, String> {
+            if self == Self::HalfDifference {
+                return Ok(RowAngles::HalfDifference([
+                    polar("theta_h", cells.theta_h, 90.0)?,
+                    polar("theta_d", cells.theta_d, 90.0)?,
+                    azimuth("phi_d", cells.phi_d)?,
+                ]));
+            }
+            let (phi_i, phi_o) = match self {
+                Self::Directions => (
+                    azimuth("phi_i", cells.phi_i)?,
+                    azimuth("phi_o", cells.phi_o)?,
+                ),
+                Self::Relative => (0.0, azimuth("phi", cells.phi)?),
+                _ => (0.0, 0.0),
+            };
+            let (theta_i, theta_o) = match self {
+                Self::InPlane => (
+                    args.signed_polar("theta_i", required("theta_i", cells.theta_i)?)?
+                        .abs(),
+                    -args.signed_polar("theta_o", required("theta_o", cells.theta_o)?)?,
+                ),
+                _ => (
+                    polar("theta_i", cells.theta_i, 180.0)?,
+                    polar("theta_o", cells.theta_o, 180.0)?,
+                ),
+            };
+            Ok(RowAngles::Directions([
+                theta_i,
+                phi_i,
+                theta_o,
+                phi_o + args.sensor_azimuth(),
+            ]))
+        };
+        let names = self.names().iter();
+        if names
+            .into_iter()
+            .all(|name| table.cell(row, name).is_empty())
+        {
+            return Ok(None);
+        }
+        parse()
+            .map(Some)
+            .map_err(|message| table.line_error(row.line, &message))
     }
 }
 
@@ -160,47 +272,6 @@ impl RowAngles {
             Self::Directions(angles) => rusinkiewicz_from_spherical(angles),
         }
     }
-
-    /// Multiplies each angle by `scale`.
-    pub(super) fn scaled(self, scale: f64) -> Self {
-        match self {
-            Self::HalfDifference(angles) => Self::HalfDifference(angles.map(|a| a * scale)),
-            Self::Directions(angles) => Self::Directions(angles.map(|a| a * scale)),
-        }
-    }
-}
-
-/// Converts degrees to radians; None if all of them are None. Polar angles must be 0 to `max_theta` degrees. The error
-/// describes the invalid angle.
-fn radians<const N: usize>(
-    names: [&str; N],
-    degrees: [Option<f64>; N],
-    max_theta: f64,
-) -> Result<Option<[f64; N]>, String> {
-    if degrees.iter().all(Option::is_none) {
-        return Ok(None);
-    }
-    let mut radians = [0.0; N];
-    for ((radians, name), degrees) in radians.iter_mut().zip(names).zip(degrees) {
-        let range = match name.starts_with("phi") {
-            true => f64::MIN..=f64::MAX,
-            false => 0.0..=max_theta,
-        };
-        *radians = match degrees {
-            Some(degrees) if range.contains(&degrees) => degrees.to_radians(),
-            Some(degrees) => {
-                return Err(format!(
-                    "column {name}: {degrees} is out of range; give degrees, 0 to {max_theta} for theta"
-                ));
-            }
-            None => {
-                return Err(format!(
-                    "column {name}: it is empty; give an angle in degrees"
-                ));
-            }
-        };
-    }
-    Ok(Some(radians))
 }
 
 /// Converts polar angles and azimuths of two directions to Rusinkiewicz angles.
@@ -238,12 +309,12 @@ fn rusinkiewicz(incoming: [f64; 3], outgoing: [f64; 3]) -> Angles<f64> {
 }
 
 /// Converts to single precision with phi_d in \[0, 2 pi); None if one direction is not above the horizon.
-fn above_horizon(angles: Angles<f64>) -> Option<Angles<f32>> {
+pub(super) fn above_horizon(angles: Angles<f64>) -> Option<Angles<f32>> {
     let at = HalfDifference::from_angles(angles);
     let is_above = at.cos_theta_i() > MIN_COSINE && at.cos_theta_o() > MIN_COSINE;
     is_above.then_some(Angles {
         theta_h: angles.theta_h as f32,
         theta_d: angles.theta_d as f32,
-        phi_d: angles.phi_d.rem_euclid(std::f64::consts::TAU) as f32,
+        phi_d: angles.phi_d.rem_euclid(TAU) as f32,
     })
 }

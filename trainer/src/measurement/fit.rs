@@ -6,16 +6,15 @@ use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
-use glimpse_kernels::scan::{
-    BoundedPrediction, LossPrediction, ScanOutcome, bounded_prediction, scan_with_missing,
-};
+use glimpse_kernels::scan::{LossPrediction, scan_with_missing};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 use glimpse_materials::{BasisFile, FittedBrdf, FittedMaterial};
+use glimpse_training::linear::{CoefficientPrior, Posterior, PosteriorReading};
 use serde::Serialize;
 
 use super::measurements::Measurements;
-use super::outliers::{Distribution, OutlierReport};
+use super::outliers::OutlierReport;
 
 /// The status of a sample's reading in a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -53,6 +52,8 @@ pub struct Selection {
     pub statuses: Vec<ReadingStatus>,
     /// The outliers among the readings.
     pub outlier_report: OutlierReport,
+    /// The distribution of the material, given the used readings.
+    pub posterior: Posterior,
 }
 
 /// The result of a fit.
@@ -64,22 +65,8 @@ pub struct Fit {
     pub selection: Selection,
     /// The residual at the used readings.
     pub residual: Residual,
-    /// The recipe's prediction of the loss; None if it has no loss predictor.
-    pub prediction: Option<LossPrediction>,
-    /// The predictions after each used reading, in the recipe's order; empty if the recipe has no upper bound for scans
-    /// that end early.
-    pub partial_scans: Vec<PartialScan>,
-}
-
-/// The prediction for a scan that ends after its first readings.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PartialScan {
-    /// The number of readings.
-    pub readings: usize,
-    /// The expected loss.
-    pub loss: f32,
-    /// The upper bound of the loss, which holds for 90 % of materials.
-    pub bound: f32,
+    /// The predicted loss: by the recipe, or else by the posterior of the readings.
+    pub prediction: LossPrediction,
 }
 
 /// An error of fitting measurements.
@@ -137,6 +124,7 @@ impl Selection {
     /// [`FitFailure::Missing`] if readings that the recipe needs are missing.
     pub fn new(
         recipe: &Recipe<'_>,
+        prior: &CoefficientPrior,
         measurements: Measurements,
         keep_all: bool,
     ) -> Result<Self, FitFailure> {
@@ -148,10 +136,10 @@ impl Selection {
                 samples: recipe.samples(),
             });
         }
-        let outlier_report = find_outliers(recipe, &measurements);
+        let readings = posterior_readings(recipe, &measurements);
+        let outlier_report = OutlierReport::new(prior, &readings);
         // If all readings are saturated, the fit uses them, as on a device.
-        let is_unsaturated = |sample: &Repeated| sample.count() > 0 && !sample.saturated();
-        let any_unsaturated = measurements.samples.iter().any(is_unsaturated);
+        let any_unsaturated = measurements.any_unsaturated();
         let status = |(index, sample): (usize, &Repeated)| {
             if sample.count() == 0 {
                 ReadingStatus::Missing
@@ -164,10 +152,16 @@ impl Selection {
             }
         };
         let statuses = measurements.samples.iter().enumerate().map(status);
+        let statuses: Vec<ReadingStatus> = statuses.collect();
+        let is_used = |(_, status): &(_, &ReadingStatus)| **status == ReadingStatus::Used;
+        let used = readings.into_iter().zip(&statuses).filter(is_used);
+        let used: Vec<PosteriorReading> = used.filter_map(|(reading, _)| reading).collect();
+        let posterior = Posterior::new(prior, &used).ok_or(Error::new(ErrorCode::Diverged))?;
         Ok(Self {
-            statuses: statuses.collect(),
+            statuses,
             measurements,
             outlier_report,
+            posterior,
         })
     }
 
@@ -200,16 +194,17 @@ pub fn fit(
     selection: Selection,
 ) -> Result<Fit, FitFailure> {
     let used = selection.used();
-    let result = scan_first(recipe, &used, used.len())?;
+    let result = scan_with_missing(recipe, &mut |index, _| *used.get(usize::from(index))?)?;
     let fitted = FittedBrdf::new(recipe.model(), result.values, basis);
     let material = fitted.and_then(|fitted| FittedMaterial::new(name, fitted));
+    // The values of a fit that ended are finite, and match the recipe's basis.
+    let material = material.ok_or(Error::new(ErrorCode::Diverged))?;
+    let prediction = result.prediction;
     Ok(Fit {
-        // The values of a fit that ended are finite, and match the recipe's basis.
-        material: material.ok_or(Error::new(ErrorCode::Diverged))?,
+        prediction: prediction.unwrap_or_else(|| selection.posterior.loss(material.fitted())),
+        material,
         selection,
         residual: result.residual,
-        prediction: result.prediction,
-        partial_scans: partial_scans(recipe, &used),
     })
 }
 
@@ -237,47 +232,19 @@ pub fn material_files(
     Ok(files.collect())
 }
 
-/// Fits the readings among the first `count` samples.
-fn scan_first(
+/// Returns the readings of a recipe's samples. Those of saturated readings are None, because their values are unknown,
+/// unless all are saturated.
+fn posterior_readings(
     recipe: &Recipe<'_>,
-    readings: &[Option<[f32; 3]>],
-    count: usize,
-) -> Result<ScanOutcome, Error> {
-    scan_with_missing(recipe, &mut |index, _| {
-        *readings[..count].get(usize::from(index))?
-    })
-}
-
-/// Fits the readings again after each of them. Empty if the recipe has no upper bound for scans that end early. Fits that a
-/// device would not use are omitted.
-fn partial_scans(recipe: &Recipe<'_>, readings: &[Option<[f32; 3]>]) -> Vec<PartialScan> {
-    let mut scans = Vec::new();
-    if !recipe.bounds_partial_loss() {
-        return scans;
-    }
-    let read = (0..readings.len()).filter(|index| readings[*index].is_some());
-    for (count, index) in (1..).zip(read) {
-        let result = scan_first(recipe, readings, index + 1);
-        if let Some(BoundedPrediction { loss, bound }) = bounded_prediction(&result) {
-            scans.push(PartialScan {
-                readings: count,
-                loss,
-                bound,
-            });
-        }
-    }
-    scans
-}
-
-/// Finds outliers among the readings. Saturated readings are skipped because their values are unknown. No reading is
-/// checked if the recipe has more than [`MAX_SAMPLES`](super::MAX_SAMPLES) samples.
-fn find_outliers(recipe: &Recipe<'_>, measurements: &Measurements) -> OutlierReport {
-    let samples = measurements.samples.iter();
-    let readings: Vec<Option<[f32; 3]>> = samples
-        .map(|sample| sample.mean().filter(|_| !sample.saturated()))
-        .collect();
-    match Distribution::new(recipe) {
-        Some(distribution) => distribution.find_outliers(&readings),
-        None => OutlierReport::empty(readings.len()),
-    }
+    measurements: &Measurements,
+) -> Vec<Option<PosteriorReading>> {
+    let any_unsaturated = measurements.any_unsaturated();
+    let samples = recipe.pattern().zip(&measurements.samples);
+    let each = samples.map(|(angles, sample)| {
+        let mean = sample
+            .mean()
+            .filter(|_| !any_unsaturated || !sample.saturated());
+        mean.map(|brdf| PosteriorReading::new(angles, brdf))
+    });
+    each.collect()
 }

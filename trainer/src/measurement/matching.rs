@@ -1,6 +1,6 @@
 //! Matching of a pair of directions to the nearest sample of a pattern.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fmt;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
@@ -85,6 +85,25 @@ impl IsotropicAngles {
             theta_i: self.theta_o,
             theta_o: self.theta_i,
             phi: -self.phi,
+        }
+    }
+
+    /// Returns the angles if the polar angles were measured from the surface.
+    #[must_use]
+    pub fn from_surface(&self) -> Self {
+        Self {
+            theta_i: FRAC_PI_2 - self.theta_i,
+            theta_o: FRAC_PI_2 - self.theta_o,
+            ..*self
+        }
+    }
+
+    /// Returns the angles with the sensor at the opposite azimuth.
+    #[must_use]
+    pub fn opposite(&self) -> Self {
+        Self {
+            phi: self.phi + PI,
+            ..*self
         }
     }
 

@@ -1,17 +1,12 @@
 //! The measurements of a pattern's samples.
 
-use std::path::Path;
-
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Repeated;
 
 use super::matching::AngularDistance;
 use super::quantity::ReadingQuantity;
-use super::rows::{LabReading, Rows};
+use super::rows::Rows;
 use super::table::TableError;
-
-/// The default of the largest distance of a row from its sample, in degrees: a typical error of a lab's arms.
-pub const DEFAULT_TOLERANCE: f32 = 0.5;
 
 /// The readings of each sample of a pattern.
 #[derive(Clone, Debug)]
@@ -25,38 +20,15 @@ pub struct Measurements {
 }
 
 impl Measurements {
-    /// Reads a file of readings of a pattern. Rows may be in any order, and samples may be missing or repeated. A row
-    /// with an index belongs to the sample of that index, and any other row to the nearest sample. Angles of the
-    /// pattern and `tolerance`, the largest accepted distance, are in radians.
+    /// Takes the readings of a pattern. Rows may be in any order, and samples may be missing or repeated. A row with an
+    /// index belongs to the sample of that index, and any other row to the nearest sample, which must be within 0.5
+    /// degrees. Angles of the pattern are in radians.
     ///
     /// # Errors
-    /// If the file cannot be read, a row matches no sample, or its numbers are not a valid reading.
-    pub fn read(
-        path: &Path,
-        pattern: &[Angles<f32>],
-        tolerance: f64,
-        quantity: &ReadingQuantity,
-    ) -> Result<Self, TableError> {
-        Self::from_rows(&Rows::read(path)?, pattern, tolerance, quantity)
-    }
-
-    /// Matches readings in memory as [`read`](Self::read) does. Errors state the index of a reading, from 0.
-    ///
-    /// # Errors
-    /// If a reading matches no sample, its numbers are not valid, or all readings are empty.
-    pub fn from_readings(
-        readings: &[LabReading],
-        pattern: &[Angles<f32>],
-        tolerance: f64,
-        quantity: &ReadingQuantity,
-    ) -> Result<Self, TableError> {
-        Self::from_rows(&Rows::from_readings(readings), pattern, tolerance, quantity)
-    }
-
-    fn from_rows(
+    /// If a row matches no sample, its numbers are not a valid reading, or all readings are empty.
+    pub fn new(
         rows: &Rows,
         pattern: &[Angles<f32>],
-        tolerance: f64,
         quantity: &ReadingQuantity,
     ) -> Result<Self, TableError> {
         rows.check_quantity(quantity.name())?;
@@ -65,7 +37,7 @@ impl Measurements {
             rows: 0,
             max_distance: None,
         };
-        for row in rows.match_to_pattern(pattern, tolerance)? {
+        for row in rows.match_to_pattern(pattern)? {
             let Some(values) = row.values else {
                 continue;
             };
@@ -97,6 +69,12 @@ impl Measurements {
             );
         }
         Ok(measurements)
+    }
+
+    /// Returns true if a sample has a reading that is not saturated.
+    pub(super) fn any_unsaturated(&self) -> bool {
+        let mut samples = self.samples.iter();
+        samples.any(|sample| sample.count() > 0 && !sample.saturated())
     }
 
     /// Returns the indices of the samples without a reading.

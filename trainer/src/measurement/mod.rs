@@ -1,7 +1,10 @@
 //! Lab readings. They are matched to a recipe's pattern, converted to BRDFs, checked for outliers, and fitted.
 
 mod angles;
+mod any_directions;
+mod convention;
 mod fit;
+mod instrument;
 mod matching;
 mod measurements;
 mod outliers;
@@ -11,14 +14,13 @@ mod rows;
 mod table;
 
 pub use angles::{AngleRow, AngleTable, angles_from_vectors};
-pub use fit::{
-    Fit, FitFailure, MaterialFiles, PartialScan, ReadingStatus, Selection, fit, material_files,
-};
+pub use any_directions::{ChosenRecipe, NamedRecipe};
+pub use convention::{AngleArgs, AngleConvention, AngleUnit};
+pub use fit::{Fit, FitFailure, MaterialFiles, ReadingStatus, Selection, fit, material_files};
+pub use instrument::Instrument;
 pub use matching::{AngularDistance, IsotropicAngles};
-pub use measurements::{DEFAULT_TOLERANCE, Measurements, coefficient_of_variation};
-pub use outliers::{
-    Distribution, MAX_SAMPLES, Outlier, OutlierReport, Prediction, outlier_threshold,
-};
+pub use measurements::{Measurements, coefficient_of_variation};
+pub use outliers::OutlierReport;
 pub use quantity::{CountCalibration, FOOTPRINTS, QUANTITIES, ReadingQuantity, WhiteReference};
-pub use rows::LabReading;
+pub use rows::{LabReading, Rows};
 pub use table::TableError;

@@ -5,6 +5,7 @@ use std::path::Path;
 use glimpse_core::geometry::{Angles, Directions};
 use glimpse_core::gonio::{Calibration, Footprint, Quantity, Reading, Repeated};
 
+use super::convention::AngleArgs;
 use super::rows::{MatchedRow, Rows, SATURATED_WHITE};
 use super::table::TableError;
 
@@ -57,26 +58,27 @@ pub enum WhiteReference {
 
 impl WhiteReference {
     /// Reads a file of white readings. With a footprint, the file has a single reading. Without one, it has readings at
-    /// a recipe's directions, which are matched like those of a material. The tolerance is in radians.
+    /// a recipe's directions, which are matched like those of a material.
     ///
     /// # Errors
     /// If the file cannot be read, a row matches no sample, or a reading is saturated.
     pub fn read(
         path: &Path,
+        args: &AngleArgs,
         pattern: &[Angles<f32>],
-        tolerance: f64,
         footprint: Option<Footprint>,
     ) -> Result<Self, TableError> {
-        let rows = Rows::read(path)?;
+        let rows = Rows::read(path, args)?;
         rows.check_quantity(COUNTS)?;
         if let Some(footprint) = footprint {
             let (directions, counts) = rows.single_reading(pattern)?;
             return Ok(Self::Single(counts, directions, footprint));
         }
         let matched = rows
-            .match_to_pattern(pattern, tolerance)
+            .match_to_pattern(pattern)
             .map_err(|error| match error {
-                TableError::Damaged { path, message } => TableError::Damaged {
+                TableError::Damaged { path, message }
+                | TableError::OffPattern { path, message } => TableError::Damaged {
                     path,
                     message: message
                         + ". For a white that was read once, at other directions, give --footprint \

@@ -4,6 +4,7 @@ use glimpse_materials::untrusted::escaped;
 use serde::Deserialize;
 
 use super::angles::{AngleColumns, INDEX, RowAngles};
+use super::convention::AngleArgs;
 use super::table::{Row, Table, TableError};
 
 /// The columns of readings by a sensor with three channels.
@@ -21,6 +22,8 @@ pub(super) struct ReadingRow {
     /// None if the cells are empty: nothing was read.
     pub(super) values: Option<[f32; 3]>,
     pub(super) saturated: bool,
+    /// The standard deviation of the noise, relative to the reading; None if it is not stated.
+    pub(super) noise: Option<f32>,
     /// The lowercase name in the column `quantity`; empty if there is none.
     pub(super) quantity: String,
     /// The name in the column `material`; empty if there is none.
@@ -37,6 +40,7 @@ struct Cells {
     b: Option<f32>,
     value: Option<f32>,
     saturated: Option<u8>,
+    noise: Option<f32>,
     #[serde(default)]
     quantity: String,
     #[serde(default)]
@@ -44,7 +48,7 @@ struct Cells {
 }
 
 /// Reads all rows of a table.
-pub(super) fn read_rows(table: &Table) -> Result<Vec<ReadingRow>, TableError> {
+pub(super) fn read_rows(table: &Table, args: &AngleArgs) -> Result<Vec<ReadingRow>, TableError> {
     let angles = AngleColumns::find(table)?;
     if angles.is_none() && !table.has(&[INDEX]) {
         return Err(table.file_error(format!(
@@ -67,9 +71,12 @@ pub(super) fn read_rows(table: &Table) -> Result<Vec<ReadingRow>, TableError> {
             )));
         }
     };
-    let rows = table.rows().iter().map(|row| {
-        let angles = angles.map(|columns| columns.parse(table, row));
-        let (cells, angles) = (table.parse::<Cells>(row)?, angles.transpose()?.flatten());
+    let angles = match angles {
+        Some(columns) => columns.parse_all(table, args)?,
+        None => vec![None; table.rows().len()],
+    };
+    let rows = table.rows().iter().zip(angles).map(|(row, angles)| {
+        let cells = table.parse::<Cells>(row)?;
         cells
             .check(table, row, channels, angles)
             .map_err(|message| table.line_error(row.line, &message))
@@ -129,8 +136,14 @@ impl Cells {
                 ));
             }
         };
+        if let Some(noise) = self.noise.filter(|noise| !(0.0..=10.0).contains(noise)) {
+            return Err(format!(
+                "column noise: {noise} is out of range; give the standard deviation relative to the reading, 0 to 10"
+            ));
+        }
         Ok(ReadingRow {
             line: row.line,
+            noise: self.noise,
             index,
             angles,
             values: match values {

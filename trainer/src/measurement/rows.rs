@@ -7,10 +7,15 @@ use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::untrusted::escaped;
 
-use super::angles::RowAngles;
+use super::angles::{RowAngles, above_horizon};
+use super::convention::AngleArgs;
 use super::matching::{AngularDistance, IsotropicAngles};
 use super::reading_row::{ReadingRow, read_rows};
 use super::table::{Table, TableError};
+
+/// The largest distance of a row from its sample, in degrees: a typical error of a lab's arms.
+const TOLERANCE_DEGREES: f64 = 0.5;
+const TOLERANCE: f64 = TOLERANCE_DEGREES.to_radians();
 
 /// The error message for a saturated white reading.
 pub(super) const SATURATED_WHITE: &str =
@@ -27,10 +32,12 @@ pub struct LabReading {
     pub values: Option<[f32; 3]>,
     /// True if the sensor was saturated.
     pub saturated: bool,
+    /// The standard deviation of the noise, relative to the reading; None if it is not stated.
+    pub noise: Option<f32>,
 }
 
 /// Readings of a file or of an array.
-pub(super) struct Rows {
+pub struct Rows {
     /// The file, or the name of the array, for error messages.
     path: PathBuf,
     /// The name of a row in error messages: "line" or "row".
@@ -54,8 +61,10 @@ pub(super) struct MatchedRow {
 /// A likely cause of rows that match no sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Cause {
-    /// Angles are in radians.
-    Radians,
+    /// Polar angles are measured from the surface.
+    Elevation,
+    /// The azimuth of the sensor is 0 in the mirror direction.
+    FromMirror,
     /// Light and sensor are exchanged.
     Exchanged,
     /// Azimuths have the opposite sense.
@@ -63,14 +72,22 @@ enum Cause {
 }
 
 impl Cause {
-    const ALL: [Self; 3] = [Self::Radians, Self::Exchanged, Self::Mirrored];
+    const ALL: [Self; 4] = [
+        Self::Elevation,
+        Self::FromMirror,
+        Self::Exchanged,
+        Self::Mirrored,
+    ];
 }
 
 impl Rows {
     /// Reads a file.
-    pub(super) fn read(path: &Path) -> Result<Self, TableError> {
+    ///
+    /// # Errors
+    /// If the file cannot be read, or a cell is not valid.
+    pub fn read(path: &Path, args: &AngleArgs) -> Result<Self, TableError> {
         let table = Table::read(path)?;
-        let rows = read_rows(&table)?;
+        let rows = read_rows(&table, args)?;
         let Some(first) = rows.first() else {
             return Err(
                 table.file_error("it has no rows below line 1; add the readings".to_owned())
@@ -95,13 +112,15 @@ impl Rows {
     }
 
     /// Converts an array.
-    pub(super) fn from_readings(readings: &[LabReading]) -> Self {
+    #[must_use]
+    pub fn from_readings(readings: &[LabReading]) -> Self {
         let rows = (0..).zip(readings).map(|(line, reading)| ReadingRow {
             line,
             index: reading.sample,
             angles: reading.directions.map(RowAngles::from_vectors),
             values: reading.values,
             saturated: reading.saturated,
+            noise: reading.noise,
             ..ReadingRow::default()
         });
         Self {
@@ -148,14 +167,58 @@ impl Rows {
         }
     }
 
-    /// Matches each row to a sample within a tolerance in radians.
+    /// Forgets the indices of samples, of rows that have directions: they are those of another pattern.
+    pub(super) fn forget_indices(&mut self) {
+        for row in self.rows.iter_mut().filter(|row| row.angles.is_some()) {
+            row.index = None;
+        }
+    }
+
+    /// Refuses rows that state their noise, which only a recipe without a pattern takes into account.
+    pub(super) fn refuse_noise(&self) -> Result<(), TableError> {
+        match self.rows.iter().find(|row| row.noise.is_some()) {
+            None => Ok(()),
+            Some(row) => Err(self.line_error(
+                row.line,
+                "column noise: it has no effect with a recipe for its own directions; remove it, or fit with a recipe of \
+                 `--samples any`",
+            )),
+        }
+    }
+
+    /// Returns the different directions of the rows, in their order, and the standard deviation of each mean reading.
+    ///
+    /// # Errors
+    /// The first row without directions, or with one that is not above the horizon.
+    pub(super) fn directions(&self) -> Result<Vec<(Angles<f32>, f32)>, TableError> {
+        let mut precisions: Vec<(Angles<f32>, f32)> = Vec::new();
+        for row in self.rows.iter().filter(|row| row.values.is_some()) {
+            let error = |message| self.line_error(row.line, message);
+            let angles = row.angles.ok_or_else(|| {
+                error("it has an index, but this recipe has no pattern; give the directions")
+            })?;
+            let angles = above_horizon(angles.to_rusinkiewicz()).ok_or_else(|| {
+                error("a direction is not above the horizon; correct the row or remove it")
+            })?;
+            let precision = row.noise.unwrap_or_default().powi(-2);
+            match precisions.iter_mut().find(|(known, _)| *known == angles) {
+                Some((_, sum)) => *sum += precision,
+                None => precisions.push((angles, precision)),
+            }
+        }
+        let each = precisions.into_iter();
+        Ok(each
+            .map(|(angles, precision)| (angles, precision.sqrt().recip()))
+            .collect())
+    }
+
+    /// Matches each row to the nearest sample, within [`TOLERANCE`].
     ///
     /// # Errors
     /// The first row that matches no sample, with its distance and the likely cause.
     pub(super) fn match_to_pattern(
         &self,
         pattern: &[Angles<f32>],
-        tolerance: f64,
     ) -> Result<Vec<MatchedRow>, TableError> {
         let pattern: Vec<Angles<f64>> = pattern.iter().map(angles_to_f64).collect();
         let samples: Vec<IsotropicAngles> = pattern
@@ -164,7 +227,7 @@ impl Rows {
             .map(IsotropicAngles::from_angles)
             .collect();
         let matched = self.rows.iter().map(|row| {
-            let (sample, distance) = self.find_sample(row, &samples, tolerance)?;
+            let (sample, distance) = self.find_sample(row, &samples)?;
             let angles = row
                 .angles
                 .map_or(pattern[sample], RowAngles::to_rusinkiewicz);
@@ -217,7 +280,6 @@ impl Rows {
         &self,
         row: &ReadingRow,
         samples: &[IsotropicAngles],
-        tolerance: f64,
     ) -> Result<(usize, Option<AngularDistance>), TableError> {
         let count = samples.len();
         if let Some(index) = row.index.filter(|index| *index >= count) {
@@ -244,7 +306,7 @@ impl Rows {
                 self.file_error("the recipe has no samples; give another recipe".to_owned())
             );
         };
-        if distance.radians <= tolerance {
+        if distance.radians <= TOLERANCE {
             return Ok((sample, Some(distance)));
         }
         let IsotropicAngles {
@@ -263,12 +325,23 @@ impl Rows {
         };
         let mut message = format!(
             "its directions are not those of {target} (theta_i {theta_i}, theta_o {theta_o}, phi_o - phi_i {phi} \
-             degrees): they are {distance}, but --tolerance is {} degrees",
-            round(tolerance.to_degrees())
+             degrees): they are {distance}, and at most {TOLERANCE_DEGREES} degrees are accepted"
         );
-        message += &match self.cause(samples, tolerance) {
-            Some(Cause::Radians) => format!(
-                ". All {} rows match if the angles are in radians; give degrees, which are radians times 57.29578",
+        let cause = self.cause(samples);
+        if cause.is_none() && row.index.is_none() {
+            return Err(TableError::OffPattern {
+                path: self.path.clone(),
+                message: format!("{} {}, {message}", self.row_label, row.line),
+            });
+        }
+        message += &match cause {
+            Some(Cause::Elevation) => format!(
+                ". All {} rows match if the polar angles are measured from the surface; give --convention elevation",
+                self.rows.len()
+            ),
+            Some(Cause::FromMirror) => format!(
+                ". All {} rows match if the azimuth of the sensor is 0 in the mirror direction; give --convention \
+                 from-mirror",
                 self.rows.len()
             ),
             Some(Cause::Exchanged) => format!(
@@ -280,23 +353,23 @@ impl Rows {
                  of vectors)",
                 self.rows.len()
             ),
-            None => "; correct the row (`trainer inspect` prints the recipe's directions), or give a larger \
-                     --tolerance"
+            None => "; correct the row (`trainer inspect` prints the recipe's directions), or remove the column index"
                 .to_owned(),
         };
         Err(self.line_error(row.line, &message))
     }
 
     /// Returns the first cause that explains all rows.
-    fn cause(&self, samples: &[IsotropicAngles], tolerance: f64) -> Option<Cause> {
+    fn cause(&self, samples: &[IsotropicAngles]) -> Option<Cause> {
         let is_cause = |cause: &Cause| {
             self.rows.iter().all(|row| {
                 let matches = |angles| {
                     nearest(row, angles, samples)
-                        .is_some_and(|(_, distance)| distance.radians <= tolerance)
+                        .is_some_and(|(_, distance)| distance.radians <= TOLERANCE)
                 };
                 row.angles.is_none_or(|angles| match cause {
-                    Cause::Radians => matches(isotropic(angles.scaled(1.0_f64.to_degrees()))),
+                    Cause::Elevation => matches(isotropic(angles).from_surface()),
+                    Cause::FromMirror => matches(isotropic(angles).opposite()),
                     Cause::Exchanged => matches(isotropic(angles).exchanged()),
                     Cause::Mirrored => matches(isotropic(angles).mirrored()),
                 })
@@ -340,8 +413,6 @@ fn to_directions(angles: Angles<f64>) -> Directions<f32> {
 mod tests {
     use super::*;
 
-    const TOLERANCE: f64 = 0.01;
-
     /// theta_i, phi_i, theta_o, phi_o in degrees.
     const PATTERN: [[f64; 4]; 3] = [
         [20.0, 0.0, 50.0, 70.0],
@@ -365,8 +436,8 @@ mod tests {
             rows: rows.collect(),
         };
         let mut each = rows.rows.iter();
-        let any = each.any(|row| rows.find_sample(row, &samples, TOLERANCE).is_err());
-        any.then(|| rows.cause(&samples, TOLERANCE))
+        let any = each.any(|row| rows.find_sample(row, &samples).is_err());
+        any.then(|| rows.cause(&samples))
     }
 
     #[test]
@@ -377,7 +448,10 @@ mod tests {
         let exchanged =
             PATTERN.map(|[theta_i, phi_i, theta_o, phi_o]| [theta_o, phi_o, theta_i, phi_i]);
         let unrelated = [mirrored[0], [1.0, 0.0, 2.0, 0.0]];
-        let in_radians = PATTERN.map(|row| row.map(f64::to_radians));
+        let elevations = PATTERN
+            .map(|[theta_i, phi_i, theta_o, phi_o]| [90.0 - theta_i, phi_i, 90.0 - theta_o, phi_o]);
+        let from_mirror = PATTERN
+            .map(|[theta_i, phi_i, theta_o, phi_o]| [theta_i, phi_i, theta_o, phi_o - 180.0]);
         for (rows, indexed, expected) in [
             (&PATTERN[..], false, None),
             (&PATTERN, true, None),
@@ -392,7 +466,8 @@ mod tests {
             // If theta_i equals theta_o, mirroring and exchanging give the same angles.
             (&mirrored[1..2], false, Some(Some(Cause::Exchanged))),
             (&mirrored[..2], false, Some(Some(Cause::Mirrored))),
-            (&in_radians, false, Some(Some(Cause::Radians))),
+            (&elevations, false, Some(Some(Cause::Elevation))),
+            (&from_mirror, false, Some(Some(Cause::FromMirror))),
         ] {
             assert_eq!(cause(rows, indexed), expected, "{rows:?} {indexed}");
         }

@@ -28,6 +28,14 @@ pub enum TableError {
         /// The line and column, the problem, and the remedy.
         message: String,
     },
+    /// Readings are at other directions than those of a recipe.
+    #[error("{}: {message}; fit them with a recipe of `--samples any`", path.display())]
+    OffPattern {
+        /// The file.
+        path: PathBuf,
+        /// The line, and its distance from the nearest sample.
+        message: String,
+    },
 }
 
 /// A table: the column names in lowercase, and the rows.

@@ -21,7 +21,7 @@ const LEGEND_TOP: f32 = 418.0;
 const LINE_HEIGHT: f32 = 21.0;
 
 const SHAPES: &str = ".plot .curve{fill:none;stroke:currentColor;stroke-width:2;stroke-linejoin:round}\
-                      .plot .dash{stroke-dasharray:7 4}";
+                      .plot .dash{stroke-dasharray:7 4}.plot .band{fill:currentColor;opacity:.18;stroke:none}";
 
 /// A BRDF under light from one direction, and optionally a second curve of the same color.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +34,8 @@ pub struct Lobe {
     pub curve: Vec<[f32; 2]>,
     /// Name and curve of the reference, drawn dashed.
     pub dashed: Option<(String, Vec<[f32; 2]>)>,
+    /// One standard deviation of the luminance at each angle of the curve, drawn as a band; empty for none.
+    pub deviations: Vec<f32>,
 }
 
 /// Returns the luminance (Rec. 709) of a BRDF in the plane of incidence.
@@ -41,6 +43,25 @@ pub struct Lobe {
 /// The pairs are the outgoing polar angle in radians, in (-pi/2, pi/2), and the luminance of the BRDF in sr^-1 (not
 /// times the cosine). Angles are positive on the side opposite the light, so a mirror peaks at `theta_i`.
 pub fn lobe(brdf: &(impl Brdf + ?Sized), theta_i: f32) -> Vec<[f32; 2]> {
+    let (angles, half_differences) = lobe_directions(theta_i);
+    let mut values = vec![[0.0; 3]; half_differences.len()];
+    brdf.evaluate(&half_differences, &mut values);
+    angles
+        .into_iter()
+        .zip(values)
+        .map(|(angle, value)| [angle, luminance(value)])
+        .collect()
+}
+
+/// Returns the luminance (Rec. 709) of linear RGB.
+#[must_use]
+pub fn luminance([r, g, b]: [f32; 3]) -> f32 {
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+/// Returns the outgoing polar angles of a [`lobe`], and the pairs of directions.
+#[must_use]
+pub fn lobe_directions(theta_i: f32) -> (Vec<f32>, Vec<HalfDifference<f32>>) {
     let angle =
         |step: u16| ((f32::from(step) + 0.5) * 180.0 / f32::from(STEPS) - 90.0).to_radians();
     let (sin, cos) = theta_i.sin_cos();
@@ -51,16 +72,7 @@ pub fn lobe(brdf: &(impl Brdf + ?Sized), theta_i: f32) -> Vec<[f32; 2]> {
         };
         Some((theta_o, HalfDifference::from_directions(&directions)?))
     });
-    let (angles, half_differences): (Vec<f32>, Vec<_>) = samples.unzip();
-    let mut values = vec![[0.0; 3]; half_differences.len()];
-    brdf.evaluate(&half_differences, &mut values);
-    let luminance = |[r, g, b]: [f32; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
-    let values = values.into_iter().map(luminance);
-    angles
-        .into_iter()
-        .zip(values)
-        .map(|(angle, value)| [angle, value])
-        .collect()
+    samples.unzip()
 }
 
 /// Draws lobes as an SVG, for a file or for embedding in a page.
@@ -76,12 +88,19 @@ pub fn lobe_svg(lobes: &[Lobe]) -> String {
         .map(|lobe| 1 + usize::from(lobe.dashed.is_some()))
         .sum::<usize>()
         + 1;
+    let has_band = lobes.iter().any(|lobe| !lobe.deviations.is_empty());
+    let line_count = line_count + usize::from(has_band);
     let height = LEGEND_TOP + LINE_HEIGHT * line_count as f32;
     let mut baselines = (0..).map(|index: u16| LEGEND_TOP + LINE_HEIGHT * f32::from(index));
     let mut next_baseline = || baselines.next().unwrap_or(height);
     let marks = html! {
         (grid(decades))
         @for (index, lobe) in lobes.iter().enumerate() {
+            @if !lobe.deviations.is_empty() {
+                g class={ "c" (index % COLORS.len()) } {
+                    path.band d=(band_path(lobe, decades)) {}
+                }
+            }
             @let dashed = lobe.dashed.iter().map(|(name, curve)| (name, curve, true));
             @for (name, curve, dash) in [(&lobe.name, &lobe.curve, false)].into_iter().chain(dashed) {
                 @let y = next_baseline();
@@ -96,6 +115,9 @@ pub fn lobe_svg(lobes: &[Lobe]) -> String {
         @let y = next_baseline();
         path.light d=(legend_arrow(y - 4.0)) {}
         text x="116" y=(y) { "direction to the light" }
+        @if has_band {
+            text x="116" y=(next_baseline()) { "band: one standard deviation on each side" }
+        }
     };
     let label = "BRDF in the plane of incidence";
     drawing(
@@ -112,6 +134,24 @@ fn curve_path(curve: &[[f32; 2]], decades: [i32; 2]) -> String {
     let points = curve.iter().filter(|[_, value]| !value.is_nan());
     let points = points.map(|[theta_o, value]| point(*theta_o, RADIUS * fraction(*value, decades)));
     path_of(&points.collect::<Vec<_>>())
+}
+
+/// Returns the SVG path around one standard deviation on both sides of a curve.
+fn band_path(lobe: &Lobe, decades: [i32; 2]) -> String {
+    let side = |sign: f32| {
+        let each = lobe.curve.iter().zip(&lobe.deviations);
+        each.filter(|([_, value], deviation)| (value + *deviation).is_finite())
+            .map(move |([theta_o, value], deviation)| {
+                point(
+                    *theta_o,
+                    RADIUS * fraction(value + sign * deviation, decades),
+                )
+            })
+    };
+    let high: Vec<_> = side(1.0).collect();
+    let mut low: Vec<_> = side(-1.0).collect();
+    low.reverse();
+    path_of(&[high, low].concat())
 }
 
 /// Returns the SVG path of a triangle on the rim that points to the light.
@@ -207,6 +247,7 @@ mod tests {
             theta_i: 0.5,
             curve,
             dashed: None,
+            deviations: Vec::new(),
         }
     }
 

@@ -11,7 +11,7 @@ mod svg;
 mod table;
 
 pub use gallery::{Gallery, GalleryRow, Tile};
-pub use lobe::{Lobe, MAX_LOBES, lobe, lobe_svg};
+pub use lobe::{Lobe, MAX_LOBES, lobe, lobe_directions, lobe_svg, luminance};
 pub use page::{Page, PageError, document};
 pub use pattern::pattern_svg;
 pub use plot::{Axis, Marker, Plot, Scale, Series, SeriesColor};

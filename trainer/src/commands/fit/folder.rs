@@ -2,15 +2,14 @@
 
 use glimpse_core::geometry::Angles;
 use glimpse_materials::basis::angles_to_f64;
-use glimpse_materials::{BasisFile, FittedMaterial, Material};
+use glimpse_materials::{BasisFile, Material, angles_of};
+use glimpse_trainer::evaluation::SPHERE_SIZE;
 use glimpse_trainer::measurement::{Fit, IsotropicAngles, coefficient_of_variation};
 use glimpse_trainer::render::{Environment, render_sphere};
-use glimpse_trainer::report::{Lobe, lobe, lobe_svg};
+use glimpse_trainer::report::{Lobe, lobe, lobe_directions, lobe_svg, luminance};
 
 use super::report::FitReport;
 
-/// Width and height of the rendered sphere, pixels.
-const SPHERE_SIZE: usize = 256;
 /// Polar angles of the light in the plot of lobes, degrees.
 const LOBE_THETA_I: [f32; 3] = [15.0, 45.0, 75.0];
 
@@ -33,19 +32,27 @@ pub(super) fn contents(
     Ok([
         material.to_json(basis, report)?.into_bytes(),
         sphere.tone_map().to_png()?,
-        lobes(material).into_bytes(),
+        lobes(fit).into_bytes(),
         readings(fit, pattern).into_bytes(),
     ])
 }
 
-fn lobes(material: &FittedMaterial) -> String {
+fn lobes(fit: &Fit) -> String {
+    let material = &fit.material;
     let lobes = LOBE_THETA_I.map(|degrees| {
         let theta_i = degrees.to_radians();
+        let (_, directions) = lobe_directions(theta_i);
+        let angles = directions.iter().map(angles_of).collect();
+        let deviations = fit
+            .selection
+            .posterior
+            .deviations(material.fitted(), angles);
         Lobe {
             name: format!("{}, light at {degrees}\u{b0}", material.name()),
             theta_i,
             curve: lobe(material as &dyn Material, theta_i),
             dashed: None,
+            deviations: deviations.into_iter().map(luminance).collect(),
         }
     });
     lobe_svg(&lobes)
@@ -54,8 +61,12 @@ fn lobes(material: &FittedMaterial) -> String {
 /// Returns readings.csv, with a row for each sample of the pattern. It can be corrected and fitted again.
 fn readings(fit: &Fit, pattern: &[Angles<f32>]) -> String {
     let mut csv = "index,theta_i,phi_i,theta_o,phi_o,r,g,b,quantity,saturated,times,spread,fitted_r,fitted_g,fitted_b,\
-                   expected_r,expected_g,expected_b,z,status\n"
+                   deviation_r,deviation_g,deviation_b,expected_r,expected_g,expected_b,z,status\n"
         .to_owned();
+    let deviations = fit
+        .selection
+        .posterior
+        .deviations(fit.material.fitted(), pattern.to_vec());
     for (index, angles) in pattern.iter().enumerate() {
         let arms = IsotropicAngles::from_angles(angles_to_f64(angles));
         let phi = arms.phi.rem_euclid(std::f64::consts::TAU);
@@ -68,12 +79,13 @@ fn readings(fit: &Fit, pattern: &[Angles<f32>]) -> String {
             None => ",,".to_owned(),
         };
         csv += &format!(
-            "{index},{theta_i:.5},0,{theta_o:.5},{phi:.5},{},brdf,{},{},{},{},{},{},{}\n",
+            "{index},{theta_i:.5},0,{theta_o:.5},{phi:.5},{},brdf,{},{},{},{},{},{},{},{}\n",
             rgb(sample.mean()),
             u8::from(sample.saturated()),
             sample.count(),
             spread.map_or_else(String::new, |spread| format!("{spread:.4}")),
             rgb(Some(fit.material.brdf(*angles))),
+            rgb(Some(deviations[index])),
             rgb(prediction.map(|prediction| prediction.expected)),
             prediction.map_or_else(String::new, |prediction| format!("{:.2}", prediction.z)),
             fit.selection.statuses[index].name(),

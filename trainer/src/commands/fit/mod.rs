@@ -9,12 +9,12 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use clap::Args;
 use folder::{FILES, contents};
-use glimpse_core::recipe::Recipe;
+use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::has_content;
 use glimpse_materials::{BasisFile, FittedMaterial, Material};
 use glimpse_trainer::conversion::{OutputFormat, encode, loss_of_file};
-use glimpse_trainer::measurement::{DEFAULT_TOLERANCE, Measurements, Selection, fit};
+use glimpse_trainer::measurement::{AngleArgs, Measurements, NamedRecipe, Rows, Selection, fit};
 use glimpse_trainer::metrics::Metrics;
 use options::QuantityArgs;
 use report::{FitReport, FormatSummary, ReportEntry, file_name};
@@ -22,23 +22,28 @@ use report::{FitReport, FormatSummary, ReportEntry, file_name};
 use super::formats::{self, Files};
 use super::lock::Lock;
 use super::output::{create_out_folder, refuse_input, write_file, write_files};
-use super::{emit, read_recipe};
+use super::{emit, read_named_recipe};
 
 /// Fit a material to readings from a lab, as a device would.
 ///
 /// INPUT. Each --measurements is a CSV file of one material. Its first line names the columns, in
 /// any order:
 ///
-/// - directions: theta_i, phi_i, theta_o, phi_o, or theta_h, theta_d, phi_d, in degrees (as for
-///   `trainer query`), or index, the number of the recipe's sample, from 0;
+/// - directions: theta_i, phi_i, theta_o, phi_o, or another set of angles (see `trainer query
+///   --help`), or index, the number of the recipe's sample, from 0;
 /// - reading: r, g, b, or value for a sensor with one channel;
 /// - optional: saturated (0 or 1), quantity (a value of --quantity, or counts), and material, which
 ///   must be the same in all rows.
 ///
-/// Other columns are ignored. Rows come in any order. Samples may be missing (no row, or empty
-/// cells) if the recipe was trained with --missing. Repeated readings of a sample are averaged, and
-/// their spread is printed. A row belongs to the nearest sample, at most --tolerance away in every
-/// angle.
+/// - noise, the standard deviation relative to the reading, with readings at any directions.
+///
+/// Other columns are ignored. Rows come in any order. Repeated readings of a direction are averaged, and
+/// their spread is printed.
+///
+/// RECIPES. Without RECIPE, or with one of `train --samples any`, readings may have any directions. With
+/// a recipe of n samples, a row belongs to the nearest sample, at most 0.5 degrees away in every angle;
+/// samples may be missing (no row, or empty cells) if the recipe was trained with --missing. If a row is
+/// further away, all are fitted with the bundled recipe MODEL-any, and the report says so.
 ///
 /// OUTLIERS. Each reading is predicted from the others. Readings far from their prediction are
 /// reported as outliers. If the recipe tolerates missing readings, the fit excludes the worst one,
@@ -47,16 +52,18 @@ use super::{emit, read_recipe};
 /// OUTPUT. The folder DIR gets
 ///
 /// - material.json, the fit, which every command accepts as a material;
-/// - sphere.png and lobe.svg, a rendered sphere and a plot of the plane of incidence;
-/// - readings.csv, with the reading of each sample as a BRDF, the fitted value, and z: the reading
-///   minus its prediction from the others, in standard deviations. You can correct this file and fit
-///   it again, without --quantity and --white;
+/// - sphere.png and lobe.svg, a rendered sphere and a plot of the plane of incidence with one standard
+///   deviation on each side;
+/// - readings.csv, with the reading of each sample as a BRDF, the fitted value and its standard
+///   deviation, and z: the reading minus its prediction from the others, in standard deviations. You can
+///   correct this file and fit it again, without --quantity and --white;
 /// - for the model linear the basis, so that the folder can be moved;
 /// - with --format, a folder DIR/formats with files for other programs.
 ///
 /// With several --measurements, each gets a folder DIR/NAME. A report is printed on stdout.
 ///
-/// Example: trainer inspect n16.recipe                                  # directions to measure
+/// Example: trainer fit --measurements multi-angle.csv --out paint/      # readings you already have
+///          trainer inspect n16.recipe                                  # directions to measure
 ///          trainer fit n16.recipe --measurements gold.csv --format rgl --out gold/
 ///          trainer fit n16.recipe --measurements lab/*.csv --quantity reflectance-factor --out fits/
 ///          trainer fit n16.recipe --measurements counts.csv --white white.csv --dark 96 --out felt/
@@ -64,17 +71,17 @@ use super::{emit, read_recipe};
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Fit {
-    /// Recipe file; for the model linear its basis file must be next to it
-    recipe: PathBuf,
+    /// Recipe file, with its basis file NAME.basis next to it, if it has one [default: the bundled
+    /// linear-any]
+    recipe: Option<PathBuf>,
     /// Readings, a CSV file for each material
     #[arg(long, value_name = "FILE.csv", required = true, num_args = 1..)]
     measurements: Vec<PathBuf>,
     /// Folder for the results; created, but its parent folder must exist
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Largest distance of a row from its sample in degrees, above 0 to 180
-    #[arg(long, value_name = "DEGREES", default_value_t = DEFAULT_TOLERANCE, value_parser = super::numbers::degrees)]
-    tolerance: f32,
+    #[command(flatten)]
+    angles: AngleArgs,
     #[command(flatten)]
     quantity: QuantityArgs,
     /// Formats of additional files of the material in DIR/formats; see `trainer convert`
@@ -103,35 +110,37 @@ struct FitInput<'a> {
 
 impl Fit {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
-        let (file, basis) = read_recipe(&self.recipe)?;
-        let recipe = file.recipe();
+        let given = self.recipe()?;
         let inputs = self.inputs()?;
-        self.refuse_overwrite(&inputs, basis.is_some())?;
-        let pattern: Vec<_> = recipe.pattern().collect();
-        let tolerance = f64::from(self.tolerance).to_radians();
-        let quantity = self.quantity.read(&pattern, tolerance)?;
+        self.refuse_overwrite(&inputs, &given)?;
 
         // All fits are computed before any file is written, so that an error leaves no partial output.
         let mut fits = Vec::new();
         for input in &inputs {
-            let measured = Measurements::read(input.path, &pattern, tolerance, &quantity)?;
-            let fit = Selection::new(&recipe, measured, self.keep_all)
-                .and_then(|selection| fit(&recipe, basis.as_ref(), input.name.clone(), selection))
+            let mut rows = Rows::read(input.path, &self.angles)?;
+            let chosen = given.choose(&mut rows)?;
+            let recipe = chosen.recipe.file.recipe();
+            let pattern: Vec<_> = recipe.pattern().collect();
+            let quantity = self.quantity.read(&pattern, &self.angles)?;
+            let measured = Measurements::new(&rows, &pattern, &quantity)?;
+            let basis = chosen.recipe.basis.clone();
+            let fit = Selection::new(&recipe, &chosen.prior, measured, self.keep_all)
+                .and_then(|selection| fit(&recipe, basis.as_deref(), input.name.clone(), selection))
                 .with_context(|| input.path.display().to_string())?;
-            let report = FitReport::new(&self.recipe, &recipe, input.path, &quantity, &fit)?;
+            let report = FitReport::new(&chosen, input.path, &quantity, &fit)?;
             let formats = self.formats(&fit.material, &input.folder, seed)?;
-            fits.push((fit, report, formats));
+            fits.push((fit, pattern, chosen.recipe, report, formats));
         }
 
         create_out_folder(&self.out)?;
         let _lock = Lock::of_folder(&self.out)?;
-        let basis = self.copy_basis(&recipe, basis.is_some())?;
         let mut entries = Vec::new();
-        for (input, (fit, report, formats)) in inputs.iter().zip(fits) {
+        for (input, (fit, pattern, recipe, report, formats)) in inputs.iter().zip(fits) {
             create_out_folder(&input.folder)?;
-            let basis = basis.as_ref().map(|(name, checksum)| {
+            let basis = self.write_basis(&recipe)?;
+            let basis = basis.map(|(name, checksum)| {
                 let up = if input.folder == self.out { "" } else { "../" };
-                BasisFile::new(format!("{up}{name}"), *checksum)
+                BasisFile::new(format!("{up}{name}"), checksum)
             });
             let contents = contents(&fit, &pattern, basis.as_ref(), &report)?;
             for (name, bytes) in FILES.iter().zip(contents) {
@@ -151,6 +160,14 @@ impl Fit {
             let texts = entries.iter().map(|entry| entry.to_text(self.keep_all));
             texts.collect::<Vec<_>>().join("\n")
         })
+    }
+
+    /// Reads RECIPE, or returns the bundled one.
+    fn recipe(&self) -> anyhow::Result<NamedRecipe> {
+        match &self.recipe {
+            Some(path) => read_named_recipe(path),
+            None => NamedRecipe::bundled(ModelKind::Linear).context("the program lacks linear-any"),
+        }
     }
 
     /// Writes the files of a format. Prints and returns its errors against the fit.
@@ -222,8 +239,12 @@ impl Fit {
     }
 
     /// Refuses to overwrite an input, or without --force the results of an earlier run.
-    fn refuse_overwrite(&self, inputs: &[FitInput<'_>], has_basis: bool) -> anyhow::Result<()> {
-        let mut input_files: Vec<&Path> = vec![&self.recipe];
+    fn refuse_overwrite(
+        &self,
+        inputs: &[FitInput<'_>],
+        recipe: &NamedRecipe,
+    ) -> anyhow::Result<()> {
+        let mut input_files: Vec<&Path> = self.recipe.as_deref().into_iter().collect();
         input_files.extend(inputs.iter().map(|input| input.path));
         input_files.extend(self.quantity.white());
         for input in inputs {
@@ -246,36 +267,29 @@ impl Fit {
                 );
             }
         }
-        if has_basis {
+        if recipe.basis.is_some() {
             for file in &input_files {
-                refuse_input(&self.basis_copy(), file)?;
+                refuse_input(&self.basis_path(recipe), file)?;
             }
         }
         Ok(())
     }
 
-    fn basis_copy(&self) -> PathBuf {
-        self.out
-            .join(Basis::path_for(Path::new(&file_name(&self.recipe))))
+    fn basis_path(&self, recipe: &NamedRecipe) -> PathBuf {
+        self.out.join(Basis::path_for(Path::new(&recipe.name)))
     }
 
-    /// Copies the whole basis into the output folder, once for all fits. Returns its name and checksum.
-    fn copy_basis(
-        &self,
-        recipe: &Recipe<'_>,
-        has_basis: bool,
-    ) -> anyhow::Result<Option<(String, u32)>> {
-        let checksum = recipe.basis_checksum().filter(|_| has_basis);
-        let Some(checksum) = checksum else {
+    /// Writes the basis of a recipe into the output folder, once for all fits. Returns its name and checksum.
+    fn write_basis(&self, recipe: &NamedRecipe) -> anyhow::Result<Option<(String, u32)>> {
+        let checksum = recipe.file.recipe().basis_checksum();
+        let Some((basis, checksum)) = recipe.basis.as_ref().zip(checksum) else {
             return Ok(None);
         };
-        let (from, to) = (Basis::path_for(&self.recipe), self.basis_copy());
-        let bytes =
-            std::fs::read(&from).with_context(|| format!("cannot read {}", from.display()))?;
+        let (bytes, path) = (basis.to_bytes(), self.basis_path(recipe));
         // The recipe may be in the output folder, with its basis.
-        if !has_content(&to, &bytes) {
-            write_file(&to, &bytes, self.force)?;
+        if !has_content(&path, &bytes) {
+            write_file(&path, &bytes, self.force)?;
         }
-        Ok(Some((file_name(&to), checksum)))
+        Ok(Some((file_name(&path), checksum)))
     }
 }

@@ -6,7 +6,7 @@ use clap::Args;
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::{Footprint, Quantity};
 use glimpse_trainer::measurement::{
-    CountCalibration, FOOTPRINTS, QUANTITIES, ReadingQuantity, WhiteReference,
+    AngleArgs, CountCalibration, FOOTPRINTS, QUANTITIES, ReadingQuantity, WhiteReference,
 };
 
 use super::super::choice::choice;
@@ -46,11 +46,11 @@ impl QuantityArgs {
         self.white.as_deref()
     }
 
-    /// Returns the quantity of these options. Reads the file of --white, with a tolerance in radians.
+    /// Returns the quantity of these options. Reads the file of --white.
     pub(super) fn read(
         &self,
         pattern: &[Angles<f32>],
-        tolerance: f64,
+        angles: &AngleArgs,
     ) -> anyhow::Result<ReadingQuantity> {
         let Some(white) = &self.white else {
             return Ok(ReadingQuantity::Values(
@@ -58,7 +58,7 @@ impl QuantityArgs {
             ));
         };
         Ok(ReadingQuantity::Counts(CountCalibration::new(
-            WhiteReference::read(white, pattern, tolerance, self.footprint)?,
+            WhiteReference::read(white, angles, pattern, self.footprint)?,
             self.dark,
             self.white_reflectance,
             self.saturation,

@@ -9,12 +9,11 @@ use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::LossPrediction;
 use glimpse_trainer::measurement::{
-    Fit, PartialScan, ReadingQuantity, ReadingStatus, Selection, coefficient_of_variation,
+    ChosenRecipe, Fit, ReadingQuantity, ReadingStatus, Selection, coefficient_of_variation,
 };
-use glimpse_training::recipe::Metadata;
 use serde::Serialize;
 
-use super::super::expected_loss::{self, caution};
+use super::super::expected_loss::caution;
 
 /// The report on a fit. Field names are those of the JSON.
 #[derive(Serialize)]
@@ -25,8 +24,6 @@ pub(super) struct FitReport {
     readings: ReadingSummary,
     residual: Residual,
     expected_loss: Option<FitLoss>,
-    /// Empty if the recipe has no upper bound for scans that end early.
-    partial_scans: Vec<PartialScan>,
 }
 
 /// An entry of `--json`: a report with the material's name and folder.
@@ -55,6 +52,11 @@ struct RecipeSummary {
     model: &'static str,
     samples: usize,
     takes_missing: bool,
+    /// True if the readings are not at the given recipe's directions, and another recipe fits them.
+    off_pattern: bool,
+    /// The reason, for the terminal.
+    #[serde(skip)]
+    reason: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -112,29 +114,13 @@ struct OutlierSummary {
 #[derive(Serialize)]
 struct FitLoss {
     loss: f32,
-    source: LossSource,
-    /// With [`LossSource::Readings`]: the upper bound for 90 % of materials, if the recipe has one.
+    /// The upper bound for 90 % of materials; null if the recipe has none.
     bound: Option<f32>,
-    /// With [`LossSource::Readings`]: true if the readings are unlike those of all training materials; null if the recipe
-    /// cannot tell.
+    /// True if the readings are unlike those of all training materials; null if the recipe cannot tell.
     unlike_training: Option<bool>,
-    /// With [`LossSource::Validation`]: the standard error over the materials, if there were several.
-    standard_error: Option<f32>,
-    /// With [`LossSource::Validation`]: the number of materials of the mean; 0 if it is not stated.
-    materials: Option<usize>,
     /// Text for the terminal.
     #[serde(skip)]
     text: String,
-}
-
-/// The origin of an expected loss.
-#[derive(Clone, Copy, Serialize)]
-#[serde(rename_all = "kebab-case")]
-enum LossSource {
-    /// Predicted by the recipe from these readings.
-    Readings,
-    /// Stated by the recipe: the mean loss on its validation materials.
-    Validation,
 }
 
 impl FitReport {
@@ -143,21 +129,23 @@ impl FitReport {
     /// # Errors
     /// If the recipe's metadata is malformed.
     pub(super) fn new(
-        recipe_path: &Path,
-        recipe: &Recipe<'_>,
+        chosen: &ChosenRecipe,
         input: &Path,
         quantity: &ReadingQuantity,
         fit: &Fit,
     ) -> anyhow::Result<Self> {
         let measured = &fit.selection.measurements;
+        let recipe = &chosen.recipe.file.recipe();
         let mut report = Self {
             trainer: env!("CARGO_PKG_VERSION"),
             recipe: RecipeSummary {
-                file: file_name(recipe_path),
+                file: chosen.recipe.name.clone(),
                 checksum: format!("{:08x}", recipe.checksum()),
                 model: recipe.model().name(),
                 samples: recipe.samples(),
                 takes_missing: recipe.tolerates_missing(),
+                off_pattern: chosen.off_pattern.is_some(),
+                reason: chosen.off_pattern.clone(),
             },
             measured: InputSummary {
                 file: file_name(input),
@@ -170,12 +158,10 @@ impl FitReport {
             readings: ReadingSummary::new(&fit.selection),
             residual: fit.residual,
             expected_loss: expected_loss(recipe, fit)?,
-            partial_scans: fit.partial_scans.clone(),
         };
         // Expected losses hold for materials that reflect light, like all training materials.
         if report.is_mostly_dark() {
             report.expected_loss = None;
-            report.partial_scans.clear();
         }
         Ok(report)
     }
@@ -202,13 +188,16 @@ impl ReadingSummary {
         let unused = selection.statuses.iter().enumerate();
         let unused = unused.filter(|(_, status)| **status != ReadingStatus::Used);
         let report = &selection.outlier_report;
-        let outliers = report.outliers.iter().map(|outlier| OutlierSummary {
-            sample: outlier.sample,
-            status: selection.statuses[outlier.sample],
-            z: outlier.prediction.z as f32,
-            threshold: report.threshold as f32,
-            reading: measured[outlier.sample].mean().unwrap_or_default(),
-            expected: outlier.prediction.expected,
+        let outliers = report.outliers.iter().filter_map(|sample| {
+            let prediction = report.predictions[*sample]?;
+            Some(OutlierSummary {
+                sample: *sample,
+                status: selection.statuses[*sample],
+                z: prediction.z as f32,
+                threshold: report.threshold as f32,
+                reading: measured[*sample].mean()?,
+                expected: prediction.expected,
+            })
         });
         Self {
             used: selection.with_status(ReadingStatus::Used).len(),
@@ -244,59 +233,36 @@ pub(super) fn file_name(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// Returns true if a fit uses less than half of the samples. Then neither the predicted nor the stated loss of a
-/// recipe is reliable.
+/// Returns true if a fit uses less than half of the samples. Then the loss that a recipe predicts is not reliable.
 fn too_few(used: usize, samples: usize) -> bool {
     2 * used < samples
 }
 
-/// Returns the loss that the recipe predicts from these readings, or else the loss that it states.
+/// Returns the loss that is predicted from these readings.
 fn expected_loss(recipe: &Recipe<'_>, fit: &Fit) -> anyhow::Result<Option<FitLoss>> {
     let used = fit.selection.with_status(ReadingStatus::Used).len();
     if too_few(used, recipe.samples()) && !recipe.bounds_partial_loss() {
         return Ok(None);
     }
-    if let Some(LossPrediction {
+    let LossPrediction {
         loss,
         bound,
         unlike_training,
-    }) = fit.prediction
-    {
-        let caution = caution(recipe)?.map_or_else(String::new, |caution| format!("; {caution}"));
-        let at_most = bound.map_or_else(String::new, |bound| {
-            format!(" (at most {bound:.4} for 90 % of materials)")
-        });
-        let unlike = match unlike_training {
-            Some(true) => {
-                "; the readings are unlike those of all training materials, so the loss may be larger"
-            }
-            _ => "",
-        };
-        return Ok(Some(FitLoss {
-            loss,
-            source: LossSource::Readings,
-            bound,
-            unlike_training,
-            standard_error: None,
-            materials: None,
-            text: format!(
-                "{loss:.4}{at_most}, predicted by the recipe from these readings{unlike}{caution}"
-            ),
-        }));
-    }
-    let estimate = Metadata::of(recipe)?
-        .expected_loss
-        .map(|each| each.estimate);
-    Ok(recipe
-        .expected_loss()
-        .zip(expected_loss::expected_loss(recipe)?)
-        .map(|(loss, text)| FitLoss {
-            loss,
-            source: LossSource::Validation,
-            bound: None,
-            unlike_training: None,
-            standard_error: estimate.and_then(|each| each.standard_error),
-            materials: estimate.map(|each| each.materials),
-            text,
-        }))
+    } = fit.prediction;
+    let caution = caution(recipe)?.map_or_else(String::new, |caution| format!("; {caution}"));
+    let at_most = bound.map_or_else(String::new, |bound| {
+        format!(" (at most {bound:.4} for 90 % of materials)")
+    });
+    let unlike = match unlike_training {
+        Some(true) => {
+            "; the readings are unlike those of all training materials, so the loss may be larger"
+        }
+        _ => "",
+    };
+    Ok(Some(FitLoss {
+        loss,
+        bound,
+        unlike_training,
+        text: format!("{loss:.4}{at_most}, predicted from these readings{unlike}{caution}"),
+    }))
 }

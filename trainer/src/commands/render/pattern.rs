@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glimpse_trainer::report::pattern_svg;
-use glimpse_training::recipe::RecipeFile;
 
+use super::super::geometry::read_with_pattern;
 use super::super::output::{file_type, refuse_input, write_file};
 
 /// Plot a recipe's pattern: over theta_h and theta_d, and as directions of light and sensor.
@@ -26,7 +26,7 @@ pub(super) struct Pattern {
 impl Pattern {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         file_type(&self.out, &["svg"])?;
-        let file = RecipeFile::read(&self.recipe)?;
+        let file = read_with_pattern(&self.recipe)?;
         refuse_input(&self.out, &self.recipe)?;
         let pattern: Vec<_> = file.recipe().pattern().collect();
         write_file(&self.out, pattern_svg(&pattern).as_bytes(), self.force)

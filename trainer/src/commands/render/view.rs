@@ -11,16 +11,17 @@ use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::Degradation;
-use glimpse_trainer::measurement::{DEFAULT_TOLERANCE, Measurements, ReadingQuantity, Selection};
+use glimpse_trainer::measurement::{
+    AngleArgs, Measurements, NamedRecipe, ReadingQuantity, Rows, Selection,
+};
 use glimpse_trainer::report::{MAX_LOBES, document};
-use glimpse_training::recipe::RecipeFile;
 use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
 
 use super::super::export_basis::compact_basis;
 use super::super::numbers::share;
 use super::super::output::{check_out, file_type, refuse_input, refuse_source, write_file};
 use super::super::training_overlap::warn_of_overlap;
-use super::super::{load_single, read_recipe};
+use super::super::{load_single, read_named_recipe};
 
 /// Write an interactive HTML page that fits scans in a browser.
 ///
@@ -35,7 +36,7 @@ use super::super::{load_single, read_recipe};
 /// as readings.csv of `trainer fit`; --reference is optional then. If a recipe tolerates missing
 /// readings, each can be switched off.
 ///
-/// A recipe of the model linear needs its basis file next to it, whole or compact.
+/// A recipe of the model linear, or for readings at any directions, needs its basis file next to it.
 ///
 /// Example: trainer render view neural-n8.recipe linear-n8.recipe --material gold.binary
 ///          trainer render view neural-n16-masked.recipe --material procedural:1:77 --noise 0.02
@@ -75,33 +76,31 @@ impl View {
         file_type(&self.out, &["html"])?;
         self.check_arguments()?;
         self.refuse_inputs()?;
-        let files = self.recipes.iter().map(|path| RecipeFile::read(path));
-        let files: Vec<RecipeFile> = files.collect::<Result<_, _>>()?;
+        let recipes = self.recipes.iter().map(|path| read_named_recipe(path));
+        let recipes: Vec<NamedRecipe> = recipes.collect::<Result<_, _>>()?;
         check_out(&self.out)?;
 
         let source = self.material.as_ref().or(self.reference.as_ref());
         let materials: Vec<_> = source.map(load_single).transpose()?.into_iter().collect();
         let material = materials.first().map(|material| &**material);
         let mut scans = Vec::new();
-        for (index, (path, file)) in self.recipes.iter().zip(&files).enumerate() {
-            let recipe = file.recipe();
-            if !materials.is_empty() {
-                warn_of_overlap(&recipe, &materials)?;
-            }
-            let basis = match recipe.basis_checksum() {
-                Some(_) => Some(basis(path)?),
-                None => None,
-            };
-            let readings = match self.measurements.get(index) {
-                Some(file) => measured(&recipe, file)?,
-                None => self
-                    .virtual_readings(&recipe, material, seed)
-                    .with_context(|| format!("virtual scan with {}", path.display()))?,
+        for (index, (path, given)) in self.recipes.iter().zip(&recipes).enumerate() {
+            let (chosen, readings) = match self.measurements.get(index) {
+                Some(file) => measured(given, file)?,
+                None => {
+                    let recipe = given.file.recipe();
+                    if !materials.is_empty() {
+                        warn_of_overlap(&recipe, &materials)?;
+                    }
+                    let readings = self.virtual_readings(&recipe, material, seed);
+                    let context = || format!("virtual scan with {}", path.display());
+                    (given.clone(), readings.with_context(context)?)
+                }
             };
             scans.push(RecipeScan {
                 name: name_of(path),
-                recipe: file.bytes().to_vec(),
-                basis,
+                recipe: chosen.file.bytes().to_vec(),
+                basis: chosen.basis.as_deref().map(compact_bytes).transpose()?,
                 readings,
             });
         }
@@ -173,6 +172,10 @@ impl View {
         let Some(material) = material else {
             return Ok(Vec::new());
         };
+        ensure!(
+            recipe.samples() > 0,
+            "the recipe is for readings at any directions, so --material has no scan: give --measurements"
+        );
         let mut read = noise.reader(material, recipe.samples(), seed);
         let mut readings = Vec::new();
         scan_with_missing(recipe, &mut |index, angles| {
@@ -190,32 +193,28 @@ fn name_of(path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// Returns the compact basis of a recipe of the model linear from the file next to it.
-fn basis(path: &Path) -> anyhow::Result<Vec<u8>> {
-    let whole = Basis::path_for(path);
-    ensure!(
-        whole.exists(),
-        "{} is of the model linear, but its basis {} does not exist: put the whole basis or one of \
-         `trainer export --format basis` there",
-        path.display(),
-        whole.display()
-    );
-    let (_, basis) = read_recipe(path)?;
-    let basis = basis.context("a recipe that names a basis is read with it")?;
+/// Returns a basis as the device reads it.
+fn compact_bytes(basis: &Basis) -> anyhow::Result<Vec<u8>> {
     match basis.is_compact() {
         true => Ok(basis.to_bytes()),
-        false => compact_basis(&basis, None),
+        false => compact_basis(basis, None),
     }
 }
 
-/// Returns the readings from a lab that `trainer fit` would use.
-fn measured(recipe: &Recipe<'_>, file: &Path) -> anyhow::Result<Vec<Option<[f32; 3]>>> {
+/// Returns the recipe that fits readings from a lab, and those that `trainer fit` would use.
+fn measured(
+    given: &NamedRecipe,
+    file: &Path,
+) -> anyhow::Result<(NamedRecipe, Vec<Option<[f32; 3]>>)> {
+    let mut rows = Rows::read(file, &AngleArgs::default())?;
+    let chosen = given.choose(&mut rows)?;
+    let recipe = chosen.recipe.file.recipe();
     let pattern: Vec<_> = recipe.pattern().collect();
-    let tolerance = f64::from(DEFAULT_TOLERANCE).to_radians();
     let quantity = ReadingQuantity::Values(Quantity::Brdf);
-    let measured = Measurements::read(file, &pattern, tolerance, &quantity)?;
-    let selection = Selection::new(recipe, measured, false);
-    Ok(selection
+    let measured = Measurements::new(&rows, &pattern, &quantity)?;
+    let selection = Selection::new(&recipe, &chosen.prior, measured, false);
+    let readings = selection
         .with_context(|| file.display().to_string())?
-        .used())
+        .used();
+    Ok((chosen.recipe, readings))
 }

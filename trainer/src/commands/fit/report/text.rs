@@ -1,8 +1,6 @@
 //! The text of a report for the terminal.
 
-use glimpse_trainer::measurement::MAX_SAMPLES;
-
-use super::{FitReport, OutlierSummary, ReadingStatus, ReportEntry, too_few};
+use super::{FitReport, OutlierSummary, ReadingStatus, ReportEntry};
 
 /// The coefficient of variation of repeated readings above which one of them is probably wrong.
 const MAX_PLAUSIBLE_SPREAD: f32 = 0.2;
@@ -18,8 +16,10 @@ impl ReportEntry<'_> {
             ..
         } = report;
         let distance = match measured.furthest_degrees {
-            Some(degrees) => format!(", at most {degrees:.2} degrees from their samples"),
-            None => String::new(),
+            Some(degrees) if degrees >= 0.005 => {
+                format!(", at most {degrees:.2} degrees from their samples")
+            }
+            _ => String::new(),
         };
         let missing = readings.with_status(ReadingStatus::Missing);
         let mut lines = vec![
@@ -34,6 +34,12 @@ impl ReportEntry<'_> {
                     measured.file,
                     measured.quantity,
                 ),
+            ),
+            (
+                "other recipe",
+                recipe.reason.as_ref().map_or_else(String::new, |reason| {
+                    format!("{} fits readings at any directions: {reason}", recipe.file)
+                }),
             ),
             ("missing", describe_samples(&missing)),
             ("saturated", report.saturated()),
@@ -63,10 +69,6 @@ impl ReportEntry<'_> {
             };
             lines.push(("outlier", format!("{}; {note}", outlier.to_text())));
         }
-        if recipe.samples > MAX_SAMPLES {
-            let text = format!("not searched for, with more than {MAX_SAMPLES} samples");
-            lines.push(("outliers", text));
-        }
         lines.push(("used", format!("{} readings", readings.used)));
         let residual = &report.residual;
         lines.push((
@@ -86,23 +88,9 @@ impl ReportEntry<'_> {
                 None if report.is_mostly_dark() => {
                     "unknown, since most readings are dark".to_owned()
                 }
-                None if too_few(readings.used, recipe.samples) => {
-                    "unknown, since less than half of the readings are used".to_owned()
-                }
-                None => "not stated by the recipe".to_owned(),
+                None => "unknown, since less than half of the readings are used".to_owned(),
             },
         ));
-        let some = report
-            .partial_scans
-            .iter()
-            .filter(|scan| scan.readings.is_power_of_two() || scan.readings == readings.used);
-        let bounds: Vec<String> = some
-            .map(|scan| format!("{:.4} ({})", scan.bound, scan.readings))
-            .collect();
-        if !bounds.is_empty() {
-            let text = format!("{} after readings in the recipe's order", bounds.join(", "));
-            lines.push(("early bounds", text));
-        }
         let lines = lines.iter().filter(|(_, text)| !text.is_empty());
         let lines: String = lines
             .map(|(label, text)| format!("  {label:15}{text}\n"))

@@ -1,0 +1,151 @@
+//! The recipe that fits readings: a given one at its own directions, or one without a pattern at any others.
+
+use std::sync::{Arc, LazyLock};
+
+use glimpse_core::geometry::Angles;
+use glimpse_core::model::ModelKind;
+use glimpse_materials::basis::Basis;
+use glimpse_training::linear::CoefficientPrior;
+use glimpse_training::recipe::RecipeFile;
+
+use super::rows::Rows;
+use super::table::TableError;
+use crate::bundled;
+
+/// The basis of the bundled recipes without a pattern.
+static ANY_BASIS: LazyLock<Option<Arc<Basis>>> = LazyLock::new(|| {
+    Basis::from_compact_bytes(bundled::ANY_BASIS)
+        .ok()
+        .map(Arc::new)
+});
+
+/// A recipe with its basis.
+#[derive(Clone, Debug)]
+pub struct NamedRecipe {
+    /// The file's name, or that of a bundled recipe.
+    pub name: String,
+    /// The recipe.
+    pub file: Arc<RecipeFile>,
+    /// The basis of the model Linear, and of recipes without a pattern.
+    pub basis: Option<Arc<Basis>>,
+}
+
+/// The recipe that fits some readings.
+#[derive(Clone, Debug)]
+pub struct ChosenRecipe {
+    /// The recipe, whose pattern has the directions of the readings.
+    pub recipe: NamedRecipe,
+    /// The prior of the coefficients, for predictions.
+    pub prior: CoefficientPrior,
+    /// The reason that the given recipe does not fit the readings.
+    pub off_pattern: Option<String>,
+}
+
+impl NamedRecipe {
+    /// Returns the bundled recipe of a model for readings at any directions. None never happens: a test reads all.
+    #[must_use]
+    pub fn bundled(model: ModelKind) -> Option<Self> {
+        let name = format!("{}-any", model.name());
+        let bundled = bundled::find(&name)?;
+        Some(Self {
+            name,
+            file: Arc::new(RecipeFile::new(bundled.bytes.to_vec()).ok()?),
+            basis: ANY_BASIS.clone(),
+        })
+    }
+
+    /// Returns true if readings may be at any directions.
+    #[must_use]
+    pub fn is_any(&self) -> bool {
+        self.file.recipe().samples() == 0
+    }
+
+    fn prior(&self) -> Option<CoefficientPrior> {
+        CoefficientPrior::new(&self.file.recipe(), self.basis.clone()?)
+    }
+
+    /// Returns the recipe of directions, which this one without a pattern fits, with a deviation for each. None if there
+    /// are too many.
+    #[must_use]
+    pub fn at(&self, directions: &[Angles<f32>], deviations: &[f32]) -> Option<ChosenRecipe> {
+        let file = self
+            .file
+            .at_directions(self.basis.as_deref()?, directions, deviations)
+            .ok()?;
+        Some(ChosenRecipe {
+            prior: self.prior()?,
+            recipe: Self {
+                name: self.name.clone(),
+                basis: self
+                    .basis
+                    .clone()
+                    .filter(|_| file.recipe().basis_checksum().is_some()),
+                file: Arc::new(file),
+            },
+            off_pattern: None,
+        })
+    }
+
+    /// Chooses the recipe for readings. If this one has a pattern with other directions, that is the bundled one of its
+    /// model without a pattern.
+    ///
+    /// # Errors
+    /// A row without directions above the horizon, or with directions whose likely cause is another convention.
+    pub fn choose(&self, rows: &mut Rows) -> Result<ChosenRecipe, TableError> {
+        let recipe = self.file.recipe();
+        if self.is_any() {
+            return self.at_rows(rows);
+        }
+        rows.refuse_noise()?;
+        let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
+        match rows.match_to_pattern(&pattern) {
+            Ok(_) => self
+                .itself()
+                .ok_or_else(|| rows.file_error(DEFECT.to_owned())),
+            Err(TableError::OffPattern { message, .. }) => {
+                let any = Self::bundled(recipe.model());
+                let any = any.ok_or_else(|| rows.file_error(DEFECT.to_owned()))?;
+                Ok(ChosenRecipe {
+                    off_pattern: Some(message),
+                    ..any.at_rows(rows)?
+                })
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Chooses the recipe for readings at directions, one of each: of the pattern, or any others.
+    #[must_use]
+    pub fn choose_at(&self, directions: &[Angles<f32>]) -> Option<ChosenRecipe> {
+        let recipe = self.file.recipe();
+        match self.is_any() {
+            true => self.at(directions, &[]),
+            false if recipe.pattern().eq(directions.iter().copied()) => self.itself(),
+            false => Self::bundled(recipe.model())?.at(directions, &[]),
+        }
+    }
+
+    /// Returns this recipe with a pattern, and the bundled prior.
+    #[must_use]
+    pub fn itself(&self) -> Option<ChosenRecipe> {
+        Some(ChosenRecipe {
+            recipe: self.clone(),
+            prior: Self::bundled(ModelKind::Linear)?.prior()?,
+            off_pattern: None,
+        })
+    }
+
+    fn at_rows(&self, rows: &mut Rows) -> Result<ChosenRecipe, TableError> {
+        rows.forget_indices();
+        let (directions, deviations): (Vec<_>, Vec<_>) = rows.directions()?.into_iter().unzip();
+        self.at(&directions, &deviations).ok_or_else(|| {
+            rows.file_error(format!(
+                "it has {} different directions, more than a recipe has samples; give at most 4096",
+                directions.len()
+            ))
+        })
+    }
+}
+
+/// The message of a defect of the program.
+const DEFECT: &str = "the program lacks its recipes without a pattern; build it again";
