@@ -3,22 +3,21 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glimpse_core::recipe::Recipe;
-use glimpse_materials::basis::Basis;
 use glimpse_materials::{FittedMaterial, Material};
 use glimpse_trainer::measurement::{
-    Fit, Measurements, ReadingStatus, Selection, fit, material_files,
+    ChosenRecipe, Fit, Measurements, NamedRecipe, ReadingStatus, Selection, angles_from_vectors,
+    fit, material_files,
 };
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use serde_json::json;
 
-use crate::arrays::{array, to_python};
+use crate::arrays::{Pairs, array, to_python};
 use crate::error::{GlimpseError, reject, to_exception};
 use crate::files::write;
 use crate::interruptible::run_detached;
-use crate::material::{Origin, PyMaterial};
+use crate::material::{Origin, PyMaterial, directions_of};
 
 /// A reading that is improbable given the other readings.
 ///
@@ -53,16 +52,16 @@ impl PyOutlier {
 pub(crate) struct PyFittedMaterial {
     fit: Fit,
     keep_all: bool,
-    basis: Option<Arc<Basis>>,
-    /// The Recipe.
+    /// The recipe that fits the readings.
+    chosen: ChosenRecipe,
+    /// The Recipe of the call.
     recipe: Py<PyAny>,
 }
 
 impl PyFittedMaterial {
     pub(crate) fn new<'py>(
         recipe: &Bound<'py, PyAny>,
-        parsed: &Recipe<'_>,
-        basis: Option<Arc<Basis>>,
+        chosen: ChosenRecipe,
         name: &str,
         measurements: Measurements,
         keep_all: bool,
@@ -73,9 +72,11 @@ impl PyFittedMaterial {
             ));
         }
         let py = recipe.py();
+        let NamedRecipe { file, basis, .. } = &chosen.recipe;
         let fit = run_detached(py, || {
-            let selection = Selection::new(parsed, measurements, keep_all)?;
-            fit(parsed, basis.as_deref(), name.to_owned(), selection)
+            let parsed = file.recipe();
+            let selection = Selection::new(&parsed, &chosen.prior, measurements, keep_all)?;
+            fit(&parsed, basis.as_deref(), name.to_owned(), selection)
         })?
         .map_err(to_exception)?;
         let base = PyMaterial {
@@ -86,7 +87,7 @@ impl PyFittedMaterial {
         let fitted = Self {
             fit,
             keep_all,
-            basis,
+            chosen,
             recipe: recipe.clone().unbind(),
         };
         Bound::new(py, PyClassInitializer::from(base).add_subclass(fitted))
@@ -113,34 +114,60 @@ impl PyFittedMaterial {
         array(py, &[values.len()], values)
     }
 
-    /// The loss of the fit, predicted from its readings, or None if the recipe cannot predict it.
+    /// The loss of the fit, predicted from its readings.
     #[getter]
-    fn predicted_loss(&self) -> Option<f32> {
-        self.fit.prediction.map(|prediction| prediction.loss)
+    fn predicted_loss(&self) -> f32 {
+        self.fit.prediction.loss
     }
 
     /// The upper bound of the loss, which holds for 90 % of materials, or None if the recipe has none.
     #[getter]
     fn loss_bound(&self) -> Option<f32> {
-        self.fit.prediction?.bound
+        self.fit.prediction.bound
     }
 
     /// True if the readings are unlike those of all training materials, so that the loss may be larger than predicted. None
     /// if the recipe cannot tell.
     #[getter]
     fn unlike_training(&self) -> Option<bool> {
-        self.fit.prediction?.unlike_training
+        self.fit.prediction.unlike_training
     }
 
-    /// The upper bounds of the loss after 1, 2, ... used readings in the recipe's order, each for 90 % of materials. Empty
-    /// if the recipe has no bounds for scans that end early.
+    /// True if readings were not at the recipe's directions, so that the bundled recipe for any directions fitted them.
     #[getter]
-    fn loss_bounds(&self) -> Vec<f32> {
-        self.fit
-            .partial_scans
-            .iter()
-            .map(|scan| scan.bound)
-            .collect()
+    fn off_pattern(&self) -> bool {
+        self.chosen.off_pattern.is_some()
+    }
+
+    /// The directions of the fitted readings: unit vectors, incoming and outgoing, float64 of shape (n, 2, 3).
+    #[getter]
+    fn directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let recipe = self.chosen.recipe.file.recipe();
+        let flat = recipe
+            .pattern()
+            .flat_map(|angles| directions_of(&angles).concat());
+        array(py, &[recipe.samples(), 2, 3], flat.collect())
+    }
+
+    /// Returns the standard deviation of the BRDF (linear RGB, sr^-1, not times the cosine), given the readings.
+    ///
+    /// Directions are those of `Material.brdf`; the result has the shape (..., 3).
+    #[pyo3(signature = (incoming, outgoing = None))]
+    fn deviation<'py>(
+        &self,
+        py: Python<'py>,
+        incoming: &Bound<'py, PyAny>,
+        outgoing: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        let Pairs { pairs, shape } = Pairs::from_arrays(incoming, outgoing)?;
+        let angles = pairs.into_iter().map(|[incoming, outgoing]| {
+            angles_from_vectors(incoming, outgoing)
+                .ok_or_else(|| GlimpseError::new_err("a direction is not above the horizon"))
+        });
+        let angles = angles.collect::<PyResult<_>>()?;
+        let posterior = &self.fit.selection.posterior;
+        let deviations = posterior.deviations(self.material().fitted(), angles);
+        array(py, &[&shape[..], &[3]].concat(), deviations.concat())
     }
 
     /// The status of each sample's reading: "used", "missing", "saturated" or "outlier".
@@ -169,15 +196,16 @@ impl PyFittedMaterial {
     #[getter]
     fn outliers(&self) -> Vec<PyOutlier> {
         let selection = &self.fit.selection;
-        let outliers = selection.outlier_report.outliers.iter();
-        let outliers = outliers.map(|outlier| PyOutlier {
-            sample: outlier.sample,
-            z: outlier.prediction.z,
-            measured: selection.measurements.samples[outlier.sample]
-                .mean()
-                .unwrap_or_default(),
-            predicted: outlier.prediction.expected,
-            status: selection.statuses[outlier.sample].name(),
+        let report = &selection.outlier_report;
+        let outliers = report.outliers.iter().filter_map(|sample| {
+            let prediction = report.predictions[*sample]?;
+            Some(PyOutlier {
+                sample: *sample,
+                z: prediction.z,
+                measured: selection.measurements.samples[*sample].mean()?,
+                predicted: prediction.expected,
+                status: selection.statuses[*sample].name(),
+            })
         });
         outliers.collect()
     }
@@ -200,7 +228,8 @@ impl PyFittedMaterial {
         }
         let this = slf.get();
         let metadata = json!({ "trainer": concat!("glimpse_brdf ", env!("CARGO_PKG_VERSION")) });
-        let files = material_files(this.material(), &path, this.basis.as_deref(), metadata);
+        let basis = this.chosen.recipe.basis.as_deref();
+        let files = material_files(this.material(), &path, basis, metadata);
         let files = files.map_err(|error| GlimpseError::new_err(error.to_string()))?;
         write(&files, overwrite)
     }
@@ -208,9 +237,11 @@ impl PyFittedMaterial {
     /// Supports pickle, which stores the recipe and the readings. Unpickling repeats the fit.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let samples = &self.fit.selection.measurements.samples;
-        let readings = samples
-            .iter()
-            .map(|sample| Some((sample.mean()?, sample.saturated())));
+        let recipe = self.chosen.recipe.file.recipe();
+        let readings = recipe.pattern().zip(samples).map(|(angles, sample)| {
+            let reading = sample.mean().map(|mean| (mean, sample.saturated()));
+            ([angles.theta_h, angles.theta_d, angles.phi_d], reading)
+        });
         let arguments = (
             self.material().name(),
             readings.collect::<Vec<_>>(),

@@ -3,8 +3,8 @@
 use glimpse_core::geometry::{Angles, Directions};
 use glimpse_core::gonio::Quantity;
 use glimpse_trainer::measurement::{
-    CountCalibration, DEFAULT_TOLERANCE, FOOTPRINTS, LabReading, Measurements, QUANTITIES,
-    ReadingQuantity, WhiteReference,
+    ChosenRecipe, CountCalibration, FOOTPRINTS, LabReading, Measurements, NamedRecipe, QUANTITIES,
+    ReadingQuantity, Rows, WhiteReference,
 };
 use pyo3::prelude::*;
 
@@ -17,9 +17,8 @@ pub(crate) struct ReadingArgs<'a, 'py> {
     pub(crate) readings: &'a Bound<'py, PyAny>,
     pub(crate) directions: Option<&'a Bound<'py, PyAny>>,
     pub(crate) quantity: Option<&'a str>,
-    /// Degrees.
-    pub(crate) tolerance: Option<f64>,
     pub(crate) saturated: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) noise: Option<&'a Bound<'py, PyAny>>,
     pub(crate) white: Option<&'a Bound<'py, PyAny>>,
     pub(crate) white_directions: Option<&'a Bound<'py, PyAny>>,
     pub(crate) footprint: Option<&'a str>,
@@ -29,21 +28,25 @@ pub(crate) struct ReadingArgs<'a, 'py> {
 }
 
 impl ReadingArgs<'_, '_> {
-    /// Assigns the readings to the samples of a pattern.
-    pub(crate) fn measurements(&self, pattern: Vec<Angles<f32>>) -> PyResult<Measurements> {
+    /// Chooses the recipe of the readings, and assigns them to its samples.
+    pub(crate) fn measurements(
+        &self,
+        given: &NamedRecipe,
+    ) -> PyResult<(ChosenRecipe, Measurements)> {
         let values = values(self.readings, "readings")?;
         let count = values.len();
+        let samples = given.file.recipe().samples();
         let pairs = match self.directions {
             None => {
-                if count != pattern.len() {
-                    return reject(format!(
-                        "readings must have the shape ({}, 3), one row for each of the recipe's samples and NaN for \
-                         a missing one, not ({count}, 3); or pass directions",
-                        pattern.len()
-                    ));
-                }
-                if self.tolerance.is_some() {
-                    return reject("tolerance_degrees has no effect without directions");
+                if count != samples || given.is_any() {
+                    let remedy = match given.is_any() {
+                        true => "pass directions, because the recipe has none".to_owned(),
+                        false => format!(
+                            "readings must have the shape ({samples}, 3), one row for each of the recipe's samples \
+                             and NaN for a missing one, not ({count}, 3); or pass directions"
+                        ),
+                    };
+                    return reject(remedy);
                 }
                 None
             }
@@ -70,23 +73,33 @@ impl ReadingArgs<'_, '_> {
                 flags.iter().map(|flag| *flag == 1.0).collect()
             }
         };
+        let noise = match self.noise {
+            None => None,
+            Some(noise) => {
+                let noise = numbers(noise, "noise")?;
+                if noise.shape() != [count] || !noise.iter().all(|each| (0.0..=10.0).contains(each))
+                {
+                    return reject(format!(
+                        "noise must be {count} standard deviations relative to the readings, each 0 to 10"
+                    ));
+                }
+                Some(noise.iter().map(|each| *each as f32).collect::<Vec<f32>>())
+            }
+        };
         let readings = values.into_iter().zip(saturated).enumerate();
         let readings = readings.map(|(row, (values, saturated))| LabReading {
             sample: pairs.is_none().then_some(row),
             directions: pairs.as_ref().map(|pairs| pairs[row]),
             values,
             saturated,
+            noise: noise.as_ref().map(|noise| noise[row]),
         });
-        let tolerance = self.tolerance.unwrap_or(f64::from(DEFAULT_TOLERANCE));
-        if !(tolerance > 0.0 && tolerance <= 180.0) {
-            return reject(format!(
-                "tolerance_degrees must be above 0 and at most 180, not {tolerance}"
-            ));
-        }
+        let mut rows = Rows::from_readings(&readings.collect::<Vec<LabReading>>());
+        let chosen = given.choose(&mut rows).map_err(to_exception)?;
+        let pattern: Vec<Angles<f32>> = chosen.recipe.file.recipe().pattern().collect();
         let meaning = self.meaning(pattern.len())?;
-        let readings: Vec<LabReading> = readings.collect();
-        Measurements::from_readings(&readings, &pattern, tolerance.to_radians(), &meaning)
-            .map_err(to_exception)
+        let measurements = Measurements::new(&rows, &pattern, &meaning).map_err(to_exception)?;
+        Ok((chosen, measurements))
     }
 
     /// Returns the quantity of the readings.

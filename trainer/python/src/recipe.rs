@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_trainer::export::{expectation, training};
-use glimpse_trainer::measurement::Measurements;
+use glimpse_trainer::measurement::{ChosenRecipe, Measurements, NamedRecipe, angles_from_vectors};
 use glimpse_training::recipe::RecipeFile;
 use glimpse_training::route::{LimitArgs, Order, PlanArgs, axes_from_angles};
 use numpy::PyArrayDyn;
@@ -15,7 +16,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 use serde_json::json;
 
-use crate::arrays::{array, to_python};
+use crate::arrays::{Pairs, array, to_python};
 use crate::choices::choose_value;
 use crate::error::{GlimpseError, reject, to_exception};
 use crate::files::write;
@@ -25,6 +26,8 @@ use crate::material::directions_of;
 use crate::plan::{PyPlan, speed_args};
 use crate::readings::ReadingArgs;
 
+/// The angles of a sample, its mean reading, and if that is saturated.
+type SampleState = ([f32; 3], Option<([f32; 3], bool)>);
 /// Bytes of a recipe, and of its basis.
 type RecipeBytes<'py> = (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>);
 
@@ -45,14 +48,12 @@ impl PyRecipe {
         self.file.recipe()
     }
 
-    fn fit_measurements<'py>(
-        slf: &Bound<'py, Self>,
-        name: &str,
-        measurements: Measurements,
-        keep_all: bool,
-    ) -> PyResult<Bound<'py, PyFittedMaterial>> {
-        let (recipe, basis) = (slf.get().recipe(), slf.get().basis.clone());
-        PyFittedMaterial::new(slf.as_any(), &recipe, basis, name, measurements, keep_all)
+    fn named(&self) -> NamedRecipe {
+        NamedRecipe {
+            name: "recipe".to_owned(),
+            file: self.file.clone(),
+            basis: self.basis.clone(),
+        }
     }
 
     /// Combines a recipe with the bytes of its basis, if it needs one.
@@ -62,7 +63,7 @@ impl PyRecipe {
             (None, None) => None,
             (None, Some(_)) => {
                 return reject(
-                    "basis has no effect, because the recipe's model is not linear: omit basis",
+                    "basis has no effect, because the recipe does not need one: omit basis",
                 );
             }
             (Some(_), None) => {
@@ -307,9 +308,11 @@ impl PyRecipe {
     ///
     /// `readings` is an array (n, 3): one row for each sample in the recipe's order, with NaN for a missing reading (if
     /// the recipe `tolerates_missing`). With `directions` (m, 2, 3), it is an array (m, 3) of readings in any order;
-    /// samples may be repeated or missing. Each reading is assigned to the nearest sample, which must be within
-    /// `tolerance_degrees` (default 0.5) in every angle. Repeated readings are averaged. `saturated` has one boolean
-    /// for each reading, True if the sensor was saturated.
+    /// samples may be repeated or missing. Each reading is assigned to the nearest sample, at most 0.5 degrees away in
+    /// every angle. If a reading is further away, all are fitted with the bundled recipe of the model for readings at any
+    /// directions, and `off_pattern` of the result says so. With a recipe that was trained with `samples="any"`,
+    /// directions are arbitrary. Repeated readings are averaged. `saturated` has one boolean for each reading, True if the
+    /// sensor was saturated. `noise` has the standard deviation of each reading, relative to it, at any directions.
     ///
     /// `quantity` is "brdf" (default; sr^-1, linear RGB), "brdf-cos-i" or "brdf-cos-o" (the BRDF times the cosine of
     /// theta_i or theta_o), or "reflectance-factor" (the BRDF times pi).
@@ -323,8 +326,8 @@ impl PyRecipe {
     /// A recipe that tolerates missing readings excludes saturated readings from the fit. It also excludes the worst
     /// outlier, if the other readings agree better without it, unless `keep_all` is True.
     #[pyo3(signature = (
-        readings, directions = None, *, quantity = None, name = "fitted", tolerance_degrees = None,
-        saturated = None, white = None, white_directions = None, footprint = None, dark = None,
+        readings, directions = None, *, quantity = None, name = "fitted",
+        saturated = None, noise = None, white = None, white_directions = None, footprint = None, dark = None,
         white_reflectance = None, saturation = None, keep_all = false,
     ))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
@@ -334,8 +337,8 @@ impl PyRecipe {
         directions: Option<&Bound<'py, PyAny>>,
         quantity: Option<&str>,
         name: &str,
-        tolerance_degrees: Option<f64>,
         saturated: Option<&Bound<'py, PyAny>>,
+        noise: Option<&Bound<'py, PyAny>>,
         white: Option<&Bound<'py, PyAny>>,
         white_directions: Option<&Bound<'py, PyAny>>,
         footprint: Option<&str>,
@@ -348,8 +351,8 @@ impl PyRecipe {
             readings,
             directions,
             quantity,
-            tolerance: tolerance_degrees,
             saturated,
+            noise,
             white,
             white_directions,
             footprint,
@@ -357,18 +360,57 @@ impl PyRecipe {
             white_reflectance,
             saturation,
         };
-        let this = slf.get();
-        let measurements = args.measurements(this.recipe().pattern().collect())?;
-        Self::fit_measurements(slf, name, measurements, keep_all)
+        let (chosen, measurements) = args.measurements(&slf.get().named())?;
+        PyFittedMaterial::new(slf.as_any(), chosen, name, measurements, keep_all)
     }
 
-    /// Repeats a fit from the reading of each sample and its saturation, for pickles.
+    /// Returns the recipe of readings at directions, an array (n, 2, 3), that a recipe without a pattern fits.
+    fn at(&self, directions: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let named = self.named();
+        if !named.is_any() {
+            return reject(
+                "the recipe has a pattern: use one that was trained with samples \"any\"",
+            );
+        }
+        let Pairs { pairs, .. } = Pairs::from_arrays(directions, None)?;
+        let angles = pairs
+            .into_iter()
+            .enumerate()
+            .map(|(row, [incoming, outgoing])| {
+                let angles = angles_from_vectors(incoming, outgoing);
+                angles.ok_or_else(|| {
+                    GlimpseError::new_err(format!(
+                        "a direction of pair {row} is not above the horizon"
+                    ))
+                })
+            });
+        let angles: Vec<_> = angles.collect::<PyResult<_>>()?;
+        match named.at(&angles, &[]) {
+            Some(ChosenRecipe { recipe, .. }) => Ok(Self {
+                file: recipe.file,
+                basis: recipe.basis,
+            }),
+            None => reject("directions: give at most 4096 pairs"),
+        }
+    }
+
+    /// Repeats a fit from the angles of each sample, its reading and its saturation, for pickles.
     fn _fit_samples<'py>(
         slf: &Bound<'py, Self>,
         name: &str,
-        readings: Vec<Option<([f32; 3], bool)>>,
+        samples: Vec<SampleState>,
         keep_all: bool,
     ) -> PyResult<Bound<'py, PyFittedMaterial>> {
+        let (angles, readings): (Vec<[f32; 3]>, Vec<_>) = samples.into_iter().unzip();
+        let angles = angles.into_iter().map(|[theta_h, theta_d, phi_d]| Angles {
+            theta_h,
+            theta_d,
+            phi_d,
+        });
+        let angles: Vec<_> = angles.collect();
+        let Some(chosen) = slf.get().named().choose_at(&angles) else {
+            return reject("the fit is not one of this recipe");
+        };
         let mut measurements = Measurements {
             samples: vec![Repeated::new(); readings.len()],
             rows: readings.iter().flatten().count(),
@@ -379,7 +421,7 @@ impl PyRecipe {
                 sample.add(brdf, saturated).map_err(to_exception)?;
             }
         }
-        Self::fit_measurements(slf, name, measurements, keep_all)
+        PyFittedMaterial::new(slf.as_any(), chosen, name, measurements, keep_all)
     }
 
     fn __repr__(&self) -> String {

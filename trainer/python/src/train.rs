@@ -60,10 +60,17 @@ impl From<outer::Progress> for PyProgress {
     }
 }
 
+/// The number of samples.
+#[derive(FromPyObject)]
+pub(crate) enum SampleCount {
+    Number(usize),
+    Text(String),
+}
+
 /// Trains a recipe as `trainer train` does; the same options give the same bytes.
 ///
-/// `model` is "phong", "cook-torrance", "linear" or "neural". `samples` is the number of readings n (default 8).
-/// `materials` are the training materials: a source as for `load_materials`, a Material, or a list of both (default
+/// `model` is "phong", "cook-torrance", "linear" or "neural". `samples` is the number of readings n (default 8),
+/// or "any" for a recipe without a pattern, for readings at any directions. `materials` are the training materials: a source as for `load_materials`, a Material, or a list of both (default
 /// "procedural:100"). `seed` determines all random choices (default 0).
 ///
 /// `effort` is "brief" (seconds), "quick" (a minute), "standard" (several minutes, the default) or "long" (an hour).
@@ -89,7 +96,7 @@ impl From<outer::Progress> for PyProgress {
 /// it is then empty.
 #[pyfunction]
 #[pyo3(signature = (
-    model, materials = None, *, samples = 8, schedule = "prior", effort = "standard", seed = 0, share = None,
+    model, materials = None, *, samples = None, schedule = "prior", effort = "standard", seed = 0, share = None,
     missing = None, noise = None, additive = None, levels = None, procedural = None,
     max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None,
     scan_seconds = None, speed_degrees_per_second = None, settle_seconds = None, bases = None, eta = None,
@@ -100,7 +107,7 @@ pub(crate) fn train(
     py: Python<'_>,
     model: &str,
     materials: Option<&Bound<'_, PyAny>>,
-    samples: usize,
+    samples: Option<SampleCount>,
     schedule: &str,
     effort: &str,
     seed: u64,
@@ -150,6 +157,12 @@ pub(crate) fn train(
         &[("resume", resume)],
     )?;
     let effort = choose_value("effort", effort, Effort::name)?;
+    let samples = match samples {
+        None => 8,
+        Some(SampleCount::Number(0)) => return reject("samples is 0: give 1 to 4096, or \"any\""),
+        Some(SampleCount::Number(count)) => count,
+        Some(SampleCount::Text(text)) => choose("samples", &text, &[("any", 0)])?,
+    };
     let options = args.options(model, samples, schedule, effort, seed);
     let options = Options {
         checkpoints: checkpoints(checkpoint, checkpoint_every_seconds, resume)?,

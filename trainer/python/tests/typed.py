@@ -32,4 +32,4 @@ def scan(path: Path) -> float:
     rows = glimpse.compare(material, [fitted, "procedural:2"])
     print(rows[0]["name"], plot.lobes([material, fitted], 30.0), plot.plan(plan))
     loss: float = glimpse.loss(gray(directions[:, 0], directions[:, 1]), fitted)
-    return loss + evaluation["loss"] + evaluation["materials"][0]["delta_e"] + (fitted.predicted_loss or 0.0)
+    return loss + evaluation["loss"] + evaluation["materials"][0]["delta_e"] + fitted.predicted_loss
