@@ -18,27 +18,14 @@ pub struct FitBinary {
     pub name: &'static str,
     /// The recipe of the fit.
     pub recipe: &'static [u8],
-    /// Builds of the binary.
-    builds: Builds,
 }
 
-/// The builds of a binary with libm. One fit, with all stages of an estimator, represents all of them on other targets
-/// than the board's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Builds {
-    /// For every target.
-    Targets,
-    /// For the board's target.
-    Board,
-}
+/// One fit, with all stages of an estimator, represents all of them on other targets than the board's.
+const FOR_ALL_TARGETS: &str = "neural-completed";
 
 impl FitBinary {
-    const fn new(name: &'static str, recipe: &'static [u8], builds: Builds) -> Self {
-        Self {
-            name,
-            recipe,
-            builds,
-        }
+    const fn new(name: &'static str, recipe: &'static [u8]) -> Self {
+        Self { name, recipe }
     }
 
     /// Returns true if `tests/run firmware` builds it for this target with this library.
@@ -46,10 +33,7 @@ impl FitBinary {
     pub fn is_built(&self, target: Target, library: MathLibrary) -> bool {
         let is_board = target == TARGETS[0];
         match library {
-            MathLibrary::Libm => match self.builds {
-                Builds::Targets => true,
-                Builds::Board => is_board,
-            },
+            MathLibrary::Libm => is_board || self.name == FOR_ALL_TARGETS,
             MathLibrary::Micromath => {
                 is_board && ["linear", "phong", "cook-torrance", "neural"].contains(&self.name)
             }
@@ -59,24 +43,20 @@ impl FitBinary {
 
 /// All measured fits.
 pub const FIT_BINARIES: [FitBinary; 14] = [
-    FitBinary::new("linear", recipes::LINEAR, Builds::Board),
-    FitBinary::new("phong", recipes::PHONG, Builds::Board),
-    FitBinary::new("cook-torrance", recipes::COOK_TORRANCE, Builds::Board),
-    FitBinary::new("neural", recipes::NEURAL, Builds::Board),
-    FitBinary::new("linear-completed", completed::LINEAR, Builds::Board),
-    FitBinary::new("phong-completed", completed::PHONG, Builds::Board),
-    FitBinary::new(
-        "cook-torrance-completed",
-        completed::COOK_TORRANCE,
-        Builds::Board,
-    ),
-    FitBinary::new("neural-completed", completed::NEURAL, Builds::Targets),
-    FitBinary::new("linear-masked", masked::LINEAR, Builds::Board),
-    FitBinary::new("neural-masked", masked::NEURAL, Builds::Board),
-    FitBinary::new("linear-n64", large::LINEAR_64, Builds::Board),
-    FitBinary::new("neural-n64", large::NEURAL_64, Builds::Board),
-    FitBinary::new("linear-basis", completed::LINEAR, Builds::Board),
-    FitBinary::new("any", recipes::NEURAL, Builds::Board),
+    FitBinary::new("linear", recipes::LINEAR),
+    FitBinary::new("phong", recipes::PHONG),
+    FitBinary::new("cook-torrance", recipes::COOK_TORRANCE),
+    FitBinary::new("neural", recipes::NEURAL),
+    FitBinary::new("linear-completed", completed::LINEAR),
+    FitBinary::new("phong-completed", completed::PHONG),
+    FitBinary::new("cook-torrance-completed", completed::COOK_TORRANCE),
+    FitBinary::new("neural-completed", completed::NEURAL),
+    FitBinary::new("linear-masked", masked::LINEAR),
+    FitBinary::new("neural-masked", masked::NEURAL),
+    FitBinary::new("linear-n64", large::LINEAR_64),
+    FitBinary::new("neural-n64", large::NEURAL_64),
+    FitBinary::new("linear-basis", completed::LINEAR),
+    FitBinary::new("any", recipes::NEURAL),
 ];
 
 /// Calls of the counter's function after a fit: before and after the evaluation of a BRDF.

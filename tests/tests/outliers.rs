@@ -1,12 +1,14 @@
 //! Fits with one reading ten times too large: the residual, and the exclusion of the reading.
 
 use glimpse_core::geometry::HalfDifference;
+use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::{scan, scan_with_missing};
 use glimpse_materials::loss::{loss_directions, mean_log_error};
 use glimpse_materials::{FittedBrdf, Material, Procedural};
-use glimpse_trainer::measurement::Distribution;
+use glimpse_trainer::measurement::{NamedRecipe, OutlierReport};
+use glimpse_training::linear::PosteriorReading;
 
 const NEURAL: &[u8] = include_bytes!("../../trainer/recipes/paper/neural-n8.recipe");
 const LINEAR: &[u8] = include_bytes!("../../trainer/recipes/paper/linear-n8.recipe");
@@ -68,7 +70,14 @@ fn exclusion_of_one_reading_pays() {
     let at = loss_directions();
     for bytes in MASKED {
         let recipe = Recipe::parse(bytes).unwrap();
-        let distribution = Distribution::new(&recipe).unwrap();
+        let linear = NamedRecipe::bundled(ModelKind::Linear).unwrap();
+        let prior = linear.at(&[], &[]).unwrap().prior;
+        let find_outliers = |readings: &[Option<[f32; 3]>]| {
+            let readings = recipe.pattern().zip(readings);
+            let readings =
+                readings.map(|(angles, brdf)| Some(PosteriorReading::new(angles, (*brdf)?)));
+            OutlierReport::new(&prior, &readings.collect::<Vec<_>>())
+        };
         let [mut all, mut default, mut exact, mut excluded] = [0.0; 4];
         let mut correct = [0.0; 2];
         for index in 0..25 {
@@ -87,13 +96,13 @@ fn exclusion_of_one_reading_pays() {
                 .pattern()
                 .map(|angles| Some(material.brdf(angles)))
                 .collect();
-            let report = distribution.find_outliers(&readings);
+            let report = find_outliers(&readings);
             correct[0] += loss(&readings, None);
             correct[1] += loss(&readings, report.excluded);
             for wrong in 0..readings.len() {
                 let mut readings = readings.clone();
                 readings[wrong] = readings[wrong].map(|rgb| rgb.map(|value| 10.0 * value));
-                let report = distribution.find_outliers(&readings);
+                let report = find_outliers(&readings);
                 all += loss(&readings, None);
                 default += loss(&readings, report.excluded);
                 exact += loss(&readings, Some(wrong));

@@ -65,18 +65,3 @@ fn converts_to_shading_models() {
         &["gltf", "m.gltf"],
     );
 }
-
-#[test]
-fn spectral_file_has_colors_of_rgb_file() {
-    let folder = Folder::new();
-    folder.succeed("convert procedural:1:3 m_rgb.bsdf");
-    folder.succeed("convert procedural:1:3 m_spec.bsdf");
-    let report = folder.succeed_as_json("compare m_rgb.bsdf m_spec.bsdf");
-    let row = &report["materials"][0];
-    assert!(
-        number(&row["loss"]) < 1e-3 && number(&row["delta_e"]) < 0.3,
-        "{row}"
-    );
-    // A spectral file is not a copy of the RGB file.
-    folder.succeed("convert m_spec.bsdf again_rgb.bsdf");
-}

@@ -10,7 +10,7 @@ use glimpse_trainer::measurement::IsotropicAngles;
 use serde_json::{Value, json};
 
 use super::Folder;
-use super::shared::{LINEAR_N4, PHONG};
+use super::shared::LINEAR_N4;
 use crate::common::assert_names;
 
 /// A recipe of 16 samples that tolerates missing readings.
@@ -351,8 +351,7 @@ fn material_json_has_report_fields() {
         ),
         ("/measured/quantity", json!("brdf")),
         ("/readings/used", json!(14)),
-        ("/expected_loss/source", json!("readings")),
-        ("/expected_loss/materials", Value::Null),
+        ("/recipe/off_pattern", json!(false)),
     ] {
         assert_eq!(material_json.pointer(field), Some(&expected), "{field}");
     }
@@ -374,14 +373,4 @@ fn material_json_has_report_fields() {
             _ => {}
         }
     }
-
-    // A recipe that states its loss but does not predict losses.
-    PHONG.copy_to(folder.path());
-    write_readings(&folder, "a.csv", "phong.recipe", &first(4));
-    folder.succeed("fit phong.recipe --measurements a.csv --out stated");
-    let loss = &folder.read_json("stated/material.json")["expected_loss"];
-    assert_eq!(
-        (&loss["source"], &loss["materials"]),
-        (&json!("validation"), &json!(1))
-    );
 }

@@ -23,9 +23,6 @@ use crate::common::assert_names;
 /// A small run. Checkpoints are so frequent that some kills interrupt their writing.
 const PAPER: &str = "train --model phong --samples 3 --data procedural:5 --effort brief \
                      --schedule paper --checkpoint-every 0.001 --out phong.recipe";
-/// A small run of the default schedule.
-const PRIOR: &str =
-    "train --model phong --samples 3 --data procedural:5 --effort brief --out phong.recipe";
 /// A run that takes hours, without `--out`.
 const HOURS: &str = "train --samples 512 --data procedural:5 --effort long --schedule paper \
                      --checkpoint-every 0.01";
@@ -119,16 +116,6 @@ fn resume_without_checkpoint() {
     assert_ne!(folder.read("phong.recipe"), first);
 }
 
-#[test]
-fn recipe_is_independent_of_threads() {
-    let folder = Folder::new();
-    let recipes = [1, 2, 7].map(|threads| {
-        folder.succeed(&format!("{PRIOR} --threads {threads} --force"));
-        folder.read("phong.recipe")
-    });
-    assert!(recipes.iter().all(|bytes| *bytes == recipes[0]));
-}
-
 /// Calls a function, and asserts that it returns within a minute.
 fn assert_within_a_minute<T>(work: impl FnOnce() -> T) -> T {
     let begin = Instant::now();
@@ -139,20 +126,6 @@ fn assert_within_a_minute<T>(work: impl FnOnce() -> T) -> T {
         "the error came after {seconds} s of training"
     );
     result
-}
-
-#[test]
-fn rejects_unwritable_paths_before_training() {
-    let folder = Folder::with("file", b"text");
-    fs::create_dir(folder.at("directory")).expect("the folder is created");
-    for (options, place) in [
-        ("--out directory", "directory"),
-        ("--out file/phong.recipe", "file/phong.recipe"),
-    ] {
-        let command = format!("{HOURS} --model phong {options}");
-        assert_within_a_minute(|| folder.fail_naming(&command, &[place]));
-        assert_eq!(folder.names(""), ["directory", "file"]);
-    }
 }
 
 /// A limit on the size of files, in blocks of 512 bytes, simulates a disk that is nearly full.
@@ -187,46 +160,6 @@ fn train_on(
     train(options, materials, &mut |progress| {
         at_each_step(progress.done)
     })
-}
-
-/// A stopped run continues from its last checkpoint, with the same result.
-#[test]
-fn stopped_run_resumes() {
-    let scratch = tempfile::tempdir().expect("a temporary directory");
-    let proceed = &mut |_| ControlFlow::Continue(());
-    let mut options = Options::new(ModelKind::Phong, 4, Schedule::Paper, Effort::Brief, 3);
-    let whole = train_on("procedural:12", &options, proceed).expect("the recipe is trained");
-    let mut checkpoints = CheckpointOptions {
-        directory: scratch.path().join("checkpoint"),
-        interval: Duration::from_secs(10),
-        resume: false,
-    };
-    // In the first phase, at its end, and in two phases of the pattern.
-    for stop in [100, 220, 235, 250] {
-        options.checkpoints = Some(checkpoints.clone());
-        let outcome = train_on("procedural:12", &options, &mut |done| match done == stop {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        });
-        assert!(
-            matches!(outcome, Err(TrainError::Stopped(done)) if done == stop),
-            "{outcome:?}"
-        );
-        checkpoints.resume = true;
-    }
-    options.checkpoints = Some(checkpoints);
-    let resumed = train_on("procedural:12", &options, proceed).expect("the recipe is trained");
-    assert_eq!(resumed, whole);
-
-    options.seed = 4;
-    let outcome = train_on("procedural:12", &options, proceed);
-    assert!(
-        matches!(
-            outcome,
-            Err(TrainError::Checkpoint(CheckpointError::OtherRun { .. }))
-        ),
-        "{outcome:?}"
-    );
 }
 
 /// A checkpoint that cannot be written is an error, and the previous checkpoint remains valid.

@@ -29,6 +29,8 @@ fn reduced_basis() -> LearnedRidge {
         center: vec![-0.5, 0.0, 0.5],
         rows: vec![1.5, -2.0, 0.25, 8.0, 3.0, -0.1],
         precision: vec![40.0; 2],
+        difference_precision: Vec::new(),
+        noise_variance: None,
         basis_checksum: 0x0123_abcd,
     }
 }

@@ -3,6 +3,7 @@
 //! Tests look for options, files, columns and numbers in messages, not for their wording. The exit
 //! code is 2 for an invalid command line, and 1 for all other failures.
 
+mod any;
 mod basis;
 mod compare;
 mod convert;
@@ -24,7 +25,6 @@ mod render;
 mod reproduce;
 mod scan_time;
 mod shared;
-mod skipped_entries;
 mod view;
 
 use glimpse_core::fit::Estimator;
@@ -177,15 +177,4 @@ fn strip_removes_metadata() {
 
     folder.fail_naming(&strip("json", "out"), &["--strip", "postcard"]);
     assert!(!folder.exists("out"));
-}
-
-#[test]
-fn errors_name_file_or_option() {
-    let folder = Folder::with("bad.recipe", b"GLMQ");
-    folder.fail_naming("inspect bad.recipe", &["bad.recipe", "GLMP"]);
-    folder.fail_naming("inspect none.recipe", &["none.recipe"]);
-    let nowhere = TRAIN.replace("procedural:12", "nowhere");
-    folder.fail_naming(&nowhere, &["nowhere"]);
-    let none = TRAIN.replace("--samples 4", "--samples 0");
-    folder.fail_naming(&none, &["--samples", "0"]);
 }

@@ -51,30 +51,6 @@ fn writes_to_pipes_and_devices() {
     folder.fail_naming("train --model phong --samples 1 --out null", &["null"]);
 }
 
-#[cfg(unix)]
-#[test]
-fn follows_links_and_keeps_read_only_files() {
-    use std::os::unix::fs::{PermissionsExt, symlink};
-
-    let folder = folder();
-    folder.write("real.json", "old");
-    symlink("real.json", folder.at("link.json")).expect("the link is created");
-    folder.succeed(&export("json", "link.json --force"));
-    assert!(folder.at("link.json").is_symlink());
-    assert_eq!(folder.read("real.json"), folder.read("link.json"));
-    assert_ne!(folder.read("real.json"), b"old");
-
-    folder.write("kept.json", "kept");
-    let read_only = PermissionsExt::from_mode(0o444);
-    fs::set_permissions(folder.at("kept.json"), read_only).expect("the permissions are set");
-    fs::remove_file(folder.at("link.json")).expect("the file is removed");
-    symlink("kept.json", folder.at("link.json")).expect("the link is created");
-    for out in ["kept.json", "link.json"] {
-        folder.fail_naming(&export("json", out), &[out]);
-    }
-    assert_eq!(folder.read("kept.json"), b"kept");
-}
-
 #[test]
 fn rejects_output_that_is_an_input() {
     let folder = folder();

@@ -1,8 +1,6 @@
 //! `trainer query`
 
-use glimpse_core::geometry::HalfDifference;
 use glimpse_materials::Source;
-use glimpse_materials::sampling::uniform_valid;
 use serde_json::json;
 
 use super::Folder;
@@ -21,58 +19,6 @@ fn rows(csv: &str, header: &str) -> Vec<Vec<String>> {
 fn numbers(cells: &[String]) -> Vec<f32> {
     let numbers = cells.iter().map(|cell| cell.parse());
     numbers.collect::<Result<_, _>>().expect("numbers")
-}
-
-#[test]
-fn both_angle_conventions_give_same_brdf() {
-    let folder = Folder::new();
-    let angles = uniform_valid(300, 1);
-    let mut half = "material,phi_d,theta_h,note,theta_d\n".to_owned();
-    let mut directions = "phi_o, theta_i, phi_i, theta_o\r\n".to_owned();
-    for angles in &angles {
-        let [theta_h, theta_d, phi_d] = [angles.theta_h, angles.theta_d, angles.phi_d]
-            .map(|angle| f64::from(angle).to_degrees());
-        half += &format!("any,{phi_d},{theta_h},\"one, two\",{theta_d}\n");
-        let at = HalfDifference::from_angles(glimpse_core::geometry::Angles {
-            theta_h: theta_h.to_radians(),
-            theta_d: theta_d.to_radians(),
-            phi_d: phi_d.to_radians(),
-        });
-        let pair = at.directions();
-        let theta = |direction: [f64; 3]| direction[2].acos().to_degrees();
-        let phi = |[x, y, _]: [f64; 3]| y.atan2(x).to_degrees();
-        // Rotation about the normal does not change the BRDF.
-        directions += &format!(
-            "{}, {}, {}, {}\r\n",
-            phi(pair.outgoing) - 77.0,
-            theta(pair.incoming),
-            phi(pair.incoming) - 77.0,
-            theta(pair.outgoing)
-        );
-    }
-    folder.write("half.csv", half);
-    folder.write("directions.csv", directions);
-    let material = &Source("procedural:1:4".into())
-        .load()
-        .expect("the material loads")[0];
-    let query = |file| folder.succeed(&format!("query procedural:1:4 --angles {file}"));
-
-    let output = rows(&query("half.csv"), "theta_h,theta_d,phi_d,r,g,b");
-    assert_eq!(output.len(), angles.len());
-    for (row, angles) in output.iter().zip(&angles) {
-        assert_eq!(numbers(&row[3..]), material.brdf(*angles));
-        // The angles of the input, in degrees.
-        let input = [angles.theta_h, angles.theta_d, angles.phi_d];
-        let input = input.map(|angle| f64::from(angle).to_degrees().to_string());
-        assert_eq!(row[..3], input);
-    }
-    let header = "theta_i,phi_i,theta_o,phi_o,r,g,b";
-    let output = rows(&query("directions.csv"), header);
-    for (row, angles) in output.iter().zip(&angles) {
-        for (output, expected) in numbers(&row[4..]).into_iter().zip(material.brdf(*angles)) {
-            assert!((output - expected).abs() <= 2e-4 * expected, "{angles:?}");
-        }
-    }
 }
 
 #[test]
@@ -128,7 +74,7 @@ fn errors_name_file_line_and_column() {
         ),
         (
             b"theta_i,phi_i,theta_o,phi_o\n-1,0,0,0\n",
-            &["2", "theta_i", "-1", "180"],
+            &["2", "theta_i", "-1", "--convention"],
         ),
         (b"theta_h,theta_d,phi_d\n1,2,3\n1,2,3,4\n", &["3", "4"]),
         (b"theta_h,theta_d,phi_d\n1,\xff,3\n", &["2", "UTF-8"]),

@@ -116,7 +116,7 @@ fn rejects_invalid_arguments() {
     folder.fail_each("render view", &[
 "neural-n8.recipe => --material --measurements",
 "neural-n8.recipe neural-n8.recipe --material procedural:1 => neural-n8",
-"linear-n8.recipe --material procedural:1:77 => linear-n8.basis --format",
+"linear-n8.recipe --material procedural:1:77 => linear-n8.basis",
 "neural-n8.recipe --material procedural:2 => 2",
 "neural-n8.recipe --measurements a.csv a.csv => 2 --measurements 1",
 "neural-n8.recipe --measurements a.csv --noise 0.1 => --noise",

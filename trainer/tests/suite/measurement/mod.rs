@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Quantity;
-use glimpse_trainer::measurement::{Measurements, ReadingQuantity, TableError};
+use glimpse_trainer::measurement::{AngleArgs, Measurements, ReadingQuantity, Rows, TableError};
 use glimpse_training::recipe::RecipeFile;
 
 /// Reads one of the bundled recipes.
@@ -31,9 +31,6 @@ pub(crate) fn pattern() -> Vec<Angles<f32>> {
     ]
 }
 
-/// 0.5 degrees, in radians.
-pub(crate) const TOLERANCE: f64 = 0.5 * std::f64::consts::PI / 180.0;
-
 /// Reads readings from a file with this text.
 pub(crate) fn read_readings(
     text: &str,
@@ -42,7 +39,11 @@ pub(crate) fn read_readings(
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let path = scratch.path().join("a.csv");
     std::fs::write(&path, text).expect("the file is written");
-    Measurements::read(&path, &pattern(), TOLERANCE, quantity)
+    Measurements::new(
+        &Rows::read(&path, &AngleArgs::default())?,
+        &pattern(),
+        quantity,
+    )
 }
 
 /// Reads readings of the BRDF from a file with this text.
@@ -53,7 +54,7 @@ pub(crate) fn read_brdf(text: &str) -> Result<Measurements, TableError> {
 /// Returns the error message about an invalid file, without the path.
 pub(crate) fn error_message(result: Result<Measurements, TableError>) -> String {
     match result {
-        Err(TableError::Damaged { path, message }) => {
+        Err(TableError::Damaged { path, message } | TableError::OffPattern { path, message }) => {
             assert!(path.ends_with("a.csv"), "{}", path.display());
             message
         }

@@ -1,8 +1,10 @@
 //! Detection of outliers, on materials that are not part of the statistics.
 
 use glimpse_core::geometry::Angles;
+use glimpse_core::model::ModelKind;
 use glimpse_materials::{Material, Procedural};
-use glimpse_trainer::measurement::{Distribution, OutlierReport};
+use glimpse_trainer::measurement::{NamedRecipe, OutlierReport};
+use glimpse_training::linear::{CoefficientPrior, PosteriorReading};
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
@@ -19,12 +21,28 @@ enum Corruption {
     OneChannel,
 }
 
+/// The bundled prior.
+fn prior() -> CoefficientPrior {
+    let linear = NamedRecipe::bundled(ModelKind::Linear).expect("a bundled recipe");
+    linear.at(&[], &[]).expect("no directions").prior
+}
+
+fn find_outliers(
+    prior: &CoefficientPrior,
+    pattern: &[Angles<f32>],
+    readings: &[Option<[f32; 3]>],
+) -> OutlierReport {
+    let readings = pattern.iter().zip(readings);
+    let readings = readings.map(|(angles, brdf)| Some(PosteriorReading::new(*angles, (*brdf)?)));
+    OutlierReport::new(prior, &readings.collect::<Vec<_>>())
+}
+
 /// Returns the rate of detected corrupt readings, and the rate of materials with false positives, over procedural
 /// materials with 2 % noise and one missing reading.
 fn rates(name: &str, corruption: Corruption) -> [f64; 2] {
     let file = recipe(name);
     let recipe = file.recipe();
-    let distribution = Distribution::new(&recipe).expect("not too many samples");
+    let prior = prior();
     let pattern: Vec<Angles<f32>> = recipe.pattern().collect();
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let materials = Procedural::set(100, 77);
@@ -50,7 +68,7 @@ fn rates(name: &str, corruption: Corruption) -> [f64; 2] {
             outliers,
             predictions,
             ..
-        } = distribution.find_outliers(&readings);
+        } = find_outliers(&prior, &pattern, &readings);
         assert_eq!(
             predictions
                 .iter()
@@ -59,8 +77,8 @@ fn rates(name: &str, corruption: Corruption) -> [f64; 2] {
             1
         );
         let is_bad = |sample: usize| sample == bad && !matches!(corruption, Corruption::None);
-        detected += usize::from(outliers.iter().any(|outlier| is_bad(outlier.sample)));
-        false_positives += usize::from(outliers.iter().any(|outlier| !is_bad(outlier.sample)));
+        detected += usize::from(outliers.iter().any(|sample| is_bad(*sample)));
+        false_positives += usize::from(outliers.iter().any(|sample| !is_bad(*sample)));
     }
     let share = |count: usize| count as f64 / materials.len() as f64;
     println!(
@@ -78,7 +96,6 @@ fn detects_tenfold_readings() {
         ("masked/neural-n16.recipe", 0.95),
         ("completed/linear-n8.recipe", 0.8),
         ("completed/phong-n8.recipe", 0.8),
-        // Recipes without statistics of their training materials.
         ("paper/neural-n8.recipe", 0.8),
         ("paper/cook-torrance-n8.recipe", 0.8),
     ] {
@@ -105,14 +122,14 @@ fn detects_small_readings_and_single_channels() {
 fn at_most_a_quarter_are_outliers() {
     let file = recipe("masked/linear-n16.recipe");
     let recipe = file.recipe();
-    let distribution = Distribution::new(&recipe).expect("not too many samples");
+    let (prior, pattern) = (prior(), recipe.pattern().collect::<Vec<_>>());
     let extreme: Vec<Option<[f32; 3]>> = (0..recipe.samples())
         .map(|index| Some([if index % 2 == 0 { 1e-4 } else { 50.0 }; 3]))
         .collect();
-    assert_eq!(distribution.find_outliers(&extreme).outliers.len(), 4);
+    assert_eq!(find_outliers(&prior, &pattern, &extreme).outliers.len(), 4);
     // Three readings or fewer have no outliers.
     let mut few = vec![None; recipe.samples()];
-    assert_eq!(distribution.find_outliers(&few).outliers, []);
+    assert_eq!(find_outliers(&prior, &pattern, &few).outliers, [0; 0]);
     few[..3].copy_from_slice(&extreme[..3]);
-    assert_eq!(distribution.find_outliers(&few).outliers, []);
+    assert_eq!(find_outliers(&prior, &pattern, &few).outliers, [0; 0]);
 }

@@ -4,10 +4,12 @@ use std::f32::consts::PI;
 use std::fs;
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_core::gonio::{Footprint, Quantity};
-use glimpse_trainer::measurement::{CountCalibration, ReadingQuantity, TableError, WhiteReference};
+use glimpse_core::gonio::Footprint;
+use glimpse_trainer::measurement::{
+    AngleArgs, CountCalibration, ReadingQuantity, TableError, WhiteReference,
+};
 
-use super::{TOLERANCE, error_message, pattern, read_readings};
+use super::{error_message, pattern, read_readings};
 use crate::common::assert_names;
 
 const BRDF: f32 = 0.25;
@@ -27,37 +29,12 @@ fn assert_is_brdf(reading: Option<[f32; 3]>) {
     );
 }
 
-#[test]
-fn quantities_give_same_brdf() {
-    for (quantity, factor) in [
-        (Quantity::Brdf, [1.0; 3]),
-        (
-            Quantity::BrdfTimesCosThetaI,
-            [0, 1, 2].map(|i| cosines(i)[0]),
-        ),
-        (
-            Quantity::BrdfTimesCosThetaO,
-            [0, 1, 2].map(|i| cosines(i)[1]),
-        ),
-        (Quantity::ReflectanceFactor, [PI; 3]),
-    ] {
-        let rows: String = (0..3)
-            .map(|i| format!("{i},{}\n", BRDF * factor[i]))
-            .collect();
-        let read = read_readings(
-            &format!("index,value\n{rows}"),
-            &ReadingQuantity::Values(quantity),
-        );
-        for sample in read.expect("the file is read").samples {
-            assert_is_brdf(sample.mean());
-        }
-    }
-}
-
 /// Returns the error message about an invalid white file.
 fn white_error(text: &str, footprint: Option<Footprint>) -> String {
     match white(text, footprint) {
-        Err(TableError::Damaged { message, .. }) => message,
+        Err(TableError::Damaged { message, .. } | TableError::OffPattern { message, .. }) => {
+            message
+        }
         Err(error) => panic!("{error}"),
         Ok(_) => panic!("the file is accepted"),
     }
@@ -67,7 +44,7 @@ fn white(text: &str, footprint: Option<Footprint>) -> Result<ReadingQuantity, Ta
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let path = scratch.path().join("white.csv");
     fs::write(&path, text).expect("the file is written");
-    let white = WhiteReference::read(&path, &pattern(), TOLERANCE, footprint);
+    let white = WhiteReference::read(&path, &AngleArgs::default(), &pattern(), footprint);
     Ok(ReadingQuantity::Counts(CountCalibration {
         dark: [100.0; 3],
         reflectance: [0.5; 3],

@@ -1,0 +1,259 @@
+//! Readings at any directions.
+
+use serde_json::{Value, json};
+
+use super::{Folder, number};
+
+/// In-plane angles of light and sensor in degrees; the sensor's is positive on the side of the mirror direction.
+const IN_PLANE: [[f64; 2]; 7] = [
+    [45.0, 60.0],
+    [45.0, 30.0],
+    [45.0, 20.0],
+    [45.0, -30.0],
+    [20.0, 20.0],
+    [60.0, 60.0],
+    [75.0, 72.0],
+];
+
+/// Writes a table of a material's readings, `read.csv`.
+fn read(folder: &Folder) -> Vec<String> {
+    let rows = IN_PLANE.map(|[theta_i, theta_o]| format!("{theta_i},{theta_o}\n"));
+    folder.write("angles.csv", format!("theta_i,theta_o\n{}", rows.concat()));
+    folder.succeed("query procedural:1:9 --angles angles.csv --out read.csv");
+    let text = folder.read_text("read.csv");
+    let readings = text.lines().skip(1).map(|row| {
+        let cells: Vec<&str> = row.split(',').collect();
+        cells[cells.len() - 3..].join(",")
+    });
+    readings.collect()
+}
+
+fn values(folder: &Folder, fit: &str) -> Value {
+    folder.read_json(&format!("{fit}/material.json"))["values"].clone()
+}
+
+#[test]
+fn every_model_completes_readings() {
+    let folder = Folder::new();
+    read(&folder);
+    folder.succeed("recipes get linear-any neural-any phong-any cook-torrance-any");
+    folder.succeed("fit --measurements read.csv --out default");
+    for model in ["linear", "neural", "phong", "cook-torrance"] {
+        let report = folder.succeed_as_json(&format!(
+            "fit {model}-any.recipe --measurements read.csv --out {model}"
+        ));
+        assert_eq!(report[0]["recipe"]["model"], model);
+        assert_eq!(report[0]["readings"]["used"], IN_PLANE.len());
+        let compared = format!("compare procedural:1:9 {model}/material.json");
+        let loss = number(&folder.succeed_as_json(&compared)["materials"][0]["loss"]);
+        let [predicted, bound] =
+            ["loss", "bound"].map(|name| number(&report[0]["expected_loss"][name]));
+        assert!(
+            loss < bound && predicted < 0.1,
+            "{model}: {loss} {predicted} {bound}"
+        );
+    }
+    assert_eq!(values(&folder, "default"), values(&folder, "linear"));
+    let csv = folder.read_text("neural/readings.csv");
+    let header: Vec<&str> = csv.lines().next().expect("a header").split(',').collect();
+    let column = |name: &str| {
+        let index = header.iter().position(|each| *each == name);
+        let rows = csv
+            .lines()
+            .skip(1)
+            .map(move |row| row.split(',').nth(index?)?.parse::<f64>().ok());
+        rows.collect::<Option<Vec<f64>>>()
+            .expect("a column of numbers")
+    };
+    for (fitted, deviation) in column("fitted_g").into_iter().zip(column("deviation_g")) {
+        assert!(
+            (0.01..2.0).contains(&(deviation / fitted)),
+            "{deviation} of {fitted}"
+        );
+    }
+}
+
+/// The same directions by other columns, units and conventions give the same fit.
+#[test]
+fn conventions_agree() {
+    let folder = Folder::new();
+    let readings = read(&folder);
+    folder.succeed("fit --measurements read.csv --out plain");
+    type Row = fn([f64; 2]) -> String;
+    let cases: [(&str, &str, Row); 5] = [
+        ("theta_i,theta_o,phi", "", |[i, o]| {
+            format!("{i},{},{}", o.abs(), if o < 0.0 { 0 } else { 180 })
+        }),
+        (
+            "theta_i,phi_i,theta_o,phi_o",
+            "--convention signed",
+            |[i, o]| format!("{},180,{o},180", -i),
+        ),
+        (
+            "theta_i,theta_o,phi",
+            "--convention from-mirror",
+            |[i, o]| format!("{i},{},{}", o.abs(), if o < 0.0 { 180 } else { 0 }),
+        ),
+        ("theta_i,theta_o,phi", "--convention elevation", |[i, o]| {
+            format!(
+                "{},{},{}",
+                90.0 - i,
+                90.0 - o.abs(),
+                if o < 0.0 { 0 } else { 180 }
+            )
+        }),
+        ("theta_i,theta_o", "--unit radians", |[i, o]| {
+            format!("{:.9},{:.9}", i.to_radians(), o.to_radians())
+        }),
+    ];
+    for (index, (columns, options, row)) in cases.into_iter().enumerate() {
+        let rows = IN_PLANE.iter().zip(&readings);
+        let rows = rows.map(|(angles, reading)| format!("{},{reading}\n", row(*angles)));
+        let text = format!("{columns},r,g,b\n{}", rows.collect::<String>());
+        folder.write(&format!("{index}.csv"), text);
+        folder.succeed(&format!(
+            "fit --measurements {index}.csv --out {index} {options}"
+        ));
+        let [one, other] = [
+            values(&folder, "plain"),
+            values(&folder, &index.to_string()),
+        ];
+        let pairs = one
+            .as_array()
+            .expect("a list")
+            .iter()
+            .zip(other.as_array().expect("a list"));
+        for (one, other) in pairs {
+            let difference = number(one) - number(other);
+            assert!(
+                difference.abs() < 1e-3,
+                "{columns} {options}: {one} {other}"
+            );
+        }
+    }
+    folder.fail_each(
+        "",
+        &[
+            "fit --measurements 4.csv --out x => 4.csv --unit",
+            "query procedural:1 --angles 4.csv --out x.csv => 4.csv --unit",
+        ],
+    );
+}
+
+/// Noise, repeated directions, one channel, and the index of a plan.
+#[test]
+fn rows_state_noise_and_repeat() {
+    let folder = Folder::new();
+    folder.write(
+        "a.csv",
+        "theta_i,theta_o,value,noise\n45,30,0.2,0.01\n45,30,0.2,0.01\n30,0,9,0\n",
+    );
+    let report = folder.succeed_as_json("fit --measurements a.csv --out exact");
+    assert_eq!(report[0]["readings"]["used"], 2);
+    assert_eq!(report[0]["readings"]["repeated"], 1);
+    folder.write(
+        "a.csv",
+        "theta_i,theta_o,value,noise\n45,30,0.2,0.01\n45,30,0.2,0.01\n30,0,9,5\n",
+    );
+    let noisy = folder.succeed_as_json("fit --measurements a.csv --out noisy");
+    let residual = |report: &Value| number(&report[0]["residual"]["mean"]);
+    assert!(residual(&noisy) > 2.0 * residual(&report), "{noisy}");
+
+    folder.succeed("plan --geometry multi-angle --blank sheet.csv");
+    let sheet = folder.read_text("sheet.csv").replace(",,,", ",0.1,0.2,0.3");
+    assert!(
+        !sheet.lines().nth(1).expect("a row").starts_with('0'),
+        "not in the route's order"
+    );
+    folder.write("sheet.csv", sheet);
+    let report = folder.succeed_as_json("fit --measurements sheet.csv --out sheet");
+    assert_eq!(report[0]["readings"]["used"], 6);
+}
+
+#[test]
+fn readings_off_the_pattern_are_completed() {
+    let folder = Folder::new();
+    folder.succeed("recipes get neural-n8 linear-any");
+    read(&folder);
+    let fit = "fit neural-n8.recipe --measurements read.csv --out fit";
+    let report = folder.succeed_as_json(fit);
+    let recipe = &report[0]["recipe"];
+    assert_eq!(
+        [&recipe["file"], &recipe["model"]],
+        ["neural-any", "neural"]
+    );
+    assert_eq!(recipe["off_pattern"], true);
+    folder.write("noise.csv", "theta_i,theta_o,value,noise\n45,30,0.2,0.01\n");
+    folder.write("index.csv", "index,value\n0,0.2\n");
+    folder.fail_each(
+        "",
+        &[
+            "fit neural-n8.recipe --measurements noise.csv --out x => noise.csv noise any",
+            "fit linear-any.recipe --measurements index.csv --out x => index.csv 2",
+            "plan neural-n8.recipe --geometry in-plane => --geometry neural-n8",
+            "plan linear-any.recipe => --geometry linear-any",
+            "evaluate --recipe linear-any.recipe --test procedural:1 => --geometry linear-any",
+            "virtual-scanner --recipe linear-any.recipe --material procedural:1 --listen 127.0.0.1:0 => --geometry",
+            "export linear-any.recipe --geometry no.csv --format c --out x => --geometry no.csv",
+        ],
+    );
+}
+
+/// A recipe for an instrument works like any other.
+#[test]
+fn instruments_have_recipes() {
+    let folder = Folder::new();
+    folder.succeed("recipes get linear-any phong-any");
+    folder.succeed(
+        "export phong-any.recipe --geometry multi-angle --format postcard --out six.recipe",
+    );
+    let inspected = folder.succeed_as_json("inspect six.recipe");
+    assert_eq!(inspected["samples"], 6);
+    folder.succeed("plan six.recipe --out plan.csv");
+    folder.succeed("query procedural:1:9 --angles plan.csv --out read.csv");
+    folder.succeed("fit six.recipe --measurements read.csv --out six");
+    folder.succeed("fit phong-any.recipe --measurements read.csv --out any");
+    let [one, other] = [values(&folder, "six"), values(&folder, "any")];
+    for (one, other) in one
+        .as_array()
+        .expect("a list")
+        .iter()
+        .zip(other.as_array().expect("a list"))
+    {
+        assert!((number(one) - number(other)).abs() < 2e-3, "{one} {other}");
+    }
+    let report = folder.succeed_as_json(
+        "evaluate --recipe linear-any.recipe --geometry in-plane --test procedural:3:5",
+    );
+    assert_eq!(report["samples"], 32);
+    let material = &report["materials"][0];
+    assert!(
+        number(&material["loss_bound"]) > number(&material["predicted_loss"]),
+        "{material}"
+    );
+}
+
+#[test]
+fn trains_recipe_without_pattern() {
+    let folder = Folder::new();
+    let train = "train --samples any --effort brief";
+    folder.succeed(&format!(
+        "{train} --model phong --data procedural:5 --out x.recipe"
+    ));
+    read(&folder);
+    folder.succeed("fit x.recipe --measurements read.csv --out fit");
+    let inspected = folder.succeed_as_json("inspect x.recipe");
+    assert_eq!(
+        [&inspected["samples"], &inspected["expected_loss"]],
+        [&json!(0), &Value::Null]
+    );
+    folder.fail_each(
+        "",
+        &[
+            "train --model linear --samples any --noise 0.1 --out y.recipe => --noise",
+            "train --model linear --samples any --scan-seconds 9 --out y.recipe => --scan-seconds",
+            "train --model linear --samples any --schedule paper --out y.recipe => prior",
+            "train --grid --samples any --out grid => any",
+        ],
+    );
+}
