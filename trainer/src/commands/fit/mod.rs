@@ -32,18 +32,16 @@ use super::{emit, read_named_recipe};
 /// - directions: theta_i, phi_i, theta_o, phi_o, or another set of angles (see `trainer query
 ///   --help`), or index, the number of the recipe's sample, from 0;
 /// - reading: r, g, b, or value for a sensor with one channel;
-/// - optional: saturated (0 or 1), quantity (a value of --quantity, or counts), and material, which
-///   must be the same in all rows.
+/// - optional: saturated (0 or 1); quantity (a value of --quantity, or counts); material, which must be
+///   the same in all rows; and at any directions noise, the standard deviation relative to the reading.
 ///
-/// - noise, the standard deviation relative to the reading, with readings at any directions.
-///
-/// Other columns are ignored. Rows come in any order. Repeated readings of a direction are averaged, and
-/// their spread is printed.
+/// Other columns are ignored. Rows come in any order. Repeated readings of a direction are averaged,
+/// and their spread is printed.
 ///
 /// RECIPES. Without RECIPE, or with one of `train --samples any`, readings may have any directions. With
 /// a recipe of n samples, a row belongs to the nearest sample, at most 0.5 degrees away in every angle;
-/// samples may be missing (no row, or empty cells) if the recipe was trained with --missing. If a row is
-/// further away, all are fitted with the bundled recipe MODEL-any, and the report says so.
+/// samples may be missing (no row, or empty cells) if the recipe was trained with --missing. If a row
+/// is further away, all are fitted with the bundled recipe MODEL-any, and the report says so.
 ///
 /// OUTLIERS. Each reading is predicted from the others. Readings far from their prediction are
 /// reported as outliers. If the recipe tolerates missing readings, the fit excludes the worst one,
@@ -55,8 +53,8 @@ use super::{emit, read_named_recipe};
 /// - sphere.png and lobe.svg, a rendered sphere and a plot of the plane of incidence with one standard
 ///   deviation on each side;
 /// - readings.csv, with the reading of each sample as a BRDF, the fitted value and its standard
-///   deviation, and z: the reading minus its prediction from the others, in standard deviations. You can
-///   correct this file and fit it again, without --quantity and --white;
+///   deviation, and z: the reading minus its prediction from the others, in standard deviations. You
+///   can correct this file and fit it again, without --quantity and --white;
 /// - for the model linear the basis, so that the folder can be moved;
 /// - with --format, a folder DIR/formats with files for other programs.
 ///
