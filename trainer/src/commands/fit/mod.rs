@@ -38,10 +38,10 @@ use super::{emit, read_named_recipe};
 /// Other columns are ignored. Rows come in any order. Repeated readings of a direction are averaged,
 /// and their spread is printed.
 ///
-/// RECIPES. Without RECIPE, or with one of `train --samples any`, readings may have any directions. With
-/// a recipe of n samples, a row belongs to the nearest sample, at most 0.5 degrees away in every angle;
-/// samples may be missing (no row, or empty cells) if the recipe was trained with --missing. If a row
-/// is further away, all are fitted with the bundled recipe MODEL-any, and the report says so.
+/// RECIPES. Without RECIPE, or with one of `train --samples any`, readings may have any directions.
+/// With a recipe of n samples, a row belongs to the nearest sample, at most 0.5 degrees away in every
+/// angle; samples may be missing (no row, or empty cells) if the recipe was trained with --missing. If
+/// a row is further away, all are fitted with the bundled recipe MODEL-any, and the report says so.
 ///
 /// OUTLIERS. Each reading is predicted from the others. Readings far from their prediction are
 /// reported as outliers. If the recipe tolerates missing readings, the fit excludes the worst one,
