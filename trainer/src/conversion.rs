@@ -13,7 +13,7 @@ use glimpse_materials::{
     to_nbrdf, to_pab, to_rgl,
 };
 
-use crate::evaluation::{EvaluationError, Method, OPTIMUM_STEPS, compare};
+use crate::evaluation::{EvaluationError, Fitted, Method, OPTIMUM_STEPS, compare};
 use crate::metrics::{CompareError, Metrics};
 use crate::shading::{self, ShadingError, ShadingModel};
 
@@ -276,13 +276,11 @@ fn fit_network(
     material: &dyn Material,
     seed: u64,
 ) -> Result<NeuralParameters<f32>, ConversionError> {
-    let fitted = Method::optimum(ModelKind::Neural, OPTIMUM_STEPS).fit(material, seed)?;
-    let is_finite = fitted
-        .model()
-        .is_some_and(|fitted| fitted.values().iter().all(|weight| weight.is_finite()));
-    let network = fitted
-        .model()
-        .and_then(|fitted| fitted.network())
-        .filter(|_| is_finite);
+    let method = Method::optimum(ModelKind::Neural, OPTIMUM_STEPS);
+    let Fitted::Model(fitted) = method.fit(material, seed)? else {
+        return Err(ConversionError::FitDiverged);
+    };
+    let is_finite = fitted.values().iter().all(|weight| weight.is_finite());
+    let network = fitted.network().filter(|_| is_finite);
     network.ok_or(ConversionError::FitDiverged)
 }

@@ -29,15 +29,6 @@ pub struct LossPrediction {
     pub unlike_training: Option<bool>,
 }
 
-/// A prediction with an upper bound.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BoundedPrediction {
-    /// The expected loss.
-    pub loss: f32,
-    /// The upper bound, which holds for 90 % of materials.
-    pub bound: f32,
-}
-
 /// A function that reads a sample, given its index and its angles in radians. It returns the BRDF in linear RGB, sr^-1
 /// (not times the cosine), or None if the reading is missing.
 pub type ReadSample<'r> = dyn FnMut(u16, Angles<f32>) -> Option<[f32; 3]> + 'r;
@@ -52,21 +43,6 @@ pub fn scan(
     read: &mut dyn FnMut(Angles<f32>) -> [f32; 3],
 ) -> Result<ScanOutcome, Error> {
     scan_with_missing(recipe, &mut |_, angles| Some(read(angles)))
-}
-
-/// Returns the prediction for a scan that ends early, as a device uses it for a target loss: None if the fit fails, is
-/// implausible, or has no upper bound of its loss. The device then continues.
-#[must_use]
-pub fn bounded_prediction(result: &Result<ScanOutcome, Error>) -> Option<BoundedPrediction> {
-    let outcome = result.as_ref().ok()?;
-    let prediction = outcome.prediction?;
-    match outcome.residual.implausible {
-        Some(_) => None,
-        None => Some(BoundedPrediction {
-            loss: prediction.loss,
-            bound: prediction.bound?,
-        }),
-    }
 }
 
 /// Runs a [`scan`] in which readings may be missing.

@@ -26,17 +26,6 @@ pub enum Fitted {
     Ggx(Ggx),
 }
 
-impl Fitted {
-    /// Returns the model, if it is one.
-    #[must_use]
-    pub fn model(&self) -> Option<&FittedBrdf> {
-        match self {
-            Self::Model(fitted) => Some(fitted),
-            Self::Ggx(_) => None,
-        }
-    }
-}
-
 impl Brdf for Fitted {
     fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         match self {
@@ -397,10 +386,14 @@ impl<'a> Method<'a> {
         fitted: &FittedBrdf,
     ) -> Option<LossPrediction> {
         let (prior, pattern) = (self.prior.as_ref()?, self.pattern());
+        let FitAlgorithm::Scan(recipe, _) = &self.algorithm else {
+            return None;
+        };
         let mut read = self.degradation.reader(material, pattern.len(), seed);
         let readings = (0..).zip(pattern).filter_map(|(index, angles)| {
             let brdf = read(index, self.measured(index, *angles))?;
-            Some(PosteriorReading::new(*angles, brdf))
+            let sample = usize::from(index);
+            Some(PosteriorReading::of_sample(recipe, sample, *angles, brdf))
         });
         Some(Posterior::new(prior, &readings.collect::<Vec<_>>())?.loss(fitted))
     }

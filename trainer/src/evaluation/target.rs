@@ -1,7 +1,6 @@
 //! Scans that end as soon as the upper bound of the loss is at most a target.
 
 use glimpse_core::recipe::Recipe;
-use glimpse_kernels::scan::bounded_prediction;
 use glimpse_training::recipe::Metadata;
 use glimpse_training::route::{Order, Route};
 use rayon::prelude::*;
@@ -84,9 +83,13 @@ impl Evaluator<'_> {
             let material = &*self.materials[index];
             let seed = seed.wrapping_add(index as u64);
             let reaches_target = |count: &usize| {
+                // A device continues if the fit fails, is implausible, or has no bound.
                 let result = prefixes[count - 1].scan(recipe, material, seed);
-                let bounded = bounded_prediction(&result);
-                bounded.is_some_and(|bounded| f64::from(bounded.bound) <= target)
+                result.is_ok_and(|outcome| {
+                    let bound = outcome.prediction.and_then(|each| each.bound);
+                    let is_low = bound.is_some_and(|bound| f64::from(bound) <= target);
+                    is_low && outcome.residual.implausible.is_none()
+                })
             };
             let count = (1..samples).find(reaches_target).unwrap_or(samples);
             let (fitted, prediction) = prefixes[count - 1].fit_and_predict(material, seed)?;

@@ -125,12 +125,14 @@ impl NamedRecipe {
         }
     }
 
-    /// Returns this recipe with a pattern, and the bundled prior.
+    /// Returns this recipe with a pattern, and its prior, or else the bundled one.
     #[must_use]
     pub fn itself(&self) -> Option<ChosenRecipe> {
         Some(ChosenRecipe {
             recipe: self.clone(),
-            prior: Self::bundled(ModelKind::Linear)?.prior()?,
+            prior: self
+                .prior()
+                .or_else(|| Self::bundled(ModelKind::Linear)?.prior())?,
             off_pattern: None,
         })
     }

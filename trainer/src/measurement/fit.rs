@@ -239,12 +239,12 @@ fn posterior_readings(
     measurements: &Measurements,
 ) -> Vec<Option<PosteriorReading>> {
     let any_unsaturated = measurements.any_unsaturated();
-    let samples = recipe.pattern().zip(&measurements.samples);
-    let each = samples.map(|(angles, sample)| {
+    let samples = recipe.pattern().zip(&measurements.samples).enumerate();
+    let each = samples.map(|(index, (angles, sample))| {
         let mean = sample
             .mean()
             .filter(|_| !any_unsaturated || !sample.saturated());
-        mean.map(|brdf| PosteriorReading::new(angles, brdf))
+        mean.map(|brdf| PosteriorReading::of_sample(recipe, index, angles, brdf))
     });
     each.collect()
 }

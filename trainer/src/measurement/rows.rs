@@ -191,7 +191,8 @@ impl Rows {
     /// # Errors
     /// The first row without directions, or with one that is not above the horizon.
     pub(super) fn directions(&self) -> Result<Vec<(Angles<f32>, f32)>, TableError> {
-        let mut precisions: Vec<(Angles<f32>, f32)> = Vec::new();
+        // The sum of variances, and the number of readings.
+        let mut sums: Vec<(Angles<f32>, f32, f32)> = Vec::new();
         for row in self.rows.iter().filter(|row| row.values.is_some()) {
             let error = |message| self.line_error(row.line, message);
             let angles = row.angles.ok_or_else(|| {
@@ -200,15 +201,15 @@ impl Rows {
             let angles = above_horizon(angles.to_rusinkiewicz()).ok_or_else(|| {
                 error("a direction is not above the horizon; correct the row or remove it")
             })?;
-            let precision = row.noise.unwrap_or_default().powi(-2);
-            match precisions.iter_mut().find(|(known, _)| *known == angles) {
-                Some((_, sum)) => *sum += precision,
-                None => precisions.push((angles, precision)),
+            let variance = row.noise.unwrap_or_default().powi(2);
+            match sums.iter_mut().find(|(known, ..)| *known == angles) {
+                Some((_, sum, count)) => (*sum, *count) = (*sum + variance, *count + 1.0),
+                None => sums.push((angles, variance, 1.0)),
             }
         }
-        let each = precisions.into_iter();
+        let each = sums.into_iter();
         Ok(each
-            .map(|(angles, precision)| (angles, precision.sqrt().recip()))
+            .map(|(angles, sum, count)| (angles, sum.sqrt() / count))
             .collect())
     }
 

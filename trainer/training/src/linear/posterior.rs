@@ -37,7 +37,7 @@ const DIFFERENCE_SHARE: f64 = 2.0 / 3.0;
 /// The variance of the channels' mean, relative to that of a channel.
 const MEAN_SHARE: f64 = 1.0 / 3.0;
 
-/// The prior of a recipe without a pattern.
+/// The prior of a recipe without a pattern, or of one that was made of it for some directions.
 #[derive(Clone, Debug)]
 pub struct CoefficientPrior {
     basis: Arc<Basis>,
@@ -48,7 +48,7 @@ pub struct CoefficientPrior {
 }
 
 impl CoefficientPrior {
-    /// Takes the prior of a recipe without a pattern. None for another recipe.
+    /// Takes the prior of a recipe. None for recipes with a learned pattern.
     #[must_use]
     pub fn new(recipe: &Recipe<'_>, basis: Arc<Basis>) -> Option<Self> {
         let coefficients = recipe.estimator().coefficients()?;
@@ -76,8 +76,8 @@ pub struct PosteriorReading {
     pub angles: Angles<f32>,
     /// The BRDF in linear RGB, sr^-1, not times the cosine.
     pub brdf: [f32; 3],
-    /// The standard deviation of its noise, relative to the reading.
-    pub deviation: f32,
+    /// The standard deviation of the prior's noise, over that of the reading.
+    pub scale: f32,
 }
 
 impl PosteriorReading {
@@ -87,7 +87,23 @@ impl PosteriorReading {
         Self {
             angles,
             brdf,
-            deviation: 0.0,
+            scale: 1.0,
+        }
+    }
+
+    /// Creates the reading of a recipe's sample, with the noise that the recipe states.
+    #[must_use]
+    pub fn of_sample(
+        recipe: &Recipe<'_>,
+        index: usize,
+        angles: Angles<f32>,
+        brdf: [f32; 3],
+    ) -> Self {
+        let coefficients = recipe.estimator().coefficients();
+        let scales = coefficients.and_then(|each| each.noise?.scales.iter().nth(index));
+        Self {
+            scale: scales.unwrap_or(1.0),
+            ..Self::new(angles, brdf)
         }
     }
 }
@@ -142,7 +158,7 @@ impl Posterior {
         let targets = DMatrix::from_fn(at.count(), 3, |i, c| f64::from(channels[c][i]));
         let noise: Vec<f64> = readings
             .iter()
-            .map(|each| prior.noise + f64::from(each.deviation).powi(2))
+            .map(|each| prior.noise / f64::from(each.scale).powi(2))
             .collect();
         let mean = targets.column_mean();
         let differences = DMatrix::from_fn(at.count(), 3, |i, c| targets[(i, c)] - mean[i]);
@@ -161,17 +177,13 @@ impl Posterior {
         })
     }
 
-    /// Returns the number of readings.
-    fn count(&self) -> f64 {
-        self.readings.count() as f64
-    }
-
-    /// Returns the factor of all variances, without the evidence of some readings.
-    fn scale(&self, without: f64, count: f64) -> f64 {
+    /// Returns the factor of all variances, without the evidence of a number of readings.
+    fn scale(&self, without: f64, number: usize) -> f64 {
         // The mean has one list, the differences have two independent ones.
         let [mean, difference] = &self.parts;
         let evidence = (mean.evidence + difference.evidence - without) / 3.0;
-        (PRIOR_READINGS + evidence.max(0.0)) / (PRIOR_READINGS + self.count() - count)
+        (PRIOR_READINGS + evidence.max(0.0))
+            / (PRIOR_READINGS + (self.readings.count() - number) as f64)
     }
 
     /// Predicts each reading from the others.
@@ -187,7 +199,7 @@ impl Posterior {
                     .iter()
                     .map(|rest| rest * rest / difference_variance)
                     .sum::<f64>();
-            let scale = self.scale(own, 1.0);
+            let scale = self.scale(own, 1);
             let mean_variance = scale * (mean_variance + MISFIT * MEAN_SHARE);
             let variance =
                 mean_variance + scale * (difference_variance + MISFIT) * DIFFERENCE_SHARE;
@@ -215,7 +227,7 @@ impl Posterior {
     fn mapped(&self, at: &ComponentsAt) -> Vec<([f64; 3], f64)> {
         let q = rows(at);
         let [mean, difference] = &self.parts;
-        let scale = self.scale(0.0, 0.0);
+        let scale = self.scale(0.0, 0);
         let each = q.row_iter().zip(&at.mean).map(|(row, center)| {
             let row: RowDVector<f64> = row.into_owned();
             let center = f64::from(center.value) + (&row * &mean.coefficients)[0];
@@ -456,7 +468,7 @@ mod tests {
                 );
             }
             // The reading has noise, too.
-            let variance = variance + posterior.scale(0.0, 0.0) * prior.noise;
+            let variance = variance + posterior.scale(0.0, 0) * prior.noise;
             let z = [0, 1, 2].map(|channel| {
                 let u = map(f64::from(own.brdf[channel]), weight);
                 (u - mapped[channel]) / variance.sqrt()
@@ -487,6 +499,9 @@ mod tests {
             loss(&many),
             loss(&few)
         );
+        let mut noisy = many.clone();
+        noisy.iter_mut().for_each(|reading| reading.scale = 0.02);
+        assert!(loss(&noisy) > 1.2 * loss(&many), "{}", loss(&noisy));
         let mut wrong = many.clone();
         for reading in wrong.iter_mut().step_by(2) {
             reading.brdf = reading.brdf.map(|f| 20.0 * f);
