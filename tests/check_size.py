@@ -8,7 +8,7 @@ fuzz/, files named tests.rs, and inline modules after #[cfg(test)].
 import re, subprocess, sys
 from pathlib import Path
 
-CEILINGS = {"code": 44_623, "tests": 24_864}
+CEILINGS = {"code": 44_623, "tests": 24_865}
 
 ROOT = Path(__file__).resolve().parents[1]
 TEST_FILE = re.compile(r"(^|/)(tests|fuzz)/|(^|/)tests\.rs$")
