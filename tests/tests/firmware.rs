@@ -81,12 +81,16 @@ fn boot_logs_reset_cause_and_clock() {
     assert_ne!(emulator.wait_for("clock: "), "");
 }
 
-/// Scans with every bundled recipe, as users flash it. Source and driver are the same for every model; only the recipe
-/// differs.
+/// Scans with every bundled recipe that has a pattern, as users flash it. Source and driver are the same for every model;
+/// only the recipe differs.
 #[test]
 fn every_bundled_recipe_matches_host_fit_bit_for_bit() {
     for bundled in bundled::ALL {
-        let model = Recipe::parse(bundled.bytes).unwrap().model();
+        let recipe = Recipe::parse(bundled.bytes).unwrap();
+        let model = recipe.model();
+        if recipe.samples() == 0 {
+            continue;
+        }
         let firmware = Firmware::for_model(model);
         let image = firmware.with_recipe(bundled.bytes);
         let mut emulator = Emulator::boot(&firmware, image.path());
