@@ -248,7 +248,7 @@ error_codes! {
     ReadingRequired = 67, "a sample was skipped, but the recipe needs every reading: train one with `--missing`",
         Number "sample";
 
-    ReadingsTooLarge = 80, "more than three quarters of the readings are too large for a BRDF: convert counts to sr^-1",
+    ReadingsTooLarge = 80, "more than three quarters of the readings are too large for a BRDF: convert counts or percent to sr^-1",
         Number "limit in sr^-1";
     Diverged = 81, "the fit diverged, because the recipe describes no material with such readings: check the units (sr^-1, not counts) and the sensor's range";
     Directions = 82, "a direction is not a finite unit vector above the horizon: its length has to be 1 within 0.001, and z positive, along the sample's normal",
@@ -258,7 +258,7 @@ error_codes! {
     DeadRed = 86, "the red channel reads 0 while others do not: check its filter and amplifier";
     DeadGreen = 87, "the green channel reads 0 while others do not: check its filter and amplifier";
     DeadBlue = 88, "the blue channel reads 0 while others do not: check its filter and amplifier";
-    Albedo = 89, "the material reflects several times the light it receives: divide readings by the white reading";
+    Albedo = 89, "the material reflects several times the light it receives: the readings may be percent, pi times the BRDF, or not divided by the white reading";
     Residual = 90, "the fit explains its readings far worse than expected: check alignment, units and the sensor";
     ImplausibleOther = 91, "the fit is implausible for a reason that this version does not know: update the host";
 

@@ -1,30 +1,43 @@
-//! Prints `trainer/recipes/losses.csv`: the mean loss of each bundled recipe on 40 unseen procedural materials, and its
-//! mean loss and color error on the materials of a folder. Names of recipes after the folder select rows.
+//! Prints `trainer/recipes/losses.csv`: the mean loss of each bundled recipe on 40 unseen procedural materials, its
+//! mean loss and color error on a folder of MERL's materials, and the cross-validated loss on RGL's materials of a training at
+//! quick effort. Names of recipes after the folders select rows.
 //!
-//!     cargo run --release -p glimpse-tests --example recipe_losses -- MERL-networks/ [NAME...]
+//!     cargo run --release -p glimpse-tests --example recipe_losses -- MERL-networks/ RGL/ [NAME...]
 
 use std::env;
 use std::error::Error;
+use std::ops::ControlFlow;
 
-use glimpse_materials::Source;
+use glimpse_core::gonio::Limits;
+use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::loss::loss_between;
+use glimpse_materials::{Source, Sources};
 use glimpse_trainer::bundled;
 use glimpse_trainer::evaluation::{Evaluator, Method};
+use glimpse_training::meta::options::{CompletionOptions, Options};
+use glimpse_training::meta::plan::{Effort, Schedule};
+use glimpse_training::meta::run::train;
+use glimpse_training::recipe::Metadata;
 
 /// Procedural materials with a seed that no recipe is trained on.
 const UNSEEN: &str = "procedural:40:4242";
+/// The procedural materials that the bundled recipes are trained on.
+const TRAINING: &str = "procedural:400";
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let Some(merl) = env::args().nth(1) else {
-        return Err("an argument is needed: pass the folder of MERL's networks".into());
+    let (Some(merl), Some(rgl)) = (env::args().nth(1), env::args().nth(2)) else {
+        return Err(
+            "two arguments are needed: pass the folders of MERL's networks and of RGL's materials"
+                .into(),
+        );
     };
     let procedural = Source(UNSEEN.to_owned()).load()?;
     let merl = Source(merl).load()?;
     let merl = Evaluator::new(&merl);
     let basis = Basis::from_compact_bytes(bundled::BASIS)?;
-    println!("recipe,procedural,merl,merl color error");
-    let names: Vec<String> = env::args().skip(2).collect();
+    println!("recipe,procedural,merl,merl color error,rgl cross-validated");
+    let names: Vec<String> = env::args().skip(3).collect();
     let selected = |name: &str| names.is_empty() || names.iter().any(|each| each == name);
     for bundled in bundled::ALL.iter().filter(|each| selected(each.name)) {
         let recipe = bundled.recipe()?;
@@ -35,10 +48,40 @@ fn main() -> Result<(), Box<dyn Error>> {
             on_procedural += loss_between(&fitted, &**material) / procedural.len() as f64;
         }
         let on_merl = merl.evaluate(&method, 0, 1)?.metrics;
+        let on_rgl = cross_validated(&recipe, &rgl)?;
         println!(
-            "{},{on_procedural:.4},{:.4},{:.2}",
+            "{},{on_procedural:.4},{:.4},{:.2},{on_rgl:.4}",
             bundled.name, on_merl.loss, on_merl.delta_e
         );
     }
     Ok(())
+}
+
+/// Trains as `trainer/recipes/README.md` describes, at quick effort. Returns the held-out loss on RGL's materials.
+fn cross_validated(recipe: &Recipe<'_>, rgl: &str) -> Result<f32, Box<dyn Error>> {
+    let sources = [TRAINING, rgl].map(|source| Source(source.to_owned()));
+    let sources = Sources::new(sources.to_vec(), &[3.0, 1.0])?;
+    let lists = sources.as_slice().iter().map(Source::load);
+    let (materials, source_shares) = sources.join(lists.collect::<Result<_, _>>()?)?;
+    let metadata = Metadata::of(recipe)?;
+    let (model, samples) = (recipe.model(), recipe.samples());
+    let options = Options {
+        completion_options: CompletionOptions {
+            missing: if recipe.tolerates_missing() { 0.5 } else { 0.0 },
+            noise: 0.02,
+            limits: metadata.limits.unwrap_or(Limits::NONE),
+            scan: metadata.scan_budget,
+            ..CompletionOptions::for_samples(samples)
+        },
+        source_shares,
+        ..Options::new(model, samples, Schedule::Prior, Effort::Quick, 0)
+    };
+    let learned = train(&options, materials, &mut |_| ControlFlow::Continue(()))?;
+    let losses = learned
+        .loss_predictor
+        .map(|predictor| predictor.source_losses);
+    match losses.as_deref() {
+        Some([_, rgl]) => Ok(rgl.loss),
+        _ => Err("the training has no cross-validated losses".into()),
+    }
 }

@@ -10,7 +10,7 @@ pub static BASIS: &[u8] = include_bytes!("../recipes/linear.basis24");
 /// The compact basis of all bundled recipes without a pattern.
 pub static ANY_BASIS: &[u8] = include_bytes!("../recipes/any/linear-any.basis");
 /// The accuracy of the bundled recipes, one per line: the name, the mean losses on unseen procedural materials and on
-/// networks of 80 MERL materials, and the mean color error on the latter.
+/// networks of 80 MERL materials, the mean color error on the latter, and the cross-validated loss on RGL's materials.
 const LOSSES: &str = include_str!("../recipes/losses.csv");
 /// The cycles of a fit on a Cortex-M4F for some of the bundled recipes, one per line: the name and the number. They are
 /// those of `core/docs/costs.md`.
@@ -35,6 +35,8 @@ pub struct Losses {
     pub merl: f64,
     /// The mean color error of the same materials' spheres, CIEDE2000.
     pub merl_color: f64,
+    /// The mean loss on 17 materials of RGL, by cross-validation of a training at quick effort.
+    pub rgl: f64,
 }
 
 /// The recipes of a model: the name of each after the model's name, and its folder and file.
@@ -123,6 +125,7 @@ impl BundledRecipe {
                 procedural: loss()?,
                 merl: loss()?,
                 merl_color: loss()?,
+                rgl: loss()?,
             })
         })
     }

@@ -1,7 +1,7 @@
 //! Conversion of materials to the formats of other programs: file names and contents.
 //!
 //! The format NBRDF only holds networks, so a network is fitted to other materials. Shading models of renderers are fitted
-//! too.
+//! too. Tables hold a BRDF that is reciprocal and conserves energy, see [`Physical`].
 
 use std::path::{Path, PathBuf};
 
@@ -9,12 +9,12 @@ use glimpse_core::model::{ModelKind, NeuralParameters};
 use glimpse_materials::loss::loss_between;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 use glimpse_materials::{
-    Colors, Format, Material, NeuralBrdf, NotFinite, Source, SourceError, pab_suffixes, to_merl,
-    to_nbrdf, to_pab, to_rgl,
+    Brdf, Colors, Format, Material, NeuralBrdf, NotFinite, Physical, PhysicalErrors, Source,
+    SourceError, pab_suffixes, to_merl, to_nbrdf, to_pab, to_rgl,
 };
 
 use crate::evaluation::{EvaluationError, Fitted, Method, OPTIMUM_STEPS, compare};
-use crate::metrics::{CompareError, Metrics};
+use crate::metrics::CompareError;
 use crate::shading::{self, ShadingError, ShadingModel};
 
 /// An error in converting a material.
@@ -41,6 +41,9 @@ pub enum ConversionError {
     /// The ending of a path is that of another format than the requested one.
     #[error("{}", self.message(Setting::name))]
     OtherEnding(PathBuf, OutputFormat),
+    /// A format of parameters was requested as fitted, which it always is.
+    #[error("{}", self.message(Setting::name))]
+    AsFitted(OutputFormat),
     /// The ending of a path is not that of a format.
     #[error("{}", self.message(Setting::name))]
     UnknownEnding(PathBuf),
@@ -65,6 +68,11 @@ impl SettingError for ConversionError {
                 "{} does not have the ending of a format: use .binary, .bsdf, _fc1.npy, .gltf or .mtlx, or give \
                  {setting}",
                 path.display()
+            ),
+            Self::AsFitted(format) => format!(
+                "{} has no effect on the format {}, which holds parameters: remove it",
+                name(Setting::AsFitted),
+                format.name()
             ),
             other => other.to_string(),
         }
@@ -102,6 +110,12 @@ impl OutputFormat {
             Self::Shading(ShadingModel::Gltf) => "gltf",
             Self::Shading(ShadingModel::StandardSurface) => "materialx",
         }
+    }
+
+    /// Returns true if a file of this format is a table, which can hold any BRDF.
+    #[must_use]
+    pub fn is_table(self) -> bool {
+        !matches!(self, Self::Brdf(Format::Nbrdf) | Self::Shading(_))
     }
 
     /// Returns the format with this name; None if no format has it.
@@ -149,13 +163,52 @@ fn has_suffix(path: &Path, suffix: &str) -> bool {
     stem.is_some_and(|stem| stem.ends_with(suffix))
 }
 
-/// The files of a material, and their errors.
+/// The files of a material.
 #[derive(Clone, Debug)]
 pub struct Encoded {
     /// Names and contents, in the order of [`output_paths`].
     pub files: Vec<(String, Vec<u8>)>,
-    /// The errors of a shading model against the material; None for other formats.
-    pub metrics: Option<Metrics>,
+    /// True if a table holds another BRDF than the material's, see [`Physical`].
+    pub is_changed: bool,
+    /// The errors of a shading model.
+    shading: Option<WrittenErrors>,
+}
+
+/// The errors of written files.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct WrittenErrors {
+    /// The loss against the material.
+    pub loss: f64,
+    /// For a shading model, the mean CIEDE2000 of a sphere.
+    pub delta_e: Option<f64>,
+    /// The physical errors of the material.
+    pub before: PhysicalErrors,
+    /// The physical errors of the files.
+    pub after: PhysicalErrors,
+}
+
+impl Encoded {
+    /// Returns the errors of the files against their material. Reads the first of them again, unless it holds a shading model.
+    ///
+    /// # Errors
+    /// If the file cannot be read.
+    pub fn errors(
+        &self,
+        material: &dyn Material,
+        first: &Path,
+    ) -> Result<WrittenErrors, ConversionError> {
+        if let Some(errors) = self.shading {
+            return Ok(errors);
+        }
+        let written = Source(first.display().to_string()).load()?;
+        let written = written.first().ok_or(SourceError::Empty(first.into()))?;
+        Ok(WrittenErrors {
+            loss: loss_between(&**written, material),
+            delta_e: None,
+            before: PhysicalErrors::of(material),
+            after: PhysicalErrors::of(&**written),
+        })
+    }
 }
 
 /// Returns the paths of a material's files. For MERL, RGL and shading models, `path` is the only file. For NBRDF, it is one of the six
@@ -197,78 +250,93 @@ pub fn file_name(path: &Path) -> Result<&str, ConversionError> {
     name.ok_or_else(|| ConversionError::Name(path.into()))
 }
 
-/// Encodes a material in a format. The names of files begin with `name`. For NBRDF, a network is fitted to a material that is
-/// not a network. The fit takes a few seconds and depends on the seed. The fit of a shading model takes a few seconds too.
+/// Encodes a material in a format. The names of files begin with `name`.
+///
+/// A table holds the material as [`Physical`] changes it, unless `as_fitted` is true. For NBRDF, a network is fitted to a
+/// material that is not a network. The fit takes a few seconds and depends on the seed. The fit of a shading model takes a few
+/// seconds too.
 ///
 /// # Errors
-/// If the material has a value that is not finite, or no network or shading model can be fitted to it.
+/// If the material has a value that is not finite, no network or shading model can be fitted to it, or `as_fitted` is true for a
+/// format of parameters.
 pub fn encode(
     material: &dyn Material,
     format: OutputFormat,
     name: &str,
     seed: u64,
+    as_fitted: bool,
 ) -> Result<Encoded, ConversionError> {
-    match format {
-        OutputFormat::Brdf(format) => Ok(Encoded {
-            files: encode_brdf(material, format, name, seed)?,
-            metrics: None,
-        }),
-        OutputFormat::Shading(model) => {
-            let shading = shading::fit(material, model)?;
-            let metrics = compare(&shading, material)?;
-            let file = shading.to_file(name, &metrics);
-            Ok(Encoded {
-                files: vec![(format!("{name}{}", model.suffix()), file)],
-                metrics: Some(metrics),
-            })
-        }
+    if as_fitted && !format.is_table() {
+        return Err(ConversionError::AsFitted(format));
     }
-}
-
-fn encode_brdf(
-    material: &dyn Material,
-    format: Format,
-    name: &str,
-    seed: u64,
-) -> Result<Vec<(String, Vec<u8>)>, ConversionError> {
-    Ok(match format {
-        Format::Merl => vec![(format!("{name}.binary"), to_merl(material)?)],
-        Format::Rgl | Format::RglSpectra => {
-            let (suffix, colors) = match format {
-                Format::Rgl => ("rgb", Colors::Rgb),
-                _ => ("spec", Colors::Spectra),
-            };
-            let version = env!("CARGO_PKG_VERSION");
-            let description = format!("{}, by glimpse-trainer {version}", material.name());
-            let bytes = to_rgl(&description, material, colors)?;
-            vec![(format!("{name}_{suffix}.bsdf"), bytes)]
-        }
-        Format::Nbrdf => {
+    let unchanged = |files| Encoded {
+        files,
+        shading: None,
+        is_changed: false,
+    };
+    match format {
+        OutputFormat::Brdf(Format::Nbrdf) => {
             let network = match material.network() {
                 Some(network) => network,
                 None => fit_network(material, seed)?,
             };
             let files = to_nbrdf(&network).into_iter();
-            files
-                .map(|(suffix, bytes)| (format!("{name}{suffix}"), bytes))
-                .collect()
+            let files = files.map(|(suffix, bytes)| (format!("{name}{suffix}"), bytes));
+            Ok(unchanged(files.collect()))
         }
-        Format::Pab => {
-            let texts = to_pab(name, material)?.into_iter();
-            let names = pab_suffixes().map(|suffix| format!("{name}{suffix}"));
-            names.zip(texts.map(String::into_bytes)).collect()
+        OutputFormat::Brdf(format) => {
+            let physical = Physical::of(material);
+            let is_changed = !as_fitted && physical.is_changed();
+            let files = match is_changed {
+                true => table(material, &physical, format, name),
+                false => table(material, material, format, name),
+            };
+            Ok(Encoded {
+                is_changed,
+                ..unchanged(files?)
+            })
         }
-    })
+        OutputFormat::Shading(model) => {
+            let shading = shading::fit(material, model)?;
+            let metrics = compare(&shading, material)?;
+            let file = shading.to_file(name, &metrics);
+            Ok(Encoded {
+                shading: Some(WrittenErrors {
+                    loss: metrics.loss,
+                    delta_e: Some(metrics.delta_e),
+                    before: PhysicalErrors::of(material),
+                    after: PhysicalErrors::of(&shading),
+                }),
+                ..unchanged(vec![(format!("{name}{}", model.suffix()), file)])
+            })
+        }
+    }
 }
 
-/// Returns the loss of a written file with its material as the reference: the mean cosine-weighted logarithmic error.
-///
-/// # Errors
-/// If the file cannot be read.
-pub fn loss_of_file(material: &dyn Material, file: &Path) -> Result<f64, ConversionError> {
-    let written = Source(file.display().to_string()).load()?;
-    let written = written.first().ok_or(SourceError::Empty(file.into()))?;
-    Ok(loss_between(&**written, material))
+/// Returns the files of a table with this BRDF. The material has the name in the file's description.
+fn table(
+    material: &dyn Material,
+    brdf: &(impl Brdf + ?Sized),
+    format: Format,
+    name: &str,
+) -> Result<Vec<(String, Vec<u8>)>, ConversionError> {
+    let tensors = |suffix, colors| {
+        let version = env!("CARGO_PKG_VERSION");
+        let description = format!("{}, by glimpse-trainer {version}", material.name());
+        let bytes = to_rgl(&description, brdf, colors)?;
+        Ok(vec![(format!("{name}_{suffix}.bsdf"), bytes)])
+    };
+    match format {
+        Format::Merl => Ok(vec![(format!("{name}.binary"), to_merl(brdf)?)]),
+        Format::Rgl => tensors("rgb", Colors::Rgb),
+        Format::RglSpectra => tensors("spec", Colors::Spectra),
+        Format::Pab => {
+            let texts = to_pab(name, brdf)?.into_iter();
+            let names = pab_suffixes().map(|suffix| format!("{name}{suffix}"));
+            Ok(names.zip(texts.map(String::into_bytes)).collect())
+        }
+        Format::Nbrdf => Err(ConversionError::NotNetworkFile(name.into())),
+    }
 }
 
 /// Fits a network to a material.

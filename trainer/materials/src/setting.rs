@@ -22,6 +22,8 @@ macro_rules! settings {
 settings! {
     /// Additive noise.
     Additive "additive",
+    /// The choice to write tables as fitted.
+    AsFitted "as_fitted",
     /// The number of principal components of the model linear.
     Bases "bases",
     /// The precision of the coefficients of the model linear.

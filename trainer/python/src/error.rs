@@ -21,6 +21,13 @@ pyo3::create_exception!(
     "Invalid input, or a failed computation. The message states the problem and its remedy."
 );
 
+pyo3::create_exception!(
+    glimpse_brdf,
+    ImplausibleError,
+    GlimpseError,
+    "Readings that are unlikely to come from a material. The attribute `fit` is the FittedMaterial."
+);
+
 /// Converts a library error to an exception: `FileNotFoundError` for a missing file, `PermissionError` for a file
 /// that cannot be opened, and `GlimpseError` otherwise.
 pub(crate) fn to_exception(error: impl Error + 'static) -> PyErr {

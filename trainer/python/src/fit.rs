@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use serde_json::json;
 
 use crate::arrays::{Pairs, array, to_python};
-use crate::error::{GlimpseError, reject, to_exception};
+use crate::error::{GlimpseError, ImplausibleError, reject, to_exception};
 use crate::files::write;
 use crate::interruptible::run_detached;
 use crate::material::{Origin, PyMaterial, directions_of};
@@ -95,6 +95,17 @@ impl PyFittedMaterial {
 
     fn material(&self) -> &FittedMaterial {
         &self.fit.material
+    }
+
+    /// Returns the fit, or raises `ImplausibleError` if its readings are implausible.
+    pub(crate) fn require_plausible(fitted: Bound<'_, Self>) -> PyResult<Bound<'_, Self>> {
+        let Err(failure) = fitted.get().fit.check_plausible() else {
+            return Ok(fitted);
+        };
+        let error =
+            ImplausibleError::new_err(format!("{failure} (the exception's `fit` has the fit)"));
+        error.value(fitted.py()).setattr("fit", fitted)?;
+        Err(error)
     }
 }
 
@@ -213,7 +224,7 @@ impl PyFittedMaterial {
     /// Writes the material in a format of `Material.save`. If `path` ends in .json and `format` is None, writes the
     /// trainer's format, which `load_material` and every command of the trainer read. For the model linear, it also
     /// writes NAME.basis next to that file.
-    #[pyo3(signature = (path, format = None, *, seed = 0, overwrite = false))]
+    #[pyo3(signature = (path, format = None, *, seed = 0, overwrite = false, as_fitted = false))]
     fn save(
         slf: &Bound<'_, Self>,
         py: Python<'_>,
@@ -221,10 +232,16 @@ impl PyFittedMaterial {
         format: Option<&str>,
         seed: u64,
         overwrite: bool,
+        as_fitted: bool,
     ) -> PyResult<()> {
         if path.extension().is_none_or(|extension| extension != "json") || format.is_some() {
             let base = slf.as_super().get();
-            return base.save(py, path, format, seed, overwrite);
+            return base.save(py, path, format, seed, overwrite, as_fitted);
+        }
+        if as_fitted {
+            return reject(
+                "as_fitted has no effect on material.json, which holds parameters: omit it",
+            );
         }
         let this = slf.get();
         let metadata = json!({ "trainer": concat!("glimpse_brdf ", env!("CARGO_PKG_VERSION")) });

@@ -29,7 +29,7 @@ mod _glimpse_brdf {
     #[pymodule_export]
     use crate::compare::compare;
     #[pymodule_export]
-    use crate::error::GlimpseError;
+    use crate::error::{GlimpseError, ImplausibleError};
     #[pymodule_export]
     use crate::evaluate::evaluate;
     #[pymodule_export]

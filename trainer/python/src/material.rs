@@ -13,7 +13,7 @@ use glimpse_trainer::conversion::{OutputFormat, encode, file_name, output_paths}
 use glimpse_trainer::measurement::angles_from_vectors;
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyTypeError, PyUserWarning};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use rayon::prelude::*;
@@ -194,7 +194,10 @@ impl PyMaterial {
     /// to a material that is not a network, which takes some seconds, as does the fit of a shading model; `seed` is the seed
     /// of the network's fit (default 0).
     /// Raises FileExistsError if a file exists with other contents, unless `overwrite` is True.
-    #[pyo3(signature = (path, format = None, *, seed = 0, overwrite = false))]
+    ///
+    /// Tables ("merl", "rgl", "rgl-spectral" and "pab") are changed to be reciprocal and to have an albedo of at most 1, and
+    /// a warning states the change, unless `as_fitted` is True.
+    #[pyo3(signature = (path, format = None, *, seed = 0, overwrite = false, as_fitted = false))]
     pub(crate) fn save(
         &self,
         py: Python<'_>,
@@ -202,6 +205,7 @@ impl PyMaterial {
         format: Option<&str>,
         seed: u64,
         overwrite: bool,
+        as_fitted: bool,
     ) -> PyResult<()> {
         let formats = OutputFormat::ALL.map(|format| (format.name(), format));
         let format = format
@@ -213,10 +217,25 @@ impl PyMaterial {
             OutputFormat::Brdf(Format::Pab) => file_name(&path).map_err(to_exception)?,
             _ => self.material.name(),
         };
-        let files = run_detached(py, || encode(&*self.material, format, name, seed))?
-            .map_err(to_exception)?;
+        let files = run_detached(py, || {
+            encode(&*self.material, format, name, seed, as_fitted)
+        })?
+        .map_err(to_exception)?;
         let bytes = files.files.into_iter().map(|(_, bytes)| bytes);
-        write(&paths.into_iter().zip(bytes).collect::<Vec<_>>(), overwrite)
+        write(&paths.into_iter().zip(bytes).collect::<Vec<_>>(), overwrite)?;
+        if files.is_changed {
+            let before = run_detached(py, || PhysicalErrors::of(&*self.material))?;
+            let message = format!(
+                "{}: the table is changed to be reciprocal and to have an albedo of at most 1 (reciprocity error {:.3}, \
+                 largest albedo {:.3} before); as_fitted=True keeps the BRDF",
+                path.display(),
+                before.reciprocity,
+                before.albedo,
+            );
+            let message = std::ffi::CString::new(message)?;
+            PyErr::warn(py, &py.get_type::<PyUserWarning>(), &message, 1)?;
+        }
+        Ok(())
     }
 
     /// Returns itself: a material is immutable.

@@ -361,7 +361,8 @@ impl PyRecipe {
             saturation,
         };
         let (chosen, measurements) = args.measurements(&slf.get().named())?;
-        PyFittedMaterial::new(slf.as_any(), chosen, name, measurements, keep_all)
+        let fitted = PyFittedMaterial::new(slf.as_any(), chosen, name, measurements, keep_all)?;
+        PyFittedMaterial::require_plausible(fitted)
     }
 
     /// Returns the recipe of readings at directions, an array (n, 2, 3), that a recipe without a pattern fits.

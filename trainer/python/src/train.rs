@@ -16,6 +16,7 @@ use glimpse_training::meta::run::train as meta_train;
 use glimpse_training::recipe::{RecipeFile, pack_recipe};
 use glimpse_training::route::LimitArgs;
 use pyo3::prelude::*;
+use pyo3::types::PyBool;
 
 use crate::choices::{choose, choose_value};
 use crate::error::{Failure, GlimpseError, reject, reject_unused, to_exception};
@@ -73,7 +74,8 @@ pub(crate) enum SampleCount {
 /// or "any" for a recipe without a pattern, for readings at any directions. `materials` are the training materials: a source as for `load_materials`, a Material, or a list of both (default
 /// "procedural:100"). `seed` determines all random choices (default 0).
 ///
-/// `effort` is "brief" (seconds), "quick" (a minute), "standard" (several minutes, the default) or "long" (an hour).
+/// `effort` is "brief" (seconds), "quick" (10 to 120 seconds on two cores), "standard" (1 to 5 minutes, the default) or
+/// "long" (15 minutes to hours).
 /// `schedule` is "prior" (a learned prior completes the readings, the default) or "paper" (the two stages of the paper).
 ///
 /// Some options require schedule="prior". `share` gives the proportions of training tasks from several sources; all
@@ -89,7 +91,8 @@ pub(crate) enum SampleCount {
 /// Two options require the model linear and schedule="paper". `bases` is the number of principal components.
 /// `eta` is the precision of their coefficients.
 ///
-/// `progress` is called with a Progress at most 50 times per second and at the end. If it raises an exception, training
+/// `progress` is called with a Progress at most 50 times per second and at the end. By default it draws a bar in a terminal
+/// or notebook; False draws none. If it raises an exception, training
 /// stops and `train` raises that exception. `checkpoint` is a folder in which the run is saved every
 /// `checkpoint_every_seconds` (default 10), and after Ctrl-C or an exception of `progress`. The same call with
 /// `resume=True` continues the run and gives the same bytes. A finished run deletes its checkpoints, and the folder if
@@ -130,6 +133,15 @@ pub(crate) fn train(
     resume: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<PyRecipe> {
+    let progress = match progress {
+        Some(progress) => {
+            Some(progress).filter(|progress| !progress.bind(py).is(PyBool::new(py, false)))
+        }
+        None => py
+            .import("glimpse_brdf.progress")?
+            .call_method0("bar")?
+            .extract()?,
+    };
     let model = choose("model", model, &MODELS.map(|model| (model.name(), model)))?;
     let schedule = choose_value("schedule", schedule, Schedule::name)?;
     let args = TrainingArgs {

@@ -12,7 +12,7 @@ import threading
 import glimpse_brdf as glimpse
 import numpy as np
 import pytest
-from conftest import assert_names, directions, to_degrees, write_csv
+from conftest import BUNDLED, assert_names, directions, to_degrees, write_csv
 
 
 def test_material_matches_query_command(trainer, tmp_path):
@@ -283,6 +283,24 @@ def test_save_matches_convert_command(trainer, tmp_path, name):
     for path in paths:
         written = path.with_name(path.name.replace("command", "python")).read_bytes()
         assert written.replace(b"python-", b"command-") == path.read_bytes()
+
+
+def test_save_changes_tables_to_be_physical(tmp_path):
+    neural = glimpse.Recipe.load(BUNDLED / "completed/neural-n4.recipe")
+    fitted = neural.fit(glimpse.load_material("procedural:1:4")(neural.directions))
+    pairs = directions(200, 3)
+
+    def change(path):
+        material = glimpse.load_material(path)
+        one, other = material(pairs), material(pairs[:, ::-1])
+        return np.abs(one - other).sum() / one.sum()
+
+    with pytest.warns(UserWarning, match="as_fitted"):
+        fitted.save(tmp_path / "physical.bsdf")
+    fitted.save(tmp_path / "fitted.bsdf", as_fitted=True)
+    assert change(tmp_path / "physical.bsdf") < 0.5 * change(tmp_path / "fitted.bsdf")
+    with pytest.raises(glimpse.GlimpseError, match="as_fitted"):
+        fitted.save(tmp_path / "m.gltf", as_fitted=True)
 
 
 def test_rejects_path_without_format(tmp_path):

@@ -238,6 +238,15 @@ def test_outlier_is_reported_and_excluded(trained):
     assert fitted_without_outlier.predicted_loss > 0
 
 
+def test_implausible_readings_raise_with_fit():
+    recipe = glimpse.Recipe.load(NEURAL)
+    readings = glimpse.load_material("procedural:1:77")(recipe.directions)
+    with pytest.raises(glimpse.ImplausibleError, match="percent") as error:
+        recipe.fit(np.full_like(readings, 9.0) * (1 + 0.01 * np.arange(8)[:, None]))
+    assert error.value.fit.model == "neural"
+    assert np.isfinite(error.value.fit(recipe.directions)).all()
+
+
 def test_rejects_invalid_readings(trainer, tmp_path):
     recipe = glimpse.Recipe.load(NEURAL)
     readings = glimpse.load_material("procedural:1:77")(recipe.directions).astype(float)

@@ -74,6 +74,20 @@ def test_progress_is_called_and_its_exception_stops_training():
     assert time.monotonic() - start < 30
 
 
+def test_bar_is_drawn_in_a_terminal_only(monkeypatch, capsys):
+    from glimpse_brdf import progress
+
+    assert progress.bar() is None
+    options = {"samples": 2, "schedule": "paper", "effort": "brief"}
+    glimpse.train("phong", "procedural:10", **options)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    glimpse.train("phong", "procedural:10", progress=False, **options)
+    assert capsys.readouterr().err == ""
+    glimpse.train("phong", "procedural:10", **options)
+    drawn = capsys.readouterr().err
+    assert "loss" in drawn and len(drawn.split("\r")) > 1
+
+
 def test_resumed_run_gives_same_bytes(tmp_path):
     options = {"samples": 3, "schedule": "paper", "effort": "brief", "seed": 3}
     uninterrupted = glimpse.train("phong", "procedural:10", **options)

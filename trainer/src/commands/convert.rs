@@ -2,15 +2,14 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, ensure};
+use anyhow::ensure;
 use clap::Args;
-use glimpse_materials::{Format, Material, Reciprocal, Source};
-use glimpse_trainer::conversion::{
-    Encoded, OutputFormat, encode, file_name, loss_of_file, output_paths,
-};
-use serde_json::json;
+use glimpse_materials::{Format, Source};
+use glimpse_trainer::conversion::{OutputFormat, WrittenErrors, encode, file_name, output_paths};
+use serde::Serialize;
+use serde_json::Value;
 
-use super::formats::{self, Files};
+use super::formats::{self, Files, physical_errors};
 use super::output::{file_as_json, refuse_source, write_files};
 use super::{emit, load_single};
 
@@ -24,14 +23,16 @@ use super::{emit, load_single};
 /// approximates IN. The loss of this approximation and its color error (mean CIEDE2000 of a sphere)
 /// are printed.
 ///
-/// With --reciprocal, OUT has the mean of IN and of IN with light and sensor exchanged, as renderers
-/// expect that trace light from both ends. A network of the model neural is not reciprocal.
+/// PHYSICS. Fits and measurements are not quite reciprocal, and may reflect more light than they receive.
+/// Tables (merl, rgl, rgl-spectral, pab) are changed to be reciprocal and to have an albedo of at most 1.
+/// The errors before and after are printed: the mean change if light and sensor are exchanged, relative
+/// to the BRDF, and the largest albedo. Formats of parameters cannot be changed, so their errors remain.
 ///
 /// Example: trainer convert aurora_white_rgb.bsdf aurora_white.binary
 ///          trainer convert gold.binary gold_rgb.bsdf
 ///          trainer convert gold.binary gold --format nbrdf
 ///          trainer convert gold.binary gold.gltf
-///          trainer convert gold/material.json gold_rgb.bsdf --reciprocal
+///          trainer convert gold/material.json gold_rgb.bsdf
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Convert {
@@ -45,15 +46,25 @@ pub(crate) struct Convert {
     /// _principled.json]
     #[arg(long, value_parser = formats::parser())]
     format: Option<OutputFormat>,
-    /// Write the mean of both orders of light and sensor
+    /// Write a table of the BRDF as it is, even if it is not reciprocal or its albedo is above 1
     #[arg(long)]
-    reciprocal: bool,
+    as_fitted: bool,
     /// Replace existing files that differ
     #[arg(long)]
     force: bool,
-    /// Print JSON: material, format, copied (true or false), files, loss and delta_e
+    /// Print JSON: material, format, files, loss and delta_e; and before and after, each with reciprocity
+    /// and albedo
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Serialize)]
+struct Report<'m> {
+    material: &'m str,
+    format: &'static str,
+    files: Vec<Value>,
+    #[serde(flatten)]
+    errors: Option<WrittenErrors>,
 }
 
 impl Convert {
@@ -63,72 +74,50 @@ impl Convert {
         for out in &outs {
             refuse_source(out, &self.source)?;
         }
-        let loaded = load_single(&self.source)?;
-        let mean = match self.reciprocal {
-            true => Some(self.mean(&*loaded, format)?),
-            false => None,
-        };
-        let material = match &mean {
-            Some(mean) => mean as &dyn Material,
-            None => &*loaded,
-        };
-        let own = self.source.files()?;
-        let is_own = |first: &PathBuf| {
-            Format::detect(first).is_ok_and(|own| OutputFormat::Brdf(own) == format)
-        };
-        ensure!(
-            self.reciprocal || !own.first().is_some_and(is_own),
-            "{} has the format {} already: copy its files",
-            self.source,
-            format.name()
-        );
+        let material = load_single(&self.source)?;
         // Only the names of PAB-Opto's files depend on OUT here.
         let name = match format {
             OutputFormat::Brdf(Format::Pab) => file_name(&self.out)?,
             _ => material.name(),
         };
         eprintln!("converting {} to {}", material.name(), format.name());
-        let Encoded { files, metrics } = encode(material, format, name, seed)?;
-        let files = files.into_iter().map(|(_, bytes)| bytes);
-        let files: Files = outs.into_iter().zip(files).collect();
+        let encoded = encode(&*material, format, name, seed, self.as_fitted)?;
+        let own = self.source.files()?;
+        let is_own = |first: &PathBuf| {
+            Format::detect(first).is_ok_and(|own| OutputFormat::Brdf(own) == format)
+        };
+        ensure!(
+            encoded.is_changed || !own.first().is_some_and(is_own),
+            "{} has the format {} already: copy its files",
+            self.source,
+            format.name()
+        );
+        let bytes = encoded.files.iter().map(|(_, bytes)| bytes.clone());
+        let files: Files = outs.into_iter().zip(bytes).collect();
         write_files(&files, self.force)?;
         let (first, _) = &files[0];
         // A pipe cannot be read again.
-        let loss = match metrics {
-            Some(metrics) => Some(metrics.loss),
-            None if first.is_file() => Some(loss_of_file(material, first)?),
-            None => None,
+        let errors = match first.is_file() {
+            true => Some(encoded.errors(&*material, first)?),
+            false => None,
         };
-        let delta_e = metrics.map(|metrics| metrics.delta_e);
-        let report = json!({
-            "material": material.name(),
-            "format": format.name(),
-            "files": files.iter().map(|(path, _)| file_as_json(path)).collect::<Vec<_>>(),
-            "loss": loss,
-            "delta_e": delta_e,
-        });
+        if let Some(errors) = &errors {
+            eprintln!("{}: {}", first.display(), physical_errors(errors));
+        }
+        let report = Report {
+            material: material.name(),
+            format: format.name(),
+            files: files.iter().map(|(path, _)| file_as_json(path)).collect(),
+            errors,
+        };
         emit(self.json, &report, || {
-            let loss = loss.map(|loss| format!("loss {loss:.6}"));
-            let color = delta_e.map(|error| format!("color error {error:.2}"));
-            let stated: Vec<String> = loss.into_iter().chain(color).collect();
-            stated.join(", ") + if stated.is_empty() { "" } else { "\n" }
+            let Some(errors) = errors else {
+                return String::new();
+            };
+            let color = errors
+                .delta_e
+                .map_or_else(String::new, |error| format!(", color error {error:.2}"));
+            format!("loss {:.6}{color}\n", errors.loss)
         })
-    }
-
-    /// Returns the mean of both orders of a material.
-    ///
-    /// # Errors
-    /// If the material is reciprocal, or the format's BRDF is not.
-    fn mean<'m>(
-        &self,
-        material: &'m dyn Material,
-        format: OutputFormat,
-    ) -> anyhow::Result<Reciprocal<'m>> {
-        ensure!(
-            format != OutputFormat::Brdf(Format::Nbrdf),
-            "a network is not reciprocal: remove --reciprocal, or give another format than nbrdf"
-        );
-        Reciprocal::of(material)
-            .with_context(|| format!("{} is reciprocal: remove --reciprocal", self.source))
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glimpse_materials::Format;
-use glimpse_trainer::conversion::OutputFormat;
+use glimpse_trainer::conversion::{OutputFormat, WrittenErrors};
 use glimpse_trainer::shading::ShadingModel;
 
 /// Returns a parser of the names of output formats.
@@ -46,3 +46,14 @@ fn describe_files(format: OutputFormat) -> &'static str {
 
 /// A group of files that are written together: their paths and contents.
 pub(super) type Files = Vec<(PathBuf, Vec<u8>)>;
+
+/// Describes the physical errors of a material and of its files, for stderr.
+pub(super) fn physical_errors(errors: &WrittenErrors) -> String {
+    let [before, after] = [errors.before, errors.after].map(|errors| {
+        format!(
+            "reciprocity error {:.3} and largest albedo {:.3}",
+            errors.reciprocity, errors.albedo
+        )
+    });
+    format!("{after}; before {before}")
+}

@@ -40,10 +40,13 @@ pub(crate) fn train_with_progress(
     catch_interrupts()?;
     let steps = StepProgress::new("training", 0);
     let outcome = train(options, materials, &mut |progress| {
-        let mut message = format!(
-            "{}, n = {}: loss {:.4}",
-            progress.phase, progress.samples, progress.loss
-        );
+        let mut message = progress.phase.to_owned();
+        if progress.samples > 0 {
+            message += &format!(", n = {}", progress.samples);
+        }
+        if progress.loss.is_finite() {
+            message += &format!(": loss {:.4}", progress.loss);
+        }
         if let Some(best) = progress.best {
             message += &format!(", best {best:.4}");
         }

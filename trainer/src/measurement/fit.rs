@@ -69,6 +69,17 @@ pub struct Fit {
     pub prediction: LossPrediction,
 }
 
+impl Fit {
+    /// Checks that the readings are plausible.
+    ///
+    /// # Errors
+    /// [`FitFailure::Implausible`] if they are unlikely to come from a material.
+    pub fn check_plausible(&self) -> Result<(), FitFailure> {
+        let reason = self.residual.implausible;
+        reason.map_or(Ok(()), |reason| Err(FitFailure::Implausible(reason)))
+    }
+}
+
 /// An error of fitting measurements.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("{}", self.message(Setting::name))]
@@ -82,6 +93,8 @@ pub enum FitFailure {
     },
     /// The readings cannot be fitted.
     Scan(Error),
+    /// The readings are unlikely to come from a material.
+    Implausible(ErrorCode),
 }
 
 impl SettingError for FitFailure {
@@ -95,6 +108,7 @@ impl SettingError for FitFailure {
                 name(Setting::Missing)
             ),
             Self::Scan(error) => error.to_string(),
+            Self::Implausible(reason) => reason.text().to_owned(),
         }
     }
 }

@@ -4,3 +4,4 @@ mod command_line;
 mod common;
 mod documents;
 mod measurement;
+mod physics;

@@ -21,6 +21,7 @@ _Materials = Union[_Source, Iterable[_Source]]
 __all__ = [
     "FittedMaterial",
     "GlimpseError",
+    "ImplausibleError",
     "Material",
     "Outlier",
     "Plan",
@@ -39,6 +40,8 @@ __all__ = [
 ]
 
 class GlimpseError(ValueError): ...
+class ImplausibleError(GlimpseError):
+    fit: FittedMaterial
 
 @type_check_only
 class _ExpectedLoss(TypedDict):
@@ -134,7 +137,13 @@ class Material:
     def name(self) -> str: ...
     def __call__(self, incoming: npt.ArrayLike, outgoing: Optional[npt.ArrayLike] = None) -> _Float32Array: ...
     def save(
-        self, path: _Path, format: Optional[_Format] = None, *, seed: int = 0, overwrite: bool = False
+        self,
+        path: _Path,
+        format: Optional[_Format] = None,
+        *,
+        seed: int = 0,
+        overwrite: bool = False,
+        as_fitted: bool = False,
     ) -> None: ...
     def __copy__(self) -> Self: ...
     def __deepcopy__(self, _memo: Any, /) -> Self: ...
@@ -337,5 +346,5 @@ def train(
     checkpoint: Optional[_Path] = None,
     checkpoint_every_seconds: float = 10.0,
     resume: bool = False,
-    progress: Optional[Callable[[Progress], object]] = None,
+    progress: Union[Callable[[Progress], object], Literal[False], None] = None,
 ) -> Recipe: ...

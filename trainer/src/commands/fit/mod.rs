@@ -13,13 +13,12 @@ use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::has_content;
 use glimpse_materials::{BasisFile, FittedMaterial, Material};
-use glimpse_trainer::conversion::{OutputFormat, encode, loss_of_file};
+use glimpse_trainer::conversion::{Encoded, OutputFormat, encode};
 use glimpse_trainer::measurement::{AngleArgs, Measurements, NamedRecipe, Rows, Selection, fit};
-use glimpse_trainer::metrics::Metrics;
 use options::QuantityArgs;
 use report::{FitReport, FormatSummary, ReportEntry, file_name};
 
-use super::formats::{self, Files};
+use super::formats::{self, Files, physical_errors};
 use super::lock::Lock;
 use super::output::{create_out_folder, refuse_input, write_file, write_files};
 use super::{emit, read_named_recipe};
@@ -85,9 +84,16 @@ pub(crate) struct Fit {
     /// Formats of additional files of the material in DIR/formats; see `trainer convert`
     #[arg(long, value_parser = formats::parser(), value_delimiter = ',', value_name = "FORMAT,...")]
     format: Vec<OutputFormat>,
+    /// With a table in --format: write the BRDF as fitted, even if it is not reciprocal or its albedo is
+    /// above 1
+    #[arg(long)]
+    as_fitted: bool,
     /// Keep all readings in the fit
     #[arg(long)]
     keep_all: bool,
+    /// Write the fit even if its readings are unlikely to come from a material
+    #[arg(long)]
+    accept_implausible: bool,
     /// Replace the results of an earlier run in DIR
     #[arg(long)]
     force: bool,
@@ -108,6 +114,10 @@ struct FitInput<'a> {
 
 impl Fit {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
+        ensure!(
+            !self.as_fitted || self.format.iter().any(|format| format.is_table()),
+            "--as-fitted has no effect without a table in --format (merl, rgl, rgl-spectral, pab): remove it"
+        );
         let given = self.recipe()?;
         let inputs = self.inputs()?;
         self.refuse_overwrite(&inputs, &given)?;
@@ -125,6 +135,14 @@ impl Fit {
             let fit = Selection::new(&recipe, &chosen.prior, measured, self.keep_all)
                 .and_then(|selection| fit(&recipe, basis.as_deref(), input.name.clone(), selection))
                 .with_context(|| input.path.display().to_string())?;
+            if !self.accept_implausible {
+                fit.check_plausible().with_context(|| {
+                    let path = input.path.display();
+                    format!(
+                        "{path}: implausible (--accept-implausible writes the fit nevertheless)"
+                    )
+                })?;
+            }
             let report = FitReport::new(&chosen, input.path, &quantity, &fit)?;
             let formats = self.formats(&fit.material, &input.folder, seed)?;
             fits.push((fit, pattern, chosen.recipe, report, formats));
@@ -144,8 +162,8 @@ impl Fit {
             for (name, bytes) in FILES.iter().zip(contents) {
                 write_file(&input.folder.join(name), &bytes, self.force)?;
             }
-            let formats = formats.iter().map(|(files, metrics)| {
-                self.write_format(&input.folder, &fit.material, files, *metrics)
+            let formats = formats.iter().map(|(files, encoded)| {
+                self.write_format(&input.folder, &fit.material, files, encoded)
             });
             entries.push(ReportEntry {
                 name: &input.name,
@@ -174,45 +192,42 @@ impl Fit {
         folder: &Path,
         material: &FittedMaterial,
         files: &Files,
-        metrics: Option<Metrics>,
+        encoded: &Encoded,
     ) -> anyhow::Result<FormatSummary> {
         create_out_folder(&folder.join(FORMATS))?;
         write_files(files, self.force)?;
         let (first, _) = files.first().context("a format has no files")?;
-        let delta_e = metrics.map(|metrics| metrics.delta_e);
-        let loss = match metrics {
-            Some(metrics) => metrics.loss,
-            None => loss_of_file(material, first)?,
-        };
-        let color = delta_e.map_or(String::new(), |error| {
+        let errors = encoded.errors(material, first)?;
+        let color = errors.delta_e.map_or(String::new(), |error| {
             format!(" and color error {error:.2}")
         });
         let file = first.display().to_string();
-        eprintln!("{file}: loss {loss:.6}{color} against the fit");
-        Ok(FormatSummary {
-            file,
-            loss,
-            delta_e,
-        })
+        let loss = errors.loss;
+        eprintln!(
+            "{file}: loss {loss:.6}{color} against the fit; {}",
+            physical_errors(&errors)
+        );
+        Ok(FormatSummary { file, errors })
     }
 
-    /// Returns a material's files in the formats of --format, each once, and the errors of shading models.
+    /// Returns a material's files in the formats of --format, each once, and their errors.
     fn formats(
         &self,
         material: &FittedMaterial,
         folder: &Path,
         seed: u64,
-    ) -> anyhow::Result<Vec<(Files, Option<Metrics>)>> {
+    ) -> anyhow::Result<Vec<(Files, Encoded)>> {
         let folder = folder.join(FORMATS);
         let is_first =
             |(index, format): &(usize, &OutputFormat)| !self.format[..*index].contains(format);
         let distinct = self.format.iter().enumerate().filter(is_first);
         let files = distinct.map(|(_, format)| {
             eprintln!("converting {} to {}", material.name(), format.name());
-            let encoded = encode(material, *format, material.name(), seed)?;
-            let files = encoded.files.into_iter();
+            let as_fitted = self.as_fitted && format.is_table();
+            let mut encoded = encode(material, *format, material.name(), seed, as_fitted)?;
+            let files = std::mem::take(&mut encoded.files).into_iter();
             let files = files.map(|(name, bytes)| (folder.join(name), bytes));
-            Ok((files.collect(), encoded.metrics))
+            Ok((files.collect(), encoded))
         });
         files.collect()
     }

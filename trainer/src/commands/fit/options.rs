@@ -18,7 +18,7 @@ pub(super) struct QuantityArgs {
     /// Quantity of the readings: the BRDF, sr^-1; the BRDF times cos(theta_i), the radiance under a lamp
     /// that lights the sensor's whole spot; the BRDF times cos(theta_o), also called brdf-cos, ASTM's
     /// cosine-corrected BSDF; or pi times the BRDF, relative to a perfect white diffuser [default: brdf]
-    #[arg(long, value_parser = choice(&QUANTITIES, &[("brdf-cos", "brdf-cos-o")]), conflicts_with = "white")]
+    #[arg(long, value_parser = choice(&QUANTITIES, &[("brdf-cos", "brdf-cos-o")]), conflicts_with_all = ["white", "dark", "white_reflectance", "saturation", "footprint"])]
     quantity: Option<Quantity>,
     /// CSV file of counts on a white tile, if the readings are counts: at the same directions, or in a
     /// single row with --footprint

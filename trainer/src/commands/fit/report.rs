@@ -8,6 +8,7 @@ use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::LossPrediction;
+use glimpse_trainer::conversion::WrittenErrors;
 use glimpse_trainer::measurement::{
     ChosenRecipe, Fit, ReadingQuantity, ReadingStatus, Selection, coefficient_of_variation,
 };
@@ -41,8 +42,8 @@ pub(super) struct ReportEntry<'a> {
 #[derive(Serialize)]
 pub(super) struct FormatSummary {
     pub(super) file: String,
-    pub(super) loss: f64,
-    pub(super) delta_e: Option<f64>,
+    #[serde(flatten)]
+    pub(super) errors: WrittenErrors,
 }
 
 #[derive(Serialize)]

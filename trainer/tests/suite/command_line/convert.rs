@@ -33,16 +33,20 @@ fn converts_between_formats() {
 
     let text = convert("made.binary made --format pab");
     assert!(text < 0.2, "{text}");
-    let again = convert("made_in30.txt text.bsdf");
+    let again = convert("made_in30.txt text.bsdf --as-fitted");
     assert!(again < 0.002, "{again}");
 
     let network = convert("made_rgb.bsdf net --format nbrdf");
     assert!(network < 0.02, "{network}");
-    // A tensor file has both orders, so it is reciprocal with this option only.
-    let tensors = convert("net_fc1.npy mean_rgb.bsdf --reciprocal");
+    // A tensor file has both orders of light and sensor.
+    let tensors = convert("net_fc1.npy net_rgb.bsdf --as-fitted");
     assert!(tensors < 0.002, "{tensors}");
-    convert("net_fc1.npy net_rgb.bsdf");
-    folder.succeed("convert net_rgb.bsdf mean.binary --reciprocal");
+    let report = folder.succeed_as_json("convert net_fc1.npy mean_rgb.bsdf");
+    let reciprocity = |state: &str| number(&report[state]["reciprocity"]);
+    assert!(
+        reciprocity("after") < 0.5 * reciprocity("before"),
+        "{report}"
+    );
     for array in ["fc1", "b1", "fc2", "b2", "fc3", "b3"] {
         let bytes = folder.read(&format!("net_{array}.npy"));
         assert!(bytes.starts_with(b"\x93NUMPY"));
@@ -64,8 +68,7 @@ fn rejects_invalid_arguments() {
             "made_rgb.bsdf made_rgb.bsdf => made_rgb.bsdf",
             "procedural:1 made_rgb.bsdf => made_rgb.bsdf --force",
             "procedural:1 none/made.binary => none",
-            "procedural:1 mean.binary --reciprocal => --reciprocal",
-            "made_rgb.bsdf mean --format nbrdf --reciprocal => --reciprocal nbrdf",
+            "made_rgb.bsdf mean --format nbrdf --as-fitted => --as-fitted nbrdf",
         ],
     );
     assert_eq!(folder.names(""), ["made_rgb.bsdf"]);

@@ -206,11 +206,32 @@ fn reports_readings_without_light() {
             .for_each(|(_, factor)| *factor = -0.0);
         write_readings(&folder, "dark.csv", WHOLE, &all);
         let fit = format!("fit {WHOLE} --measurements dark.csv --out {dark}");
-        let report = folder.succeed_as_json(&fit);
+        if dark == 8 {
+            folder.fail_naming(&fit, &["dark.csv", "--accept-implausible"]);
+            assert!(!folder.exists("8"));
+        }
+        let report = folder.succeed_as_json(&format!("{fit} --accept-implausible"));
         let no_light: Vec<usize> = (0..dark).collect();
         assert_eq!(report[0]["readings"]["no_light"], json!(no_light));
         let is_known = report[0]["expected_loss"].is_object();
         assert_eq!(is_known, dark == 3, "{report}");
+    }
+}
+
+/// Percent, and a reflectance factor that is taken for a BRDF.
+#[test]
+fn rejects_implausible_readings_and_names_likely_causes() {
+    let folder = folder();
+    for (factor, causes) in [(100.0, ["percent"]), (std::f32::consts::PI * 3.0, ["pi"])] {
+        let scaled = first(8)
+            .into_iter()
+            .map(|(sample, one)| (sample, one * factor));
+        write_readings(&folder, "m.csv", WHOLE, &scaled.collect::<Vec<_>>());
+        folder.fail_naming(
+            &format!("fit {WHOLE} --measurements m.csv --out out"),
+            &causes,
+        );
+        assert!(!folder.exists("out"));
     }
 }
 

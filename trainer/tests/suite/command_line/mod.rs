@@ -14,6 +14,7 @@ mod grid;
 mod interruption;
 mod linear;
 mod list;
+mod option_pairs;
 mod options;
 mod output;
 mod plan;

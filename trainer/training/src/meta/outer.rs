@@ -26,7 +26,7 @@ pub struct Progress {
     pub done: usize,
     /// Outer steps of all phases.
     pub total: usize,
-    /// The outer loss, smoothed over about 50 steps.
+    /// The outer loss, smoothed over about 50 steps. NaN in a phase without steps.
     pub loss: f32,
     /// The smallest loss so far, on validation materials or over an epoch (see [`Selection`]).
     pub best: Option<f32>,

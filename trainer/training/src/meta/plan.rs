@@ -30,11 +30,11 @@ impl Schedule {
 pub enum Effort {
     /// A few seconds, for a first look; 1/500 of the paper's steps with schedule paper.
     Brief,
-    /// About a minute, for experiments; 1/100 of the paper's steps with schedule paper.
+    /// 10 to 120 seconds on two cores, for experiments; 1/100 of the paper's steps with schedule paper.
     Quick,
-    /// Several minutes, for regular use; 1/10 of the paper's steps with schedule paper.
+    /// 1 to 5 minutes on two cores, for regular use; 1/10 of the paper's steps with schedule paper.
     Standard,
-    /// About an hour, for a loss a few percent lower; all of the paper's steps with schedule paper.
+    /// 15 minutes to hours, for a loss a few percent lower; all of the paper's steps with schedule paper.
     Long,
 }
 

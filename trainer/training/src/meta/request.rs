@@ -176,3 +176,90 @@ impl TrainingArgs {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::{Command, FromArgMatches};
+
+    use super::*;
+
+    /// A value for each option that differs from its default.
+    const VALUES: [(&str, &str); 14] = [
+        ("share", "3,1"),
+        ("missing", "0.3"),
+        ("noise", "0.02"),
+        ("additive", "0.01"),
+        ("levels", "64"),
+        ("procedural", "0.1"),
+        ("max-theta-i", "60"),
+        ("max-theta-o", "70"),
+        ("min-separation", "20"),
+        ("scan-seconds", "40"),
+        ("speed", "5"),
+        ("settle", "2"),
+        ("bases", "3"),
+        ("eta", "10"),
+    ];
+
+    /// Returns all that the options determine; None if they are refused.
+    fn effect(
+        options: &[(&str, &str)],
+        model: ModelKind,
+        samples: usize,
+        schedule: Schedule,
+    ) -> Option<(u64, Vec<f32>)> {
+        let words = options
+            .iter()
+            .map(|(name, value)| format!("--{name}={value}"));
+        let words = ["train".to_owned()].into_iter().chain(words);
+        let command = TrainingArgs::augment_args(Command::new("train"));
+        let matches = command.try_get_matches_from(words).ok()?;
+        let args = TrainingArgs::from_arg_matches(&matches).ok()?;
+        args.check_effect(&[model], schedule).ok()?;
+        let options = args.options(model, samples, schedule, Effort::Quick, 0);
+        Some((options.ok()?.digest(), args.share))
+    }
+
+    #[test]
+    fn each_option_changes_the_training_or_is_refused_beside_each_other() {
+        let command = TrainingArgs::augment_args(Command::new("train"));
+        let names: Vec<&str> = command
+            .get_arguments()
+            .filter_map(clap::Arg::get_long)
+            .collect();
+        assert_eq!(names.len(), VALUES.len(), "{names:?}");
+        let mut accepted = vec![false; VALUES.len()];
+        let cases = [
+            (ModelKind::Linear, 4, Schedule::Prior),
+            (ModelKind::Linear, 4, Schedule::Paper),
+            (ModelKind::Linear, 0, Schedule::Prior),
+            (ModelKind::Phong, 4, Schedule::Prior),
+            (ModelKind::Phong, 4, Schedule::Paper),
+        ];
+        for (model, samples, schedule) in cases {
+            let effect = |options: &[_]| effect(options, model, samples, schedule);
+            let none = effect(&[]);
+            for (first, one) in VALUES.into_iter().enumerate() {
+                let alone = effect(&[one]);
+                assert!(alone.is_none() || alone != none, "{one:?}");
+                for (second, other) in VALUES
+                    .into_iter()
+                    .enumerate()
+                    .filter(|(_, each)| *each != one)
+                {
+                    let Some(both) = effect(&[one, other]) else {
+                        continue;
+                    };
+                    assert_ne!(
+                        Some(both),
+                        effect(&[other]),
+                        "{one:?} beside {other:?}, {model:?}"
+                    );
+                    accepted[first] = true;
+                    accepted[second] = true;
+                }
+            }
+        }
+        assert!(!accepted.contains(&false), "{accepted:?}");
+    }
+}

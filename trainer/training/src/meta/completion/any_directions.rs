@@ -1,5 +1,7 @@
 //! Training of recipes without a pattern, for readings at any directions: a Gaussian prior of a material's coefficients.
 
+use std::ops::ControlFlow;
+
 use glimpse_core::section::{MAX_PRECISION, MIN_PRECISION};
 use glimpse_kernels::completion::Shape;
 use glimpse_materials::basis::Basis;
@@ -19,7 +21,7 @@ use crate::linear::{COMPACT_NODES, GaussianPrior, to_compact_bytes};
 use crate::meta::learned::{LearnedFit, LearnedRecipe, LearnedRidge};
 use crate::meta::objective::RandomStreams;
 use crate::meta::options::Options;
-use crate::meta::outer::{Observer, OuterLoop, RunError};
+use crate::meta::outer::{Observer, OuterLoop, Progress, RunError};
 use crate::meta::schedules::prior;
 
 /// The number of tasks. With other random ones, the loss on other materials changes by up to 10 %.
@@ -39,6 +41,21 @@ pub fn train(
     materials: Vec<Box<dyn Material>>,
     observer: &mut Observer<'_>,
 ) -> Result<Option<LearnedRecipe>, RunError> {
+    let mut begin_phase = |phase| {
+        let progress = Progress {
+            phase,
+            samples: 0,
+            done: 0,
+            total: 0,
+            loss: f32::NAN,
+            best: None,
+        };
+        match observer(&progress) {
+            ControlFlow::Continue(()) => Ok(()),
+            ControlFlow::Break(()) => Err(RunError::Stopped(0)),
+        }
+    };
+    begin_phase("materials")?;
     let identities: Vec<Identity> = materials
         .iter()
         .map(|each| Identity::new(&**each))
@@ -71,6 +88,7 @@ pub fn train(
         }) as Box<dyn Material>
     });
     let tasks: Vec<_> = tasks.collect();
+    begin_phase("components")?;
     let Some(GaussianPrior {
         basis,
         mean_variance,

@@ -1,0 +1,45 @@
+"""A progress bar for a terminal or a notebook."""
+
+import math
+import sys
+from typing import Any, Callable, Optional
+
+from . import Progress
+
+
+def bar() -> Optional[Callable[[Progress], None]]:
+    """Returns a function that draws `Progress` as a bar on stderr; None if nobody watches it.
+
+    A notebook or a terminal watches. The bar is that of tqdm, if it is installed.
+    """
+    in_notebook = "ipykernel" in sys.modules
+    if not (in_notebook or (sys.stderr is not None and sys.stderr.isatty())):
+        return None
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        return _line
+    bars: list[Any] = []
+
+    def draw(progress: Progress) -> None:
+        if not bars:
+            bars.append(tqdm(total=progress.total))
+        shown = bars[0]
+        shown.total = progress.total
+        shown.set_description(_text(progress), refresh=False)
+        shown.update(progress.done - shown.n)
+        if 0 < progress.total <= progress.done:
+            shown.close()
+
+    return draw
+
+
+def _text(progress: Progress) -> str:
+    loss = f", loss {progress.loss:.4f}" if math.isfinite(progress.loss) else ""
+    return progress.phase + loss
+
+
+def _line(progress: Progress) -> None:
+    end = "\n" if 0 < progress.total <= progress.done else ""
+    sys.stderr.write(f"\r{_text(progress)}: {progress.done} of {progress.total}\x1b[K{end}")
+    sys.stderr.flush()

@@ -1,0 +1,90 @@
+//! Reciprocity and energy of each model's fits, and of the tables that are exported from them.
+
+use glimpse_materials::basis::Basis;
+use glimpse_materials::{FittedMaterial, Material, PhysicalErrors, Source};
+use glimpse_trainer::bundled;
+use glimpse_trainer::conversion::{OutputFormat, encode};
+use glimpse_trainer::evaluation::{Fitted, Method};
+use rayon::prelude::*;
+
+/// Returns the fit of a bundled recipe to a material.
+fn fit(recipe: &str, material: &dyn Material) -> FittedMaterial {
+    let bundled = bundled::find(recipe).expect("a bundled recipe");
+    let basis = bundled.basis().map(Basis::from_compact_bytes);
+    let basis = basis.transpose().expect("a valid basis");
+    let method = Method::ours(&bundled.recipe().expect("a recipe"), basis.as_ref());
+    let fitted = method.expect("a method").fit(material, 0);
+    let Fitted::Model(fitted) = fitted.expect("a fit") else {
+        panic!("not a fit of a model");
+    };
+    FittedMaterial::new(recipe.to_owned(), fitted).expect("finite values")
+}
+
+/// Returns the physical errors of a table that is written and read again.
+fn errors_of_table(
+    material: &dyn Material,
+    format: OutputFormat,
+    as_fitted: bool,
+) -> PhysicalErrors {
+    let encoded = encode(material, format, "m", 0, as_fitted).expect("a table");
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, bytes) in &encoded.files {
+        std::fs::write(folder.path().join(name), bytes).expect("written");
+    }
+    let source = Source(folder.path().display().to_string());
+    let read = source.load().expect("a readable table");
+    PhysicalErrors::of(&*read[0])
+}
+
+#[test]
+fn tables_of_fits_are_reciprocal_and_conserve_energy() {
+    let materials = Source("procedural:12:4242".to_owned())
+        .load()
+        .expect("materials");
+    let tables: Vec<OutputFormat> = OutputFormat::ALL
+        .into_iter()
+        .filter(|format| format.is_table())
+        .collect();
+    for recipe in ["linear-n4", "phong-n4", "cook-torrance-n4", "neural-n4"] {
+        // The fits that break the laws most, and their errors.
+        let fits = materials.par_iter().map(|material| {
+            let fit = fit(recipe, &**material);
+            let errors = PhysicalErrors::of(&fit as &dyn Material);
+            (fit, errors)
+        });
+        let fits: Vec<_> = fits.collect();
+        let [reciprocity, albedo] = [
+            |errors: &PhysicalErrors| errors.reciprocity,
+            |errors: &PhysicalErrors| errors.albedo,
+        ]
+        .map(|error| {
+            fits.iter()
+                .max_by(|(_, one), (_, other)| error(one).total_cmp(&error(other)))
+                .expect("a fit")
+        });
+        println!("{recipe}: {:?} {:?}", reciprocity.1, albedo.1);
+        assert_eq!(
+            reciprocity.1.reciprocity > 0.01,
+            recipe.starts_with("neural"),
+            "{recipe}"
+        );
+        for (fit, before) in [reciprocity, albedo] {
+            for format in &tables {
+                let after = errors_of_table(fit, *format, false);
+                println!("  {}: {after:?}", format.name());
+                assert!(
+                    after.albedo <= 1.0,
+                    "{recipe} {}: {before:?}, {after:?}",
+                    format.name()
+                );
+                // Interpolation between nodes; PAB-Opto's files have few light directions.
+                let limit = if format.name() == "pab" { 0.3 } else { 0.02 };
+                assert!(
+                    after.reciprocity < limit,
+                    "{recipe} {}: {before:?}, {after:?}",
+                    format.name()
+                );
+            }
+        }
+    }
+}
