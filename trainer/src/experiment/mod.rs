@@ -20,7 +20,7 @@ use clap::ValueEnum;
 
 pub(crate) use engine::Plan;
 pub(crate) use findings::Findings;
-pub(crate) use store::{PlannedCell, Settings, Store, TestSet, Work};
+pub(crate) use store::{Settings, Store, TestSet};
 
 /// A table or figure of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

@@ -101,25 +101,6 @@ pub(crate) enum Work {
     Evaluate(usize, Case),
 }
 
-/// The files of a [`Work`].
-pub(crate) struct PlannedCell {
-    /// Path in the output folder, without extension.
-    pub(crate) name: String,
-    /// Files that it reads.
-    pub(crate) inputs: Vec<PathBuf>,
-    /// Files that it writes.
-    pub(crate) outputs: Vec<PathBuf>,
-    /// Checkpoint of an unfinished training.
-    pub(crate) checkpoint: Option<PathBuf>,
-}
-
-impl PlannedCell {
-    /// Returns true if all outputs exist.
-    pub(crate) fn is_done(&self) -> bool {
-        self.outputs.iter().all(|path| path.exists())
-    }
-}
-
 /// A function that trains on materials with a name, and writes the recipe.
 pub(crate) type TrainToFile =
     dyn Fn(&Options, Vec<Box<dyn Material>>, &str, &Path) -> anyhow::Result<()>;
@@ -138,7 +119,7 @@ pub(crate) struct Store<'a> {
 }
 
 impl<'a> Store<'a> {
-    /// Opens the output folder, and records the settings in it unless `read_only` is set.
+    /// Opens the output folder, and records the settings in it.
     ///
     /// # Errors
     /// If the folder has results of other settings, or a file cannot be read or written.
@@ -147,7 +128,6 @@ impl<'a> Store<'a> {
         training: &[Box<dyn Material>],
         sets: &'a [TestSet<'a>],
         train_to_file: &'a TrainToFile,
-        read_only: bool,
     ) -> anyhow::Result<Self> {
         let path = settings.out.join("settings.json");
         let names = |materials: &[Box<dyn Material>]| {
@@ -176,7 +156,7 @@ impl<'a> Store<'a> {
                     path.display()
                 );
             }
-        } else if !read_only {
+        } else {
             write_file(&path, serde_json::to_string_pretty(&recorded)?.as_bytes())?;
         }
         Ok(Self {
@@ -194,42 +174,8 @@ impl<'a> Store<'a> {
         self.settings.out.join(name)
     }
 
-    /// Returns the files that a training writes, in this order.
-    fn recipe_files(&self, training: &Training) -> Vec<PathBuf> {
-        let recipe = self.recipe_path(training);
-        match training.model {
-            ModelKind::Linear => vec![Basis::path_for(&recipe), recipe],
-            _ => vec![recipe],
-        }
-    }
-
     fn evaluation_name(&self, set: usize, case: &Case) -> String {
         format!("sheets/{}/{}", self.sets[set].label, case.name())
-    }
-
-    /// Returns the files of a training or evaluation.
-    pub(crate) fn cell(&self, work: &Work) -> PlannedCell {
-        match work {
-            Work::Train(training) => {
-                let prerequisite = training.prerequisite();
-                PlannedCell {
-                    name: format!("recipes/{}", training.name()),
-                    inputs: prerequisite.map_or(Vec::new(), |before| self.recipe_files(&before)),
-                    outputs: self.recipe_files(training),
-                    checkpoint: Some(self.recipe_path(training).with_extension("checkpoint")),
-                }
-            }
-            Work::Evaluate(set, case) => {
-                let name = self.evaluation_name(*set, case);
-                let training = case.training();
-                PlannedCell {
-                    inputs: training.map_or(Vec::new(), |training| self.recipe_files(&training)),
-                    outputs: vec![self.settings.out.join(format!("{name}.json"))],
-                    checkpoint: None,
-                    name,
-                }
-            }
-        }
     }
 
     /// Trains or evaluates, unless the result is stored. Also trains the recipes that this requires.

@@ -13,7 +13,6 @@ mod folder;
 mod grid;
 mod interruption;
 mod linear;
-mod list;
 mod options;
 mod output;
 mod plan;
