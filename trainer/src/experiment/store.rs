@@ -18,7 +18,7 @@ use glimpse_materials::files::write_atomic;
 use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Material, Source, SourceShare};
-use glimpse_trainer::evaluation::{Degradation, Evaluator, Method, OPTIMUM_STEPS, Report};
+use glimpse_trainer::evaluation::{Evaluator, Method, OPTIMUM_STEPS, Report};
 use glimpse_trainer::measurement::NamedRecipe;
 use glimpse_training::linear::{Columns, Prior, min_condition_pattern, principal_components};
 use glimpse_training::meta::options::{CompletionOptions, Options};
@@ -310,9 +310,9 @@ impl<'a> Store<'a> {
         let eta = Prior::PAPER.eta;
         // The recipe at the directions of an instrument.
         let at_directions = match (&trained, case.variation) {
-            (Some((file, Some(basis))), Variation::Readings(instrument, disturbance)) => {
+            (Some((file, Some(basis))), Variation::Readings(instrument, _)) => {
                 let directions = instrument.directions(0.0);
-                let deviations = vec![disturbance.noise(); directions.len()];
+                let deviations = vec![0.0; directions.len()];
                 let named = NamedRecipe {
                     name: case.name(),
                     file: Arc::new(RecipeFile::new(file.bytes().to_vec())?),
@@ -339,13 +339,14 @@ impl<'a> Store<'a> {
                     (Variation::Readings(..), _) => match &at_directions {
                         Some(chosen) => {
                             let recipe = chosen.recipe.file.recipe();
-                            let method = Method::ours(&recipe, chosen.recipe.basis.as_deref())?;
+                            let method =
+                                Method::with_recipe(&recipe, chosen.recipe.basis.as_deref())?;
                             Ok(method.with_prior(chosen.prior.clone()))
                         }
                         None => bail!("{} has no basis: remove it to train it again", case.name()),
                     },
                     (_, Approach::Meta) => Method::meta(&recipe, basis),
-                    _ => Method::ours(&recipe, basis),
+                    _ => Method::with_recipe(&recipe, basis),
                 }?
             }
             (None, _) if case.approach == Approach::Ggx => match case.variation {
@@ -368,12 +369,8 @@ impl<'a> Store<'a> {
         match case.variation {
             Variation::Refined => use_method(&method.with_refinement(REFINEMENT_STEPS)),
             Variation::Readings(instrument, disturbance) => {
-                let degradation = Degradation {
-                    noise: disturbance.noise(),
-                    ..Degradation::default()
-                };
                 let measured = instrument.directions(disturbance.displacement());
-                use_method(&method.with_degradation(degradation)?.measured_at(measured))
+                use_method(&method.measured_at(measured))
             }
             _ => use_method(&method),
         }
