@@ -1,4 +1,5 @@
-"""Counts the lines of Rust that are neither blank nor comments, and fails if there are more than the ceilings.
+"""Counts the lines of Rust that are neither blank nor comments, and the words of documents. It fails if there are more than
+the ceilings.
 
     python3 tests/check_size.py
 
@@ -8,7 +9,7 @@ fuzz/, files named tests.rs, and inline modules after #[cfg(test)].
 import re, subprocess, sys
 from pathlib import Path
 
-CEILINGS = {"code": 44_623, "tests": 24_865}
+CEILINGS = {"lines of code": 44_623, "lines of tests": 24_865, "words of documents": 18_000}
 
 ROOT = Path(__file__).resolve().parents[1]
 TEST_FILE = re.compile(r"(^|/)(tests|fuzz)/|(^|/)tests\.rs$")
@@ -28,7 +29,7 @@ def count(path, counts):
         if open_braces is None and TEST_ATTRIBUTE.match(line):
             follows_attribute = True
         is_test = is_test_file or follows_attribute or open_braces is not None
-        counts["tests" if is_test else "code"] += 1
+        counts["lines of tests" if is_test else "lines of code"] += 1
         if follows_attribute and not line.startswith("#"):
             follows_attribute, open_braces = False, 0
         if open_braces is not None:
@@ -38,17 +39,23 @@ def count(path, counts):
                 open_braces = None
 
 
+def existing_files(pattern):
+    """Returns the files of the repository with names like a pattern."""
+    listed = subprocess.run(["git", "ls-files", pattern], cwd=ROOT, check=True, text=True, stdout=subprocess.PIPE)
+    return [path for path in listed.stdout.splitlines() if (ROOT / path).exists()]
+
+
 def main():
     counts = dict.fromkeys(CEILINGS, 0)
-    files = subprocess.run(["git", "ls-files", "*.rs"], cwd=ROOT, check=True, text=True, stdout=subprocess.PIPE)
-    for path in files.stdout.splitlines():
-        if (ROOT / path).exists():
-            count(path, counts)
+    for path in existing_files("*.rs"):
+        count(path, counts)
+    for path in existing_files("*.md"):
+        counts["words of documents"] += len((ROOT / path).read_text().split())
     above = []
     for name, ceiling in CEILINGS.items():
-        print(f"{counts[name]:,} lines of {name}, at most {ceiling:,}")
+        print(f"{counts[name]:,} {name}, at most {ceiling:,}")
         if counts[name] > ceiling:
-            above.append(f"{name}: {counts[name] - ceiling:,} lines above the ceiling in tests/check_size.py: remove code")
+            above.append(f"{counts[name] - ceiling:,} {name} above the ceiling in tests/check_size.py: remove some")
     sys.exit("\n".join(above) or None)
 
 

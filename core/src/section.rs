@@ -1,6 +1,6 @@
 //! The sections of a recipe: for each a structure that postcard decodes, and one table of its fields.
 //!
-//! From the table come the checks of a recipe, the names in its errors, the tables in `docs/recipe.md`, and the test
+//! From the table come the checks of a recipe, the names in its errors, the lists in `docs/recipe.md`, and the test
 //! that damages every field.
 
 mod counts;

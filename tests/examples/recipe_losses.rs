@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let selected = |name: &str| names.is_empty() || names.iter().any(|each| each == name);
     for bundled in bundled::ALL.iter().filter(|each| selected(each.name)) {
         let recipe = bundled.recipe()?;
-        let method = Method::ours(&recipe, bundled.basis().map(|_| &basis))?;
+        let method = Method::with_recipe(&recipe, bundled.basis().map(|_| &basis))?;
         let mut on_procedural = 0.0;
         for material in &procedural {
             let fitted = method.fit(&**material, 0)?;

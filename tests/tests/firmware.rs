@@ -22,7 +22,7 @@ fn scan_loss_matches_evaluate() {
             .unwrap();
         let materials: [Box<dyn Material>; 1] = [Box::new(material.clone())];
         let report = Evaluator::new(&materials)
-            .evaluate(&Method::ours(&recipe, None).unwrap(), 0, 1)
+            .evaluate(&Method::with_recipe(&recipe, None).unwrap(), 0, 1)
             .unwrap();
         let scan_loss = scan_report.loss(None, &material).unwrap();
         let evaluated_loss = report.metrics.loss;

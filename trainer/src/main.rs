@@ -8,8 +8,6 @@ use std::process::ExitCode;
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 
-use commands::cell_list::CommandLine;
-
 /// Learn where to measure a BRDF and how to fit it, for a scanner's microcontroller.
 ///
 /// The trainer meta-learns a sample pattern, initial parameters and step sizes on measured
@@ -80,7 +78,6 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(error) => error.format(&mut parser).exit(),
     };
-    let command_line = || CommandLine::new(&parser, &matches);
     if let Some(threads) = common.threads {
         // This fails only if a thread pool already exists, which is not the case here.
         let _ = rayon::ThreadPoolBuilder::new()
@@ -90,9 +87,6 @@ fn main() -> ExitCode {
     let outcome = match command {
         Command::Quickstart(command) => command.run(common.seed),
         Command::Recipes(command) => command.run(),
-        Command::Train(command) if command.list => {
-            command_line().and_then(|line| commands::grid::list(&command, common.seed, &line))
-        }
         Command::Train(command) if command.grid => commands::grid::run(&command, common.seed),
         Command::Train(command) => command.run(common.seed),
         Command::Evaluate(command) => command.run(common.seed),
@@ -104,9 +98,6 @@ fn main() -> ExitCode {
         Command::Export(command) => command.run(),
         Command::Convert(command) => command.run(common.seed),
         Command::Compare(command) => command.run(),
-        Command::Reproduce(command) if command.list => {
-            command_line().and_then(|line| command.list(common.seed, &line))
-        }
         Command::Reproduce(command) => command.run(common.seed),
         Command::VirtualScanner(command) => command.run(common.seed),
         Command::Bench(command) => command.run(),

@@ -1,4 +1,4 @@
-//! `docs/recipe.md` and `docs/recipe.hex` match the format. With `GLIMPSE_BLESS=1`, the tables in the document are
+//! `docs/recipe.md` and `docs/recipe.hex` match the format. With `GLIMPSE_BLESS=1`, the lists in the document are
 //! written again.
 
 use glimpse_core::recipe::METADATA;
@@ -27,35 +27,34 @@ fn range(field: &Field) -> String {
     }
 }
 
-fn row(field: &Field) -> String {
+/// The item of a field: `name`: type of length, range: content.
+fn item(field: &Field) -> String {
     let symbols = field.length.iter().map(|count| count.bounds().0);
-    let mut length = symbols.collect::<Vec<_>>().join(" ");
-    if field.optional {
-        length += ", or 0";
-    }
+    let length = symbols.collect::<Vec<_>>().join(" ");
     let (_, name) = field.name.split_once('.').unwrap();
-    let text = field
-        .text
-        .iter()
-        .map(|line| line.trim())
-        .collect::<Vec<_>>()
-        .join(" ");
-    let cells = [name, field.encoding, &length, &text, &range(field)];
-    cells
-        .iter()
-        .fold("|".into(), |row, cell| format!("{row} {cell} |"))
-        .replace("|  |", "| |")
-        + "\n"
+    let lines = field.text.iter().map(|line| line.trim());
+    let text = lines.collect::<Vec<_>>().join(" ");
+    let mut item = format!("- `{name}`, {}", field.encoding);
+    if !length.is_empty() {
+        item += &format!(" of {length}");
+    }
+    if field.optional {
+        item += " or 0";
+    }
+    match range(field) {
+        range if range.is_empty() => {}
+        range => item += &format!(", {range}"),
+    }
+    format!("{item}: {text}\n")
 }
 
-/// The generated tables: their names, and their text.
-fn tables() -> Vec<(String, String)> {
-    let mut tables: Vec<_> = (0..METADATA)
+/// The generated lists: their names, and their text.
+fn lists() -> Vec<(String, String)> {
+    let mut lists: Vec<_> = (0..METADATA)
         .filter_map(|kind| {
             let (name, fields) = fields_of(kind);
-            let head = "| field | type | length | content | range |\n|---|---|---|---|---|\n";
-            let rows = fields.iter().map(row).collect::<String>();
-            (!fields.is_empty()).then(|| (format!("fields of {name}"), format!("{head}{rows}")))
+            let items = fields.iter().map(item).collect::<String>();
+            (!fields.is_empty()).then(|| (format!("fields of {name}"), items))
         })
         .collect();
     let counts = [
@@ -67,33 +66,30 @@ fn tables() -> Vec<(String, String)> {
         Count::Units,
         Count::VirtualReadings,
     ];
-    let rows = counts.map(|count| {
+    let ranges = counts.map(|count| {
         let (symbol, range) = count.bounds();
-        format!("| {symbol} | {} to {} |\n", range.start(), range.end())
+        format!("{symbol} {} to {}", range.start(), range.end())
     });
-    tables.push((
-        "counts".into(),
-        format!("| count | range |\n|---|---|\n{}", rows.concat()),
-    ));
-    tables
+    lists.push(("counts".into(), format!("Ranges: {}.\n", ranges.join(", "))));
+    lists
 }
 
 #[test]
 fn document_matches_sections() {
     let document = std::fs::read_to_string(PATH).unwrap();
     let mut updated = document.clone();
-    for (name, table) in tables() {
+    for (name, list) in lists() {
         let begin = format!("<!-- {name} -->\n");
         let (before, rest) = updated.split_once(&begin).expect(&name);
-        let (_, after) = rest.split_once("<!-- end of table -->").expect(&name);
-        updated = format!("{before}{begin}\n{table}\n<!-- end of table -->{after}");
+        let (_, after) = rest.split_once("<!-- end of list -->").expect(&name);
+        updated = format!("{before}{begin}\n{list}\n<!-- end of list -->{after}");
     }
     if std::env::var_os("GLIMPSE_BLESS").is_some() {
         std::fs::write(PATH, &updated).unwrap();
     }
     assert!(
         document == updated,
-        "the tables differ: run this test with GLIMPSE_BLESS=1"
+        "the lists differ: run this test with GLIMPSE_BLESS=1"
     );
     for kind in 0..METADATA {
         let (name, fields) = fields_of(kind);

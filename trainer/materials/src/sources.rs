@@ -197,8 +197,7 @@ impl Sources {
     }
 
     /// Returns the share of each source. `counts` are the numbers of materials.
-    #[must_use]
-    pub fn source_shares(&self, counts: &[usize]) -> Vec<SourceShare> {
+    fn source_shares(&self, counts: &[usize]) -> Vec<SourceShare> {
         let total: usize = counts.iter().sum();
         let indexed = self.sources.iter().zip(counts).enumerate();
         indexed

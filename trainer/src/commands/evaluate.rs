@@ -22,7 +22,7 @@ use super::{environment, load, numbers, print, print_json};
 /// compared with the material itself:
 ///
 /// - loss: the mean cosine-weighted logarithmic error over 40,503 fixed directions, uniform in the
-///   Rusinkiewicz angles (definition: docs/losses.md);
+///   Rusinkiewicz angles (definition: docs/results.md);
 /// - DSSIM, L2, PSNR and delta E (mean CIEDE2000 over the disk): errors of a sphere of 128 x 128
 ///   pixels, as `trainer render sphere --size 128` draws it.
 ///
@@ -106,7 +106,7 @@ impl Evaluate {
         let mut reports = Vec::new();
         for (path, chosen) in self.recipe.iter().zip(&recipes) {
             let recipe = chosen.recipe.file.recipe();
-            let mut method = Method::ours(&recipe, chosen.recipe.basis.as_deref())?
+            let mut method = Method::with_recipe(&recipe, chosen.recipe.basis.as_deref())?
                 .with_prior(chosen.prior.clone());
             if degradation != Degradation::default() {
                 method = method.with_degradation(degradation)?;

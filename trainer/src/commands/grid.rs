@@ -1,16 +1,13 @@
 //! `trainer train --grid`: trains a recipe for each model and each n.
 
-use std::path::PathBuf;
-
 use anyhow::{Context, bail};
 use glimpse_core::model::ModelKind;
 use glimpse_materials::files::write_atomic;
-use glimpse_materials::{MODELS, Source, SourceShare, Sources};
+use glimpse_materials::{MODELS, SourceShare, Sources};
 use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table};
 use glimpse_training::meta::checkpoint::Checkpoint;
 use glimpse_training::recipe::RecipeFile;
 
-use super::cell_list::{CommandLine, ListedCell, path_text, path_texts, print_cells, source_paths};
 use super::lock::Lock;
 use super::message::message;
 use super::numbers::SampleCount;
@@ -48,7 +45,7 @@ pub(crate) fn run(train: &Train, seed: u64) -> anyhow::Result<()> {
         let GridCell { model, samples, .. } = cells[index];
         let name = model.name();
         eprintln!("[{}/{total}] {name}, n = {samples}", index + 1);
-        let out = recipe_path(train, name, samples);
+        let out = train.out.join(format!("{name}-n{samples}.recipe"));
         let outcome = train
             .training_run(model, samples, out, sources.label(), seed)
             .and_then(|run| train_if_missing(&run, train, &sources, &source_shares));
@@ -92,54 +89,6 @@ fn models_and_samples(train: &Train) -> anyhow::Result<Vec<(ModelKind, usize)>> 
         .flat_map(|model| samples.iter().map(move |samples| (*model, *samples)));
     Ok(pairs.collect())
 }
-
-fn recipe_path(train: &Train, model: &str, samples: usize) -> PathBuf {
-    train.out.join(format!("{model}-n{samples}.recipe"))
-}
-
-/// Prints a command for each recipe, and creates the output folder.
-pub(crate) fn list(train: &Train, seed: u64, line: &CommandLine) -> anyhow::Result<()> {
-    let sources = train.sources()?;
-    let counts = sources.as_slice().iter().map(Source::count);
-    let counts = counts.collect::<Result<Vec<usize>, _>>()?;
-    let source_shares = sources.source_shares(&counts);
-    let mut cells = Vec::new();
-    for (model, samples) in models_and_samples(train)? {
-        let name = model.name();
-        let out = recipe_path(train, name, samples);
-        let run = train.training_run(model, samples, out, sources.label(), seed)?;
-        let added = [
-            format!("--model={name}"),
-            format!("--samples={samples}"),
-            format!("--out={}", path_text(&run.out)?),
-            "--resume".to_owned(),
-        ];
-        let mut command = match model {
-            ModelKind::Linear => line.words_without(&GRID_ARGUMENTS),
-            // The cell's command would refuse options of the model linear.
-            _ => line.words_without(&[&GRID_ARGUMENTS[..], &["bases", "eta"]].concat()),
-        };
-        command.extend(added);
-        let trained = run.is_trained(&source_shares);
-        cells.push(ListedCell {
-            name: format!("{name}-n{samples}"),
-            command,
-            inputs: source_paths(sources.as_slice()),
-            outputs: path_texts(&run.outputs())?,
-            checkpoint: Some(path_text(&run.checkpoint)?),
-            done: matches!(trained, Ok(true)),
-            conflict: trained
-                .err()
-                .filter(|_| !train.force)
-                .map(|error| error.to_string()),
-        });
-    }
-    create_out_folder(&train.out)?;
-    print_cells(&cells)
-}
-
-/// Arguments of the grid's command that are not repeated in a cell's command.
-const GRID_ARGUMENTS: [&str; 5] = ["grid", "list", "model", "samples", "out"];
 
 /// Trains a recipe unless it exists. Returns its expected loss.
 fn train_if_missing(

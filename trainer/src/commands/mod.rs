@@ -2,7 +2,6 @@
 
 mod auto_samples;
 pub(crate) mod bench;
-pub(crate) mod cell_list;
 mod choice;
 pub(crate) mod compare;
 pub(crate) mod convert;

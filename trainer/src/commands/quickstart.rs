@@ -10,7 +10,7 @@ use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::bundled::{self, BundledRecipe};
-use glimpse_trainer::evaluation::{Evaluator, Method, SPHERE_SIZE};
+use glimpse_trainer::evaluation::{Evaluator, Method, SPHERE_SIZE, names};
 use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::render::Picture;
 use glimpse_trainer::report::{
@@ -110,23 +110,23 @@ impl Quickstart {
         let recipe = paper.recipe()?;
         let methods = [
             ComparedMethod {
-                label: "Random".into(),
+                label: names::RANDOM.into(),
                 method: Method::random(ModelKind::Neural, recipe.samples(), INNER_STEPS),
                 cycles: None,
                 seconds: None,
             },
             ComparedMethod {
-                label: "Meta (paper)".into(),
+                label: names::META.into(),
                 method: Method::meta(&recipe, None)?,
                 cycles: None,
                 seconds: None,
             },
             ComparedMethod {
-                label: "Ours (paper)".into(),
+                label: names::PAPER.into(),
                 ..ComparedMethod::from_bundled(paper)?
             },
             ComparedMethod {
-                label: "Completed (prior)".into(),
+                label: names::GLIMPSE.into(),
                 ..ComparedMethod::from_bundled(main_recipe)?
             },
         ];
@@ -146,7 +146,7 @@ impl Quickstart {
         );
         let methods_table = table(
             format!(
-                "Methods for the model neural at n = {}, with the training schedule in parentheses. {test}",
+                "Methods for the model neural at n = {}. {test}",
                 recipe.samples(),
             ),
             &methods,
@@ -247,9 +247,9 @@ fn measured_losses(methods: &[ComparedMethod<'_>]) -> String {
 fn explain_methods() -> String {
     format!(
         "Random starts from random parameters, and draws random directions once for each material. Meta has \
-         learned initial parameters and step sizes, and random directions. Ours has learned directions too. \
+         learned initial parameters and step sizes, and random directions. The paper's has learned directions too. \
          These three take {INNER_STEPS} steps. At effort standard, schedule paper takes 1/{} of the paper's \
-         steps. Completed obtains its initial parameters from the readings by learned maps, and takes two Gauss-Newton steps. \
+         steps. Glimpse obtains its initial parameters from the readings by learned maps, and takes two Gauss-Newton steps. \
          Its recipe allows for noisy readings and limited arms; the recipes of the paper's methods do not.",
         Effort::Standard.paper_step_divisor()
     )
@@ -277,7 +277,7 @@ impl ComparedMethod<'static> {
         let route = Route::of_recipe(&recipe, &machine, Order::Travel);
         Ok(Self {
             label: bundled.name.into(),
-            method: Method::ours(&recipe, None)?,
+            method: Method::with_recipe(&recipe, None)?,
             cycles: bundled.cycles(),
             seconds: route.map(|route| route.total()),
         })

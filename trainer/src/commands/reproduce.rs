@@ -1,4 +1,4 @@
-//! `trainer reproduce`. A cell is one training or one evaluation.
+//! `trainer reproduce`
 
 use std::path::{Path, PathBuf};
 
@@ -8,14 +8,13 @@ use glimpse_materials::Source;
 use glimpse_trainer::evaluation::TrainingMaterials;
 use glimpse_training::meta::plan::Effort;
 
-use super::cell_list::{CommandLine, ListedCell, path_text, path_texts, print_cells, source_paths};
 use super::lock::Lock;
 use super::output::create_out_folder;
 use super::progress::{catch_interrupts, interrupted};
 use super::train::train_to_file;
 use super::training_overlap::{training_overlaps, warnings};
 use super::{load, numbers, print};
-use crate::experiment::{Experiment, Findings, Plan, PlannedCell, Settings, Store, TestSet, Work};
+use crate::experiment::{Experiment, Findings, Plan, Settings, Store, TestSet};
 
 /// Reproduce the paper's tables and figures on your materials.
 ///
@@ -23,11 +22,6 @@ use crate::experiment::{Experiment, Findings, Plan, PlannedCell, Settings, Store
 /// where there are any. It writes them into OUT/EXPERIMENT as CSV, JSON and SVG, and all of them as
 /// the page index.html. Recipes and evaluations are saved in OUT. Experiments share them, and the
 /// same command continues after Ctrl-C or kill -9.
-///
-/// A cell is one training or one evaluation. With --list, each cell is printed as a separate command,
-/// for a cluster. A command follows those whose outputs it reads. Together, they write the same
-/// recipes and evaluations as the command without --list. Run that command afterwards to print the
-/// tables.
 ///
 /// Example: trainer reproduce same-samples --data MERL-train/ --test MERL-test/ --out paper/
 ///          trainer reproduce all --effort quick --data MERL-train/ --test MERL-test/ --out paper/
@@ -68,13 +62,6 @@ pub(crate) struct Reproduce {
     /// file in OUT/EXPERIMENT without its extension
     #[arg(long, value_name = "NAME")]
     table: Option<String>,
-    /// Print the command of each training and each evaluation without running it, as a line of JSON
-    /// with its arguments, inputs, outputs and state
-    #[arg(long, conflicts_with = "table")]
-    pub(crate) list: bool,
-    /// Run only this cell, a training or evaluation, by its name in --list, and print nothing
-    #[arg(long, value_name = "CELL", conflicts_with_all = ["table", "list"])]
-    only: Option<String>,
 }
 
 /// The largest n in the paper's plots.
@@ -93,103 +80,12 @@ impl Reproduce {
         Ok(())
     }
 
-    /// Runs the experiments, or the cell of --only.
+    /// Runs the experiments.
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         self.refuse_unused_options()?;
         catch_interrupts()?;
         create_out_folder(&self.out)?;
-        let _lock = match &self.only {
-            None => Lock::of_folder(&self.out)?,
-            // An unknown name is an error later.
-            Some(name) => Lock::of_path(&self.out.join(name.replace('/', "-")))?,
-        };
-        self.with_plans(seed, |store, plans| match &self.only {
-            Some(name) => self.run_cell(store, plans, name),
-            None => self.run_plans(store, plans),
-        })
-    }
-
-    fn run_plans(&self, store: &Store<'_>, plans: &[Plan]) -> anyhow::Result<()> {
-        let experiments = self.experiments();
-        for (number, (experiment, plan)) in (1..).zip(experiments.iter().zip(plans)) {
-            let name = experiment.name();
-            eprintln!("[{number}/{}] {name}", plans.len());
-            for work in plan.work() {
-                perform(store, &work)?;
-            }
-            let findings = plan.findings(store)?;
-            findings.write(&name, &self.out)?;
-            let page = self.out.join(name).join("index.html");
-            eprintln!("wrote {}", page.display());
-            print(&self.format(&findings)?)?;
-        }
-        Ok(())
-    }
-
-    /// Runs the training or evaluation with a name, whose inputs must exist.
-    fn run_cell(&self, store: &Store<'_>, plans: &[Plan], name: &str) -> anyhow::Result<()> {
-        let mut work = plans.iter().flat_map(Plan::work);
-        let Some(work) = work.find(|work| store.cell(work).name == name) else {
-            bail!(
-                "--only {name}: {} has no such training or evaluation; give a name from --list",
-                self.experiment.name()
-            );
-        };
-        let cell = store.cell(&work);
-        if let Some(missing) = cell.inputs.iter().find(|path| !path.exists())
-            && !cell.is_done()
-        {
-            bail!(
-                "{} does not exist and is required: run its cell first",
-                missing.display()
-            );
-        }
-        perform(store, &work)
-    }
-
-    /// Prints a command for each training and each evaluation.
-    pub(crate) fn list(&self, seed: u64, line: &CommandLine) -> anyhow::Result<()> {
-        self.refuse_unused_options()?;
-        create_out_folder(&self.out)?;
-        let sources = [&self.data, &self.test].into_iter().chain(&self.additional);
-        let paths = source_paths(sources);
-        let listed = |cell: PlannedCell| {
-            let mut command = line.words_without(&["list"]);
-            command.push(format!("--only={}", cell.name));
-            let mut inputs = paths.clone();
-            inputs.extend(path_texts(&cell.inputs)?);
-            anyhow::Ok(ListedCell {
-                command,
-                inputs,
-                checkpoint: cell.checkpoint.as_deref().map(path_text).transpose()?,
-                done: cell.is_done(),
-                outputs: path_texts(&cell.outputs)?,
-                name: cell.name,
-                conflict: None,
-            })
-        };
-        self.with_plans(seed, |store, plans| {
-            let mut cells: Vec<ListedCell> = Vec::new();
-            for work in plans.iter().flat_map(Plan::work) {
-                let cell = listed(store.cell(&work))?;
-                if cells.iter().all(|other| other.name != cell.name) {
-                    cells.push(cell);
-                }
-            }
-            print_cells(&cells)
-        })
-    }
-
-    fn experiments(&self) -> Vec<Experiment> {
-        self.experiment.expand(!self.additional.is_empty())
-    }
-
-    /// Loads the materials, and passes the plans of all experiments and their store to `use_plans`.
-    fn with_plans(
-        &self,
-        seed: u64,
-        use_plans: impl FnOnce(&Store<'_>, &[Plan]) -> anyhow::Result<()>,
-    ) -> anyhow::Result<()> {
+        let _lock = Lock::of_folder(&self.out)?;
         let max_samples = match (self.max_samples, self.effort) {
             (Some(max), _) => max,
             (None, Effort::Brief | Effort::Quick) => 64,
@@ -233,11 +129,30 @@ impl Reproduce {
         let train = |options: &_, materials, data: &str, out: &Path| {
             train_to_file(options, materials, data, out).map(drop)
         };
-        let store = Store::open(settings, &training, &sets, &train, self.list)?;
+        let store = Store::open(settings, &training, &sets, &train)?;
         drop(training);
-        let plans = self.experiments().into_iter();
+        let experiments = self.experiment.expand(!self.additional.is_empty());
+        let plans = experiments.iter();
         let plans = plans.map(|experiment| experiment.plan(&store, max_samples));
-        use_plans(&store, &plans.collect::<anyhow::Result<Vec<Plan>>>()?)
+        let plans = plans.collect::<anyhow::Result<Vec<Plan>>>()?;
+        for (number, (experiment, plan)) in (1..).zip(experiments.iter().zip(&plans)) {
+            let name = experiment.name();
+            eprintln!("[{number}/{}] {name}", plans.len());
+            for work in plan.work() {
+                let outcome = store.perform(&work);
+                // After Ctrl-C, training has saved its state and ends with an error.
+                if interrupted() {
+                    bail!("stopped: repeat the command to continue");
+                }
+                outcome?;
+            }
+            let findings = plan.findings(&store)?;
+            findings.write(&name, &self.out)?;
+            let page = self.out.join(name).join("index.html");
+            eprintln!("wrote {}", page.display());
+            print(&self.format(&findings)?)?;
+        }
+        Ok(())
     }
 
     /// Formats the results of an experiment, or only the table of --table.
@@ -255,13 +170,4 @@ impl Reproduce {
                 }),
         }
     }
-}
-
-/// Trains or evaluates. After Ctrl-C, training has saved its state and ends with an error.
-fn perform(store: &Store<'_>, work: &Work) -> anyhow::Result<()> {
-    let outcome = store.perform(work);
-    if interrupted() {
-        bail!("stopped: repeat the command to continue");
-    }
-    outcome
 }

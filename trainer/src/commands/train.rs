@@ -46,9 +46,6 @@ use super::{choice, load_all, numbers};
 /// Finished recipes are not trained again, so the same command continues after Ctrl-C. If one
 /// training fails, the others still run. A table of the recipes is printed and saved as OUT/grid.csv.
 ///
-/// With --grid --list, a separate command is printed for each recipe, for a cluster. These commands
-/// write the same recipes as the grid does. Afterwards the command without --list prints the table.
-///
 /// Example: trainer train --model neural --samples 8 --data MERL/ --out neural-n8.recipe
 ///          trainer train --model linear --samples auto --scan-seconds 12 --data MERL/ --out 12s.recipe
 ///          trainer train --grid --model phong,neural --samples 1,2,4,8 --data MERL/ --out recipes/
@@ -102,10 +99,6 @@ pub(crate) struct Train {
     /// Train one recipe for each model at each n
     #[arg(long)]
     pub(crate) grid: bool,
-    /// With --grid: print the command of each recipe without training, as a line of JSON with its
-    /// arguments, inputs, outputs and state
-    #[arg(long, requires = "grid")]
-    pub(crate) list: bool,
 }
 
 fn seconds(text: &str) -> Result<Duration, String> {
@@ -272,14 +265,6 @@ impl TrainingRun {
         };
         check_writable(&self.out, bytes)
             .with_context(|| format!("cannot write {}", self.out.display()))
-    }
-
-    /// Returns the files that the run writes, in the order in which it writes them.
-    pub(super) fn outputs(&self) -> Vec<PathBuf> {
-        match self.has_basis() {
-            true => vec![Basis::path_for(&self.out), self.out.clone()],
-            false => vec![self.out.clone()],
-        }
     }
 
     /// Returns true if the recipe has a basis, as a file next to it.

@@ -16,6 +16,24 @@ use super::adam;
 use super::degradation::Degradation;
 use super::ggx::Ggx;
 
+/// Names of methods in tables, pictures and reports.
+pub mod names {
+    /// Random directions, and a fit from a random start.
+    pub const RANDOM: &str = "Random";
+    /// Random directions, and a learned start (paper).
+    pub const META: &str = "Meta";
+    /// The directions of Nielsen, Jensen and Ramamoorthi 2015.
+    pub const NJR15: &str = "NJR15";
+    /// The paper's method: a recipe of schedule `paper`.
+    pub const PAPER: &str = "the paper's";
+    /// A recipe of schedule `prior`, which completes the readings.
+    pub const GLIMPSE: &str = "Glimpse";
+    /// A diffuse and a GGX lobe.
+    pub const GGX: &str = "GGX";
+    /// The best fit with unlimited samples.
+    pub const OPTIMUM: &str = "Optimum";
+}
+
 /// A fitted BRDF.
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant)] // most are models
@@ -103,13 +121,20 @@ impl<'a> Method<'a> {
     ///
     /// # Errors
     /// [`EvaluationError::Basis`]
-    pub fn ours(recipe: &Recipe<'a>, basis: Option<&'a Basis>) -> Result<Self, EvaluationError> {
+    pub fn with_recipe(
+        recipe: &Recipe<'a>,
+        basis: Option<&'a Basis>,
+    ) -> Result<Self, EvaluationError> {
         if recipe.model() == ModelKind::Linear && basis.is_none() {
             return Err(EvaluationError::Basis);
         }
-        let name = match recipe.estimator().net() {
-            Some(_) => "completed",
-            None => "ours",
+        let name = match recipe.estimator() {
+            Estimator::Ridge { coefficients, .. }
+                if coefficients.net.is_some() || coefficients.noise.is_some() =>
+            {
+                names::GLIMPSE
+            }
+            _ => names::PAPER,
         };
         let pattern = recipe.pattern().collect();
         let algorithm = FitAlgorithm::Scan(Box::new(*recipe), basis);
@@ -127,7 +152,7 @@ impl<'a> Method<'a> {
     /// [`EvaluationError::Basis`]
     pub fn meta(recipe: &Recipe<'a>, basis: Option<&'a Basis>) -> Result<Self, EvaluationError> {
         let directions = SampleDirections::Random(recipe.samples());
-        Self::with_directions("meta", recipe, basis, directions)
+        Self::with_directions(names::META, recipe, basis, directions)
     }
 
     /// Creates a recipe's fit at other directions than its own, with a name.
@@ -167,7 +192,11 @@ impl<'a> Method<'a> {
     /// Creates a fit of a diffuse and a GGX lobe to readings at these directions.
     #[must_use]
     pub fn ggx(pattern: Vec<Angles<f32>>) -> Self {
-        Self::new("ggx", SampleDirections::Pattern(pattern), FitAlgorithm::Ggx)
+        Self::new(
+            names::GGX,
+            SampleDirections::Pattern(pattern),
+            FitAlgorithm::Ggx,
+        )
     }
 
     /// Predicts losses by a prior, if the recipe does not.
@@ -256,7 +285,7 @@ impl<'a> Method<'a> {
     #[must_use]
     pub fn random(model: ModelKind, samples: usize, steps: usize) -> Self {
         let directions = SampleDirections::Random(samples);
-        Self::new("random", directions, FitAlgorithm::Adam(model, steps))
+        Self::new(names::RANDOM, directions, FitAlgorithm::Adam(model, steps))
     }
 
     /// Creates the method Optimum: an estimate of the best fit of a model that is fitted by descent. It has converged
@@ -264,27 +293,31 @@ impl<'a> Method<'a> {
     #[must_use]
     pub fn optimum(model: ModelKind, steps: usize) -> Self {
         let directions = SampleDirections::Converged(0);
-        Self::new("optimum", directions, FitAlgorithm::Optimum(model, steps))
+        Self::new(
+            names::OPTIMUM,
+            directions,
+            FitAlgorithm::Optimum(model, steps),
+        )
     }
 
     /// Creates the method Random of the model Linear: random samples, and precision `eta` for all coefficients.
     #[must_use]
     pub fn linear_random(basis: &'a Basis, eta: f32, samples: usize) -> Self {
-        Self::linear("random", basis, eta, SampleDirections::Random(samples))
+        Self::linear(names::RANDOM, basis, eta, SampleDirections::Random(samples))
     }
 
     /// Creates the method NJR15 of the model Linear: samples that make the problem well conditioned (Nielsen et al.
     /// 2015).
     #[must_use]
     pub fn linear_njr15(basis: &'a Basis, eta: f32, pattern: Vec<Angles<f32>>) -> Self {
-        Self::linear("njr15", basis, eta, SampleDirections::Pattern(pattern))
+        Self::linear(names::NJR15, basis, eta, SampleDirections::Pattern(pattern))
     }
 
     /// Creates the method Optimum of the model Linear: enough samples for the result to converge.
     #[must_use]
     pub fn linear_optimum(basis: &'a Basis, eta: f32) -> Self {
         Self::linear(
-            "optimum",
+            names::OPTIMUM,
             basis,
             eta,
             SampleDirections::Converged(LINEAR_OPTIMUM_DIRECTIONS),
@@ -305,7 +338,7 @@ impl<'a> Method<'a> {
         )
     }
 
-    /// Returns the name on the command line and in tables.
+    /// Returns the name in tables, pictures and reports.
     #[must_use]
     pub fn name(&self) -> &'static str {
         self.name

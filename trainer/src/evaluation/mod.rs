@@ -14,7 +14,7 @@ pub use estimate::Estimate;
 pub use ggx::Ggx;
 pub use glimpse_kernels::scan::{ScanOutcome, scan};
 pub use leakage::{TrainingMaterials, TrainingOverlap};
-pub use method::{Fitted, Method, measure};
+pub use method::{Fitted, Method, measure, names};
 pub use target::{TargetReport, TargetScan};
 
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -51,7 +51,7 @@ pub struct TargetReport {
 impl Evaluator<'_> {
     /// Scans each material in the recipe's order until the upper bound of its loss is at most `target`.
     ///
-    /// `method` is [`Method::ours`] of `recipe`. Its degradation must not have missing readings.
+    /// `method` is [`Method::with_recipe`] of `recipe`. Its degradation must not have missing readings.
     ///
     /// # Errors
     /// [`EvaluationError::NoPartialBound`] if the recipe has no bounds for scans that end early,

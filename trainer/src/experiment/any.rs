@@ -9,7 +9,7 @@ use super::engine::{Grid, Part, Plan, Row};
 use super::shared::{MODELS, loss, plain, text, title};
 use super::store::Store;
 
-/// Each instrument, with exact readings, with noise, and with displaced arms.
+/// Each instrument, with exact readings, and with displaced arms.
 pub(super) fn any(store: &Store<'_>) -> Plan {
     let intro = "Readings of instruments that everybody has: a handheld multi-angle instrument (light at 45 degrees, \
                  aspecular angles -15, 15, 25, 45, 75 and 110), the same with gloss at 20, 60 and 80 degrees, one line \
@@ -44,7 +44,6 @@ pub(super) fn any(store: &Store<'_>) -> Plan {
             loss("GGX"),
         ];
         columns.extend(MODELS.map(|model| loss(title(model))));
-        columns.push(plain("Linear / GGX", 2));
         columns.push(plain("color error: GGX", 1));
         columns.push(plain("color error: Linear", 1));
         columns.push(plain("truth / predicted", 2));
@@ -61,7 +60,6 @@ pub(super) fn any(store: &Store<'_>) -> Plan {
                 let predicted = report.predicted_losses().unwrap_or_default();
                 let predicted = predicted.iter().sum::<f64>() / predicted.len() as f64;
                 let more = [
-                    losses[linear] / losses[0],
                     color(0),
                     color(linear),
                     losses[linear] / predicted,

@@ -1,6 +1,7 @@
 //! Cases that the experiments evaluate, and the trainings that they require.
 
 use glimpse_core::model::ModelKind;
+use glimpse_trainer::evaluation::names;
 use glimpse_trainer::measurement::Instrument;
 use glimpse_training::linear::Prior;
 use glimpse_training::meta::plan::Schedule;
@@ -10,14 +11,14 @@ use glimpse_training::meta::plan::Schedule;
 pub(crate) enum Approach {
     /// Random samples, without meta-learned parts.
     Random,
-    /// Random samples, with the initial parameters and step sizes of Ours.
+    /// Random samples, with the initial parameters and step sizes of the paper's method.
     Meta,
     /// The pattern and ridge solve of Nielsen, Jensen and Ramamoorthi 2015, for Linear only.
     Njr15,
     /// The paper's method: learned initial parameters, step sizes and pattern (schedule paper).
-    Ours,
+    Paper,
     /// A learned pattern, and a learned map that completes the readings (schedule prior).
-    Completed,
+    Glimpse,
     /// A learned prior that completes readings at any directions (schedule prior, without a pattern).
     Any,
     /// A diffuse and a GGX lobe, fitted by least squares.
@@ -30,27 +31,26 @@ impl Approach {
     /// Returns the name in tables and pictures.
     pub(super) fn name(self) -> &'static str {
         match self {
-            Self::Random => "Random",
-            Self::Meta => "Meta",
-            Self::Njr15 => "NJR15",
-            Self::Ours => "Ours",
-            Self::Completed => "Completed",
-            Self::Any => "Any",
-            Self::Ggx => "GGX",
-            Self::Optimum => "Optimum",
+            Self::Random => names::RANDOM,
+            Self::Meta => names::META,
+            Self::Njr15 => names::NJR15,
+            Self::Paper => names::PAPER,
+            Self::Glimpse | Self::Any => names::GLIMPSE,
+            Self::Ggx => names::GGX,
+            Self::Optimum => names::OPTIMUM,
         }
     }
 
     /// Returns the schedule of the required training, if any.
     pub(super) fn schedule(self) -> Option<Schedule> {
         match self {
-            Self::Meta | Self::Ours => Some(Schedule::Paper),
-            Self::Completed | Self::Any => Some(Schedule::Prior),
+            Self::Meta | Self::Paper => Some(Schedule::Paper),
+            Self::Glimpse | Self::Any => Some(Schedule::Prior),
             Self::Random | Self::Njr15 | Self::Ggx | Self::Optimum => None,
         }
     }
 
-    /// Returns the paper's baseline for Ours: NJR15 for Linear, and Meta for other models.
+    /// Returns the paper's baseline: NJR15 for Linear, and Meta for other models.
     pub(super) fn baseline(model: ModelKind) -> Self {
         match model {
             ModelKind::Linear => Self::Njr15,
@@ -58,13 +58,13 @@ impl Approach {
         }
     }
 
-    /// Returns the methods that the paper compares, and Completed.
+    /// Returns the methods that the paper compares, and Glimpse.
     pub(super) fn compared(model: ModelKind) -> [Self; 4] {
         [
             Self::Random,
             Self::baseline(model),
-            Self::Ours,
-            Self::Completed,
+            Self::Paper,
+            Self::Glimpse,
         ]
     }
 }
@@ -93,28 +93,17 @@ impl Subset {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Disturbance {
     None,
-    /// Noise of 2 %.
-    Noise,
     /// Both arms are a degree further from the normal than stated.
     Displaced,
 }
 
 impl Disturbance {
-    pub(super) const ALL: [Self; 3] = [Self::None, Self::Noise, Self::Displaced];
+    pub(super) const ALL: [Self; 2] = [Self::None, Self::Displaced];
 
     pub(super) fn description(self) -> &'static str {
         match self {
             Self::None => "exact",
-            Self::Noise => "2 % noise",
             Self::Displaced => "1 degree off",
-        }
-    }
-
-    /// Returns the noise relative to each reading.
-    pub(super) fn noise(self) -> f32 {
-        match self {
-            Self::Noise => 0.02,
-            Self::None | Self::Displaced => 0.0,
         }
     }
 
@@ -122,7 +111,7 @@ impl Disturbance {
     pub(super) fn displacement(self) -> f64 {
         match self {
             Self::Displaced => 1.0,
-            Self::None | Self::Noise => 0.0,
+            Self::None => 0.0,
         }
     }
 }
@@ -135,7 +124,7 @@ pub(crate) enum Variation {
     Seed(u64),
     /// Training with both stages repeated.
     Twice,
-    /// Training of the pattern only, on a subset, with the initial parameters and step sizes of Ours.
+    /// Training of the pattern only, on a subset, with the initial parameters and step sizes of the paper's method.
     PatternOf(Subset),
     /// Training within a budget for motion, in seconds at [`MOTION_SPEED`] without settling.
     Within(u32),
@@ -188,7 +177,7 @@ pub(crate) struct Case {
     pub(super) model: ModelKind,
     /// n; 0 for Optimum.
     pub(super) samples: usize,
-    /// Number of components of Linear, except for Completed.
+    /// Number of components of Linear, except for Glimpse.
     pub(super) components: usize,
     pub(super) variation: Variation,
 }
@@ -210,8 +199,8 @@ impl Case {
         Self { variation, ..self }
     }
 
-    /// Returns the training that the case requires, if any. Meta uses the recipe of Ours, since the second stage of
-    /// schedule paper learns the pattern and does not change initial parameters or step sizes.
+    /// Returns the training that the case requires, if any. Meta uses the recipe of the paper's method, since the second stage
+    /// of schedule paper learns the pattern and does not change initial parameters or step sizes.
     pub(super) fn training(&self) -> Option<Training> {
         Some(Training {
             model: self.model,
@@ -235,7 +224,12 @@ impl Case {
             variation if variation.is_of_training() => String::new(),
             variation => variation.suffix(),
         };
-        format!("{base}-{}{suffix}", self.approach.name().to_lowercase())
+        let method = match self.approach {
+            // The recipe's own method.
+            Approach::Paper | Approach::Glimpse | Approach::Any => String::new(),
+            other => format!("-{}", other.name().to_lowercase()),
+        };
+        format!("{base}{method}{suffix}")
     }
 }
 

@@ -27,7 +27,7 @@ pub(super) fn over_samples(
 /// Loss and DSSIM over n, with the optimum as a dot (paper, figure "QualityVsSamples").
 pub(super) fn curves(store: &Store<'_>, max_samples: usize) -> Plan {
     let mut parts = vec![Part::Text(format!(
-        "Each point of Meta, Ours and Completed is a separate training. The dot at the right end is the \
+        "Each point of Meta, the paper's and Glimpse is a separate training. The dot at the right end is the \
          optimum of the model with unlimited samples and steps ({} steps of 512 samples, Neural {}; Linear \
          is solved in closed form).",
         store.optimum_steps(ModelKind::Phong),
@@ -89,22 +89,23 @@ pub(super) fn curves(store: &Store<'_>, max_samples: usize) -> Plan {
     }
 }
 
-/// The number of samples that other methods need to match the quality of Ours at n = 8 (paper, table "SameQuality").
+/// The number of samples that other methods need to match the quality of the paper's at n = 8 (paper, table
+/// "SameQuality").
 pub(super) fn same_quality(max_samples: usize) -> Plan {
     let intro = format!(
-        "The number of samples that a method needs to match the quality of Ours at n = 8, divided by 8. Values \
-         between the evaluated n are interpolated linearly over ln n. An entry is empty if {max_samples} samples \
+        "The number of samples that a method needs to match the quality of the paper's at n = 8, divided by \
+         8. Values between the evaluated n are interpolated linearly over ln n. An entry is empty if {max_samples} samples \
          are not enough."
     );
     let rows = MODELS.into_iter().flat_map(|model| {
         let approaches = [
             Approach::Random,
             Approach::baseline(model),
-            Approach::Completed,
+            Approach::Glimpse,
         ];
         approaches.map(|approach| Row {
             labels: vec![text(title(model)), text(approach.name())],
-            cases: [Case::new(Approach::Ours, model, SAMPLES)]
+            cases: [Case::new(Approach::Paper, model, SAMPLES)]
                 .into_iter()
                 .chain(over_samples(approach, model, max_samples))
                 .collect(),
@@ -121,7 +122,7 @@ pub(super) fn same_quality(max_samples: usize) -> Plan {
     columns.extend(ratios(""));
     columns.extend(ratios("paper: ").take(PAPER_METRICS));
     let caption = format!(
-        "Samples needed to match the quality of Ours at n = {SAMPLES}, divided by {SAMPLES}"
+        "Samples needed to match the quality of the paper's at n = {SAMPLES}, divided by {SAMPLES}"
     );
     let grid = Grid {
         values: |evaluated| {
@@ -173,22 +174,22 @@ fn samples_to_reach(
 pub(super) fn importance(max_samples: usize) -> Plan {
     let intro = "A Sobol sequence is mapped through the inverse cumulative distribution of the logarithmic \
                  mean of the training materials. Initial parameters and step sizes are those of Meta. In \
-                 the paper, the loss is more than four times that of Ours on average.";
+                 the paper, the loss is more than four times that of its own method on average.";
     let rows = powers_of_two(max_samples).map(|n| {
         let meta = Case::new(Approach::Meta, ModelKind::Neural, n);
-        let ours = Case::new(Approach::Ours, ModelKind::Neural, n);
+        let paper = Case::new(Approach::Paper, ModelKind::Neural, n);
         Row {
             labels: vec![Cell::Number(n as f64)],
-            cases: vec![meta.with(Variation::Importance), meta, ours],
+            cases: vec![meta.with(Variation::Importance), meta, paper],
             ..Row::default()
         }
     });
     let columns = vec![
         plain("n", 0),
         loss("Importance"),
-        loss("Meta"),
-        loss("Ours"),
-        plain("Importance / Ours", 2),
+        loss(Approach::Meta.name()),
+        loss(Approach::Paper.name()),
+        plain(format!("Importance / {}", Approach::Paper.name()), 2),
     ];
     let importance = Line {
         name: "Importance".into(),
@@ -205,7 +206,7 @@ pub(super) fn importance(max_samples: usize) -> Plan {
         lines: vec![
             importance,
             Line::new(Approach::Meta, None, 2),
-            Line::new(Approach::Ours, None, 3),
+            Line::new(Approach::Paper, None, 3),
         ],
     };
     let grid = Grid {
@@ -238,22 +239,22 @@ pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
          axes turn at {MOTION_SPEED} degrees per second, and a reading takes 0.5 s. A scan starts with the light and the \
          sensor along the normal, and ends with the last reading."
     );
-    let (ours, completed) = (Approach::Ours, Approach::Completed);
+    let (paper, glimpse) = (Approach::Paper, Approach::Glimpse);
     let mut kinds = vec![
         (
-            format!("{}, for samples", ours.name()),
-            ours,
+            format!("{}, for samples", paper.name()),
+            paper,
             Variation::None,
         ),
         (
-            format!("{}, for samples", completed.name()),
-            completed,
+            format!("{}, for samples", glimpse.name()),
+            glimpse,
             Variation::None,
         ),
     ];
     kinds.extend(BUDGETS.map(|seconds| {
-        let name = format!("{}, {seconds} s of motion", completed.name());
-        (name, completed, Variation::Within(seconds))
+        let name = format!("{}, {seconds} s of motion", glimpse.name());
+        (name, glimpse, Variation::Within(seconds))
     }));
     let styles = [
         (SeriesColor::Black, Marker::Cross),
@@ -271,13 +272,17 @@ pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
             0 => String::new(),
             set => format!("-{set}"),
         };
-        let rows = kinds.iter().map(|(name, approach, variation)| Row {
-            labels: vec![text(name)],
-            cases: over_samples(*approach, MODEL, max_samples)
-                .map(|case| case.with(*variation))
-                .collect(),
-            ..Row::default()
-        });
+        let rows = |min_samples| {
+            let rows = kinds.iter().map(|(name, approach, variation)| Row {
+                labels: vec![text(name)],
+                cases: over_samples(*approach, MODEL, max_samples)
+                    .filter(|case| case.samples >= min_samples)
+                    .map(|case| case.with(*variation))
+                    .collect(),
+                ..Row::default()
+            });
+            rows.collect::<Vec<_>>()
+        };
         let plots = SHOWN.iter().enumerate().map(|(column, metric)| {
             let name = METRICS[*metric].title;
             let short = name.to_lowercase().replace(' ', "-");
@@ -301,16 +306,21 @@ pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
                     .collect(),
             }
         });
-        parts.push(Part::Grid(Grid {
+        let grid = |name: &str, min_samples| Grid {
             set,
             values: rows_with_seconds,
-            plots: plots.collect(),
             ..Grid::new(
-                format!("seconds{suffix}"),
+                format!("{name}{suffix}"),
                 "Linear",
                 columns.clone(),
-                rows.collect(),
+                rows(min_samples),
             )
+        };
+        // A short table of the two largest n, and the points of the plots.
+        parts.push(Part::Grid(grid("seconds", max_samples.div_ceil(3))));
+        parts.push(Part::Grid(Grid {
+            plots: plots.collect(),
+            ..grid("points", 1)
         }));
     }
     Plan {

@@ -107,8 +107,8 @@ impl Line {
             Approach::Random => (SeriesColor::Vermillion, Marker::Cross),
             Approach::Meta => (SeriesColor::Orange, Marker::Triangle),
             Approach::Njr15 => (SeriesColor::Green, Marker::Ring),
-            Approach::Ours => (SeriesColor::Blue, Marker::Disc),
-            Approach::Completed | Approach::Any => (SeriesColor::Black, Marker::Disc),
+            Approach::Paper => (SeriesColor::Blue, Marker::Disc),
+            Approach::Glimpse | Approach::Any => (SeriesColor::Black, Marker::Disc),
             Approach::Ggx => (SeriesColor::Vermillion, Marker::Disc),
             Approach::Optimum => (SeriesColor::Purple, Marker::LargeDisc),
         };
@@ -197,9 +197,8 @@ impl Plan {
                     let pattern: Vec<Angles<f32>> =
                         store.with_method(case, |method| Ok(method.pattern().to_vec()))?;
                     let (model, approach) = (case.model, case.approach.name());
-                    let name = format!("{}-{}", model.name(), approach.to_lowercase());
                     let caption = format!("{model}, {approach}, n = {}", case.samples);
-                    findings.drawing(&name, pattern_svg(&pattern), &caption, &settings);
+                    findings.drawing(&case.name(), pattern_svg(&pattern), &caption, &settings);
                 }
             }
         }

@@ -20,22 +20,22 @@ use clap::ValueEnum;
 
 pub(crate) use engine::Plan;
 pub(crate) use findings::Findings;
-pub(crate) use store::{PlannedCell, Settings, Store, TestSet, Work};
+pub(crate) use store::{Settings, Store, TestSet};
 
 /// A table or figure of the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Experiment {
     /// The main table: all methods for all models at n = 8, with all metrics.
     SameSamples,
-    /// The loss at n = 8 for all models, methods and schedules, and the loss of black (f = 0).
+    /// The loss at n = 8 for all models and methods, and the loss of black (f = 0).
     Losses,
-    /// The number of samples that other methods need to match the quality of Ours at n = 8.
+    /// The number of samples that other methods need to match the quality of the paper's at n = 8.
     SameQuality,
     /// Loss and DSSIM over n, with the optimum as a dot.
     Curves,
     /// The loss of each material, sorted.
     PerMaterial,
-    /// Materials of --additional: Linear at n = 2, and Meta or NJR15 against Ours at n = 8.
+    /// Materials of --additional: Linear at n = 2, and Meta or NJR15, the paper's and Glimpse at n = 8.
     Additional,
     /// The loss with two or four of eight learned samples replaced by random ones.
     Robustness,

@@ -40,7 +40,7 @@ pub(super) fn teaser(store: &Store<'_>) -> Plan {
 /// Spheres of a glossy material for increasing n, and the loss over n.
 pub(super) fn increasing(store: &Store<'_>, max_samples: usize) -> Plan {
     let order = by_glossiness(store.sets[0].materials, store.settings.seed);
-    let each = [Approach::Ours, Approach::Completed]
+    let each = [Approach::Paper, Approach::Glimpse]
         .into_iter()
         .flat_map(|approach| MODELS.map(|model| (approach, model)));
     let spheres = order.last().map(|&material| Spheres {
@@ -81,7 +81,7 @@ pub(super) fn increasing(store: &Store<'_>, max_samples: usize) -> Plan {
 
 /// Drawings of the learned patterns.
 pub(super) fn patterns() -> Plan {
-    let learned = [Approach::Ours, Approach::Completed];
+    let learned = [Approach::Paper, Approach::Glimpse];
     let cases = learned
         .into_iter()
         .flat_map(|approach| MODELS.map(|model| Case::new(approach, model, SAMPLES)));

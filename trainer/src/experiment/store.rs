@@ -18,7 +18,7 @@ use glimpse_materials::files::write_atomic;
 use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Material, Source, SourceShare};
-use glimpse_trainer::evaluation::{Degradation, Evaluator, Method, OPTIMUM_STEPS, Report};
+use glimpse_trainer::evaluation::{Evaluator, Method, OPTIMUM_STEPS, Report};
 use glimpse_trainer::measurement::NamedRecipe;
 use glimpse_training::linear::{Columns, Prior, min_condition_pattern, principal_components};
 use glimpse_training::meta::options::{CompletionOptions, Options};
@@ -101,25 +101,6 @@ pub(crate) enum Work {
     Evaluate(usize, Case),
 }
 
-/// The files of a [`Work`].
-pub(crate) struct PlannedCell {
-    /// Path in the output folder, without extension.
-    pub(crate) name: String,
-    /// Files that it reads.
-    pub(crate) inputs: Vec<PathBuf>,
-    /// Files that it writes.
-    pub(crate) outputs: Vec<PathBuf>,
-    /// Checkpoint of an unfinished training.
-    pub(crate) checkpoint: Option<PathBuf>,
-}
-
-impl PlannedCell {
-    /// Returns true if all outputs exist.
-    pub(crate) fn is_done(&self) -> bool {
-        self.outputs.iter().all(|path| path.exists())
-    }
-}
-
 /// A function that trains on materials with a name, and writes the recipe.
 pub(crate) type TrainToFile =
     dyn Fn(&Options, Vec<Box<dyn Material>>, &str, &Path) -> anyhow::Result<()>;
@@ -138,7 +119,7 @@ pub(crate) struct Store<'a> {
 }
 
 impl<'a> Store<'a> {
-    /// Opens the output folder, and records the settings in it unless `read_only` is set.
+    /// Opens the output folder, and records the settings in it.
     ///
     /// # Errors
     /// If the folder has results of other settings, or a file cannot be read or written.
@@ -147,7 +128,6 @@ impl<'a> Store<'a> {
         training: &[Box<dyn Material>],
         sets: &'a [TestSet<'a>],
         train_to_file: &'a TrainToFile,
-        read_only: bool,
     ) -> anyhow::Result<Self> {
         let path = settings.out.join("settings.json");
         let names = |materials: &[Box<dyn Material>]| {
@@ -176,7 +156,7 @@ impl<'a> Store<'a> {
                     path.display()
                 );
             }
-        } else if !read_only {
+        } else {
             write_file(&path, serde_json::to_string_pretty(&recorded)?.as_bytes())?;
         }
         Ok(Self {
@@ -194,42 +174,8 @@ impl<'a> Store<'a> {
         self.settings.out.join(name)
     }
 
-    /// Returns the files that a training writes, in this order.
-    fn recipe_files(&self, training: &Training) -> Vec<PathBuf> {
-        let recipe = self.recipe_path(training);
-        match training.model {
-            ModelKind::Linear => vec![Basis::path_for(&recipe), recipe],
-            _ => vec![recipe],
-        }
-    }
-
     fn evaluation_name(&self, set: usize, case: &Case) -> String {
         format!("sheets/{}/{}", self.sets[set].label, case.name())
-    }
-
-    /// Returns the files of a training or evaluation.
-    pub(crate) fn cell(&self, work: &Work) -> PlannedCell {
-        match work {
-            Work::Train(training) => {
-                let prerequisite = training.prerequisite();
-                PlannedCell {
-                    name: format!("recipes/{}", training.name()),
-                    inputs: prerequisite.map_or(Vec::new(), |before| self.recipe_files(&before)),
-                    outputs: self.recipe_files(training),
-                    checkpoint: Some(self.recipe_path(training).with_extension("checkpoint")),
-                }
-            }
-            Work::Evaluate(set, case) => {
-                let name = self.evaluation_name(*set, case);
-                let training = case.training();
-                PlannedCell {
-                    inputs: training.map_or(Vec::new(), |training| self.recipe_files(&training)),
-                    outputs: vec![self.settings.out.join(format!("{name}.json"))],
-                    checkpoint: None,
-                    name,
-                }
-            }
-        }
     }
 
     /// Trains or evaluates, unless the result is stored. Also trains the recipes that this requires.
@@ -364,9 +310,9 @@ impl<'a> Store<'a> {
         let eta = Prior::PAPER.eta;
         // The recipe at the directions of an instrument.
         let at_directions = match (&trained, case.variation) {
-            (Some((file, Some(basis))), Variation::Readings(instrument, disturbance)) => {
+            (Some((file, Some(basis))), Variation::Readings(instrument, _)) => {
                 let directions = instrument.directions(0.0);
-                let deviations = vec![disturbance.noise(); directions.len()];
+                let deviations = vec![0.0; directions.len()];
                 let named = NamedRecipe {
                     name: case.name(),
                     file: Arc::new(RecipeFile::new(file.bytes().to_vec())?),
@@ -393,13 +339,14 @@ impl<'a> Store<'a> {
                     (Variation::Readings(..), _) => match &at_directions {
                         Some(chosen) => {
                             let recipe = chosen.recipe.file.recipe();
-                            let method = Method::ours(&recipe, chosen.recipe.basis.as_deref())?;
+                            let method =
+                                Method::with_recipe(&recipe, chosen.recipe.basis.as_deref())?;
                             Ok(method.with_prior(chosen.prior.clone()))
                         }
                         None => bail!("{} has no basis: remove it to train it again", case.name()),
                     },
                     (_, Approach::Meta) => Method::meta(&recipe, basis),
-                    _ => Method::ours(&recipe, basis),
+                    _ => Method::with_recipe(&recipe, basis),
                 }?
             }
             (None, _) if case.approach == Approach::Ggx => match case.variation {
@@ -422,12 +369,8 @@ impl<'a> Store<'a> {
         match case.variation {
             Variation::Refined => use_method(&method.with_refinement(REFINEMENT_STEPS)),
             Variation::Readings(instrument, disturbance) => {
-                let degradation = Degradation {
-                    noise: disturbance.noise(),
-                    ..Degradation::default()
-                };
                 let measured = instrument.directions(disturbance.displacement());
-                use_method(&method.with_degradation(degradation)?.measured_at(measured))
+                use_method(&method.measured_at(measured))
             }
             _ => use_method(&method),
         }

@@ -1,4 +1,4 @@
-//! The paper's studies of Ours: robustness, seeds, repeated stages, convergence and subsets.
+//! The paper's studies of its method: robustness, seeds, repeated stages, convergence and subsets.
 
 use glimpse_core::model::ModelKind;
 use glimpse_trainer::report::{Cell, Column, Compare};
@@ -17,19 +17,19 @@ pub(super) fn robustness() -> Plan {
     /// Number of independent runs.
     const RUNS: u64 = 5;
     let rows = MODELS.into_iter().flat_map(|model| {
-        let ours = Case::new(Approach::Ours, model, SAMPLES);
+        let whole = Case::new(Approach::Paper, model, SAMPLES);
         let counts = REPLACED.into_iter().zip(paper::robustness(model));
         counts.map(move |(count, published)| {
-            let runs = (0..RUNS).map(|run| ours.with(Variation::Replaced(count, run)));
+            let runs = (0..RUNS).map(|run| whole.with(Variation::Replaced(count, run)));
             Row {
                 labels: vec![text(title(model)), Cell::Number(count as f64)],
-                cases: [ours].into_iter().chain(runs).collect(),
+                cases: [whole].into_iter().chain(runs).collect(),
                 published: vec![Cell::Number(published)],
             }
         })
     });
     let caption = format!(
-        "Loss of Ours with r of {SAMPLES} learned samples replaced by random ones, mean of {RUNS} runs"
+        "Loss of the paper's method with r of {SAMPLES} learned samples replaced by random ones, mean of {RUNS} runs"
     );
     let columns = vec![
         Column::text("Model"),
@@ -42,9 +42,9 @@ pub(super) fn robustness() -> Plan {
     let grid = Grid {
         values: |evaluated| {
             let losses = evaluated.losses();
-            let (ours, runs) = (losses[0], &losses[1..]);
+            let (whole, runs) = (losses[0], &losses[1..]);
             let loss = runs.iter().sum::<f64>() / runs.len() as f64;
-            Ok(evaluated.row_of([ours, loss, 100.0 * (loss / ours - 1.0)]))
+            Ok(evaluated.row_of([whole, loss, 100.0 * (loss / whole - 1.0)]))
         },
         ..Grid::new("robustness", caption, columns, rows.collect())
     };
@@ -66,7 +66,7 @@ pub(super) fn seeds(store: &Store<'_>) -> Plan {
                     0 => Variation::None,
                     number => Variation::Seed(number),
                 };
-                Case::new(Approach::Ours, model, SAMPLES).with(variation)
+                Case::new(Approach::Paper, model, SAMPLES).with(variation)
             })
             .collect(),
         ..Row::default()
@@ -79,7 +79,7 @@ pub(super) fn seeds(store: &Store<'_>) -> Plan {
         plain("standard deviation", 4),
         plain("% of the mean", 1),
     ]);
-    let caption = format!("Loss of Ours at n = {SAMPLES}");
+    let caption = format!("Loss of the paper's method at n = {SAMPLES}");
     let grid = Grid {
         values: |evaluated| {
             let mut row = evaluated.losses();
@@ -108,7 +108,7 @@ pub(super) fn repeated_stages() -> Plan {
         .into_iter()
         .filter(|model| *model != ModelKind::Linear);
     let rows = models.map(|model| {
-        let once = Case::new(Approach::Ours, model, SAMPLES);
+        let once = Case::new(Approach::Paper, model, SAMPLES);
         Row {
             labels: vec![text(title(model))],
             cases: vec![once, once.with(Variation::Twice)],
@@ -122,7 +122,7 @@ pub(super) fn repeated_stages() -> Plan {
         plain("gain, %", 2),
         plain("paper: gain, %", 2),
     ];
-    let caption = format!("Loss of Ours at n = {SAMPLES}");
+    let caption = format!("Loss of the paper's method at n = {SAMPLES}");
     let grid = Grid {
         compare: Compare::WithinRow,
         values: |evaluated| {
@@ -142,7 +142,7 @@ pub(super) fn repeated_stages() -> Plan {
 pub(super) fn convergence() -> Plan {
     /// Number of samples of the first 20 steps with learned methods, and with Random.
     const SAMPLES: [usize; 2] = [32, 512];
-    let rows = [Approach::Random, Approach::Meta, Approach::Ours].map(|approach| {
+    let rows = [Approach::Random, Approach::Meta, Approach::Paper].map(|approach| {
         let samples = SAMPLES[usize::from(approach == Approach::Random)];
         let case = Case::new(approach, ModelKind::Neural, samples);
         Row {
@@ -189,15 +189,17 @@ pub(super) fn subsets(store: &Store<'_>) -> anyhow::Result<Plan> {
             names.join(", ")
         )));
     }
-    let ours = Case::new(Approach::Ours, ModelKind::Neural, SAMPLES);
+    let paper = Case::new(Approach::Paper, ModelKind::Neural, SAMPLES);
     let rows = Subset::EACH.map(|subset| Row {
         labels: vec![text(subset.name())],
-        cases: vec![ours.with(Variation::PatternOf(subset))],
+        cases: vec![paper.with(Variation::PatternOf(subset))],
         ..Row::default()
     });
     let mut columns = vec![Column::text("pattern trained on")];
     columns.extend(Subset::EACH.map(|subset| loss(format!("judged on {}", subset.name()))));
-    let caption = format!("Neural, n = {SAMPLES}: loss of Ours by the training set of its pattern");
+    let caption = format!(
+        "Neural, n = {SAMPLES}: loss of the paper's method by the training set of its pattern"
+    );
     parts.push(Part::Grid(Grid {
         values: |evaluated| {
             let losses = Subset::EACH.map(|subset| {

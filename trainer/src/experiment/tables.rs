@@ -4,6 +4,7 @@ use anyhow::bail;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::loss::loss_between;
+use glimpse_trainer::evaluation::names;
 use glimpse_trainer::report::{Axis, Cell, Column, Compare, Scale};
 
 use super::case::{Approach, Case};
@@ -64,8 +65,8 @@ type ColumnMethods = [Approach; 2];
 
 const RANDOM: ColumnMethods = [Approach::Random; 2];
 const BASELINE: ColumnMethods = [Approach::Meta, Approach::Njr15];
-const OURS: ColumnMethods = [Approach::Ours; 2];
-const COMPLETED: ColumnMethods = [Approach::Completed; 2];
+const PAPER: ColumnMethods = [Approach::Paper; 2];
+const GLIMPSE: ColumnMethods = [Approach::Glimpse; 2];
 const OPTIMUM: ColumnMethods = [Approach::Optimum; 2];
 
 fn names_of([others, linear]: ColumnMethods) -> String {
@@ -75,7 +76,7 @@ fn names_of([others, linear]: ColumnMethods) -> String {
     }
 }
 
-/// Creates a table of losses with a row for each model: the published ones, then ours.
+/// Creates a table of losses with a row for each model: the published ones, then the measured ones.
 fn loss_by_model(
     name: impl Into<String>,
     caption: impl Into<String>,
@@ -109,13 +110,13 @@ fn loss_by_model(
 
 /// The loss of all methods at n = 8, and the loss without any measurement.
 pub(super) fn losses() -> Plan {
-    let published = [RANDOM, BASELINE, OURS];
-    let measured = [RANDOM, BASELINE, OURS, COMPLETED, OPTIMUM];
+    let published = [RANDOM, BASELINE, PAPER];
+    let measured = [RANDOM, BASELINE, PAPER, GLIMPSE, OPTIMUM];
     let caption = format!(
         "Mean loss over the test set at n = {SAMPLES}. Published: the paper's values, on {} other \
-         materials. All other columns: our values on the test set named here. Meta and Ours have schedule \
-         paper, Completed has schedule prior. Linear has 5 components and eta = 40, also for Optimum; for \
-         Completed, a learned map replaces them",
+         materials. All other columns: our values on the test set named here. Meta and the paper's have \
+         schedule paper, Glimpse has schedule prior. Linear has 5 components and eta = 40, also for Optimum; \
+         for Glimpse, a learned map replaces them",
         paper::MATERIALS
     );
     let mut grid = loss_by_model(
@@ -139,9 +140,35 @@ pub(super) fn losses() -> Plan {
         let losses = materials.iter().map(|each| loss_between(&black, &**each));
         Ok(evaluated.row_of([losses.sum::<f64>() / materials.len() as f64]))
     };
+    let mut columns = vec![Column::text("Model")];
+    let shown = [Approach::Random, Approach::Paper, Approach::Glimpse];
+    columns.extend(shown.map(|approach| plain(approach.name(), 4)));
+    columns.push(plain(format!("color error of {}", names::GLIMPSE), 1));
+    let rows = MODELS.map(|model| Row {
+        labels: vec![text(title(model))],
+        cases: shown
+            .map(|approach| Case::new(approach, model, SAMPLES))
+            .into(),
+        ..Row::default()
+    });
+    let summary = Grid {
+        values: |evaluated| {
+            let color_error = evaluated
+                .reports
+                .last()
+                .map(|glimpse| glimpse.metrics.delta_e);
+            Ok(evaluated.row_of(evaluated.losses().into_iter().chain(color_error)))
+        },
+        ..Grid::new(
+            "summary",
+            format!("Mean losses, and mean color error of spheres, at n = {SAMPLES}"),
+            columns,
+            rows.into(),
+        )
+    };
     Plan {
         title: "Losses of all methods at n = 8",
-        parts: vec![Part::Grid(grid)],
+        parts: vec![Part::Grid(grid), Part::Grid(summary)],
     }
 }
 
@@ -164,8 +191,8 @@ pub(super) fn additional(store: &Store<'_>) -> anyhow::Result<Plan> {
             |model: ModelKind, samples, label: &str, published: &dyn Fn(Approach) -> _| {
                 let methods = [
                     Approach::baseline(model),
-                    Approach::Ours,
-                    Approach::Completed,
+                    Approach::Paper,
+                    Approach::Glimpse,
                 ];
                 let rows = methods.map(|approach| {
                     let labels = vec![text(title(model)), text(approach.name())];
@@ -204,9 +231,9 @@ pub(super) fn additional(store: &Store<'_>) -> anyhow::Result<Plan> {
             ..loss_by_model(
                 format!("losses-{set}"),
                 caption,
-                &[BASELINE, OURS],
+                &[BASELINE, PAPER],
                 paper::rgl,
-                &[BASELINE, OURS, COMPLETED],
+                &[BASELINE, PAPER, GLIMPSE],
             )
         }));
     }
@@ -224,7 +251,7 @@ pub(super) fn bases(store: &Store<'_>) -> Plan {
     let max_components = (3 * store.training_count).saturating_sub(1).max(1);
     let rows = COMPONENTS.into_iter().flat_map(|components| {
         let components = components.min(max_components);
-        [Approach::Random, Approach::Njr15, Approach::Ours].map(|approach| {
+        [Approach::Random, Approach::Njr15, Approach::Paper].map(|approach| {
             let case = Case {
                 components,
                 ..Case::new(approach, ModelKind::Linear, SAMPLES)
@@ -245,7 +272,7 @@ pub(super) fn bases(store: &Store<'_>) -> Plan {
     }
 }
 
-/// The loss of each material, sorted by the loss of Ours (paper, figure "Zipfplots").
+/// The loss of each material, sorted by the loss of the paper's method (paper, figure "Zipfplots").
 pub(super) fn per_material() -> Plan {
     let mut parts = Vec::new();
     for model in MODELS {
@@ -256,7 +283,7 @@ pub(super) fn per_material() -> Plan {
             name: model.name().into(),
             title: format!("{}: loss of each material", title(model)),
             x: Axis {
-                title: format!("material, sorted by the loss of {}", Approach::Ours.name()),
+                title: "material, sorted by the loss of the paper's method".into(),
                 scale: Scale::Linear,
             },
             x_column: 0,
@@ -291,12 +318,12 @@ pub(super) fn per_material() -> Plan {
     }
 }
 
-/// Returns a row with the loss of each method for each material, sorted by the loss of Ours.
+/// Returns a row with the loss of each method for each material, sorted by the loss of the paper's method.
 fn rows_of_materials(evaluated: &Evaluated<'_, '_>) -> anyhow::Result<Vec<Vec<Cell>>> {
     let cases = evaluated.row.cases.iter();
-    let ours = cases.zip(&evaluated.reports);
-    let ours = ours.filter(|(case, _)| case.approach == Approach::Ours);
-    let losses: Vec<f64> = ours.flat_map(|(_, report)| report.losses()).collect();
+    let paper = cases.zip(&evaluated.reports);
+    let paper = paper.filter(|(case, _)| case.approach == Approach::Paper);
+    let losses: Vec<f64> = paper.flat_map(|(_, report)| report.losses()).collect();
     let mut order: Vec<usize> = (0..losses.len()).collect();
     order.sort_by(|a, b| losses[*b].total_cmp(&losses[*a]));
     let row = |index: usize| {

@@ -60,10 +60,11 @@ impl Table {
         let escape = |text: &str| text.replace('|', "\\|");
         let titles = self.columns.iter().map(|column| escape(&column.title));
         let alignment = (0..self.columns.len()).map(|index| match self.is_numeric(index) {
-            true => "---:".to_owned(),
-            false => "---".to_owned(),
+            true => "---:|",
+            false => "---|",
         });
-        let mut markdown = line(titles.collect()) + &line(alignment.collect());
+        let alignment = alignment.collect::<String>();
+        let mut markdown = line(titles.collect()) + &format!("|{alignment}\n");
         for row in 0..self.rows.len() {
             let cells = self.row(row).enumerate().map(|(index, (column, cell))| {
                 let entry = escape(&column.format(cell));
@@ -166,7 +167,7 @@ mod tests {
             rows: vec![
                 row("Random", Cell::Number(0.0651), Cell::Number(f64::NAN)),
                 row("Meta & co", Cell::Number(0.0354), Cell::Missing),
-                row("Ours", Cell::Number(0.0351), Cell::Number(24.35)),
+                row("Glimpse", Cell::Number(0.0351), Cell::Number(24.35)),
             ],
             compare: Compare::WithinColumn,
         }
@@ -178,7 +179,7 @@ mod tests {
 Method       Loss  PSNR, dB
 Random     0.065       NaN
 Meta & co  0.035*
-Ours       0.035*     24.4*
+Glimpse    0.035*     24.4*
 ";
         let text = method_table().to_text();
         let trimmed: Vec<&str> = text.lines().map(str::trim_end).collect();
@@ -198,10 +199,10 @@ Ours       0.035*     24.4*
     fn markdown_marks_best_numbers() {
         let expected = "\
 | Method | Loss | PSNR, dB |
-| --- | ---: | ---: |
+|---|---:|---:|
 | Random | 0.065 | NaN |
 | Meta & co | **0.035** |  |
-| Ours | **0.035** | **24.4** |
+| Glimpse | **0.035** | **24.4** |
 ";
         assert_eq!(method_table().to_markdown(), expected);
     }
@@ -209,7 +210,7 @@ Ours       0.035*     24.4*
     #[test]
     fn csv_keeps_all_digits() {
         let expected = "Method,Loss,\"PSNR, dB\"\r\nRandom,0.0651,NaN\r\nMeta & co,0.0354,\r\n\
-                        Ours,0.0351,24.35\r\n";
+                        Glimpse,0.0351,24.35\r\n";
         assert_eq!(method_table().to_csv(), expected);
     }
 }

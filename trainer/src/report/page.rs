@@ -166,7 +166,7 @@ mod tests {
         let tile = |label: &&str| Tile {
             label: (*label).into(),
             details: vec!["loss 0.1".into(), "<b>".into()],
-            best: *label == "Ours",
+            best: *label == "Glimpse",
             picture: Picture::filled(8, 8, [1, 2, 3]),
         };
         Gallery {
@@ -179,7 +179,7 @@ mod tests {
     }
 
     fn page() -> Page {
-        let gallery = gallery("blue & rubber", &["Reference", "Ours", "ours"]);
+        let gallery = gallery("blue & rubber", &["Reference", "Glimpse", "glimpse"]);
         Page::new("A <title>").paragraph("2 < 3").gallery(&gallery)
     }
 
@@ -195,7 +195,7 @@ mod tests {
             let (file, _) = source.split_once('"').unwrap();
             assert!(directory.join(file).is_file(), "{file}");
         }
-        assert!(html.contains("pictures/blue-rubber-ours-2.png"));
+        assert!(html.contains("pictures/blue-rubber-glimpse-2.png"));
         assert!(!html.contains("http"), "the page loads a remote resource");
     }
 
@@ -203,7 +203,7 @@ mod tests {
     fn text_is_escaped() {
         let html = page().to_html();
         assert!(html.contains("<title>A &lt;title&gt;</title>"));
-        assert!(html.contains("alt=\"blue &amp; rubber: Ours\""));
+        assert!(html.contains("alt=\"blue &amp; rubber: Glimpse\""));
         assert!(html.contains("<p>2 &lt; 3</p>"));
         assert!(html.contains("<br>&lt;b&gt;"));
     }

@@ -304,7 +304,7 @@ mod tests {
                 scale: Scale::Log10,
             },
             series: vec![Series {
-                name: "Ours".into(),
+                name: "Glimpse".into(),
                 color: SeriesColor::Blue,
                 marker: Marker::Disc,
                 points,
@@ -315,7 +315,13 @@ mod tests {
     #[test]
     fn labels_axes_ticks_and_series() {
         let svg = plot(vec![[1.0, 0.1], [8.0, 0.02], [64.0, 0.01]]).to_svg();
-        for text in ["Loss &amp; samples", "samples n", "Ours", ">64<", ">0.05<"] {
+        for text in [
+            "Loss &amp; samples",
+            "samples n",
+            "Glimpse",
+            ">64<",
+            ">0.05<",
+        ] {
             assert!(svg.contains(text), "no {text:?} in {svg}");
         }
         assert_eq!(

@@ -180,7 +180,7 @@ mod tests {
         let loss = |title| Column::number(title, 3, Highlight::Lowest);
         let table = Table {
             caption: String::new(),
-            columns: vec![Column::text("Material"), loss("Meta"), loss("Ours")],
+            columns: vec![Column::text("Material"), loss("Meta"), loss("Glimpse")],
             rows,
             compare: Compare::WithinRow,
         };

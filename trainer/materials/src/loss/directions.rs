@@ -14,7 +14,7 @@ const PLASTIC_RATIO: f64 = 1.324_717_957_244_746;
 
 /// Returns [`DIRECTIONS`] Rusinkiewicz angles in radians, uniform in (theta_h, theta_d, phi_d) over the valid region:
 /// both directions are above the horizon, and phi_d is in \[0, 2 pi). They are not uniform over the hemisphere:
-/// highlights, at small theta_h, have more weight. `trainer/docs/losses.md` defines the loss.
+/// highlights, at small theta_h, have more weight. `trainer/docs/results.md` defines the loss.
 ///
 /// The directions do not depend on a seed. Means over the same number of random directions vary by several percent,
 /// because most of the loss of a glossy material is at a theta_h of a few degrees. In this set, theta_h increases in

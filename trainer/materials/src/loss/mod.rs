@@ -1,6 +1,6 @@
 //! The paper's loss of a whole BRDF: the mean cosine-weighted logarithmic error over many directions.
 //!
-//! `trainer/docs/losses.md` defines the loss. Every evaluation uses the same [`directions`].
+//! `trainer/docs/results.md` defines the loss. Every evaluation uses the same [`directions`].
 
 mod directions;
 

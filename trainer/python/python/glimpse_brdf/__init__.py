@@ -8,7 +8,7 @@ A :class:`Recipe` holds the directions to measure and the method that fits the r
 Directions are unit vectors from the surface, z along its normal: the incoming one to the light, the outgoing one to
 the sensor. Arrays of pairs have the shape (n, 2, 3), incoming first. A BRDF is linear RGB in sr^-1, not times the
 cosine, an array (n, 3). The :func:`loss` between two BRDFs is the mean over :func:`directions` and channels of
-abs(ln(1 + y cos) - ln(1 + f cos)); ``trainer/docs/losses.md`` defines it.
+abs(ln(1 + y cos) - ln(1 + f cos)); ``trainer/docs/results.md`` defines it.
 
 Errors are raised as :class:`GlimpseError`, a ValueError. Missing, inaccessible and existing files raise Python's
 FileNotFoundError, PermissionError and FileExistsError.

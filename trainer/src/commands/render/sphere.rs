@@ -97,7 +97,7 @@ impl Sphere {
         };
         let (file, basis) = read_recipe(path)?;
         let recipe = file.recipe();
-        let method = Method::ours(&recipe, basis.as_ref())?;
+        let method = Method::with_recipe(&recipe, basis.as_ref())?;
         self.draw(file_type, &environment, Some(&method), seed)
     }
 

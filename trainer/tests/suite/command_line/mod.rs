@@ -13,7 +13,6 @@ mod folder;
 mod grid;
 mod interruption;
 mod linear;
-mod list;
 mod option_pairs;
 mod options;
 mod output;
@@ -31,6 +30,7 @@ mod view;
 use glimpse_core::fit::Estimator;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::{Identity, Material, Procedural, digest};
+use glimpse_trainer::evaluation::names;
 use glimpse_training::meta::learned::ValidationSplit;
 use glimpse_training::meta::plan::TrainedParts;
 use glimpse_training::meta::plan::{Effort, Schedule};
@@ -131,7 +131,7 @@ fn trains_inspects_exports_and_evaluates() {
     }
 
     let report = folder.succeed_as_json("evaluate --recipe phong.recipe --test procedural:2:9");
-    assert_eq!(report["method"], "ours");
+    assert_eq!(report["method"], names::PAPER);
     assert_eq!(report["materials"].as_array().expect("a list").len(), 2);
     for metric in ["loss", "dssim", "l2", "psnr", "delta_e"] {
         let mean = number(&report[metric]);

@@ -2,6 +2,7 @@
 
 use glimpse_core::gonio::Machine;
 use glimpse_core::recipe::Recipe;
+use glimpse_trainer::evaluation::names;
 use glimpse_training::recipe::Metadata;
 use serde_json::Value;
 
@@ -54,7 +55,7 @@ fn trains_inspects_exports_and_evaluates_prior_recipes() {
 
     let evaluate = "evaluate --recipe phong.recipe --test procedural:1:77";
     let report = folder.succeed_as_json(evaluate);
-    assert_eq!(report["method"], "completed");
+    assert_eq!(report["method"], names::GLIMPSE);
     let loss = number(&report["loss"]);
     assert!((0.001..0.08).contains(&loss), "{loss}");
 

@@ -28,7 +28,7 @@ fn writes_page_and_recipe() {
     };
     for name in names.iter().filter(|name| name.contains("reference")) {
         let reference = brightness(name);
-        for method in ["neural-n8", "ours-paper", "meta-paper"] {
+        for method in ["neural-n8", "the-paper-s", "meta"] {
             let fit = brightness(
                 &name
                     .replace("reference-2", "reference")

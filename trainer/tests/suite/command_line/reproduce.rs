@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use glimpse_trainer::evaluation::names;
+
 use super::shared::{BASES, EXPERIMENT};
 use super::{Folder, number};
 use crate::common::assert_names;
@@ -20,9 +22,7 @@ fn frontier_has_seconds_of_every_training() {
         "reproduce frontier --effort brief --most-samples 2 --data procedural:12:3 --test procedural:1:9 --out paper",
     );
     let json = folder.read_json("paper/frontier/findings.json");
-    let rows = json["tables"]["seconds"]["rows"]
-        .as_array()
-        .expect("a list");
+    let rows = json["tables"]["points"]["rows"].as_array().expect("a list");
     // Two methods for samples and three budgets, each with n = 1 and 2.
     assert_eq!(rows.len(), 10);
     for row in rows {
@@ -48,13 +48,13 @@ fn experiment_is_saved_and_reused() {
     let folder = Folder::new();
     let printed = EXPERIMENT.copy_to(folder.path());
     let csv = folder.read_text("paper/bases/bases.csv");
-    // Random, NJR15 and Ours, for 5 components and for all 11.
+    // Random, NJR15 and the paper's, for 5 components and for all 11.
     assert_eq!(csv.lines().count(), 1 + 6, "{csv}");
     let mut rows_of_all = csv.lines().skip(4);
     assert!(rows_of_all.all(|line| line.starts_with("11,")), "{csv}");
     let json = folder.read_json("paper/bases/findings.json");
     let row = &json["tables"]["bases"]["rows"][2];
-    assert_eq!(row["Method"], "Ours");
+    assert_eq!(row["Method"], names::PAPER);
     let loss = row["Loss"].as_f64();
     assert!(loss.is_some_and(|loss| loss > 0.0 && loss < 1.0), "{row}");
     let caption = json["tables"]["bases"]["caption"].as_str();
@@ -67,7 +67,7 @@ fn experiment_is_saved_and_reused() {
 
     // The repeated command trains nothing, and evaluates only what is missing. The results are the same as before.
     let recipe = folder.at("paper/recipes/linear-n8-m5-paper.recipe");
-    let sheet = "paper/sheets/test/linear-n8-m5-paper-ours.json";
+    let sheet = "paper/sheets/test/linear-n8-m5-paper.json";
     let before = modified(&recipe);
     let evaluation = folder.read(sheet);
     fs::remove_file(folder.at(sheet)).expect("the file is removed");

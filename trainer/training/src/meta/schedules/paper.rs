@@ -213,7 +213,7 @@ mod tests {
             assert!(matches!(phase.selection, Selection::BestEpoch(TASKS)));
             assert_eq!(phase.steps, 500 * TASKS);
             assert!(phase.rates_at(0).pattern == 5e-4);
-            // The paper's methods Meta and Ours share initial parameters and step sizes.
+            // Meta and the paper's method share initial parameters and step sizes.
             assert!(phase.rates.initial == 0.0 && phase.rates.hyperparameters == 0.0);
             let last = phase.rates_at(phase.steps).pattern;
             assert!((last - 1e-4).abs() < 1e-9, "{last}");
