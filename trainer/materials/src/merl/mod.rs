@@ -22,8 +22,8 @@ use glimpse_kernels::Dual;
 use memmap2::Mmap;
 
 use self::grid::{
-    FILE_BYTES, HEADER_BYTES, MAX_UNMEASURED, NODES, NODES_PER_CHANNEL, Unmeasured,
-    measured_values, node_theta_h, whole_degree,
+    FILE_BYTES, HEADER_BYTES, MAX_UNMEASURED, NODES, Unmeasured, measured_values, node_theta_h,
+    whole_degree,
 };
 use crate::error::{Defect, ensure, read_error};
 use crate::mapped::map_file;

@@ -199,19 +199,14 @@ fn fills_unmeasured_nodes_from_their_neighbors() {
     let file = tabulate(&linear);
     let bytes = fs::read(&file.path).expect("the file is read");
     // Blue was not measured inside of a block, at small theta_h and at large theta_d.
-    let is_in_block = |[h, d, phi]: [usize; 3]| {
-        (20..30).contains(&h) && (20..40).contains(&d) && (60..120).contains(&phi)
-    };
-    let at_highlight = |[h, d, _]: [usize; 3]| h < 10 && (30..40).contains(&d);
-    let near_horizon = |[_, d, _]: [usize; 3]| d >= 60;
     let (inside, highlight, grazing) = ([25, 30, 90], [0, 35, 90], [20, 70, 90]);
-    let regions: [(&dyn Fn([usize; 3]) -> bool, [usize; 3], f32); 3] = [
-        (&is_in_block, inside, value(inside)),
+    for (unmeasured_nodes, node, expected) in [
+        ([20..30, 20..40, 60..120], inside, value(inside)),
         // Between neighbors on both sides along theta_d. The highlight has measured nodes on one side along theta_h.
-        (&at_highlight, highlight, value(highlight)),
-        (&near_horizon, grazing, value([20, 59, 90])),
-    ];
-    for (is_unmeasured, node, expected) in regions {
+        ([0..10, 30..40, 0..180], highlight, value(highlight)),
+        ([0..90, 60..90, 0..180], grazing, value([20, 59, 90])),
+    ] {
+        let is_unmeasured = |at: [usize; 3]| (0..3).all(|i| unmeasured_nodes[i].contains(&at[i]));
         let mut bytes = bytes.clone();
         let (mut unmeasured, mut all) = (0, 0);
         for index in 0..90 * 90 * 180 {
