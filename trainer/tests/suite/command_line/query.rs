@@ -168,7 +168,7 @@ fn unmeasured_directions_are_reported_and_not_used() {
         assert_eq!(row[2..], ["", "", ""]);
     }
     assert_names(&messages, &["20 (20.txt)", "40 (40.txt)"]);
-    let json = folder.succeed_as_json(&format!("{query} --json"));
+    let json = folder.succeed_as_json(query);
     assert_eq!(
         json["materials"][0]["rows"][2]["brdf"],
         json!([null, null, null])
