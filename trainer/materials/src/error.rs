@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::Angles;
 
+use crate::Coverage;
+
 /// The largest COUNT of `procedural:COUNT`.
 pub(super) const MAX_PROCEDURAL: usize = 100_000;
 /// All kinds of sources.
@@ -57,6 +59,17 @@ pub enum SourceError {
         first: PathBuf,
         /// The second file or source.
         second: PathBuf,
+    },
+    /// The BRDF is unknown at some directions.
+    #[error(
+        "{name}: {coverage}, and this needs all; add files of more incoming or outgoing directions, or give the BRDF that \
+         `trainer query` returns to `trainer fit`"
+    )]
+    Incomplete {
+        /// The name of the material.
+        name: String,
+        /// The directions at which it was measured.
+        coverage: Coverage,
     },
     /// A directory without materials.
     #[error("{} holds no materials; give {MATERIALS}", .0.display())]

@@ -16,6 +16,7 @@ pub mod untrusted;
 
 mod brdf;
 mod color;
+mod coverage;
 mod error;
 mod fitted_brdf;
 mod fitted_material;
@@ -37,6 +38,7 @@ mod sources;
 
 pub use basis::angles_of;
 pub use brdf::Brdf;
+pub use coverage::Coverage;
 pub use error::{NotFinite, SourceError};
 pub use fitted_brdf::FittedBrdf;
 pub use fitted_material::{BasisFile, Convention, FittedMaterial, MODELS};
@@ -45,7 +47,7 @@ pub use identity::{Identity, digest};
 pub use material::Material;
 pub use merl::{MerlTable, TabulateError, table_nodes, to_merl};
 pub use nbrdf::{NeuralBrdf, to_nbrdf, to_npy};
-pub use pab::{PabSet, pab_suffixes, read_pab, to_pab};
+pub use pab::{PabSet, pab_suffixes, to_pab};
 pub use physical::{Physical, PhysicalErrors};
 pub use procedural::Procedural;
 pub use rgl::{Colors, RglMeasurement, to_rgl};

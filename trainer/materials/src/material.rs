@@ -4,14 +4,16 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::NeuralParameters;
 
 use crate::basis::angles_of;
+use crate::{Coverage, SourceError};
 
-/// A material: a named BRDF with derivatives, defined for all directions.
+/// A material: a named BRDF with derivatives. It is defined for all directions unless [`Material::coverage`] states unknown
+/// ones.
 pub trait Material: Send + Sync {
     /// Returns the name. Files of fitted materials and PAB-Opto files contain it. For other files, it is the stem of
     /// the file name.
     fn name(&self) -> &str;
 
-    /// Returns the BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians.
+    /// Returns the BRDF in linear RGB, sr^-1 (not times the cosine), at angles in radians; NaN where it is unknown.
     fn brdf(&self, angles: Angles<f32>) -> [f32; 3];
 
     /// Returns the BRDF, and for each channel its derivatives with respect to theta_h, theta_d and phi_d.
@@ -28,6 +30,11 @@ pub trait Material: Send + Sync {
         }
     }
 
+    /// Returns the directions at which the material was measured.
+    fn coverage(&self) -> Coverage {
+        Coverage::Complete
+    }
+
     /// Returns true if exchanging light and sensor (phi_d + pi) changes the BRDF by no more than rounding errors.
     fn is_reciprocal(&self) -> bool {
         false
@@ -42,6 +49,22 @@ pub trait Material: Send + Sync {
     fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         for (at, brdf) in at.iter().zip(brdf) {
             *brdf = self.brdf(angles_of(at));
+        }
+    }
+}
+
+impl dyn Material + '_ {
+    /// Refuses a material whose BRDF is unknown at some directions.
+    ///
+    /// # Errors
+    /// [`SourceError::Incomplete`].
+    pub fn require_complete(&self) -> Result<(), SourceError> {
+        match self.coverage() {
+            coverage if coverage.unknown() > 0.0 => Err(SourceError::Incomplete {
+                name: self.name().to_owned(),
+                coverage,
+            }),
+            _ => Ok(()),
         }
     }
 }

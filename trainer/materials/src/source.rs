@@ -12,15 +12,13 @@ use crate::error::{MAX_PROCEDURAL, SourceError, read_error};
 use crate::format::Format;
 use crate::name::name_by_extension;
 use crate::skipped_entries::SkippedEntries;
-use crate::{
-    FittedMaterial, Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement, pab, read_pab,
-};
+use crate::{FittedMaterial, Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement, pab};
 
 /// A source of materials, as written on the command line:
 ///
 /// - a directory with any mix of MERL tables, RGL measurements, NBRDF networks and fitted materials (`material.json`,
 ///   also in a subdirectory); other files are ignored;
-/// - a single file of these formats, or one PAB-Opto file, which is read with the other files of its sample in the
+/// - a single file of these formats, or one PAB-Opto file, which is read with the other files of its set in the
 ///   directory;
 /// - `procedural[:COUNT[:SEED]]`, by default 100 materials and seed 0.
 ///
@@ -72,11 +70,23 @@ impl Source {
         Ok(self.paths()?.len())
     }
 
-    /// Reads all materials, sorted by name.
+    /// Reads all materials, sorted by name. Their BRDFs are known at all directions.
+    ///
+    /// # Errors
+    /// As [`Source::load_measured`], and if a BRDF is unknown at some directions.
+    pub fn load(&self) -> Result<Vec<Box<dyn Material>>, SourceError> {
+        let materials = self.load_measured()?;
+        for material in &materials {
+            material.require_complete()?;
+        }
+        Ok(materials)
+    }
+
+    /// Reads all materials, sorted by name. Their BRDFs are NaN at unknown directions.
     ///
     /// # Errors
     /// If the path does not exist, a file is damaged or unsupported, or two materials have the same name.
-    pub fn load(&self) -> Result<Vec<Box<dyn Material>>, SourceError> {
+    pub fn load_measured(&self) -> Result<Vec<Box<dyn Material>>, SourceError> {
         if let Some((count, seed)) = procedural(&self.0)? {
             let set = Procedural::set(count, seed).into_iter();
             return Ok(set
@@ -170,7 +180,7 @@ fn read(path: &Path) -> Result<Box<dyn Material>, SourceError> {
         Format::Nbrdf => Box::new(NeuralBrdf::read(path)?),
         Format::Merl => Box::new(MerlTable::read(path)?),
         Format::Rgl | Format::RglSpectra => Box::new(RglMeasurement::read(path)?),
-        Format::Pab => Box::new(read_pab(path)?),
+        Format::Pab => pab::read_pab(path)?,
     })
 }
 

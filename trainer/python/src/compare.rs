@@ -24,11 +24,11 @@ pub(crate) fn compare<'py>(
     reference: &Bound<'py, PyMaterial>,
     materials: &Bound<'py, PyAny>,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
-    let reference: Arc<dyn Material> = reference.get().material.clone();
+    let reference: Arc<dyn Material> = reference.get().complete()?;
     let materials = MaterialArgs::parse(materials)?;
     let sources = materials.sources(&[])?;
     let compared = run_detached(py, || {
-        let (materials, _) = materials.load(&sources).map_err(Failure::new)?;
+        let (materials, _) = materials.load(&sources)?;
         let rows = materials.par_iter().map(|material| {
             let metrics = compare_brdf(&**material, &*reference).map_err(Failure::new)?;
             Ok((material.name().to_owned(), metrics))

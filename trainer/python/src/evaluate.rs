@@ -72,7 +72,7 @@ pub(crate) fn evaluate<'py>(
         py,
         |_| Ok(()),
         |stop| {
-            let (materials, _) = materials.load(&sources).map_err(Failure::new)?;
+            let (materials, _) = materials.load(&sources)?;
             if stop.load(Ordering::Relaxed) {
                 return Err(Failure::new(EvaluationError::Stopped));
             }

@@ -65,7 +65,7 @@ enum Brdf {
 impl Brdf {
     fn parse(argument: &Bound<'_, PyAny>, name: &str, count: usize) -> PyResult<Self> {
         if let Ok(material) = argument.cast::<PyMaterial>() {
-            return Ok(Self::Material(material.get().material.clone()));
+            return Ok(Self::Material(material.get().complete()?));
         }
         let values = rows(argument, name)?;
         if values.len() != count {

@@ -1,13 +1,13 @@
 //! Materials: evaluation, construction from functions and arrays, and writing.
 
-use std::ffi::OsString;
+use std::ffi::{CString, OsString};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::NeuralParameters;
 use glimpse_materials::{
-    self, Format, Material, MerlTable, Source, SourceError, digest, table_nodes,
+    self, Coverage, Format, Material, MerlTable, Source, SourceError, digest, table_nodes,
 };
 use glimpse_trainer::conversion::{OutputFormat, encode, file_name, output_paths};
 use glimpse_trainer::measurement::angles_from_vectors;
@@ -34,7 +34,7 @@ const BATCH: usize = 1024;
 /// material(incoming, outgoing) takes two arrays of shape (..., 3) that are broadcast: vectors from the surface to the
 /// light, and to the sensor. The normal of the surface is z. material(directions) takes both in one array (..., 2, 3).
 /// Vectors are normalized. The result is float32 of shape (..., 3): linear RGB, sr^-1, not times the cosine. It is 0 if
-/// a direction is not above the horizon.
+/// a direction is not above the horizon, and NaN if the material was not measured near the directions.
 #[pyclass(subclass, frozen, name = "Material", module = "glimpse_brdf")]
 pub(crate) struct PyMaterial {
     pub(crate) material: Arc<dyn Material>,
@@ -54,10 +54,13 @@ pub(crate) enum Origin {
 }
 
 impl PyMaterial {
-    /// Reads the materials of a source.
-    fn read_all(source: &Source) -> Result<Vec<Self>, SourceError> {
-        let materials = source.load()?;
-        let paths = source.paths()?;
+    /// Reads the materials of a source, and warns of unmeasured directions.
+    fn read_all(py: Python<'_>, source: &Source) -> PyResult<Vec<Self>> {
+        let read = || -> Result<_, SourceError> { Ok((source.load_measured()?, source.paths()?)) };
+        let (materials, paths) = run_detached(py, read)?.map_err(to_exception)?;
+        for material in &materials {
+            warn_of_coverage(py, &**material)?;
+        }
         let origin = |index: usize| match paths.get(index) {
             None => Some((source.0.clone(), index)),
             Some(path) => Some((std::path::absolute(path).ok()?.to_str()?.to_owned(), 0)),
@@ -69,6 +72,15 @@ impl PyMaterial {
             origin: Origin::Source(origin(index)),
         });
         Ok(materials.collect())
+    }
+
+    /// Returns the material.
+    ///
+    /// # Errors
+    /// If its BRDF is unknown at some directions.
+    pub(crate) fn complete(&self) -> PyResult<Arc<dyn Material>> {
+        self.material.require_complete().map_err(to_exception)?;
+        Ok(self.material.clone())
     }
 
     /// Returns the BRDF at pairs of directions, and 0 if one of them is not above the horizon.
@@ -212,19 +224,18 @@ impl PyMaterial {
             .map(|name| choose("format", name, &formats))
             .transpose()?;
         let format = OutputFormat::choose(format, &path).map_err(to_exception)?;
+        let material = self.complete()?;
         let paths = output_paths(format, &path).map_err(to_exception)?;
         let name = match format {
             OutputFormat::Brdf(Format::Pab) => file_name(&path).map_err(to_exception)?,
-            _ => self.material.name(),
+            _ => material.name(),
         };
-        let files = run_detached(py, || {
-            encode(&*self.material, format, name, seed, as_fitted)
-        })?
-        .map_err(to_exception)?;
+        let files = run_detached(py, || encode(&*material, format, name, seed, as_fitted))?
+            .map_err(to_exception)?;
         let bytes = files.files.into_iter().map(|(_, bytes)| bytes);
         write(&paths.into_iter().zip(bytes).collect::<Vec<_>>(), overwrite)?;
         if files.is_changed {
-            let before = run_detached(py, || PhysicalErrors::of(&*self.material))?;
+            let before = run_detached(py, || PhysicalErrors::of(&*material))?;
             let message = format!(
                 "{}: the table is changed to be reciprocal and to have an albedo of at most 1 (reciprocity error {:.3}, \
                  largest albedo {:.3} before); as_fitted=True keeps the BRDF",
@@ -280,7 +291,7 @@ impl PyMaterial {
         digest: u32,
     ) -> PyResult<Self> {
         let source: Source = source.parse().map_err(to_exception)?;
-        let materials = run_detached(py, || Self::read_all(&source))?.map_err(to_exception)?;
+        let materials = Self::read_all(py, &source)?;
         let material = materials.into_iter().nth(index);
         let is_same = |material: &Self| glimpse_materials::digest(&*material.material) == digest;
         match material.filter(is_same) {
@@ -301,8 +312,7 @@ impl PyMaterial {
 #[pyfunction]
 pub(crate) fn load_material(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResult<PyMaterial> {
     let source = parse_source(source)?;
-    let mut materials =
-        run_detached(py, || PyMaterial::read_all(&source))?.map_err(to_exception)?;
+    let mut materials = PyMaterial::read_all(py, &source)?;
     match (materials.pop(), materials.len()) {
         (Some(material), 0) => Ok(material),
         (_, others) => reject(format!(
@@ -320,7 +330,7 @@ pub(crate) fn load_materials(
     source: &Bound<'_, PyAny>,
 ) -> PyResult<Vec<PyMaterial>> {
     let source = parse_source(source)?;
-    run_detached(py, || PyMaterial::read_all(&source))?.map_err(to_exception)
+    PyMaterial::read_all(py, &source)
 }
 
 /// Parses a source from a string or a path.
@@ -366,6 +376,7 @@ pub(crate) fn directions_of(angles: &Angles<f32>) -> [[f64; 3]; 2] {
 /// Returns a material with the given BRDF at the nodes of a table.
 fn material_of_nodes(py: Python<'_>, name: String, brdf: Vec<[f32; 3]>) -> PyResult<PyMaterial> {
     let table = run_detached(py, || MerlTable::from_nodes(name, &brdf))?.map_err(to_exception)?;
+    warn_of_coverage(py, &table)?;
     let table = Arc::new(table);
     Ok(PyMaterial {
         material: table.clone(),
@@ -376,6 +387,16 @@ fn material_of_nodes(py: Python<'_>, name: String, brdf: Vec<[f32; 3]>) -> PyRes
 
 fn to_f32(rgb: [f64; 3]) -> [f32; 3] {
     rgb.map(|value| value as f32)
+}
+
+/// Warns if a material was not measured at all directions.
+pub(crate) fn warn_of_coverage(py: Python<'_>, material: &dyn Material) -> PyResult<()> {
+    let coverage = material.coverage();
+    if coverage == Coverage::Complete {
+        return Ok(());
+    }
+    let text = CString::new(format!("{}: {coverage}", material.name()))?;
+    PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
 }
 
 /// A material that is shared with Python.
@@ -397,6 +418,9 @@ impl Material for Shared {
         results: &mut [([f32; 3], [[f32; 3]; 3])],
     ) {
         self.0.brdf_batch_with_derivative(angles, results);
+    }
+    fn coverage(&self) -> Coverage {
+        self.0.coverage()
     }
     fn is_reciprocal(&self) -> bool {
         self.0.is_reciprocal()

@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glimpse_materials::{Material, MaterialsAndShares, Source, SourceError, Sources};
+use glimpse_materials::{Material, MaterialsAndShares, Source, Sources};
 use pyo3::prelude::*;
 
-use crate::error::{reject, to_exception};
-use crate::material::{PyMaterial, Shared, parse_source};
+use crate::error::{Failure, reject, to_exception};
+use crate::material::{PyMaterial, Shared, parse_source, warn_of_coverage};
 
 /// A source, or the list of all Python materials.
 enum Group {
@@ -48,12 +48,20 @@ impl MaterialArgs {
     }
 
     /// Reads the materials.
-    pub(crate) fn load(&self, sources: &Sources) -> Result<MaterialsAndShares, SourceError> {
+    pub(crate) fn load(&self, sources: &Sources) -> Result<MaterialsAndShares, Failure> {
         let lists = self.0.iter().map(|group| match group {
-            Group::Source(source) => source.load(),
+            Group::Source(source) => {
+                let materials = source.load().map_err(Failure::new)?;
+                Python::attach(|py| {
+                    let mut each = materials.iter();
+                    each.try_for_each(|material| warn_of_coverage(py, &**material))
+                })?;
+                Ok(materials)
+            }
             Group::Materials(list) => Ok(list.iter().map(shared).collect()),
         });
-        sources.join(lists.collect::<Result<_, _>>()?)
+        let lists = lists.collect::<Result<_, Failure>>()?;
+        sources.join(lists).map_err(Failure::new)
     }
 }
 
@@ -66,7 +74,7 @@ fn add(groups: &mut Vec<Group>, item: &Bound<'_, PyAny>) -> PyResult<()> {
         groups.push(Group::Source(parse_source(item)?));
         return Ok(());
     };
-    let material = material.get().material.clone();
+    let material = material.get().complete()?;
     let list = groups.iter_mut().find_map(|group| match group {
         Group::Materials(list) => Some(list),
         Group::Source(_) => None,

@@ -197,7 +197,7 @@ pub(crate) fn train(
         }
     };
     let result = run_interruptible(py, report, |stop| {
-        let (materials, source_shares) = materials.load(&sources).map_err(Failure::new)?;
+        let (materials, source_shares) = materials.load(&sources)?;
         let options = Options {
             source_shares,
             ..options.clone()

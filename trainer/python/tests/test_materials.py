@@ -127,7 +127,8 @@ def test_material_from_function(tmp_path):
     glimpse.load_material("procedural:1").save(tmp_path / "glossy.binary", overwrite=True)
 
     values[5] = np.nan
-    glimpse.Material.from_table(values, "with an unknown value")
+    with pytest.warns(UserWarning, match="with an unknown value: 0.00 %"):
+        glimpse.Material.from_table(values, "with an unknown value")
     values[6, 1] = np.inf
     with pytest.raises(glimpse.GlimpseError, match="6.*inf.*green"):
         glimpse.Material.from_table(values, "broken")
@@ -155,11 +156,11 @@ def test_error_names_direction_of_invalid_value(value):
 
 
 def test_error_for_table_of_nan_names_nan():
-    for brdf, channel in [([np.nan, np.nan, np.nan], "red"), ([1, 1, np.nan], "blue")]:
+    for brdf in ([np.nan, np.nan, np.nan], [1, 1, np.nan]):
         with pytest.raises(glimpse.GlimpseError) as error:
             glimpse.Material.from_function(lambda i, o, brdf=brdf: np.full((len(i), 3), brdf), "a")
         text = str(error.value)
-        assert "NaN" in text and channel in text and "negative" not in text, text
+        assert "NaN" in text and "100.0 %" in text and "negative" not in text, text
 
 
 def test_loss_matches_evaluate(trained):
@@ -334,3 +335,27 @@ def test_other_threads_run_during_evaluation():
         finished.wait(0.001)
     thread.join()
     assert iterations > 3
+
+
+def test_unmeasured_directions_are_nan_and_not_used(tmp_path):
+    for theta_i, value in [(20, 0.1), (40, 0.4)]:
+        lines = [f"{theta} {phi} {value}" for theta in range(0, 90, 10) for phi in range(0, 360, 20)]
+        header = f"#colorimetry: CIE-Y\n#format: theta phi BRDF\n#intheta {theta_i}\n#inphi 0\n"
+        (tmp_path / f"card_{theta_i}.dat").write_text(header + "\n".join(lines) + "\n")
+    path = tmp_path / "card_20.dat"
+    with pytest.warns(UserWarning, match=r"20 \(card_20.dat\), 40 \(card_40.dat\)"):
+        card = glimpse.load_material(path)
+    brdf = card(glimpse.directions_from_degrees([30, 60, 5], 0, [10, 10, 5], 180))
+    np.testing.assert_allclose(brdf[0], 0.25, atol=1e-3)
+    assert np.isnan(brdf[1:]).all()
+    reference = glimpse.load_material("procedural:1")
+    for use in [
+        lambda: glimpse.loss(reference, card),
+        lambda: glimpse.compare(reference, card),
+        lambda: glimpse.compare(reference, path),
+        lambda: card.save(tmp_path / "card.binary"),
+        lambda: glimpse.train(card, model="linear", samples=4),
+    ]:
+        with pytest.raises(glimpse.GlimpseError) as error:
+            use()
+        assert_names(error.value, "card_20.dat", "20", "40")

@@ -38,7 +38,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, bail, ensure};
 use glimpse_materials::basis::Basis;
-use glimpse_materials::{Material, MaterialsAndShares, Source, Sources};
+use glimpse_materials::{Coverage, Material, MaterialsAndShares, Source, Sources};
 use glimpse_trainer::measurement::NamedRecipe;
 use glimpse_trainer::render::Environment;
 use glimpse_training::recipe::RecipeFile;
@@ -75,8 +75,21 @@ pub(crate) fn read_named_recipe(path: &Path) -> anyhow::Result<NamedRecipe> {
     })
 }
 
-/// Loads the materials of a source. Reports their number, and skipped entries of a directory, on stderr.
+/// Loads the materials of a source, as [`load_measured`] does.
+///
+/// # Errors
+/// If the BRDF of a material is unknown at some directions.
 pub(crate) fn load(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
+    let materials = load_measured(source)?;
+    for material in &materials {
+        material.require_complete()?;
+    }
+    Ok(materials)
+}
+
+/// Loads the materials of a source, whose BRDFs are NaN at unknown directions. Reports their number, unmeasured directions,
+/// and skipped entries of a directory, on stderr.
+pub(crate) fn load_measured(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
     // Before loading, which fails if all entries are skipped.
     if let Some(skipped) = source
         .skipped_entries()
@@ -85,10 +98,16 @@ pub(crate) fn load(source: &Source) -> anyhow::Result<Vec<Box<dyn Material>>> {
     {
         eprintln!("skipped in {source}: {skipped}");
     }
-    let materials = source.load()?;
+    let materials = source.load_measured()?;
     match &materials[..] {
         [one] => eprintln!("1 material from {source}: {}", one.name()),
         more => eprintln!("{} materials from {source}", more.len()),
+    }
+    for material in &materials {
+        match material.coverage() {
+            Coverage::Complete => {}
+            coverage => eprintln!("{}: {coverage}", material.name()),
+        }
     }
     Ok(materials)
 }

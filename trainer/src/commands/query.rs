@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use super::output::{refuse_input, refuse_source, write_file};
-use super::{load, print};
+use super::{load_measured, print};
 
 /// Evaluate the BRDF of materials at given angles.
 ///
@@ -28,8 +28,9 @@ use super::{load, print};
 ///
 /// OUTPUT. CSV with a row for each input row: the angles, and the BRDF in the columns r, g, b, as
 /// linear RGB in sr^-1, not multiplied by the cosine. The numbers have enough digits to restore the
-/// 32-bit floats. The BRDF is 0 if a direction is not above the horizon. With several materials, a
-/// first column names the material, and all rows of a material are together.
+/// 32-bit floats. The BRDF is 0 if a direction is not above the horizon, and empty (in JSON null) if
+/// it is unknown: trainer/docs/formats.md, Unmeasured directions. With several materials, a first
+/// column names the material, and all rows of a material are together.
 ///
 /// Example: printf 'theta_i,phi_i,theta_o,phi_o\n30,0,30,180\n' > mirror.csv
 ///          trainer query acrylic_felt_green_rgb.bsdf --angles mirror.csv
@@ -57,7 +58,8 @@ pub(crate) struct Query {
     json: bool,
 }
 
-/// The BRDF of a material at all rows of a table of angles; 0 where a direction is not above the horizon.
+/// The BRDF of a material at all rows of a table of angles; 0 where a direction is not above the horizon, NaN where it is
+/// unknown.
 struct MaterialValues<'a> {
     material: &'a str,
     brdf: Vec<[f32; 3]>,
@@ -70,7 +72,7 @@ impl Query {
             refuse_source(out, &self.source)?;
         }
         let table = AngleTable::read(&self.angles, &self.angle_args)?;
-        let materials = load(&self.source)?;
+        let materials = load_measured(&self.source)?;
         let evaluate = |material: &dyn Material| -> Vec<[f32; 3]> {
             let rows = table.rows.par_iter();
             rows.map(|row| row.angles.map_or([0.0; 3], |angles| material.brdf(angles)))
@@ -102,7 +104,10 @@ fn to_csv(values: &[MaterialValues<'_>], table: &AngleTable) -> anyhow::Result<S
     csv.write_record(header.chain(colors))?;
     for MaterialValues { material, brdf } in values {
         for (row, rgb) in table.rows.iter().zip(brdf) {
-            let values = rgb.map(|value| value.to_string());
+            let values = rgb.map(|value| match value.is_nan() {
+                true => String::new(),
+                false => value.to_string(),
+            });
             let cells = row.cells.iter().cloned().chain(values);
             csv.write_record(name(material).chain(cells))?;
         }

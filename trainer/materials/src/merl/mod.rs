@@ -5,13 +5,15 @@
 //! BRDF divided by 1/1500, 1.15/1500 and 1.66/1500. Node k of theta_h is at pi/2 (k/90)^2. The nodes of theta_d and
 //! phi_d are at whole degrees, and phi_d has period pi.
 //!
-//! Negative values, and values that are not finite as f32, count as not measured.
+//! A node was measured if its values in all channels are finite as f32 and not negative.
 
+mod grid;
 mod nodes;
 
 pub use nodes::{TabulateError, table_nodes, to_merl};
 
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::io;
 use std::path::Path;
 
 use glimpse_core::geometry::Angles;
@@ -19,17 +21,15 @@ use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
 use memmap2::Mmap;
 
-use crate::error::{Defect, ensure};
+use self::grid::{
+    FILE_BYTES, HEADER_BYTES, MAX_UNMEASURED, NODES, Unmeasured, measured_values, node_theta_h,
+    whole_degree,
+};
+use crate::error::{Defect, ensure, read_error};
 use crate::mapped::map_file;
 use crate::name::name_of;
-use crate::{Material, SourceError};
+use crate::{Coverage, Material, SourceError};
 
-/// The number of nodes along theta_h, theta_d and phi_d.
-const NODES: [usize; 3] = [90, 90, 180];
-/// The number of values of one channel.
-const NODES_PER_CHANNEL: usize = NODES[0] * NODES[1] * NODES[2];
-const HEADER_BYTES: usize = 3 * size_of::<i32>();
-const FILE_BYTES: usize = HEADER_BYTES + 3 * NODES_PER_CHANNEL * size_of::<f64>();
 /// Scale factors from stored values to the BRDF, in red, green and blue.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 /// Names of the channels.
@@ -40,24 +40,51 @@ const NOT_MEASURED: f64 = -1.0;
 /// A material that is a memory-mapped table.
 ///
 /// Look-ups are trilinear in theta_h, theta_d and phi_d, with the exact derivatives of the interpolant. Beyond the last
-/// node of theta_h or theta_d the BRDF is constant. Nodes that were not measured are excluded, and the weights of the
-/// others are normalized to sum 1, for each channel. The BRDF is 0 if no measured node has a weight.
+/// node of theta_h or theta_d the BRDF is constant. Unmeasured nodes above the horizon are filled from measured ones. Nodes
+/// below it are excluded, and the weights of the others are normalized to sum 1. The BRDF is 0 if no node has a weight.
 pub struct MerlTable {
     name: String,
     bytes: Mmap,
+    /// The share of nodes above the horizon that were not measured.
+    filled: f64,
 }
 
 impl MerlTable {
     /// Maps a table and checks its header, its length and every value.
     ///
     /// # Errors
-    /// If the file cannot be read or has the wrong dimensions or length, if a value is not finite as f32, or if a
-    /// channel has no measured value.
+    /// If the file cannot be read or has the wrong dimensions or length, if a value is not finite as f32, or if fewer than
+    /// half of the nodes above the horizon were measured.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let name = name_of(path)?;
         let bytes = map_file(path)?;
         check(&bytes).map_err(Defect::in_file(path))?;
-        Ok(Self { name, bytes })
+        let unmeasured = Unmeasured::find(&bytes);
+        let share = unmeasured.share();
+        if share > MAX_UNMEASURED {
+            return Err(Defect::in_file(path)(format!(
+                "{:.1} % of its directions above the horizon were not measured (negative in a channel), and at most \
+                 {:.0} % may be",
+                100.0 * share,
+                100.0 * MAX_UNMEASURED
+            )));
+        }
+        Self::filled(name, bytes, unmeasured).map_err(read_error(path))
+    }
+
+    /// Creates a table and fills its unmeasured nodes, in memory only.
+    fn filled(name: String, mut bytes: Mmap, unmeasured: Unmeasured) -> io::Result<Self> {
+        let filled = unmeasured.share();
+        if !unmeasured.is_empty() {
+            let mut writable = bytes.make_mut()?;
+            unmeasured.fill(&mut writable);
+            bytes = writable.make_read_only()?;
+        }
+        Ok(Self {
+            name,
+            bytes,
+            filled,
+        })
     }
 
     /// Returns true if the first bytes of a file are the dimensions of a table.
@@ -67,42 +94,31 @@ impl MerlTable {
         bytes.starts_with(dimensions.as_flattened())
     }
 
-    /// Returns a stored value, or 0 past the end of the table. [`MerlTable::read`] checks the length, so that no index
-    /// is past the end.
-    fn value(&self, index: usize) -> f64 {
-        let (_, values) = self.bytes.split_at(HEADER_BYTES);
-        let value = values.as_chunks().0.get(index);
-        value.map_or(0.0, |bytes| f64::from_le_bytes(*bytes))
-    }
-
     /// Interpolates the BRDF at `angles`, which lie in `cells`. The scalar type may have derivatives.
     fn interpolate<S: Scalar>(&self, cells: &[Cell; 3], angles: Angles<S>) -> [S; 3] {
         let [cell_h, cell_d, cell_phi] = cells;
         let zero = S::constant(0.0);
         let mut sums = [zero; 3];
-        let mut total_weights = [zero; 3];
+        let mut total = zero;
         for (h, weight_h) in cell_h.weights(angles.theta_h) {
             for (d, weight_d) in cell_d.weights(angles.theta_d) {
                 for (phi, weight_phi) in cell_phi.weights(angles.phi_d) {
                     let index = phi + NODES[2] * (d + NODES[1] * h);
                     let weight = weight_h * weight_d * weight_phi;
-                    for (channel, (sum, total)) in
-                        sums.iter_mut().zip(&mut total_weights).enumerate()
-                    {
-                        let value = self.value(index + channel * NODES_PER_CHANNEL);
-                        if (0.0..=f64::from(f32::MAX)).contains(&value) {
-                            *sum = *sum + weight * S::constant(value * SCALE[channel]);
-                            *total = *total + weight;
-                        }
+                    let Some(values) = measured_values(&self.bytes, index) else {
+                        continue;
+                    };
+                    total = total + weight;
+                    for ((sum, value), scale) in sums.iter_mut().zip(values).zip(SCALE) {
+                        *sum = *sum + weight * S::constant(value * scale);
                     }
                 }
             }
         }
-        for (sum, total) in sums.iter_mut().zip(total_weights) {
-            let normalized = *sum / total.if_positive(total, S::constant(1.0));
-            *sum = total.if_positive(normalized, zero);
-        }
-        sums
+        sums.map(|sum| {
+            let normalized = sum / total.if_positive(total, S::constant(1.0));
+            total.if_positive(normalized, zero)
+        })
     }
 }
 
@@ -124,6 +140,13 @@ impl Material for MerlTable {
             brdf.map(|f| f as f32),
             derivative.map(|channel| channel.map(|value| value as f32)),
         )
+    }
+
+    fn coverage(&self) -> Coverage {
+        match self.filled {
+            0.0 => Coverage::Complete,
+            share => Coverage::Filled { share },
+        }
     }
 }
 
@@ -152,12 +175,6 @@ fn check(bytes: &[u8]) -> Result<(), Defect> {
         let value = number(&values[index]);
         return Err(format!("value {index} is {value:e}, not finite as a 32-bit float").into());
     }
-    for (color, values) in CHANNELS.iter().zip(values.chunks(NODES_PER_CHANNEL)) {
-        ensure!(
-            values.iter().any(|bytes| number(bytes) >= 0.0),
-            "all its {color} values are negative, so that none was measured"
-        );
-    }
     Ok(())
 }
 
@@ -170,17 +187,6 @@ fn table_angles(angles: Angles<f32>) -> Angles<f64> {
         // The remainder of a tiny negative angle is rounded to pi.
         phi_d: if phi_d < PI { phi_d } else { 0.0 },
     }
-}
-
-/// Returns theta_h at node `k`, in radians.
-fn node_theta_h(k: usize) -> f64 {
-    let root = k as f64 / NODES[0] as f64;
-    FRAC_PI_2 * root * root
-}
-
-/// Returns theta_d or phi_d at node `k`, which is `k` degrees, in radians.
-fn whole_degree(k: usize) -> f64 {
-    (k as f64).to_radians()
 }
 
 /// The interval between two neighboring nodes of one angle.

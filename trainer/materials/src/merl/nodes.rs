@@ -1,13 +1,14 @@
 //! MERL tables from values at their nodes, and from any BRDF.
 
-use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::geometry::Angles;
 use memmap2::MmapMut;
 use rayon::prelude::*;
 
-use super::{
-    CHANNELS, FILE_BYTES, HEADER_BYTES, MerlTable, NODES, NODES_PER_CHANNEL, NOT_MEASURED, SCALE,
-    node_theta_h, whole_degree,
+use super::grid::{
+    FILE_BYTES, HEADER_BYTES, MAX_UNMEASURED, NODES, NODES_PER_CHANNEL, Unmeasured,
+    measured_values, node_angles, nodes_above_horizon,
 };
+use super::{CHANNELS, MerlTable, NOT_MEASURED, SCALE};
 use crate::{Brdf, NotFinite};
 
 /// An error in the values for a table.
@@ -39,34 +40,16 @@ pub enum TabulateError {
         /// theta_h, theta_d and phi_d of the direction, in degrees.
         angles: [f32; 3],
     },
-    /// A channel is NaN at all directions.
+    /// The BRDF is NaN at more than half of the directions.
     #[error(
-        "the BRDF is NaN in {channel} at all {count} directions; give values where it is known"
+        "the BRDF is NaN in a channel at {:.1} % of the directions, and at most {:.0} % may be unknown; give values at more \
+         directions",
+        100.0 * .0, 100.0 * MAX_UNMEASURED
     )]
-    NoValues {
-        /// "red", "green" or "blue".
-        channel: &'static str,
-        /// The number of directions.
-        count: usize,
-    },
+    MostlyUnknown(f64),
     /// The operating system cannot allocate the table.
     #[error("cannot allocate a table of {FILE_BYTES} bytes: {0}; free some memory")]
     Memory(#[from] std::io::Error),
-}
-
-/// Returns the nodes at which both directions are above the horizon, in the order of the table. Each has its index in a
-/// channel's values, and its angles in radians.
-fn indexed_nodes() -> impl Iterator<Item = (usize, Angles<f32>)> {
-    let [_, count_d, count_phi] = NODES;
-    let all = (0..NODES_PER_CHANNEL).map(move |index| {
-        let angles = Angles {
-            theta_h: node_theta_h(index / count_phi / count_d) as f32,
-            theta_d: whole_degree(index / count_phi % count_d) as f32,
-            phi_d: whole_degree(index % count_phi) as f32,
-        };
-        (index, angles)
-    });
-    all.filter(|(_, angles)| HalfDifference::from_angles(*angles).is_valid())
 }
 
 /// Returns the MERL nodes at which both directions are above the horizon, as angles in radians.
@@ -74,7 +57,7 @@ fn indexed_nodes() -> impl Iterator<Item = (usize, Angles<f32>)> {
 /// exchanged.
 #[must_use]
 pub fn table_nodes() -> Vec<Angles<f32>> {
-    indexed_nodes().map(|(_, angles)| angles).collect()
+    nodes_above_horizon().map(node_angles).collect()
 }
 
 /// Writes a table into `bytes`, which have the length of a file: `brdf` is the BRDF at each of [`table_nodes`], and NaN
@@ -84,7 +67,7 @@ fn encode(brdf: &[[f32; 3]], bytes: &mut [u8]) {
     header.copy_from_slice(&NODES.map(|nodes| (nodes as i32).to_le_bytes()).concat());
     let (values, _) = values.as_chunks_mut();
     values.fill(NOT_MEASURED.to_le_bytes());
-    for ((index, _), rgb) in indexed_nodes().zip(brdf) {
+    for (index, rgb) in nodes_above_horizon().zip(brdf) {
         for (channel, value) in rgb.iter().enumerate().filter(|(_, value)| !value.is_nan()) {
             // The absolute value replaces -0 by 0.
             let stored = f64::from(value.max(0.0).abs()) / SCALE[channel];
@@ -113,14 +96,14 @@ pub fn to_merl(brdf: &(impl Brdf + ?Sized)) -> Result<Vec<u8>, NotFinite> {
 
 impl MerlTable {
     /// Makes a table from BRDFs in linear RGB, sr^-1, not times the cosine: one for each of [`table_nodes`], and NaN
-    /// where the BRDF is unknown.
+    /// where the BRDF is unknown. These nodes are filled from known ones.
     ///
     /// Even small negative values are errors, because a negative value in the table means "not measured". Set the
     /// negative values that noise causes in a dark measurement to 0 first.
     ///
     /// # Errors
-    /// If the number of values differs from that of the nodes, a value is infinite or negative, or a channel has no
-    /// value.
+    /// If the number of values differs from that of the nodes, a value is infinite or negative, or fewer than half of the
+    /// nodes have values in all channels.
     pub fn from_nodes(name: String, brdf: &[[f32; 3]]) -> Result<Self, TabulateError> {
         let nodes = table_nodes();
         if nodes.len() != brdf.len() {
@@ -141,32 +124,23 @@ impl MerlTable {
                 });
             }
         }
-        let is_unknown = |channel: &usize| brdf.iter().all(|rgb| rgb[*channel].is_nan());
-        if let Some(channel) = (0..3).find(is_unknown) {
-            return Err(TabulateError::NoValues {
-                channel: CHANNELS[channel],
-                count: brdf.len(),
-            });
-        }
         let mut bytes = MmapMut::map_anon(FILE_BYTES)?;
         encode(brdf, &mut bytes);
-        let bytes = bytes.make_read_only()?;
-        Ok(Self { name, bytes })
+        let unmeasured = Unmeasured::find(&bytes);
+        if unmeasured.share() > MAX_UNMEASURED {
+            return Err(TabulateError::MostlyUnknown(unmeasured.share()));
+        }
+        Ok(Self::filled(name, bytes.make_read_only()?, unmeasured)?)
     }
 
-    /// Returns the BRDF at [`table_nodes`], in their order, and NaN where it was not measured.
-    /// [`MerlTable::from_nodes`] makes the same table from it.
+    /// Returns the BRDF at [`table_nodes`], in their order. [`MerlTable::from_nodes`] makes the same table from it.
     #[must_use]
     pub fn to_nodes(&self) -> Vec<[f32; 3]> {
-        let node_brdf = |index: usize| {
-            std::array::from_fn(
-                |channel| match self.value(channel * NODES_PER_CHANNEL + index) {
-                    value if value >= 0.0 => (value * SCALE[channel]) as f32,
-                    _ => f32::NAN,
-                },
-            )
-        };
-        indexed_nodes().map(|(index, _)| node_brdf(index)).collect()
+        let stored = |index| measured_values(&self.bytes, index).unwrap_or_default();
+        let nodes = nodes_above_horizon().map(stored);
+        nodes
+            .map(|values| [0, 1, 2].map(|channel| (values[channel] * SCALE[channel]) as f32))
+            .collect()
     }
 }
 
@@ -226,9 +200,6 @@ mod tests {
         }
         brdf.fill([f32::NAN, 1.0, 1.0]);
         let error = rejection(&brdf);
-        assert!(matches!(
-            error,
-            TabulateError::NoValues { channel: "red", .. }
-        ));
+        assert!(matches!(error, TabulateError::MostlyUnknown(1.0)));
     }
 }

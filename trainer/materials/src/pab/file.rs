@@ -24,9 +24,17 @@ pub(crate) fn has_signature(head: &[u8]) -> bool {
     text.starts_with('#') && SIGNATURES.iter().any(|signature| text.contains(signature))
 }
 
-/// Returns the name of the sample in a file's header.
+/// Returns the name of the sample in a file's header; None if it is empty.
 pub(super) fn sample_name(text: &str) -> Option<&str> {
-    header_value(text, "#sample_name")
+    let name = header_value(text, "#sample_name")?.trim_matches('"');
+    (!name.is_empty()).then_some(name)
+}
+
+/// Returns the numbers of theta_i and phi_i in a file's header, in degrees.
+pub(super) fn incoming_angles(text: &str) -> Vec<f64> {
+    let lines = ["#intheta", "#inphi", "#incident_angle"].map(|key| header_value(text, key));
+    let words = lines.into_iter().flatten().flat_map(str::split_whitespace);
+    words.filter_map(|word| word.parse().ok()).collect()
 }
 
 /// Returns the text after a key in a file's header.

@@ -1,17 +1,22 @@
 //! PAB-Opto "Mountain" text: the output of PAB-Opto's goniophotometers, and the input of Radiance's `pabopto2bsdf`.
 //!
-//! There is one file per incoming direction. Its header lines start with `#`. One line follows per outgoing direction:
+//! There are one or more files per incoming direction. Their header lines start with `#`. One line follows per outgoing direction:
 //! theta_o and phi_o in degrees, and the BRDF in sr^-1 (not times the cosine) as CIE XYZ. Both directions point away
 //! from the surface; a mirror reflects phi to phi + 180 degrees.
 
 mod file;
 mod read;
+mod set_files;
 mod write;
 
 pub(super) use file::has_signature;
-pub(super) use read::files_of;
-pub use read::{PabSet, read_pab};
+pub use read::PabSet;
+pub(super) use read::read_pab;
+pub(super) use set_files::files_of;
 pub use write::{pab_suffixes, to_pab};
+
+/// The difference in degrees below which two angles count as equal.
+const ANGLE_TOLERANCE: f64 = 0.01;
 
 /// Returns the product of a matrix and a vector.
 fn product(matrix: &[[f64; 3]; 3], vector: [f64; 3]) -> [f64; 3] {

@@ -43,7 +43,7 @@ use crate::basis::{AngleDual, angles_to_f64};
 use crate::error::{Defect, ensure};
 use crate::mapped::map_file;
 use crate::name::name_of;
-use crate::{Material, SourceError};
+use crate::{Coverage, Material, SourceError};
 
 /// A material from a measurement of the RGL database.
 ///
@@ -53,6 +53,7 @@ use crate::{Material, SourceError};
 pub struct RglMeasurement {
     name: String,
     tensors: Tensors,
+    pub(super) coverage: Coverage,
 }
 
 impl RglMeasurement {
@@ -69,7 +70,11 @@ impl RglMeasurement {
     /// Parses the bytes of a file.
     pub(super) fn parse(name: String, bytes: &[u8]) -> Result<Self, Defect> {
         let tensors = Tensors::parse(bytes)?;
-        Ok(Self { name, tensors })
+        Ok(Self {
+            name,
+            tensors,
+            coverage: Coverage::Complete,
+        })
     }
 
     /// Returns true if the first bytes of a file, with the names of its fields, are those of a spectral file.
@@ -105,6 +110,10 @@ impl Material for RglMeasurement {
             brdf.map(to_f32),
             derivative.map(|channel| channel.map(to_f32)),
         )
+    }
+
+    fn coverage(&self) -> Coverage {
+        self.coverage.clone()
     }
 }
 

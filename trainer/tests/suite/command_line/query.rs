@@ -1,6 +1,6 @@
 //! `trainer query`
 
-use glimpse_materials::Source;
+use glimpse_materials::{Material, Procedural, Source, to_merl};
 use serde_json::json;
 
 use super::Folder;
@@ -141,4 +141,69 @@ fn json_equals_csv() {
     let printed = folder.succeed(&format!("{query} --json --out f.json"));
     assert_eq!(printed, "");
     assert_eq!(folder.read_json("f.json"), output);
+}
+
+#[test]
+fn unmeasured_directions_are_reported_and_not_used() {
+    let folder = Folder::new();
+    for (theta_i, value) in [(20, 0.1), (40, 0.4)] {
+        let angles = (0..9).flat_map(|theta| (0..18).map(move |phi| (10 * theta, 20 * phi)));
+        let lines: String = angles
+            .map(|(theta, phi)| format!("{theta} {phi} {value}\n"))
+            .collect();
+        let header = format!(
+            "#sample_name \"card in{theta_i}\"\n#colorimetry: CIE-Y\n#format: theta phi BRDF\n#intheta {theta_i}\n\
+             #inphi 0\n"
+        );
+        folder.write(&format!("{theta_i}.txt"), header + &lines);
+    }
+    folder.write("a.csv", "theta_i,theta_o\n30,10\n60,10\n5,5\n");
+    let query = "query 20.txt --angles a.csv";
+    let [output, messages] = folder.succeed_with_messages(query);
+    let output = rows(&output, "theta_i,theta_o,r,g,b");
+    for value in numbers(&output[0][2..]) {
+        assert!((value - 0.25).abs() < 1e-3, "{value}");
+    }
+    for row in &output[1..] {
+        assert_eq!(row[2..], ["", "", ""]);
+    }
+    assert_names(&messages, &["20 (20.txt)", "40 (40.txt)"]);
+    let json = folder.succeed_as_json(query);
+    assert_eq!(
+        json["materials"][0]["rows"][2]["brdf"],
+        json!([null, null, null])
+    );
+    folder.write("n8.recipe", NEURAL_N8);
+    for command in [
+        "train --model linear --samples 4 --data 20.txt --out card.recipe",
+        "evaluate --recipe n8.recipe --test 20.txt",
+        "convert 40.txt card.binary",
+        "compare procedural:1 40.txt",
+        "render sphere 20.txt --out card.png",
+    ] {
+        folder.fail_naming(
+            command,
+            &["card in", "20 (20.txt)", "40 (40.txt)", "trainer query"],
+        );
+    }
+
+    // A table without blue at theta_d of 30 to 40 degrees.
+    let mut table = to_merl(&Procedural::set(1, 0)[0] as &dyn Material).expect("a finite BRDF");
+    for h in 0..90 {
+        let start = 12 + 8 * (180 * (30 + 90 * (h + 180)));
+        table[start..start + 8 * 180 * 10].copy_from_slice(&(-1.0_f64).to_le_bytes().repeat(1800));
+    }
+    folder.write("table.binary", table);
+    folder.write("a.csv", "theta_i,theta_o\n35,35\n29,29\n40,40\n");
+    let [output, messages] = folder.succeed_with_messages("query table.binary --angles a.csv");
+    let output = rows(&output, "theta_i,theta_o,r,g,b");
+    let [filled, low, high] = [0, 1, 2].map(|row: usize| numbers(&output[row][2..]));
+    for channel in 0..3 {
+        let expected = (5.0 * low[channel] + 6.0 * high[channel]) / 11.0;
+        assert!(
+            (filled[channel] / expected - 1.0).abs() < 1e-3,
+            "{output:?}"
+        );
+    }
+    assert_names(&messages, &["table", "%"]);
 }

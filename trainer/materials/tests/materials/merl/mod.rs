@@ -9,7 +9,7 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::PathBuf;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::{Material, MerlTable};
+use glimpse_materials::{Coverage, Material, MerlTable};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
@@ -187,69 +187,80 @@ fn interpolation_error_is_within_its_bound() {
 }
 
 #[test]
-fn excludes_nodes_that_were_not_measured() {
-    // A linear function with a different constant for each channel.
+fn fills_unmeasured_nodes_from_their_neighbors() {
+    // Linear in the indices of nodes.
+    let value = |[h, d, phi]: [usize; 3]| (h + 2 * d + 3 * phi) as f32 / 100.0;
     let linear = FunctionMaterial(|at: Angles<f32>| {
-        [1.0, 2.0, 3.0].map(|base| base + at.theta_h + 2.0 * at.theta_d + 3.0 * at.phi_d)
+        let h = 90.0 * (f64::from(at.theta_h) / FRAC_PI_2).sqrt();
+        let [d, phi] = [at.theta_d, at.phi_d].map(|angle| f64::from(angle).to_degrees());
+        let node = [h, d, phi].map(|index| index.round() as usize);
+        [1.0, 2.0, 3.0].map(|scale| scale * value(node))
     });
     let file = tabulate(&linear);
-    let cell = [20, 30, 40];
-    let (low, high) = (node_angles(cell), node_angles(cell.map(|k| k + 1)));
-    let center: [f64; 3] = std::array::from_fn(|i| 0.5 * (low[i] + high[i]));
-    let corners: Vec<[usize; 3]> = (0..8)
-        .map(|bits| std::array::from_fn(|i| cell[i] + (bits >> i & 1)))
-        .collect();
-    let values: Vec<[f32; 3]> = corners
-        .iter()
-        .map(|at| linear.brdf(angles(node_angles(*at))))
-        .collect();
-    let mean = |excluded: &[usize], channel: usize| {
-        let included: Vec<f32> = (0..8)
-            .filter(|i| !excluded.contains(i))
-            .map(|i| values[i][channel])
-            .collect();
-        included.iter().sum::<f32>() / included.len() as f32
-    };
-    let assert_close = |actual: f32, expected: f32| {
+    let bytes = fs::read(&file.path).expect("the file is read");
+    // Blue was not measured inside of a block, at small theta_h and at large theta_d.
+    let (inside, highlight, grazing) = ([25, 30, 90], [0, 35, 90], [20, 70, 90]);
+    for (unmeasured_nodes, node, expected) in [
+        ([20..30, 20..40, 60..120], inside, value(inside)),
+        // Between neighbors on both sides along theta_d. The highlight has measured nodes on one side along theta_h.
+        ([0..10, 30..40, 0..180], highlight, value(highlight)),
+        ([0..90, 60..90, 0..180], grazing, value([20, 59, 90])),
+    ] {
+        let is_unmeasured = |at: [usize; 3]| (0..3).all(|i| unmeasured_nodes[i].contains(&at[i]));
+        let mut bytes = bytes.clone();
+        let (mut unmeasured, mut all) = (0, 0);
+        for index in 0..90 * 90 * 180 {
+            let at = [index / 180 / 90, index / 180 % 90, index % 180];
+            if is_valid(node_angles(at)) {
+                all += 1;
+                unmeasured += u32::from(is_unmeasured(at));
+            }
+            if is_unmeasured(at) {
+                // The values of the other channels are ignored.
+                for (channel, value) in [(0, 1e6_f64), (2, -1.0)] {
+                    let offset = offset(at, channel) as usize;
+                    bytes[offset..offset + 8].copy_from_slice(&value.to_le_bytes());
+                }
+            }
+        }
+        fs::write(&file.path, bytes).expect("the file is written");
+        let table = file.read();
+        let share = f64::from(unmeasured) / f64::from(all);
+        assert_eq!(table.coverage(), Coverage::Filled { share });
+        let (brdf, derivative) = table.brdf_with_derivative(angles(node_angles(node)));
+        for (brdf, scale) in brdf.into_iter().zip([1.0, 2.0, 3.0]) {
+            let expected = scale * expected;
+            assert!(
+                (brdf - expected).abs() < 1e-4 * expected,
+                "{brdf}, expected {expected}"
+            );
+        }
         assert!(
-            (actual - expected).abs() < 1e-5,
-            "{actual} instead of {expected}"
+            derivative
+                .as_flattened()
+                .iter()
+                .all(|value| value.is_finite())
         );
-    };
-
-    // Two corners are not measured in green only. The other channels do not change.
-    for corner in [1, 6] {
-        file.patch(offset(corners[corner], 1), &(-1.0_f64).to_le_bytes());
     }
+}
+
+#[test]
+fn zero_is_measured_and_values_that_become_invalid_are_excluded() {
+    let file = tabulate(&FunctionMaterial(|_| [0.0, 0.0, 0.5]));
     let table = file.read();
-    let (brdf, derivative) = table.brdf_with_derivative(angles(center));
-    assert_close(brdf[0], mean(&[], 0));
-    assert_close(brdf[1], mean(&[1, 6], 1));
-    assert_close(brdf[2], mean(&[], 2));
-    for i in 0..3 {
-        let step = 2e-3 * if i == 0 { 1.0 } else { 2.0 };
-        let green_after_step = |step: f64| {
-            let mut moved = center;
-            moved[i] += step;
-            table.brdf(angles(moved))[1]
-        };
-        let difference = (green_after_step(step) - green_after_step(-step)) / (2.0 * step as f32);
-        assert!(
-            (difference - derivative[1][i]).abs() < 2e-2,
-            "{difference} and {derivative:?}"
-        );
-    }
-
-    // No corner is measured in blue: BRDF and derivatives are 0. Values that another program makes invalid after the
-    // table was opened count as not measured.
+    assert_eq!(table.coverage(), Coverage::Complete);
+    let (cell, center) = ([20, 30, 40], [0.079, 0.53, 0.71]);
+    assert_eq!(table.brdf(angles(center)), [0.0, 0.0, 0.5]);
+    // Another program changes the file after the table was opened.
     let invalid = [-1.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 3.5e38];
-    for (corner, value) in corners.iter().zip(invalid.iter().cycle()) {
-        file.patch(offset(*corner, 2), &value.to_le_bytes());
+    for (bits, value) in (0..8).zip(invalid.iter().cycle()) {
+        let corner = std::array::from_fn(|i| cell[i] + (bits >> i & 1));
+        file.patch(offset(corner, 2), &value.to_le_bytes());
     }
-    let (brdf, derivative) = table.brdf_with_derivative(angles(center));
-    assert_close(brdf[0], mean(&[], 0));
-    assert_eq!(brdf[2], 0.0);
-    assert_eq!(derivative[2], [0.0; 3]);
+    assert_eq!(
+        table.brdf_with_derivative(angles(center)),
+        ([0.0; 3], [[0.0; 3]; 3])
+    );
 }
 
 #[test]

@@ -1,0 +1,146 @@
+//! The nodes of a table, and values at those that were not measured.
+
+use std::f64::consts::FRAC_PI_2;
+use std::sync::LazyLock;
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use rayon::prelude::*;
+
+/// The number of nodes along theta_h, theta_d and phi_d.
+pub(super) const NODES: [usize; 3] = [90, 90, 180];
+/// The number of values of one channel.
+pub(super) const NODES_PER_CHANNEL: usize = NODES[0] * NODES[1] * NODES[2];
+pub(super) const HEADER_BYTES: usize = 3 * size_of::<i32>();
+pub(super) const FILE_BYTES: usize = HEADER_BYTES + 3 * NODES_PER_CHANNEL * size_of::<f64>();
+
+/// The largest share of unmeasured nodes among those above the horizon.
+pub(super) const MAX_UNMEASURED: f64 = 0.5;
+/// The steps between the indices of neighboring nodes along theta_h, theta_d and phi_d.
+const STRIDES: [usize; 3] = [NODES[1] * NODES[2], NODES[2], 1];
+
+/// Returns the angles of a node, in radians.
+pub(super) fn node_angles(index: usize) -> Angles<f32> {
+    let [_, count_d, count_phi] = NODES;
+    Angles {
+        theta_h: node_theta_h(index / count_phi / count_d) as f32,
+        theta_d: whole_degree(index / count_phi % count_d) as f32,
+        phi_d: whole_degree(index % count_phi) as f32,
+    }
+}
+
+/// Returns theta_h at node `k`, in radians.
+pub(super) fn node_theta_h(k: usize) -> f64 {
+    let root = k as f64 / NODES[0] as f64;
+    FRAC_PI_2 * root * root
+}
+
+/// Returns theta_d or phi_d at node `k`, which is `k` degrees, in radians.
+pub(super) fn whole_degree(k: usize) -> f64 {
+    (k as f64).to_radians()
+}
+
+/// True for each node at which both directions are above the horizon.
+static IS_ABOVE_HORIZON: LazyLock<Vec<bool>> = LazyLock::new(|| {
+    let nodes = (0..NODES_PER_CHANNEL).into_par_iter();
+    nodes
+        .map(|index| HalfDifference::from_angles(node_angles(index)).is_valid())
+        .collect()
+});
+
+/// Returns the indices of the nodes at which both directions are above the horizon.
+pub(super) fn nodes_above_horizon() -> impl Iterator<Item = usize> {
+    (0..NODES_PER_CHANNEL).filter(|index| IS_ABOVE_HORIZON[*index])
+}
+
+/// Returns the stored values of a node; None if it was not measured in a channel.
+pub(super) fn measured_values(bytes: &[u8], index: usize) -> Option<[f64; 3]> {
+    let values = bytes.get(HEADER_BYTES..)?.as_chunks().0;
+    let mut node = [0.0; 3];
+    for (channel, value) in node.iter_mut().enumerate() {
+        *value = f64::from_le_bytes(*values.get(index + channel * NODES_PER_CHANNEL)?);
+        if !(0.0..=f64::from(f32::MAX)).contains(value) {
+            return None;
+        }
+    }
+    Some(node)
+}
+
+/// The unmeasured nodes above the horizon.
+pub(super) struct Unmeasured(Vec<usize>);
+
+impl Unmeasured {
+    /// Finds the unmeasured nodes of a table.
+    pub(super) fn find(bytes: &[u8]) -> Self {
+        let nodes = nodes_above_horizon();
+        Self(
+            nodes
+                .filter(|index| measured_values(bytes, *index).is_none())
+                .collect(),
+        )
+    }
+
+    /// Returns the share of these nodes among those above the horizon.
+    pub(super) fn share(&self) -> f64 {
+        self.0.len() as f64 / nodes_above_horizon().count() as f64
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Fills the nodes. Those without a measured neighbor follow after their neighbors.
+    pub(super) fn fill(mut self, bytes: &mut [u8]) {
+        while !self.0.is_empty() {
+            let nodes = self.0.par_iter();
+            let filled =
+                nodes.filter_map(|index| Some((*index, mean_of_neighbors(bytes, *index)?)));
+            let filled: Vec<(usize, [f64; 3])> = filled.collect();
+            if filled.is_empty() {
+                return;
+            }
+            let (values, _) = bytes[HEADER_BYTES..].as_chunks_mut();
+            for (index, node) in filled {
+                for (channel, value) in node.into_iter().enumerate() {
+                    values[index + channel * NODES_PER_CHANNEL] = value.to_le_bytes();
+                }
+            }
+            self.0
+                .retain(|index| measured_values(bytes, *index).is_none());
+        }
+    }
+}
+
+/// Returns the mean of the nearest measured nodes above the horizon along theta_h, theta_d and phi_d, weighted by inverse
+/// distance in nodes. An angle counts if it has such a node on both sides, or if no angle has.
+fn mean_of_neighbors(bytes: &[u8], index: usize) -> Option<[f64; 3]> {
+    let nearest = |axis: usize, is_upward: bool| {
+        let position = index / STRIDES[axis] % NODES[axis];
+        (1..NODES[axis]).find_map(|distance| {
+            let count = NODES[axis];
+            let neighbor = match is_upward {
+                true => count + position + distance,
+                false => count + position - distance,
+            };
+            // phi_d is periodic. Both other angles end.
+            let exists = axis == 2 || (count..2 * count).contains(&neighbor);
+            let other = index - position * STRIDES[axis] + neighbor % count * STRIDES[axis];
+            let values = measured_values(bytes, other);
+            let values = values.filter(|_| exists && IS_ABOVE_HORIZON[other])?;
+            Some((1.0 / distance as f64, values))
+        })
+    };
+    let axes = [0, 1, 2].map(|axis| [false, true].map(|is_upward| nearest(axis, is_upward)));
+    let is_between = |sides: &[Option<_>; 2]| sides.iter().all(Option::is_some);
+    let has_between = axes.iter().any(is_between);
+    let used = axes
+        .iter()
+        .filter(|sides| !has_between || is_between(sides));
+    let (mut sum, mut total) = ([0.0; 3], 0.0);
+    for (weight, values) in used.flatten().flatten() {
+        total += weight;
+        for (sum, value) in sum.iter_mut().zip(values) {
+            *sum += weight * value;
+        }
+    }
+    (total > 0.0).then(|| sum.map(|sum| sum / total))
+}
