@@ -7,7 +7,8 @@ use std::sync::Arc;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::NeuralParameters;
 use glimpse_materials::{
-    self, Coverage, Format, Material, MerlTable, Source, SourceError, digest, table_nodes,
+    self, Coverage, Format, Material, MerlTable, PhysicalErrors, Source, SourceError, digest,
+    table_nodes,
 };
 use glimpse_trainer::conversion::{OutputFormat, encode, file_name, output_paths};
 use glimpse_trainer::measurement::angles_from_vectors;
@@ -243,7 +244,7 @@ impl PyMaterial {
                 before.reciprocity,
                 before.albedo,
             );
-            let message = std::ffi::CString::new(message)?;
+            let message = CString::new(message)?;
             PyErr::warn(py, &py.get_type::<PyUserWarning>(), &message, 1)?;
         }
         Ok(())

@@ -12,7 +12,7 @@ fn fit(recipe: &str, material: &dyn Material) -> FittedMaterial {
     let bundled = bundled::find(recipe).expect("a bundled recipe");
     let basis = bundled.basis().map(Basis::from_compact_bytes);
     let basis = basis.transpose().expect("a valid basis");
-    let method = Method::ours(&bundled.recipe().expect("a recipe"), basis.as_ref());
+    let method = Method::with_recipe(&bundled.recipe().expect("a recipe"), basis.as_ref());
     let fitted = method.expect("a method").fit(material, 0);
     let Fitted::Model(fitted) = fitted.expect("a fit") else {
         panic!("not a fit of a model");

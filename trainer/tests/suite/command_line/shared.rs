@@ -71,7 +71,7 @@ impl Result {
 }
 
 /// All files in a folder and its subfolders: their relative paths and their contents.
-fn files_below(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+pub(crate) fn files_below(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).expect("a readable folder") {
         let entry = entry.expect("an entry");
