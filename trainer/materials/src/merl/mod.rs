@@ -6,6 +6,9 @@
 //! phi_d are at whole degrees, and phi_d has period pi.
 //!
 //! Negative values, and values that are not finite as f32, count as not measured.
+//!
+//! Two other forms are converted when read: tables in single precision (f32), and tables of 360 nodes of phi_d, whose second
+//! half must equal the first one.
 
 mod nodes;
 
@@ -17,9 +20,9 @@ use std::path::Path;
 use glimpse_core::geometry::Angles;
 use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
-use memmap2::Mmap;
+use memmap2::{Mmap, MmapMut};
 
-use crate::error::{Defect, ensure};
+use crate::error::{Defect, ensure, index_of, read_error};
 use crate::mapped::map_file;
 use crate::name::name_of;
 use crate::{Material, SourceError};
@@ -30,6 +33,10 @@ const NODES: [usize; 3] = [90, 90, 180];
 const NODES_PER_CHANNEL: usize = NODES[0] * NODES[1] * NODES[2];
 const HEADER_BYTES: usize = 3 * size_of::<i32>();
 const FILE_BYTES: usize = HEADER_BYTES + 3 * NODES_PER_CHANNEL * size_of::<f64>();
+/// The number of nodes of phi_d in a table of all azimuths.
+const ALL_AZIMUTHS: usize = 2 * NODES[2];
+/// The largest relative difference of two values whose phi_d differ by pi.
+const HALVES_TOLERANCE: f64 = 1e-3;
 /// Scale factors from stored values to the BRDF, in red, green and blue.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 /// Names of the channels.
@@ -48,14 +55,22 @@ pub struct MerlTable {
 }
 
 impl MerlTable {
-    /// Maps a table and checks its header, its length and every value.
+    /// Maps a table and checks its header, its length and every value. A table in single precision or of all azimuths is
+    /// converted to a table in memory.
     ///
     /// # Errors
-    /// If the file cannot be read or has the wrong dimensions or length, if a value is not finite as f32, or if a
-    /// channel has no measured value.
+    /// If the file cannot be read or has the wrong dimensions or length, if a value is not finite as f32, if a
+    /// channel has no measured value, or if values whose phi_d differ by pi differ by more than 0.1 %.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let name = name_of(path)?;
-        let bytes = map_file(path)?;
+        let mut bytes = map_file(path)?;
+        let form = Form::of(&bytes).map_err(Defect::in_file(path))?;
+        if form != Form::STANDARD {
+            let mut converted = MmapMut::map_anon(FILE_BYTES).map_err(read_error(path))?;
+            form.convert(&bytes, &mut converted)
+                .map_err(Defect::in_file(path))?;
+            bytes = converted.make_read_only().map_err(read_error(path))?;
+        }
         check(&bytes).map_err(Defect::in_file(path))?;
         Ok(Self { name, bytes })
     }
@@ -63,8 +78,7 @@ impl MerlTable {
     /// Returns true if the first bytes of a file are the dimensions of a table.
     #[must_use]
     pub fn has_signature(bytes: &[u8]) -> bool {
-        let dimensions = NODES.map(|nodes| (nodes as i32).to_le_bytes());
-        bytes.starts_with(dimensions.as_flattened())
+        phi_nodes(bytes).is_some()
     }
 
     /// Returns a stored value, or 0 past the end of the table. [`MerlTable::read`] checks the length, so that no index
@@ -127,30 +141,120 @@ impl Material for MerlTable {
     }
 }
 
-/// Checks the header, the length and the values of a file.
-fn check(bytes: &[u8]) -> Result<(), Defect> {
-    let Some((header, values)) = bytes.split_first_chunk::<HEADER_BYTES>() else {
-        return Err("it is too short for the header of a MERL table".into());
+/// Returns the number of nodes of phi_d in a header; None if it is not that of a table.
+fn phi_nodes(bytes: &[u8]) -> Option<usize> {
+    [NODES[2], ALL_AZIMUTHS].into_iter().find(|phi| {
+        let dimensions = [NODES[0], NODES[1], *phi].map(|nodes| (nodes as i32).to_le_bytes());
+        bytes.starts_with(dimensions.as_flattened())
+    })
+}
+
+/// The form of a table in a file.
+#[derive(Clone, Copy, PartialEq)]
+struct Form {
+    phi_nodes: usize,
+    /// The number of bytes of a value.
+    width: usize,
+}
+
+impl Form {
+    const STANDARD: Self = Self {
+        phi_nodes: NODES[2],
+        width: size_of::<f64>(),
     };
-    if !MerlTable::has_signature(header) {
-        let words = header.as_chunks().0.iter().copied();
-        let dimensions: Vec<i32> = words.map(i32::from_le_bytes).collect();
-        return Err(Defect::Unsupported(format!(
-            "its header has the dimensions {dimensions:?}, and only isotropic MERL tables of {NODES:?} are supported"
-        )));
+
+    /// Finds the form by the header and the length.
+    fn of(bytes: &[u8]) -> Result<Self, Defect> {
+        let Some(header) = bytes.first_chunk::<HEADER_BYTES>() else {
+            return Err("it is too short for the header of a MERL table".into());
+        };
+        let Some(phi_nodes) = phi_nodes(header) else {
+            let words = header.as_chunks().0.iter().copied();
+            let dimensions: Vec<i32> = words.map(i32::from_le_bytes).collect();
+            return Err(Defect::Unsupported(format!(
+                "its header has the dimensions {dimensions:?}, and only isotropic MERL tables of {NODES:?} are supported"
+            )));
+        };
+        let expected = [size_of::<f64>(), size_of::<f32>()].map(|width| {
+            (
+                HEADER_BYTES + 3 * NODES[0] * NODES[1] * phi_nodes * width,
+                width,
+            )
+        });
+        let length = bytes.len();
+        match expected.iter().find(|(expected, _)| *expected == length) {
+            Some((_, width)) => Ok(Self {
+                phi_nodes,
+                width: *width,
+            }),
+            None => Err(format!(
+                "it has {length} bytes, and a MERL table has {}, or {} in single precision",
+                expected[0].0, expected[1].0
+            )
+            .into()),
+        }
     }
-    let length = bytes.len();
-    ensure!(
-        length == FILE_BYTES,
-        "it has {length} bytes, and a MERL table has {FILE_BYTES}"
-    );
-    let (values, _) = values.as_chunks();
+
+    /// Converts the values of a file to those of a file in the standard form.
+    fn convert(self, bytes: &[u8], standard: &mut [u8]) -> Result<(), Defect> {
+        let header = NODES.map(|nodes| (nodes as i32).to_le_bytes());
+        standard[..HEADER_BYTES].copy_from_slice(header.as_flattened());
+        let (converted, _) = standard[HEADER_BYTES..].as_chunks_mut();
+        let (doubles, singles) = (
+            bytes[HEADER_BYTES..].as_chunks().0,
+            bytes[HEADER_BYTES..].as_chunks().0,
+        );
+        let value = |index: usize| match self.width {
+            4 => f64::from(f32::from_le_bytes(singles[index])),
+            _ => f64::from_le_bytes(doubles[index]),
+        };
+        for (position, converted) in converted.iter_mut().enumerate() {
+            let index = position / NODES[2] * self.phi_nodes + position % NODES[2];
+            let first = value(index);
+            if self.phi_nodes == ALL_AZIMUTHS {
+                let second = value(index + NODES[2]);
+                let tolerance = HALVES_TOLERANCE * first.abs().max(second.abs());
+                if !(first < 0.0 && second < 0.0 || (first - second).abs() <= tolerance) {
+                    return Err(Defect::OtherForm(
+                        format!(
+                            "its value of {} is {first:e}, and {second:e} at the opposite phi_d",
+                            place(position)
+                        ),
+                        "average both halves of phi_d to a table of 180 values",
+                    ));
+                }
+            }
+            *converted = first.to_le_bytes();
+        }
+        Ok(())
+    }
+}
+
+/// Describes the color and the angles of a value.
+fn place(position: usize) -> String {
+    let index = index_of(position, &[3, NODES[0], NODES[1], NODES[2]]);
+    format!(
+        "{} at theta_h {:.3}, theta_d {} and phi_d {} degrees",
+        CHANNELS[index[0]],
+        node_theta_h(index[1]).to_degrees(),
+        index[2],
+        index[3]
+    )
+}
+
+/// Checks the values of a file in the standard form.
+fn check(bytes: &[u8]) -> Result<(), Defect> {
+    let (values, _) = bytes[HEADER_BYTES..].as_chunks();
     let number = |bytes: &[u8; 8]| f64::from_le_bytes(*bytes);
     // The comparison is false for NaN.
     let is_in_range = |value: f64| value.abs() <= f64::from(f32::MAX);
-    if let Some(index) = values.iter().position(|bytes| !is_in_range(number(bytes))) {
-        let value = number(&values[index]);
-        return Err(format!("value {index} is {value:e}, not finite as a 32-bit float").into());
+    if let Some(position) = values.iter().position(|bytes| !is_in_range(number(bytes))) {
+        let value = number(&values[position]);
+        return Err(format!(
+            "its value of {} is {value:e}, not finite as a 32-bit float",
+            place(position)
+        )
+        .into());
     }
     for (color, values) in CHANNELS.iter().zip(values.chunks(NODES_PER_CHANNEL)) {
         ensure!(
