@@ -5,6 +5,7 @@ mod any_directions;
 mod convention;
 mod fit;
 mod instrument;
+mod layout;
 mod matching;
 mod measurements;
 mod outliers;

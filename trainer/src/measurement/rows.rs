@@ -3,12 +3,14 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::untrusted::escaped;
 
 use super::angles::{RowAngles, above_horizon};
 use super::convention::AngleArgs;
+use super::layout::CHANNELS;
 use super::matching::{AngularDistance, IsotropicAngles};
 use super::reading_row::{ReadingRow, read_rows};
 use super::table::{Table, TableError};
@@ -42,6 +44,8 @@ pub struct Rows {
     path: PathBuf,
     /// The name of a row in error messages: "line" or "row".
     row_label: &'static str,
+    /// The columns of red, green and blue.
+    channels: [&'static str; 3],
     rows: Vec<ReadingRow>,
 }
 
@@ -87,11 +91,12 @@ impl Rows {
     /// If the file cannot be read, or a cell is not valid.
     pub fn read(path: &Path, args: &AngleArgs) -> Result<Self, TableError> {
         let table = Table::read(path)?;
-        let rows = read_rows(&table, args)?;
+        let (rows, channels) = read_rows(&table, args)?;
         let Some(first) = rows.first() else {
-            return Err(
-                table.file_error("it has no rows below line 1; add the readings".to_owned())
-            );
+            return Err(table.file_error(format!(
+                "it has no rows below line {}; add the readings",
+                table.header_line
+            )));
         };
         // Such as `trainer query` writes.
         if let Some(other) = rows.iter().find(|row| row.material != first.material) {
@@ -107,6 +112,7 @@ impl Rows {
         Ok(Self {
             path: table.path().to_owned(),
             row_label: "line",
+            channels,
             rows,
         })
     }
@@ -126,6 +132,7 @@ impl Rows {
         Self {
             path: "readings".into(),
             row_label: "row",
+            channels: CHANNELS,
             rows: rows.collect(),
         }
     }
@@ -157,6 +164,27 @@ impl Rows {
     /// Returns an error that concerns one row.
     pub(super) fn line_error(&self, line: u64, message: &str) -> TableError {
         self.file_error(format!("{} {line}, {message}", self.row_label))
+    }
+
+    /// Returns an error that concerns a reading. `numbers` are those of red, green and blue in the row.
+    pub(super) fn reading_error(&self, line: u64, error: Error, numbers: [f32; 3]) -> TableError {
+        let [first, second] = error.details.map(|detail| detail as usize);
+        let channel = match error.code {
+            ErrorCode::ReadingNonFinite | ErrorCode::ReadingNegative => second,
+            ErrorCode::ChannelNonFinite
+            | ErrorCode::WhiteNotBrighter
+            | ErrorCode::WhiteReflectance
+            | ErrorCode::WhiteSaturated => first,
+            _ => return self.line_error(line, &format!("{error}; correct the row or remove it")),
+        };
+        let (name, number) = (self.channels[channel], numbers[channel]);
+        let text = error.code.text();
+        self.line_error(
+            line,
+            &format!(
+                "column {name}: {number} is invalid, because {text}; correct the row or remove it"
+            ),
+        )
     }
 
     /// Returns an error that concerns all rows.
@@ -434,6 +462,7 @@ mod tests {
         let rows = Rows {
             path: "rows".into(),
             row_label: "row",
+            channels: CHANNELS,
             rows: rows.collect(),
         };
         let mut each = rows.rows.iter();
