@@ -195,8 +195,12 @@ impl Rows {
         }
     }
 
-    /// Forgets the indices of samples, of rows that have directions: they are those of another pattern.
+    /// Forgets the indices of samples, of rows that have directions: they are those of another pattern. Removes rows
+    /// without a reading, unless all are.
     pub(super) fn forget_indices(&mut self) {
+        if self.rows.iter().any(|row| row.values.is_some()) {
+            self.rows.retain(|row| row.values.is_some());
+        }
         for row in self.rows.iter_mut().filter(|row| row.angles.is_some()) {
             row.index = None;
         }
