@@ -23,5 +23,6 @@ pub use matching::{AngularDistance, IsotropicAngles};
 pub use measurements::{Measurements, coefficient_of_variation};
 pub use outliers::OutlierReport;
 pub use quantity::{CountCalibration, FOOTPRINTS, QUANTITIES, ReadingQuantity, WhiteReference};
-pub use rows::{LabReading, Rows};
+pub use reading_row::LabReading;
+pub use rows::Rows;
 pub use table::TableError;

@@ -7,6 +7,21 @@ use super::convention::AngleArgs;
 use super::layout::{CHANNELS, INDEX, MONOCHROME};
 use super::table::{Row, Table, TableError};
 
+/// A reading in memory.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LabReading {
+    /// The index of the sample, from 0, if it is known.
+    pub sample: Option<usize>,
+    /// The incoming and the outgoing direction, if they are known: vectors of length 1 with z along the normal.
+    pub directions: Option<[[f64; 3]; 2]>,
+    /// The reading's numbers, of red, green and blue; None if nothing was read.
+    pub values: Option<[f32; 3]>,
+    /// True if the sensor was saturated.
+    pub saturated: bool,
+    /// The standard deviation of the noise, relative to the reading; None if it is not stated.
+    pub noise: Option<f32>,
+}
+
 /// One row of readings.
 #[derive(Default)]
 pub(super) struct ReadingRow {

@@ -12,7 +12,7 @@ use super::angles::{RowAngles, above_horizon};
 use super::convention::AngleArgs;
 use super::layout::CHANNELS;
 use super::matching::{AngularDistance, IsotropicAngles};
-use super::reading_row::{ReadingRow, read_rows};
+use super::reading_row::{LabReading, ReadingRow, read_rows};
 use super::table::{Table, TableError};
 
 /// The largest distance of a row from its sample, in degrees: a typical error of a lab's arms.
@@ -22,21 +22,6 @@ const TOLERANCE: f64 = TOLERANCE_DEGREES.to_radians();
 /// The error message for a saturated white reading.
 pub(super) const SATURATED_WHITE: &str =
     "column saturated: the white reading is saturated; read the white with less light";
-
-/// A reading in memory.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct LabReading {
-    /// The index of the sample, from 0, if it is known.
-    pub sample: Option<usize>,
-    /// The incoming and the outgoing direction, if they are known: vectors of length 1 with z along the normal.
-    pub directions: Option<[[f64; 3]; 2]>,
-    /// The reading's numbers, of red, green and blue; None if nothing was read.
-    pub values: Option<[f32; 3]>,
-    /// True if the sensor was saturated.
-    pub saturated: bool,
-    /// The standard deviation of the noise, relative to the reading; None if it is not stated.
-    pub noise: Option<f32>,
-}
 
 /// Readings of a file or of an array.
 pub struct Rows {
