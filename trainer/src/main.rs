@@ -21,14 +21,14 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 /// - a directory with any mix of MERL *.binary, isotropic RGL *.bsdf (RGB or spectra), NBRDF sets
 ///   (NAME_fc1.npy and its five siblings) and fitted materials (material.json of `trainer fit`,
 ///   in the directory itself or in a subdirectory);
-/// - a single such file, or a PAB-Opto file, which is read with the other files of its set;
+/// - a single such file, or one PAB-Opto file (*.txt), which is read with the others of its sample;
 /// - procedural, procedural:COUNT or procedural:COUNT:SEED: built-in procedural materials.
 ///
 /// A material has the name of its file, an NBRDF set has the name NAME, and a fitted material has
 /// the name in its file. Names within a directory must be unique. Skipped entries (other
-/// subdirectories, extensions in capitals, non-UTF-8 names), unmeasured directions, and the files
-/// and incoming angles of PAB-Opto sets are reported on stderr. An
-/// anisotropic *.bsdf file, and NAME_spec.bsdf beside NAME_rgb.bsdf, are errors.
+/// subdirectories, extensions in capitals, non-UTF-8 names, and NAME_spec.bsdf next to
+/// NAME_rgb.bsdf), unmeasured directions, and the files and incoming angles of PAB-Opto sets are
+/// reported on stderr. An anisotropic *.bsdf file is an error.
 #[derive(Parser)]
 #[command(name = "trainer", version, max_term_width = 100, verbatim_doc_comment)]
 struct Cli {

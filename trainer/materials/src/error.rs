@@ -35,12 +35,14 @@ pub enum SourceError {
         defect: String,
     },
     /// A file is intact, and its form is not supported.
-    #[error("{}: {defect}; convert it to a MERL table NAME.binary, or remove it", path.display())]
+    #[error("{}: {defect}; {remedy}", path.display())]
     Unsupported {
         /// The file.
         path: PathBuf,
         /// The unsupported property.
         defect: String,
+        /// The remedy.
+        remedy: &'static str,
     },
     /// No file or directory has this path.
     #[error("{} does not exist; give {MATERIALS}", .0.display())]
@@ -127,6 +129,8 @@ pub(super) enum Defect {
     Damaged(String),
     /// The file is intact, and its form is not supported.
     Unsupported(String),
+    /// The file is intact, its form is not supported, and this is the remedy.
+    OtherForm(String, &'static str),
 }
 
 impl<T: Into<String>> From<T> for Defect {
@@ -147,9 +151,27 @@ impl Defect {
             Self::Unsupported(defect) => SourceError::Unsupported {
                 path: path.clone(),
                 defect,
+                remedy: "convert it to a MERL table NAME.binary, or remove it",
+            },
+            Self::OtherForm(defect, remedy) => SourceError::Unsupported {
+                path: path.clone(),
+                defect,
+                remedy,
             },
         }
     }
+}
+
+/// Returns the index along each axis of the value at a position of an array in C order.
+pub(super) fn index_of(mut position: usize, shape: &[usize]) -> Vec<usize> {
+    let axes = shape.iter().rev().map(|length| {
+        let index = position % length;
+        position /= length;
+        index
+    });
+    let mut index: Vec<usize> = axes.collect();
+    index.reverse();
+    index
 }
 
 /// Returns a defect from the function unless a condition holds.

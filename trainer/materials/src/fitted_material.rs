@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::{ModelKind, NeuralParameters};
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use crate::basis::Basis;
 use crate::error::{Defect, ensure, read_error};
 use crate::fitted_brdf::FittedBrdf;
 use crate::name::is_valid_name;
+use crate::other_format::SAVE_WEIGHTS;
 use crate::untrusted::{escaped, escaped_json_error, read_at_most};
 use crate::{Brdf, Material, SourceError};
 
@@ -73,8 +75,10 @@ impl Convention {
 /// The fields that all versions of the format have.
 #[derive(Deserialize)]
 struct FormatHeader {
-    format: String,
-    version: u32,
+    format: Option<String>,
+    version: Option<u32>,
+    /// In the architecture of a network that Keras writes.
+    class_name: Option<IgnoredAny>,
 }
 
 /// The fields that define the material. The other fields of a file report on the fit.
@@ -169,11 +173,6 @@ impl FittedMaterial {
             values,
             ..
         } = fields;
-        ensure!(
-            is_valid_name(&name),
-            "its `name` is `{}`, and must be the name of a material, without slashes",
-            escaped(&name)
-        );
         let Some(model) = MODELS.into_iter().find(|kind| kind.name() == model) else {
             return Err(Defect::Unsupported(format!(
                 "its `model` is `{}`, and only phong, cook-torrance, neural and linear are supported",
@@ -181,9 +180,7 @@ impl FittedMaterial {
             )));
         };
         if let Some(index) = values.iter().position(|value| !value.is_finite()) {
-            return Err(
-                format!("number {index} of its `values` is not finite as a 32-bit float").into(),
-            );
+            return Err(format!("`values[{index}]` is not finite as a 32-bit float").into());
         }
         let components = basis.map(|basis| 3 * basis.components());
         let Some(expected) = model.parameters().or(components) else {
@@ -234,18 +231,38 @@ fn parse_fields(bytes: &[u8]) -> Result<MaterialFields, Defect> {
             escaped_json_error(&error)
         )
     };
-    let FormatHeader { format, version } = serde_json::from_slice(bytes).map_err(invalid)?;
-    ensure!(
-        format == FORMAT,
-        "its `format` is `{}`, and must be `{FORMAT}`",
-        escaped(&format)
-    );
-    match version {
-        VERSION => Ok(serde_json::from_slice(bytes).map_err(invalid)?),
-        other => Err(Defect::Unsupported(format!(
-            "its `version` is {other}, and only version {VERSION} is supported"
-        ))),
+    let header: FormatHeader = serde_json::from_slice(bytes).map_err(invalid)?;
+    if header.class_name.is_some() {
+        return Err(Defect::OtherForm(
+            "it is the architecture of a Keras network, without weights".to_owned(),
+            SAVE_WEIGHTS,
+        ));
     }
+    let format = header.format.unwrap_or_default();
+    if format != FORMAT {
+        return Err(Defect::OtherForm(
+            format!(
+                "its `format` is `{}`, and must be `{FORMAT}`",
+                escaped(&format)
+            ),
+            "give the material.json of `trainer fit`, or a file of another format",
+        ));
+    }
+    let fields: MaterialFields = match header.version {
+        Some(VERSION) => serde_json::from_slice(bytes).map_err(invalid)?,
+        version => {
+            return Err(Defect::Unsupported(format!(
+                "its `version` is {}, and only version {VERSION} is supported",
+                version.map_or("missing".to_owned(), |version| version.to_string())
+            )));
+        }
+    };
+    ensure!(
+        is_valid_name(&fields.name),
+        "its `name` is `{}`, and must be the name of a material, without slashes",
+        escaped(&fields.name)
+    );
+    Ok(fields)
 }
 
 fn read_basis(path: &Path, reference: &BasisFile) -> Result<Basis, SourceError> {

@@ -5,8 +5,8 @@ use std::io::Read;
 use std::path::Path;
 
 use crate::error::{Defect, read_error};
-use crate::pab;
 use crate::{MerlTable, NeuralBrdf, RglMeasurement, SourceError};
+use crate::{other_format, pab};
 
 /// The number of bytes at the start of a file that detection reads.
 const HEAD_BYTES: u64 = 2048;
@@ -69,7 +69,7 @@ impl Format {
         if pab::has_signature(&head) {
             return Ok(Self::Pab);
         }
-        if let Some(defect) = unsupported_format(&head) {
+        if let Some(defect) = other_format::detect(path, &head) {
             return Err(Defect::in_file(path)(defect));
         }
         match path.extension().and_then(|extension| extension.to_str()) {
@@ -78,33 +78,4 @@ impl Format {
             _ => Err(SourceError::UnknownFormat(path.into())),
         }
     }
-}
-
-/// The first bytes of formats that are not supported.
-const UNSUPPORTED: [(&[u8], &str); 5] = [
-    (
-        b"SCATFUN",
-        "a Fourier BSDF (layerlab, pbrt) and not an RGL .bsdf",
-    ),
-    (
-        b"\x93NUMPY",
-        "a NumPy array without the name of an NBRDF array",
-    ),
-    (b"\x89HDF", "an HDF5 file"),
-    (b"<", "an XML BSDF (Radiance, WINDOW)"),
-    (b"Source", "a Zemax BSDF and not an RGL .bsdf"),
-];
-
-/// Recognizes formats that are not supported.
-fn unsupported_format(head: &[u8]) -> Option<Defect> {
-    let text = head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head);
-    // Comments may precede the line `Source  Measured` of a Zemax file.
-    let mut lines = text.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii);
-    let first = lines.find(|line| !line.is_empty() && !line.starts_with(b"#"))?;
-    let (_, format) = UNSUPPORTED
-        .iter()
-        .find(|(start, _)| first.starts_with(start))?;
-    Some(Defect::Unsupported(format!(
-        "it is {format}, and is not supported"
-    )))
 }

@@ -1,7 +1,9 @@
 //! NBRDF: a material as a network of 675 weights in six `.npy` files (Sztrajman et al. 2021).
 //!
 //! The files are `NAME_fc1.npy` (6 x 21), `_b1` (21), `_fc2` (21 x 21), `_b2` (21), `_fc3` (21 x 3) and `_b3` (3).
-//! Values are little-endian f32 in C order. Matrices have one row per input and one column per output.
+//! Matrices have one row per input and one column per output. Matrices that PyTorch saves, outputs x inputs, are
+//! transposed: `fc1` then has the shape 21 x 6. The square matrix `fc2` has the orientation of the other two. Values are
+//! 32-bit or 64-bit floats of either byte order, in C or Fortran order.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,12 +13,15 @@ use glimpse_core::model::{Model, Neural, NeuralParameters, ParameterSet};
 use glimpse_kernels::brdf::{neural_batch_with_derivatives, with_derivative};
 use glimpse_kernels::{Dual, LaneModel};
 
-use crate::error::{Defect, ensure, read_error};
+use serde::Deserialize;
+
+use crate::error::{Defect, ensure, index_of, read_error};
+use crate::name::is_valid_name;
 use crate::untrusted::{escaped, read_at_most};
 use crate::{Material, SourceError};
 
 /// Name and shape of the six arrays.
-const ARRAYS: [(&str, &[u64]); 6] = [
+const ARRAYS: [(&str, &[usize]); 6] = [
     ("fc1", &[6, 21]),
     ("b1", &[21]),
     ("fc2", &[21, 21]),
@@ -58,12 +63,18 @@ impl NeuralBrdf {
     /// If a file is missing or damaged, an array has the wrong shape, or a weight is not finite.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let name = Self::name_of(path).ok_or_else(|| SourceError::UnknownFormat(path.into()))?;
+        let files = ARRAYS.map(|(array, _)| path.with_file_name(format!("{name}_{array}.npy")));
+        let arrays = files.iter().zip(ARRAYS);
+        let arrays = arrays.map(|(file, (_, shape))| Array::read(file, shape.iter().product()));
+        let arrays: Vec<Array> = arrays.collect::<Result<_, _>>()?;
+        // The shape of the square matrix does not tell its orientation, so that all have that of the first.
+        let is_transposed = arrays[0].header.shape == [21, 6];
         let mut parameters = NeuralParameters::filled(0.0);
         let mut rest = &mut parameters[..];
-        for ((array, shape), length) in ARRAYS.into_iter().zip(Neural::LAYERS) {
-            let file = path.with_file_name(format!("{name}_{array}.npy"));
-            let (layer, after) = rest.split_at_mut(length);
-            layer.copy_from_slice(&read_npy(&file, shape)?);
+        for ((file, array), (_, shape)) in files.iter().zip(arrays).zip(ARRAYS) {
+            let (layer, after) = rest.split_at_mut(array.values.len());
+            let oriented = array.oriented(shape, is_transposed);
+            layer.copy_from_slice(&oriented.map_err(Defect::in_file(file))?);
             rest = after;
         }
         Ok(Self::new(name, parameters))
@@ -75,7 +86,7 @@ impl NeuralBrdf {
         let stem = path.file_name()?.to_str()?.strip_suffix(".npy")?;
         let (name, suffix) = stem.rsplit_once('_')?;
         let is_array = ARRAYS.iter().any(|(array, _)| *array == suffix);
-        is_array.then(|| name.to_owned())
+        (is_array && is_valid_name(name)).then(|| name.to_owned())
     }
 
     /// Returns the paths of a material's six files. `path` is one of them. Returns None for any other path.
@@ -134,26 +145,20 @@ pub fn to_nbrdf(parameters: &NeuralParameters<f32>) -> [(String, Vec<u8>); 6] {
     })
 }
 
-/// Returns the header of a `.npy` file, a Python dictionary, as `numpy.save` writes it.
-fn npy_header(shape: &[u64]) -> String {
-    let lengths: Vec<String> = shape.iter().map(u64::to_string).collect();
-    let lengths = lengths.join(", ");
+/// Returns a shape as Python writes it.
+fn shape_text(shape: &[usize]) -> String {
+    let lengths: Vec<String> = shape.iter().map(usize::to_string).collect();
     let comma = if shape.len() == 1 { "," } else { "" };
-    format!("{{'descr': '<f4', 'fortran_order': False, 'shape': ({lengths}{comma}), }}")
-}
-
-/// Returns a header without white space and without the optional comma after the last length.
-fn normalized(header: &str) -> String {
-    let header: String = header.split_whitespace().collect();
-    header.replace(",)", ")")
+    format!("({}{comma})", lengths.join(", "))
 }
 
 /// Returns a `.npy` file of version 1.0: magic, version, header length, header and values. The header is padded to a
 /// multiple of 64 bytes from the start of the file.
 #[must_use]
-pub fn to_npy(shape: &[u64], values: &[f32]) -> Vec<u8> {
+pub fn to_npy(shape: &[usize], values: &[f32]) -> Vec<u8> {
     const ALIGNMENT: usize = 64;
-    let mut header = npy_header(shape);
+    let shape = shape_text(shape);
+    let mut header = format!("{{'descr': '<f4', 'fortran_order': False, 'shape': {shape}, }}");
     let prefix = NPY_MAGIC.len() + 4;
     // The last byte of the header is a line break.
     let padded = (prefix + header.len() + 1).next_multiple_of(ALIGNMENT) - prefix;
@@ -167,54 +172,150 @@ pub fn to_npy(shape: &[u64], values: &[f32]) -> Vec<u8> {
     bytes
 }
 
-/// Reads a `.npy` file of little-endian f32 in C order with the given shape.
-fn read_npy(path: &Path, shape: &[u64]) -> Result<Vec<f32>, SourceError> {
-    let damaged = Defect::in_file(path);
-    let value_bytes = shape.iter().product::<u64>() * size_of::<f32>() as u64;
-    let bytes = read_at_most(path, MAX_HEADER_BYTES + value_bytes).map_err(|error| {
-        let missing = "it is missing, and an NBRDF material has the files NAME_fc1.npy, _b1, _fc2, _b2, _fc3 and _b3";
-        match error.kind() {
-            io::ErrorKind::NotFound => damaged(missing.to_owned()),
-            io::ErrorKind::InvalidData => damaged(error.to_string()),
-            _ => read_error(path)(error),
-        }
-    })?;
-    parse_npy(&bytes, shape, value_bytes as usize).map_err(damaged)
+/// The header of a `.npy` file.
+#[derive(Deserialize)]
+struct Header {
+    /// The byte order, and the type of the values.
+    descr: String,
+    fortran_order: bool,
+    shape: Vec<usize>,
 }
 
-/// Parses a `.npy` file. The values of the given shape have `value_bytes` bytes.
-fn parse_npy(bytes: &[u8], shape: &[u64], value_bytes: usize) -> Result<Vec<f32>, String> {
-    // Since version 2 the length of the header has four bytes.
-    let (begin, length) = match bytes.strip_prefix(NPY_MAGIC) {
-        Some([0 | 1, _, low, high, ..]) => (4, u32::from(u16::from_le_bytes([*low, *high]))),
-        Some([_, _, a, b, c, d, ..]) => (6, u32::from_le_bytes([*a, *b, *c, *d])),
-        _ => return Err("it does not start with the header of a NumPy array".to_owned()),
-    };
-    let rest = &bytes[NPY_MAGIC.len() + begin..];
-    let Some((header, values)) = rest.split_at_checked(length as usize) else {
-        return Err(format!(
-            "its header states that it has {length} bytes, more than the file"
-        ));
-    };
-    let header = String::from_utf8_lossy(header);
-    let expected = npy_header(shape);
-    ensure!(
-        normalized(&header) == normalized(&expected),
-        "its header is {}, and must be {expected}",
-        escaped(header.trim())
-    );
-    ensure!(
-        values.len() == value_bytes,
-        "it has {} bytes after its header, and must have {value_bytes}",
-        values.len()
-    );
-    let values = values.as_chunks().0.iter().copied();
-    let values: Vec<f32> = values.map(f32::from_le_bytes).collect();
-    match values.iter().position(|value| !value.is_finite()) {
-        Some(index) => Err(format!(
-            "number {index} is {}, and must be finite",
-            values[index]
-        )),
-        None => Ok(values),
+/// An array of a `.npy` file, in the order of the file.
+struct Array {
+    header: Header,
+    values: Vec<f32>,
+}
+
+impl Array {
+    /// Reads a file with this number of values.
+    fn read(path: &Path, count: usize) -> Result<Self, SourceError> {
+        let damaged = Defect::in_file(path);
+        let max_bytes = MAX_HEADER_BYTES + (count * size_of::<f64>()) as u64;
+        let bytes = read_at_most(path, max_bytes).map_err(|error| {
+            let missing = "it is missing, and an NBRDF material has the files NAME_fc1.npy, _b1, _fc2, _b2, _fc3 and _b3";
+            match error.kind() {
+                io::ErrorKind::NotFound => damaged(missing.to_owned()),
+                io::ErrorKind::InvalidData => damaged(error.to_string()),
+                _ => read_error(path)(error),
+            }
+        })?;
+        Self::parse(&bytes, count).map_err(damaged)
     }
+
+    fn parse(bytes: &[u8], count: usize) -> Result<Self, String> {
+        // Since version 2 the length of the header has four bytes.
+        let (begin, length) = match bytes.strip_prefix(NPY_MAGIC) {
+            Some([0 | 1, _, low, high, ..]) => (4, u32::from(u16::from_le_bytes([*low, *high]))),
+            Some([_, _, a, b, c, d, ..]) => (6, u32::from_le_bytes([*a, *b, *c, *d])),
+            _ => return Err("it does not start with the header of a NumPy array".to_owned()),
+        };
+        let rest = &bytes[NPY_MAGIC.len() + begin..];
+        let Some((text, bytes)) = rest.split_at_checked(length as usize) else {
+            return Err(format!(
+                "its header states that it has {length} bytes, more than the file"
+            ));
+        };
+        let text = String::from_utf8_lossy(text);
+        let Some(header) = parse_header(&text) else {
+            return Err(format!(
+                "its header is {}, and not that of one array; save each array with numpy.save",
+                escaped(text.trim())
+            ));
+        };
+        let number: fn([u8; 8]) -> f64 = match &header.descr[..] {
+            "<f4" => |[a, b, c, d, ..]| f32::from_le_bytes([a, b, c, d]).into(),
+            ">f4" => |[a, b, c, d, ..]| f32::from_be_bytes([a, b, c, d]).into(),
+            "<f8" => f64::from_le_bytes,
+            ">f8" => f64::from_be_bytes,
+            other => {
+                return Err(format!(
+                    "the type (descr) of its values is {}, and must be <f4 or <f8; save array.astype('<f4')",
+                    escaped(other)
+                ));
+            }
+        };
+        let width = if header.descr.ends_with('4') { 4 } else { 8 };
+        // Products of huge lengths overflow.
+        let product = header
+            .shape
+            .iter()
+            .try_fold(1_usize, |product, length| product.checked_mul(*length));
+        ensure!(
+            product == Some(count),
+            "its shape is {}, and it must have {count} values",
+            escaped(&shape_text(&header.shape))
+        );
+        ensure!(
+            bytes.len() == count * width,
+            "it has {} bytes after its header, and must have {}",
+            bytes.len(),
+            count * width
+        );
+        let value = |bytes: &[u8]| {
+            let mut number_bytes = [0; 8];
+            number_bytes[..width].copy_from_slice(bytes);
+            number(number_bytes) as f32
+        };
+        let values = bytes.chunks_exact(width).map(value).collect();
+        Ok(Self { header, values })
+    }
+
+    /// Returns the values in C order, with one row per input. `shape` is that of such a matrix, or of a vector.
+    fn oriented(&self, shape: &[usize], is_transposed: bool) -> Result<Vec<f32>, String> {
+        let mut expected = shape.to_vec();
+        if is_transposed {
+            expected.reverse();
+        }
+        // A vector may be a row or a column.
+        let lengths = self
+            .header
+            .shape
+            .iter()
+            .copied()
+            .filter(|length| *length != 1);
+        let orientation = match is_transposed {
+            true => "outputs x inputs, as that of fc1",
+            false => "inputs x outputs",
+        };
+        ensure!(
+            lengths.eq(expected.iter().copied()),
+            "its shape is {}, and must be {} ({orientation})",
+            shape_text(&self.header.shape),
+            shape_text(&expected)
+        );
+        let (rows, columns) = (shape[0], shape.get(1).copied().unwrap_or(1));
+        let is_in_order = self.header.fortran_order == is_transposed;
+        let element = |index: usize| match is_in_order {
+            true => self.values[index],
+            false => self.values[index % columns * rows + index / columns],
+        };
+        let values: Vec<f32> = (0..rows * columns).map(element).collect();
+        match values.iter().position(|value| !value.is_finite()) {
+            None => Ok(values),
+            Some(position) => Err(format!(
+                "its weight {:?} (input, output) is {}, and must be finite as a 32-bit float",
+                index_of(position, shape),
+                values[position]
+            )),
+        }
+    }
+}
+
+/// Parses the header, a Python dictionary, as JSON.
+fn parse_header(text: &str) -> Option<Header> {
+    let mut text: String = text.split_whitespace().collect();
+    let replacements = [
+        ("'", "\""),
+        ("(", "["),
+        (")", "]"),
+        (",]", "]"),
+        (",}", "}"),
+        ("True", "true"),
+        ("False", "false"),
+    ];
+    for (python, json) in replacements {
+        text = text.replace(python, json);
+    }
+    serde_json::from_str(&text).ok()
 }

@@ -12,6 +12,8 @@ use crate::{Brdf, Material};
 const STEP: f32 = 2.5;
 /// The number of values of theta in tables of albedos, from 0 to 90 degrees.
 const THETAS: usize = 37;
+/// The number of these up to 85 degrees.
+const REPORTED_THETAS: usize = 35;
 /// Numbers of half vectors in the integral of an albedo: along theta_h and along phi_h.
 const HALF_VECTORS: [usize; 2] = [96, 64];
 /// The largest albedo of [`Physical`]. Below 1, because files interpolate.
@@ -22,10 +24,10 @@ const ROUNDING: f64 = 1e-4;
 /// The distance of a BRDF from the laws of physics.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct PhysicalErrors {
-    /// The mean change of the BRDF when light and sensor are exchanged, relative to the BRDF's mean, over the directions of
-    /// the loss.
+    /// The mean change of the BRDF when light and sensor are exchanged, relative to the mean BRDF. Both are times both
+    /// cosines, over the directions of the loss.
     pub reciprocity: f64,
-    /// The largest directional albedo of any channel, for light at 0 to 90 degrees: the share of light that is reflected.
+    /// The largest directional albedo of any channel, for light at 0 to 85 degrees: the share of light that is reflected.
     pub albedo: f64,
 }
 
@@ -33,7 +35,7 @@ impl PhysicalErrors {
     /// Computes the errors of a BRDF.
     #[must_use]
     pub fn of(brdf: &(impl Brdf + ?Sized)) -> Self {
-        let albedos = albedos(brdf).into_iter().flatten();
+        let albedos = albedos(brdf).into_iter().take(REPORTED_THETAS).flatten();
         Self {
             reciprocity: reciprocity_error(brdf),
             albedo: f64::from(albedos.fold(0.0, f32::max)),
@@ -132,12 +134,15 @@ fn exchanged(at: &HalfDifference<f32>) -> HalfDifference<f32> {
 fn reciprocity_error(brdf: &(impl Brdf + ?Sized)) -> f64 {
     let at = loss_directions();
     let others: Vec<_> = at.iter().map(exchanged).collect();
-    let [values, others] = [at, others].map(|at| evaluate(brdf, &at).into_flattened());
-    let changes = values.iter().zip(&others);
-    let changes: f64 = changes
-        .map(|(one, other)| f64::from((one - other).abs()))
-        .sum();
-    let sum: f64 = values.iter().map(|value| f64::from(value.abs())).sum();
+    let [values, others] = [&at, &others].map(|at| evaluate(brdf, at));
+    let (mut changes, mut sum) = (0.0, 0.0);
+    for ((at, one), other) in at.iter().zip(values).zip(others) {
+        let weight = f64::from(at.cos_theta_i() * at.cos_theta_o());
+        for (one, other) in one.into_iter().zip(other) {
+            changes += weight * f64::from((one - other).abs());
+            sum += weight * f64::from(one.abs());
+        }
+    }
     match sum > 0.0 {
         true => changes / sum,
         false => 0.0,

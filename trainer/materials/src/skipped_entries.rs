@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use crate::error::read_error;
-use crate::name::name_by_extension;
+use crate::name::{is_second_form, name_by_extension};
 use crate::{FittedMaterial, NeuralBrdf, SourceError};
 
 /// Endings of material files, in lowercase.
@@ -13,8 +13,8 @@ const ENDINGS: [&str; 3] = [".binary", ".bsdf", ".npy"];
 const MAX_NAMES: usize = 10;
 
 /// The sorted names of entries that are not read: directories without the `material.json` of a fit, and files with a
-/// material's extension whose names are not UTF-8, have capital letters in the extension, or do not fit the format.
-/// Other kinds of files, such as a README, are not listed.
+/// material's extension whose names are not UTF-8, have capital letters in the extension, or do not fit the format, and
+/// `NAME_spec.bsdf` next to `NAME_rgb.bsdf`. Other kinds of files, such as a README, are not listed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SkippedEntries(pub Vec<String>);
 
@@ -32,7 +32,8 @@ impl SkippedEntries {
                     let is_read = NeuralBrdf::name_of(&path)
                         .or(name_by_extension(&path))
                         .is_some();
-                    !is_read && ENDINGS.iter().any(|ending| lowercase.ends_with(ending))
+                    is_second_form(&path)
+                        || !is_read && ENDINGS.iter().any(|ending| lowercase.ends_with(ending))
                 }
             };
             if is_skipped {
@@ -52,7 +53,7 @@ impl fmt::Display for SkippedEntries {
         write!(
             f,
             "{count} entries ({names}{ellipsis}); a directory needs a material.json, and a file the UTF-8 name \
-             NAME.binary, NAME.bsdf or NAME_fc1.npy"
+             NAME.binary, NAME.bsdf or NAME_fc1.npy; NAME_rgb.bsdf is read instead of NAME_spec.bsdf"
         )
     }
 }

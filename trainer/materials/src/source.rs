@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::error::{MAX_PROCEDURAL, SourceError, read_error};
 use crate::format::Format;
-use crate::name::name_by_extension;
+use crate::name::{is_second_form, name_by_extension};
 use crate::skipped_entries::SkippedEntries;
 use crate::{FittedMaterial, Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement, pab};
 
@@ -22,8 +22,9 @@ use crate::{FittedMaterial, Material, MerlTable, NeuralBrdf, Procedural, RglMeas
 ///   directory;
 /// - `procedural[:COUNT[:SEED]]`, by default 100 materials and seed 0.
 ///
-/// The format is detected from a file's content; see [`Format`]. Spectral and anisotropic `.bsdf` files in a directory
-/// are errors, so that no material is skipped silently. Names must be unique, because results are listed by name.
+/// The format is detected from a file's content; see [`Format`]. Anisotropic `.bsdf` files in a directory are errors, so
+/// that no material is skipped silently. `NAME_spec.bsdf` next to `NAME_rgb.bsdf` is skipped: it is the same material.
+/// Names must be unique, because results are listed by name.
 ///
 /// A text that continues after `procedural` with anything except a colon is a path.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -189,7 +190,7 @@ fn list(directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
     let mut files: Vec<PathBuf> = FittedMaterial::find_in(directory).into_iter().collect();
     for entry in directory.read_dir().map_err(read_error(directory))? {
         let path = entry.map_err(read_error(directory))?.path();
-        if path.is_file() && !FittedMaterial::is_json_file(&path) {
+        if path.is_file() && !FittedMaterial::is_json_file(&path) && !is_second_form(&path) {
             files.push(path);
         } else if path.is_dir() {
             files.extend(FittedMaterial::find_in(&path));
@@ -223,18 +224,6 @@ fn list(directory: &Path) -> Result<Vec<PathBuf>, SourceError> {
                     second: file,
                 });
             }
-        }
-    }
-    // RGL publishes the same material in both forms.
-    for (name, rgb) in &by_name {
-        let stem = name.strip_suffix("_rgb");
-        let spectral = stem.and_then(|stem| by_name.get_key_value(&format!("{stem}_spec")));
-        if let (Some(stem), Some((_, spectra))) = (stem, spectral) {
-            return Err(SourceError::DuplicateName {
-                name: stem.to_owned(),
-                first: rgb.clone(),
-                second: spectra.clone(),
-            });
         }
     }
     match by_name.is_empty() {

@@ -14,7 +14,7 @@ use super::{load_measured, print};
 
 /// Evaluate the BRDF of materials at given angles.
 ///
-/// INPUT. A CSV file whose first line names the columns, in any order. The angles are
+/// INPUT. A CSV file with a line that names the columns, in any order. The angles are
 ///
 /// - theta_h (half vector to normal) and theta_d (incoming direction to half vector), 0 to 90, and
 ///   phi_d (azimuth of the incoming direction about the half vector);

@@ -4,9 +4,9 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
-use serde::Deserialize;
 
 use super::convention::AngleArgs;
+use super::layout::{ANGLES, INDEX};
 use super::table::{Row, Table, TableError};
 
 /// The columns of Rusinkiewicz angles.
@@ -15,9 +15,6 @@ const HALF_DIFFERENCE: [&str; 3] = ["theta_h", "theta_d", "phi_d"];
 const DIRECTIONS: [&str; 4] = ["theta_i", "phi_i", "theta_o", "phi_o"];
 /// The smallest cosine of a direction above the horizon. Within 6e-8 degrees of the horizon, rounding decides the side.
 const MIN_COSINE: f64 = 1e-9;
-
-/// The column of sample indices in a measurement plan of `trainer plan`.
-pub(super) const INDEX: &str = "index";
 
 /// A file of pairs of directions.
 pub struct AngleTable {
@@ -38,7 +35,7 @@ pub struct AngleRow {
 impl AngleTable {
     /// Reads a CSV file with one pair of directions per row.
     ///
-    /// The first line names the columns of one set of angles, in any order. The column `index` of a measurement plan is
+    /// One line names the columns of one set of angles, in any order. The column `index` of a measurement plan is
     /// kept; other columns are ignored.
     ///
     /// # Errors
@@ -47,7 +44,8 @@ impl AngleTable {
         let table = Table::read(path)?;
         let Some(angles) = AngleColumns::find(&table)? else {
             return Err(table.file_error(format!(
-                "line 1 names the columns {}, none of which is an angle; name {}, or {}",
+                "line {} names the columns {}, none of which is an angle; name {}, or {}",
+                table.header_line,
                 table.names(),
                 DIRECTIONS.join(", "),
                 HALF_DIFFERENCE.join(", ")
@@ -87,19 +85,6 @@ pub(super) enum AngleColumns {
     InPlane,
 }
 
-/// The angle cells of a row.
-#[derive(Deserialize)]
-struct AngleCells {
-    theta_h: Option<f64>,
-    theta_d: Option<f64>,
-    phi_d: Option<f64>,
-    theta_i: Option<f64>,
-    phi_i: Option<f64>,
-    theta_o: Option<f64>,
-    phi_o: Option<f64>,
-    phi: Option<f64>,
-}
-
 /// The angles of a row, in radians, in either parametrization.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum RowAngles {
@@ -108,11 +93,6 @@ pub(super) enum RowAngles {
     /// theta_i, phi_i, theta_o, phi_o.
     Directions([f64; 4]),
 }
-
-/// The names of all angle columns.
-const NAMES: [&str; 8] = [
-    "theta_h", "theta_d", "phi_d", "theta_i", "phi_i", "theta_o", "phi_o", "phi",
-];
 
 impl AngleColumns {
     const ALL: [Self; 4] = [
@@ -124,7 +104,7 @@ impl AngleColumns {
 
     /// Finds the angle columns of a table; None if it has none of them.
     pub(super) fn find(table: &Table) -> Result<Option<Self>, TableError> {
-        let present: Vec<&str> = NAMES
+        let present: Vec<&str> = ANGLES
             .into_iter()
             .filter(|name| table.has(&[name]))
             .collect();
@@ -138,7 +118,8 @@ impl AngleColumns {
         }
         let sets = Self::ALL.map(|columns| columns.names().join(", "));
         Err(table.file_error(format!(
-            "line 1 names the angles {}; name all columns of one set, and of no other: {}",
+            "line {} names the angles {}; name all columns of one set, and of no other: {}",
+            table.header_line,
             present.join(", "),
             sets.join("; ")
         )))
@@ -168,6 +149,15 @@ impl AngleColumns {
                 "--convention from-mirror has no effect without the sensor's azimuth; remove it";
             return Err(table.file_error(message.to_owned()));
         }
+        let stated = table.angle_unit(self.names())?;
+        if stated.is_some_and(|stated| args.unit.is_some_and(|unit| unit != stated)) {
+            let message = "the unit of its angles differs from that of --unit; remove the option, or correct the table";
+            return Err(table.file_error(message.to_owned()));
+        }
+        let args = &AngleArgs {
+            unit: stated.or(args.unit),
+            ..args.clone()
+        };
         let rows = table.rows().iter().map(|row| self.parse(table, row, args));
         let rows: Vec<Option<RowAngles>> = rows.collect::<Result<_, _>>()?;
         let largest = |select: fn(&str) -> bool| {
@@ -196,57 +186,54 @@ impl AngleColumns {
         row: &Row,
         args: &AngleArgs,
     ) -> Result<Option<RowAngles>, TableError> {
-        let cells: AngleCells = table.parse(row)?;
-        let required = |name: &str, cell: Option<f64>| {
-            cell.ok_or_else(|| format!("column {name}: it is empty; give an angle"))
-        };
-        let polar = |name, cell, max| args.polar(name, required(name, cell)?, max);
-        let azimuth =
-            |name, cell| -> Result<f64, String> { Ok(args.azimuth(required(name, cell)?)) };
-        let parse = || -> Result<RowAngles, String> {
-            if self == Self::HalfDifference {
-                return Ok(RowAngles::HalfDifference([
-                    polar("theta_h", cells.theta_h, 90.0)?,
-                    polar("theta_d", cells.theta_d, 90.0)?,
-                    azimuth("phi_d", cells.phi_d)?,
-                ]));
-            }
-            let (phi_i, phi_o) = match self {
-                Self::Directions => (
-                    azimuth("phi_i", cells.phi_i)?,
-                    azimuth("phi_o", cells.phi_o)?,
-                ),
-                Self::Relative => (0.0, azimuth("phi", cells.phi)?),
-                _ => (0.0, 0.0),
-            };
-            let (theta_i, theta_o) = match self {
-                Self::InPlane => (
-                    args.signed_polar("theta_i", required("theta_i", cells.theta_i)?)?
-                        .abs(),
-                    -args.signed_polar("theta_o", required("theta_o", cells.theta_o)?)?,
-                ),
-                _ => (
-                    polar("theta_i", cells.theta_i, 180.0)?,
-                    polar("theta_o", cells.theta_o, 180.0)?,
-                ),
-            };
-            Ok(RowAngles::Directions([
-                theta_i,
-                phi_i,
-                theta_o,
-                phi_o + args.sensor_azimuth(),
-            ]))
-        };
-        let names = self.names().iter();
-        if names
-            .into_iter()
+        if self
+            .names()
+            .iter()
             .all(|name| table.cell(row, name).is_empty())
         {
             return Ok(None);
         }
-        parse()
-            .map(Some)
-            .map_err(|message| table.line_error(row.line, &message))
+        let error = |message: String| table.line_error(row.line, &message);
+        let angle = |name: &str| {
+            let angle = table
+                .number::<f64>(row, name)?
+                .filter(|angle| angle.is_finite());
+            angle.ok_or_else(|| {
+                error(format!(
+                    "column {name}: it is empty or not finite; give an angle"
+                ))
+            })
+        };
+        let polar = |name, max| args.polar(name, angle(name)?, max).map_err(error);
+        let in_plane = |name| args.signed_polar(name, angle(name)?).map_err(error);
+        let azimuth = |name| Ok(args.azimuth(angle(name)?));
+        let directions = match self {
+            Self::HalfDifference => {
+                return Ok(Some(RowAngles::HalfDifference([
+                    polar("theta_h", 90.0)?,
+                    polar("theta_d", 90.0)?,
+                    azimuth("phi_d")?,
+                ])));
+            }
+            Self::Directions => [
+                polar("theta_i", 180.0)?,
+                azimuth("phi_i")?,
+                polar("theta_o", 180.0)?,
+                azimuth("phi_o")?,
+            ],
+            Self::Relative => [
+                polar("theta_i", 180.0)?,
+                0.0,
+                polar("theta_o", 180.0)?,
+                azimuth("phi")?,
+            ],
+            Self::InPlane => [in_plane("theta_i")?.abs(), 0.0, -in_plane("theta_o")?, 0.0],
+        };
+        let [theta_i, phi_i, theta_o, phi_o] = directions;
+        let phi_o = phi_o + args.sensor_azimuth();
+        Ok(Some(RowAngles::Directions([
+            theta_i, phi_i, theta_o, phi_o,
+        ])))
     }
 }
 

@@ -51,7 +51,7 @@ impl AngleArgs {
         }
         match radians.to_degrees() <= max_degrees {
             true => Ok(radians),
-            false => Err(out_of_range(name, angle, max_degrees)),
+            false => Err(self.out_of_range(name, angle, max_degrees)),
         }
     }
 
@@ -63,7 +63,7 @@ impl AngleArgs {
         };
         match radians.abs() <= PI {
             true => Ok(radians),
-            false => Err(out_of_range(name, angle, 180.0)),
+            false => Err(self.out_of_range(name, angle, 180.0)),
         }
     }
 
@@ -82,8 +82,14 @@ impl AngleArgs {
             false => 0.0,
         }
     }
-}
 
-fn out_of_range(name: &str, angle: f64, max_degrees: f64) -> String {
-    format!("column {name}: {angle} is out of range; give an angle of 0 to {max_degrees} degrees")
+    fn out_of_range(&self, name: &str, angle: f64, max_degrees: f64) -> String {
+        let unit = match self.unit {
+            Some(AngleUnit::Radians) => "radians",
+            _ => "degrees",
+        };
+        format!(
+            "column {name}: {angle} {unit} is out of range; give an angle of 0 to {max_degrees} degrees"
+        )
+    }
 }

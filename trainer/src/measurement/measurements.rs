@@ -41,18 +41,12 @@ impl Measurements {
             let Some(values) = row.values else {
                 continue;
             };
-            let error = |message: String| {
-                rows.line_error(
-                    row.line,
-                    &format!("{message}; correct the row or remove it"),
-                )
-            };
-            let reading = quantity.to_brdf(&row, values).map_err(error)?;
-            let checked = reading.check(row.sample as u16);
-            checked.map_err(|cause| error(cause.to_string()))?;
+            let reading = quantity.to_brdf(rows, &row, values)?;
+            let error = |error| rows.reading_error(row.line, error, values);
+            reading.check(row.sample as u16).map_err(error)?;
             measurements.samples[row.sample]
                 .add(reading.brdf, reading.saturated)
-                .map_err(|cause| error(cause.to_string()))?;
+                .map_err(error)?;
             measurements.rows += 1;
             let is_larger = |distance: &AngularDistance| {
                 measurements

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use glimpse_core::error::Error;
 use glimpse_core::geometry::{Angles, Directions};
 use glimpse_core::gonio::{Calibration, Footprint, Quantity, Reading, Repeated};
 
@@ -92,9 +93,8 @@ impl WhiteReference {
                 if row.saturated {
                     return Err(rows.line_error(row.line, SATURATED_WHITE));
                 }
-                whites[row.sample].add(values, false).map_err(|error| {
-                    rows.line_error(row.line, &format!("{error}; correct the row or remove it"))
-                })?;
+                let added = whites[row.sample].add(values, false);
+                added.map_err(|error| rows.reading_error(row.line, error, values))?;
             }
         }
         Ok(Self::PerSample(whites.iter().map(Repeated::mean).collect()))
@@ -114,15 +114,18 @@ impl ReadingQuantity {
         }
     }
 
-    /// Converts a row's numbers to the BRDF. The error is a message.
-    pub(super) fn to_brdf(&self, row: &MatchedRow, values: [f32; 3]) -> Result<Reading, String> {
-        let mut reading = match self {
-            Self::Values(quantity) => {
-                let brdf = quantity.to_brdf(values, &row.directions);
-                Reading::new(brdf.map_err(|error| error.to_string())?)
-            }
-            Self::Counts(counts) => counts.to_brdf(row, values)?,
+    /// Converts a row's numbers to the BRDF.
+    pub(super) fn to_brdf(
+        &self,
+        rows: &Rows,
+        row: &MatchedRow,
+        values: [f32; 3],
+    ) -> Result<Reading, TableError> {
+        let reading = match self {
+            Self::Values(quantity) => quantity.to_brdf(values, &row.directions).map(Reading::new),
+            Self::Counts(counts) => counts.to_brdf(counts.white_at(rows, row)?, row, values),
         };
+        let mut reading = reading.map_err(|error| rows.reading_error(row.line, error, values))?;
         reading.saturated |= row.saturated;
         Ok(reading)
     }
@@ -145,32 +148,36 @@ impl CountCalibration {
         }
     }
 
-    fn to_brdf(&self, row: &MatchedRow, values: [f32; 3]) -> Result<Reading, String> {
-        let white = match &self.white {
-            WhiteReference::Single(white, ..) => *white,
-            WhiteReference::PerSample(whites) => {
-                let white = whites.get(row.sample).copied().flatten();
-                white.ok_or_else(|| {
-                    format!(
-                        "sample {} has no white reading; read the white at these directions as well",
-                        row.sample
-                    )
-                })?
-            }
+    /// Returns the counts of the white for a row.
+    fn white_at(&self, rows: &Rows, row: &MatchedRow) -> Result<[f32; 3], TableError> {
+        match &self.white {
+            WhiteReference::Single(white, ..) => Ok(*white),
+            WhiteReference::PerSample(whites) => whites.get(row.sample).copied().flatten().ok_or_else(|| {
+                let message = format!(
+                    "sample {} has no white reading; read the white at these directions as well, or remove the row",
+                    row.sample
+                );
+                rows.line_error(row.line, &message)
+            }),
+        }
+    }
+
+    fn to_brdf(
+        &self,
+        white: [f32; 3],
+        row: &MatchedRow,
+        values: [f32; 3],
+    ) -> Result<Reading, Error> {
+        let calibration = Calibration::new(self.dark, white, self.reflectance)?;
+        let calibration = match self.saturation {
+            Some(level) => calibration.saturating_at(level)?,
+            None => calibration,
         };
-        let calibrate = || {
-            let calibration = Calibration::new(self.dark, white, self.reflectance)?;
-            let calibration = match self.saturation {
-                Some(level) => calibration.saturating_at(level)?,
-                None => calibration,
-            };
-            match &self.white {
-                WhiteReference::PerSample(_) => calibration.reading(values),
-                WhiteReference::Single(_, directions, footprint) => calibration
-                    .read_once_at(directions, *footprint)?
-                    .reading(values, &row.directions),
-            }
-        };
-        calibrate().map_err(|error| error.to_string())
+        match &self.white {
+            WhiteReference::PerSample(_) => calibration.reading(values),
+            WhiteReference::Single(_, directions, footprint) => calibration
+                .read_once_at(directions, *footprint)?
+                .reading(values, &row.directions),
+        }
     }
 }

@@ -1,16 +1,26 @@
 //! One row of readings, from a file or an array.
 
 use glimpse_materials::untrusted::escaped;
-use serde::Deserialize;
 
-use super::angles::{AngleColumns, INDEX, RowAngles};
+use super::angles::{AngleColumns, RowAngles};
 use super::convention::AngleArgs;
+use super::layout::{CHANNELS, INDEX, MONOCHROME};
 use super::table::{Row, Table, TableError};
 
-/// The columns of readings by a sensor with three channels.
-const CHANNELS: [&str; 3] = ["r", "g", "b"];
-/// The column of readings by a sensor with one channel.
-const MONOCHROME: &str = "value";
+/// A reading in memory.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LabReading {
+    /// The index of the sample, from 0, if it is known.
+    pub sample: Option<usize>,
+    /// The incoming and the outgoing direction, if they are known: vectors of length 1 with z along the normal.
+    pub directions: Option<[[f64; 3]; 2]>,
+    /// The reading's numbers, of red, green and blue; None if nothing was read.
+    pub values: Option<[f32; 3]>,
+    /// True if the sensor was saturated.
+    pub saturated: bool,
+    /// The standard deviation of the noise, relative to the reading; None if it is not stated.
+    pub noise: Option<f32>,
+}
 
 /// One row of readings.
 #[derive(Default)]
@@ -30,30 +40,17 @@ pub(super) struct ReadingRow {
     pub(super) material: String,
 }
 
-/// The cells of a row, without angles.
-#[derive(Deserialize)]
-struct Cells {
-    /// Some programs write whole numbers as 3.0.
-    index: Option<f64>,
-    r: Option<f32>,
-    g: Option<f32>,
-    b: Option<f32>,
-    value: Option<f32>,
-    saturated: Option<u8>,
-    noise: Option<f32>,
-    #[serde(default)]
-    quantity: String,
-    #[serde(default)]
-    material: String,
-}
-
-/// Reads all rows of a table.
-pub(super) fn read_rows(table: &Table, args: &AngleArgs) -> Result<Vec<ReadingRow>, TableError> {
+/// Reads all rows of a table. Returns them with the columns of red, green and blue.
+pub(super) fn read_rows(
+    table: &Table,
+    args: &AngleArgs,
+) -> Result<(Vec<ReadingRow>, [&'static str; 3]), TableError> {
     let angles = AngleColumns::find(table)?;
     if angles.is_none() && !table.has(&[INDEX]) {
         return Err(table.file_error(format!(
-            "line 1 names the columns {}, which do not identify the sample of a reading; add theta_h, theta_d, \
+            "line {} names the columns {}, which do not identify the sample of a reading; add theta_h, theta_d, \
              phi_d, or theta_i, phi_i, theta_o, phi_o (degrees), or index (the sample's number, from 0)",
+            table.header_line,
             table.names()
         )));
     }
@@ -66,93 +63,88 @@ pub(super) fn read_rows(table: &Table, args: &AngleArgs) -> Result<Vec<ReadingRo
                 false => "none of which holds readings; add",
             };
             return Err(table.file_error(format!(
-                "line 1 names the columns {}, {defect} r, g, b, or value for a sensor with one channel",
+                "line {} names the columns {}, {defect} r, g, b, or value for a sensor with one channel",
+                table.header_line,
                 table.names()
             )));
         }
     };
+    table.check_value_units()?;
     let angles = match angles {
         Some(columns) => columns.parse_all(table, args)?,
         None => vec![None; table.rows().len()],
     };
-    let rows = table.rows().iter().zip(angles).map(|(row, angles)| {
-        let cells = table.parse::<Cells>(row)?;
-        cells
-            .check(table, row, channels, angles)
-            .map_err(|message| table.line_error(row.line, &message))
-    });
-    rows.collect()
+    let rows = table.rows().iter().zip(angles);
+    let rows = rows
+        .map(|(row, angles)| read_row(table, row, channels, angles))
+        .collect::<Result<_, _>>()?;
+    Ok((rows, channels))
 }
 
-impl Cells {
-    /// Returns the row of these cells. The error describes the invalid cell.
-    fn check(
-        self,
-        table: &Table,
-        row: &Row,
-        channels: [&str; 3],
-        angles: Option<RowAngles>,
-    ) -> Result<ReadingRow, String> {
-        let index = match self.index {
-            Some(index) if index < 0.0 || index.fract() != 0.0 => {
-                return Err(format!(
-                    "column index: {index} is not a sample's number; give 0, 1, 2, ..."
-                ));
-            }
-            index => index.map(|index| index as usize),
-        };
-        if index.is_none() && angles.is_none() {
-            return Err("the directions and the index are empty; give one of them".to_owned());
-        }
-        let values = match self.value {
-            Some(value) => [Some(value); 3],
-            None => [self.r, self.g, self.b],
-        };
+fn read_row(
+    table: &Table,
+    row: &Row,
+    channels: [&str; 3],
+    angles: Option<RowAngles>,
+) -> Result<ReadingRow, TableError> {
+    let error = |message: String| Err(table.line_error(row.line, &message));
+    // Some programs write whole numbers as 3.0.
+    let index = table.number::<f64>(row, INDEX)?;
+    if let Some(index) = index.filter(|index| !(*index >= 0.0 && index.fract() == 0.0)) {
+        return error(format!(
+            "column index: {index} is not a sample's number; give 0, 1, 2, ..."
+        ));
+    }
+    if index.is_none() && angles.is_none() {
+        return error("the directions and the index are empty; give one of them".to_owned());
+    }
+    let mut values = [None; 3];
+    for (value, name) in values.iter_mut().zip(channels) {
         // Programs write a missing value as an empty cell or as NaN.
-        let values = values.map(|value| value.filter(|value| !value.is_nan()));
-        for (name, value) in channels.iter().zip(values) {
-            match value {
-                Some(value) if value.is_infinite() => {
-                    return Err(format!(
-                        "column {name}: {} is not finite; leave it empty if nothing was read",
-                        escaped(table.cell(row, name))
-                    ));
-                }
-                None if values.iter().any(Option::is_some) => {
-                    return Err(format!(
-                        "column {name}: it is empty but the other channels are not; give all three, or none if \
-                         nothing was read"
-                    ));
-                }
-                _ => {}
-            }
-        }
-        let saturated = match self.saturated {
-            None | Some(0) => false,
-            Some(1) => true,
-            Some(other) => {
-                return Err(format!(
-                    "column saturated: {other} is neither 0 nor 1; give 1 if the sensor was saturated"
-                ));
-            }
-        };
-        if let Some(noise) = self.noise.filter(|noise| !(0.0..=10.0).contains(noise)) {
-            return Err(format!(
-                "column noise: {noise} is out of range; give the standard deviation relative to the reading, 0 to 10"
+        *value = table
+            .number::<f32>(row, name)?
+            .filter(|value| !value.is_nan());
+        if value.is_some_and(f32::is_infinite) {
+            return error(format!(
+                "column {name}: {} is not finite; leave it empty if nothing was read",
+                escaped(table.cell(row, name))
             ));
         }
-        Ok(ReadingRow {
-            line: row.line,
-            noise: self.noise,
-            index,
-            angles,
-            values: match values {
-                [Some(r), Some(g), Some(b)] => Some([r, g, b]),
-                _ => None,
-            },
-            saturated,
-            quantity: self.quantity.to_lowercase(),
-            material: self.material,
-        })
     }
+    let empty = values.iter().position(Option::is_none);
+    if let Some(channel) = empty.filter(|_| values.iter().any(Option::is_some)) {
+        return error(format!(
+            "column {}: it is empty but the other channels are not; give all three, or none if nothing was read",
+            channels[channel]
+        ));
+    }
+    let saturated = match &table.cell(row, "saturated").to_lowercase()[..] {
+        "" | "0" | "0.0" | "false" => false,
+        "1" | "1.0" | "true" => true,
+        other => {
+            return error(format!(
+                "column saturated: `{}` is neither 0 nor 1; give 1 if the sensor was saturated",
+                escaped(other)
+            ));
+        }
+    };
+    let noise = table.number::<f32>(row, "noise")?;
+    if let Some(noise) = noise.filter(|noise| !(0.0..=10.0).contains(noise)) {
+        return error(format!(
+            "column noise: {noise} is out of range; give the standard deviation relative to the reading, 0 to 10"
+        ));
+    }
+    Ok(ReadingRow {
+        line: row.line,
+        index: index.map(|index| index as usize),
+        angles,
+        values: match values {
+            [Some(r), Some(g), Some(b)] => Some([r, g, b]),
+            _ => None,
+        },
+        saturated,
+        noise,
+        quantity: table.cell(row, "quantity").to_lowercase(),
+        material: table.cell(row, "material").to_owned(),
+    })
 }

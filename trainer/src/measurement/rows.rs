@@ -3,14 +3,16 @@
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::untrusted::escaped;
 
 use super::angles::{RowAngles, above_horizon};
 use super::convention::AngleArgs;
+use super::layout::CHANNELS;
 use super::matching::{AngularDistance, IsotropicAngles};
-use super::reading_row::{ReadingRow, read_rows};
+use super::reading_row::{LabReading, ReadingRow, read_rows};
 use super::table::{Table, TableError};
 
 /// The largest distance of a row from its sample, in degrees: a typical error of a lab's arms.
@@ -21,27 +23,14 @@ const TOLERANCE: f64 = TOLERANCE_DEGREES.to_radians();
 pub(super) const SATURATED_WHITE: &str =
     "column saturated: the white reading is saturated; read the white with less light";
 
-/// A reading in memory.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct LabReading {
-    /// The index of the sample, from 0, if it is known.
-    pub sample: Option<usize>,
-    /// The incoming and the outgoing direction, if they are known: vectors of length 1 with z along the normal.
-    pub directions: Option<[[f64; 3]; 2]>,
-    /// The reading's numbers, of red, green and blue; None if nothing was read.
-    pub values: Option<[f32; 3]>,
-    /// True if the sensor was saturated.
-    pub saturated: bool,
-    /// The standard deviation of the noise, relative to the reading; None if it is not stated.
-    pub noise: Option<f32>,
-}
-
 /// Readings of a file or of an array.
 pub struct Rows {
     /// The file, or the name of the array, for error messages.
     path: PathBuf,
     /// The name of a row in error messages: "line" or "row".
     row_label: &'static str,
+    /// The columns of red, green and blue.
+    channels: [&'static str; 3],
     rows: Vec<ReadingRow>,
 }
 
@@ -87,11 +76,12 @@ impl Rows {
     /// If the file cannot be read, or a cell is not valid.
     pub fn read(path: &Path, args: &AngleArgs) -> Result<Self, TableError> {
         let table = Table::read(path)?;
-        let rows = read_rows(&table, args)?;
+        let (rows, channels) = read_rows(&table, args)?;
         let Some(first) = rows.first() else {
-            return Err(
-                table.file_error("it has no rows below line 1; add the readings".to_owned())
-            );
+            return Err(table.file_error(format!(
+                "it has no rows below line {}; add the readings",
+                table.header_line
+            )));
         };
         // Such as `trainer query` writes.
         if let Some(other) = rows.iter().find(|row| row.material != first.material) {
@@ -107,6 +97,7 @@ impl Rows {
         Ok(Self {
             path: table.path().to_owned(),
             row_label: "line",
+            channels,
             rows,
         })
     }
@@ -126,6 +117,7 @@ impl Rows {
         Self {
             path: "readings".into(),
             row_label: "row",
+            channels: CHANNELS,
             rows: rows.collect(),
         }
     }
@@ -159,6 +151,27 @@ impl Rows {
         self.file_error(format!("{} {line}, {message}", self.row_label))
     }
 
+    /// Returns an error that concerns a reading. `numbers` are those of red, green and blue in the row.
+    pub(super) fn reading_error(&self, line: u64, error: Error, numbers: [f32; 3]) -> TableError {
+        let [first, second] = error.details.map(|detail| detail as usize);
+        let channel = match error.code {
+            ErrorCode::ReadingNonFinite | ErrorCode::ReadingNegative => second,
+            ErrorCode::ChannelNonFinite
+            | ErrorCode::WhiteNotBrighter
+            | ErrorCode::WhiteReflectance
+            | ErrorCode::WhiteSaturated => first,
+            _ => return self.line_error(line, &format!("{error}; correct the row or remove it")),
+        };
+        let (name, number) = (self.channels[channel], numbers[channel]);
+        let text = error.code.text();
+        self.line_error(
+            line,
+            &format!(
+                "column {name}: {number} is invalid, because {text}; correct the row or remove it"
+            ),
+        )
+    }
+
     /// Returns an error that concerns all rows.
     pub(super) fn file_error(&self, message: String) -> TableError {
         TableError::Damaged {
@@ -167,8 +180,12 @@ impl Rows {
         }
     }
 
-    /// Forgets the indices of samples, of rows that have directions: they are those of another pattern.
+    /// Forgets the indices of samples, of rows that have directions: they are those of another pattern. Removes rows
+    /// without a reading, unless all are.
     pub(super) fn forget_indices(&mut self) {
+        if self.rows.iter().any(|row| row.values.is_some()) {
+            self.rows.retain(|row| row.values.is_some());
+        }
         for row in self.rows.iter_mut().filter(|row| row.angles.is_some()) {
             row.index = None;
         }
@@ -434,6 +451,7 @@ mod tests {
         let rows = Rows {
             path: "rows".into(),
             row_label: "row",
+            channels: CHANNELS,
             rows: rows.collect(),
         };
         let mut each = rows.rows.iter();

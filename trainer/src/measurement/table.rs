@@ -1,10 +1,17 @@
-//! A CSV file whose first line names the columns, in any order.
+//! A table in a text file, such as CSV. One line names the columns, in any order.
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
-use csv::{Position, ReaderBuilder, StringRecord, Trim};
+use csv::{Position, StringRecord};
+use glimpse_materials::binary_format;
 use glimpse_materials::untrusted::{escaped, read_at_most};
-use serde::Deserialize;
+
+use super::convention::AngleUnit;
+use super::layout::{
+    DEGREES, Layout, PER_STERADIAN, RADIANS, Unit, is_known, is_number, is_value,
+    may_separate_thousands, reader, row_of_units, tabulated,
+};
 
 /// The maximum size of a file in bytes, which holds more than a million rows.
 const MAX_BYTES: u64 = 1 << 28;
@@ -38,10 +45,13 @@ pub enum TableError {
     },
 }
 
-/// A table: the column names in lowercase, and the rows.
+/// A table: the column names in lowercase, and the rows. Numbers have decimal points.
 pub(super) struct Table {
     path: PathBuf,
     header: StringRecord,
+    /// The line of column names, from 1.
+    pub(super) header_line: u64,
+    units: Vec<Unit>,
     rows: Vec<Row>,
 }
 
@@ -52,38 +62,164 @@ pub(super) struct Row {
 }
 
 impl Table {
-    /// Reads a whole file.
+    /// Reads a whole file. Columns are separated by commas, semicolons, tabs or spaces. Comments, empty rows, and empty
+    /// cells at the end of a row are ignored.
     pub(super) fn read(path: &Path) -> Result<Self, TableError> {
         let bytes = read_at_most(path, MAX_BYTES).map_err(|source| TableError::Read {
             path: path.into(),
             source,
         })?;
-        let damaged = |message| TableError::Damaged {
+        Self::parse_text(path, &bytes).map_err(|message| TableError::Damaged {
             path: path.into(),
             message,
-        };
-        let syntax_error = |error: csv::Error| {
-            damaged(csv_error_message(
-                &error,
-                line_number(&bytes, error.position()),
-            ))
-        };
-        let mut reader = ReaderBuilder::new().trim(Trim::All).from_reader(&bytes[..]);
-        let header = reader.headers().map_err(syntax_error)?.clone();
-        if let Some(message) = separator_error(&header) {
-            return Err(damaged(message));
-        }
-        let rows = reader.records().map(|cells| {
-            let cells = cells.map_err(syntax_error)?;
-            let line = line_number(&bytes, cells.position());
-            Ok(Row { line, cells })
-        });
-        let rows = rows.collect::<Result<_, TableError>>()?;
-        Ok(Self {
-            path: path.into(),
-            header: header.iter().map(str::to_ascii_lowercase).collect(),
-            rows,
         })
+    }
+
+    fn parse_text(path: &Path, bytes: &[u8]) -> Result<Self, String> {
+        let text = decode(bytes)?;
+        let layout = Layout::find(&text)?;
+        let (count, line) = (layout.names.len(), layout.line);
+        let mut table = Self {
+            path: path.into(),
+            header: StringRecord::from(layout.names.clone()),
+            header_line: line,
+            units: layout.units,
+            rows: Vec::new(),
+        };
+        let mut names = layout.names.iter().enumerate();
+        let is_repeated = |(index, name): &(usize, &String)| {
+            is_known(name) && layout.names[..*index].contains(name)
+        };
+        if let Some((_, name)) = names.find(is_repeated) {
+            return Err(format!(
+                "line {line} names two columns {name}; remove or rename one"
+            ));
+        }
+        let text = tabulated(layout.rows, layout.separator);
+        for record in reader(&text, layout.separator).records() {
+            let record = record.map_err(|error| error.to_string())?;
+            let line = line + line_number(&text, record.position());
+            let cells: Vec<&str> = record.iter().collect();
+            if cells.iter().any(|cell| cell.contains('\n')) {
+                return Err(format!(
+                    "line {line} has a quotation mark that is not closed; remove it"
+                ));
+            }
+            let used = cells.iter().rposition(|cell| !cell.is_empty());
+            let used = used.map_or(0, |last| last + 1);
+            // Spreadsheets write errors such as `#DIV/0!`.
+            let first = cells.first().copied().unwrap_or_default();
+            let is_error = first.ends_with(['!', '?']) || first == "#N/A";
+            if used == 0 || first.starts_with('#') && !is_error {
+                continue;
+            }
+            if used > count || cells.len() < count {
+                return Err(format!(
+                    "line {line} has {} cells, but line {} names {count} columns; give every row {count} cells, and \
+                     use decimal points instead of commas",
+                    used.max(cells.len().min(count)),
+                    table.header_line
+                ));
+            }
+            let cells = &cells[..count];
+            let count = table.units.len();
+            if table.rows.is_empty() {
+                table.units.extend(row_of_units(line, &layout.names, cells));
+            }
+            if count == table.units.len() {
+                let cells = cells.into();
+                table.rows.push(Row { line, cells });
+            }
+        }
+        table.replace_decimal_commas()?;
+        Ok(table)
+    }
+
+    /// Replaces decimal commas by decimal points, if no comma can separate thousands.
+    fn replace_decimal_commas(&mut self) -> Result<(), String> {
+        let columns: Vec<usize> = (0..self.header.len())
+            .filter(|column| is_number(&self.header[*column]))
+            .collect();
+        let find = |condition: fn(&str) -> bool| {
+            let mut cells = self
+                .rows
+                .iter()
+                .flat_map(|row| columns.iter().map(move |column| (row, *column)));
+            cells.find(|(row, column)| condition(&row.cells[*column]))
+        };
+        let Some((row, column)) = find(|cell| cell.contains(',')) else {
+            return Ok(());
+        };
+        let has_points = find(|cell| cell.contains('.') && cell.parse::<f64>().is_ok()).is_some();
+        let is_decimal = find(|cell| cell.contains(',') && !may_separate_thousands(cell)).is_some();
+        if has_points || !is_decimal {
+            return Err(format!(
+                "line {}, column {}: the comma of `{}` may separate decimals or thousands; write all numbers with \
+                 decimal points, and without separators of thousands",
+                row.line,
+                &self.header[column],
+                escaped(&row.cells[column])
+            ));
+        }
+        for row in &mut self.rows {
+            let cells = row.cells.iter().enumerate().map(|(column, cell)| {
+                let number = cell.replacen(',', ".", 1);
+                let is_decimal = columns.contains(&column) && number.parse::<f64>().is_ok();
+                if is_decimal { number } else { cell.to_owned() }
+            });
+            row.cells = cells.collect();
+        }
+        Ok(())
+    }
+
+    /// Returns the stated unit of the angles in these columns: DEGREES or RADIANS.
+    ///
+    /// # Errors
+    /// If a unit is unknown, or differs from another one.
+    pub(super) fn angle_unit(&self, columns: &[&str]) -> Result<Option<AngleUnit>, TableError> {
+        let mut stated = None;
+        for Unit { line, column, text } in &self.units {
+            if !columns.contains(&&column[..]) {
+                continue;
+            }
+            let unit = match &text[..] {
+                text if DEGREES.contains(&text) => AngleUnit::Degrees,
+                text if RADIANS.contains(&text) => AngleUnit::Radians,
+                _ => return Err(self.unit_error(*line, column, text, "deg or rad")),
+            };
+            if *stated.get_or_insert(unit) != unit {
+                return Err(self.unit_error(*line, column, text, "the same unit in all columns"));
+            }
+        }
+        Ok(stated)
+    }
+
+    /// Checks that the stated units of readings are those of a BRDF, or none.
+    pub(super) fn check_value_units(&self) -> Result<(), TableError> {
+        let none = ["1", "-"];
+        let is_wrong = |unit: &&Unit| {
+            let text = &unit.text[..];
+            is_value(&unit.column) && !PER_STERADIAN.contains(&text) && !none.contains(&text)
+        };
+        match self.units.iter().find(is_wrong) {
+            Some(Unit { line, column, text }) => Err(self.unit_error(
+                *line,
+                column,
+                text,
+                "1/sr, or no unit and the quantity of the readings as an option",
+            )),
+            None => Ok(()),
+        }
+    }
+
+    fn unit_error(&self, line: u64, column: &str, unit: &str, remedy: &str) -> TableError {
+        self.line_error(
+            line,
+            &format!(
+                "column {column}: its unit is `{}`; give {remedy}",
+                escaped(unit)
+            ),
+        )
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -112,25 +248,25 @@ impl Table {
         index.map_or("", |index| &row.cells[index])
     }
 
-    /// Parses the columns of a row that `T` has as fields. Empty cells and missing columns are None.
-    pub(super) fn parse<'a, T: Deserialize<'a>>(&'a self, row: &'a Row) -> Result<T, TableError> {
-        row.cells.deserialize(Some(&self.header)).map_err(|error| {
-            let csv::ErrorKind::Deserialize { err, .. } = error.kind() else {
-                return self.line_error(row.line, &format!("{error}; correct the line"));
-            };
-            let column = err.field().and_then(|field| usize::try_from(field).ok());
-            let message =
-                match column.and_then(|index| self.header.get(index).zip(row.cells.get(index))) {
-                    Some((name, cell)) => format!(
-                        "column {name}: `{}` is not a valid number; {}",
-                        escaped(cell),
-                        remedy(name)
-                    ),
-                    // Two columns of the same name.
-                    None => format!("{}; remove or rename one", err.kind()),
-                };
-            self.line_error(row.line, &message)
-        })
+    /// Parses the number in a cell; None if the cell is empty or the column does not exist.
+    pub(super) fn number<T: FromStr>(
+        &self,
+        row: &Row,
+        column: &str,
+    ) -> Result<Option<T>, TableError> {
+        let cell = self.cell(row, column);
+        match (cell, cell.parse()) {
+            ("", _) => Ok(None),
+            (_, Ok(number)) => Ok(Some(number)),
+            (_, Err(_)) => Err(self.line_error(
+                row.line,
+                &format!(
+                    "column {column}: `{}` is not a valid number; {}",
+                    escaped(cell),
+                    remedy(column)
+                ),
+            )),
+        }
     }
 
     /// Returns an error that concerns the whole file.
@@ -151,53 +287,33 @@ impl Table {
 fn remedy(column: &str) -> &'static str {
     match column {
         "index" => "give the sample's number, 0, 1, 2, ...",
-        "saturated" => "give 1 if the sensor was saturated, or else 0",
         _ if column.contains('_') => "give an angle in degrees",
         _ => "leave it empty if nothing was read",
     }
 }
 
+/// Returns the text of a file, with `\n` at the end of each line.
+fn decode(bytes: &[u8]) -> Result<String, String> {
+    let text = str::from_utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
+    match (text, binary_format(bytes)) {
+        (_, Some(format)) => Err(format!("it is {format}; save the table as CSV")),
+        (Ok(text), None) => Ok(text.replace("\r\n", "\n").replace('\r', "\n")),
+        (Err(error), None) => {
+            let valid = &bytes[..error.valid_up_to()];
+            let line = 1 + valid.iter().filter(|byte| **byte == b'\n').count();
+            Err(format!(
+                "line {line} is not UTF-8; save the file as CSV in UTF-8"
+            ))
+        }
+    }
+}
+
 /// Returns the line of a row. The reader's `position` may be at empty lines before the row, which are skipped.
-fn line_number(bytes: &[u8], position: Option<&Position>) -> u64 {
+fn line_number(text: &str, position: Option<&Position>) -> u64 {
     let Some(position) = position else {
         return 1;
     };
     let offset = usize::try_from(position.byte()).unwrap_or(usize::MAX);
-    let rest = bytes.get(offset..).unwrap_or_default();
-    let line_ends = rest.iter().take_while(|byte| matches!(byte, b'\r' | b'\n'));
-    position.line() + line_ends.filter(|byte| **byte == b'\n').count() as u64
-}
-
-/// Returns an error message if the first line does not name columns separated by commas.
-fn separator_error(header: &StringRecord) -> Option<String> {
-    let only_name = match header.len() {
-        0 => "",
-        1 => header.get(0).unwrap_or_default(),
-        _ => return None,
-    };
-    let separator = match only_name {
-        "" => {
-            return Some("line 1 is empty; name the columns, separated by commas".to_owned());
-        }
-        _ if only_name.contains(';') => "semicolons",
-        _ if only_name.contains('\t') => "tabs",
-        _ => return None,
-    };
-    Some(format!(
-        "its columns are separated by {separator}; save it with commas as separators and with decimal points"
-    ))
-}
-
-/// Returns the message of a CSV syntax error.
-fn csv_error_message(error: &csv::Error, line: u64) -> String {
-    match error.kind() {
-        csv::ErrorKind::UnequalLengths {
-            expected_len, len, ..
-        } => format!(
-            "line {line} has {len} cells, but line 1 names {expected_len} columns; give every row {expected_len} \
-             cells, and use decimal points instead of commas"
-        ),
-        csv::ErrorKind::Utf8 { .. } => format!("line {line} is not UTF-8; save the file as UTF-8"),
-        _ => format!("line {line} cannot be parsed as CSV: {error}; correct the line"),
-    }
+    let rest = text.as_bytes().get(offset..).unwrap_or_default();
+    position.line() + rest.iter().take_while(|byte| **byte == b'\n').count() as u64
 }

@@ -53,8 +53,7 @@ impl Image {
     /// Encodes the linear radiance as a NumPy file: 32-bit floats of shape (height, width, 3).
     #[must_use]
     pub fn to_npy(&self) -> Vec<u8> {
-        let shape = [self.height as u64, self.width as u64, 3];
-        to_npy(&shape, self.pixels.as_flattened())
+        to_npy(&[self.height, self.width, 3], self.pixels.as_flattened())
     }
 
     /// Converts radiance to 8-bit sRGB. Each channel x is compressed to 1 - exp(-1.7 x), like the response of film,

@@ -62,7 +62,6 @@ fn tables_of_fits_are_reciprocal_and_conserve_energy() {
                 .max_by(|(_, one), (_, other)| error(one).total_cmp(&error(other)))
                 .expect("a fit")
         });
-        println!("{recipe}: {:?} {:?}", reciprocity.1, albedo.1);
         assert_eq!(
             reciprocity.1.reciprocity > 0.01,
             recipe.starts_with("neural"),
@@ -71,7 +70,6 @@ fn tables_of_fits_are_reciprocal_and_conserve_energy() {
         for (fit, before) in [reciprocity, albedo] {
             for format in &tables {
                 let after = errors_of_table(fit, *format, false);
-                println!("  {}: {after:?}", format.name());
                 assert!(
                     after.albedo <= 1.0,
                     "{recipe} {}: {before:?}, {after:?}",

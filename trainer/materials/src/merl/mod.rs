@@ -5,8 +5,9 @@
 //! BRDF divided by 1/1500, 1.15/1500 and 1.66/1500. Node k of theta_h is at pi/2 (k/90)^2. The nodes of theta_d and
 //! phi_d are at whole degrees, and phi_d has period pi.
 //!
-//! A node was measured if its values in all channels are finite as f32 and not negative.
+//! A node was measured if its values in all channels are finite as f32 and not negative. [`form`] reads two other forms.
 
+mod form;
 mod grid;
 mod nodes;
 
@@ -19,21 +20,19 @@ use std::path::Path;
 use glimpse_core::geometry::Angles;
 use glimpse_core::numeric::Scalar;
 use glimpse_kernels::Dual;
-use memmap2::Mmap;
+use memmap2::{Mmap, MmapMut};
 
+use self::form::{Form, check, phi_nodes};
 use self::grid::{
-    FILE_BYTES, HEADER_BYTES, MAX_UNMEASURED, NODES, Unmeasured, measured_values, node_theta_h,
-    whole_degree,
+    FILE_BYTES, MAX_UNMEASURED, NODES, Unmeasured, measured_values, node_theta_h, whole_degree,
 };
-use crate::error::{Defect, ensure, read_error};
+use crate::error::{Defect, read_error};
 use crate::mapped::map_file;
 use crate::name::name_of;
 use crate::{Coverage, Material, SourceError};
 
 /// Scale factors from stored values to the BRDF, in red, green and blue.
 const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
-/// Names of the channels.
-const CHANNELS: [&str; 3] = ["red", "green", "blue"];
 /// The stored value of nodes that are below the horizon or were not measured.
 const NOT_MEASURED: f64 = -1.0;
 
@@ -50,14 +49,23 @@ pub struct MerlTable {
 }
 
 impl MerlTable {
-    /// Maps a table and checks its header, its length and every value.
+    /// Maps a table and checks its header, its length and every value. A table in single precision or of all azimuths is
+    /// converted to a table in memory.
     ///
     /// # Errors
     /// If the file cannot be read or has the wrong dimensions or length, if a value is not finite as f32, or if fewer than
-    /// half of the nodes above the horizon were measured.
+    /// half of the nodes above the horizon were measured, or if values
+    /// whose phi_d differ by pi differ by more than 0.1 %.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let name = name_of(path)?;
-        let bytes = map_file(path)?;
+        let mut bytes = map_file(path)?;
+        let form = Form::of(&bytes).map_err(Defect::in_file(path))?;
+        if form != Form::STANDARD {
+            let mut converted = MmapMut::map_anon(FILE_BYTES).map_err(read_error(path))?;
+            form.convert(&bytes, &mut converted)
+                .map_err(Defect::in_file(path))?;
+            bytes = converted.make_read_only().map_err(read_error(path))?;
+        }
         check(&bytes).map_err(Defect::in_file(path))?;
         let unmeasured = Unmeasured::find(&bytes);
         let share = unmeasured.share();
@@ -90,8 +98,7 @@ impl MerlTable {
     /// Returns true if the first bytes of a file are the dimensions of a table.
     #[must_use]
     pub fn has_signature(bytes: &[u8]) -> bool {
-        let dimensions = NODES.map(|nodes| (nodes as i32).to_le_bytes());
-        bytes.starts_with(dimensions.as_flattened())
+        phi_nodes(bytes).is_some()
     }
 
     /// Interpolates the BRDF at `angles`, which lie in `cells`. The scalar type may have derivatives.
@@ -148,34 +155,6 @@ impl Material for MerlTable {
             share => Coverage::Filled { share },
         }
     }
-}
-
-/// Checks the header, the length and the values of a file.
-fn check(bytes: &[u8]) -> Result<(), Defect> {
-    let Some((header, values)) = bytes.split_first_chunk::<HEADER_BYTES>() else {
-        return Err("it is too short for the header of a MERL table".into());
-    };
-    if !MerlTable::has_signature(header) {
-        let words = header.as_chunks().0.iter().copied();
-        let dimensions: Vec<i32> = words.map(i32::from_le_bytes).collect();
-        return Err(Defect::Unsupported(format!(
-            "its header has the dimensions {dimensions:?}, and only isotropic MERL tables of {NODES:?} are supported"
-        )));
-    }
-    let length = bytes.len();
-    ensure!(
-        length == FILE_BYTES,
-        "it has {length} bytes, and a MERL table has {FILE_BYTES}"
-    );
-    let (values, _) = values.as_chunks();
-    let number = |bytes: &[u8; 8]| f64::from_le_bytes(*bytes);
-    // The comparison is false for NaN.
-    let is_in_range = |value: f64| value.abs() <= f64::from(f32::MAX);
-    if let Some(index) = values.iter().position(|bytes| !is_in_range(number(bytes))) {
-        let value = number(&values[index]);
-        return Err(format!("value {index} is {value:e}, not finite as a 32-bit float").into());
-    }
-    Ok(())
 }
 
 /// Converts angles to f64, with phi_d reduced to \[0, pi).

@@ -136,11 +136,17 @@ struct Tensors {
 impl Tensors {
     fn parse(bytes: &[u8]) -> Result<Self, Defect> {
         let file = TensorFile::parse(bytes)?;
+        if file.has("M") && file.has("wvls") {
+            return Err(Defect::Unsupported(
+                "it is a polarized measurement (Mueller matrices, its field M), and is not supported".to_owned(),
+            ));
+        }
         let ([phi_count], _) = file.floats("phi_i")?;
         // The two values of phi_i of an isotropic material are -pi and pi.
         if !(1..=2).contains(&phi_count) {
             return Err(Defect::Unsupported(format!(
-                "it has {phi_count} values of phi_i, and only isotropic materials (1 or 2 values) are supported"
+                "it is an anisotropic measurement, with {phi_count} values of phi_i, and only isotropic materials (1 or 2 \
+                 values) are supported"
             )));
         }
         ensure!(file.byte("jacobian")? == 1, "its field jacobian is not 1");
@@ -151,18 +157,30 @@ impl Tensors {
         );
         // The largest valid theta_i is pi/2, rounded to f32.
         let is_inside = |theta| (0.0..=FRAC_PI_2).contains(&theta);
-        check_values("theta_i", &theta_i, "from 0 to pi/2", is_inside)?;
+        check_values(
+            "theta_i",
+            &[theta_count],
+            &theta_i,
+            "from 0 to pi/2",
+            is_inside,
+        )?;
 
         let (shape, ndf) = file.floats("ndf")?;
-        check_values("ndf", &ndf, "at least 0", |value| value >= 0.0)?;
+        check_values("ndf", &shape, &ndf, "at least 0", |value| value >= 0.0)?;
         let ndf = (table_shape("ndf", shape)?, ndf);
         let (shape, sigma) = file.floats("sigma")?;
-        check_values("sigma", &sigma, "above 0", |value| value > 0.0)?;
+        check_values("sigma", &shape, &sigma, "above 0", |value| value > 0.0)?;
         let sigma = (table_shape("sigma", shape)?, sigma);
 
         // The field `rgb` may have negative values, because of noise.
         let ([vndf_phi_count, vndf_theta_count, rows, columns], vndf) = file.floats("vndf")?;
-        check_values("vndf", &vndf, "at least 0", |value| value >= 0.0)?;
+        check_values(
+            "vndf",
+            &[vndf_phi_count, vndf_theta_count, rows, columns],
+            &vndf,
+            "at least 0",
+            |value| value >= 0.0,
+        )?;
         let vndf_shape = table_shape("vndf", [rows, columns])?;
         let is_spectral = !file.has("rgb") && file.has("spectra");
         let ([rgb_phi_count, rgb_theta_count, channels, rows, columns], rgb) = match is_spectral {
@@ -273,8 +291,9 @@ fn rgb_from_spectra(file: &TensorFile<'_>, counts: [usize; 2]) -> Result<RgbFiel
         }
         rgb.extend(sums.into_iter().map(|sum| sum as f32));
     }
-    check_values("spectra", &rgb, "finite", f32::is_finite)?;
-    Ok(([phi_count, theta_count, 3, rows, columns], rgb))
+    let shape = [phi_count, theta_count, 3, rows, columns];
+    check_values("spectra (as RGB)", &shape, &rgb, "finite", f32::is_finite)?;
+    Ok((shape, rgb))
 }
 
 /// Returns the shape of a field's table if it has at least 2 rows and 2 columns.

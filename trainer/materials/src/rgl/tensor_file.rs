@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use crate::error::ensure;
+use crate::error::{ensure, index_of};
 use crate::untrusted::escaped;
 
 pub(super) const MAGIC: &[u8] = b"tensor_file\0";
@@ -98,7 +98,7 @@ impl<'a> TensorFile<'a> {
         let (shape, bytes) = self.values(name, FLOAT_32)?;
         let (values, _) = bytes.as_chunks();
         let values: Vec<f32> = values.iter().copied().map(f32::from_le_bytes).collect();
-        check_values(name, &values, "finite", |value| value.is_finite())?;
+        check_values(name, &shape, &values, "finite", f32::is_finite)?;
         Ok((shape, values))
     }
 
@@ -142,18 +142,20 @@ impl<'a> TensorFile<'a> {
     }
 }
 
-/// Returns an error with the index of the first value of a field that does not satisfy a condition. `requirement`
-/// describes the condition after "must be".
+/// Returns an error with the first value of a field that does not satisfy a condition. `requirement` describes the
+/// condition after "must be".
 pub(super) fn check_values(
     field: &str,
+    shape: &[usize],
     values: &[f32],
     requirement: &str,
     condition: impl Fn(f32) -> bool,
 ) -> Result<(), String> {
     match values.iter().position(|value| !condition(*value)) {
-        Some(index) => Err(format!(
-            "value {index} of its field {field} is {}, and must be {requirement}",
-            values[index]
+        Some(position) => Err(format!(
+            "element {:?} of its field {field} is {}, and must be {requirement}",
+            index_of(position, shape),
+            values[position]
         )),
         None => Ok(()),
     }

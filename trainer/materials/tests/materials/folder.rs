@@ -49,9 +49,17 @@ pub(crate) fn load(path: &Path) -> Result<Vec<Box<dyn Material>>, SourceError> {
 /// Returns the reported defect of a damaged or unsupported file, or None if the file can be read.
 pub(crate) fn reported_defect<T>(read: Result<T, SourceError>, file: &Path) -> Option<String> {
     match read.err()? {
-        SourceError::Damaged { path, defect } | SourceError::Unsupported { path, defect } => {
+        SourceError::Damaged { path, defect } => {
             assert_eq!(path, file);
             Some(defect)
+        }
+        SourceError::Unsupported {
+            path,
+            defect,
+            remedy,
+        } => {
+            assert_eq!(path, file);
+            Some(format!("{defect}; {remedy}"))
         }
         error => panic!("{error}"),
     }

@@ -150,6 +150,14 @@ pub(crate) fn isotropic() -> Vec<u8> {
     valid_file(&Formula::fields(&[0.0]))
 }
 
+/// Returns the bytes of a polarized measurement, as Mitsuba's `measured_polarized` reads them.
+pub(crate) fn polarized() -> Vec<u8> {
+    let matrix = Field::floats("M", &[1, 1, 1, 1, 4, 4], &[0.5; 16]);
+    let angles =
+        ["theta_h", "theta_d", "phi_d", "wvls"].map(|name| Field::floats(name, &[1], &[0.5]));
+    valid_file(&[&[matrix][..], &angles].concat())
+}
+
 /// Returns the file of an anisotropic measurement.
 pub(crate) fn anisotropic() -> Vec<u8> {
     valid_file(&Formula::fields(&[-1.0, 0.0, 1.0]))
@@ -286,13 +294,13 @@ fn rejects_invalid_fields() {
         (floats("jacobian", &[1], &[1.0]), "jacobian 1 10 [1]"),
         (jacobian(&[1, 1]), "jacobian 2 1"),
         (jacobian(&[0]), "jacobian 1"),
-        (floats("ndf", &[3, 8], &[f32::NAN]), "0 ndf NaN"),
-        (floats("ndf", &[3, 8], &[1.0, -1.0]), "1 ndf -1"),
+        (floats("ndf", &[3, 8], &[f32::NAN]), "[0, 0] ndf NaN"),
+        (floats("ndf", &[3, 8], &[1.0, -1.0]), "[0, 1] ndf -1"),
         (floats("sigma", &[2, 7], &[0.0]), "sigma 0"),
         (floats("sigma", &[1, 7], &[1.0]), "sigma 1 7"),
         (floats("vndf", &[1, 3, 0, 9], &[1.0]), "vndf 0 9"),
         (floats("theta_i", &[3], &[0.0, 1.5, 1.5]), "theta_i"),
-        (floats("theta_i", &[2], &[0.0, 1.6]), "1 theta_i 1.6"),
+        (floats("theta_i", &[2], &[0.0, 1.6]), "[1] theta_i 1.6"),
         (floats("theta_i", &[0], &[0.0]), "theta_i"),
         (floats("theta_i", &[2], &[0.0, 1.5]), "2 vndf rgb [1, 3]"),
         (floats("rgb", &[1, 3, 4, 4, 5], &[1.0]), "rgb 4"),

@@ -3,9 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use glimpse_materials::{
-    Colors, Material, NeuralBrdf, Procedural, Source, SourceError, to_nbrdf, to_npy, to_rgl,
-};
+use glimpse_materials::{NeuralBrdf, Source, SourceError, to_nbrdf, to_npy};
 
 use crate::common::assert_names;
 use crate::folder::{Folder, load, reported_defect};
@@ -104,20 +102,103 @@ fn arrays_equal_those_of_numpy() {
 
 /// RGL publishes each material in RGB and as spectra.
 #[test]
-fn both_forms_of_rgl_are_duplicates() {
+fn rgb_form_of_rgl_is_read() {
     let folder = Folder::new();
-    let material = &Procedural::set(1, 3)[0];
-    for (file, colors) in [
-        ("a_rgb.bsdf", Colors::Rgb),
-        ("a_spec.bsdf", Colors::Spectra),
-    ] {
-        let bytes = to_rgl("", material as &dyn Material, colors).expect("the BRDF is finite");
-        folder.write(file, bytes);
+    folder.write("a_rgb.bsdf", isotropic());
+    folder.write("a_spec.bsdf", b"not read");
+    assert_eq!(
+        names(folder.path()).expect("the directory is read"),
+        ["a_rgb"]
+    );
+    let source = Source(folder.path().display().to_string());
+    let skipped = source.skipped_entries().expect("the directory is listed");
+    assert_eq!(skipped.0, ["a_spec.bsdf"]);
+}
+
+#[test]
+fn empty_names_are_rejected() {
+    let folder = Folder::new();
+    for name in [".bsdf", "_rgb.bsdf", "_spec.bsdf", " .binary"] {
+        let path = folder.write(name, isotropic());
+        assert_damaged(&path, &path, &["NAME_rgb.bsdf"]);
     }
-    match load(folder.path()) {
-        Err(SourceError::DuplicateName { name, .. }) => assert_eq!(name, "a"),
-        other => panic!("{:?}", other.err()),
+    folder.write_network("", &network(1));
+    let path = folder.at("_fc1.npy");
+    assert_damaged(&path, &path, &["NAME_fc1.npy"]);
+    assert!(matches!(names(folder.path()), Err(SourceError::Empty(_))));
+}
+
+/// Returns a `.npy` file of a matrix, or of a vector of one column: the `type_code` of NumPy, its order, and its shape.
+fn npy(values: &[f32], [rows, columns]: [usize; 2], type_code: &str, fortran: bool) -> Vec<u8> {
+    let (order, shape) = match (fortran, columns) {
+        (true, 1) => ("True", format!("({rows},)")),
+        (true, _) => ("True", format!("({rows}, {columns})")),
+        (false, _) => ("False", format!("({rows}, {columns})")),
+    };
+    let header =
+        format!("{{'descr': '{type_code}', 'fortran_order': {order}, 'shape': {shape}, }}");
+    let mut bytes = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+    bytes.extend(format!("{header:117}\n").as_bytes());
+    for position in 0..rows * columns {
+        let index = match fortran {
+            true => position % rows * columns + position / rows,
+            false => position,
+        };
+        let value = values[index];
+        match type_code {
+            "<f4" => bytes.extend(value.to_le_bytes()),
+            ">f4" => bytes.extend(value.to_be_bytes()),
+            "<f8" => bytes.extend(f64::from(value).to_le_bytes()),
+            _ => bytes.extend(f64::from(value).to_be_bytes()),
+        }
     }
+    bytes
+}
+
+#[test]
+fn network_is_read_in_any_order_type_and_orientation() {
+    const SHAPES: [(&str, [usize; 2]); 6] = [
+        ("fc1", [6, 21]),
+        ("b1", [21, 1]),
+        ("fc2", [21, 21]),
+        ("b2", [21, 1]),
+        ("fc3", [21, 3]),
+        ("b3", [3, 1]),
+    ];
+    let network = network(1);
+    let folder = Folder::new();
+    let write = |type_code: &str, fortran: bool, is_transposed: &dyn Fn(&str) -> bool| {
+        let mut rest = &network.parameters()[..];
+        for (name, [rows, columns]) in SHAPES {
+            let (values, after) = rest.split_at(rows * columns);
+            let bytes = match is_transposed(name) && columns > 1 {
+                true => {
+                    let element = |index: usize| values[index % rows * columns + index / rows];
+                    let values: Vec<f32> = (0..rows * columns).map(element).collect();
+                    npy(&values, [columns, rows], type_code, fortran)
+                }
+                false => npy(values, [rows, columns], type_code, fortran),
+            };
+            folder.write(&format!("felt_{name}.npy"), bytes);
+            rest = after;
+        }
+        NeuralBrdf::read(&folder.at("felt_b2.npy"))
+    };
+    for type_code in ["<f4", ">f4", "<f8", ">f8"] {
+        for (fortran, transposed) in [(false, false), (true, false), (false, true), (true, true)] {
+            let read = write(type_code, fortran, &|_| transposed).expect("the network is read");
+            assert_eq!(
+                read.parameters(),
+                network.parameters(),
+                "{type_code} {fortran} {transposed}"
+            );
+        }
+    }
+    // The orientation of the square matrix is unknown.
+    let mixed = write("<f4", false, &|name| name == "fc1");
+    let defect = reported_defect(mixed, &folder.at("felt_fc3.npy"))
+        .expect("the matrices contradict each other");
+    assert_names(&defect, &["(21, 3)", "(3, 21)", "fc1"]);
 }
 
 #[test]
@@ -189,9 +270,11 @@ fn directory_or_file_without_material_is_an_error() {
     assert_empty();
     let notes = folder.write("notes.txt", b"notes");
     assert_empty();
-    let result = names(&notes);
+    assert_damaged(&notes, &notes, &["notes"]);
+    let unknown = folder.write("notes.bin", [0, 1, 2]);
+    let result = names(&unknown);
     assert!(
-        matches!(&result, Err(SourceError::UnknownFormat(path)) if *path == notes),
+        matches!(&result, Err(SourceError::UnknownFormat(path)) if *path == unknown),
         "{result:?}"
     );
 }

@@ -25,13 +25,13 @@ use super::{emit, read_named_recipe};
 
 /// Fit a material to readings from a lab, as a device would.
 ///
-/// INPUT. Each --measurements is a CSV file of one material. Its first line names the columns, in
-/// any order:
+/// INPUT. Each --measurements is a CSV file of one material. One line names the columns, in any
+/// order:
 ///
 /// - directions: theta_i, phi_i, theta_o, phi_o, or another set of angles (see `trainer query
 ///   --help`), or index, the number of the recipe's sample, from 0;
 /// - reading: r, g, b, or value for a sensor with one channel;
-/// - optional: saturated (0 or 1); quantity (a value of --quantity, or counts); material, which must be
+/// - optional: saturated (0, 1, False, True); quantity (a value of --quantity, or counts); material, which must be
 ///   the same in all rows; and at any directions noise, the standard deviation relative to the reading.
 ///
 /// Other columns are ignored. Rows come in any order. Repeated readings of a direction are averaged,

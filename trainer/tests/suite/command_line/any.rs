@@ -109,7 +109,9 @@ fn conventions_agree() {
     for (index, (columns, options, row)) in cases.into_iter().enumerate() {
         let rows = IN_PLANE.iter().zip(&readings);
         let rows = rows.map(|(angles, reading)| format!("{},{reading}\n", row(*angles)));
-        let text = format!("{columns},r,g,b\n{}", rows.collect::<String>());
+        // A row without a reading is ignored.
+        let (rows, empty) = (rows.collect::<String>(), row([12.0, 77.0]));
+        let text = format!("{columns},r,g,b\n{rows}{empty},,,\n");
         folder.write(&format!("{index}.csv"), text);
         folder.succeed(&format!(
             "fit --measurements {index}.csv --out {index} {options}"

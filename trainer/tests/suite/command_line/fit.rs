@@ -218,19 +218,26 @@ fn reports_readings_without_light() {
     }
 }
 
-/// Percent, and a reflectance factor that is taken for a BRDF.
+/// Percent of a gray and of a white.
 #[test]
 fn rejects_implausible_readings_and_names_likely_causes() {
     let folder = folder();
-    for (factor, causes) in [(100.0, ["percent"]), (std::f32::consts::PI * 3.0, ["pi"])] {
-        let scaled = first(8)
+    for percent in [4.0, 80.0] {
+        let rows = pattern(&folder, WHOLE)
             .into_iter()
-            .map(|(sample, one)| (sample, one * factor));
-        write_readings(&folder, "m.csv", WHOLE, &scaled.collect::<Vec<_>>());
-        folder.fail_naming(
-            &format!("fit {WHOLE} --measurements m.csv --out out"),
-            &causes,
-        );
+            .enumerate()
+            .map(|(sample, angles)| {
+                let [theta_h, theta_d, phi_d] =
+                    [angles.theta_h, angles.theta_d, angles.phi_d].map(f32::to_degrees);
+                format!(
+                    "{theta_h},{theta_d},{phi_d},{}\n",
+                    percent + 0.01 * sample as f32
+                )
+            });
+        let text = "theta_h,theta_d,phi_d,value\n".to_owned() + &rows.collect::<String>();
+        folder.write("m.csv", text);
+        let fit = format!("fit {WHOLE} --measurements m.csv --out out");
+        folder.fail_naming(&fit, &["m.csv", "percent"]);
         assert!(!folder.exists("out"));
     }
 }

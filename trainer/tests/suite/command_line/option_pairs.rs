@@ -58,7 +58,7 @@ const CASES: [Case; 14] = [
         options: &["--noise 0.05", "--seeds 2", "--basis small.basis"],
     },
     Case {
-        base: "fit l.recipe --measurements l.csv --out fit",
+        base: "fit m.recipe --measurements m.csv --out fit",
         options: &[
             "--quantity brdf-cos-o",
             "--white white.csv",
@@ -137,8 +137,8 @@ const CASES: [Case; 14] = [
         options: &["--components 3", "--strip"],
     },
     Case {
-        base: "convert fitted/material.json m_rgb.bsdf",
-        options: &["--format rgl", "--as-fitted", "--json"],
+        base: "convert fitted/material.json m --format pab",
+        options: &["--as-fitted", "--json"],
     },
 ];
 
@@ -165,19 +165,21 @@ fn write_inputs(folder: &Folder) {
     fs::rename(folder.at("linear-any.basis"), folder.at("any.basis")).expect("renamed");
     folder.add_bundled("completed/neural-n8.recipe");
     fs::rename(folder.at("neural-n8.recipe"), folder.at("n.recipe")).expect("renamed");
-    for recipe in ["l", "n"] {
+    folder.add_bundled("masked/neural-n16.recipe");
+    fs::rename(folder.at("neural-n16.recipe"), folder.at("m.recipe")).expect("renamed");
+    for recipe in ["m", "n"] {
         folder.succeed(&format!("plan {recipe}.recipe --blank {recipe}-blank.csv"));
         folder.succeed(&format!(
             "query procedural:1:3 --angles {recipe}-blank.csv --out {recipe}.csv"
         ));
     }
     // One reading of the fit is wrong.
-    let readings = folder.read_text("l.csv");
+    let readings = folder.read_text("m.csv");
     let mut lines: Vec<&str> = readings.lines().collect();
     let angles: Vec<&str> = lines[2].split(',').collect();
     let wrong = format!("{},9,9,9", angles[..angles.len() - 3].join(","));
     lines[2] = &wrong;
-    folder.write("l.csv", lines.join("\n"));
+    folder.write("m.csv", lines.join("\n"));
     let white =
         readings.lines().map(
             |line| match line.starts_with("material") || line.contains("theta") {

@@ -16,9 +16,9 @@ fn writes_page_and_recipe() {
         assert!(printed.contains(name), "no {name} in {printed}");
     }
 
-    // For each of eight materials two pictures of itself, six of recipes, and four of methods.
+    // For each of eight materials two pictures of itself, six of recipes, and three of methods.
     let names = folder.names("q/pictures");
-    assert_eq!(names.len(), 8 * (2 + 6 + 4), "{names:?}");
+    assert_eq!(names.len(), 8 * (2 + 6 + 3), "{names:?}");
     // The mean of all bytes, 0 to 255.
     let brightness = |name: &str| {
         let pixels = pixels_of_png(&folder.at("q/pictures").join(name)).pixels;

@@ -3,6 +3,7 @@
 mod outliers;
 mod quantities;
 mod rows;
+mod tables;
 
 use std::path::PathBuf;
 

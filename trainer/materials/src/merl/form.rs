@@ -1,0 +1,132 @@
+//! The forms of a table in a file.
+//!
+//! Two forms are converted when read: tables in single precision (f32), and tables of 360 nodes of phi_d, whose second half must
+//! equal the first one.
+
+use super::grid::{HEADER_BYTES, NODES, node_theta_h};
+use crate::error::{Defect, index_of};
+
+/// The number of nodes of phi_d in a table of all azimuths.
+const ALL_AZIMUTHS: usize = 2 * NODES[2];
+/// The largest relative difference of two values whose phi_d differ by pi.
+const HALVES_TOLERANCE: f64 = 1e-3;
+/// Names of the channels.
+pub(super) const CHANNELS: [&str; 3] = ["red", "green", "blue"];
+
+/// Returns the number of nodes of phi_d in a header; None if it is not that of a table.
+pub(super) fn phi_nodes(bytes: &[u8]) -> Option<usize> {
+    [NODES[2], ALL_AZIMUTHS].into_iter().find(|phi| {
+        let dimensions = [NODES[0], NODES[1], *phi].map(|nodes| (nodes as i32).to_le_bytes());
+        bytes.starts_with(dimensions.as_flattened())
+    })
+}
+
+/// The form of a table in a file.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) struct Form {
+    phi_nodes: usize,
+    /// The number of bytes of a value.
+    width: usize,
+}
+
+impl Form {
+    pub(super) const STANDARD: Self = Self {
+        phi_nodes: NODES[2],
+        width: size_of::<f64>(),
+    };
+
+    /// Finds the form by the header and the length.
+    pub(super) fn of(bytes: &[u8]) -> Result<Self, Defect> {
+        let Some(header) = bytes.first_chunk::<HEADER_BYTES>() else {
+            return Err("it is too short for the header of a MERL table".into());
+        };
+        let Some(phi_nodes) = phi_nodes(header) else {
+            let words = header.as_chunks().0.iter().copied();
+            let dimensions: Vec<i32> = words.map(i32::from_le_bytes).collect();
+            return Err(Defect::Unsupported(format!(
+                "its header has the dimensions {dimensions:?}, and only isotropic MERL tables of {NODES:?} are supported"
+            )));
+        };
+        let expected = [size_of::<f64>(), size_of::<f32>()].map(|width| {
+            (
+                HEADER_BYTES + 3 * NODES[0] * NODES[1] * phi_nodes * width,
+                width,
+            )
+        });
+        let length = bytes.len();
+        match expected.iter().find(|(expected, _)| *expected == length) {
+            Some((_, width)) => Ok(Self {
+                phi_nodes,
+                width: *width,
+            }),
+            None => Err(format!(
+                "it has {length} bytes, and a MERL table has {}, or {} in single precision",
+                expected[0].0, expected[1].0
+            )
+            .into()),
+        }
+    }
+
+    /// Converts the values of a file to those of a file in the standard form.
+    pub(super) fn convert(self, bytes: &[u8], standard: &mut [u8]) -> Result<(), Defect> {
+        let header = NODES.map(|nodes| (nodes as i32).to_le_bytes());
+        standard[..HEADER_BYTES].copy_from_slice(header.as_flattened());
+        let (converted, _) = standard[HEADER_BYTES..].as_chunks_mut();
+        let (doubles, singles) = (
+            bytes[HEADER_BYTES..].as_chunks().0,
+            bytes[HEADER_BYTES..].as_chunks().0,
+        );
+        let value = |index: usize| match self.width {
+            4 => f64::from(f32::from_le_bytes(singles[index])),
+            _ => f64::from_le_bytes(doubles[index]),
+        };
+        for (position, converted) in converted.iter_mut().enumerate() {
+            let index = position / NODES[2] * self.phi_nodes + position % NODES[2];
+            let first = value(index);
+            if self.phi_nodes == ALL_AZIMUTHS {
+                let second = value(index + NODES[2]);
+                let tolerance = HALVES_TOLERANCE * first.abs().max(second.abs());
+                if !(first < 0.0 && second < 0.0 || (first - second).abs() <= tolerance) {
+                    return Err(Defect::OtherForm(
+                        format!(
+                            "its value of {} is {first:e}, and {second:e} at the opposite phi_d",
+                            place(position)
+                        ),
+                        "average both halves of phi_d to a table of 180 values",
+                    ));
+                }
+            }
+            *converted = first.to_le_bytes();
+        }
+        Ok(())
+    }
+}
+
+/// Describes the color and the angles of a value.
+fn place(position: usize) -> String {
+    let index = index_of(position, &[3, NODES[0], NODES[1], NODES[2]]);
+    format!(
+        "{} at theta_h {:.3}, theta_d {} and phi_d {} degrees",
+        CHANNELS[index[0]],
+        node_theta_h(index[1]).to_degrees(),
+        index[2],
+        index[3]
+    )
+}
+
+/// Checks the values of a file in the standard form.
+pub(super) fn check(bytes: &[u8]) -> Result<(), Defect> {
+    let (values, _) = bytes[HEADER_BYTES..].as_chunks();
+    let number = |bytes: &[u8; 8]| f64::from_le_bytes(*bytes);
+    // The comparison is false for NaN.
+    let is_in_range = |value: f64| value.abs() <= f64::from(f32::MAX);
+    if let Some(position) = values.iter().position(|bytes| !is_in_range(number(bytes))) {
+        let value = number(&values[position]);
+        return Err(format!(
+            "its value of {} is {value:e}, not finite as a 32-bit float",
+            place(position)
+        )
+        .into());
+    }
+    Ok(())
+}
