@@ -41,6 +41,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let selected = |name: &str| names.is_empty() || names.iter().any(|each| each == name);
     for bundled in bundled::ALL.iter().filter(|each| selected(each.name)) {
         let recipe = bundled.recipe()?;
+        if recipe.samples() == 0 {
+            continue;
+        }
         let method = Method::with_recipe(&recipe, bundled.basis().map(|_| &basis))?;
         let mut on_procedural = 0.0;
         for material in &procedural {

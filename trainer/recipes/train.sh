@@ -44,5 +44,5 @@ cp "$new/masked/linear-n16.recipe" core/examples/recipes/linear-n16-masked.recip
 # All models for any directions have the same basis, and all other Linear recipes the same compact one.
 cp "$new/any/linear-any.basis" "$bundled/any"
 trainer export "$new/completed/linear-n8.recipe" --format basis --out "$bundled/linear.basis24" --force
-cargo run --release -p glimpse-tests --example recipe_losses -- "$merl" > "$new/losses.csv"
+cargo run --release -p glimpse-tests --example recipe_losses -- "$merl" "$rgl" > "$new/losses.csv"
 cp "$new/losses.csv" "$bundled"

@@ -35,8 +35,8 @@ pub struct Losses {
     pub merl: f64,
     /// The mean color error of the same materials' spheres, CIEDE2000.
     pub merl_color: f64,
-    /// The mean loss on 17 materials of RGL, by cross-validation of a training at quick effort.
-    pub rgl: f64,
+    /// The mean loss on 17 materials of RGL, by cross-validation of a training at quick effort; None if it was not measured.
+    pub rgl: Option<f64>,
 }
 
 /// The recipes of a model: the name of each after the model's name, and its folder and file.
@@ -125,7 +125,7 @@ impl BundledRecipe {
                 procedural: loss()?,
                 merl: loss()?,
                 merl_color: loss()?,
-                rgl: loss()?,
+                rgl: loss(),
             })
         })
     }

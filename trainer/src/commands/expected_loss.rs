@@ -19,10 +19,12 @@ pub(super) fn expected_loss(recipe: &Recipe<'_>) -> Result<Option<String>, Metad
 pub(super) fn caution(recipe: &Recipe<'_>) -> Result<Option<String>, MetadataError> {
     let losses = bundled::find_by_checksum(recipe.checksum()).and_then(|bundled| bundled.losses());
     if let Some(losses) = losses {
+        let rgl = losses.rgl.map_or_else(String::new, |loss| {
+            format!(" and {loss:.4} (17 of RGL, cross-validated)")
+        });
         return Ok(Some(format!(
-            "the mean loss of this bundled recipe on measured materials is {:.4} (80 of MERL) and {:.4} (17 of RGL, \
-             cross-validated)",
-            losses.merl, losses.rgl
+            "the mean loss of this bundled recipe on measured materials is {:.4} (80 of MERL){rgl}",
+            losses.merl
         )));
     }
     let training = Metadata::of(recipe)?.training;

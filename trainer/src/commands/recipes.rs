@@ -141,7 +141,7 @@ fn table(entries: &[Entry]) -> Table {
             Cell::optional(entry.seconds),
             loss(|each| each.procedural),
             loss(|each| each.merl),
-            loss(|each| each.rgl),
+            Cell::optional(entry.loss.as_ref().and_then(|each| each.rgl)),
             loss(|each| each.merl_color),
         ]
     };

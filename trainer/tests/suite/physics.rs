@@ -31,7 +31,8 @@ fn errors_of_table(
     for (name, bytes) in &encoded.files {
         std::fs::write(folder.path().join(name), bytes).expect("written");
     }
-    let source = Source(folder.path().display().to_string());
+    let first = folder.path().join(&encoded.files[0].0);
+    let source = Source(first.display().to_string());
     let read = source.load().expect("a readable table");
     PhysicalErrors::of(&*read[0])
 }
