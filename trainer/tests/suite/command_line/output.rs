@@ -58,7 +58,6 @@ fn rejects_output_that_is_an_input() {
     folder.write("r.svg", PHONG_N8);
     folder.write("n.recipe", NEURAL_N8);
     folder.write("m.csv", READINGS);
-    folder.write("e.hdr", "a panorama");
     folder.write("a.csv", "theta_h,theta_d,phi_d\n1,2,3\n");
     fs::create_dir(folder.at("materials")).expect("the folder is created");
     let network = "fit n.recipe --measurements m.csv --format nbrdf --out fitted";
@@ -75,7 +74,6 @@ fn rejects_output_that_is_an_input() {
         ("export r.recipe --format json", "./r.recipe"),
         ("export r.recipe --format basis", "r.basis"),
         ("render pattern r.svg", "r.svg"),
-        ("render sphere procedural:1 --environment e.hdr", "e.hdr"),
         ("query procedural:1 --angles a.csv", "a.csv"),
         ("query materials --angles a.csv", "materials/felt_fc2.npy"),
         (
