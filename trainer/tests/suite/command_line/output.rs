@@ -10,7 +10,7 @@ use super::shared::TRAIN;
 use crate::common::assert_names;
 
 /// Readings of eight samples.
-const READINGS: &str = "index,value\n0,1\n1,1\n2,1\n3,1\n4,1\n5,1\n6,1\n7,1\n";
+const READINGS: &str = "index,value\n0,0.2\n1,0.1\n2,0.1\n3,0.1\n4,0.1\n5,0.1\n6,0.1\n7,0.1\n";
 
 /// A folder with a recipe.
 fn folder() -> Folder {
