@@ -6,7 +6,7 @@
 //! - [`bundled`]: bundled recipes
 //! - [`measurement`]: readings from a lab, matched to a pattern, checked for outliers and fitted
 //! - [`export`]: recipes in other formats
-//! - [`render`]: images of spheres in an environment light
+//! - [`render`]: images of spheres in a built-in studio
 //! - [`metrics`]: errors of a fit against its material
 //! - [`evaluation`]: fitting methods and their errors on materials
 //! - [`shading`]: shading models of renderers, fitted to a BRDF

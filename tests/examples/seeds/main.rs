@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use glimpse_materials::Procedural;
 use glimpse_trainer_fuzz::READERS;
 use materials::{fitted, format, nbrdf, pab, pab_texts};
-use others::{checkpoint, environment, readings};
+use others::{checkpoint, readings};
 use tensors::{rgl, tensors};
 
 pub(crate) type SeedResult = Result<(), Box<dyn Error>>;
@@ -39,8 +39,7 @@ fn main() -> SeedResult {
     format(&seeds("material"), &tensors.bytes(), &texts[0])?;
     readings(&seeds("readings"), &material)?;
     fitted(&seeds("material"))?;
-    checkpoint(&seeds("checkpoint"))?;
-    environment(&seeds("environment"))
+    checkpoint(&seeds("checkpoint"))
 }
 
 /// The seeds of one reader. The first byte of a seed is the index of the reader.

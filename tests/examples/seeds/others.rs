@@ -1,4 +1,4 @@
-//! Seeds of other files: readings, checkpoints and environments.
+//! Seeds of other files: readings and checkpoints.
 
 use std::fs;
 
@@ -95,20 +95,4 @@ pub(crate) fn checkpoint(seeds: &Seeds) -> SeedResult {
         seeds.write_lengths(&format!("{name}-mended"), &[&[1][..], &bytes].concat())?;
     }
     seeds.write("other-version", [&b"\0GLC2"[..], &[0; 40]].concat())
-}
-
-pub(crate) fn environment(seeds: &Seeds) -> SeedResult {
-    let radiance = |size: &str| {
-        let header = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n{size}\n");
-        [header.as_bytes(), &[128, 64, 32, 128].repeat(8 * 4)].concat()
-    };
-    seeds.write_lengths("hdr", &radiance("-Y 4 +X 8"))?;
-    for (name, size) in [
-        ("many", "-Y 60000 +X 60000"),
-        ("square", "-Y 8 +X 4"),
-        ("none", "-Y 0 +X 0"),
-    ] {
-        seeds.write(&format!("hdr-{name}"), radiance(size))?;
-    }
-    Ok(())
 }

@@ -1,26 +1,14 @@
-//! Checks of the readers of lab files and environments: a reader rejects its file, or returns valid numbers.
+//! Checks of the readers of lab files: a reader rejects its file, or returns valid numbers.
 
 use glimpse_core::gonio::{Footprint, Quantity, Repeated};
 use glimpse_trainer::measurement::{
     AngleArgs, AngleTable, CountCalibration, Measurements, ReadingQuantity, Rows, WhiteReference,
 };
-use glimpse_trainer::render::Image;
 
 use crate::support::{ANGLES, Folder, accepted};
 
 /// Largest accepted distance between the directions of a row and of a sample, in radians.
 const TOLERANCE: f64 = 0.5_f64.to_radians();
-
-/// Checks a panorama in Radiance format. The conversion to an environment is not checked. It takes a thousand times as
-/// long and does not parse bytes.
-pub(crate) fn check_environment(bytes: &[u8]) {
-    let folder = Folder::new();
-    let path = folder.write("input.hdr", bytes);
-    if let Some(image) = accepted(Image::read_panorama(&path), "input.hdr") {
-        assert_eq!(image.pixels.len(), image.width * image.height);
-        assert!(image.pixels.len() <= 1 << 25);
-    }
-}
 
 /// Checks a CSV file as readings, as a white reference, and as angles.
 pub(crate) fn check_readings(bytes: &[u8]) {

@@ -11,10 +11,9 @@ mod support;
 pub type Reader = (&'static str, fn(&[u8]));
 
 /// All readers.
-pub const READERS: [Reader; 7] = [
+pub const READERS: [Reader; 6] = [
     ("basis", materials::check_basis),
     ("checkpoint", checkpoint::check),
-    ("environment", lab::check_environment),
     ("material", materials::check_file),
     ("nbrdf", materials::check_network),
     ("pab", materials::check_set),

@@ -12,20 +12,6 @@ const MAX_CHARACTERS: usize = 120;
 /// # Errors
 /// If the operating system cannot open or read the file, or it is longer.
 pub fn read_at_most(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
-    let file = open_at_most(path, max_bytes)?;
-    let mut bytes = Vec::new();
-    file.take(max_bytes + 1).read_to_end(&mut bytes)?;
-    match bytes.len() as u64 > max_bytes {
-        true => Err(too_long(&format!("more than {max_bytes}"), max_bytes)),
-        false => Ok(bytes),
-    }
-}
-
-/// Opens a file unless its length is known and above `max_bytes`.
-///
-/// # Errors
-/// If the operating system cannot open or read the file, or it is longer.
-pub fn open_at_most(path: &Path, max_bytes: u64) -> io::Result<File> {
     let file = File::open(path)?;
     let metadata = file.metadata()?;
     if metadata.is_dir() {
@@ -34,7 +20,12 @@ pub fn open_at_most(path: &Path, max_bytes: u64) -> io::Result<File> {
     if metadata.len() > max_bytes {
         return Err(too_long(&metadata.len().to_string(), max_bytes));
     }
-    Ok(file)
+    let mut bytes = Vec::new();
+    file.take(max_bytes + 1).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 > max_bytes {
+        true => Err(too_long(&format!("more than {max_bytes}"), max_bytes)),
+        false => Ok(bytes),
+    }
 }
 
 fn too_long(bytes: &str, max_bytes: u64) -> io::Error {

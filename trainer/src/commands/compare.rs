@@ -7,7 +7,7 @@ use clap::Args;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::Evaluator;
 use glimpse_trainer::metrics::{Metrics, color_differences};
-use glimpse_trainer::render::{Environment, Picture, render_sphere};
+use glimpse_trainer::render::{Picture, render_sphere};
 use glimpse_trainer::report::{
     Cell, Column, Compare as Comparison, Gallery, GalleryRow, Lobe, MAX_LOBES, Page, Table, Tile,
     lobe, lobe_svg, metric_columns,
@@ -17,7 +17,7 @@ use serde_json::json;
 
 use super::lock::Lock;
 use super::output::{create_out_folder, file_as_json, write_file};
-use super::{emit, environment, load};
+use super::{emit, load};
 
 /// Compare materials with a reference.
 ///
@@ -40,9 +40,6 @@ pub(crate) struct Compare {
     /// Folder for the page
     #[arg(long, short, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Environment light of the spheres: a panorama (*.hdr) [default: the built-in studio]
-    #[arg(long, value_name = "FILE")]
-    environment: Option<PathBuf>,
     /// Print JSON: reference, page, and material, source, loss, delta_e, dssim, l2 and psnr of each
     #[arg(long)]
     json: bool,
@@ -66,7 +63,6 @@ struct Compared {
 
 impl Compare {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
-        let environment = environment(self.environment.as_deref())?;
         let references = load(&self.reference)?;
         let [reference] = &references[..] else {
             bail!(
@@ -75,13 +71,13 @@ impl Compare {
                 references.len()
             );
         };
-        let compared = self.compare(&references, &environment)?;
+        let compared = self.compare(&references)?;
         let table = table(reference.name(), &compared);
         if let Some(out) = &self.out {
             create_out_folder(out)?;
             let _lock = Lock::of_folder(out)?;
             write_file(&out.join("errors.csv"), table.to_csv().as_bytes(), true)?;
-            write_page(out, &**reference, &compared, &table, &environment)?;
+            write_page(out, &**reference, &compared, &table)?;
         }
         let index = self.out.as_ref().map(|out| out.join("index.html"));
         if let Some(index) = &index {
@@ -104,11 +100,7 @@ impl Compare {
     }
 
     /// Loads the materials and compares them with the only one of `references`.
-    fn compare(
-        &self,
-        references: &[Box<dyn Material>],
-        environment: &Environment,
-    ) -> anyhow::Result<Vec<Compared>> {
+    fn compare(&self, references: &[Box<dyn Material>]) -> anyhow::Result<Vec<Compared>> {
         let mut loaded = Vec::new();
         for source in &self.materials {
             let materials = load(source)?.into_iter();
@@ -118,7 +110,7 @@ impl Compare {
             .iter()
             .chain(loaded.iter().map(|(_, material)| material));
         let names: Vec<String> = names.map(|material| material.name().to_owned()).collect();
-        let evaluator = Evaluator::with_environment(environment.clone(), references);
+        let evaluator = Evaluator::new(references);
         let compared = loaded.into_par_iter().map(|(source, material)| {
             let (metrics, _) = evaluator.compare(0, &*material)?;
             let name = material.name();
@@ -157,11 +149,9 @@ fn write_page(
     reference: &dyn Material,
     compared: &[Compared],
     table: &Table,
-    environment: &Environment,
 ) -> anyhow::Result<()> {
-    let render = |material: &dyn Material| -> Picture {
-        render_sphere(material, environment, SPHERE_SIZE).tone_map()
-    };
+    let render =
+        |material: &dyn Material| -> Picture { render_sphere(material, SPHERE_SIZE).tone_map() };
     let sphere = render(reference);
     let title = format!("reference: {}", reference.name());
     let rows = compared.par_iter().map(|compared| {

@@ -14,7 +14,7 @@ use super::export_basis::read_compact;
 use super::geometry::GeometryArgs;
 use super::progress::StepProgress;
 use super::training_overlap::training_overlaps;
-use super::{environment, load, numbers, print, print_json};
+use super::{load, numbers, print, print_json};
 
 /// Evaluate recipes on materials.
 ///
@@ -53,9 +53,6 @@ pub(crate) struct Evaluate {
     /// Test materials
     #[arg(long, value_name = "SOURCE")]
     test: Source,
-    /// Environment light of the spheres: a panorama (*.hdr) [default: the built-in studio]
-    #[arg(long, value_name = "FILE")]
-    environment: Option<PathBuf>,
     #[command(flatten)]
     geometry: GeometryArgs,
     #[command(flatten)]
@@ -99,9 +96,8 @@ impl Evaluate {
             degradation.validate(chosen.recipe.file.recipe().samples())?;
         }
         let materials = load(&self.test)?;
-        let environment = environment(self.environment.as_deref())?;
         let progress = StepProgress::new("rendering the materials", materials.len());
-        let evaluator = Evaluator::with_environment(environment, &materials);
+        let evaluator = Evaluator::new(&materials);
         drop(progress);
         let mut reports = Vec::new();
         for (path, chosen) in self.recipe.iter().zip(&recipes) {

@@ -40,7 +40,6 @@ use anyhow::{Context, bail, ensure};
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Coverage, Material, MaterialsAndShares, Source, Sources};
 use glimpse_trainer::measurement::NamedRecipe;
-use glimpse_trainer::render::Environment;
 use glimpse_training::recipe::RecipeFile;
 use serde::Serialize;
 
@@ -131,14 +130,6 @@ pub(crate) fn load_single(source: &Source) -> anyhow::Result<Box<dyn Material>> 
 pub(crate) fn load_all(sources: &Sources) -> anyhow::Result<MaterialsAndShares> {
     let lists = sources.as_slice().iter().map(load);
     Ok(sources.join(lists.collect::<Result<_, _>>()?)?)
-}
-
-/// The environment light of spheres: a panorama, or else the studio.
-pub(crate) fn environment(panorama: Option<&Path>) -> anyhow::Result<Environment> {
-    Ok(match panorama {
-        Some(path) => Environment::read(path)?,
-        None => Environment::studio(),
-    })
 }
 
 /// Prints a report to stdout, as JSON or as text.

@@ -27,7 +27,7 @@ use glimpse_materials::{Brdf, Material};
 use rayon::prelude::*;
 
 use crate::metrics::{CompareError, Metrics};
-use crate::render::{Environment, Picture, render_sphere};
+use crate::render::{Picture, render_sphere};
 
 /// The width and height of rendered spheres, in pixels.
 ///
@@ -135,7 +135,6 @@ impl SettingError for EvaluationError {
 pub struct Evaluator<'a> {
     materials: &'a [Box<dyn Material>],
     at: Vec<HalfDifference<f32>>,
-    environment: Environment,
     references: Vec<Reference>,
 }
 
@@ -233,10 +232,10 @@ fn mean(
 }
 
 impl Reference {
-    fn new(material: &dyn Material, at: &[HalfDifference<f32>], environment: &Environment) -> Self {
+    fn new(material: &dyn Material, at: &[HalfDifference<f32>]) -> Self {
         let mut values = vec![[0.0; 3]; at.len()];
         material.brdf_batch(at, &mut values);
-        let sphere = render_sphere(material, environment, SPHERE_SIZE).tone_map();
+        let sphere = render_sphere(material, SPHERE_SIZE).tone_map();
         Self { values, sphere }
     }
 
@@ -245,10 +244,9 @@ impl Reference {
         &self,
         brdf: &(impl Brdf + ?Sized),
         at: &[HalfDifference<f32>],
-        environment: &Environment,
     ) -> Result<(Metrics, Picture), CompareError> {
         let loss = mean_log_error(brdf, at, &self.values);
-        let sphere = render_sphere(brdf, environment, SPHERE_SIZE).tone_map();
+        let sphere = render_sphere(brdf, SPHERE_SIZE).tone_map();
         let metrics = Metrics::from_spheres(loss, &self.sphere, &sphere)?;
         Ok((metrics, sphere))
     }
@@ -262,30 +260,23 @@ pub fn compare(
     brdf: &(impl Brdf + ?Sized),
     material: &dyn Material,
 ) -> Result<Metrics, CompareError> {
-    let (at, environment) = (loss_directions(), Environment::studio());
-    let reference = Reference::new(material, &at, &environment);
-    Ok(reference.compare(brdf, &at, &environment)?.0)
+    let at = loss_directions();
+    let reference = Reference::new(material, &at);
+    Ok(reference.compare(brdf, &at)?.0)
 }
 
 impl<'a> Evaluator<'a> {
     /// Evaluates and renders the materials in the built-in studio.
     #[must_use]
     pub fn new(materials: &'a [Box<dyn Material>]) -> Self {
-        Self::with_environment(Environment::studio(), materials)
-    }
-
-    /// Evaluates and renders the materials in another environment.
-    #[must_use]
-    pub fn with_environment(environment: Environment, materials: &'a [Box<dyn Material>]) -> Self {
         let at = loss_directions();
         let references = materials
             .par_iter()
-            .map(|material| Reference::new(&**material, &at, &environment))
+            .map(|material| Reference::new(&**material, &at))
             .collect();
         Self {
             materials,
             at,
-            environment,
             references,
         }
     }
@@ -305,7 +296,7 @@ impl<'a> Evaluator<'a> {
     /// Renders the sphere of a BRDF.
     #[must_use]
     pub fn render(&self, fitted: &(impl Brdf + ?Sized)) -> Picture {
-        render_sphere(fitted, &self.environment, SPHERE_SIZE).tone_map()
+        render_sphere(fitted, SPHERE_SIZE).tone_map()
     }
 
     /// Returns the loss of a BRDF.
@@ -323,7 +314,7 @@ impl<'a> Evaluator<'a> {
         material: usize,
         fitted: &(impl Brdf + ?Sized),
     ) -> Result<(Metrics, Picture), CompareError> {
-        self.references[material].compare(fitted, &self.at, &self.environment)
+        self.references[material].compare(fitted, &self.at)
     }
 
     /// Fits every material with a method and compares the fits. A random method runs once per seed.

@@ -1,17 +1,10 @@
-//! Renderings of spheres under an environment.
+//! Renderings of spheres in a built-in studio.
 //!
-//! [`render_sphere`] integrates a BRDF over an [`Environment`] and returns an [`Image`] of linear radiance.
+//! [`render_sphere`] integrates a BRDF over the studio's light and returns an [`Image`] of linear radiance.
 //! [`Image::tone_map`] converts it to an 8-bit [`Picture`] for display, PNG files and image metrics.
 
-#[cfg_attr(
-    not(feature = "program"),
-    expect(dead_code, reason = "only the program reads light from files")
-)]
 mod environment;
 mod image;
-mod octahedral;
-#[cfg(feature = "program")]
-mod panorama;
 mod picture;
 mod quadrature;
 mod sphere;
@@ -19,9 +12,6 @@ mod studio;
 #[cfg(test)]
 mod tests;
 
-pub use environment::Environment;
 pub use image::Image;
-#[cfg(feature = "program")]
-pub use panorama::EnvironmentError;
 pub use picture::{Picture, PictureError};
 pub use sphere::{render_sphere, sphere_disc};

@@ -26,8 +26,6 @@ struct HalfVector {
     cos_phi: f32,
     /// Solid angle in sr.
     solid_angle: f32,
-    /// Larger one of the angles to the neighbor along the ring and to the next ring, in radians.
-    spacing: f32,
 }
 
 /// The half vectors of the whole upper hemisphere.
@@ -44,14 +42,11 @@ pub(super) struct Nodes {
     pub(super) incoming: Vec<[f32; 3]>,
     /// cos(theta_i) times solid angle in sr.
     pub(super) weight: Vec<f32>,
-    /// Approximate angle between the incoming directions of neighboring nodes, in radians.
-    pub(super) spacing: Vec<f32>,
 }
 
 impl HalfVectors {
-    /// Creates a rule of `rings` rings. With `limit_spacing`, for environments with small bright sources, the distance
-    /// between nodes along a ring is at most the distance to the next ring.
-    pub(super) fn new(rings: usize, limit_spacing: bool) -> Self {
+    /// Creates a rule of `rings` rings.
+    pub(super) fn new(rings: usize) -> Self {
         let step = 1.0 / rings as f32;
         let spacing = SPACING_TIMES_RINGS.to_radians() * step;
         let min_nodes = rings as f32 / RINGS_PER_INNER_NODE;
@@ -60,14 +55,8 @@ impl HalfVectors {
             let (sin_theta, cos_theta) = (FRAC_PI_2 * t * t * t).sin_cos();
             // The midpoint rule in t; it converges faster than the exact area between two rings.
             let thickness = 3.0 * FRAC_PI_2 * t * t * step;
-            let node_spacing = if limit_spacing {
-                spacing.min(thickness)
-            } else {
-                spacing
-            };
-            let node_count = (TAU * sin_theta / node_spacing).max(min_nodes).ceil();
+            let node_count = (TAU * sin_theta / spacing).max(min_nodes).ceil();
             let solid_angle = sin_theta * thickness * TAU / node_count;
-            let actual_spacing = TAU * sin_theta / node_count;
             // Every other ring is rotated by half a step, so that nodes of neighboring rings do not line up.
             let offset = if ring % 2 == 0 { 0.25 } else { 0.75 };
             (0..node_count as usize).map(move |node| {
@@ -79,7 +68,6 @@ impl HalfVectors {
                     sin_phi,
                     cos_phi,
                     solid_angle,
-                    spacing: actual_spacing.max(thickness),
                 }
             })
         });
@@ -91,7 +79,6 @@ impl HalfVectors {
         nodes.at.clear();
         nodes.incoming.clear();
         nodes.weight.clear();
-        nodes.spacing.clear();
         for half in &self.0 {
             let x = half.sin_theta * half.cos_phi;
             let y = half.sin_theta * half.sin_phi;
@@ -115,8 +102,6 @@ impl HalfVectors {
             nodes
                 .weight
                 .push(cos_theta_i * 4.0 * cos_theta_d * half.solid_angle);
-            // A reflected direction rotates by twice the angle of the half vector.
-            nodes.spacing.push(2.0 * half.spacing);
         }
     }
 }
@@ -129,7 +114,7 @@ mod tests {
 
     #[test]
     fn nodes_are_valid_pairs_of_directions() {
-        let half_vectors = HalfVectors::new(24, false);
+        let half_vectors = HalfVectors::new(24);
         let mut nodes = Nodes::default();
         for degrees in [0.0_f32, 10.0, 45.0, 80.0] {
             let (sin, cos) = degrees.to_radians().sin_cos();
@@ -166,10 +151,8 @@ mod tests {
     #[test]
     fn projected_solid_angle_of_the_hemisphere_is_pi() {
         let mut nodes = Nodes::default();
-        for (degrees, limit_spacing) in
-            (0..90_u8).flat_map(|degrees| [(degrees, false), (degrees, true)])
-        {
-            let half_vectors = HalfVectors::new(RINGS, limit_spacing);
+        let half_vectors = HalfVectors::new(RINGS);
+        for degrees in 0..90_u8 {
             let (sin, cos) = f32::from(degrees).to_radians().sin_cos();
             half_vectors.nodes(sin, cos, &mut nodes);
             let sum: f64 = nodes.weight.iter().map(|w| f64::from(*w)).sum();

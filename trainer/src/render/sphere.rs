@@ -6,22 +6,24 @@ use std::collections::BTreeMap;
 use glimpse_materials::Brdf;
 use rayon::prelude::*;
 
+use super::Image;
+use super::environment::Environment;
 use super::quadrature::{HalfVectors, Nodes, RINGS};
-use super::{Environment, Image};
+use super::studio::STUDIO;
 
 /// Radiance of the background.
 pub(super) const BACKGROUND: [f32; 3] = [0.08; 3];
 /// Ratio of the sphere's diameter to the picture's side.
 pub(super) const DIAMETER: f32 = 0.96;
 
-/// Renders a sphere of a material under an environment, with size x size pixels and an orthographic camera.
+/// Renders a sphere of a material in the built-in studio, with size x size pixels and an orthographic camera.
 ///
 /// The incoming direction points to the light, and the BRDF is isotropic. Every pixel is the integral of
 /// f(w_i, w_o) L(w_i) cos(theta_i) over the hemisphere. The quadrature rule is fixed, so that equal BRDFs give equal
 /// bits. Pixels at the same distance from the center have the same outgoing angle and share one batched call of `brdf`.
 /// Shadows and interreflections are not rendered. Pixels off the sphere have the radiance 0.08.
-pub fn render_sphere(brdf: &(impl Brdf + ?Sized), environment: &Environment, size: usize) -> Image {
-    render_with_rings(brdf, environment, size, RINGS)
+pub fn render_sphere(brdf: &(impl Brdf + ?Sized), size: usize) -> Image {
+    render_in(&STUDIO, brdf, size, RINGS)
 }
 
 /// Iterates over the indices of the pixels whose centers lie on the sphere of [`render_sphere`], row by row from the
@@ -36,14 +38,14 @@ pub fn sphere_disc(width: usize, height: usize) -> impl Iterator<Item = usize> {
     })
 }
 
-/// Renders a sphere with a quadrature rule of `rings` rings.
-pub(super) fn render_with_rings(
-    brdf: &(impl Brdf + ?Sized),
+/// Renders a sphere under an environment, with a quadrature rule of `rings` rings.
+pub(super) fn render_in(
     environment: &Environment,
+    brdf: &(impl Brdf + ?Sized),
     size: usize,
     rings: usize,
 ) -> Image {
-    let half_vectors = HalfVectors::new(rings, environment.may_have_small_sources());
+    let half_vectors = HalfVectors::new(rings);
     let mut image = Image::filled(size, size, BACKGROUND);
     let circles: Vec<Circle> = circles(size);
     let shaded: Vec<(usize, [f32; 3])> = circles
@@ -118,8 +120,6 @@ struct Shader {
     nodes: Nodes,
     /// BRDF times weight at each node.
     weighted_brdf: Vec<[f32; 3]>,
-    /// Blur level of the environment at each node.
-    blur_levels: Vec<f32>,
 }
 
 impl Shader {
@@ -138,16 +138,11 @@ impl Shader {
         for (value, weight) in self.weighted_brdf.iter_mut().zip(&self.nodes.weight) {
             *value = value.map(|channel| channel * weight);
         }
-        self.blur_levels.clear();
-        let spacing = self.nodes.spacing.iter();
-        self.blur_levels
-            .extend(spacing.map(|spacing| environment.blur_level(*spacing)));
         let shade_pixel = |&(index, azimuth): &(usize, [f32; 2])| {
             let mut sum = [0.0; 4];
-            let nodes = self.nodes.incoming.iter().zip(&self.blur_levels);
-            for ((incoming, level), [r, g, b]) in nodes.zip(&self.weighted_brdf) {
+            for (incoming, [r, g, b]) in self.nodes.incoming.iter().zip(&self.weighted_brdf) {
                 let direction = circle.to_picture_frame(azimuth, *incoming);
-                let light = environment.blurred_radiance(direction, *level);
+                let light = environment.radiance(direction);
                 let value = [*r, *g, *b, 0.0];
                 sum = array::from_fn(|channel| sum[channel] + light[channel] * value[channel]);
             }

@@ -4,7 +4,9 @@
 //! integrate it for any BRDF without banding. Every light is wide enough that its reflection on a glossy sphere shows
 //! the softening of edges by gloss.
 
-use super::Environment;
+use std::sync::LazyLock;
+
+use super::environment::Environment;
 
 /// The radiance of the sky straight above, and at the horizon.
 const ZENITH: [f32; 3] = [0.13, 0.22, 0.42];
@@ -59,20 +61,15 @@ const PANELS: [Panel; 3] = [
 /// Softness of a panel's edge: the scale of a logistic curve, degrees.
 const EDGE: f32 = 1.3;
 
-impl Environment {
-    /// Creates the built-in environment: blue sky above brown ground, a soft sun over the viewer's left shoulder, a
-    /// window at the right, a strip of light behind at the left, and a dim reflector below.
-    ///
-    /// Radiance is 0.1 to 0.6 for sky and ground, 0.5 to 4.5 for the panels, and 100 to 130 at the sun's center. A
-    /// white diffuse surface that faces the viewer reflects about 0.9.
-    #[must_use]
-    pub fn studio() -> Self {
-        Self::from_fn(studio)
-    }
-}
+/// The built-in environment: blue sky above brown ground, a soft sun over the viewer's left shoulder, a window at the
+/// right, a strip of light behind at the left, and a dim reflector below.
+///
+/// Radiance is 0.1 to 0.6 for sky and ground, 0.5 to 4.5 for the panels, and 100 to 130 at the sun's center. A white
+/// diffuse surface that faces the viewer reflects about 0.9.
+pub(super) static STUDIO: LazyLock<Environment> = LazyLock::new(|| Environment::from_fn(radiance));
 
 /// Returns the studio's radiance from a unit direction.
-fn studio(direction: [f32; 3]) -> [f32; 3] {
+fn radiance(direction: [f32; 3]) -> [f32; 3] {
     let [_, up, _] = direction;
     let sky = mix(ZENITH, HORIZON, (-3.5 * up.max(0.0)).exp());
     let ground = mix(NADIR, GROUND, (-2.5 * (-up).max(0.0)).exp());

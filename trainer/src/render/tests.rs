@@ -6,9 +6,11 @@ use glimpse_core::geometry::HalfDifference;
 use glimpse_core::numeric::math;
 use glimpse_materials::Brdf;
 
+use super::environment::Environment;
 use super::quadrature::RINGS;
-use super::sphere::{BACKGROUND, DIAMETER, circles, render_with_rings};
-use super::{Environment, Image, render_sphere};
+use super::render_sphere;
+use super::sphere::{BACKGROUND, DIAMETER, circles, render_in};
+use super::studio::STUDIO;
 use crate::metrics::image::{mean_squared_error, psnr};
 
 /// A white Lambertian BRDF.
@@ -32,7 +34,7 @@ fn glossy(alpha: f32) -> impl Fn(&HalfDifference<f32>) -> [f32; 3] + Sync {
 
 #[test]
 fn white_sphere_equals_constant_environment() {
-    let image = render_sphere(&lambertian, &Environment::from_fn(|_| [1.0; 3]), 65);
+    let image = render_in(&Environment::from_fn(|_| [1.0; 3]), &lambertian, 65, RINGS);
     let on_sphere = circles(65)
         .into_iter()
         .filter(|circle| circle.coverage == 1.0);
@@ -68,7 +70,7 @@ fn mirror_reflects_environment() {
     let environment = Environment::from_fn(|direction| direction.map(|c| 2.0 + c));
     let mirror = |at: &HalfDifference<f32>| [(glossy(0.03)(at)[0] - 0.02) / 0.9; 3];
     let size = 65;
-    let image = render_sphere(&mirror, &environment, size);
+    let image = render_in(&environment, &mirror, size, RINGS);
     let radius = 0.5 * DIAMETER * size as f32;
     for (right, up) in [(0.0, 0.0), (0.3, 0.0), (-0.2, 0.5), (0.4, -0.5)] {
         let pixel = |offset: f32| (0.5 * size as f32 + offset * radius) as usize;
@@ -90,11 +92,9 @@ fn mirror_reflects_environment() {
 
 #[test]
 fn studio_rendering_converges_in_rings() {
-    let environment = Environment::studio();
     let materials: [&dyn Brdf; 4] = [&lambertian, &glossy(0.01), &glossy(0.06), &glossy(0.3)];
-    let [coarse, fine] = [RINGS, 2 * RINGS].map(|rings| {
-        materials.map(|brdf| render_with_rings(brdf, &environment, 48, rings).tone_map())
-    });
+    let [coarse, fine] = [RINGS, 2 * RINGS]
+        .map(|rings| materials.map(|brdf| render_in(&STUDIO, brdf, 48, rings).tone_map()));
     let distance = |a, b| psnr(mean_squared_error(a, b).unwrap());
     for (index, (coarse_a, fine_a)) in coarse.iter().zip(&fine).enumerate() {
         let error = distance(coarse_a, fine_a);
@@ -109,86 +109,21 @@ fn studio_rendering_converges_in_rings() {
     }
 }
 
-/// Creates a dark sky with a sun of one pixel, 0.7 degrees, over the viewer's left shoulder.
-fn small_sun() -> Environment {
-    let mut panorama = Image::filled(512, 256, [SKY; 3]);
-    panorama.pixels[80 * 512 + 60] = [SUN; 3];
-    Environment::from_panorama(&panorama).unwrap()
-}
-
-const SKY: f32 = 0.05;
-const SUN: f32 = 3e4;
-
-#[test]
-fn small_sun_keeps_its_light_and_shades_by_cosine() {
-    let environment = small_sun();
-    let exposure = environment.radiance([0.0, -1.0, 0.0])[0] / SKY;
-    // The sun's direction, from its pixel in the panorama.
-    let step = PI / 256.0;
-    let (polar, azimuth) = (80.5 * step, 60.5 * step);
-    let (sin, cos) = polar.sin_cos();
-    let sun = [-sin * azimuth.sin(), cos, sin * azimuth.cos()];
-    let irradiance = (SUN - SKY) * exposure * ((80.0 * step).cos() - (81.0 * step).cos()) * step;
-    let size = 96;
-    let image = render_sphere(&lambertian, &environment, size);
-    let mut errors = Vec::new();
-    let (mut light, mut expected_light) = (0.0, 0.0);
-    for circle in circles(size).iter().filter(|circle| circle.coverage == 1.0) {
-        for (index, azimuth) in &circle.pixels {
-            let normal = circle.to_picture_frame(*azimuth, [0.0, 0.0, 1.0]);
-            let cos: f32 = normal.iter().zip(sun).map(|(a, b)| a * b).sum();
-            let expected = SKY * exposure + irradiance * FRAC_1_PI * cos.max(0.0);
-            let actual = image.pixels[*index][1];
-            light += f64::from(actual);
-            expected_light += f64::from(expected);
-            // The blur softens the edge of the lit half.
-            if cos.abs() > 0.35 {
-                errors.push(f64::from(actual / expected - 1.0));
-            }
-        }
-    }
-    assert!(errors.len() > 4_000);
-    // The light must not depend on whether a node hits the sun.
-    assert!((light / expected_light - 1.0).abs() < 0.02, "{light}");
-    let sum_of_squares: f64 = errors.iter().map(|error| error * error).sum();
-    let deviation = (sum_of_squares / errors.len() as f64).sqrt();
-    let worst = errors
-        .iter()
-        .fold(0.0, |worst: f64, error| worst.max(error.abs()));
-    assert!(
-        deviation < 0.04 && worst < 0.15,
-        "{deviation}, at worst {worst}"
-    );
-}
-
-#[test]
-fn small_sun_rendering_converges_in_rings() {
-    let environment = small_sun();
-    let materials: [&dyn Brdf; 4] = [&lambertian, &glossy(0.5), &glossy(0.2), &glossy(0.06)];
-    for brdf in materials {
-        let [coarse, fine] = [RINGS, 2 * RINGS]
-            .map(|rings| render_with_rings(brdf, &environment, 48, rings).tone_map());
-        let error = psnr(mean_squared_error(&coarse, &fine).unwrap());
-        assert!(error > 35.0, "{error} dB from the finer picture");
-    }
-}
-
 #[test]
 fn rendering_handles_invalid_brdfs_and_is_deterministic() {
-    let environment = Environment::studio();
     let invalid = |_: &HalfDifference<f32>| [f32::NAN, f32::INFINITY, -1.0];
     for size in [0, 1, 2, 5] {
-        let image = render_sphere(&invalid, &environment, size);
+        let image = render_sphere(&invalid, size);
         assert_eq!(image.pixels.len(), size * size);
         let _ = image.tone_map();
     }
-    let [first, second] = [0; 2].map(|_| render_sphere(&glossy(0.1), &environment, 16));
+    let [first, second] = [0; 2].map(|_| render_sphere(&glossy(0.1), 16));
     assert_eq!(first, second);
 }
 
 #[test]
 fn white_sphere_is_well_exposed_and_continuous_at_center() {
-    let image = render_sphere(&lambertian, &Environment::studio(), 33);
+    let image = render_sphere(&lambertian, 33);
     let center = 33 * 16 + 16;
     let pixel = |index: usize| image.pixels[index][1];
     let around = [1, 33].map(|step| 0.5 * (pixel(center - step) + pixel(center + step)));

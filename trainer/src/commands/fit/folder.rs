@@ -5,7 +5,7 @@ use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::{BasisFile, Material, angles_of};
 use glimpse_trainer::evaluation::SPHERE_SIZE;
 use glimpse_trainer::measurement::{Fit, IsotropicAngles, coefficient_of_variation};
-use glimpse_trainer::render::{Environment, render_sphere};
+use glimpse_trainer::render::render_sphere;
 use glimpse_trainer::report::{Lobe, lobe, lobe_directions, lobe_svg, luminance};
 
 use super::report::FitReport;
@@ -24,11 +24,7 @@ pub(super) fn contents(
     report: &FitReport,
 ) -> anyhow::Result<[Vec<u8>; 4]> {
     let material = &fit.material;
-    let sphere = render_sphere(
-        material as &dyn Material,
-        &Environment::studio(),
-        SPHERE_SIZE,
-    );
+    let sphere = render_sphere(material as &dyn Material, SPHERE_SIZE);
     Ok([
         material.to_json(basis, report)?.into_bytes(),
         sphere.tone_map().to_png()?,

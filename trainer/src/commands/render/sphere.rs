@@ -8,7 +8,7 @@ use glimpse_materials::loss::loss_between;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::{Method, SPHERE_SIZE};
 use glimpse_trainer::metrics::Metrics;
-use glimpse_trainer::render::{Environment, Image, render_sphere};
+use glimpse_trainer::render::{Image, render_sphere};
 use glimpse_trainer::report::{Cell, Column, Compare, Highlight, Table, metric_columns};
 use serde_json::{Value, json};
 
@@ -18,7 +18,7 @@ use super::super::output::{
 };
 use super::super::progress::StepProgress;
 use super::super::training_overlap::warn_of_overlap;
-use super::super::{emit, environment, load, read_recipe};
+use super::super::{emit, load, read_recipe};
 
 /// Maximum width and height of a sphere, in pixels.
 const MAX_SIZE: usize = 4_096;
@@ -32,16 +32,11 @@ const MIN_COMPARED_SIZE: usize = 7;
 /// The output is a PNG file with the spheres row by row, or a NumPy array of the same pixels as linear
 /// radiance (without exposure and tone mapping). The loss is that of `trainer evaluate`; DSSIM, L2,
 /// PSNR and delta E are those of the pictures. At the default size they equal the metrics of
-/// `evaluate`. `trainer compare` writes a page of spheres with their errors.
-///
-/// The environment light is an open-air studio, or a panorama in latitude and longitude: Radiance
-/// (*.hdr), 2:1. The center of the panorama is straight ahead of the viewer,
-/// behind the sphere. Its left and right edges meet behind the viewer. The exposure makes a white
-/// sphere as bright as in the studio.
+/// `evaluate`. The light is an open-air studio. `trainer compare` writes a page of spheres with errors.
 ///
 /// Example: trainer render sphere MERL-test/ --columns 5 --out spheres.png
 ///          trainer render sphere procedural:8:1 --recipe neural-n8.recipe --out scans.png
-///          trainer render sphere gold-paint.binary --environment garden.hdr --out gold.npy
+///          trainer render sphere gold-paint.binary --out gold.npy
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(super) struct Sphere {
@@ -59,14 +54,10 @@ pub(super) struct Sphere {
     /// Materials in a row, 1 to 4096 [default: up to 8; with --recipe up to 4]
     #[arg(long, value_name = "COUNT", value_parser = number(1..=MAX_SIZE))]
     columns: Option<usize>,
-    /// Environment light: a panorama (*.hdr) [default: the built-in studio]
-    #[arg(long, value_name = "FILE")]
-    environment: Option<PathBuf>,
     /// Replace an existing file that differs
     #[arg(long)]
     force: bool,
-    /// Print JSON: file, sizes in pixels, environment and its exposure, and each sphere's row, column
-    /// and errors
+    /// Print JSON: file, sizes in pixels, and each sphere's row, column and errors
     #[arg(long)]
     json: bool,
 }
@@ -87,27 +78,20 @@ impl Sphere {
              more",
             self.size
         );
-        for input in self.recipe.iter().chain(&self.environment) {
-            refuse_input(&self.out, input)?;
+        if let Some(recipe) = &self.recipe {
+            refuse_input(&self.out, recipe)?;
         }
         refuse_source(&self.out, &self.source)?;
-        let environment = environment(self.environment.as_deref())?;
         let Some(path) = &self.recipe else {
-            return self.draw(file_type, &environment, None, seed);
+            return self.draw(file_type, None, seed);
         };
         let (file, basis) = read_recipe(path)?;
         let recipe = file.recipe();
         let method = Method::with_recipe(&recipe, basis.as_ref())?;
-        self.draw(file_type, &environment, Some(&method), seed)
+        self.draw(file_type, Some(&method), seed)
     }
 
-    fn draw(
-        &self,
-        file_type: &str,
-        environment: &Environment,
-        method: Option<&Method<'_>>,
-        seed: u64,
-    ) -> anyhow::Result<()> {
+    fn draw(&self, file_type: &str, method: Option<&Method<'_>>, seed: u64) -> anyhow::Result<()> {
         let materials = load(&self.source)?;
         let spheres = materials.len() * if method.is_some() { 2 } else { 1 };
         ensure!(
@@ -124,8 +108,8 @@ impl Sphere {
         }
         let mut all = Vec::new();
         for material in &materials {
-            let sphere = render_sphere(&**material, environment, self.size);
-            let scan = method.map(|method| scan(&**material, &sphere, method, environment, seed));
+            let sphere = render_sphere(&**material, self.size);
+            let scan = method.map(|method| scan(&**material, &sphere, method, seed));
             all.push(RenderedMaterial {
                 name: material.name(),
                 scan: scan.transpose()?,
@@ -144,18 +128,12 @@ impl Sphere {
             _ => sheet.to_npy(),
         };
         write_file(&self.out, &bytes, self.force)?;
-        let report = self.to_json(&all, columns, &sheet, environment);
+        let report = self.to_json(&all, columns, &sheet);
         emit(self.json, &report, || table(&all, columns).to_text())
     }
 
     /// Returns the result as JSON.
-    fn to_json(
-        &self,
-        all: &[RenderedMaterial<'_>],
-        columns: usize,
-        sheet: &Image,
-        environment: &Environment,
-    ) -> Value {
+    fn to_json(&self, all: &[RenderedMaterial<'_>], columns: usize, sheet: &Image) -> Value {
         let sphere = |(index, material): (usize, &RenderedMaterial<'_>)| {
             json!({
                 "material": material.name,
@@ -169,8 +147,6 @@ impl Sphere {
             "width": sheet.width,
             "height": sheet.height,
             "sphere_pixels": self.size,
-            "environment": self.environment.as_ref().map(|path| path.display().to_string()),
-            "exposure": environment.exposure(),
             "spheres": all.iter().enumerate().map(sphere).collect::<Vec<_>>(),
         })
     }
@@ -181,11 +157,10 @@ fn scan(
     material: &dyn Material,
     sphere: &Image,
     method: &Method<'_>,
-    environment: &Environment,
     seed: u64,
 ) -> anyhow::Result<(Metrics, Image)> {
     let fitted = method.fit(material, seed)?;
-    let image = render_sphere(&fitted, environment, sphere.width);
+    let image = render_sphere(&fitted, sphere.width);
     let loss = loss_between(&fitted, material);
     let metrics = Metrics::from_spheres(loss, &sphere.tone_map(), &image.tone_map())?;
     Ok((metrics, image))

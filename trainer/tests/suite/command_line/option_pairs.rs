@@ -41,7 +41,6 @@ const CASES: [Case; 14] = [
         base: "evaluate --recipe l.recipe --test procedural:2:3",
         options: &[
             "--basis small.basis",
-            "--environment light.hdr",
             "--geometry in-plane",
             "--first 3",
             "--lose 1",
@@ -111,7 +110,6 @@ const CASES: [Case; 14] = [
             "--out s.npy",
             "--size 40",
             "--columns 1",
-            "--environment light.hdr",
             "--json",
         ],
     },
@@ -196,13 +194,13 @@ fn write_inputs(folder: &Folder) {
         "theta_i,phi_i,theta_o,phi_o,r,g,b\n0.5,0,0.4,1.5,0.2,0.1,0.1\n0.9,0,0.3,3.1,0.4,0.3,0.1\n",
     );
     folder.succeed("fit n.recipe --measurements n.csv --out fitted");
-    let mut light = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n".to_vec();
-    light.extend((0..8 * 16).flat_map(|pixel: u8| [pixel, 128, 255 - pixel, 129]));
-    folder.write("light.hdr", light);
 }
 
+/// Paths and contents of files.
+type Files = Vec<(PathBuf, Vec<u8>)>;
+
 /// Returns the output of a command and the files that it writes; None if it fails.
-fn result(inputs: &Folder, command: &str) -> Option<(Vec<u8>, Vec<(PathBuf, Vec<u8>)>)> {
+fn result(inputs: &Folder, command: &str) -> Option<(Vec<u8>, Files)> {
     let folder = Folder::new();
     for (name, bytes) in files_below(inputs.path()) {
         let path = folder.at(&name.to_string_lossy());

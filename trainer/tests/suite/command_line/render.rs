@@ -7,9 +7,9 @@ use glimpse_trainer::metrics::Metrics;
 use glimpse_trainer::render::Picture;
 use serde_json::{Value, json};
 
+use super::Folder;
 use super::folder::PHONG_N8;
 use super::shared::PHONG;
-use super::{Folder, number};
 
 /// The metrics that `evaluate` and `render` report.
 const METRICS: [&str; 5] = ["loss", "dssim", "l2", "psnr", "delta_e"];
@@ -32,16 +32,6 @@ pub(super) fn pixels_of_png(path: &Path) -> Picture {
 fn size_of_png(path: &Path) -> [usize; 2] {
     let picture = pixels_of_png(path);
     [picture.width, picture.height]
-}
-
-/// A gray panorama, as a Radiance file without compression.
-fn panorama(width: u8, height: u8) -> Vec<u8> {
-    let mut file = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n".to_vec();
-    file.extend(format!("-Y {height} +X {width}\n").bytes());
-    for _ in 0..u32::from(width) * u32::from(height) {
-        file.extend([128, 128, 128, 128]);
-    }
-    file
 }
 
 #[test]
@@ -126,18 +116,11 @@ fn plots_patterns() {
 #[test]
 fn rejects_invalid_arguments() {
     let folder = Folder::new();
-    folder.write("square.hdr", panorama(8, 8));
-    folder.write("cut.hdr", &panorama(8, 4)[..60]);
-    folder.write("not.hdr", b"no picture");
     folder.write("bad.recipe", b"GLMQ");
     folder.write("file", b"in the way");
     folder.fail_each(
         "render",
         &[
-            "sphere procedural:1 --environment square.hdr => square.hdr 2:1",
-            "sphere procedural:1 --environment cut.hdr => cut.hdr",
-            "sphere procedural:1 --environment not.hdr => not.hdr",
-            "sphere procedural:1 --environment none.hdr => none.hdr",
             "sphere procedural:1 --recipe bad.recipe => bad.recipe",
             "sphere procedural:1 --out sphere.jpg => --out png",
             "sphere procedural:1 --out file/sphere.png => file/sphere.png",
@@ -148,14 +131,12 @@ fn rejects_invalid_arguments() {
             "pattern bad.recipe => bad.recipe",
         ],
     );
-    assert_eq!(folder.names("").len(), 5, "a file was written");
+    assert_eq!(folder.names("").len(), 2, "a file was written");
 }
 
 #[test]
 fn reports_json() {
     let folder = Folder::with("r.recipe", PHONG_N8);
-    // A gray environment that is brighter than the studio.
-    folder.write("gray.hdr", panorama(8, 4));
     let run = |command: &str, out: &str| -> Value {
         let report = folder.succeed_as_json(&format!("render {command} --out {out}"));
         let bytes = folder.read(out).len();
@@ -168,7 +149,6 @@ fn reports_json() {
         ("/width", json!(width)),
         ("/height", json!(height)),
         ("/sphere_pixels", json!(24)),
-        ("/exposure", json!(1.0)),
         ("/spheres/2/row", json!(2)),
         ("/spheres/2/column", json!(1)),
         ("/spheres/2/scan", Value::Null),
@@ -177,12 +157,8 @@ fn reports_json() {
     }
 
     // At the default size, the metrics equal those of `evaluate`.
-    let light = "--environment gray.hdr --recipe r.recipe";
-    let report = run(&format!("sphere procedural:1:5 {light}"), "scans.png");
-    assert_eq!(report["environment"], "gray.hdr");
-    let exposure = number(&report["exposure"]);
-    assert!(exposure > 0.0 && exposure != 1.0, "{exposure}");
-    let evaluation = folder.succeed_as_json(&format!("evaluate --test procedural:1:5 {light}"));
+    let report = run("sphere procedural:1:5 --recipe r.recipe", "scans.png");
+    let evaluation = folder.succeed_as_json("evaluate --test procedural:1:5 --recipe r.recipe");
     for metric in METRICS {
         let metric_of_scan = &report["spheres"][0]["scan"][metric];
         assert!(metric_of_scan.is_number());
