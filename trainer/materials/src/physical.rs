@@ -18,6 +18,8 @@ const REPORTED_THETAS: usize = 35;
 const HALF_VECTORS: [usize; 2] = [96, 64];
 /// The largest albedo of [`Physical`]. Below 1, because files interpolate.
 const MAX_ALBEDO: f32 = 0.99;
+/// The number of steps that balance the factors of all angles.
+const BALANCING_STEPS: usize = 4;
 /// Relative differences up to this are rounding errors.
 const ROUNDING: f64 = 1e-4;
 
@@ -45,8 +47,8 @@ impl PhysicalErrors {
 
 /// A BRDF that is changed to be reciprocal and to have an albedo of at most 1.
 ///
-/// It is the mean of both orders of light and sensor, times a factor for theta_i and one for theta_o. The factor of an
-/// angle is 0.99 divided by the mean's albedo there, if that is larger; otherwise 1.
+/// It is the mean of both orders of light and sensor, times a factor for theta_i and one for theta_o. The factors are at most
+/// 1, and below it where the albedo would be above 0.99.
 pub struct Physical<'m> {
     material: &'m dyn Material,
     is_mean: bool,
@@ -63,11 +65,28 @@ impl<'m> Physical<'m> {
             is_mean: reciprocity_error(material) > ROUNDING,
             factors: vec![[1.0; 3]; THETAS],
         };
-        let albedos = albedos(&physical).into_iter();
-        // The other factor is at most 1, so the albedo is at most that of the mean times this factor.
-        let factors = albedos.map(|albedo| albedo.map(|albedo| (MAX_ALBEDO / albedo).min(1.0)));
-        physical.factors = factors.collect();
+        // A mirror has both factors at once, so that it needs the root.
+        for _ in 0..BALANCING_STEPS {
+            if !physical.scale(f32::sqrt) {
+                return physical;
+            }
+        }
+        // Factors are at most 1, so the albedo falls by these factors at least.
+        physical.scale(|factor| factor);
         physical
+    }
+
+    /// Multiplies the factor of each theta by a function of the factor that its albedo lacks. Returns true if any was below 1.
+    fn scale(&mut self, function: impl Fn(f32) -> f32) -> bool {
+        let mut is_above = false;
+        let albedos = albedos(&*self);
+        for (factors, albedo) in self.factors.iter_mut().zip(albedos) {
+            for (factor, albedo) in factors.iter_mut().zip(albedo) {
+                is_above |= albedo > MAX_ALBEDO;
+                *factor *= function((MAX_ALBEDO / albedo).min(1.0));
+            }
+        }
+        is_above
     }
 
     /// Returns true if the BRDF differs from the material's.
@@ -261,7 +280,7 @@ mod tests {
     fn physical_brdf_is_reciprocal_and_conserves_energy() {
         let before = PhysicalErrors::of(&Unphysical as &dyn Material);
         assert!(
-            before.reciprocity > 0.1 && before.albedo > 1.4,
+            before.reciprocity > 0.005 && before.albedo > 1.4,
             "{before:?}"
         );
         let physical = Physical::of(&Unphysical);

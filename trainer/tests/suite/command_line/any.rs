@@ -150,14 +150,15 @@ fn rows_state_noise_and_repeat() {
         "a.csv",
         "theta_i,theta_o,value,noise\n45,30,0.2,0.01\n45,30,0.2,0.01\n30,0,9,0\n",
     );
-    let report = folder.succeed_as_json("fit --measurements a.csv --out exact");
+    let report =
+        folder.succeed_as_json("fit --measurements a.csv --out exact --accept-implausible");
     assert_eq!(report[0]["readings"]["used"], 2);
     assert_eq!(report[0]["readings"]["repeated"], 1);
     folder.write(
         "a.csv",
         "theta_i,theta_o,value,noise\n45,30,0.2,0.01\n45,30,0.2,0.01\n30,0,9,5\n",
     );
-    let noisy = folder.succeed_as_json("fit --measurements a.csv --out noisy");
+    let noisy = folder.succeed_as_json("fit --measurements a.csv --out noisy --accept-implausible");
     let residual = |report: &Value| number(&report[0]["residual"]["mean"]);
     assert!(residual(&noisy) > 2.0 * residual(&report), "{noisy}");
 
@@ -168,7 +169,8 @@ fn rows_state_noise_and_repeat() {
         "not in the route's order"
     );
     folder.write("sheet.csv", sheet);
-    let report = folder.succeed_as_json("fit --measurements sheet.csv --out sheet");
+    let report =
+        folder.succeed_as_json("fit --measurements sheet.csv --out sheet --accept-implausible");
     assert_eq!(report[0]["readings"]["used"], 6);
 }
 

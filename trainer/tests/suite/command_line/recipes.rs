@@ -84,6 +84,7 @@ fn lists_recipes_as_json() {
                 "procedural": losses.procedural,
                 "merl": losses.merl,
                 "merl_color": losses.merl_color,
+                "rgl": losses.rgl,
             })),
         });
         assert_eq!(*entry, expected);
