@@ -72,7 +72,7 @@ update_readme_picture() {
     style+='section .caption,section h3:nth-of-type(n+3),section .row:nth-of-type(n+3){display:none}'
     run trainer quickstart --out "$folder"
     sed "s|</style>|$style</style>|" "$folder/index.html" > "$folder/picture.html"
-    run chromium --headless --no-sandbox --disable-gpu --hide-scrollbars --window-size=944,590 \
+    run chromium --headless --no-sandbox --disable-gpu --hide-scrollbars --window-size=944,690 \
         --user-data-dir="$(mktemp -d)" --screenshot=trainer/pictures/quickstart.png \
         "file://$PWD/$folder/picture.html"
 }
