@@ -4,9 +4,9 @@
 #   trainer/recipes/train.sh RGL/ MERL-networks/
 #
 # RGL/ is a folder of RGL's 17 isotropic materials, MERL-networks/ one of the 80 published networks. It takes two hours on
-# two cores. Machines with AVX-512 write the same bytes each time; other instruction sets give other bytes and the same
-# losses. An interrupted run continues; after a change of the trainer, remove target/recipes first. Then run
-# `tests/run firmware`, whose budgets depend on these recipes, and `tests/run figures`.
+# two cores. A machine writes the same bytes each time; other processors give other bytes and the same losses. An
+# interrupted run continues; after a change of the trainer, remove target/recipes first. Then run `tests/run firmware`,
+# whose budgets depend on these recipes, and `tests/run figures`.
 set -euo pipefail
 rgl=$(realpath "$1")
 merl=$(realpath "$2")

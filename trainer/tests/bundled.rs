@@ -3,7 +3,6 @@
 use std::path::Path;
 use std::process::Command;
 
-use glimpse_kernels::lanes::InstructionSet;
 use glimpse_trainer::bundled;
 use glimpse_training::recipe::{Metadata, RecipeFile};
 
@@ -17,7 +16,7 @@ fn trainer(directory: &Path, arguments: &str) {
 }
 
 #[test]
-fn retrained_recipe_matches_bundled_one() {
+fn retrained_recipe_has_loss_of_bundled_one() {
     let scratch = tempfile::tempdir().expect("a temporary directory");
     let directory = scratch.path();
     trainer(
@@ -30,17 +29,19 @@ fn retrained_recipe_matches_bundled_one() {
     let bundled = RecipeFile::new(bundled.bytes.to_vec()).expect("a valid recipe");
     let [retrained_fit, bundled_fit] =
         [&retrained, &bundled].map(|file| file.stripped().expect("a copy"));
-    // Kernels for other instruction sets sum in another order.
-    match InstructionSet::detect() {
-        InstructionSet::Avx512 => {
-            assert!(retrained_fit.bytes() == bundled_fit.bytes());
-            // Bundled recipes may lack the names of their materials.
-            let without_names = |file: &RecipeFile| Metadata {
-                materials: Vec::new(),
-                ..file.metadata().clone()
-            };
-            assert_eq!(without_names(&retrained), without_names(&bundled));
-        }
-        _ => assert_eq!(retrained_fit.bytes().len(), bundled_fit.bytes().len()),
-    }
+    // Processors round differently, also with the same instruction set, and training amplifies that.
+    assert_eq!(retrained_fit.bytes().len(), bundled_fit.bytes().len());
+    let loss = |file: &RecipeFile| {
+        let expected = file.metadata().expected_loss.as_ref();
+        f64::from(expected.expect("an expected loss").estimate.loss)
+    };
+    let ratio = loss(&retrained) / loss(&bundled);
+    assert!((0.99..=1.01).contains(&ratio), "{ratio}");
+    // Bundled recipes may lack the names of their materials.
+    let without_names = |file: &RecipeFile| Metadata {
+        materials: Vec::new(),
+        expected_loss: None,
+        ..file.metadata().clone()
+    };
+    assert_eq!(without_names(&retrained), without_names(&bundled));
 }

@@ -12,11 +12,10 @@ def bar() -> Optional[Callable[[Progress], None]]:
 
     A notebook or a terminal watches. The bar is that of tqdm, if it is installed.
     """
-    in_notebook = "ipykernel" in sys.modules
-    if not (in_notebook or (sys.stderr is not None and sys.stderr.isatty())):
+    if not (_in_notebook() or (sys.stderr is not None and sys.stderr.isatty())):
         return None
     try:
-        from tqdm.auto import tqdm
+        from tqdm.auto import tqdm  # type: ignore[import-untyped, unused-ignore]
     except ImportError:
         return _line
     bars: list[Any] = []
@@ -32,6 +31,11 @@ def bar() -> Optional[Callable[[Progress], None]]:
             shown.close()
 
     return draw
+
+
+def _in_notebook() -> bool:
+    ipython: Any = sys.modules.get("IPython")
+    return ipython is not None and hasattr(ipython.get_ipython(), "kernel")
 
 
 def _text(progress: Progress) -> str:
