@@ -16,17 +16,19 @@ use super::{emit, load_single};
 /// Convert a material to another format.
 ///
 /// The output is read again, and its loss against IN is printed: the mean cosine-weighted
-/// logarithmic error of `trainer evaluate`, 0 if both are equal. For NBRDF, a network is fitted to the material in a few seconds,
-/// unless IN is a network itself. A material of `trainer fit` with the model neural is a network.
+/// logarithmic error of `trainer evaluate`, 0 if both are equal. For NBRDF, a network is fitted to
+/// the material in a few seconds, unless IN is a network itself. A material of `trainer fit` with
+/// the model neural is a network.
 ///
 /// The formats principled, gltf and materialx hold the parameters of a renderer's shading model that
 /// approximates IN. The loss of this approximation and its color error (mean CIEDE2000 of a sphere)
 /// are printed.
 ///
-/// PHYSICS. Fits and measurements are not quite reciprocal, and may reflect more light than they receive.
-/// Tables (merl, rgl, rgl-spectral, pab) are changed to be reciprocal and to have an albedo of at most 1.
-/// The errors before and after are printed: the mean change if light and sensor are exchanged, relative
-/// to the BRDF, and the largest albedo. Formats of parameters cannot be changed, so their errors remain.
+/// PHYSICS. Fits and measurements are not quite reciprocal, and may reflect more light than they
+/// receive. Tables (merl, rgl, rgl-spectral, pab) are changed to be reciprocal and to have an albedo
+/// of at most 1. The errors before and after are printed: the mean change if light and sensor are
+/// exchanged, relative to the BRDF, and the largest albedo. Formats of parameters cannot be changed,
+/// so their errors remain.
 ///
 /// Example: trainer convert aurora_white_rgb.bsdf aurora_white.binary
 ///          trainer convert gold.binary gold_rgb.bsdf

@@ -31,8 +31,9 @@ use super::{emit, read_named_recipe};
 /// - directions: theta_i, phi_i, theta_o, phi_o, or another set of angles (see `trainer query
 ///   --help`), or index, the number of the recipe's sample, from 0;
 /// - reading: r, g, b, or value for a sensor with one channel;
-/// - optional: saturated (0, 1, False, True); quantity (a value of --quantity, or counts); material, which must be
-///   the same in all rows; and at any directions noise, the standard deviation relative to the reading.
+/// - optional: saturated (0, 1, False, True); quantity (a value of --quantity, or counts); material,
+///   which must be the same in all rows; and at any directions noise, the standard deviation relative
+///   to the reading.
 ///
 /// Other columns are ignored. Rows come in any order. Repeated readings of a direction are averaged,
 /// and their spread is printed.
