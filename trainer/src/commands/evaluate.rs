@@ -3,18 +3,19 @@
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::{Error, ensure};
+use anyhow::{Context, Error, ensure};
 use clap::Args;
 use glimpse_materials::Source;
 use glimpse_materials::basis::Basis;
 use glimpse_trainer::evaluation::{Degradation, Evaluator, Method, TrainingMaterials};
 
+use super::adaptive::AdaptiveArgs;
 use super::evaluation_report::{Comparison, RecipeReport};
 use super::export_basis::read_compact;
 use super::geometry::GeometryArgs;
 use super::progress::StepProgress;
 use super::training_overlap::training_overlaps;
-use super::{load, numbers, print, print_json};
+use super::{load, numbers, print, print_json, read_named_recipe};
 
 /// Evaluate recipes on materials.
 ///
@@ -40,6 +41,7 @@ use super::{load, numbers, print, print_json};
 ///          trainer evaluate --recipe neural-n16-masked.recipe --first 4 --noise 0.02 --test MERL-test/
 ///          trainer evaluate --recipe linear-n16-masked.recipe --target 0.01 --test MERL-test/
 ///          trainer evaluate --recipe linear-any.recipe --geometry multi-angle --test MERL-test/
+///          trainer evaluate --recipe linear-any.recipe --adaptive 16 --speed 10 --test MERL-test/
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Evaluate {
@@ -48,7 +50,7 @@ pub(crate) struct Evaluate {
     recipe: Vec<PathBuf>,
     /// Compact basis file (trainer export --format basis) that replaces the recipe's whole basis,
     /// as on a device
-    #[arg(long)]
+    #[arg(long, conflicts_with = "adaptive")]
     basis: Option<PathBuf>,
     /// Test materials
     #[arg(long, value_name = "SOURCE")]
@@ -56,13 +58,15 @@ pub(crate) struct Evaluate {
     #[command(flatten)]
     geometry: GeometryArgs,
     #[command(flatten)]
+    adaptive: AdaptiveArgs,
+    #[command(flatten)]
     degradation: Degradation,
     /// Also scan each material in the recipe's order until the upper bound of its loss is at most L, above
     /// 0; the recipe must tolerate missing readings
     #[arg(
         long,
         value_name = "L",
-        conflicts_with_all = ["first", "lose"],
+        conflicts_with_all = ["first", "lose", "adaptive"],
         value_parser = numbers::number(1e-6..=10.0)
     )]
     target: Option<f64>,
@@ -90,20 +94,33 @@ impl Evaluate {
         let recipes = self
             .recipe
             .iter()
-            .map(|path| self.geometry.read(Some(path)));
+            .map(|path| match self.adaptive.samples() {
+                Some(_) => read_named_recipe(path)?
+                    .itself()
+                    .context("the program lacks linear-any"),
+                None => self.geometry.read(Some(path)),
+            });
         let recipes = recipes.collect::<anyhow::Result<Vec<_>>>()?;
         for chosen in &recipes {
-            degradation.validate(chosen.recipe.file.recipe().samples())?;
+            let samples = chosen.recipe.file.recipe().samples();
+            degradation.validate(self.adaptive.samples().unwrap_or(samples))?;
         }
+        let adaptive = recipes
+            .iter()
+            .map(|chosen| self.adaptive.request(&chosen.recipe));
+        let adaptive = adaptive.collect::<anyhow::Result<Vec<_>>>()?;
         let materials = load(&self.test)?;
         let progress = StepProgress::new("rendering the materials", materials.len());
         let evaluator = Evaluator::new(&materials);
         drop(progress);
         let mut reports = Vec::new();
-        for (path, chosen) in self.recipe.iter().zip(&recipes) {
+        for ((path, chosen), adaptive) in self.recipe.iter().zip(&recipes).zip(&adaptive) {
             let recipe = chosen.recipe.file.recipe();
-            let mut method = Method::with_recipe(&recipe, chosen.recipe.basis.as_deref())?
-                .with_prior(chosen.prior.clone());
+            let mut method = match adaptive {
+                Some(adaptive) => Method::adaptive(adaptive.scans()?),
+                None => Method::with_recipe(&recipe, chosen.recipe.basis.as_deref())?
+                    .with_prior(chosen.prior.clone()),
+            };
             if degradation != Degradation::default() {
                 method = method.with_degradation(degradation)?;
             }

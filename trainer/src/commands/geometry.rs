@@ -8,11 +8,10 @@ use std::sync::Arc;
 use anyhow::{Context, bail, ensure};
 use clap::{Args, ValueEnum};
 use glimpse_core::geometry::Angles;
-use glimpse_core::model::ModelKind;
-use glimpse_trainer::measurement::{AngleArgs, AngleTable, ChosenRecipe, Instrument, NamedRecipe};
+use glimpse_trainer::measurement::{AngleArgs, AngleTable, ChosenRecipe, Instrument};
 use glimpse_training::recipe::RecipeFile;
 
-use super::{read_named_recipe, require_pattern};
+use super::{recipe_or_bundled, require_pattern};
 
 /// Directions of readings.
 #[derive(Clone, Debug)]
@@ -51,12 +50,7 @@ impl GeometryArgs {
 
     /// Reads a recipe, the bundled linear-any without a path. One without a pattern gets that of --geometry.
     pub(crate) fn read(&self, path: Option<&Path>) -> anyhow::Result<ChosenRecipe> {
-        let named = match path {
-            Some(path) => read_named_recipe(path)?,
-            None => {
-                NamedRecipe::bundled(ModelKind::Linear).context("the program lacks linear-any")?
-            }
-        };
+        let named = recipe_or_bundled(path)?;
         let Some(geometry) = &self.geometry else {
             require_pattern(&named.file, &named.name)?;
             return named.itself().context("the program lacks linear-any");

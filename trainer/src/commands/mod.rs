@@ -1,5 +1,6 @@
 //! The subcommands, one file each. Results go to stdout or --out, messages to stderr.
 
+mod adaptive;
 mod auto_samples;
 pub(crate) mod bench;
 mod choice;
@@ -18,6 +19,7 @@ pub(crate) mod inspect;
 mod limits;
 mod lock;
 pub(crate) mod message;
+pub(crate) mod next;
 pub(crate) mod numbers;
 mod output;
 pub(crate) mod plan;
@@ -37,6 +39,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, bail, ensure};
+use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{Coverage, Material, MaterialsAndShares, Source, Sources};
 use glimpse_trainer::measurement::NamedRecipe;
@@ -72,6 +75,14 @@ pub(crate) fn read_named_recipe(path: &Path) -> anyhow::Result<NamedRecipe> {
         file: Arc::new(file),
         basis: basis.map(Arc::new),
     })
+}
+
+/// Reads a recipe, or returns the bundled linear-any without a path.
+pub(crate) fn recipe_or_bundled(path: Option<&Path>) -> anyhow::Result<NamedRecipe> {
+    match path {
+        Some(path) => read_named_recipe(path),
+        None => NamedRecipe::bundled(ModelKind::Linear).context("the program lacks linear-any"),
+    }
 }
 
 /// Loads the materials of a source, as [`load_measured`] does.

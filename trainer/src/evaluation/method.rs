@@ -13,6 +13,7 @@ use glimpse_training::linear::{CoefficientPrior, ComponentsAt, Posterior, Poster
 
 use super::EvaluationError;
 use super::adam;
+use super::adaptive::Adaptive;
 use super::degradation::Degradation;
 use super::ggx::Ggx;
 
@@ -53,6 +54,17 @@ impl Brdf for Fitted {
     }
 }
 
+/// The result of a method for one material.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The fitted BRDF.
+    pub fitted: Fitted,
+    /// The predicted loss, if the method has one.
+    pub prediction: Option<LossPrediction>,
+    /// The time of a scan that chooses directions by seconds, in seconds.
+    pub seconds: Option<f64>,
+}
+
 /// The directions that a method measures.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum SampleDirections {
@@ -60,6 +72,8 @@ pub(super) enum SampleDirections {
     Pattern(Vec<Angles<f32>>),
     /// A number of uniform valid directions, drawn again for each material and seed.
     Random(usize),
+    /// A number of directions that a scan chooses.
+    Chosen(usize),
     /// A number of uniform valid directions that is large enough for the result to converge. It is 0 if the method
     /// draws directions during the fit.
     Converged(usize),
@@ -70,6 +84,8 @@ pub(super) enum SampleDirections {
 enum FitAlgorithm<'a> {
     /// A scan with a recipe, as on a device. Linear also needs the recipe's basis.
     Scan(Box<Recipe<'a>>, Option<&'a Basis>),
+    /// Scans that choose each direction by the readings so far.
+    Adaptive(Box<Adaptive<'a>>),
     /// The recipe's gradient descent, at any directions.
     SgdAnywhere(Sgd<'a>),
     /// Ridge regression with these precisions, at any directions.
@@ -143,6 +159,14 @@ impl<'a> Method<'a> {
             SampleDirections::Pattern(pattern),
             algorithm,
         ))
+    }
+
+    /// Creates scans that choose each direction by the readings so far.
+    #[must_use]
+    pub fn adaptive(adaptive: Adaptive<'a>) -> Self {
+        let directions = SampleDirections::Chosen(adaptive.samples());
+        let algorithm = FitAlgorithm::Adaptive(Box::new(adaptive));
+        Self::new(names::GLIMPSE, directions, algorithm)
     }
 
     /// Creates a recipe's fit (start and step sizes, or precisions) at random directions. Their number is that of the
@@ -250,7 +274,7 @@ impl<'a> Method<'a> {
     pub fn with_degradation(self, degradation: Degradation) -> Result<Self, EvaluationError> {
         let recipe = match &self.algorithm {
             FitAlgorithm::Scan(recipe, _) => recipe,
-            FitAlgorithm::Ggx => {
+            FitAlgorithm::Ggx | FitAlgorithm::Adaptive(_) => {
                 return Ok(Self {
                     degradation,
                     ..self
@@ -277,6 +301,7 @@ impl<'a> Method<'a> {
         match &self.algorithm {
             FitAlgorithm::Scan(_, basis) => *basis,
             FitAlgorithm::RidgeAnywhere(_, basis) => Some(basis),
+            FitAlgorithm::Adaptive(adaptive) => Some(adaptive.basis()),
             _ => None,
         }
     }
@@ -349,6 +374,7 @@ impl<'a> Method<'a> {
     pub fn model(&self) -> ModelKind {
         match &self.algorithm {
             FitAlgorithm::Scan(recipe, _) => recipe.model(),
+            FitAlgorithm::Adaptive(adaptive) => adaptive.file().recipe().model(),
             FitAlgorithm::SgdAnywhere(descent) => descent.model,
             FitAlgorithm::RidgeAnywhere(..) => ModelKind::Linear,
             FitAlgorithm::Ggx => ModelKind::CookTorrance,
@@ -361,7 +387,7 @@ impl<'a> Method<'a> {
     pub fn samples(&self) -> usize {
         match &self.directions {
             SampleDirections::Pattern(pattern) => pattern.len(),
-            SampleDirections::Random(samples) => *samples,
+            SampleDirections::Random(samples) | SampleDirections::Chosen(samples) => *samples,
             SampleDirections::Converged(_) => 0,
         }
     }
@@ -371,7 +397,7 @@ impl<'a> Method<'a> {
     pub fn pattern(&self) -> &[Angles<f32>] {
         match &self.directions {
             SampleDirections::Pattern(pattern) => pattern,
-            SampleDirections::Random(_) | SampleDirections::Converged(_) => &[],
+            _ => &[],
         }
     }
 
@@ -386,7 +412,7 @@ impl<'a> Method<'a> {
     /// # Errors
     /// [`EvaluationError::Scan`] or [`EvaluationError::Count`].
     pub fn fit(&self, material: &dyn Material, seed: u64) -> Result<Fitted, EvaluationError> {
-        Ok(self.fit_and_predict(material, seed)?.0)
+        Ok(self.fit_and_predict(material, seed)?.fitted)
     }
 
     /// Scans a material with the method's recipe, and its degradation of readings.
@@ -431,7 +457,7 @@ impl<'a> Method<'a> {
         Some(Posterior::new(prior, &readings.collect::<Vec<_>>())?.loss(fitted))
     }
 
-    /// Fits a material, and returns the recipe's prediction of the loss, if it has one.
+    /// Fits a material, and predicts the loss.
     ///
     /// # Errors
     /// [`EvaluationError::Scan`] or [`EvaluationError::Count`].
@@ -439,11 +465,13 @@ impl<'a> Method<'a> {
         &self,
         material: &dyn Material,
         seed: u64,
-    ) -> Result<(Fitted, Option<LossPrediction>), EvaluationError> {
+    ) -> Result<Outcome, EvaluationError> {
         let mut prediction = None;
+        let mut adaptive_scan = None;
         let drawn;
-        let angles = match &self.directions {
+        let angles: &[Angles<f32>] = match &self.directions {
             SampleDirections::Pattern(pattern) => pattern,
+            SampleDirections::Chosen(_) => &[],
             SampleDirections::Random(samples) | SampleDirections::Converged(samples) => {
                 drawn = uniform_valid(*samples, seed);
                 &drawn
@@ -455,13 +483,24 @@ impl<'a> Method<'a> {
                 prediction = result.prediction;
                 result.values
             }
+            FitAlgorithm::Adaptive(adaptive) => {
+                let mut read = self.degradation.reader(material, adaptive.samples(), seed);
+                let scan = adaptive.scan(&mut read)?;
+                let values = scan.outcome.values.clone();
+                adaptive_scan = Some(scan);
+                values
+            }
             FitAlgorithm::Ggx => {
                 let mut read = self.degradation.reader(material, angles.len(), seed);
                 let readings = (0..).zip(angles);
                 let readings =
                     readings.map(|(index, angles)| read(index, self.measured(index, *angles)));
                 let readings: Vec<[f32; 3]> = readings.flatten().collect();
-                return Ok((Fitted::Ggx(Ggx::fit(angles, &readings)), None));
+                return Ok(Outcome {
+                    fitted: Fitted::Ggx(Ggx::fit(angles, &readings)),
+                    prediction: None,
+                    seconds: None,
+                });
             }
             FitAlgorithm::RidgeAnywhere(precision, basis) => {
                 let measured: Vec<[f32; 3]> =
@@ -493,8 +532,15 @@ impl<'a> Method<'a> {
         }
         let fitted = FittedBrdf::new(self.model(), parameters, self.compact.or(basis));
         let fitted = fitted.ok_or(EvaluationError::Basis)?;
-        let prediction = prediction.or_else(|| self.prediction(material, seed, &fitted));
-        Ok((Fitted::Model(fitted), prediction))
+        let prediction = match &adaptive_scan {
+            Some(scan) => Some(scan.posterior.loss(&fitted)),
+            None => prediction.or_else(|| self.prediction(material, seed, &fitted)),
+        };
+        Ok(Outcome {
+            fitted: Fitted::Model(fitted),
+            prediction,
+            seconds: adaptive_scan.and_then(|scan| scan.seconds),
+        })
     }
 }
 

@@ -1,6 +1,7 @@
 //! Evaluation of methods: fits to a few samples of each material, compared with the material at many directions.
 
 mod adam;
+mod adaptive;
 mod degradation;
 mod estimate;
 mod ggx;
@@ -9,12 +10,13 @@ mod method;
 mod target;
 
 pub use adam::OPTIMUM_STEPS;
+pub use adaptive::{Adaptive, AdaptiveScan};
 pub use degradation::Degradation;
 pub use estimate::Estimate;
 pub use ggx::Ggx;
 pub use glimpse_kernels::scan::{ScanOutcome, scan};
 pub use leakage::{TrainingMaterials, TrainingOverlap};
-pub use method::{Fitted, Method, measure, names};
+pub use method::{Fitted, Method, Outcome, measure, names};
 pub use target::{TargetReport, TargetScan};
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -180,6 +182,9 @@ pub struct Report {
     pub metrics: Metrics,
     /// The standard error of the mean loss over the materials; None for one material.
     pub loss_standard_error: Option<f64>,
+    /// The mean time of a scan that chooses directions by seconds, in seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seconds: Option<f64>,
     /// The number of seeds.
     pub seeds: u64,
     /// The standard deviation of the mean loss over the seeds.
@@ -344,34 +349,32 @@ impl<'a> Evaluator<'a> {
         stop: &AtomicBool,
     ) -> Result<Report, EvaluationError> {
         let seeds = if method.is_random() { seeds.max(1) } else { 1 };
-        let fits_by_material: Vec<Vec<(Metrics, Option<LossPrediction>)>> =
-            (0..self.materials.len())
-                .into_par_iter()
-                .map(|material| {
-                    let fits = (0..seeds)
-                        .map(|offset| {
-                            if stop.load(Ordering::Relaxed) {
-                                return Err(EvaluationError::Stopped);
-                            }
-                            // Each material and each repetition draws different samples.
-                            let seed = seed.wrapping_add((offset << 32) | material as u64);
-                            let (fitted, predicted) =
-                                method.fit_and_predict(&*self.materials[material], seed)?;
-                            let (metrics, _) = self.compare(material, &fitted)?;
-                            Ok((metrics, predicted))
-                        })
-                        .collect();
-                    done();
-                    fits
-                })
-                .collect::<Result<_, EvaluationError>>()?;
+        let fits_by_material: Vec<Vec<(Metrics, Outcome)>> = (0..self.materials.len())
+            .into_par_iter()
+            .map(|material| {
+                let fits = (0..seeds)
+                    .map(|offset| {
+                        if stop.load(Ordering::Relaxed) {
+                            return Err(EvaluationError::Stopped);
+                        }
+                        // Each material and each repetition draws different samples.
+                        let seed = seed.wrapping_add((offset << 32) | material as u64);
+                        let outcome = method.fit_and_predict(&*self.materials[material], seed)?;
+                        let (metrics, _) = self.compare(material, &outcome.fitted)?;
+                        Ok((metrics, outcome))
+                    })
+                    .collect();
+                done();
+                fits
+            })
+            .collect::<Result<_, EvaluationError>>()?;
         let materials: Vec<MaterialMetrics> = self
             .materials
             .iter()
             .zip(&fits_by_material)
             .map(|(material, fits)| {
                 let predictions: Vec<Option<LossPrediction>> =
-                    fits.iter().map(|(_, predicted)| *predicted).collect();
+                    fits.iter().map(|(_, outcome)| outcome.prediction).collect();
                 MaterialMetrics {
                     name: material.name().to_owned(),
                     metrics: Metrics::mean_of_repetitions(fits.iter().map(|(metrics, _)| *metrics))
@@ -394,7 +397,10 @@ impl<'a> Evaluator<'a> {
             .iter()
             .map(|material| material.metrics.loss)
             .collect();
+        let all = fits_by_material.iter().flatten();
+        let seconds: Option<Vec<f64>> = all.map(|(_, outcome)| outcome.seconds).collect();
         Ok(Report {
+            seconds: seconds.map(|all| Estimate::from_values(&all).mean),
             loss_standard_error: Estimate::from_values(&losses).standard_error,
             method: method.name().into(),
             model: method.model().name().into(),

@@ -5,7 +5,7 @@ use glimpse_training::recipe::Metadata;
 use glimpse_training::route::{Order, Route};
 use rayon::prelude::*;
 
-use super::{Degradation, EvaluationError, Evaluator, Method};
+use super::{Degradation, EvaluationError, Evaluator, Method, Outcome};
 
 /// The scan of one material.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -92,7 +92,9 @@ impl Evaluator<'_> {
                 })
             };
             let count = (1..samples).find(reaches_target).unwrap_or(samples);
-            let (fitted, prediction) = prefixes[count - 1].fit_and_predict(material, seed)?;
+            let Outcome {
+                fitted, prediction, ..
+            } = prefixes[count - 1].fit_and_predict(material, seed)?;
             Ok(TargetScan {
                 name: material.name().to_owned(),
                 readings: count,

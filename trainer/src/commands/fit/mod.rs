@@ -1,7 +1,7 @@
 //! `trainer fit`
 
 mod folder;
-mod options;
+pub(super) mod options;
 mod report;
 
 use std::path::{Path, PathBuf};
@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, ensure};
 use clap::Args;
 use folder::{FILES, contents};
-use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::has_content;
 use glimpse_materials::{BasisFile, FittedMaterial, Material};
@@ -21,7 +20,7 @@ use report::{FitReport, FormatSummary, ReportEntry, file_name};
 use super::formats::{self, Files, physical_errors};
 use super::lock::Lock;
 use super::output::{create_out_folder, refuse_input, write_file, write_files};
-use super::{emit, read_named_recipe};
+use super::{emit, recipe_or_bundled};
 
 /// Fit a material to readings from a lab, as a device would.
 ///
@@ -119,7 +118,7 @@ impl Fit {
             !self.as_fitted || self.format.iter().any(|format| format.is_table()),
             "--as-fitted has no effect without a table in --format (merl, rgl, rgl-spectral, pab): remove it"
         );
-        let given = self.recipe()?;
+        let given = recipe_or_bundled(self.recipe.as_deref())?;
         let inputs = self.inputs()?;
         self.refuse_overwrite(&inputs, &given)?;
 
@@ -177,14 +176,6 @@ impl Fit {
             let texts = entries.iter().map(|entry| entry.to_text(self.keep_all));
             texts.collect::<Vec<_>>().join("\n")
         })
-    }
-
-    /// Reads RECIPE, or returns the bundled one.
-    fn recipe(&self) -> anyhow::Result<NamedRecipe> {
-        match &self.recipe {
-            Some(path) => read_named_recipe(path),
-            None => NamedRecipe::bundled(ModelKind::Linear).context("the program lacks linear-any"),
-        }
     }
 
     /// Writes the files of a format. Prints and returns its errors against the fit.

@@ -14,7 +14,7 @@ use super::super::numbers::{channels, finite, reflectances};
 
 /// Options for the quantity of readings.
 #[derive(Args)]
-pub(super) struct QuantityArgs {
+pub(crate) struct QuantityArgs {
     /// Quantity of the readings: the BRDF, sr^-1; the BRDF times cos(theta_i), the radiance under a lamp
     /// that lights the sensor's whole spot; the BRDF times cos(theta_o), also called brdf-cos, ASTM's
     /// cosine-corrected BSDF; or pi times the BRDF, relative to a perfect white diffuser [default: brdf]
@@ -41,13 +41,18 @@ pub(super) struct QuantityArgs {
 }
 
 impl QuantityArgs {
+    /// Returns true if an option was given.
+    pub(crate) fn is_given(&self) -> bool {
+        self.quantity.is_some() || self.white.is_some()
+    }
+
     /// Returns the path of --white.
-    pub(super) fn white(&self) -> Option<&Path> {
+    pub(crate) fn white(&self) -> Option<&Path> {
         self.white.as_deref()
     }
 
     /// Returns the quantity of these options. Reads the file of --white.
-    pub(super) fn read(
+    pub(crate) fn read(
         &self,
         pattern: &[Angles<f32>],
         angles: &AngleArgs,

@@ -18,6 +18,7 @@ mod condition;
 mod gaussian_prior;
 mod least_squares;
 mod material_basis;
+mod next;
 mod posterior;
 mod prior;
 
@@ -29,5 +30,6 @@ pub(crate) use components_at::{add_scaled, dot};
 pub use condition::min_condition_pattern;
 pub use gaussian_prior::GaussianPrior;
 pub use material_basis::{CHANNEL_COEFFICIENTS, MATERIAL_NODES, material_basis};
+pub use next::{Candidates, Proposal};
 pub use posterior::{CoefficientPrior, LeftOut, Posterior, PosteriorReading, gain_without};
 pub use prior::Prior;

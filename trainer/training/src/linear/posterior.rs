@@ -1,8 +1,6 @@
 //! The Gaussian posterior of a material's coefficients, given readings at any directions: the uncertainty of a fit.
 //!
-//! The mean of the channels and their differences from it have a prior each, with variances v of the coefficients, and
-//! readings with noise of variance s (s / 3 for the mean). With the components Q at the readings, the posterior covariance
-//! of the coefficients is S = (Q'Q / s + diag(1 / v))^-1, and their mean z = S Q't / s.
+//! It is core's [belief](glimpse_core::fit::belief) about a material, in f64.
 //!
 //! The evidence scales it: with E the squared Mahalanobis length of the readings under the prior, divided by their number n,
 //! all variances are multiplied by (6 + n E) / (6 + n). So a material unlike the training is uncertain.
@@ -10,6 +8,7 @@
 use std::f64::consts::FRAC_2_PI;
 use std::sync::Arc;
 
+use glimpse_core::fit::belief::{Belief, Predicted, belief_length};
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::linear::unmap;
 use glimpse_core::recipe::Recipe;
@@ -17,7 +16,6 @@ use glimpse_kernels::scan::LossPrediction;
 use glimpse_materials::Brdf;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::sampling::uniform_valid;
-use nalgebra::{Cholesky, DMatrix, DVector, RowDVector};
 
 use super::ComponentsAt;
 
@@ -32,8 +30,6 @@ const BOUND: f64 = 2.2;
 const LOSS_DIRECTIONS: usize = 256;
 /// The seed of these directions.
 const LOSS_SEED: u64 = 9;
-/// The share of the differences' variance in a channel. The three differences sum to 0.
-const DIFFERENCE_SHARE: f64 = 2.0 / 3.0;
 /// The variance of the channels' mean, relative to that of a channel.
 const MEAN_SHARE: f64 = 1.0 / 3.0;
 
@@ -42,7 +38,7 @@ const MEAN_SHARE: f64 = 1.0 / 3.0;
 pub struct CoefficientPrior {
     basis: Arc<Basis>,
     /// The variances of the coefficients of the mean, and of the differences.
-    variance: [DVector<f64>; 2],
+    variance: [Vec<f64>; 2],
     /// The variance of a mapped reading's noise.
     noise: f64,
 }
@@ -62,7 +58,7 @@ impl CoefficientPrior {
             basis,
             variance: precisions.map(|(precision, noise)| {
                 let each = precision.iter().map(|p| noise / f64::from(p));
-                DVector::from_iterator(precision.len(), each)
+                each.collect()
             }),
             noise,
         })
@@ -120,68 +116,52 @@ pub struct LeftOut {
     log_density: f64,
 }
 
-/// The posterior of the mean of the channels, or of their differences from it.
-#[derive(Clone, Debug)]
-struct Part {
-    covariance: DMatrix<f64>,
-    /// The coefficients: a column for the mean, or for each channel.
-    coefficients: DMatrix<f64>,
-    /// For each list of targets, and each reading: the rest without the reading, and its variance.
-    left_out: Vec<Vec<(f64, f64)>>,
-    /// The squared Mahalanobis length of all lists.
-    evidence: f64,
-}
-
 /// The posterior of a material, given readings.
 #[derive(Clone, Debug)]
 pub struct Posterior {
-    basis: Arc<Basis>,
-    parts: [Part; 2],
-    readings: ComponentsAt,
-    /// The mapped readings minus the mean of the training: a column for each channel.
-    targets: DMatrix<f64>,
+    pub(super) basis: Arc<Basis>,
+    pub(super) belief: Belief<f64, Vec<f64>>,
+    pub(super) readings: ComponentsAt,
+    /// The mapped readings minus the mean of the training, and the variance of their noise.
+    targets: Vec<([f64; 3], f64)>,
+    /// The variance of the noise of the prior.
+    pub(super) noise: f64,
 }
 
 impl Posterior {
-    /// Computes the posterior. None without readings, or if a number is not finite.
+    /// Computes the posterior. None if a number is not finite.
     #[must_use]
     pub fn new(prior: &CoefficientPrior, readings: &[PosteriorReading]) -> Option<Self> {
-        let at = ComponentsAt::new(
-            &prior.basis,
-            readings.iter().map(|each| each.angles).collect(),
-        );
-        let brdf: Vec<[f32; 3]> = readings
-            .iter()
-            .map(|each| each.brdf.map(|f| f.max(0.0)))
-            .collect();
-        let channels = at.mapped_channels(&brdf);
-        let targets = DMatrix::from_fn(at.count(), 3, |i, c| f64::from(channels[c][i]));
-        let noise: Vec<f64> = readings
-            .iter()
-            .map(|each| prior.noise / f64::from(each.scale).powi(2))
-            .collect();
-        let mean = targets.column_mean();
-        let differences = DMatrix::from_fn(at.count(), 3, |i, c| targets[(i, c)] - mean[i]);
-        let q = rows(&at);
-        let [mean_variance, difference_variance] = &prior.variance;
-        let third: Vec<f64> = noise.iter().map(|noise| noise * MEAN_SHARE).collect();
-        let means = DMatrix::from_column_slice(at.count(), 1, mean.as_slice());
-        Some(Self {
+        let angles = readings.iter().map(|each| each.angles).collect();
+        let at = ComponentsAt::new(&prior.basis, angles);
+        let brdf = readings.iter().map(|each| each.brdf.map(|f| f.max(0.0)));
+        let [red, green, blue] = at.mapped_channels(&brdf.collect::<Vec<_>>());
+        let memory = vec![0.0; belief_length(at.components)];
+        let variances = prior.variance.each_ref().map(|list| list.iter().copied());
+        let mut belief = Belief::new(variances, memory)?;
+        let targets = readings.iter().enumerate().map(|(i, reading)| {
+            let noise = prior.noise / f64::from(reading.scale).powi(2);
+            (
+                [&red, &green, &blue].map(|channel| f64::from(channel[i])),
+                noise,
+            )
+        });
+        let targets: Vec<_> = targets.collect();
+        for (i, (target, noise)) in targets.iter().enumerate() {
+            belief.add(&at.row_f64(i), *target, *noise);
+        }
+        belief.evidence().is_finite().then(|| Self {
             basis: prior.basis.clone(),
-            parts: [
-                Part::new(&q, mean_variance, &third, &means)?,
-                Part::new(&q, difference_variance, &noise, &differences)?,
-            ],
+            belief,
             readings: at,
             targets,
+            noise: prior.noise,
         })
     }
 
     /// Returns the factor of all variances, without the evidence of a number of readings.
     fn scale(&self, without: f64, number: usize) -> f64 {
-        // The mean has one list, the differences have two independent ones.
-        let [mean, difference] = &self.parts;
-        let evidence = (mean.evidence + difference.evidence - without) / 3.0;
+        let evidence = self.belief.evidence() - without;
         (PRIOR_READINGS + evidence.max(0.0))
             / (PRIOR_READINGS + (self.readings.count() - number) as f64)
     }
@@ -189,20 +169,32 @@ impl Posterior {
     /// Predicts each reading from the others.
     #[must_use]
     pub fn left_out(&self) -> Vec<LeftOut> {
-        let [mean, difference] = &self.parts;
-        let each = (0..self.readings.count()).map(|i| {
-            let (mean_rest, mean_variance) = mean.left_out[0][i];
-            let rests = [0, 1, 2].map(|channel| difference.left_out[channel][i].0);
-            let difference_variance = difference.left_out[0][i].1;
-            let own = mean_rest * mean_rest / mean_variance
-                + rests
-                    .iter()
-                    .map(|rest| rest * rest / difference_variance)
-                    .sum::<f64>();
-            let scale = self.scale(own, 1);
-            let mean_variance = scale * (mean_variance + MISFIT * MEAN_SHARE);
-            let variance =
-                mean_variance + scale * (difference_variance + MISFIT) * DIFFERENCE_SHARE;
+        let each = self.targets.iter().enumerate().map(|(i, (target, noise))| {
+            let predicted = self.belief.predict(&self.readings.row_f64(i));
+            let [mean_variance, difference_variance] = predicted.variance;
+            // Without the reading, its rest and variance are divided by 1 - h, with h = q'S q / s.
+            let mean_noise = noise * MEAN_SHARE;
+            let mean_share = (1.0 - mean_variance / mean_noise).max(1e-6);
+            let share = (1.0 - difference_variance / noise).max(1e-6);
+            let rest: Vec<f64> = target
+                .iter()
+                .zip(predicted.expected)
+                .map(|(target, expected)| target - expected)
+                .collect();
+            let mean = rest.iter().sum::<f64>() * MEAN_SHARE;
+            let mean_rest = mean / mean_share;
+            let rests = [0, 1, 2].map(|channel: usize| (rest[channel] - mean) / share);
+            let variance = [mean_noise / mean_share, noise / share];
+            let squares = rests.iter().map(|rest| rest * rest);
+            let own = mean_rest * mean_rest / variance[0] + squares.sum::<f64>() / variance[1];
+            let scale = self.scale(own * MEAN_SHARE, 1);
+            let alone = Predicted {
+                expected: predicted.expected,
+                variance,
+            };
+            let alone = alone.with_misfit(MISFIT);
+            let mean_variance = scale * alone.variance[0];
+            let variance = scale * alone.channel_variance();
             let of_mean = mean_rest / mean_variance.sqrt();
             let z = rests.map(|rest| (mean_rest + rest) / variance.sqrt());
             let z = z
@@ -213,7 +205,7 @@ impl Posterior {
             LeftOut {
                 z: z.unwrap_or_default(),
                 expected: [0, 1, 2].map(|channel| {
-                    let u = self.targets[(i, channel)] - mean_rest - rests[channel];
+                    let u = target[channel] - mean_rest - rests[channel];
                     unmap(f64::from(center) + u, f64::from(weight)).max(0.0) as f32
                 }),
                 log_density: -0.5 * (of_mean * of_mean + mean_variance.ln()),
@@ -225,19 +217,13 @@ impl Posterior {
     /// Returns the mean and the variance of the mapped BRDF at some directions: for each one the three channels, and the
     /// variance of each.
     fn mapped(&self, at: &ComponentsAt) -> Vec<([f64; 3], f64)> {
-        let q = rows(at);
-        let [mean, difference] = &self.parts;
         let scale = self.scale(0.0, 0);
-        let each = q.row_iter().zip(&at.mean).map(|(row, center)| {
-            let row: RowDVector<f64> = row.into_owned();
-            let center = f64::from(center.value) + (&row * &mean.coefficients)[0];
-            let differences = &row * &difference.coefficients;
-            let variance = mean.variance(&row)
-                + MISFIT * MEAN_SHARE
-                + (difference.variance(&row) + MISFIT) * DIFFERENCE_SHARE;
+        let each = at.mean.iter().enumerate().map(|(i, center)| {
+            let predicted = self.belief.predict(&at.row_f64(i)).with_misfit(MISFIT);
+            let center = f64::from(center.value);
             (
-                [0, 1, 2].map(|channel| center + differences[channel]),
-                scale * variance,
+                predicted.expected.map(|each| center + each),
+                scale * predicted.channel_variance(),
             )
         });
         each.collect()
@@ -247,7 +233,7 @@ impl Posterior {
     /// cosine).
     #[must_use]
     pub fn deviations(&self, fit: &dyn Brdf, directions: Vec<Angles<f32>>) -> Vec<[f32; 3]> {
-        let spreads = self.spreads(fit, directions);
+        let spreads = self.spreads(Some(fit), directions);
         let each = spreads.into_iter().map(|spread| {
             let deviation = |channel| spread.difference(channel, 1.0, |brdf| brdf) as f32;
             [0, 1, 2].map(deviation)
@@ -259,6 +245,11 @@ impl Posterior {
     /// y distributed as the posterior.
     #[must_use]
     pub fn loss(&self, fit: &dyn Brdf) -> LossPrediction {
+        self.loss_of(Some(fit))
+    }
+
+    /// Predicts the loss of a fit, or of the expected material.
+    pub(super) fn loss_of(&self, fit: Option<&dyn Brdf>) -> LossPrediction {
         let spreads = self.spreads(fit, uniform_valid(LOSS_DIRECTIONS, LOSS_SEED));
         let losses = spreads.iter().flat_map(|spread| {
             // The mean magnitude of a normal variable.
@@ -274,20 +265,30 @@ impl Posterior {
         }
     }
 
-    fn spreads(&self, fit: &dyn Brdf, directions: Vec<Angles<f32>>) -> Vec<Spread> {
-        let at_fit = directions
-            .iter()
-            .map(|angles| HalfDifference::from_angles(*angles));
-        let mut brdf = vec![[0.0; 3]; directions.len()];
-        fit.evaluate(&at_fit.collect::<Vec<_>>(), &mut brdf);
+    /// Returns the posterior at some directions. Without a fit, it is that of the expected material.
+    fn spreads(&self, fit: Option<&dyn Brdf>, directions: Vec<Angles<f32>>) -> Vec<Spread> {
+        let fitted = fit.map(|fit| {
+            let at = directions
+                .iter()
+                .map(|angles| HalfDifference::from_angles(*angles));
+            let mut brdf = vec![[0.0; 3]; directions.len()];
+            fit.evaluate(&at.collect::<Vec<_>>(), &mut brdf);
+            brdf
+        });
         let at = ComponentsAt::new(&self.basis, directions);
-        let mapped = self.mapped(&at).into_iter().zip(brdf).enumerate();
-        let each = mapped.map(|(i, ((mean, variance), fit))| Spread {
-            weight: f64::from(at.cosines[i].value),
-            cos_theta_i: f64::from(at.cos_theta_i[i]),
-            mean,
-            deviation: variance.sqrt(),
-            fit: fit.map(|f| f64::from(f.max(0.0))),
+        let mapped = self.mapped(&at).into_iter().enumerate();
+        let each = mapped.map(|(i, (mean, variance))| {
+            let weight = f64::from(at.cosines[i].value);
+            Spread {
+                weight,
+                cos_theta_i: f64::from(at.cos_theta_i[i]),
+                mean,
+                deviation: variance.sqrt(),
+                fit: match &fitted {
+                    Some(fitted) => fitted[i].map(|f| f64::from(f.max(0.0))),
+                    None => mean.map(|mapped| unmap(mapped, weight)),
+                },
+            }
         });
         each.collect()
     }
@@ -319,63 +320,6 @@ impl Spread {
     }
 }
 
-impl Part {
-    /// Solves for the lists of `targets`, one in each column. `noise` has the variance of each reading.
-    fn new(
-        q: &DMatrix<f64>,
-        variance: &DVector<f64>,
-        noise: &[f64],
-        targets: &DMatrix<f64>,
-    ) -> Option<Self> {
-        let mut weighted = q.clone();
-        for (mut row, noise) in weighted.row_iter_mut().zip(noise) {
-            row /= *noise;
-        }
-        let mut information = weighted.tr_mul(q);
-        for (k, variance) in variance.iter().enumerate() {
-            information[(k, k)] += 1.0 / variance;
-        }
-        let covariance = Cholesky::new(information)?.inverse();
-        let coefficients = &covariance * weighted.tr_mul(targets);
-        let rests = targets - q * &coefficients;
-        let mut evidence = 0.0;
-        for (i, noise) in noise.iter().enumerate() {
-            evidence += rests.row(i).dot(&targets.row(i)) / noise;
-        }
-        let part = Self {
-            covariance,
-            coefficients,
-            left_out: Vec::new(),
-            evidence,
-        };
-        // Without the reading, its variance is s / (1 - h), with h = q'S q / s.
-        let shares = noise.iter().zip(q.row_iter());
-        let shares: Vec<f64> = shares
-            .map(|(noise, row)| (1.0 - part.variance(&row.into_owned()) / noise).max(1e-6))
-            .collect();
-        let left_out = rests.column_iter().map(|list| {
-            let each = list.iter().zip(&shares).zip(noise);
-            each.map(|((rest, share), noise)| (rest / share, noise / share))
-                .collect()
-        });
-        Some(Self {
-            left_out: left_out.collect(),
-            ..part
-        })
-        .filter(|part| part.evidence.is_finite())
-    }
-
-    /// Returns the variance at a row of components.
-    fn variance(&self, row: &RowDVector<f64>) -> f64 {
-        (row * &self.covariance).dot(row)
-    }
-}
-
-/// Returns the components at some directions, a row for each.
-fn rows(at: &ComponentsAt) -> DMatrix<f64> {
-    DMatrix::from_row_slice(at.count(), at.components, &at.rows).cast::<f64>()
-}
-
 /// Returns how much better readings predict each other without one of them: the sum of the differences of the logarithms
 /// of their densities.
 #[must_use]
@@ -404,7 +348,7 @@ mod tests {
         let compact = to_compact_bytes(&basis, basis.components(), COMPACT_NODES);
         CoefficientPrior {
             basis: Arc::new(Basis::from_compact_bytes(&compact).expect("a valid basis")),
-            variance: [mean_variance, difference_variance].map(DVector::from_vec),
+            variance: [mean_variance, difference_variance],
             noise: 0.02,
         }
     }
@@ -434,15 +378,11 @@ mod tests {
             let fitted = posterior
                 .readings
                 .fit_channels([&precisions[0], &precisions[1]], &brdf);
-            let [mean, difference] = &posterior.parts;
-            for (channel, fitted) in fitted.chunks(12).enumerate() {
-                let expected = &mean.coefficients + difference.coefficients.column(channel);
-                for (fitted, expected) in fitted.iter().zip(&expected) {
-                    assert!(
-                        (f64::from(*fitted) - expected).abs() < 1e-3,
-                        "{fitted} {expected}"
-                    );
-                }
+            for (fitted, expected) in fitted.iter().zip(posterior.belief.coefficients()) {
+                assert!(
+                    (f64::from(*fitted) - expected).abs() < 1e-3,
+                    "{fitted} {expected}"
+                );
             }
         }
     }

@@ -11,6 +11,7 @@
 
 mod axes;
 mod machine;
+mod position;
 mod request;
 mod search;
 mod sheet;
@@ -22,7 +23,8 @@ mod visit;
 pub use axes::{Axes, axes_from_angles};
 pub(crate) use machine::move_seconds;
 pub use machine::{Machine, MachineError};
+pub use position::Position;
 pub use request::{LimitArgs, PlanArgs, PlanError, SpeedArgs};
-pub use sheet::blank_sheet;
+pub use sheet::{blank_directions, blank_sheet};
 pub use stop::{OutOfReach, Stop, stops};
 pub use visit::{Order, Route, Visit};

@@ -23,6 +23,9 @@ pub struct LimitArgs {
     /// [default: the recipe's, or else 0]
     #[arg(long, value_name = "DEGREES")]
     pub min_separation: Option<f32>,
+    /// Light, normal and sensor always lie in one plane [default: the recipe's, or else any directions]
+    #[arg(long)]
+    pub in_plane: bool,
 }
 
 impl LimitArgs {
@@ -71,8 +74,19 @@ impl LimitArgs {
                 }
             }
         }
+        limits.in_plane |= self.in_plane;
         limits.validate()?;
         Ok(limits)
+    }
+
+    /// Returns true if an option was given.
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        let angles = self
+            .max_theta_i
+            .or(self.max_theta_o)
+            .or(self.min_separation);
+        self.in_plane || angles.is_some()
     }
 }
 
@@ -87,6 +101,14 @@ pub struct SpeedArgs {
     /// Seconds for settling and reading at each sample, 0 to 86,400 [default: the recipe's, or else 0.5]
     #[arg(long, value_name = "SECONDS")]
     pub settle: Option<f64>,
+}
+
+impl SpeedArgs {
+    /// Returns true if an option was given.
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        self.speed.is_some() || self.settle.is_some()
+    }
 }
 
 /// A request for a plan.

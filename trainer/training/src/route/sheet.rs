@@ -43,6 +43,19 @@ pub fn blank_sheet(visits: &[Visit]) -> String {
     csv_rows("r,g,b", visits, |_| ",,".to_owned())
 }
 
+/// Returns a CSV sheet for readings at any directions, `theta_i,phi_i,theta_o,phi_o,r,g,b`, with positions in degrees.
+#[must_use]
+pub fn blank_directions(positions: &[Axes]) -> String {
+    let rows = positions
+        .iter()
+        .map(|arms| format!("{},,,\n", csv_angles(arms)));
+    format!(
+        "{},r,g,b\n{}",
+        Axes::NAMES.join(","),
+        rows.collect::<String>()
+    )
+}
+
 impl Route {
     /// Returns CSV, `index,theta_i,phi_i,theta_o,phi_o,seconds`, with one row per visit: the sample's index from 0, the
     /// axis positions in degrees, and the time of the reading in seconds after the start.

@@ -1,0 +1,147 @@
+//! Options of scans that choose each direction by the readings so far.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, ensure};
+use clap::Args;
+use clap::builder::RangedI64ValueParser;
+use glimpse_core::geometry::Angles;
+use glimpse_core::model::ModelKind;
+use glimpse_trainer::evaluation::Adaptive;
+use glimpse_trainer::measurement::NamedRecipe;
+use glimpse_training::route::{LimitArgs, Machine, Position, SpeedArgs};
+
+use super::geometry::read_with_pattern;
+
+/// A machine whose directions are chosen one by one.
+#[derive(Args)]
+pub(crate) struct MachineArgs {
+    #[command(flatten)]
+    limits: LimitArgs,
+    #[command(flatten)]
+    speeds: SpeedArgs,
+}
+
+impl MachineArgs {
+    /// Returns true if an option was given.
+    fn is_given(&self) -> bool {
+        self.limits.is_given() || self.speeds.is_given()
+    }
+
+    /// Returns the machine, with defaults of the machine that the recipe was trained for.
+    pub(crate) fn machine(&self, given: &NamedRecipe) -> anyhow::Result<Machine> {
+        let stated = given.file.metadata().machine();
+        let machine = Machine {
+            speeds: self.speeds.speed.unwrap_or(stated.speeds),
+            settle: self.speeds.settle.unwrap_or(stated.settle),
+            limits: self.limits.or(stated.limits)?,
+            ..stated
+        };
+        machine.validate()?;
+        Ok(machine)
+    }
+
+    /// Returns the start of the arms, if a speed or a time was given.
+    pub(crate) fn position(&self, machine: Machine) -> Option<Position> {
+        self.speeds.is_given().then(|| Position::new(machine))
+    }
+}
+
+/// Options of an evaluation of adaptive scans.
+#[derive(Args)]
+pub(crate) struct AdaptiveArgs {
+    /// Choose each of N directions by the readings so far, as `trainer next` does, 1 to 256. A recipe with
+    /// fewer samples begins with its own, and the bundled MODEL-any continues
+    #[arg(
+        long,
+        value_name = "N",
+        conflicts_with_all = ["geometry", "first", "lose"],
+        value_parser = RangedI64ValueParser::<usize>::new().range(1..=256)
+    )]
+    adaptive: Option<usize>,
+    /// With --adaptive: recipe whose pattern is read first
+    #[arg(long, value_name = "RECIPE", requires = "adaptive")]
+    begin: Option<PathBuf>,
+    #[command(flatten)]
+    machine: MachineArgs,
+}
+
+/// The scans of one recipe.
+pub(crate) struct Request {
+    any: NamedRecipe,
+    begin: Vec<Angles<f32>>,
+    samples: usize,
+    machine: Machine,
+    position: Option<Position>,
+}
+
+impl AdaptiveArgs {
+    /// The number of directions.
+    pub(crate) fn samples(&self) -> Option<usize> {
+        self.adaptive
+    }
+
+    /// Returns the scans with a recipe. None without --adaptive.
+    pub(crate) fn request(&self, given: &NamedRecipe) -> anyhow::Result<Option<Request>> {
+        let args = &self.machine;
+        let Some(samples) = self.adaptive else {
+            ensure!(
+                !args.is_given(),
+                "limits, --in-plane, --speed and --settle have no effect without --adaptive: remove them"
+            );
+            return Ok(None);
+        };
+        let (any, own) = any_recipe(given)?;
+        let begin = match &self.begin {
+            None => own,
+            Some(path) => {
+                ensure!(
+                    own.is_empty(),
+                    "--begin: {} begins with its own samples; remove --begin, or give a recipe of `train --samples any`",
+                    given.name
+                );
+                read_with_pattern(path)?.recipe().pattern().collect()
+            }
+        };
+        ensure!(
+            begin.len() < samples,
+            "--adaptive {samples}: the scan begins with {} samples; give a larger number",
+            begin.len()
+        );
+        let machine = args.machine(given)?;
+        Ok(Some(Request {
+            any,
+            begin,
+            samples,
+            machine,
+            position: args.position(machine),
+        }))
+    }
+}
+
+impl Request {
+    /// Prepares the scans.
+    pub(crate) fn scans(&self) -> anyhow::Result<Adaptive<'_>> {
+        let chosen = self.any.itself().context("the program lacks linear-any")?;
+        let basis = self.any.basis.as_deref();
+        let basis = basis.with_context(|| format!("{} has no basis", self.any.name))?;
+        let limits = &self.machine.limits;
+        let (begin, position) = (self.begin.clone(), self.position.clone());
+        let any = (&*self.any.file, basis, chosen.prior);
+        Ok(Adaptive::new(any, begin, self.samples, limits, position))
+    }
+}
+
+/// Returns the recipe that chooses directions, and the samples that a recipe begins with.
+pub(crate) fn any_recipe(given: &NamedRecipe) -> anyhow::Result<(NamedRecipe, Vec<Angles<f32>>)> {
+    if given.is_any() {
+        return Ok((given.clone(), Vec::new()));
+    }
+    let recipe = given.file.recipe();
+    let any =
+        NamedRecipe::bundled(recipe.model()).or_else(|| NamedRecipe::bundled(ModelKind::Linear));
+    Ok((
+        any.context("the program lacks linear-any")?,
+        recipe.pattern().collect(),
+    ))
+}

@@ -1,0 +1,214 @@
+//! `trainer next`
+
+use std::path::PathBuf;
+
+use anyhow::{Context, ensure};
+use clap::Args;
+use clap::builder::RangedI64ValueParser;
+use glimpse_core::geometry::Angles;
+use glimpse_trainer::measurement::{AngleArgs, Measurements, Rows, Selection};
+use glimpse_training::linear::{Candidates, Posterior, Proposal};
+use glimpse_training::route::{axes_from_angles, blank_directions};
+use serde::Serialize;
+
+use super::adaptive::{MachineArgs, any_recipe};
+use super::fit::options::QuantityArgs;
+use super::output::{refuse_input, write_file};
+use super::{emit, numbers, recipe_or_bundled};
+
+/// Propose the directions to read next: those that reduce the expected loss most.
+///
+/// Give the readings so far, read the proposed directions, add them to the file, and repeat, until the
+/// upper bound of the loss is at most --target. Then `trainer fit` fits the same file. Without
+/// readings, the first directions are proposed. Several directions (--count) are chosen as if the
+/// earlier ones had their expected readings.
+///
+/// With a recipe of n samples, its own directions come first, and the bundled recipe MODEL-any
+/// chooses the others. With --speed or --settle, a direction is chosen by the reduction per second
+/// of motion and reading, and the arms are at the last reading (without readings: along the normal).
+///
+/// Readings are read as by `trainer fit`. The loss is that of `trainer evaluate`.
+///
+/// Example: trainer next --blank scan.csv --count 4                   # fill in the readings, then
+///          trainer next --measurements scan.csv --target 0.01
+///          trainer next linear-n4.recipe --measurements scan.csv --speed 20,10,20,10 --max-theta-o 80
+///          trainer next --measurements scan.csv --in-plane --count 3 --json
+#[derive(Args)]
+#[command(verbatim_doc_comment)]
+pub(crate) struct Next {
+    /// Recipe file, with its basis file NAME.basis next to it, if it has one [default: the bundled
+    /// linear-any]
+    recipe: Option<PathBuf>,
+    /// Readings so far: CSV, as for `trainer fit` [default: none]
+    #[arg(long, value_name = "FILE.csv")]
+    measurements: Option<PathBuf>,
+    /// Number of directions, 1 to 256
+    #[arg(
+        long,
+        value_name = "K",
+        default_value_t = 1,
+        value_parser = RangedI64ValueParser::<usize>::new().range(1..=256)
+    )]
+    count: usize,
+    /// Propose nothing once the upper bound of the loss is at most L, above 0
+    #[arg(long, value_name = "L", value_parser = numbers::number(1e-6..=10.0))]
+    target: Option<f64>,
+    #[command(flatten)]
+    machine: MachineArgs,
+    #[command(flatten)]
+    angles: AngleArgs,
+    #[command(flatten)]
+    quantity: QuantityArgs,
+    /// CSV file for a blank sheet of the proposed readings: theta_i, phi_i, theta_o, phi_o (degrees), r, g, b
+    #[arg(long, value_name = "FILE.csv")]
+    blank: Option<PathBuf>,
+    /// Replace an existing file that differs, such as a filled-in sheet
+    #[arg(long, requires = "blank")]
+    force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// The readings so far, and the proposed directions.
+#[derive(Serialize)]
+struct Report {
+    /// The number of different directions that were read.
+    readings: usize,
+    /// The expected loss of a fit of the readings so far.
+    expected_loss: f32,
+    /// Its upper bound, which holds for 90 % of materials.
+    bound: f32,
+    /// True if the bound is at most the target; None without a target.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    is_target_reached: Option<bool>,
+    directions: Vec<Direction>,
+}
+
+/// A proposed direction, in degrees.
+#[derive(Serialize)]
+struct Direction {
+    theta_i: f64,
+    phi_i: f64,
+    theta_o: f64,
+    phi_o: f64,
+    /// The time to move there and to read; None without a speed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    seconds: Option<f64>,
+    /// The expected loss after this reading and the earlier ones.
+    expected_loss: f32,
+    /// Its upper bound.
+    bound: f32,
+}
+
+impl Next {
+    pub(crate) fn run(&self) -> anyhow::Result<()> {
+        let given = recipe_or_bundled(self.recipe.as_deref())?;
+        if let (Some(blank), Some(measurements)) = (&self.blank, &self.measurements) {
+            refuse_input(blank, measurements)?;
+        }
+        let machine = self.machine.machine(&given)?;
+        let (any, own) = any_recipe(&given)?;
+        let posterior = match &self.measurements {
+            None => {
+                ensure!(
+                    !self.quantity.is_given() && self.angles == AngleArgs::default(),
+                    "options of readings have no effect without --measurements: remove them"
+                );
+                let chosen = any.itself().context("the program lacks linear-any")?;
+                Posterior::new(&chosen.prior, &[]).context("the recipe's prior is not finite")?
+            }
+            Some(path) => {
+                let mut rows = Rows::read(path, &self.angles)?;
+                let chosen = any.choose(&mut rows)?;
+                let recipe = chosen.recipe.file.recipe();
+                let pattern: Vec<_> = recipe.pattern().collect();
+                let quantity = self.quantity.read(&pattern, &self.angles)?;
+                let measured = Measurements::new(&rows, &pattern, &quantity)?;
+                let selection = Selection::new(&recipe, &chosen.prior, measured, false);
+                selection
+                    .with_context(|| path.display().to_string())?
+                    .posterior
+            }
+        };
+        let limits = &machine.limits;
+        let candidates = Candidates::new(posterior.basis(), limits);
+        let own: Vec<Angles<f32>> = own
+            .into_iter()
+            .filter(|angles| !posterior.has_reading_at(angles))
+            .collect();
+        let mut position = self.machine.position(machine);
+        if let (Some(position), Some(last)) = (&mut position, posterior.last()) {
+            position.move_to(last);
+        }
+        let so_far = posterior.expected_loss();
+        let bound = so_far.bound.unwrap_or(f32::INFINITY);
+        let is_target_reached = self.target.map(|target| f64::from(bound) <= target);
+        let count = match is_target_reached {
+            Some(true) => 0,
+            _ => self.count,
+        };
+        let proposals = posterior.next(&candidates, &own, count, &mut position);
+        ensure!(
+            count == 0 || !proposals.is_empty(),
+            "no direction is within the limits ({}): widen them",
+            super::limits::describe(*limits)
+        );
+        let direction = |each: &Proposal| {
+            let [theta_i, phi_i, theta_o, phi_o] = axes_from_angles(each.angles).to_array();
+            Direction {
+                theta_i,
+                phi_i,
+                theta_o,
+                phi_o,
+                seconds: position.as_ref().map(|_| each.seconds),
+                expected_loss: each.expected_loss,
+                bound: each.bound,
+            }
+        };
+        let report = Report {
+            readings: posterior.readings(),
+            expected_loss: so_far.loss,
+            bound,
+            is_target_reached,
+            directions: proposals.iter().map(direction).collect(),
+        };
+        if let (Some(path), false) = (&self.blank, proposals.is_empty()) {
+            let arms = proposals.iter().map(|each| axes_from_angles(each.angles));
+            let sheet = blank_directions(&arms.collect::<Vec<_>>());
+            write_file(path, sheet.as_bytes(), self.force)?;
+        }
+        emit(self.json, &report, || report.to_text())
+    }
+}
+
+impl Report {
+    fn to_text(&self) -> String {
+        let mut text = format!(
+            "readings       {}\nexpected loss  {:.4}, at most {:.4} for 90 % of materials\n",
+            self.readings, self.expected_loss, self.bound
+        );
+        if self.is_target_reached == Some(true) {
+            return text + "the target is reached: fit the readings with `trainer fit`\n";
+        }
+        text += "next  theta_i    phi_i  theta_o    phi_o  (degrees)  expected loss  at most";
+        let has_seconds = self.directions.iter().any(|each| each.seconds.is_some());
+        text += if has_seconds { "  seconds\n" } else { "\n" };
+        for (number, each) in self.directions.iter().enumerate() {
+            text += &format!(
+                "{:4} {:8.2} {:8.2} {:8.2} {:8.2} {:25.4} {:8.4}",
+                number + 1,
+                each.theta_i,
+                each.phi_i,
+                each.theta_o,
+                each.phi_o,
+                each.expected_loss,
+                each.bound
+            );
+            text += &each
+                .seconds
+                .map_or("\n".to_owned(), |seconds| format!(" {seconds:8.1}\n"));
+        }
+        text
+    }
+}
