@@ -14,6 +14,8 @@ macro_rules! by_math {
 }
 
 mod basis;
+#[cfg(feature = "libm")]
+mod belief;
 mod checksum;
 mod documents;
 mod driver;

@@ -32,6 +32,8 @@ settings! {
     First "first",
     /// The format of a written material.
     Format "format",
+    /// The restriction of a machine to one plane.
+    InPlane "in_plane",
     /// The number of quantization levels.
     Levels "levels",
     /// The number of readings to drop in an evaluation.
@@ -50,6 +52,8 @@ settings! {
     Model "model",
     /// Relative noise.
     Noise "noise",
+    /// Directions that the instrument fixes.
+    Pattern "pattern",
     /// The share of procedural materials.
     Procedural "procedural",
     /// The evaluated recipe.

@@ -16,6 +16,7 @@ mod fit;
 mod interruptible;
 mod loss;
 mod material;
+mod next;
 mod plan;
 mod readings;
 mod recipe;
@@ -38,6 +39,8 @@ mod _glimpse_brdf {
     use crate::loss::{directions, loss};
     #[pymodule_export]
     use crate::material::{PyMaterial, load_material, load_materials, table_directions};
+    #[pymodule_export]
+    use crate::next::PyProposals;
     #[pymodule_export]
     use crate::plan::PyPlan;
     #[pymodule_export]

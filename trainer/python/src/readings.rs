@@ -27,7 +27,24 @@ pub(crate) struct ReadingArgs<'a, 'py> {
     pub(crate) saturation: Option<f32>,
 }
 
-impl ReadingArgs<'_, '_> {
+impl<'a, 'py> ReadingArgs<'a, 'py> {
+    /// Creates arguments of BRDFs at directions, without further information.
+    pub(crate) fn new(readings: &'a Bound<'py, PyAny>, directions: &'a Bound<'py, PyAny>) -> Self {
+        Self {
+            readings,
+            directions: Some(directions),
+            quantity: None,
+            saturated: None,
+            noise: None,
+            white: None,
+            white_directions: None,
+            footprint: None,
+            dark: None,
+            white_reflectance: None,
+            saturation: None,
+        }
+    }
+
     /// Chooses the recipe of the readings, and assigns them to its samples.
     pub(crate) fn measurements(
         &self,

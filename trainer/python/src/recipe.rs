@@ -8,7 +8,7 @@ use glimpse_core::gonio::Repeated;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_trainer::export::{expectation, training};
-use glimpse_trainer::measurement::{ChosenRecipe, Measurements, NamedRecipe, angles_from_vectors};
+use glimpse_trainer::measurement::{ChosenRecipe, MachineArgs, Measurements, NamedRecipe};
 use glimpse_training::recipe::RecipeFile;
 use glimpse_training::route::{LimitArgs, Order, PlanArgs, axes_from_angles};
 use numpy::PyArrayDyn;
@@ -16,13 +16,14 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 use serde_json::json;
 
-use crate::arrays::{Pairs, array, to_python};
+use crate::arrays::{array, to_python};
 use crate::choices::choose_value;
 use crate::error::{GlimpseError, reject, to_exception};
 use crate::files::write;
 use crate::fit::PyFittedMaterial;
 use crate::interruptible::run_detached;
 use crate::material::directions_of;
+use crate::next::{PyProposals, angles_of_pairs};
 use crate::plan::{PyPlan, speed_args};
 use crate::readings::ReadingArgs;
 
@@ -274,7 +275,8 @@ impl PyRecipe {
     /// Raises GlimpseError if samples are out of reach. The message lists them.
     #[pyo3(signature = (
         order = None, *, speed_degrees_per_second = None, settle_seconds = None,
-        full_turns = true, max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, seed = 0,
+        full_turns = true, max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None,
+        in_plane = false, seed = 0,
     ))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn plan(
@@ -287,6 +289,7 @@ impl PyRecipe {
         max_theta_i_degrees: Option<f32>,
         max_theta_o_degrees: Option<f32>,
         min_separation_degrees: Option<f32>,
+        in_plane: bool,
         seed: u64,
     ) -> PyResult<PyPlan> {
         let request = PlanArgs {
@@ -299,6 +302,7 @@ impl PyRecipe {
                 max_theta_i: max_theta_i_degrees,
                 max_theta_o: max_theta_o_degrees,
                 min_separation: min_separation_degrees,
+                in_plane,
             },
         };
         PyPlan::new(py, &self.file, &request, seed)
@@ -365,6 +369,43 @@ impl PyRecipe {
         PyFittedMaterial::require_plausible(fitted)
     }
 
+    /// Proposes the directions to read next, as `trainer next` does: those that reduce the expected loss most.
+    ///
+    /// `directions` (m, 2, 3) are the pairs that were read so far, and `readings` (m, 3) their BRDFs, sr^-1, linear RGB.
+    /// Without both, the first directions are proposed. `count` is the number of proposals. A recipe with a pattern
+    /// begins with its own directions. With `speed_degrees_per_second` or `settle_seconds`, as in `plan`, a
+    /// direction is chosen by the reduction per second, and the arms are at the last reading. `in_plane` is True if
+    /// light, normal and sensor always lie in one plane.
+    #[pyo3(signature = (
+        directions = None, readings = None, count = 1, *, speed_degrees_per_second = None, settle_seconds = None,
+        max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, in_plane = false,
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
+    fn next(
+        &self,
+        py: Python<'_>,
+        directions: Option<&Bound<'_, PyAny>>,
+        readings: Option<&Bound<'_, PyAny>>,
+        count: usize,
+        speed_degrees_per_second: Option<&Bound<'_, PyAny>>,
+        settle_seconds: Option<f64>,
+        max_theta_i_degrees: Option<f32>,
+        max_theta_o_degrees: Option<f32>,
+        min_separation_degrees: Option<f32>,
+        in_plane: bool,
+    ) -> PyResult<PyProposals> {
+        let machine = MachineArgs {
+            limits: LimitArgs {
+                max_theta_i: max_theta_i_degrees,
+                max_theta_o: max_theta_o_degrees,
+                min_separation: min_separation_degrees,
+                in_plane,
+            },
+            speeds: speed_args(speed_degrees_per_second, settle_seconds)?,
+        };
+        PyProposals::new(py, &self.named(), (directions, readings), count, &machine)
+    }
+
     /// Returns the recipe of readings at directions, an array (n, 2, 3), that a recipe without a pattern fits.
     fn at(&self, directions: &Bound<'_, PyAny>) -> PyResult<Self> {
         let named = self.named();
@@ -373,19 +414,7 @@ impl PyRecipe {
                 "the recipe has a pattern: use one that was trained with samples \"any\"",
             );
         }
-        let Pairs { pairs, .. } = Pairs::from_arrays(directions, None)?;
-        let angles = pairs
-            .into_iter()
-            .enumerate()
-            .map(|(row, [incoming, outgoing])| {
-                let angles = angles_from_vectors(incoming, outgoing);
-                angles.ok_or_else(|| {
-                    GlimpseError::new_err(format!(
-                        "a direction of pair {row} is not above the horizon"
-                    ))
-                })
-            });
-        let angles: Vec<_> = angles.collect::<PyResult<_>>()?;
+        let angles = angles_of_pairs(directions)?;
         match named.at(&angles, &[]) {
             Some(ChosenRecipe { recipe, .. }) => Ok(Self {
                 file: recipe.file,

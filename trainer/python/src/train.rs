@@ -21,6 +21,7 @@ use pyo3::types::PyBool;
 use crate::choices::{choose, choose_value};
 use crate::error::{Failure, GlimpseError, reject, reject_unused, to_exception};
 use crate::interruptible::run_interruptible;
+use crate::next::angles_of_pairs;
 use crate::plan::speed_args;
 use crate::recipe::PyRecipe;
 use crate::sources::MaterialArgs;
@@ -84,7 +85,8 @@ pub(crate) enum SampleCount {
 /// `additive` is the standard deviation of additive noise, as a share of the BRDF of a white surface, 1/pi. `levels` is
 /// the number of quantization levels of the sensor, 0 for none. `procedural` is the share of training tasks that are
 /// procedural materials (default 0.4). The limits of the machine are `max_theta_i_degrees` (default 90),
-/// `max_theta_o_degrees` (default 90) and `min_separation_degrees` (default 0). `scan_seconds` is the longest time of a
+/// `max_theta_o_degrees` (default 90) and `min_separation_degrees` (default 0); with `in_plane`, light, normal and sensor always lie in one plane.
+/// `pattern` (k, 2, 3) has directions that the instrument fixes; the remaining ones of `samples` are trained. `scan_seconds` is the longest time of a
 /// scan, motion and settling together (default: any time), on a machine with `speed_degrees_per_second` (default 10) and
 /// `settle_seconds` (default 0.5) as in `Recipe.plan`.
 ///
@@ -101,8 +103,8 @@ pub(crate) enum SampleCount {
 #[pyo3(signature = (
     model, materials = None, *, samples = None, schedule = "prior", effort = "standard", seed = 0, share = None,
     missing = None, noise = None, additive = None, levels = None, procedural = None,
-    max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None,
-    scan_seconds = None, speed_degrees_per_second = None, settle_seconds = None, bases = None, eta = None,
+    max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, in_plane = false,
+    pattern = None, scan_seconds = None, speed_degrees_per_second = None, settle_seconds = None, bases = None, eta = None,
     checkpoint = None, checkpoint_every_seconds = 10.0, resume = false, progress = None,
 ))]
 #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
@@ -123,6 +125,8 @@ pub(crate) fn train(
     max_theta_i_degrees: Option<f32>,
     max_theta_o_degrees: Option<f32>,
     min_separation_degrees: Option<f32>,
+    in_plane: bool,
+    pattern: Option<&Bound<'_, PyAny>>,
     scan_seconds: Option<f64>,
     speed_degrees_per_second: Option<&Bound<'_, PyAny>>,
     settle_seconds: Option<f64>,
@@ -155,6 +159,7 @@ pub(crate) fn train(
             max_theta_i: max_theta_i_degrees,
             max_theta_o: max_theta_o_degrees,
             min_separation: min_separation_degrees,
+            in_plane,
         },
         scan_seconds,
         speeds: speed_args(speed_degrees_per_second, settle_seconds)?,
@@ -176,9 +181,13 @@ pub(crate) fn train(
         Some(SampleCount::Text(text)) => choose("samples", &text, &[("any", 0)])?,
     };
     let options = args.options(model, samples, schedule, effort, seed);
+    let options = options.map_err(to_exception)?;
+    let fixed = pattern.map(angles_of_pairs).transpose()?;
+    let options = options.with_fixed(fixed.unwrap_or_default());
+    let options = options.map_err(to_exception)?;
     let options = Options {
         checkpoints: checkpoints(checkpoint, checkpoint_every_seconds, resume)?,
-        ..options.map_err(to_exception)?
+        ..options
     };
     let materials = match materials {
         Some(materials) => MaterialArgs::parse(materials)?,

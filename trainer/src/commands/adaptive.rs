@@ -6,46 +6,11 @@ use anyhow::{Context, ensure};
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
 use glimpse_core::geometry::Angles;
-use glimpse_core::model::ModelKind;
 use glimpse_trainer::evaluation::Adaptive;
-use glimpse_trainer::measurement::NamedRecipe;
-use glimpse_training::route::{LimitArgs, Machine, Position, SpeedArgs};
+use glimpse_trainer::measurement::{MachineArgs, NamedRecipe};
+use glimpse_training::route::{Machine, Position};
 
 use super::geometry::read_with_pattern;
-
-/// A machine whose directions are chosen one by one.
-#[derive(Args)]
-pub(crate) struct MachineArgs {
-    #[command(flatten)]
-    limits: LimitArgs,
-    #[command(flatten)]
-    speeds: SpeedArgs,
-}
-
-impl MachineArgs {
-    /// Returns true if an option was given.
-    fn is_given(&self) -> bool {
-        self.limits.is_given() || self.speeds.is_given()
-    }
-
-    /// Returns the machine, with defaults of the machine that the recipe was trained for.
-    pub(crate) fn machine(&self, given: &NamedRecipe) -> anyhow::Result<Machine> {
-        let stated = given.file.metadata().machine();
-        let machine = Machine {
-            speeds: self.speeds.speed.unwrap_or(stated.speeds),
-            settle: self.speeds.settle.unwrap_or(stated.settle),
-            limits: self.limits.or(stated.limits)?,
-            ..stated
-        };
-        machine.validate()?;
-        Ok(machine)
-    }
-
-    /// Returns the start of the arms, if a speed or a time was given.
-    pub(crate) fn position(&self, machine: Machine) -> Option<Position> {
-        self.speeds.is_given().then(|| Position::new(machine))
-    }
-}
 
 /// Options of an evaluation of adaptive scans.
 #[derive(Args)]
@@ -91,7 +56,8 @@ impl AdaptiveArgs {
             );
             return Ok(None);
         };
-        let (any, own) = any_recipe(given)?;
+        let any = given.continuing().context("the program lacks linear-any")?;
+        let own: Vec<_> = given.file.recipe().pattern().collect();
         let begin = match &self.begin {
             None => own,
             Some(path) => {
@@ -130,18 +96,4 @@ impl Request {
         let any = (&*self.any.file, basis, chosen.prior);
         Ok(Adaptive::new(any, begin, self.samples, limits, position))
     }
-}
-
-/// Returns the recipe that chooses directions, and the samples that a recipe begins with.
-pub(crate) fn any_recipe(given: &NamedRecipe) -> anyhow::Result<(NamedRecipe, Vec<Angles<f32>>)> {
-    if given.is_any() {
-        return Ok((given.clone(), Vec::new()));
-    }
-    let recipe = given.file.recipe();
-    let any =
-        NamedRecipe::bundled(recipe.model()).or_else(|| NamedRecipe::bundled(ModelKind::Linear));
-    Ok((
-        any.context("the program lacks linear-any")?,
-        recipe.pattern().collect(),
-    ))
 }

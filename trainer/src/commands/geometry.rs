@@ -81,23 +81,23 @@ impl Geometry {
     fn directions(&self) -> anyhow::Result<Vec<Angles<f32>>> {
         match self {
             Self::Instrument(instrument) => Ok(instrument.directions(0.0)),
-            Self::File(path) => {
-                let table = AngleTable::read(path, &AngleArgs::default())
-                    .context("--geometry names a file")?;
-                let rows = table.rows.into_iter().zip(1..).map(|(row, number)| {
-                    row.angles.with_context(|| {
-                        let path = path.display();
-                        format!(
-                            "{path}: row {number} has a direction that is not above the horizon"
-                        )
-                    })
-                });
-                let directions: Vec<_> = rows.collect::<anyhow::Result<_>>()?;
-                match directions.is_empty() {
-                    true => bail!("{}: it has no rows; add directions", path.display()),
-                    false => Ok(directions),
-                }
-            }
+            Self::File(path) => read_directions(path).context("--geometry names a file"),
         }
+    }
+}
+
+/// Reads a file of directions, at least one.
+pub(crate) fn read_directions(path: &Path) -> anyhow::Result<Vec<Angles<f32>>> {
+    let table = AngleTable::read(path, &AngleArgs::default())?;
+    let rows = table.rows.into_iter().zip(1..).map(|(row, number)| {
+        row.angles.with_context(|| {
+            let path = path.display();
+            format!("{path}: row {number} has a direction that is not above the horizon")
+        })
+    });
+    let directions: Vec<_> = rows.collect::<anyhow::Result<_>>()?;
+    match directions.is_empty() {
+        true => bail!("{}: it has no rows; add directions", path.display()),
+        false => Ok(directions),
     }
 }

@@ -5,13 +5,11 @@ use std::path::PathBuf;
 use anyhow::{Context, ensure};
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
-use glimpse_core::geometry::Angles;
-use glimpse_trainer::measurement::{AngleArgs, Measurements, Rows, Selection};
-use glimpse_training::linear::{Candidates, Posterior, Proposal};
+use glimpse_trainer::measurement::{AngleArgs, MachineArgs, Measurements, Rows, Selection};
+use glimpse_training::linear::{Posterior, Proposal};
 use glimpse_training::route::{axes_from_angles, blank_directions};
 use serde::Serialize;
 
-use super::adaptive::{MachineArgs, any_recipe};
 use super::fit::options::QuantityArgs;
 use super::output::{refuse_input, write_file};
 use super::{emit, numbers, recipe_or_bundled};
@@ -108,7 +106,7 @@ impl Next {
             refuse_input(blank, measurements)?;
         }
         let machine = self.machine.machine(&given)?;
-        let (any, own) = any_recipe(&given)?;
+        let any = given.continuing().context("the program lacks linear-any")?;
         let posterior = match &self.measurements {
             None => {
                 ensure!(
@@ -131,16 +129,6 @@ impl Next {
                     .posterior
             }
         };
-        let limits = &machine.limits;
-        let candidates = Candidates::new(posterior.basis(), limits);
-        let own: Vec<Angles<f32>> = own
-            .into_iter()
-            .filter(|angles| !posterior.has_reading_at(angles))
-            .collect();
-        let mut position = self.machine.position(machine);
-        if let (Some(position), Some(last)) = (&mut position, posterior.last()) {
-            position.move_to(last);
-        }
         let so_far = posterior.expected_loss();
         let bound = so_far.bound.unwrap_or(f32::INFINITY);
         let is_target_reached = self.target.map(|target| f64::from(bound) <= target);
@@ -148,12 +136,13 @@ impl Next {
             Some(true) => 0,
             _ => self.count,
         };
-        let proposals = posterior.next(&candidates, &own, count, &mut position);
+        let proposals = self.machine.next(&given, &posterior, count)?;
         ensure!(
             count == 0 || !proposals.is_empty(),
             "no direction is within the limits ({}): widen them",
-            super::limits::describe(*limits)
+            super::limits::describe(machine.limits)
         );
+        let has_seconds = self.machine.position(machine).is_some();
         let direction = |each: &Proposal| {
             let [theta_i, phi_i, theta_o, phi_o] = axes_from_angles(each.angles).to_array();
             Direction {
@@ -161,7 +150,7 @@ impl Next {
                 phi_i,
                 theta_o,
                 phi_o,
-                seconds: position.as_ref().map(|_| each.seconds),
+                seconds: has_seconds.then_some(each.seconds),
                 expected_loss: each.expected_loss,
                 bound: each.bound,
             }

@@ -19,6 +19,7 @@ use glimpse_training::recipe::{RecipeFile, pack_recipe};
 
 use super::auto_samples::choose_samples;
 use super::expected_loss::expected_loss;
+use super::geometry::read_directions;
 use super::lock::Lock;
 use super::numbers::SampleCount;
 use super::output::write_file;
@@ -48,6 +49,7 @@ use super::{choice, load_all, numbers};
 ///
 /// Example: trainer train --model neural --samples 8 --data MERL/ --out neural-n8.recipe
 ///          trainer train --model linear --samples auto --scan-seconds 12 --data MERL/ --out 12s.recipe
+///          trainer train --model linear -n 8 --pattern my-six-angles.csv --data MERL/ --out 8.recipe
 ///          trainer train --grid --model phong,neural --samples 1,2,4,8 --data MERL/ --out recipes/
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
@@ -79,6 +81,10 @@ pub(crate) struct Train {
     /// Recipe file to write; with --grid the directory of all recipes
     #[arg(long, short)]
     pub(super) out: PathBuf,
+    /// Schedule prior: CSV file of directions that the instrument fixes, as for `trainer query`. They are
+    /// the recipe's first samples, and the remaining ones of N are trained
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "scan_seconds")]
+    pattern: Option<PathBuf>,
     #[command(flatten)]
     training: TrainingArgs,
     /// Training schedule
@@ -195,12 +201,17 @@ impl Train {
         seed: u64,
     ) -> anyhow::Result<TrainingRun> {
         let (schedule, effort) = (self.schedule, self.effort);
+        let fixed = self
+            .pattern
+            .as_ref()
+            .map(|path| read_directions(path).context("--pattern names a file"));
         let mut checkpoint = out.clone().into_os_string();
         checkpoint.push(".checkpoint");
         Ok(TrainingRun {
             options: self
                 .training
-                .options(model, samples, schedule, effort, seed)?,
+                .options(model, samples, schedule, effort, seed)?
+                .with_fixed(fixed.transpose()?.unwrap_or_default())?,
             data,
             checkpoint: checkpoint.into(),
             checkpoint_interval: self.checkpoint_every,

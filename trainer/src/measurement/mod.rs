@@ -8,6 +8,7 @@ mod instrument;
 mod layout;
 mod matching;
 mod measurements;
+mod next;
 mod outliers;
 mod quantity;
 mod reading_row;
@@ -21,6 +22,7 @@ pub use fit::{Fit, FitFailure, MaterialFiles, ReadingStatus, Selection, fit, mat
 pub use instrument::Instrument;
 pub use matching::{AngularDistance, IsotropicAngles};
 pub use measurements::{Measurements, coefficient_of_variation};
+pub use next::MachineArgs;
 pub use outliers::OutlierReport;
 pub use quantity::{CountCalibration, FOOTPRINTS, QUANTITIES, ReadingQuantity, WhiteReference};
 pub use reading_row::LabReading;

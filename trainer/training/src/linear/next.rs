@@ -188,3 +188,83 @@ fn is_among(angles: &Angles<f32>, list: &[Angles<f32>]) -> bool {
             && (angles.phi_d - other.phi_d).abs() < MIN_DIFFERENCE
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use glimpse_materials::Procedural;
+
+    use super::*;
+    use crate::linear::posterior::tests::{prior, readings};
+    use crate::route::Machine;
+
+    fn posterior(count: usize) -> Posterior {
+        let readings = readings(&Procedural::new(3, 7), count);
+        Posterior::new(&prior(), &readings).expect("finite")
+    }
+
+    fn expected_loss_with(posterior: &Posterior, angles: &[Angles<f32>]) -> f32 {
+        let mut posterior = posterior.clone();
+        let noise = posterior.noise;
+        for angles in angles {
+            let at = ComponentsAt::new(&posterior.basis, vec![*angles]);
+            posterior.belief.assume(&at.row_f64(0), noise);
+        }
+        posterior.expected_loss().loss
+    }
+
+    #[test]
+    fn proposals_are_better_than_random_directions() {
+        for readings in [0, 3] {
+            let posterior = posterior(readings);
+            let candidates = Candidates::new(posterior.basis(), &Limits::NONE);
+            let proposals = posterior.next(&candidates, &[], 4, &mut None);
+            let own: Vec<Angles<f32>> = proposals.iter().map(|each| each.angles).collect();
+            let expected = expected_loss_with(&posterior, &own);
+            assert_eq!(expected, proposals[3].expected_loss);
+            for seed in 0..20 {
+                let random = expected_loss_with(&posterior, &uniform_valid(4, seed));
+                assert!(expected < random, "{expected} {random}");
+            }
+            // One by one, or all at once.
+            let first = posterior.next(&candidates, &[], 1, &mut None)[0].angles;
+            assert_eq!(first, own[0]);
+            let begun = posterior.next(&candidates, &[own[1]], 2, &mut None);
+            assert_eq!(begun[0].angles, own[1]);
+            assert_ne!(begun[1].angles, own[1]);
+        }
+    }
+
+    #[test]
+    fn limits_hold_and_seconds_count() {
+        let posterior = posterior(2);
+        let limits = Limits {
+            max_theta_i: 1.0,
+            min_separation: 0.3,
+            in_plane: true,
+            ..Limits::NONE
+        };
+        let candidates = Candidates::new(posterior.basis(), &limits);
+        let slow = Machine {
+            settle: 0.0,
+            ..Machine::default()
+        };
+        let seconds = |position: &mut Option<Position>| -> f64 {
+            let proposals = posterior.next(&candidates, &[], 6, position);
+            for each in &proposals {
+                let directions = HalfDifference::from_angles(each.angles).directions();
+                assert_eq!(limits.check(&directions), Ok(()));
+            }
+            let mut arms = Position::new(slow);
+            proposals.iter().map(|each| arms.move_to(each.angles)).sum()
+        };
+        let [plain, timed] = [None, Some(Position::new(slow))].map(|mut each| seconds(&mut each));
+        assert!(timed < 0.7 * plain, "{timed} {plain}");
+        let none = Limits {
+            max_theta_i: 0.01,
+            max_theta_o: 0.01,
+            ..Limits::NONE
+        };
+        let candidates = Candidates::new(posterior.basis(), &none);
+        assert!(posterior.next(&candidates, &[], 6, &mut None).is_empty());
+    }
+}

@@ -330,14 +330,14 @@ pub fn gain_without(all: &[LeftOut], index: usize, others: &[LeftOut]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use glimpse_core::model::linear::map;
     use glimpse_materials::{Material, Procedural};
 
     use super::*;
     use crate::linear::{COMPACT_NODES, GaussianPrior, to_compact_bytes};
 
-    fn prior() -> CoefficientPrior {
+    pub(crate) fn prior() -> CoefficientPrior {
         let set = Procedural::set(40, 1).into_iter();
         let tasks: Vec<Box<dyn Material>> = set.map(|each| Box::new(each) as _).collect();
         let GaussianPrior {
@@ -353,7 +353,7 @@ mod tests {
         }
     }
 
-    fn readings(material: &dyn Material, count: usize) -> Vec<PosteriorReading> {
+    pub(crate) fn readings(material: &dyn Material, count: usize) -> Vec<PosteriorReading> {
         let angles = uniform_valid(count, 5).into_iter();
         angles
             .map(|angles| PosteriorReading::new(angles, material.brdf(angles)))

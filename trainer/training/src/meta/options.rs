@@ -4,6 +4,7 @@ use std::f32::consts::FRAC_1_PI;
 use std::fmt;
 use std::ops::RangeInclusive;
 
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
@@ -37,6 +38,8 @@ pub struct Options {
     pub prior: Prior,
     /// Options of schedule prior; ignored by other schedules.
     pub completion_options: CompletionOptions,
+    /// Schedule prior: the directions of the first samples, at most n, which are not trained; angles in radians.
+    pub fixed: Vec<Angles<f32>>,
     /// The sources of the materials, and the share of training tasks drawn from each. If empty, the sources are unknown
     /// and all materials have equal shares.
     pub source_shares: Vec<SourceShare>,
@@ -66,10 +69,47 @@ impl Options {
             pretrained: None,
             prior: Prior::PAPER,
             completion_options: CompletionOptions::for_samples(samples),
+            fixed: Vec::new(),
             source_shares: Vec::new(),
             seed,
             checkpoints: None,
         }
+    }
+}
+
+impl Options {
+    /// Returns the options with directions that are not trained, as the first samples; angles in radians.
+    ///
+    /// # Errors
+    /// If the schedule is not prior, there are more directions than samples, the time of a scan has a budget, or a
+    /// direction is out of reach.
+    pub fn with_fixed(self, fixed: Vec<Angles<f32>>) -> Result<Self, OptionsError> {
+        let no_effect = |required, value| OptionsError::NoEffect {
+            setting: Setting::Pattern,
+            required,
+            value,
+        };
+        if fixed.is_empty() {
+            return Ok(self);
+        }
+        if self.schedule != Schedule::Prior {
+            return Err(no_effect(Setting::Schedule, "prior"));
+        }
+        if self.completion_options.scan.is_some() {
+            return Err(no_effect(Setting::ScanSeconds, "to be absent"));
+        }
+        if fixed.len() > self.samples {
+            return Err(OptionsError::FixedCount {
+                fixed: fixed.len(),
+                samples: self.samples,
+            });
+        }
+        for (angles, row) in fixed.iter().zip(1..) {
+            let directions = HalfDifference::from_angles(*angles).directions();
+            let check = self.completion_options.limits.check(&directions);
+            check.map_err(|reason| OptionsError::FixedReach { row, reason })?;
+        }
+        Ok(Self { fixed, ..self })
     }
 }
 
@@ -137,6 +177,20 @@ pub enum OptionsError {
     Separation(f32),
     /// The budget for the time of a scan is impossible.
     ScanBudget(#[from] ScanBudgetError),
+    /// There are more fixed directions than samples.
+    FixedCount {
+        /// The number of fixed directions.
+        fixed: usize,
+        /// The number of samples.
+        samples: usize,
+    },
+    /// The machine does not reach a fixed direction.
+    FixedReach {
+        /// Its row, from 1.
+        row: usize,
+        /// The limit that is exceeded.
+        reason: glimpse_core::error::Error,
+    },
 }
 
 impl SettingError for OptionsError {
@@ -172,6 +226,15 @@ impl SettingError for OptionsError {
                 )
             }
             Self::ScanBudget(error) => format!("{}: {error}", name(Setting::ScanSeconds)),
+            Self::FixedCount { fixed, samples } => {
+                let [pattern, count] = [Setting::Pattern, Setting::Samples].map(name);
+                format!(
+                    "{pattern} has {fixed} directions, and {count} is {samples}: give a larger number"
+                )
+            }
+            Self::FixedReach { row, reason } => {
+                format!("{}: row {row}: {reason}", name(Setting::Pattern))
+            }
         }
     }
 }
@@ -276,6 +339,9 @@ impl fmt::Display for CompletionOptions {
                 limits.min_separation.to_degrees()
             )?;
         }
+        if limits.in_plane {
+            write!(f, ", in one plane")?;
+        }
         if let Some(scan) = scan {
             write!(f, ", scans of {} s", scan.seconds)?;
         }
@@ -296,12 +362,16 @@ struct DigestedOptions<'a> {
     completion_options: Option<CompletionOptions>,
     source_shares: &'a [SourceShare],
     seed: u64,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    fixed: Vec<[f32; 3]>,
 }
 
 impl Options {
     /// Returns the digest of all options that affect the result. The checkpoint options are not among them.
     #[must_use]
     pub fn digest(&self) -> u64 {
+        let fixed = self.fixed.iter();
+        let fixed = fixed.map(|each| [each.theta_h, each.theta_d, each.phi_d]);
         digest(&DigestedOptions {
             model: self.model,
             samples: self.samples,
@@ -317,6 +387,7 @@ impl Options {
             completion_options: self.completion_options(),
             source_shares: &self.source_shares,
             seed: self.seed,
+            fixed: fixed.collect(),
         })
     }
 

@@ -26,6 +26,12 @@ fn angles_within(logits: [f32; 3], limits: &Limits) -> Angles<f32> {
     let min = min_angles(limits);
     let [theta_h, theta_d, phi_d] =
         [0, 1, 2].map(|i| min[i] + (RANGE[i] - min[i]) / (1.0 + (-logits[i]).exp()));
+    let phi_d = match limits.in_plane {
+        false => phi_d,
+        // The nearer one of the two angles in one plane with the normal.
+        true if logits[2] > 0.0 => RANGE[2],
+        true => 0.0,
+    };
     Angles {
         theta_h,
         theta_d,
@@ -95,9 +101,45 @@ pub fn reachable_angles(logits: &[f32], limits: &Limits) -> Vec<Angles<f32>> {
     angles
 }
 
+/// The directions that a pattern may have.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach<'a> {
+    /// The limits of the goniometer.
+    pub limits: Limits,
+    /// The directions of the first samples, which are not trained.
+    pub fixed: &'a [Angles<f32>],
+}
+
+impl Reach<'_> {
+    /// Creates a pattern from logits, for a step of training. Samples out of reach are invalid.
+    #[must_use]
+    pub fn pattern(&self, logits: &[f32]) -> Pattern {
+        let pattern = Pattern::from_logits_within(logits, self.limits);
+        self.with_fixed(pattern.angles)
+    }
+
+    /// Creates a pattern from logits. Samples out of reach are moved, as by [`reachable_angles`].
+    #[must_use]
+    pub fn reachable_pattern(&self, logits: &[f32]) -> Pattern {
+        self.with_fixed(reachable_angles(logits, &self.limits))
+    }
+
+    fn with_fixed(&self, mut angles: Vec<Angles<f32>>) -> Pattern {
+        for (angles, fixed) in angles.iter_mut().zip(self.fixed) {
+            *angles = *fixed;
+        }
+        Pattern {
+            fixed: self.fixed.len(),
+            ..Pattern::with_limits(angles, self.limits)
+        }
+    }
+}
+
 /// A pattern with its directions.
 pub struct Pattern {
     limits: Limits,
+    /// The number of leading samples that are not trained.
+    fixed: usize,
     angles: Vec<Angles<f32>>,
     valid: Vec<bool>,
     octet_directions: Vec<OctetDirections>,
@@ -119,6 +161,7 @@ impl Pattern {
         let valid = directions.iter();
         Self {
             limits,
+            fixed: 0,
             valid: valid.map(|each| is_valid_within(each, &limits)).collect(),
             octet_directions: directions.chunks(WIDTH).map(Octet::transpose).collect(),
             angles,
@@ -176,7 +219,9 @@ impl Pattern {
     pub fn gradient_by_logits(&self, mut by_angles: impl FnMut(usize) -> [f32; 3]) -> Vec<f32> {
         let mut by_logits = Vec::with_capacity(3 * self.angles.len());
         for (index, angles) in self.angles.iter().enumerate() {
-            let by_angles = if self.valid[index] {
+            let by_angles = if index < self.fixed {
+                [0.0; 3]
+            } else if self.valid[index] {
                 by_angles(index)
             } else {
                 let slope = 2.0 * BARRIER;
@@ -194,6 +239,9 @@ impl Pattern {
         let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
         let min = min_angles(&self.limits);
         std::array::from_fn(|i| {
+            if i == 2 && self.limits.in_plane {
+                return 0.0;
+            }
             let offset = angles[i] - min[i];
             by_angles[i] * offset * (1.0 - offset / (RANGE[i] - min[i]))
         })

@@ -94,6 +94,7 @@ impl TrainingArgs {
                 limits.min_separation.is_some(),
                 prior,
             ),
+            (Setting::InPlane, limits.in_plane, prior),
             (Setting::ScanSeconds, self.scan_seconds.is_some(), prior),
             (Setting::Speed, self.speeds.speed.is_some(), scan),
             (Setting::Settle, self.speeds.settle.is_some(), scan),
@@ -184,7 +185,7 @@ mod tests {
     use super::*;
 
     /// A value for each option that differs from its default.
-    const VALUES: [(&str, &str); 14] = [
+    const VALUES: [(&str, &str); 15] = [
         ("share", "3,1"),
         ("missing", "0.3"),
         ("noise", "0.02"),
@@ -194,6 +195,7 @@ mod tests {
         ("max-theta-i", "60"),
         ("max-theta-o", "70"),
         ("min-separation", "20"),
+        ("in-plane", ""),
         ("scan-seconds", "40"),
         ("speed", "5"),
         ("settle", "2"),
@@ -208,9 +210,10 @@ mod tests {
         samples: usize,
         schedule: Schedule,
     ) -> Option<(u64, Vec<f32>)> {
-        let words = options
-            .iter()
-            .map(|(name, value)| format!("--{name}={value}"));
+        let words = options.iter().map(|(name, value)| match *value {
+            "" => format!("--{name}"),
+            value => format!("--{name}={value}"),
+        });
         let words = ["train".to_owned()].into_iter().chain(words);
         let command = TrainingArgs::augment_args(Command::new("train"));
         let matches = command.try_get_matches_from(words).ok()?;

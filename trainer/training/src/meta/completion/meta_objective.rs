@@ -15,7 +15,6 @@ use super::weighted_loss::{mean, weighted_mean};
 use crate::linear::add_scaled;
 use crate::meta::initialization::initial_guess;
 use crate::meta::objective::LossEstimate;
-use crate::meta::pattern::Pattern;
 use crate::meta::phase::{OuterStep, Values};
 
 /// The initial precision of a component in the correction.
@@ -110,6 +109,10 @@ impl CompletionObjective<'_> {
             });
             weighted_mean(&losses.collect::<Vec<_>>())
         });
+        // Fixed samples come first, in their own order.
+        let fixed = self.reach.fixed.len();
+        let trained = order.into_iter().filter(|sample| *sample >= fixed);
+        let order: Vec<usize> = (0..fixed).chain(trained).collect();
         self.permute_samples(values, &order)
     }
 
@@ -148,7 +151,7 @@ impl CompletionObjective<'_> {
     }
 
     /// Returns the weighted mean loss over a step's batch of tasks, and its gradient, which includes the
-    /// [barrier](Pattern::barrier).
+    /// [barrier](crate::meta::pattern::Pattern::barrier).
     #[must_use]
     pub fn gradient(
         &self,
@@ -156,10 +159,7 @@ impl CompletionObjective<'_> {
         outer_step: OuterStep,
         options: StepOptions,
     ) -> (f32, Values) {
-        let prepared = self.prepare(
-            values,
-            Pattern::from_logits_within(&values.pattern, self.limits),
-        );
+        let prepared = self.prepare(values, self.reach.pattern(&values.pattern));
         let tasks: Vec<Task> = (0..outer_step.batch)
             .map(|slot| {
                 let mut random = self.streams.slot(outer_step, slot + 1);

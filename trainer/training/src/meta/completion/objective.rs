@@ -1,6 +1,5 @@
 //! The loss of the schedule `prior` and its gradient over tasks: CoefficientNet, StartNet and pattern.
 
-use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_kernels::completion::{Batch, CompletionWeights, Shape};
 use glimpse_kernels::components::ComponentTable;
@@ -17,7 +16,7 @@ use super::task::{Dropout, Task};
 use super::weighted_loss::{WeightedLoss, task_weight};
 use crate::linear::{ComponentsAt, add_scaled};
 use crate::meta::objective::RandomStreams;
-use crate::meta::pattern::{Pattern, reachable_angles};
+use crate::meta::pattern::{Pattern, Reach};
 use crate::meta::phase::Values;
 use crate::meta::samples::{WeightedSamples, uniform_weight};
 use crate::meta::scan_budget::Motion;
@@ -40,8 +39,8 @@ pub struct CompletionObjective<'a> {
     /// The weight of the loss before the descent in the gradient, for models fitted by descent. The weight of the loss
     /// after the descent is 1.
     pub auxiliary_weight: f32,
-    /// The limits of the goniometer.
-    pub limits: Limits,
+    /// The directions that the pattern may have.
+    pub reach: Reach<'a>,
     /// The motion of a scan, if its time has a budget.
     pub motion: Option<Motion>,
     /// The values of an earlier run, whose pattern and hyperparameters a run starts with; None draws a pattern per guess.
@@ -122,7 +121,7 @@ impl<'a> CompletionObjective<'a> {
 
     /// Returns the pattern of the recipe, within the limits.
     pub(super) fn reachable_pattern(&self, values: &Values) -> Pattern {
-        Pattern::new(reachable_angles(&values.pattern, &self.limits))
+        self.reach.reachable_pattern(&values.pattern)
     }
 
     pub(super) fn prepare<'v>(

@@ -26,7 +26,7 @@ use crate::meta::learned::{
 use crate::meta::objective::{LossEstimate, RandomStreams};
 use crate::meta::options::{CompletionOptions, Options};
 use crate::meta::outer::{Observer, OuterLoop, PathOfSamples, Progress, RunError};
-use crate::meta::pattern::reachable_angles;
+use crate::meta::pattern::Reach;
 use crate::meta::phase::{Phase, Values};
 use crate::meta::plan::Effort;
 use crate::meta::schedules::prior;
@@ -112,7 +112,7 @@ pub fn train(
     }
     let held_out = held_out.finish();
     let expected_loss = validated_loss(expected_loss, &held_out.complete);
-    let pattern = reachable_angles(&values.pattern, &options.completion_options.limits);
+    let pattern = objective.reachable_pattern(&values).angles().to_vec();
     let hyperparameters = objective.hyperparameters(&values);
     let net = LearnedNet {
         shape,
@@ -331,7 +331,10 @@ impl<'s> Session<'s, '_> {
             },
             refinement: self.refinement,
             auxiliary_weight: AUXILIARY_WEIGHT,
-            limits: self.options.completion_options.limits,
+            reach: Reach {
+                limits: self.options.completion_options.limits,
+                fixed: &self.options.fixed,
+            },
             motion: self.options.motion(),
             earlier,
         }

@@ -54,6 +54,7 @@ fn effective_options_change_digest() {
         |o| o.completion_options.limits.max_theta_o = 1.25,
         |o| o.completion_options.limits.min_separation = 0.25,
         |o| o.completion_options.limits.in_plane = true,
+        |o| o.fixed.push(Angles::default()),
         |o| o.source_shares.clear(),
         |o| o.source_shares.reverse(),
         |o| o.source_shares[0].label = "RGL".into(),

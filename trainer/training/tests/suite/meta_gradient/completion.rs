@@ -1,11 +1,12 @@
 //! Tests of the schedule `prior`: gradients match differences of the loss, results are identical on any number of
 //! threads, and packed recipes fit like the trained nets.
 
+use std::f32::consts::PI;
 use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use std::time::Duration;
 
-use glimpse_core::geometry::HalfDifference;
+use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_core::model::linear::map;
@@ -24,7 +25,7 @@ use glimpse_training::meta::learned::LearnedFit;
 use glimpse_training::meta::objective::RandomStreams;
 use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::outer::{CheckpointOptions, OuterLoop, RunError};
-use glimpse_training::meta::pattern::Pattern;
+use glimpse_training::meta::pattern::{Pattern, Reach};
 use glimpse_training::meta::phase::{OuterStep, Phase, Values};
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::run::{TrainError, train};
@@ -49,6 +50,20 @@ const MODELS: [ModelKind; 4] = [
 
 /// Calls a function with a small objective.
 fn with_objective<T>(model: ModelKind, function: impl FnOnce(&CompletionObjective<'_>) -> T) -> T {
+    let limits = Limits {
+        max_theta_i: 1.4,
+        min_separation: 0.2,
+        ..Limits::NONE
+    };
+    with_reach(model, Reach { limits, fixed: &[] }, function)
+}
+
+/// Calls a function with a small objective of patterns within a reach.
+fn with_reach<T>(
+    model: ModelKind,
+    reach: Reach<'_>,
+    function: impl FnOnce(&CompletionObjective<'_>) -> T,
+) -> T {
     let augmentation_options = AugmentationOptions {
         missing_share: 0.5,
         noise: Noise {
@@ -85,11 +100,7 @@ fn with_objective<T>(model: ModelKind, function: impl FnOnce(&CompletionObjectiv
         streams: RandomStreams { seed: 11 },
         refinement,
         auxiliary_weight: 0.0,
-        limits: Limits {
-            max_theta_i: 1.4,
-            min_separation: 0.2,
-            ..Limits::NONE
-        },
+        reach,
         motion: None,
         earlier: None,
     };
@@ -126,25 +137,67 @@ fn gradient_matches_loss() {
                 .for_each(|weight| *weight *= 5.0);
             // All samples are within the limits: the barrier contributes to the gradient but not to the loss.
             move_toward_normal(&mut values);
-            let pattern = Pattern::from_logits_within(&values.pattern, objective.limits);
+            let pattern = objective.reach.pattern(&values.pattern);
             assert!(pattern.valid().iter().all(|valid| *valid));
-            let outer_step = OuterStep {
-                phase_index: 3,
-                step: 1,
-                batch: 40,
-            };
-            let options = StepOptions {
-                outer_samples: 512,
-                dropout: Dropout::TailOrFew,
-                is_refined: true,
-            };
             let groups = assert_gradient_matches_loss(model.name(), &values, |values| {
-                objective.gradient(values, outer_step, options)
+                objective.gradient(values, OUTER_STEP, OPTIONS)
             });
             let expected = if model == ModelKind::Linear { 3 } else { 5 };
             assert_eq!(groups, expected, "groups of {model}");
         });
     }
+}
+
+const OUTER_STEP: OuterStep = OuterStep {
+    phase_index: 3,
+    step: 1,
+    batch: 40,
+};
+const OPTIONS: StepOptions = StepOptions {
+    outer_samples: 512,
+    dropout: Dropout::TailOrFew,
+    is_refined: true,
+};
+
+/// Fixed directions have no gradient and keep their place, and in one plane azimuths have none.
+#[test]
+fn fixed_directions_and_planes_are_kept() {
+    let fixed = [0.2, 0.7].map(|theta_d| Angles {
+        theta_h: 0.3,
+        theta_d,
+        phi_d: PI,
+    });
+    let limits = Limits {
+        in_plane: true,
+        ..Limits::NONE
+    };
+    let reach = Reach {
+        limits,
+        fixed: &fixed,
+    };
+    with_reach(ModelKind::Linear, reach, |objective| {
+        let mut values = objective.initial_values(0);
+        move_toward_normal(&mut values);
+        let (_, gradient) = objective.gradient(&values, OUTER_STEP, OPTIONS);
+        let (by_sample, _) = gradient.pattern.as_chunks::<3>();
+        assert_eq!(by_sample[..2], [[0.0; 3]; 2]);
+        for by_logits in &by_sample[2..] {
+            assert!(by_logits[0] != 0.0 && by_logits[1] != 0.0 && by_logits[2] == 0.0);
+        }
+        assert_gradient_matches_loss("in one plane", &values, |values| {
+            objective.gradient(values, OUTER_STEP, OPTIONS)
+        });
+        let ordered = objective.reorder_samples(values.clone());
+        assert_ne!(ordered.pattern, values.pattern);
+        for values in [&values, &ordered] {
+            let pattern = reach.reachable_pattern(&values.pattern);
+            assert_eq!(pattern.angles()[..2], fixed);
+            for angles in pattern.angles() {
+                let directions = HalfDifference::from_angles(*angles).directions();
+                assert_eq!(limits.check(&directions), Ok(()), "{angles:?}");
+            }
+        }
+    });
 }
 
 /// The weights of samples are permuted together with their directions.

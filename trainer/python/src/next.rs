@@ -1,0 +1,138 @@
+//! The directions to read next.
+
+use glimpse_core::geometry::Angles;
+use glimpse_trainer::measurement::{MachineArgs, NamedRecipe, Selection, angles_from_vectors};
+use glimpse_training::linear::{Posterior, Proposal};
+use numpy::PyArrayDyn;
+use pyo3::prelude::*;
+
+use crate::arrays::{Pairs, array};
+use crate::error::{GlimpseError, reject, to_exception};
+use crate::interruptible::run_detached;
+use crate::material::directions_of;
+use crate::readings::ReadingArgs;
+
+/// Directions to read next, in order, and the losses to expect after each of them.
+#[pyclass(frozen, name = "Proposals", module = "glimpse_brdf")]
+pub(crate) struct PyProposals {
+    proposals: Vec<Proposal>,
+    has_seconds: bool,
+    so_far: f32,
+}
+
+impl PyProposals {
+    pub(crate) fn new(
+        py: Python<'_>,
+        given: &NamedRecipe,
+        (directions, readings): (Option<&Bound<'_, PyAny>>, Option<&Bound<'_, PyAny>>),
+        count: usize,
+        machine: &MachineArgs,
+    ) -> PyResult<Self> {
+        if !(1..=256).contains(&count) {
+            return reject(format!("count is {count}: give 1 to 256"));
+        }
+        machine.machine(given).map_err(to_exception)?;
+        let any = given.continuing();
+        let any = any.ok_or_else(|| GlimpseError::new_err("the package lacks linear-any"))?;
+        let posterior = match (directions, readings) {
+            (None, None) => {
+                let prior = any.itself().map(|any| any.prior);
+                prior.and_then(|prior| Posterior::new(&prior, &[]))
+            }
+            (Some(directions), Some(readings)) => {
+                let (chosen, measurements) =
+                    ReadingArgs::new(readings, directions).measurements(&any)?;
+                let recipe = chosen.recipe.file.recipe();
+                let selection = Selection::new(&recipe, &chosen.prior, measurements, false);
+                Some(selection.map_err(to_exception)?.posterior)
+            }
+            _ => return reject("directions and readings belong together: give both, or neither"),
+        };
+        let posterior =
+            posterior.ok_or_else(|| GlimpseError::new_err("the recipe's prior is not finite"))?;
+        let proposals = run_detached(py, || machine.next(given, &posterior, count))?;
+        let proposals = proposals.map_err(to_exception)?;
+        if proposals.is_empty() {
+            return reject("no direction is within the limits: widen them");
+        }
+        Ok(Self {
+            proposals,
+            has_seconds: machine.speeds.is_given(),
+            so_far: posterior.expected_loss().loss,
+        })
+    }
+
+    fn list<'py>(
+        &self,
+        py: Python<'py>,
+        value: impl Fn(&Proposal) -> f64,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let values: Vec<f64> = self.proposals.iter().map(value).collect();
+        array(py, &[values.len()], values)
+    }
+}
+
+#[pymethods]
+impl PyProposals {
+    /// The pairs of directions, incoming then outgoing, unit vectors: float64 of shape (k, 2, 3).
+    #[getter]
+    fn directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let pairs = self.proposals.iter();
+        let pairs = pairs.flat_map(|each| directions_of(&each.angles).into_iter().flatten());
+        array(
+            py,
+            &[self.proposals.len(), 2, 3],
+            pairs.collect::<Vec<f64>>(),
+        )
+    }
+
+    /// The expected loss after each proposed reading and the earlier ones, shape (k,).
+    #[getter]
+    fn expected_losses<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.list(py, |each| f64::from(each.expected_loss))
+    }
+
+    /// The upper bounds of these losses, which hold for 90 % of materials, shape (k,).
+    #[getter]
+    fn loss_bounds<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        self.list(py, |each| f64::from(each.bound))
+    }
+
+    /// The expected loss of a fit of the readings so far.
+    #[getter]
+    fn expected_loss_so_far(&self) -> f32 {
+        self.so_far
+    }
+
+    /// The time to move to each direction and to read there, in seconds, shape (k,). None without a speed.
+    #[getter]
+    fn seconds<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f64>>>> {
+        let seconds = self.has_seconds.then(|| self.list(py, |each| each.seconds));
+        seconds.transpose()
+    }
+
+    fn __len__(&self) -> usize {
+        self.proposals.len()
+    }
+
+    fn __repr__(&self) -> String {
+        format!(
+            "<glimpse_brdf.Proposals of {} directions>",
+            self.proposals.len()
+        )
+    }
+}
+
+/// Converts pairs of directions, an array (n, 2, 3), to angles.
+pub(crate) fn angles_of_pairs(directions: &Bound<'_, PyAny>) -> PyResult<Vec<Angles<f32>>> {
+    let Pairs { pairs, .. } = Pairs::from_arrays(directions, None)?;
+    let each = pairs.into_iter().enumerate();
+    let angles = each.map(|(row, [incoming, outgoing])| {
+        angles_from_vectors(incoming, outgoing).ok_or_else(|| {
+            GlimpseError::new_err(format!(
+                "a direction of pair {row} is not above the horizon"
+            ))
+        })
+    });
+    angles.collect()
+}

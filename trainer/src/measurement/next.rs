@@ -1,0 +1,86 @@
+//! The directions to read next.
+
+use glimpse_core::geometry::Angles;
+use glimpse_core::model::ModelKind;
+use glimpse_training::linear::{Candidates, Posterior, Proposal};
+use glimpse_training::route::{LimitArgs, Machine, MachineError, Position, SpeedArgs};
+
+use super::NamedRecipe;
+
+/// Options for a machine whose directions are chosen one by one.
+#[derive(clap::Args, Clone, Copy, Debug, Default)]
+pub struct MachineArgs {
+    /// The limits of the arms.
+    #[command(flatten)]
+    pub limits: LimitArgs,
+    /// The speeds of the axes.
+    #[command(flatten)]
+    pub speeds: SpeedArgs,
+}
+
+impl MachineArgs {
+    /// Returns true if an option was given.
+    #[must_use]
+    pub fn is_given(&self) -> bool {
+        self.limits.is_given() || self.speeds.is_given()
+    }
+
+    /// Returns the machine, with defaults of the machine that a recipe was trained for.
+    ///
+    /// # Errors
+    /// If a value is out of range.
+    pub fn machine(&self, given: &NamedRecipe) -> Result<Machine, MachineError> {
+        let stated = given.file.metadata().machine();
+        let machine = Machine {
+            speeds: self.speeds.speed.unwrap_or(stated.speeds),
+            settle: self.speeds.settle.unwrap_or(stated.settle),
+            limits: self.limits.or(stated.limits)?,
+            ..stated
+        };
+        machine.validate()?;
+        Ok(machine)
+    }
+
+    /// Returns the arms at the start of a scan, if a speed or a time was given.
+    #[must_use]
+    pub fn position(&self, machine: Machine) -> Option<Position> {
+        self.speeds.is_given().then(|| Position::new(machine))
+    }
+
+    /// Proposes up to `count` directions after readings, first those of the recipe's own pattern. Empty if no direction is
+    /// within the limits.
+    ///
+    /// # Errors
+    /// If a value is out of range.
+    pub fn next(
+        &self,
+        given: &NamedRecipe,
+        posterior: &Posterior,
+        count: usize,
+    ) -> Result<Vec<Proposal>, MachineError> {
+        let machine = self.machine(given)?;
+        let pattern = given.file.recipe().pattern();
+        let begin: Vec<Angles<f32>> = pattern
+            .filter(|angles| !posterior.has_reading_at(angles))
+            .collect();
+        let candidates = Candidates::new(posterior.basis(), &machine.limits);
+        let mut position = self.position(machine);
+        if let (Some(position), Some(last)) = (&mut position, posterior.last()) {
+            position.move_to(last);
+        }
+        Ok(posterior.next(&candidates, &begin, count, &mut position))
+    }
+}
+
+impl NamedRecipe {
+    /// Returns the recipe for readings at any directions that continues after this recipe's samples: this one, or the
+    /// bundled one of its model.
+    #[must_use]
+    pub fn continuing(&self) -> Option<Self> {
+        match self.is_any() {
+            true => Some(self.clone()),
+            false => Self::bundled(self.file.recipe().model())
+                .or_else(|| Self::bundled(ModelKind::Linear)),
+        }
+    }
+}
