@@ -307,3 +307,31 @@ def test_completes_readings_at_any_directions(model):
     np.testing.assert_allclose(recipe.at(pairs).fit(material(pairs)).parameters, fitted.parameters, atol=2e-3)
     with pytest.raises(glimpse.GlimpseError):
         recipe.fit(material(pairs))
+
+
+def test_next_leads_a_scan(trainer, tmp_path):
+    basis = (BUNDLED / "any/linear-any.basis").read_bytes()
+    recipe = glimpse.Recipe((BUNDLED / "any/linear-any.recipe").read_bytes(), basis)
+    material = glimpse.load_material("procedural:1:9")
+    first = recipe.next(count=2)
+    assert len(first) == 2 and first.seconds is None and first.directions.shape == (2, 2, 3)
+    pairs, losses = first.directions, [first.expected_loss_so_far]
+    for _ in range(4):
+        proposal = recipe.next(pairs, material(pairs), settle_seconds=1, max_theta_i_degrees=70)
+        assert proposal.seconds[0] > 1 and proposal.directions[0, 0, 2] > np.cos(np.radians(70.1))
+        assert proposal.expected_losses[0] < proposal.loss_bounds[0]
+        losses.append(proposal.expected_loss_so_far)
+        pairs = np.concatenate([pairs, proposal.directions])
+    assert losses[-1] < 0.5 * losses[0]
+    assert recipe.fit(material(pairs), pairs).predicted_loss < losses[0]
+    # The command proposes the same.
+    write_csv(tmp_path / "scan.csv", HEADER, np.hstack([to_degrees(pairs), material(pairs)]).tolist())
+    command = json.loads(trainer("next", "--measurements", "scan.csv", "--in-plane", "--json"))
+    same = recipe.next(pairs, material(pairs), in_plane=True)
+    [direction] = command["directions"]
+    angles = [direction[name] for name in HEADER.split(",")[:4]]
+    np.testing.assert_allclose(same.directions[0], glimpse.directions_from_degrees(*angles), atol=1e-4)
+    with pytest.raises(glimpse.GlimpseError):
+        recipe.next(pairs)
+    with pytest.raises(glimpse.GlimpseError):
+        recipe.next(max_theta_i_degrees=1, max_theta_o_degrees=1)

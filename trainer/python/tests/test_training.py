@@ -27,6 +27,11 @@ from conftest import assert_names
             ["--missing", "0.5", "--noise", "0.02", "--max-theta-i", "80", "--min-separation", "10"],
         ),
         (
+            "linear",
+            {"pattern": glimpse.directions_from_degrees([45, 20], 0, [30, 20], 180), "in_plane": True},
+            ["--pattern", "own.csv", "--in-plane"],
+        ),
+        (
             "phong",
             {"scan_seconds": 9, "speed_degrees_per_second": [20, 10, 20, 10], "settle_seconds": 0.2},
             ["--scan-seconds", "9", "--speed", "20,10,20,10", "--settle", "0.2"],
@@ -35,6 +40,7 @@ from conftest import assert_names
 )
 def test_recipe_matches_train_command(trainer, tmp_path, model, options, arguments):
     common = ["--model", model, "--samples", "4", "--data", "procedural:11:6", "--effort", "brief", "--seed", "7"]
+    (tmp_path / "own.csv").write_text("theta_i,theta_o\n45,30\n20,20\n")
     trainer("train", *common, *arguments, "--out", "command.recipe")
     recipe = glimpse.train(model, "procedural:11:6", samples=4, effort="brief", seed=7, **options)
     assert recipe.to_bytes() == (tmp_path / "command.recipe").read_bytes()
@@ -54,7 +60,7 @@ def test_recipe_matches_train_command(trainer, tmp_path, model, options, argumen
         assert recipe.limits["max_theta_i_degrees"] == pytest.approx(80)
         assert (recipe.angles_degrees[:, 0] < 80.01).all()
     else:
-        assert recipe.noise is None and recipe.limits is None
+        assert recipe.noise is None and (recipe.limits is None) == ("in_plane" not in options)
 
 
 def test_progress_is_called_and_its_exception_stops_training():

@@ -209,6 +209,9 @@ impl RecipeReport {
                 report.materials.len()
             );
         }
+        if let Some(seconds) = report.seconds {
+            text += &format!("mean time of a scan: {seconds:.1} s\n");
+        }
         if report.seeds > 1 {
             text += &format!(
                 "means over {} seeds; standard deviation of the loss between seeds: {:.4}\n",

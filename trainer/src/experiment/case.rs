@@ -134,6 +134,8 @@ pub(crate) enum Variation {
     Importance,
     /// Readings at the directions of an instrument.
     Readings(Instrument, Disturbance),
+    /// A number of readings, each at the direction that reduces the expected loss most per second.
+    Chosen(usize),
     /// [`REFINEMENT_STEPS`] further steps on fresh random samples.
     Refined,
 }
@@ -157,6 +159,7 @@ impl Variation {
             Self::Readings(instrument, disturbance) => {
                 format!("-{instrument:?}-{disturbance:?}").to_lowercase()
             }
+            Self::Chosen(count) => format!("-chosen{count}"),
             Self::Refined => "-refined".into(),
         }
     }
@@ -165,7 +168,12 @@ impl Variation {
     fn is_of_training(self) -> bool {
         !matches!(
             self,
-            Self::Replaced(..) | Self::Importance | Self::Readings(..) | Self::Refined | Self::None
+            Self::Replaced(..)
+                | Self::Importance
+                | Self::Readings(..)
+                | Self::Chosen(_)
+                | Self::Refined
+                | Self::None
         )
     }
 }

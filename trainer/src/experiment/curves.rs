@@ -235,8 +235,9 @@ pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
     const SHOWN: [usize; 2] = [0, 4];
     let intro = format!(
         "Linear, n = 1, 2, 4, ... {max_samples}; each point is a separate training. Patterns that were trained for \
-         samples are scanned in the fastest order. Those that were trained for seconds keep to a budget of motion. All \
-         axes turn at {MOTION_SPEED} degrees per second, and a reading takes 0.5 s. A scan starts with the light and the \
+         samples are scanned in the fastest order. Those that were trained for seconds keep to a budget of motion. \
+         \"Chosen by the readings\" has no pattern: each direction is the one that reduces the expected loss most per \
+         second. All axes turn at {MOTION_SPEED} degrees per second, and a reading takes 0.5 s. A scan starts with the light and the \
          sensor along the normal, and ends with the last reading."
     );
     let (paper, glimpse) = (Approach::Paper, Approach::Glimpse);
@@ -256,12 +257,15 @@ pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
         let name = format!("{}, {seconds} s of motion", glimpse.name());
         (name, glimpse, Variation::Within(seconds))
     }));
+    let chosen = format!("{}, chosen by the readings", glimpse.name());
+    kinds.push((chosen, Approach::Any, Variation::Chosen(0)));
     let styles = [
         (SeriesColor::Black, Marker::Cross),
         (SeriesColor::Blue, Marker::Ring),
         (SeriesColor::Vermillion, Marker::Triangle),
         (SeriesColor::Orange, Marker::Disc),
         (SeriesColor::Green, Marker::Disc),
+        (SeriesColor::Purple, Marker::Ring),
     ];
     let mut columns = vec![Column::text("Trained"), plain("n", 0)];
     columns.push(plain("seconds", 1));
@@ -277,7 +281,14 @@ pub(super) fn frontier(store: &Store<'_>, max_samples: usize) -> Plan {
                 labels: vec![text(name)],
                 cases: over_samples(*approach, MODEL, max_samples)
                     .filter(|case| case.samples >= min_samples)
-                    .map(|case| case.with(*variation))
+                    .map(|case| match variation {
+                        Variation::Chosen(_) => Case {
+                            samples: 0,
+                            variation: Variation::Chosen(case.samples),
+                            ..case
+                        },
+                        _ => case.with(*variation),
+                    })
                     .collect(),
                 ..Row::default()
             });
@@ -334,8 +345,10 @@ fn rows_with_seconds(evaluated: &Evaluated<'_, '_>) -> anyhow::Result<Vec<Vec<Ce
     let mut rows = Vec::new();
     for (case, report) in evaluated.row.cases.iter().zip(&evaluated.reports) {
         let mut row = evaluated.row.labels.clone();
-        row.push(Cell::Number(case.samples as f64));
-        if let Some(training) = case.training() {
+        row.push(Cell::Number(report.samples as f64));
+        if let Some(seconds) = report.seconds {
+            row.push(Cell::Number(seconds));
+        } else if let Some(training) = case.training() {
             let (file, _) = evaluated.store.recipe(&training)?;
             let stops = stops(&file.recipe(), &Limits::NONE)
                 .map_err(|_| anyhow::anyhow!("a sample is below the horizon"))?;

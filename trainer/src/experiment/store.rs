@@ -12,13 +12,14 @@ use std::time::Duration;
 use anyhow::{Context, bail};
 use glimpse_core::fit::Estimator;
 use glimpse_core::geometry::Angles;
+use glimpse_core::gonio::Limits;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::files::write_atomic;
 use glimpse_materials::loss::DIRECTIONS;
 use glimpse_materials::sampling::{MeanBrdf, uniform_valid};
 use glimpse_materials::{Material, Source, SourceShare};
-use glimpse_trainer::evaluation::{Evaluator, Method, OPTIMUM_STEPS, Report};
+use glimpse_trainer::evaluation::{Adaptive, Evaluator, Method, OPTIMUM_STEPS, Report};
 use glimpse_trainer::measurement::NamedRecipe;
 use glimpse_training::linear::{Columns, Prior, min_condition_pattern, principal_components};
 use glimpse_training::meta::options::{CompletionOptions, Options};
@@ -27,7 +28,7 @@ use glimpse_training::meta::plan::{Effort, PretrainedInit, Schedule, TrainedPart
 use glimpse_training::meta::run::INNER_STEPS;
 use glimpse_training::meta::scan_budget::ScanBudget;
 use glimpse_training::recipe::RecipeFile;
-use glimpse_training::route::Axes;
+use glimpse_training::route::{Axes, Machine, Position};
 use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
@@ -308,17 +309,20 @@ impl<'a> Store<'a> {
             _ => None,
         };
         let eta = Prior::PAPER.eta;
+        let any = match (&trained, case.approach) {
+            (Some((file, basis)), Approach::Any) => Some(NamedRecipe {
+                name: case.name(),
+                file: Arc::new(RecipeFile::new(file.bytes().to_vec())?),
+                basis: basis.clone().map(Arc::new),
+            }),
+            _ => None,
+        };
+        let lacks_basis = || format!("{} has no basis: remove it to train it again", case.name());
         // The recipe at the directions of an instrument.
-        let at_directions = match (&trained, case.variation) {
-            (Some((file, Some(basis))), Variation::Readings(instrument, _)) => {
+        let at_directions = match (&any, case.variation) {
+            (Some(named), Variation::Readings(instrument, _)) => {
                 let directions = instrument.directions(0.0);
-                let deviations = vec![0.0; directions.len()];
-                let named = NamedRecipe {
-                    name: case.name(),
-                    file: Arc::new(RecipeFile::new(file.bytes().to_vec())?),
-                    basis: Some(Arc::new(basis.clone())),
-                };
-                named.at(&directions, &deviations)
+                named.at(&directions, &vec![0.0; directions.len()])
             }
             _ => None,
         };
@@ -343,8 +347,17 @@ impl<'a> Store<'a> {
                                 Method::with_recipe(&recipe, chosen.recipe.basis.as_deref())?;
                             Ok(method.with_prior(chosen.prior.clone()))
                         }
-                        None => bail!("{} has no basis: remove it to train it again", case.name()),
+                        None => bail!(lacks_basis()),
                     },
+                    (Variation::Chosen(count), _) => {
+                        let chosen = any.as_ref().and_then(NamedRecipe::itself);
+                        let (chosen, basis) = chosen.zip(basis).with_context(lacks_basis)?;
+                        let recipe = (file, basis, chosen.prior);
+                        let arms = Some(Position::new(Machine::default()));
+                        let limits = &Limits::NONE;
+                        let scans = Adaptive::new(recipe, Vec::new(), count, limits, arms);
+                        Ok(Method::adaptive(scans))
+                    }
                     (_, Approach::Meta) => Method::meta(&recipe, basis),
                     _ => Method::with_recipe(&recipe, basis),
                 }?

@@ -26,6 +26,7 @@ __all__ = [
     "Outlier",
     "Plan",
     "Progress",
+    "Proposals",
     "Recipe",
     "__version__",
     "compare",
@@ -252,8 +253,22 @@ class Recipe:
         max_theta_i_degrees: Optional[float] = None,
         max_theta_o_degrees: Optional[float] = None,
         min_separation_degrees: Optional[float] = None,
+        in_plane: bool = False,
         seed: int = 0,
     ) -> Plan: ...
+    def next(
+        self,
+        directions: Optional[npt.ArrayLike] = None,
+        readings: Optional[npt.ArrayLike] = None,
+        count: int = 1,
+        *,
+        speed_degrees_per_second: Optional[npt.ArrayLike] = None,
+        settle_seconds: Optional[float] = None,
+        max_theta_i_degrees: Optional[float] = None,
+        max_theta_o_degrees: Optional[float] = None,
+        min_separation_degrees: Optional[float] = None,
+        in_plane: bool = False,
+    ) -> Proposals: ...
     def fit(
         self,
         readings: npt.ArrayLike,
@@ -276,6 +291,20 @@ class Recipe:
     def __eq__(self, other: object, /) -> bool: ...
     def __hash__(self) -> int: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Proposals:
+    @property
+    def directions(self) -> _Float64Array: ...
+    @property
+    def expected_losses(self) -> _Float64Array: ...
+    @property
+    def loss_bounds(self) -> _Float64Array: ...
+    @property
+    def expected_loss_so_far(self) -> float: ...
+    @property
+    def seconds(self) -> Optional[_Float64Array]: ...
+    def __len__(self) -> int: ...
 
 @final
 class Progress:
@@ -338,6 +367,8 @@ def train(
     max_theta_i_degrees: Optional[float] = None,
     max_theta_o_degrees: Optional[float] = None,
     min_separation_degrees: Optional[float] = None,
+    in_plane: bool = False,
+    pattern: Optional[npt.ArrayLike] = None,
     scan_seconds: Optional[float] = None,
     speed_degrees_per_second: Optional[npt.ArrayLike] = None,
     settle_seconds: Optional[float] = None,

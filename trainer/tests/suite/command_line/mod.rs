@@ -13,6 +13,7 @@ mod folder;
 mod grid;
 mod interruption;
 mod linear;
+mod next;
 mod option_pairs;
 mod options;
 mod output;

@@ -36,7 +36,7 @@ const OTHERS: [&str; 7] = [
     "virtual-scanner",
 ];
 
-const CASES: [Case; 14] = [
+const CASES: [Case; 17] = [
     Case {
         base: "evaluate --recipe l.recipe --test procedural:2:3",
         options: &[
@@ -50,7 +50,45 @@ const CASES: [Case; 14] = [
             "--target 0.2",
             "--seeds 2",
             "--json",
+            "--adaptive 6",
         ],
+    },
+    Case {
+        base: "evaluate --recipe any.recipe --test procedural:1:3 --adaptive 6",
+        options: &[
+            "--begin l.recipe",
+            "--noise 0.05",
+            "--speed 5",
+            "--settle 3",
+            "--max-theta-i 40",
+            "--max-theta-o 35",
+            "--min-separation 30",
+            "--in-plane",
+        ],
+    },
+    Case {
+        base: "next any.recipe --measurements n.csv --count 2",
+        options: &[
+            "--target 0.001",
+            "--quantity brdf-cos-o",
+            "--white white.csv",
+            "--dark 0.001",
+            "--white-reflectance 0.5",
+            "--saturation 0.5",
+            "--footprint light",
+            "--speed 5",
+            "--settle 3",
+            "--max-theta-i 40",
+            "--max-theta-o 35",
+            "--min-separation 30",
+            "--in-plane",
+            "--blank blank.csv",
+            "--json",
+        ],
+    },
+    Case {
+        base: "next --measurements radians.csv --unit radians",
+        options: &["--count 3", "--convention elevation", "--speed 5"],
     },
     Case {
         base: "evaluate --recipe any.recipe --test procedural:2:3 --geometry in-plane",
@@ -90,6 +128,7 @@ const CASES: [Case; 14] = [
             "--max-theta-i 85",
             "--max-theta-o 20",
             "--min-separation 5",
+            "--in-plane",
             "--out plan.csv",
             "--blank blank.csv",
             "--json",

@@ -23,8 +23,8 @@ fn frontier_has_seconds_of_every_training() {
     );
     let json = folder.read_json("paper/frontier/findings.json");
     let rows = json["tables"]["points"]["rows"].as_array().expect("a list");
-    // Two methods for samples and three budgets, each with n = 1 and 2.
-    assert_eq!(rows.len(), 10);
+    // Two methods for samples, three budgets, and chosen directions, each with n = 1 and 2.
+    assert_eq!(rows.len(), 12);
     for row in rows {
         let motion = number(&row["seconds"]) - 0.5 * number(&row["n"]);
         assert!(motion > 0.0, "{row}");

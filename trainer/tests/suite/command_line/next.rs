@@ -1,0 +1,176 @@
+//! The directions to read next, and trainings around directions that an instrument fixes.
+
+use serde_json::Value;
+
+use super::{Folder, number};
+
+/// Returns the angles of a proposal: theta_i, phi_i, theta_o, phi_o.
+fn angles(direction: &Value) -> [f64; 4] {
+    ["theta_i", "phi_i", "theta_o", "phi_o"].map(|name| number(&direction[name]))
+}
+
+/// Reads a sheet of directions, and adds the readings to scan.csv.
+fn read(folder: &Folder, sheet: &str) {
+    let readings = folder.succeed(&format!("query procedural:1:9 --angles {sheet}"));
+    let rows = readings.split_once('\n').expect("a header").1;
+    let so_far = match folder.exists("scan.csv") {
+        true => folder.read_text("scan.csv"),
+        false => "theta_i,phi_i,theta_o,phi_o,r,g,b\n".to_owned(),
+    };
+    folder.write("scan.csv", so_far + rows);
+}
+
+#[test]
+fn next_leads_a_scan_reading_by_reading() {
+    let folder = Folder::new();
+    let first = folder.succeed_as_json("next --count 2 --blank sheet.csv");
+    assert_eq!(first["readings"], 0);
+    let before = number(&first["expected_loss"]);
+    read(&folder, "sheet.csv");
+    let next = "next --measurements scan.csv --target 0.03 --blank sheet.csv --force";
+    let mut losses = Vec::new();
+    let report = loop {
+        let report = folder.succeed_as_json(next);
+        assert_eq!(report["readings"], 2 + losses.len());
+        losses.push(number(&report["expected_loss"]));
+        if report["is_target_reached"] == true {
+            break report;
+        }
+        let [proposal] = &report["directions"].as_array().expect("a list")[..] else {
+            panic!("one direction: {report}");
+        };
+        assert!(number(&proposal["expected_loss"]) < number(&report["expected_loss"]));
+        assert!(losses.len() < 30, "{losses:?}");
+        read(&folder, "sheet.csv");
+    };
+    assert!(
+        number(&report["bound"]) <= 0.03 && losses.len() > 2,
+        "{losses:?}"
+    );
+    assert_eq!(report["directions"].as_array().map(Vec::len), Some(0));
+    assert!(losses[losses.len() - 1] < 0.5 * before, "{losses:?}");
+    folder.succeed("fit --measurements scan.csv --out fit");
+    let compared = folder.succeed_as_json("compare procedural:1:9 fit/material.json");
+    let loss = number(&compared["materials"][0]["loss"]);
+    assert!(loss < number(&report["bound"]), "{loss}");
+}
+
+#[test]
+fn recipes_begin_with_their_own_samples() {
+    let folder = Folder::new();
+    folder.add_bundled("completed/neural-n4.recipe");
+    let plan = folder.succeed_as_json("plan neural-n4.recipe --order progressive");
+    let next = |measured: &str, count: usize| -> Vec<[f64; 4]> {
+        let report =
+            folder.succeed_as_json(&format!("next neural-n4.recipe {measured} --count {count}"));
+        report["directions"]
+            .as_array()
+            .expect("a list")
+            .iter()
+            .map(angles)
+            .collect()
+    };
+    let own: Vec<f64> = plan["visits"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .map(|visit| number(&visit["theta_i"]))
+        .collect();
+    let polar = |list: &[[f64; 4]]| -> Vec<f64> { list.iter().map(|each| each[0]).collect() };
+    let near = |list: &[f64], expected: &[f64]| {
+        list.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3)
+    };
+    assert!(near(&polar(&next("", 4)), &own));
+    // After three of them, the fourth one, then others.
+    folder.succeed("next neural-n4.recipe --count 3 --blank sheet.csv");
+    read(&folder, "sheet.csv");
+    let more = polar(&next("--measurements scan.csv", 3));
+    assert!(near(&more[..1], &own[3..]) && more.len() == 3);
+    assert!(own.iter().all(|theta| (theta - more[1]).abs() > 0.1));
+}
+
+#[test]
+fn unusable_options_are_refused() {
+    let folder = Folder::new();
+    folder.fail_naming("next --quantity brdf-cos-i", &["--measurements"]);
+    folder.fail_naming("next --max-theta-i 1 --max-theta-o 1", &["widen"]);
+    folder.fail_naming("next --force", &["--blank"]);
+    folder.write("empty.csv", "theta_i,theta_o,r,g,b\n");
+    folder.fail_naming("next --measurements empty.csv", &["empty.csv"]);
+    folder.add_bundled("completed/neural-n4.recipe");
+    let evaluate = "evaluate --recipe neural-n4.recipe --test procedural:1:3";
+    folder.fail_naming(&format!("{evaluate} --speed 5"), &["--adaptive"]);
+    folder.fail_naming(&format!("{evaluate} --adaptive 4"), &["larger"]);
+    folder.fail_naming(
+        &format!("{evaluate} --adaptive 8 --begin neural-n4.recipe"),
+        &["--begin"],
+    );
+}
+
+/// Scans that choose their directions are better than as many of a line, and seconds are counted.
+#[test]
+fn adaptive_scans_are_evaluated() {
+    let folder = Folder::new();
+    folder.succeed("recipes get linear-any neural-any");
+    folder.add_bundled("completed/neural-n4.recipe");
+    let evaluate = |options: &str| {
+        folder.succeed_as_json(&format!(
+            "evaluate --test procedural:3:5 --recipe {options}"
+        ))
+    };
+    let loss = |report: &Value| number(&report["loss"]);
+    let line = evaluate("linear-any.recipe --geometry multi-angle");
+    let adaptive = evaluate("linear-any.recipe --adaptive 6");
+    assert_eq!(adaptive["samples"], 6);
+    assert!(adaptive["seconds"].is_null());
+    assert!(loss(&adaptive) < 0.7 * loss(&line), "{adaptive} {line}");
+    let timed = evaluate("linear-any.recipe --adaptive 6 --speed 10 --settle 0.5");
+    assert!((3.0..60.0).contains(&number(&timed["seconds"])), "{timed}");
+    // By default within the limits of the recipe.
+    let begun = evaluate("neural-n4.recipe --adaptive 6");
+    assert_eq!(begun["model"], "neural");
+    let same = evaluate(
+        "neural-any.recipe --adaptive 6 --begin neural-n4.recipe --max-theta-i 80 --max-theta-o 80 --min-separation 10",
+    );
+    assert_eq!(loss(&begun), loss(&same));
+}
+
+#[test]
+fn fixed_directions_are_the_first_samples() {
+    let folder = Folder::new();
+    folder.write("own.csv", "theta_i,theta_o\n45,30\n45,-20\n20,20\n");
+    let train = "train --model linear --effort brief --data procedural:12:3 --in-plane";
+    folder.succeed(&format!("{train} --pattern own.csv -n 5 --out five.recipe"));
+    let plan = folder.succeed_as_json("plan five.recipe --in-plane --order progressive");
+    let visits = plan["visits"].as_array().expect("a list");
+    let polar: Vec<[f64; 2]> = visits
+        .iter()
+        .map(|visit| ["theta_i", "theta_o"].map(|name| number(&visit[name])))
+        .collect();
+    for (found, expected) in polar.iter().zip([[45.0, 30.0], [45.0, 20.0], [20.0, 20.0]]) {
+        let error = found
+            .iter()
+            .zip(expected)
+            .map(|(a, b)| (a - b).abs())
+            .fold(0.0, f64::max);
+        assert!(error < 1e-2, "{polar:?}");
+    }
+    folder.fail_naming(
+        &format!("{train} --pattern own.csv -n 2 --out two.recipe"),
+        &["--pattern", "--samples"],
+    );
+    folder.fail_naming(
+        &format!("{train} --pattern own.csv -n 5 --max-theta-i 40 --out l.recipe"),
+        &["--pattern", "row 1"],
+    );
+    folder.fail_naming(
+        &format!("{train} --pattern none.csv -n 5 --out none.recipe"),
+        &["none.csv"],
+    );
+    // A table of another kind.
+    folder.write("out.csv", "theta_i,phi_i,theta_o,phi_o\n45,0,30,90\n");
+    folder.fail_naming(
+        &format!("{train} --pattern out.csv -n 5 --out out.recipe"),
+        &["row 1"],
+    );
+}
