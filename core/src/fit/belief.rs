@@ -1,5 +1,5 @@
-//! What readings tell about a material: a Gaussian belief about its coefficients, updated with one reading at a time, and
-//! how much a reading at another direction would tell.
+//! A Gaussian belief about a material's coefficients, updated with one reading at a time, and how much a reading at
+//! another direction would change it.
 //!
 //! The mean of the channels and their differences from it have a prior each, with a variance v_k for coefficient k. A
 //! reading at a direction with the components q is q'z plus noise of variance s (s / 3 for the mean). After all readings,

@@ -77,6 +77,9 @@ struct Report {
     expected_loss: f32,
     /// Its upper bound, which holds for 90 % of materials.
     bound: f32,
+    /// The target.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    target: Option<f64>,
     /// True if the bound is at most the target; None without a target.
     #[serde(skip_serializing_if = "Option::is_none")]
     is_target_reached: Option<bool>,
@@ -159,6 +162,7 @@ impl Next {
             readings: posterior.readings(),
             expected_loss: so_far.loss,
             bound,
+            target: self.target,
             is_target_reached,
             directions: proposals.iter().map(direction).collect(),
         };
@@ -177,8 +181,12 @@ impl Report {
             "readings       {}\nexpected loss  {:.4}, at most {:.4} for 90 % of materials\n",
             self.readings, self.expected_loss, self.bound
         );
-        if self.is_target_reached == Some(true) {
-            return text + "the target is reached: fit the readings with `trainer fit`\n";
+        if let Some(target) = self.target {
+            text += &format!("target         {target}");
+            if self.is_target_reached == Some(true) {
+                return text + ", reached: fit the readings with `trainer fit`\n";
+            }
+            text += ", not reached\n";
         }
         text += "next  theta_i    phi_i  theta_o    phi_o  (degrees)  expected loss  at most";
         let has_seconds = self.directions.iter().any(|each| each.seconds.is_some());

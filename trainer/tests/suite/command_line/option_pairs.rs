@@ -12,8 +12,27 @@ use super::shared::files_below;
 /// A command with its required arguments, and values for its options.
 struct Case {
     base: &'static str,
-    options: &'static [&'static str],
+    options: &'static [&'static [&'static str]],
 }
+
+/// Options of readings.
+const READINGS: &[&str] = &[
+    "--quantity brdf-cos-o",
+    "--white white.csv",
+    "--dark 0.001",
+    "--white-reflectance 0.5",
+    "--saturation 0.5",
+    "--footprint light",
+];
+/// Options of a machine.
+const MACHINE: &[&str] = &[
+    "--speed 5",
+    "--settle 3",
+    "--max-theta-i 25",
+    "--max-theta-o 20",
+    "--min-separation 110",
+    "--in-plane",
+];
 
 /// Options without an effect on results: permissions, and those that all commands have.
 const PERMISSIONS: [&str; 5] = [
@@ -39,7 +58,7 @@ const OTHERS: [&str; 7] = [
 const CASES: [Case; 17] = [
     Case {
         base: "evaluate --recipe l.recipe --test procedural:2:3",
-        options: &[
+        options: &[&[
             "--basis small.basis",
             "--geometry in-plane",
             "--first 3",
@@ -51,75 +70,46 @@ const CASES: [Case; 17] = [
             "--seeds 2",
             "--json",
             "--adaptive 6",
-        ],
+        ]],
     },
     Case {
         base: "evaluate --recipe any.recipe --test procedural:1:3 --adaptive 6",
-        options: &[
-            "--begin l.recipe",
-            "--noise 0.05",
-            "--speed 5",
-            "--settle 3",
-            "--max-theta-i 40",
-            "--max-theta-o 35",
-            "--min-separation 30",
-            "--in-plane",
-        ],
+        options: &[MACHINE, &["--begin l.recipe", "--noise 0.05"]],
     },
     Case {
         base: "next any.recipe --measurements n.csv --count 2",
         options: &[
-            "--target 0.001",
-            "--quantity brdf-cos-o",
-            "--white white.csv",
-            "--dark 0.001",
-            "--white-reflectance 0.5",
-            "--saturation 0.5",
-            "--footprint light",
-            "--speed 5",
-            "--settle 3",
-            "--max-theta-i 40",
-            "--max-theta-o 35",
-            "--min-separation 30",
-            "--in-plane",
-            "--blank blank.csv",
-            "--json",
+            READINGS,
+            MACHINE,
+            &["--target 0.001", "--blank blank.csv", "--json"],
         ],
     },
     Case {
         base: "next --measurements radians.csv --unit radians",
-        options: &["--count 3", "--convention elevation", "--speed 5"],
+        options: &[&["--count 3", "--convention elevation", "--speed 5"]],
     },
     Case {
         base: "evaluate --recipe any.recipe --test procedural:2:3 --geometry in-plane",
-        options: &["--noise 0.05", "--seeds 2", "--basis small.basis"],
+        options: &[&["--noise 0.05", "--seeds 2", "--basis small.basis"]],
     },
     Case {
         base: "fit m.recipe --measurements m.csv --out fit",
         options: &[
-            "--quantity brdf-cos-o",
-            "--white white.csv",
-            "--dark 0.001",
-            "--white-reflectance 0.5",
-            "--saturation 0.5",
-            "--footprint light",
-            "--format gltf",
-            "--as-fitted",
-            "--keep-all",
-            "--json",
+            READINGS,
+            &["--format gltf", "--as-fitted", "--keep-all", "--json"],
         ],
     },
     Case {
         base: "fit n.recipe --measurements n.csv --out fit --format rgl",
-        options: &["--as-fitted", "--quantity brdf-cos-i"],
+        options: &[&["--as-fitted", "--quantity brdf-cos-i"]],
     },
     Case {
         base: "fit --measurements radians.csv --out fit --unit radians",
-        options: &["--convention elevation", "--quantity brdf-cos-i", "--json"],
+        options: &[&["--convention elevation", "--quantity brdf-cos-i", "--json"]],
     },
     Case {
         base: "plan n.recipe",
-        options: &[
+        options: &[&[
             "--geometry in-plane",
             "--order progressive",
             "--speed 5",
@@ -132,50 +122,50 @@ const CASES: [Case; 17] = [
             "--out plan.csv",
             "--blank blank.csv",
             "--json",
-        ],
+        ]],
     },
     Case {
         base: "plan --geometry five-lines",
-        options: &["--speed 5", "--max-theta-i 85", "--blank blank.csv"],
+        options: &[&["--speed 5", "--max-theta-i 85", "--blank blank.csv"]],
     },
     Case {
         base: "query procedural:2:3 --angles radians.csv --unit radians",
-        options: &["--convention elevation", "--out q.csv", "--json"],
+        options: &[&["--convention elevation", "--out q.csv", "--json"]],
     },
     Case {
         base: "render sphere procedural:2:3",
-        options: &[
+        options: &[&[
             "--recipe n.recipe",
             "--out s.npy",
             "--size 40",
             "--columns 1",
             "--json",
-        ],
+        ]],
     },
     Case {
         base: "render view n.recipe --material procedural:1:3",
-        options: &[
+        options: &[&[
             "--measurements n.csv",
             "--reference procedural:1:4",
             "--noise 0.1",
             "--out v.html",
-        ],
+        ]],
     },
     Case {
         base: "render view n.recipe --measurements n.csv",
-        options: &["--reference procedural:1:4", "--noise 0.1", "--out v.html"],
+        options: &[&["--reference procedural:1:4", "--noise 0.1", "--out v.html"]],
     },
     Case {
         base: "export l.recipe --format postcard --out e",
-        options: &["--geometry in-plane", "--components 3", "--strip"],
+        options: &[&["--geometry in-plane", "--components 3", "--strip"]],
     },
     Case {
         base: "export l.recipe --format basis --out e",
-        options: &["--components 3", "--strip"],
+        options: &[&["--components 3", "--strip"]],
     },
     Case {
         base: "convert fitted/material.json m --format pab",
-        options: &["--as-fitted", "--json"],
+        options: &[&["--as-fitted", "--json"]],
     },
 ];
 
@@ -288,7 +278,9 @@ fn each_option_changes_the_result_or_is_refused_beside_each_other() {
         }
     }
     for case in &CASES {
-        let words = [&[case.base], case.options].concat().join(" ");
+        let words = [&[case.base], &case.options.concat()[..]]
+            .concat()
+            .join(" ");
         let command = in_help
             .iter_mut()
             .find(|(name, _)| case.base.starts_with(*name));
@@ -322,14 +314,15 @@ fn check(inputs: &Folder, case: &Case) -> Vec<String> {
     if base.is_none() {
         failures.push(format!("{} fails", case.base));
     }
-    let alone: Vec<_> = case.options.iter().map(|option| run(&[option])).collect();
-    for (option, alone) in case.options.iter().zip(&alone) {
+    let options = case.options.concat();
+    let alone: Vec<_> = options.iter().map(|option| run(&[option])).collect();
+    for (option, alone) in options.iter().zip(&alone) {
         if alone.is_some() && *alone == base {
             failures.push(format!("{} {option}: no effect", case.base));
         }
     }
-    for (second, other) in case.options.iter().enumerate() {
-        for (first, one) in case.options[..second].iter().enumerate() {
+    for (second, other) in options.iter().enumerate() {
+        for (first, one) in options[..second].iter().enumerate() {
             let Some(both) = run(&[one, other]) else {
                 continue;
             };
@@ -338,7 +331,7 @@ fn check(inputs: &Folder, case: &Case) -> Vec<String> {
                 if single.as_ref() == Some(&both) {
                     failures.push(format!(
                         "{} {without}: {} has no effect beside it",
-                        case.base, case.options[index]
+                        case.base, options[index]
                     ));
                 }
             }

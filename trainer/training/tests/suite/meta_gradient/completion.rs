@@ -25,7 +25,7 @@ use glimpse_training::meta::learned::LearnedFit;
 use glimpse_training::meta::objective::RandomStreams;
 use glimpse_training::meta::options::{CompletionOptions, Options};
 use glimpse_training::meta::outer::{CheckpointOptions, OuterLoop, RunError};
-use glimpse_training::meta::pattern::{Pattern, Reach};
+use glimpse_training::meta::pattern::Reach;
 use glimpse_training::meta::phase::{OuterStep, Phase, Values};
 use glimpse_training::meta::plan::{Effort, Schedule};
 use glimpse_training::meta::run::{TrainError, train};
