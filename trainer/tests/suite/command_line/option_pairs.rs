@@ -28,8 +28,8 @@ const READINGS: &[&str] = &[
 const MACHINE: &[&str] = &[
     "--speed 5",
     "--settle 3",
-    "--max-theta-i 25",
-    "--max-theta-o 20",
+    "--max-theta-i 12",
+    "--max-theta-o 10",
     "--min-separation 110",
     "--in-plane",
 ];
