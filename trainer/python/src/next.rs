@@ -34,6 +34,7 @@ impl PyProposals {
         machine.machine(given).map_err(to_exception)?;
         let any = given.continuing();
         let any = any.ok_or_else(|| GlimpseError::new_err("the package lacks linear-any"))?;
+        let mut measured = Vec::new();
         let posterior = match (directions, readings) {
             (None, None) => {
                 let prior = any.itself().map(|any| any.prior);
@@ -43,14 +44,15 @@ impl PyProposals {
                 let (chosen, measurements) =
                     ReadingArgs::new(readings, directions).measurements(&any)?;
                 let recipe = chosen.recipe.file.recipe();
-                let selection = Selection::new(&recipe, &chosen.prior, measurements, false);
+                measured = recipe.pattern().collect();
+                let selection = Selection::new(&recipe, &chosen.prior, measurements, true);
                 Some(selection.map_err(to_exception)?.posterior)
             }
             _ => return reject("directions and readings belong together: give both, or neither"),
         };
         let posterior =
             posterior.ok_or_else(|| GlimpseError::new_err("the recipe's prior is not finite"))?;
-        let proposals = run_detached(py, || machine.next(given, &posterior, count))?;
+        let proposals = run_detached(py, || machine.next(given, (&posterior, &measured), count))?;
         let proposals = proposals.map_err(to_exception)?;
         if proposals.is_empty() {
             return reject("no direction is within the limits: widen them");

@@ -334,4 +334,4 @@ def test_next_leads_a_scan(trainer, tmp_path):
     with pytest.raises(glimpse.GlimpseError):
         recipe.next(pairs)
     with pytest.raises(glimpse.GlimpseError):
-        recipe.next(max_theta_i_degrees=1, max_theta_o_degrees=1)
+        recipe.next(max_theta_i_degrees=1, max_theta_o_degrees=1, min_separation_degrees=1.99)

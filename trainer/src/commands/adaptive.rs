@@ -10,7 +10,7 @@ use glimpse_trainer::evaluation::Adaptive;
 use glimpse_trainer::measurement::{MachineArgs, NamedRecipe};
 use glimpse_training::route::{Machine, Position};
 
-use super::geometry::read_with_pattern;
+use super::{read_named_recipe, require_pattern};
 
 /// Options of an evaluation of adaptive scans.
 #[derive(Args)]
@@ -57,24 +57,27 @@ impl AdaptiveArgs {
             return Ok(None);
         };
         let any = given.continuing().context("the program lacks linear-any")?;
-        let own: Vec<_> = given.file.recipe().pattern().collect();
+        let machine = args.machine(given)?;
         let begin = match &self.begin {
-            None => own,
+            None => given.clone(),
             Some(path) => {
                 ensure!(
-                    own.is_empty(),
+                    given.is_any(),
                     "--begin: {} begins with its own samples; remove --begin, or give a recipe of `train --samples any`",
                     given.name
                 );
-                read_with_pattern(path)?.recipe().pattern().collect()
+                let named = read_named_recipe(path)?;
+                require_pattern(&named.file, &named.name)?;
+                args.check_reach(&named, &machine).context("--begin")?;
+                named
             }
         };
+        let begin: Vec<_> = begin.file.recipe().pattern().collect();
         ensure!(
             begin.len() < samples,
             "--adaptive {samples}: the scan begins with {} samples; give a larger number",
             begin.len()
         );
-        let machine = args.machine(given)?;
         Ok(Some(Request {
             any,
             begin,

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use anyhow::{Context, ensure};
 use clap::Args;
 use clap::builder::RangedI64ValueParser;
-use glimpse_trainer::measurement::{AngleArgs, MachineArgs, Measurements, Rows, Selection};
+use glimpse_trainer::measurement::{AngleArgs, MachineArgs, Measurements, Rows, Selection, fit};
 use glimpse_training::linear::{Posterior, Proposal};
-use glimpse_training::route::{axes_from_angles, blank_directions};
+use glimpse_training::route::{Axes, axes_from_angles, blank_directions};
 use serde::Serialize;
 
 use super::fit::options::QuantityArgs;
@@ -57,6 +57,9 @@ pub(crate) struct Next {
     angles: AngleArgs,
     #[command(flatten)]
     quantity: QuantityArgs,
+    /// Continue even if the readings are unlikely to come from a material
+    #[arg(long)]
+    accept_implausible: bool,
     /// CSV file for a blank sheet of the proposed readings: theta_i, phi_i, theta_o, phi_o (degrees), r, g, b
     #[arg(long, value_name = "FILE.csv")]
     blank: Option<PathBuf>,
@@ -110,26 +113,46 @@ impl Next {
         }
         let machine = self.machine.machine(&given)?;
         let any = given.continuing().context("the program lacks linear-any")?;
-        let posterior = match &self.measurements {
+        let (posterior, measured) = match &self.measurements {
             None => {
+                ensure!(
+                    !self.accept_implausible,
+                    "--accept-implausible has no effect without --measurements: remove it"
+                );
                 ensure!(
                     !self.quantity.is_given() && self.angles == AngleArgs::default(),
                     "options of readings have no effect without --measurements: remove them"
                 );
                 let chosen = any.itself().context("the program lacks linear-any")?;
-                Posterior::new(&chosen.prior, &[]).context("the recipe's prior is not finite")?
+                let posterior = Posterior::new(&chosen.prior, &[]);
+                (
+                    posterior.context("the recipe's prior is not finite")?,
+                    Vec::new(),
+                )
             }
             Some(path) => {
                 let mut rows = Rows::read(path, &self.angles)?;
                 let chosen = any.choose(&mut rows)?;
                 let recipe = chosen.recipe.file.recipe();
                 let pattern: Vec<_> = recipe.pattern().collect();
-                let quantity = self.quantity.read(&pattern, &self.angles)?;
+                let quantity = self.quantity.read(&pattern, &self.angles, &rows)?;
                 let measured = Measurements::new(&rows, &pattern, &quantity)?;
-                let selection = Selection::new(&recipe, &chosen.prior, measured, false);
-                selection
-                    .with_context(|| path.display().to_string())?
-                    .posterior
+                let context = || path.display().to_string();
+                let basis = chosen.recipe.basis.as_deref();
+                // A reading that is unlike the others counts: it tells most.
+                let fit = Selection::new(&recipe, &chosen.prior, measured, true)
+                    .and_then(|selection| fit(&recipe, basis, "fit".to_owned(), selection))
+                    .with_context(context)?;
+                if !self.accept_implausible {
+                    fit.check_plausible().with_context(|| {
+                        let path = path.display();
+                        format!(
+                            "{path}: implausible (divide percent by 100; --quantity states other quantities than the \
+                             BRDF; --accept-implausible continues nevertheless)"
+                        )
+                    })?;
+                }
+                (fit.selection.posterior, pattern)
             }
         };
         let so_far = posterior.expected_loss();
@@ -139,7 +162,8 @@ impl Next {
             Some(true) => 0,
             _ => self.count,
         };
-        let proposals = self.machine.next(&given, &posterior, count)?;
+        let so_far_and_measured = (&posterior, &measured[..]);
+        let proposals = self.machine.next(&given, so_far_and_measured, count)?;
         ensure!(
             count == 0 || !proposals.is_empty(),
             "no direction is within the limits ({}): widen them",
@@ -147,7 +171,7 @@ impl Next {
         );
         let has_seconds = self.machine.position(machine).is_some();
         let direction = |each: &Proposal| {
-            let [theta_i, phi_i, theta_o, phi_o] = axes_from_angles(each.angles).to_array();
+            let [theta_i, phi_i, theta_o, phi_o] = position_of(each).to_array();
             Direction {
                 theta_i,
                 phi_i,
@@ -167,11 +191,21 @@ impl Next {
             directions: proposals.iter().map(direction).collect(),
         };
         if let (Some(path), false) = (&self.blank, proposals.is_empty()) {
-            let arms = proposals.iter().map(|each| axes_from_angles(each.angles));
+            let arms = proposals.iter().map(position_of);
             let sheet = blank_directions(&arms.collect::<Vec<_>>());
             write_file(path, sheet.as_bytes(), self.force)?;
         }
         emit(self.json, &report, || report.to_text())
+    }
+}
+
+/// Returns the position of the arms in degrees, with the light at the azimuth 0: only the difference matters.
+fn position_of(proposal: &Proposal) -> Axes {
+    let arms = axes_from_angles(proposal.angles);
+    Axes {
+        phi_i: 0.0,
+        phi_o: (arms.phi_o - arms.phi_i).rem_euclid(360.0),
+        ..arms
     }
 }
 

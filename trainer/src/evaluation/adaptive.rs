@@ -95,8 +95,9 @@ impl<'a> Adaptive<'a> {
             Posterior::new(&self.prior, readings).ok_or(EvaluationError::Unreachable)
         };
         while readings.len() < self.samples {
-            let begin = self.begin.get(readings.len()..).unwrap_or_default();
-            let next = posterior(&readings)?.next(&self.candidates, begin, 1, &mut position);
+            let measured: Vec<Angles<f32>> = readings.iter().map(|each| each.angles).collect();
+            let known = [&measured[..], &self.begin];
+            let next = posterior(&readings)?.next(&self.candidates, known, 1, &mut position);
             let next = next.first().ok_or(EvaluationError::Unreachable)?;
             seconds += next.seconds;
             let angles = next.angles;

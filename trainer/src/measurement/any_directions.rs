@@ -140,6 +140,9 @@ impl NamedRecipe {
     fn at_rows(&self, rows: &mut Rows) -> Result<ChosenRecipe, TableError> {
         rows.forget_indices();
         let (directions, deviations): (Vec<_>, Vec<_>) = rows.directions()?.into_iter().unzip();
+        if directions.is_empty() {
+            return Err(rows.file_error("no row has a reading; fill in r, g, b".to_owned()));
+        }
         self.at(&directions, &deviations).ok_or_else(|| {
             rows.file_error(format!(
                 "it has {} different directions, more than a recipe has samples; give at most 4096",

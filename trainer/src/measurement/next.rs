@@ -3,7 +3,7 @@
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_training::linear::{Candidates, Posterior, Proposal};
-use glimpse_training::route::{LimitArgs, Machine, MachineError, Position, SpeedArgs};
+use glimpse_training::route::{LimitArgs, Machine, PlanError, Position, SpeedArgs, stops};
 
 use super::NamedRecipe;
 
@@ -28,8 +28,8 @@ impl MachineArgs {
     /// Returns the machine, with defaults of the machine that a recipe was trained for.
     ///
     /// # Errors
-    /// If a value is out of range.
-    pub fn machine(&self, given: &NamedRecipe) -> Result<Machine, MachineError> {
+    /// If a value is out of range, or the machine does not reach the recipe's samples.
+    pub fn machine(&self, given: &NamedRecipe) -> Result<Machine, PlanError> {
         let stated = given.file.metadata().machine();
         let machine = Machine {
             speeds: self.speeds.speed.unwrap_or(stated.speeds),
@@ -38,7 +38,23 @@ impl MachineArgs {
             ..stated
         };
         machine.validate()?;
+        self.check_reach(given, &machine)?;
         Ok(machine)
+    }
+
+    /// Checks that a machine reaches a recipe's samples.
+    ///
+    /// # Errors
+    /// All samples that it does not reach.
+    pub fn check_reach(&self, given: &NamedRecipe, machine: &Machine) -> Result<(), PlanError> {
+        let recipe = given.file.recipe();
+        match stops(&recipe, &machine.limits) {
+            Ok(_) => Ok(()),
+            Err(missed) => Err(PlanError::OutOfReach {
+                missed,
+                samples: recipe.samples(),
+            }),
+        }
     }
 
     /// Returns the arms at the start of a scan, if a speed or a time was given.
@@ -47,28 +63,25 @@ impl MachineArgs {
         self.speeds.is_given().then(|| Position::new(machine))
     }
 
-    /// Proposes up to `count` directions after readings, first those of the recipe's own pattern. Empty if no direction is
-    /// within the limits.
+    /// Proposes up to `count` directions after the measured ones, first those of the recipe's own pattern. Empty if no
+    /// direction is within the limits.
     ///
     /// # Errors
-    /// If a value is out of range.
+    /// As [`machine`](Self::machine).
     pub fn next(
         &self,
         given: &NamedRecipe,
-        posterior: &Posterior,
+        (posterior, measured): (&Posterior, &[Angles<f32>]),
         count: usize,
-    ) -> Result<Vec<Proposal>, MachineError> {
+    ) -> Result<Vec<Proposal>, PlanError> {
         let machine = self.machine(given)?;
-        let pattern = given.file.recipe().pattern();
-        let begin: Vec<Angles<f32>> = pattern
-            .filter(|angles| !posterior.has_reading_at(angles))
-            .collect();
+        let begin: Vec<Angles<f32>> = given.file.recipe().pattern().collect();
         let candidates = Candidates::new(posterior.basis(), &machine.limits);
         let mut position = self.position(machine);
-        if let (Some(position), Some(last)) = (&mut position, posterior.last()) {
-            position.move_to(last);
+        if let (Some(position), Some(last)) = (&mut position, measured.last()) {
+            position.move_to(*last);
         }
-        Ok(posterior.next(&candidates, &begin, count, &mut position))
+        Ok(posterior.next(&candidates, [measured, &begin], count, &mut position))
     }
 }
 

@@ -102,6 +102,18 @@ impl WhiteReference {
 }
 
 impl ReadingQuantity {
+    /// Returns the quantity that the rows state, or else the BRDF.
+    #[must_use]
+    pub fn stated(rows: &Rows) -> Self {
+        let name = match rows.stated_quantity() {
+            Some("brdf-cos") => "brdf-cos-o",
+            Some(name) => name,
+            None => "brdf",
+        };
+        let named = QUANTITIES.iter().find(|(known, _)| *known == name);
+        Self::Values(named.map_or(Quantity::Brdf, |(_, quantity)| *quantity))
+    }
+
     /// Returns the name in the column `quantity`.
     #[must_use]
     pub fn name(&self) -> &'static str {

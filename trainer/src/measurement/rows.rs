@@ -122,6 +122,12 @@ impl Rows {
         }
     }
 
+    /// Returns the column `quantity` of the first row that has an entry there.
+    pub(super) fn stated_quantity(&self) -> Option<&str> {
+        let mut stated = self.rows.iter().map(|row| &row.quantity[..]);
+        stated.find(|quantity| !quantity.is_empty())
+    }
+
     /// Checks that no row states a quantity other than `name`.
     ///
     /// # Errors
@@ -138,8 +144,8 @@ impl Rows {
             Some(row) => Err(self.line_error(
                 row.line,
                 &format!(
-                    "column quantity: it is `{}`, but the options state `{name}`; give the options of that quantity, \
-                     or correct the column",
+                    "column quantity: it is `{}`, but the options or an earlier row state `{name}`; give the options \
+                     of that quantity, or correct the column",
                     escaped(&row.quantity)
                 ),
             )),

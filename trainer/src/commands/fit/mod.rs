@@ -129,7 +129,7 @@ impl Fit {
             let chosen = given.choose(&mut rows)?;
             let recipe = chosen.recipe.file.recipe();
             let pattern: Vec<_> = recipe.pattern().collect();
-            let quantity = self.quantity.read(&pattern, &self.angles)?;
+            let quantity = self.quantity.read(&pattern, &self.angles, &rows)?;
             let measured = Measurements::new(&rows, &pattern, &quantity)?;
             let basis = chosen.recipe.basis.clone();
             let fit = Selection::new(&recipe, &chosen.prior, measured, self.keep_all)
@@ -139,7 +139,8 @@ impl Fit {
                 fit.check_plausible().with_context(|| {
                     let path = input.path.display();
                     format!(
-                        "{path}: implausible (--accept-implausible writes the fit nevertheless)"
+                        "{path}: implausible (divide percent by 100; --quantity states other quantities than the BRDF; \
+                         --accept-implausible writes the fit nevertheless)"
                     )
                 })?;
             }

@@ -6,7 +6,7 @@ use clap::Args;
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::{Footprint, Quantity};
 use glimpse_trainer::measurement::{
-    AngleArgs, CountCalibration, FOOTPRINTS, QUANTITIES, ReadingQuantity, WhiteReference,
+    AngleArgs, CountCalibration, FOOTPRINTS, QUANTITIES, ReadingQuantity, Rows, WhiteReference,
 };
 
 use super::super::choice::choice;
@@ -17,7 +17,8 @@ use super::super::numbers::{channels, finite, reflectances};
 pub(crate) struct QuantityArgs {
     /// Quantity of the readings: the BRDF, sr^-1; the BRDF times cos(theta_i), the radiance under a lamp
     /// that lights the sensor's whole spot; the BRDF times cos(theta_o), also called brdf-cos, ASTM's
-    /// cosine-corrected BSDF; or pi times the BRDF, relative to a perfect white diffuser [default: brdf]
+    /// cosine-corrected BSDF; or pi times the BRDF, relative to a perfect white diffuser [default: the column
+    /// quantity, or else brdf]
     #[arg(long, value_parser = choice(&QUANTITIES, &[("brdf-cos", "brdf-cos-o")]), conflicts_with_all = ["white", "dark", "white_reflectance", "saturation", "footprint"])]
     quantity: Option<Quantity>,
     /// CSV file of counts on a white tile, if the readings are counts: at the same directions, or in a
@@ -51,16 +52,16 @@ impl QuantityArgs {
         self.white.as_deref()
     }
 
-    /// Returns the quantity of these options. Reads the file of --white.
+    /// Returns the quantity of these options, or else that of the file. Reads the file of --white.
     pub(crate) fn read(
         &self,
         pattern: &[Angles<f32>],
         angles: &AngleArgs,
+        rows: &Rows,
     ) -> anyhow::Result<ReadingQuantity> {
         let Some(white) = &self.white else {
-            return Ok(ReadingQuantity::Values(
-                self.quantity.unwrap_or(Quantity::Brdf),
-            ));
+            let stated = || ReadingQuantity::stated(rows);
+            return Ok(self.quantity.map_or_else(stated, ReadingQuantity::Values));
         };
         Ok(ReadingQuantity::Counts(CountCalibration::new(
             WhiteReference::read(white, angles, pattern, self.footprint)?,

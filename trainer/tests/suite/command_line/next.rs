@@ -55,6 +55,35 @@ fn next_leads_a_scan_reading_by_reading() {
     assert!(loss < number(&report["bound"]), "{loss}");
 }
 
+/// A direction is proposed once, also if its reading is unlike all others, and its quantity may stand in the file.
+#[test]
+fn directions_are_proposed_once() {
+    let folder = Folder::new();
+    folder.write(
+        "scan.csv",
+        "theta_i,phi_i,theta_o,phi_o,r,g,b,quantity\n40,0,30,180,0.3,0.3,0.3,reflectance-factor\n",
+    );
+    let next = || {
+        let report = folder.succeed_as_json("next --measurements scan.csv --accept-implausible");
+        angles(&report["directions"][0])
+    };
+    let mut proposed: Vec<[f64; 4]> = Vec::new();
+    for value in ["0.3", "9", "0.2", "0.01"] {
+        let direction = next();
+        assert!(
+            !proposed.contains(&direction) && direction[1] == 0.0,
+            "{proposed:?}"
+        );
+        let cells = direction.map(|angle| angle.to_string()).join(",");
+        let row = format!("{cells},{value},{value},{value},reflectance-factor\n");
+        folder.write("scan.csv", folder.read_text("scan.csv") + &row);
+        proposed.push(direction);
+    }
+    let report =
+        folder.succeed_as_json("fit --measurements scan.csv --out fit --accept-implausible");
+    assert_eq!(report[0]["readings"]["quantity"], "reflectance-factor");
+}
+
 #[test]
 fn recipes_begin_with_their_own_samples() {
     let folder = Folder::new();
@@ -93,12 +122,29 @@ fn recipes_begin_with_their_own_samples() {
 fn unusable_options_are_refused() {
     let folder = Folder::new();
     folder.fail_naming("next --quantity brdf-cos-i", &["--measurements"]);
-    folder.fail_naming("next --max-theta-i 1 --max-theta-o 1", &["widen"]);
+    folder.fail_naming(
+        "next --max-theta-i 1 --max-theta-o 1 --min-separation 1.99",
+        &["widen"],
+    );
     folder.fail_naming("next --force", &["--blank"]);
     folder.write("empty.csv", "theta_i,theta_o,r,g,b\n");
     folder.fail_naming("next --measurements empty.csv", &["empty.csv"]);
+    folder.write("blank.csv", "theta_i,theta_o,r,g,b\n45,30,,,\n");
+    folder.fail_naming("next --measurements blank.csv", &["blank.csv", "reading"]);
+    folder.fail_naming("next --accept-implausible", &["--measurements"]);
+    folder.write(
+        "percent.csv",
+        "theta_i,theta_o,r,g,b\n45,30,71,72,73\n45,0,60,61,62\n",
+    );
+    folder.fail_naming("next --measurements percent.csv", &["--accept-implausible"]);
+    folder.succeed("next --measurements percent.csv --accept-implausible");
     folder.add_bundled("completed/neural-n4.recipe");
     let evaluate = "evaluate --recipe neural-n4.recipe --test procedural:1:3";
+    folder.fail_naming("next neural-n4.recipe --max-theta-i 20", &["samples"]);
+    folder.fail_naming(
+        &format!("{evaluate} --adaptive 8 --max-theta-i 20"),
+        &["samples"],
+    );
     folder.fail_naming(&format!("{evaluate} --speed 5"), &["--adaptive"]);
     folder.fail_naming(&format!("{evaluate} --adaptive 4"), &["larger"]);
     folder.fail_naming(

@@ -16,8 +16,10 @@ use rayon::prelude::*;
 use super::{ComponentsAt, Posterior};
 use crate::route::Position;
 
-/// The number of directions to choose from, before those out of reach are left out.
+/// The number of directions to choose from.
 const CANDIDATES: usize = 1_024;
+/// The number of random directions, among which those within the limits are candidates.
+const MAX_DRAWN: usize = 65_536;
 /// The smallest cosine of a direction to the normal: 7 degrees above the horizon.
 const MIN_COSINE: f32 = 0.12;
 /// The number of directions of the loss.
@@ -52,7 +54,8 @@ impl Candidates {
     #[must_use]
     pub fn new(basis: &Basis, limits: &Limits) -> Self {
         let [own, of_loss] = SEEDS;
-        let drawn = uniform_valid(CANDIDATES, own).into_iter().enumerate();
+        let all = uniform_valid(MAX_DRAWN, own);
+        let drawn = all.into_iter().enumerate();
         let drawn = drawn.map(|(index, angles)| match (limits.in_plane, index % 2) {
             (false, _) => angles,
             (true, 0) => Angles {
@@ -70,28 +73,29 @@ impl Candidates {
                 && limits.check(&at.directions()).is_ok()
         };
         Self {
-            at: ComponentsAt::new(basis, drawn.filter(is_within).collect()),
+            at: ComponentsAt::new(basis, drawn.filter(is_within).take(CANDIDATES).collect()),
             loss: ComponentsAt::new(basis, uniform_valid(LOSS_DIRECTIONS, of_loss)),
         }
     }
 }
 
 impl Posterior {
-    /// Proposes up to `count` directions, each one given that the earlier ones have their expected readings: first those of
-    /// `begin`, then those that reduce the expected loss most. With a position of a machine's arms, it is the reduction per
+    /// Proposes up to `count` directions that were not `measured`, each one given that the earlier ones have their expected
+    /// readings: first those of `begin`, then those that reduce the expected loss most. With a position of a machine's arms, it is the reduction per
     /// second, and the arms move.
     #[must_use]
     pub fn next(
         &self,
         candidates: &Candidates,
-        begin: &[Angles<f32>],
+        [measured, begin]: [&[Angles<f32>]; 2],
         count: usize,
         position: &mut Option<Position>,
     ) -> Vec<Proposal> {
         let mut posterior = self.clone();
-        let mut used: Vec<Angles<f32>> = self.readings.angles.clone();
-        let proposals = (0..count).map_while(|number| {
-            let angles = match begin.get(number) {
+        let mut used: Vec<Angles<f32>> = measured.to_vec();
+        let mut begin = begin.iter().filter(|angles| !is_among(angles, measured));
+        let proposals = (0..count).map_while(|_| {
+            let angles = match begin.next() {
                 Some(angles) => *angles,
                 None => posterior.best(candidates, &used, position.as_ref())?,
             };
@@ -111,12 +115,6 @@ impl Posterior {
         proposals.collect()
     }
 
-    /// Returns true if there is a reading at a direction, or near it.
-    #[must_use]
-    pub fn has_reading_at(&self, angles: &Angles<f32>) -> bool {
-        is_among(angles, &self.readings.angles)
-    }
-
     /// The components at all directions.
     #[must_use]
     pub fn basis(&self) -> &Basis {
@@ -127,12 +125,6 @@ impl Posterior {
     #[must_use]
     pub fn readings(&self) -> usize {
         self.readings.count()
-    }
-
-    /// The direction of the last reading.
-    #[must_use]
-    pub fn last(&self) -> Option<Angles<f32>> {
-        self.readings.angles.last().copied()
     }
 
     /// Predicts the loss of the expected material.
@@ -217,7 +209,7 @@ mod tests {
         for readings in [0, 3] {
             let posterior = posterior(readings);
             let candidates = Candidates::new(posterior.basis(), &Limits::NONE);
-            let proposals = posterior.next(&candidates, &[], 4, &mut None);
+            let proposals = posterior.next(&candidates, [&[], &[]], 4, &mut None);
             let own: Vec<Angles<f32>> = proposals.iter().map(|each| each.angles).collect();
             let expected = expected_loss_with(&posterior, &own);
             assert_eq!(expected, proposals[3].expected_loss);
@@ -226,9 +218,9 @@ mod tests {
                 assert!(expected < random, "{expected} {random}");
             }
             // One by one, or all at once.
-            let first = posterior.next(&candidates, &[], 1, &mut None)[0].angles;
+            let first = posterior.next(&candidates, [&[], &[]], 1, &mut None)[0].angles;
             assert_eq!(first, own[0]);
-            let begun = posterior.next(&candidates, &[own[1]], 2, &mut None);
+            let begun = posterior.next(&candidates, [&[], &[own[1]]], 2, &mut None);
             assert_eq!(begun[0].angles, own[1]);
             assert_ne!(begun[1].angles, own[1]);
         }
@@ -249,7 +241,7 @@ mod tests {
             ..Machine::default()
         };
         let seconds = |position: &mut Option<Position>| -> f64 {
-            let proposals = posterior.next(&candidates, &[], 6, position);
+            let proposals = posterior.next(&candidates, [&[], &[]], 6, position);
             for each in &proposals {
                 let directions = HalfDifference::from_angles(each.angles).directions();
                 assert_eq!(limits.check(&directions), Ok(()));
@@ -260,11 +252,15 @@ mod tests {
         let [plain, timed] = [None, Some(Position::new(slow))].map(|mut each| seconds(&mut each));
         assert!(timed < 0.7 * plain, "{timed} {plain}");
         let none = Limits {
-            max_theta_i: 0.01,
-            max_theta_o: 0.01,
+            max_theta_i: 1e-4,
+            max_theta_o: 1e-4,
             ..Limits::NONE
         };
         let candidates = Candidates::new(posterior.basis(), &none);
-        assert!(posterior.next(&candidates, &[], 6, &mut None).is_empty());
+        assert!(
+            posterior
+                .next(&candidates, [&[], &[]], 6, &mut None)
+                .is_empty()
+        );
     }
 }
