@@ -28,8 +28,8 @@ from conftest import assert_names
         ),
         (
             "linear",
-            {"pattern": glimpse.directions_from_degrees([45, 20], 0, [30, 20], 180), "in_plane": True},
-            ["--pattern", "own.csv", "--in-plane"],
+            {"in_plane": True},
+            ["--in-plane"],
         ),
         (
             "phong",
@@ -40,7 +40,6 @@ from conftest import assert_names
 )
 def test_recipe_matches_train_command(trainer, tmp_path, model, options, arguments):
     common = ["--model", model, "--samples", "4", "--data", "procedural:11:6", "--effort", "brief", "--seed", "7"]
-    (tmp_path / "own.csv").write_text("theta_i,theta_o\n45,30\n20,20\n")
     trainer("train", *common, *arguments, "--out", "command.recipe")
     recipe = glimpse.train(model, "procedural:11:6", samples=4, effort="brief", seed=7, **options)
     assert recipe.to_bytes() == (tmp_path / "command.recipe").read_bytes()
@@ -61,6 +60,14 @@ def test_recipe_matches_train_command(trainer, tmp_path, model, options, argumen
         assert (recipe.angles_degrees[:, 0] < 80.01).all()
     else:
         assert recipe.noise is None and (recipe.limits is None) == ("in_plane" not in options)
+
+
+def test_pattern_keeps_directions():
+    pairs = glimpse.directions_from_degrees([45, 20], 0, [30, 20], 180)
+    recipe = glimpse.train("linear", "procedural:11:6", samples=3, effort="brief", pattern=pairs)
+    np.testing.assert_allclose(recipe.directions[:2, :, 2], pairs[..., 2], atol=1e-5)
+    with pytest.raises(glimpse.GlimpseError):
+        glimpse.train("linear", "procedural:11:6", samples=1, effort="brief", pattern=pairs)
 
 
 def test_progress_is_called_and_its_exception_stops_training():

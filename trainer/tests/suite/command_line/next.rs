@@ -81,7 +81,7 @@ fn directions_are_proposed_once() {
     }
     let report =
         folder.succeed_as_json("fit --measurements scan.csv --out fit --accept-implausible");
-    assert_eq!(report[0]["readings"]["quantity"], "reflectance-factor");
+    assert_eq!(report[0]["measured"]["quantity"], "reflectance-factor");
 }
 
 #[test]
@@ -132,9 +132,10 @@ fn unusable_options_are_refused() {
     folder.write("blank.csv", "theta_i,theta_o,r,g,b\n45,30,,,\n");
     folder.fail_naming("next --measurements blank.csv", &["blank.csv", "reading"]);
     folder.fail_naming("next --accept-implausible", &["--measurements"]);
+    let rows = [30, 20, 0, -30, -65, 60].map(|theta_o| format!("45,{theta_o},8,8,8\n"));
     folder.write(
         "percent.csv",
-        "theta_i,theta_o,r,g,b\n45,30,71,72,73\n45,0,60,61,62\n",
+        format!("theta_i,theta_o,r,g,b\n{}", rows.concat()),
     );
     folder.fail_naming("next --measurements percent.csv", &["--accept-implausible"]);
     folder.succeed("next --measurements percent.csv --accept-implausible");
