@@ -139,7 +139,7 @@ impl Next {
                 let measured = Measurements::new(&rows, &pattern, &quantity)?;
                 let context = || path.display().to_string();
                 let basis = chosen.recipe.basis.as_deref();
-                // A reading that is unlike the others is no outlier here: it is the most informative.
+                // Also with readings that are unlike the others, which reduce the loss most.
                 let fit = Selection::new(&recipe, &chosen.prior, measured, true)
                     .and_then(|selection| fit(&recipe, basis, "fit".to_owned(), selection))
                     .with_context(context)?;
