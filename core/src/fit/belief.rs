@@ -15,7 +15,7 @@
 //! (l'S q)^2 / (q'S q + s), and so the expected losses by t'M t / (q'S q + s), with t = S q and the sum M of
 //! g / (2 sqrt(V)) l l' over all l.
 
-use super::ldl::{add_outer_product, packed_length};
+use super::ldl::{add_outer_product, dot, packed_length, rows};
 use crate::model::linear::unmap;
 use crate::numeric::Real;
 
@@ -303,18 +303,11 @@ fn columns<'a, S: Copy>(
     packed: &'a [S],
     x: &'a [S],
 ) -> impl Iterator<Item = (S, &'a [S], S, &'a [S])> {
-    let mut rest = packed;
-    x.iter().enumerate().map_while(move |(index, entry)| {
-        let (column, after) = rest.split_at_checked(index)?;
-        let (diagonal, after) = after.split_first()?;
-        rest = after;
+    let both = rows(packed).zip(x).enumerate();
+    both.map_while(|(index, (column, entry))| {
+        let (diagonal, column) = column.split_last()?;
         Some((*diagonal, column, *entry, x.get(..index)?))
     })
-}
-
-fn dot<S: Real>(a: &[S], b: &[S]) -> S {
-    let products = a.iter().zip(b);
-    products.fold(S::constant(0.0), |sum, (a, b)| sum.plus_product(*a, *b))
 }
 
 /// Returns q'S q.

@@ -12,7 +12,7 @@ pub const fn packed_length(order: usize) -> usize {
 }
 
 /// Returns the rows of a packed triangle.
-fn rows<S>(packed: &[S]) -> impl Iterator<Item = &[S]> {
+pub(super) fn rows<S>(packed: &[S]) -> impl Iterator<Item = &[S]> {
     let mut rest = packed;
     let mut length = 0;
     core::iter::from_fn(move || {
@@ -33,7 +33,7 @@ fn rows_reversed<S>(packed: &[S], order: usize) -> impl Iterator<Item = &[S]> {
     })
 }
 
-fn dot<S: Real>(a: &[S], b: &[S]) -> S {
+pub(super) fn dot<S: Real>(a: &[S], b: &[S]) -> S {
     let products = a.iter().zip(b);
     products.fold(S::constant(0.0), |sum, (a, b)| sum.plus_product(*a, *b))
 }

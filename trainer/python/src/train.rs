@@ -85,8 +85,9 @@ pub(crate) enum SampleCount {
 /// `additive` is the standard deviation of additive noise, as a share of the BRDF of a white surface, 1/pi. `levels` is
 /// the number of quantization levels of the sensor, 0 for none. `procedural` is the share of training tasks that are
 /// procedural materials (default 0.4). The limits of the machine are `max_theta_i_degrees` (default 90),
-/// `max_theta_o_degrees` (default 90) and `min_separation_degrees` (default 0); with `in_plane`, light, normal and sensor always lie in one plane.
-/// `pattern` (k, 2, 3) has directions that the instrument fixes; the remaining ones of `samples` are trained. `scan_seconds` is the longest time of a
+/// `max_theta_o_degrees` (default 90) and `min_separation_degrees` (default 0); with `in_plane`, light, normal and sensor
+/// always lie in one plane. `pattern` (k, 2, 3) has directions that the instrument fixes; the remaining ones of `samples`
+/// are trained. `scan_seconds` is the longest time of a
 /// scan, motion and settling together (default: any time), on a machine with `speed_degrees_per_second` (default 10) and
 /// `settle_seconds` (default 0.5) as in `Recipe.plan`.
 ///

@@ -1,7 +1,6 @@
 //! The directions to read next.
 
 use glimpse_core::geometry::Angles;
-use glimpse_core::model::ModelKind;
 use glimpse_training::linear::{Candidates, Posterior, Proposal};
 use glimpse_training::route::{LimitArgs, Machine, PlanError, Position, SpeedArgs, stops};
 
@@ -92,8 +91,7 @@ impl NamedRecipe {
     pub fn continuing(&self) -> Option<Self> {
         match self.is_any() {
             true => Some(self.clone()),
-            false => Self::bundled(self.file.recipe().model())
-                .or_else(|| Self::bundled(ModelKind::Linear)),
+            false => Self::bundled(self.file.recipe().model()),
         }
     }
 }

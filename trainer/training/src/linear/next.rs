@@ -1,7 +1,6 @@
 //! The directions to read next: those that reduce the expected loss most.
 //!
-//! The criterion is that of core's [belief](glimpse_core::fit::belief), with a share of the variance that no reading
-//! reduces.
+//! The criterion is that of core's [belief](glimpse_core::fit::belief).
 
 use std::f32::consts::PI;
 
@@ -81,8 +80,8 @@ impl Candidates {
 
 impl Posterior {
     /// Proposes up to `count` directions that were not `measured`, each one given that the earlier ones have their expected
-    /// readings: first those of `begin`, then those that reduce the expected loss most. With a position of a machine's arms, it is the reduction per
-    /// second, and the arms move.
+    /// readings: first those of `begin`, then those that reduce the expected loss most. With the position of a machine's
+    /// arms, which moves along, they are those that reduce it most per second.
     #[must_use]
     pub fn next(
         &self,
