@@ -234,6 +234,19 @@ impl<'a> VirtualScanner<'a> {
         Self { recipe, ..self }
     }
 
+    /// Returns a reading by its index in the scan. A repeated reading has the same noise.
+    #[must_use]
+    pub fn read(&self, index: u16, angles: Angles<f32>) -> Reading {
+        let mut random = ChaCha8Rng::seed_from_u64(self.noise.seed);
+        random.set_stream(self.scan_count << 16 | u64::from(index));
+        Reading {
+            brdf: self.material.brdf(angles).map(|f| {
+                (f * (1.0 + self.noise.deviation * standard_normal(&mut random))).max(0.0)
+            }),
+            saturated: false,
+        }
+    }
+
     /// Serves a device until one scan is complete. Call again for the next scan.
     ///
     /// # Errors
@@ -351,15 +364,7 @@ impl<'a> VirtualScanner<'a> {
         let Some(angles) = angles_of(&directions) else {
             return Reply::Refused(ErrorCode::RefusedDirections);
         };
-        // A repeated request for the same reading of a scan gets the same noise.
-        let mut random = ChaCha8Rng::seed_from_u64(self.noise.seed);
-        random.set_stream(self.scan_count << 16 | u64::from(index));
-        let reading = Reading {
-            brdf: self.material.brdf(angles).map(|f| {
-                (f * (1.0 + self.noise.deviation * standard_normal(&mut random))).max(0.0)
-            }),
-            saturated: false,
-        };
+        let reading = self.read(index, angles);
         let scan_reading = ScanReading {
             directions,
             angles,

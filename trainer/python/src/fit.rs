@@ -8,6 +8,7 @@ use glimpse_trainer::measurement::{
     ChosenRecipe, Fit, Measurements, NamedRecipe, ReadingStatus, Selection, angles_from_vectors,
     fit, material_files,
 };
+use glimpse_training::linear::Posterior;
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
@@ -95,6 +96,11 @@ impl PyFittedMaterial {
 
     fn material(&self) -> &FittedMaterial {
         &self.fit.material
+    }
+
+    /// The distribution of the material, given the readings.
+    pub(crate) fn posterior(&self) -> &Posterior {
+        &self.fit.selection.posterior
     }
 
     /// Returns the fit, or raises `ImplausibleError` if its readings are implausible.

@@ -1,13 +1,14 @@
 //! The directions to read next.
 
 use glimpse_core::geometry::Angles;
-use glimpse_trainer::measurement::{MachineArgs, NamedRecipe, Selection, angles_from_vectors};
+use glimpse_trainer::measurement::{MachineArgs, NamedRecipe, angles_from_vectors};
 use glimpse_training::linear::{Posterior, Proposal};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
 use crate::arrays::{Pairs, array};
 use crate::error::{GlimpseError, reject, to_exception};
+use crate::fit::PyFittedMaterial;
 use crate::interruptible::run_detached;
 use crate::material::directions_of;
 use crate::readings::ReadingArgs;
@@ -22,12 +23,14 @@ pub(crate) struct PyProposals {
 
 impl PyProposals {
     pub(crate) fn new(
-        py: Python<'_>,
+        recipe: &Bound<'_, PyAny>,
         given: &NamedRecipe,
         (directions, readings): (Option<&Bound<'_, PyAny>>, Option<&Bound<'_, PyAny>>),
         count: usize,
         machine: &MachineArgs,
+        accept_implausible: bool,
     ) -> PyResult<Self> {
+        let py = recipe.py();
         if !(1..=256).contains(&count) {
             return reject(format!("count is {count}: give 1 to 256"));
         }
@@ -43,10 +46,14 @@ impl PyProposals {
             (Some(directions), Some(readings)) => {
                 let (chosen, measurements) =
                     ReadingArgs::new(readings, directions).measurements(&any)?;
-                let recipe = chosen.recipe.file.recipe();
-                measured = recipe.pattern().collect();
-                let selection = Selection::new(&recipe, &chosen.prior, measurements, true);
-                Some(selection.map_err(to_exception)?.posterior)
+                measured = chosen.recipe.file.recipe().pattern().collect();
+                // Also with readings that are unlike the others, which reduce the loss most.
+                let mut fitted =
+                    PyFittedMaterial::new(recipe, chosen, "readings", measurements, true)?;
+                if !accept_implausible {
+                    fitted = PyFittedMaterial::require_plausible(fitted)?;
+                }
+                Some(fitted.get().posterior().clone())
             }
             _ => return reject("directions and readings belong together: give both, or neither"),
         };

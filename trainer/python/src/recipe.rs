@@ -375,15 +375,16 @@ impl PyRecipe {
     /// Without both, the first directions are proposed. `count` is the number of proposals. A recipe with a pattern
     /// begins with its own directions. With `speed_degrees_per_second` or `settle_seconds`, as in `plan`, a
     /// direction is chosen by the reduction per second, and the arms are at the last reading. `in_plane` is True if
-    /// light, normal and sensor always lie in one plane.
+    /// light, normal and sensor always lie in one plane. Implausible readings raise `ImplausibleError`, as in `fit`,
+    /// unless `accept_implausible` is True.
     #[pyo3(signature = (
         directions = None, readings = None, count = 1, *, speed_degrees_per_second = None, settle_seconds = None,
         max_theta_i_degrees = None, max_theta_o_degrees = None, min_separation_degrees = None, in_plane = false,
+        accept_implausible = false,
     ))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
     fn next(
-        &self,
-        py: Python<'_>,
+        slf: &Bound<'_, Self>,
         directions: Option<&Bound<'_, PyAny>>,
         readings: Option<&Bound<'_, PyAny>>,
         count: usize,
@@ -393,6 +394,7 @@ impl PyRecipe {
         max_theta_o_degrees: Option<f32>,
         min_separation_degrees: Option<f32>,
         in_plane: bool,
+        accept_implausible: bool,
     ) -> PyResult<PyProposals> {
         let machine = MachineArgs {
             limits: LimitArgs {
@@ -403,7 +405,14 @@ impl PyRecipe {
             },
             speeds: speed_args(speed_degrees_per_second, settle_seconds)?,
         };
-        PyProposals::new(py, &self.named(), (directions, readings), count, &machine)
+        PyProposals::new(
+            slf.as_any(),
+            &slf.get().named(),
+            (directions, readings),
+            count,
+            &machine,
+            accept_implausible,
+        )
     }
 
     /// Returns the recipe of readings at directions, an array (n, 2, 3), that a recipe without a pattern fits.

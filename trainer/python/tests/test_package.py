@@ -8,6 +8,7 @@ from pathlib import Path
 
 import glimpse_brdf as glimpse
 import nbformat
+import pytest
 from glimpse_brdf import plot
 from nbclient import NotebookClient
 
@@ -51,11 +52,12 @@ def test_public_items_have_docstrings():
                     assert member.__doc__, (name, key)
 
 
-def test_notebook_runs(tmp_path, monkeypatch):
+@pytest.mark.parametrize("name, result", [("first_material", "velvet.bsdf"), ("next_reading", "velvet.json")])
+def test_notebook_runs(tmp_path, monkeypatch, name, result):
     monkeypatch.setenv("MPLBACKEND", "agg")
-    path = HERE.parent / "examples/first_material.ipynb"
+    path = HERE.parent / f"examples/{name}.ipynb"
     notebook = nbformat.read(path, as_version=4)
     cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
     assert cells and not any(cell.outputs or cell.execution_count for cell in cells), "clear the notebook's outputs"
     NotebookClient(notebook, timeout=300, resources={"metadata": {"path": tmp_path}}).execute()
-    assert os.path.exists(tmp_path / "velvet.bsdf")
+    assert os.path.exists(tmp_path / result)

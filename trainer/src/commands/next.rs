@@ -1,6 +1,7 @@
 //! `trainer next`
 
-use std::path::PathBuf;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use clap::Args;
@@ -11,12 +12,12 @@ use glimpse_training::route::{Axes, axes_from_angles, blank_directions};
 use serde::Serialize;
 
 use super::fit::options::QuantityArgs;
-use super::output::{refuse_input, write_file};
+use super::output::{is_same_file, refuse_input, write_file};
 use super::{emit, numbers, recipe_or_bundled};
 
 /// Propose the directions to read next: those that reduce the expected loss most.
 ///
-/// Give the readings so far, read the proposed directions, add them to the file, and repeat, until the
+/// Give the readings so far, read the proposed directions, fill them in, and repeat, until the
 /// upper bound of the loss is at most --target. Then `trainer fit` fits the same file. Without
 /// readings, the first directions are proposed. Several directions (--count) are chosen as if the
 /// earlier ones had their expected readings.
@@ -28,7 +29,7 @@ use super::{emit, numbers, recipe_or_bundled};
 /// Readings are read as by `trainer fit`. The loss is that of `trainer evaluate`.
 ///
 /// Example: trainer next --blank scan.csv --count 4                   # fill in the readings, then
-///          trainer next --measurements scan.csv --target 0.01
+///          trainer next --measurements scan.csv --blank scan.csv --target 0.01
 ///          trainer next linear-n4.recipe --measurements scan.csv --speed 20,10,20,10 --max-theta-o 80
 ///          trainer next --measurements scan.csv --in-plane --count 3 --json
 #[derive(Args)]
@@ -60,7 +61,8 @@ pub(crate) struct Next {
     /// Continue even if the readings are unlikely to come from a material
     #[arg(long)]
     accept_implausible: bool,
-    /// CSV file for a blank sheet of the proposed readings: theta_i, phi_i, theta_o, phi_o (degrees), r, g, b
+    /// CSV file for a blank sheet of the proposed readings: theta_i, phi_i, theta_o, phi_o (degrees), r, g, b.
+    /// A sheet of --measurements gets further rows
     #[arg(long, value_name = "FILE.csv")]
     blank: Option<PathBuf>,
     /// Replace an existing file that differs, such as a filled-in sheet
@@ -108,8 +110,16 @@ struct Direction {
 impl Next {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
         let given = recipe_or_bundled(self.recipe.as_deref())?;
-        if let (Some(blank), Some(measurements)) = (&self.blank, &self.measurements) {
-            refuse_input(blank, measurements)?;
+        let is_appended = match (&self.blank, &self.measurements) {
+            (Some(blank), Some(measurements)) => is_same_file(blank, measurements),
+            _ => false,
+        };
+        ensure!(
+            !(self.force && is_appended),
+            "--force has no effect where --blank adds rows to --measurements: remove it"
+        );
+        if let (Some(blank), Some(white)) = (&self.blank, self.quantity.white()) {
+            refuse_input(blank, white)?;
         }
         let machine = self.machine.machine(&given)?;
         let any = given.continuing().context("the program lacks linear-any")?;
@@ -193,10 +203,37 @@ impl Next {
         if let (Some(path), false) = (&self.blank, proposals.is_empty()) {
             let arms = proposals.iter().map(position_of);
             let sheet = blank_directions(&arms.collect::<Vec<_>>());
-            write_file(path, sheet.as_bytes(), self.force)?;
+            let sheet = match is_appended {
+                true => appended(path, &sheet)?,
+                false => sheet,
+            };
+            write_file(path, sheet.as_bytes(), self.force || is_appended)?;
         }
         emit(self.json, &report, || report.to_text())
     }
+}
+
+/// Returns the text of a file of readings with the rows of a blank sheet that it lacks.
+fn appended(path: &Path, sheet: &str) -> anyhow::Result<String> {
+    let mut text = fs::read_to_string(path)
+        .with_context(|| format!("cannot read {}", path.display()))?
+        .trim_end()
+        .to_owned();
+    let mut rows = sheet.lines();
+    let header = rows.next();
+    ensure!(
+        text.lines().next() == header,
+        "--blank {}: only a sheet with the columns {} takes further rows; give another file",
+        path.display(),
+        header.unwrap_or_default()
+    );
+    for row in rows {
+        if text.lines().all(|known| known != row) {
+            text += "\n";
+            text += row;
+        }
+    }
+    Ok(text + "\n")
 }
 
 /// Returns the position of the arms in degrees, with the light at the azimuth 0: only the difference matters.

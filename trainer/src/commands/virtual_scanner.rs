@@ -1,12 +1,14 @@
 //! `trainer virtual-scanner`
 
+use std::fs;
 use std::net::{SocketAddr, TcpListener, TcpStream};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use clap::Args;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{FittedMaterial, Material, Source};
+use glimpse_trainer::measurement::{AngleArgs, AngleTable};
 use glimpse_trainer::scanner::{self, ScanReport, ScannerError, ScannerNoise};
 
 use super::numbers::nonnegative;
@@ -19,11 +21,21 @@ use super::{load_single, print, read_recipe};
 /// Readings are taken from a material. For each completed scan, the command prints the residual that
 /// the device reports, and the loss of the device's fit against the material. With the model linear,
 /// the device sends only coefficients: give --recipe, whose basis turns them into a BRDF.
+///
+/// With --sheet, the scanner fills in a sheet instead, so that `trainer next` can lead a scan.
+///
+/// Example: trainer next --blank scan.csv --count 4
+///          trainer virtual-scanner --material gold.binary --sheet scan.csv --noise 0.01
+///          trainer next --measurements scan.csv --blank scan.csv       # and again
 #[derive(Args)]
+#[command(verbatim_doc_comment)]
 pub(crate) struct VirtualScanner {
     /// Material to measure: a source with a single material
     #[arg(long, value_name = "SOURCE")]
     material: Source,
+    /// Fill in the rows without readings of a sheet of `trainer next` or `trainer plan`, and exit
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["listen", "recipe", "once", "out"])]
+    sheet: Option<PathBuf>,
     /// TCP address that the device's serial link connects to
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878")]
     listen: SocketAddr,
@@ -71,6 +83,9 @@ impl VirtualScanner {
             seed,
         };
         let mut scanner = scanner::VirtualScanner::new(material, noise);
+        if let Some(path) = &self.sheet {
+            return fill_in(path, &scanner);
+        }
         let mut basis = None;
         if let Some(path) = &self.recipe {
             let (file, recipe_basis) = read_recipe(path)?;
@@ -160,4 +175,31 @@ impl VirtualScanner {
             write_file(path, bytes, FittedMaterial::is_json_file(path))
         })
     }
+}
+
+/// Fills in the rows of a sheet that have no reading.
+fn fill_in(path: &Path, scanner: &scanner::VirtualScanner<'_>) -> anyhow::Result<()> {
+    let table = AngleTable::read(path, &AngleArgs::default())?;
+    let sheet =
+        fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let lines: Vec<&str> = sheet.lines().collect();
+    ensure!(
+        lines[0].ends_with(",r,g,b") && lines.len() == table.rows.len() + 1,
+        "--sheet {}: give a sheet of `trainer next --blank` or `trainer plan --blank`",
+        path.display()
+    );
+    let mut text = format!("{}\n", lines[0]);
+    for (index, (line, row)) in lines[1..].iter().zip(&table.rows).enumerate() {
+        text += &match line.strip_suffix(",,,") {
+            None => format!("{line}\n"),
+            Some(blank) => {
+                let at = || format!("{}, line {}", path.display(), index + 2);
+                let angles = row.angles.context("a direction is not above the horizon");
+                let angles = angles.with_context(at)?;
+                let [r, g, b] = scanner.read(index as u16, angles).brdf;
+                format!("{blank},{r},{g},{b}\n")
+            }
+        };
+    }
+    write_file(path, text.as_bytes(), true)
 }

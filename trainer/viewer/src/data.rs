@@ -3,7 +3,7 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glimpse_core::fit::Estimator;
-use glimpse_core::geometry::{ArmAngles, HalfDifference};
+use glimpse_core::geometry::{Angles, ArmAngles, HalfDifference};
 use glimpse_core::model::linear::Basis;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::Material;
@@ -26,6 +26,8 @@ pub struct RecipeScan {
     /// Readings at the recipe's samples: the BRDF in linear RGB, sr^-1, not times the cosine. None is a missing
     /// reading.
     pub readings: Vec<Option<[f32; 3]>>,
+    /// Direction to read next, if there is one.
+    pub next: Option<Angles<f32>>,
 }
 
 /// A reference material for the fits.
@@ -87,13 +89,14 @@ impl Reference {
 impl RecipeScan {
     fn to_json(&self) -> Result<Value, RecipeDefect> {
         let recipe = Recipe::parse(&self.recipe)?;
-        let samples = recipe.pattern().zip(&self.readings).map(|(angles, reading)| {
-            let directions = HalfDifference::from_angles(angles).directions();
-            let ArmAngles { incoming, outgoing } = ArmAngles::from_directions(&directions);
-            let phi = outgoing.phi - incoming.phi;
-            let degrees = [incoming.theta, outgoing.theta, phi].map(f32::to_degrees);
-            json!({ "theta_i": degrees[0], "theta_o": degrees[1], "phi": degrees[2], "brdf": reading })
-        });
+        let samples = recipe
+            .pattern()
+            .zip(&self.readings)
+            .map(|(angles, reading)| {
+                let mut sample = arms_in_degrees(angles);
+                sample["brdf"] = json!(reading);
+                sample
+            });
         let samples: Vec<Value> = samples.collect();
         Ok(json!({
             "name": self.name,
@@ -105,8 +108,18 @@ impl RecipeScan {
             "recipe": STANDARD.encode(&self.recipe),
             "basis": self.basis.as_ref().map(|basis| STANDARD.encode(basis)),
             "samples": samples,
+            "next": self.next.map(arms_in_degrees),
         }))
     }
+}
+
+/// Returns the polar angles of light and sensor, and the azimuth of the sensor from that of the light.
+fn arms_in_degrees(angles: Angles<f32>) -> Value {
+    let directions = HalfDifference::from_angles(angles).directions();
+    let ArmAngles { incoming, outgoing } = ArmAngles::from_directions(&directions);
+    let phi = outgoing.phi - incoming.phi;
+    let [theta_i, theta_o, phi] = [incoming.theta, outgoing.theta, phi].map(f32::to_degrees);
+    json!({ "theta_i": theta_i, "theta_o": theta_o, "phi": phi })
 }
 
 /// Returns a short description of a recipe's fit method.

@@ -13,6 +13,14 @@ const cameraAngle = () => {
   const isOnLightSide = direction[0] * scene.light[0] + direction[1] * scene.light[1] > 0;
   return isOnLightSide ? -thetaOf(direction) : thetaOf(direction);
 };
+// Moves light and camera to a reading, {theta_i, theta_o, phi} in degrees.
+const showReading = ({ theta_i, theta_o, phi }) => {
+  const [i, o, azimuth] = [theta_i, theta_o, phi].map((degrees) => (degrees * Math.PI) / 180);
+  scene.light = [-Math.sin(i), 0, Math.cos(i)];
+  const z = [-Math.sin(o) * Math.cos(azimuth), -Math.sin(o) * Math.sin(azimuth), Math.cos(o)];
+  const x = unit([z[2], 0, -z[0]]);
+  scene.camera = [x, [z[1] * x[2], z[2] * x[0] - z[0] * x[2], -z[1] * x[0]], z];
+};
 // Moves the light to another angle from the marked point's normal, in the same plane.
 const setLightAngle = (theta) => {
   let [x, y] = scene.light;
@@ -22,7 +30,8 @@ const setLightAngle = (theta) => {
 };
 
 // Draws the plot. `curves` are {core, color, dash, width}. `scale` is "log", or "root" for the cube root of the BRDF.
-const drawLobe = (canvas, curves, scale) => {
+// `next` is the reading to take next, {theta_i, theta_o, phi} in degrees, or null.
+const drawLobe = (canvas, curves, scale, next) => {
   const ratio = Math.min(devicePixelRatio, 2), width = canvas.clientWidth, height = canvas.clientHeight;
   if (canvas.width !== Math.round(width * ratio)) [canvas.width, canvas.height] = [width * ratio, height * ratio].map(Math.round);
   const context = canvas.getContext("2d"), style = getComputedStyle(document.body);
@@ -101,6 +110,16 @@ const drawLobe = (canvas, curves, scale) => {
     if (filled) context.fill();
     else context.stroke();
   };
+  if (next) {
+    const isOnLightSide = Math.cos((next.phi * Math.PI) / 180) > 0;
+    for (const degrees of [-next.theta_i, isOnLightSide ? -next.theta_o : next.theta_o]) {
+      const angle = (degrees * Math.PI) / 180, [near, far, side] = [1 - 11 / radius, 1, 5.5 / radius];
+      const middle = (near + far) / 2;
+      line([point(angle, near), point(angle + side, middle), point(angle, far), point(angle - side, middle)], true);
+      context.fillStyle = color("--best");
+      context.fill();
+    }
+  }
   if (isLit) mark(-theta, true);
   if (Math.abs(cameraAngle()) <= Math.PI / 2) mark(cameraAngle(), false);
   if (!isLit) {

@@ -1,6 +1,10 @@
 // Sliders for the readings of a recipe; each multiplies a reading by a power of two.
 const MAX_STOPS = 5; // range of a slider, as an exponent of 2
 const MIN_BRDF = 1e-4; // sr^-1; smaller values are raised to this before a slider multiplies them
+const formatAngles = ({ theta_i, theta_o, phi }) => {
+  const [i, o, azimuth] = [theta_i, theta_o, ((phi + 180) % 360 + 360) % 360 - 180].map((angle) => `${Math.round(angle)}°`.replace("-", "−"));
+  return `θi ${i} θo ${o} φ ${azimuth}`;
+};
 const formatBrdf = (value) => (Math.abs(value) < 0.001 ? value.toExponential(1) : value.toPrecision(3).slice(0, 6));
 
 class Readings {
@@ -43,10 +47,8 @@ class Readings {
         row.append(element);
         return element;
       };
-      const degrees = (angle) => `${Math.round(angle)}°`;
-      const phi = ((sample.phi + 180) % 360 + 360) % 360 - 180;
       const swatch = append("b");
-      append("span", "angles", `${index}: θi ${degrees(sample.theta_i)} θo ${degrees(sample.theta_o)} φ ${degrees(phi).replace("-", "−")}`);
+      append("span", "angles", `${index}: ${formatAngles(sample)}`);
       const valueText = append("span", "value");
       const slider = append("input");
       Object.assign(slider, { type: "range", min: -MAX_STOPS, max: MAX_STOPS, step: 0.01, value: this.stops[index] });

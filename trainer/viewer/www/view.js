@@ -77,7 +77,7 @@ const start = async () => {
     const degrees = (thetaOf(scene.light) * 180) / Math.PI;
     byId("theta").value = degrees;
     byId("theta-value").textContent = `${degrees.toFixed(0)}°`;
-    drawLobe(byId("lobe"), materials, byId("scale").value);
+    drawLobe(byId("lobe"), materials, byId("scale").value, selected.scan.next);
   };
   const frame = () => {
     const spheres = materials.map((material) => material.sphere);
@@ -109,6 +109,10 @@ const start = async () => {
     const missing = method.scan.takes_missing ? " Readings can be missing." : "";
     byId("readings-caption").textContent = `The BRDF in sr⁻¹ (red, green, blue), not times the cosine. A slider multiplies or divides it by up to ${2 ** MAX_STOPS}.${missing}`;
     byId("refused").hidden = true;
+    const { next } = method.scan;
+    byId("next").hidden = byId("next-key").hidden = !next;
+    if (next) byId("next-angles").textContent = formatAngles(next);
+    changed();
     method.readings.build(byId("readings"), () => {
       method.isStale = true;
       changed();
@@ -174,6 +178,10 @@ const start = async () => {
     changed();
   });
   byId("scale").addEventListener("change", changed);
+  byId("show-next").addEventListener("click", () => {
+    showReading(selected.scan.next);
+    changed();
+  });
   byId("reset").addEventListener("click", () => {
     selected.readings.reset();
     selected.isStale = true;

@@ -268,6 +268,7 @@ class Recipe:
         max_theta_o_degrees: Optional[float] = None,
         min_separation_degrees: Optional[float] = None,
         in_plane: bool = False,
+        accept_implausible: bool = False,
     ) -> Proposals: ...
     def fit(
         self,

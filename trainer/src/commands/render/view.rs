@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use clap::{ArgGroup, Args};
+use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Quantity;
 use glimpse_core::recipe::Recipe;
 use glimpse_kernels::scan::scan_with_missing;
@@ -12,7 +13,7 @@ use glimpse_materials::basis::Basis;
 use glimpse_materials::{Material, Source};
 use glimpse_trainer::evaluation::Degradation;
 use glimpse_trainer::measurement::{
-    AngleArgs, Measurements, NamedRecipe, ReadingQuantity, Rows, Selection,
+    AngleArgs, MachineArgs, Measurements, NamedRecipe, ReadingQuantity, Rows, Selection,
 };
 use glimpse_trainer::report::{MAX_LOBES, document};
 use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
@@ -34,7 +35,8 @@ use super::super::{load_single, read_named_recipe};
 /// With --material, the readings are those of a virtual scan of the material, which is also the
 /// reference. With --measurements, they are read from a file for each recipe, in the same order, such
 /// as readings.csv of `trainer fit`; --reference is optional then. If a recipe tolerates missing
-/// readings, each can be switched off.
+/// readings, each can be switched off. With readings at any directions, the page marks the direction
+/// to read next, as `trainer next` does.
 ///
 /// A recipe of the model linear, or for readings at any directions, needs its basis file next to it.
 ///
@@ -85,7 +87,7 @@ impl View {
         let material = materials.first().map(|material| &**material);
         let mut scans = Vec::new();
         for (index, (path, given)) in self.recipes.iter().zip(&recipes).enumerate() {
-            let (chosen, readings) = match self.measurements.get(index) {
+            let (chosen, readings, next) = match self.measurements.get(index) {
                 Some(file) => measured(given, file)?,
                 None => {
                     let recipe = given.file.recipe();
@@ -94,7 +96,7 @@ impl View {
                     }
                     let readings = self.virtual_readings(&recipe, material, seed);
                     let context = || format!("virtual scan with {}", path.display());
-                    (given.clone(), readings.with_context(context)?)
+                    (given.clone(), readings.with_context(context)?, None)
                 }
             };
             scans.push(RecipeScan {
@@ -102,6 +104,7 @@ impl View {
                 recipe: chosen.file.bytes().to_vec(),
                 basis: chosen.basis.as_deref().map(compact_bytes).transpose()?,
                 readings,
+                next,
             });
         }
         let reference = material.map(Reference::new);
@@ -201,20 +204,24 @@ fn compact_bytes(basis: &Basis) -> anyhow::Result<Vec<u8>> {
     }
 }
 
-/// Returns the recipe that fits readings from a lab, and those that `trainer fit` would use.
-fn measured(
-    given: &NamedRecipe,
-    file: &Path,
-) -> anyhow::Result<(NamedRecipe, Vec<Option<[f32; 3]>>)> {
+/// A recipe, its readings, and the direction to read next.
+type Measured = (NamedRecipe, Vec<Option<[f32; 3]>>, Option<Angles<f32>>);
+
+/// Returns the recipe that fits readings from a lab, and those that `trainer fit` would use. If they are not those of
+/// the recipe's pattern, there is a direction to read next.
+fn measured(given: &NamedRecipe, file: &Path) -> anyhow::Result<Measured> {
     let mut rows = Rows::read(file, &AngleArgs::default())?;
     let chosen = given.choose(&mut rows)?;
     let recipe = chosen.recipe.file.recipe();
     let pattern: Vec<_> = recipe.pattern().collect();
     let quantity = ReadingQuantity::Values(Quantity::Brdf);
     let measured = Measurements::new(&rows, &pattern, &quantity)?;
-    let selection = Selection::new(&recipe, &chosen.prior, measured, false);
-    let readings = selection
-        .with_context(|| file.display().to_string())?
-        .used();
-    Ok((chosen.recipe, readings))
+    let selection = Selection::new(&recipe, &chosen.prior, measured, false)
+        .with_context(|| file.display().to_string())?;
+    let next = match given.is_any() || chosen.off_pattern.is_some() {
+        true => MachineArgs::default().next(given, (&selection.posterior, &pattern), 1)?,
+        false => Vec::new(),
+    };
+    let next = next.first().map(|proposal| proposal.angles);
+    Ok((chosen.recipe, selection.used(), next))
 }

@@ -107,6 +107,17 @@ fn page_of_lab_readings_without_reference() {
         "render view neural-n8.recipe --measurements <gold>.csv",
         &["<gold>.csv", "8"],
     );
+
+    // Readings at other directions have a direction to read next, the one of `trainer next`.
+    assert!(data["shown"][0]["next"].is_null());
+    folder.write("any.csv", "theta_i,theta_o,r,g,b\n45,30,0.2,0.1,0.1\n");
+    folder.succeed("render view neural-n8.recipe --measurements any.csv --out any.html");
+    let next = &self::data(&folder.read_text("any.html"))["shown"][0]["next"];
+    let proposed = &folder.succeed_as_json("next neural-n8.recipe --measurements any.csv");
+    for name in ["theta_i", "theta_o"] {
+        let difference = number(&next[name]) - number(&proposed["directions"][0][name]);
+        assert!(difference.abs() < 1e-3, "{next} {proposed}");
+    }
 }
 
 #[test]
