@@ -9,6 +9,12 @@ fn angles(direction: &Value) -> [f64; 4] {
     ["theta_i", "phi_i", "theta_o", "phi_o"].map(|name| number(&direction[name]))
 }
 
+/// Returns one number of each object of a list.
+fn column(list: &Value, name: &str) -> Vec<f64> {
+    let list = list.as_array().expect("a list");
+    list.iter().map(|each| number(&each[name])).collect()
+}
+
 /// Fills in the readings of scan.csv.
 fn read(folder: &Folder, options: &str) {
     folder.succeed(&format!(
@@ -87,31 +93,20 @@ fn recipes_begin_with_their_own_samples() {
     let folder = Folder::new();
     folder.add_bundled("completed/neural-n4.recipe");
     let plan = folder.succeed_as_json("plan neural-n4.recipe --order progressive");
-    let next = |measured: &str, count: usize| -> Vec<[f64; 4]> {
+    let next = |measured: &str, count: usize| {
         let report =
             folder.succeed_as_json(&format!("next neural-n4.recipe {measured} --count {count}"));
-        report["directions"]
-            .as_array()
-            .expect("a list")
-            .iter()
-            .map(angles)
-            .collect()
+        column(&report["directions"], "theta_i")
     };
-    let own: Vec<f64> = plan["visits"]
-        .as_array()
-        .expect("a list")
-        .iter()
-        .map(|visit| number(&visit["theta_i"]))
-        .collect();
-    let polar = |list: &[[f64; 4]]| -> Vec<f64> { list.iter().map(|each| each[0]).collect() };
+    let own = column(&plan["visits"], "theta_i");
     let near = |list: &[f64], expected: &[f64]| {
         list.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3)
     };
-    assert!(near(&polar(&next("", 4)), &own));
+    assert!(near(&next("", 4), &own));
     // After three of them, the fourth one, then others.
     folder.succeed("next neural-n4.recipe --count 3 --blank scan.csv");
     read(&folder, "--noise 0.01");
-    let more = polar(&next("--measurements scan.csv", 3));
+    let more = next("--measurements scan.csv", 3);
     assert!(near(&more[..1], &own[3..]) && more.len() == 3);
     assert!(own.iter().all(|theta| (theta - more[1]).abs() > 0.1));
 }
@@ -196,18 +191,13 @@ fn fixed_directions_are_the_first_samples() {
     let train = "train --model linear --effort brief --data procedural:12:3 --in-plane";
     folder.succeed(&format!("{train} --pattern own.csv -n 5 --out five.recipe"));
     let plan = folder.succeed_as_json("plan five.recipe --in-plane --order progressive");
-    let visits = plan["visits"].as_array().expect("a list");
-    let polar: Vec<[f64; 2]> = visits
-        .iter()
-        .map(|visit| ["theta_i", "theta_o"].map(|name| number(&visit[name])))
-        .collect();
-    for (found, expected) in polar.iter().zip([[45.0, 30.0], [45.0, 20.0], [20.0, 20.0]]) {
-        let error = found
-            .iter()
-            .zip(expected)
-            .map(|(a, b)| (a - b).abs())
-            .fold(0.0, f64::max);
-        assert!(error < 1e-2, "{polar:?}");
+    for (name, expected) in [
+        ("theta_i", [45.0, 45.0, 20.0]),
+        ("theta_o", [30.0, 20.0, 20.0]),
+    ] {
+        let polar = column(&plan["visits"], name);
+        let mut pairs = polar.iter().zip(expected);
+        assert!(pairs.all(|(a, b)| (a - b).abs() < 1e-2), "{polar:?}");
     }
     folder.fail_naming(
         &format!("{train} --pattern own.csv -n 2 --out two.recipe"),
