@@ -3,12 +3,14 @@
 use std::array;
 use std::f32::consts::{PI, TAU};
 
-use crate::machine::{Arms, Machine, Wiring::*, go_to, home, separation, settings, settle};
 use glimpse_motion::MotionError::*;
 use glimpse_motion::axis::Settings;
 use glimpse_motion::goniometer::Progress::{self, Homed};
 use glimpse_motion::goniometer::StepCheck::{Lost, Passed, Unknown};
 use glimpse_motion::route::{AxisAngles, Space};
+use glimpse_motion::simulation::{
+    Arms, Machine, Wiring::*, go_to, home, separation, settings, settle,
+};
 
 const SEPARATION: f32 = 0.08;
 const TARGET: AxisAngles = [1.0, 0.0, 0.5, 0.0];

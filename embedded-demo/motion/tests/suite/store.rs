@@ -1,13 +1,13 @@
 //! Readings and recipes survive a power cut in each write and each erase.
 
-use crate::Random;
-use crate::flash::{Effect, Flash, SECTOR_BYTES, effects};
 use glimpse_core::fit::AnyModel;
 use glimpse_core::gonio::Reading;
 use glimpse_core::link::BYTES_PER_FRAME;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Scan;
 use glimpse_motion::goniometer::StepCheck;
+use glimpse_motion::simulation::Random;
+use glimpse_motion::simulation::{Effect, Flash, SECTOR_BYTES, effects};
 use glimpse_motion::store::{Layout, Store, StoreError};
 
 const SLOT_BYTES: usize = 6 * SECTOR_BYTES;

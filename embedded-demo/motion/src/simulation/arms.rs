@@ -1,23 +1,25 @@
 //! A simulated machine. Its arms respond to edges on their pins only.
 
-use std::array;
-use std::cell::Cell;
-use std::f32::consts::{FRAC_PI_2, PI, TAU};
+use core::array;
+use core::cell::Cell;
+use core::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use embedded_hal::digital::{ErrorKind, ErrorType, InputPin, OutputPin};
 use glimpse_core::geometry::{ArmAngles, Spherical};
-use glimpse_motion::MotionError;
-use glimpse_motion::axis::{Axis, Settings};
-use glimpse_motion::goniometer::Progress::{self, Homed};
-use glimpse_motion::goniometer::{Goniometer, StepCheck};
-use glimpse_motion::route::AxisAngles;
+
+use crate::MotionError;
+use crate::axis::{Axis, Settings};
+use crate::goniometer::Progress::{self, Homed};
+use crate::goniometer::{Goniometer, StepCheck};
+use crate::route::AxisAngles;
 
 /// Reads for which a contact bounces after each change.
 const BOUNCES: u32 = 8;
 
 /// State of a simulated switch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Wiring {
+pub enum Wiring {
+    /// It works.
     #[default]
     Intact,
     /// The switch reads as open.
@@ -33,22 +35,24 @@ pub(crate) enum Wiring {
 }
 
 /// A simulated arm.
-#[derive(Default)]
-pub(crate) struct Arm {
+#[derive(Debug, Default)]
+pub struct Arm {
     /// Distance from its switch, steps. The switch is open at 0 and below.
-    pub(crate) position: Cell<i32>,
+    pub position: Cell<i32>,
     /// Levels of the direction pin and the step pin. The arm moves away from its switch if the direction is high.
     levels: [Cell<bool>; 2],
     /// Steps that the motor will miss.
-    pub(crate) stalled: Cell<u32>,
-    pub(crate) wiring: Cell<Wiring>,
+    pub stalled: Cell<u32>,
+    /// The state of its switch.
+    pub wiring: Cell<Wiring>,
     was_open: Cell<bool>,
     /// Reads during which the contact will bounce.
-    pub(crate) bounces: Cell<u32>,
+    pub bounces: Cell<u32>,
 }
 
-#[derive(Clone, Copy)]
-pub(crate) struct Pin<'a> {
+/// A pin of an arm: step, direction, or switch.
+#[derive(Clone, Copy, Debug)]
+pub struct Pin<'a> {
     arm: &'a Arm,
     is_step: bool,
 }
@@ -105,52 +109,58 @@ impl InputPin for Pin<'_> {
     }
 }
 
-pub(crate) type Fault = (u8, MotionError);
-pub(crate) type TestAxis<'a> = Axis<Pin<'a>, Pin<'a>, Pin<'a>>;
-pub(crate) type Arms<'a> = Goniometer<Pin<'a>, Pin<'a>, Pin<'a>>;
+/// The number of an axis, and its error.
+pub type Fault = (u8, MotionError);
+/// An axis of a simulated arm.
+pub type TestAxis<'a> = Axis<Pin<'a>, Pin<'a>, Pin<'a>>;
+/// A goniometer of simulated arms.
+pub type Arms<'a> = Goniometer<Pin<'a>, Pin<'a>, Pin<'a>>;
 
 /// Four simulated arms.
-#[derive(Default)]
-pub(crate) struct Machine {
-    pub(crate) arms: [Arm; 4],
+#[derive(Debug, Default)]
+pub struct Machine {
+    /// The arms of theta_i, phi_i, theta_o and phi_o.
+    pub arms: [Arm; 4],
 }
 
 impl Machine {
     /// Creates a machine whose arms are at these distances from their switches.
-    pub(crate) fn new(positions: [i32; 4]) -> Self {
+    pub fn new(positions: [i32; 4]) -> Self {
         let machine = Self::default();
         (0..4).for_each(|arm| machine.arms[arm].position.set(positions[arm]));
         machine
     }
 
-    pub(crate) fn positions(&self) -> [i32; 4] {
+    /// Returns the distances of the arms from their switches, steps.
+    pub fn positions(&self) -> [i32; 4] {
         self.arms.each_ref().map(|arm| arm.position.get())
     }
 
-    pub(crate) fn axis(
-        &self,
-        number: usize,
-        settings: Settings,
-    ) -> Result<TestAxis<'_>, MotionError> {
+    /// Returns an axis with these settings.
+    ///
+    /// # Errors
+    /// As [`Axis::new`].
+    pub fn axis(&self, number: usize, settings: Settings) -> Result<TestAxis<'_>, MotionError> {
         let arm = &self.arms[number];
         let pin = |is_step| Pin { arm, is_step };
         Axis::new(pin(true), pin(false), pin(false), settings)
     }
 
-    pub(crate) fn arms(&self, min_separation: f32, angles: Option<AxisAngles>) -> Arms<'_> {
+    /// Returns arms that must be homed.
+    pub fn arms(&self, min_separation: f32, angles: Option<AxisAngles>) -> Arms<'_> {
         let axes = array::from_fn(|number| self.axis(number, settings(number)).unwrap());
         Goniometer::new(axes, min_separation, angles).unwrap()
     }
 
     /// Returns the homed arms.
-    pub(crate) fn homed(&self, min_separation: f32) -> Arms<'_> {
+    pub fn homed(&self, min_separation: f32) -> Arms<'_> {
         let mut arms = self.arms(min_separation, None);
         assert_eq!(home(&mut arms), Ok(Homed(StepCheck::Unknown)));
         arms
     }
 
     /// Returns the true angles of the arms.
-    pub(crate) fn angles(&self) -> AxisAngles {
+    pub fn angles(&self) -> AxisAngles {
         array::from_fn(|number| {
             let (settings, position) = (settings(number), self.positions()[number]);
             let steps = if number == 2 { -position } else { position };
@@ -160,7 +170,7 @@ impl Machine {
 }
 
 /// Returns the settings of an axis. The sensor's polar axis, 2, has its switch at the horizon and a reversed motor.
-pub(crate) fn settings(number: usize) -> Settings {
+pub fn settings(number: usize) -> Settings {
     let (home, min_angle, max_angle) = match number {
         0 => (-0.05, 0.0, FRAC_PI_2),
         2 => (FRAC_PI_2 - 0.01, 0.0, FRAC_PI_2 - 0.03),
@@ -180,18 +190,17 @@ pub(crate) fn settings(number: usize) -> Settings {
 }
 
 /// Returns the angle between lamp and sensor, radians.
-pub(crate) fn separation([theta_i, phi_i, theta_o, phi_o]: AxisAngles) -> f32 {
+pub fn separation([theta_i, phi_i, theta_o, phi_o]: AxisAngles) -> f32 {
     let at = |theta, phi| Spherical { theta, phi };
     let (incoming, outgoing) = (at(theta_i, phi_i), at(theta_o, phi_o));
     ArmAngles { incoming, outgoing }.directions().separation()
 }
 
 /// Polls until the arms rest, and returns their last progress. `watch` is called after each poll.
-pub(crate) fn settle(
-    arms: &mut Arms,
-    round: u32,
-    mut watch: impl FnMut(),
-) -> Result<Progress, Fault> {
+///
+/// # Errors
+/// As [`Goniometer::poll`].
+pub fn settle(arms: &mut Arms, round: u32, mut watch: impl FnMut()) -> Result<Progress, Fault> {
     loop {
         let progress = arms.poll(round)?;
         watch();
@@ -201,13 +210,18 @@ pub(crate) fn settle(
     }
 }
 
-pub(crate) fn go_to(arms: &mut Arms, angles: AxisAngles) {
+/// Moves the arms, and polls until they rest.
+pub fn go_to(arms: &mut Arms, angles: AxisAngles) {
     arms.go_to(angles).unwrap();
     assert_eq!(settle(arms, 10, || ()), Ok(Progress::Arrived));
     assert_eq!(arms.poll(10), Ok(Progress::Resting));
 }
 
-pub(crate) fn home(arms: &mut Arms) -> Result<Progress, Fault> {
+/// Homes the arms, and polls until they rest.
+///
+/// # Errors
+/// As [`Goniometer::poll`].
+pub fn home(arms: &mut Arms) -> Result<Progress, Fault> {
     arms.home().unwrap();
     settle(arms, 10, || ())
 }

@@ -1,14 +1,17 @@
 //! A flash in memory whose power can be cut.
 
+use std::vec::Vec;
+
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
-use crate::Random;
+use super::Random;
 
-pub(crate) const SECTOR_BYTES: usize = 512;
+/// The length of a sector.
+pub const SECTOR_BYTES: usize = 512;
 
 /// Effect of a power cut on the interrupted write or erase.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Effect {
+pub enum Effect {
     /// This number of bytes was changed, from low to high addresses.
     Low(usize),
     /// This number of bytes was changed, from high to low addresses.
@@ -18,30 +21,32 @@ pub(crate) enum Effect {
 }
 
 /// Returns the effects on a change of `length` bytes: cuts at each byte in both orders, and random bits.
-pub(crate) fn effects(length: usize) -> impl Iterator<Item = Effect> {
+pub fn effects(length: usize) -> impl Iterator<Item = Effect> {
     let orders = (0..=length).flat_map(|count| [Effect::Low(count), Effect::High(count)]);
     orders.chain((0..16).map(Effect::Bits))
 }
 
 /// A flash with words of 32 bytes. A write clears bits, an erase sets them.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Flash {
-    pub(crate) bytes: Vec<u8>,
+pub struct Flash {
+    /// Its content.
+    pub bytes: Vec<u8>,
     /// Lengths of the writes and erases of sectors until now.
-    pub(crate) changes: Vec<usize>,
+    pub changes: Vec<usize>,
     /// Number of changes before a failed one, and the effect on that.
-    pub(crate) cut: Option<(usize, Effect)>,
+    pub cut: Option<(usize, Effect)>,
 }
 
 impl Flash {
-    pub(crate) fn new() -> Self {
+    /// Returns an erased flash of 14 sectors.
+    pub fn new() -> Self {
         let mut flash = Self::default();
         flash.bytes.resize(14 * SECTOR_BYTES, 0xFF);
         flash
     }
 
     /// Returns the number of sectors erased until now.
-    pub(crate) fn erased_sectors(&self) -> usize {
+    pub fn erased_sectors(&self) -> usize {
         let is_sector = |length: &&usize| **length == SECTOR_BYTES;
         self.changes.iter().filter(is_sector).count()
     }

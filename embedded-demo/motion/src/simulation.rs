@@ -1,0 +1,30 @@
+//! A simulated machine and flash, with faults: for tests of firmware on a host.
+
+#![allow(clippy::panic, clippy::indexing_slicing)]
+#![allow(clippy::unwrap_used, clippy::expect_used)]
+
+mod arms;
+mod flash;
+
+pub use arms::{
+    Arm, Arms, Fault, Machine, Pin, TestAxis, Wiring, go_to, home, separation, settings, settle,
+};
+pub use flash::{Effect, Flash, SECTOR_BYTES, effects};
+
+/// A generator of random numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Random(pub u64);
+
+impl Random {
+    /// Returns an integer from 0 to `n` - 1.
+    pub fn below(&mut self, n: u32) -> u32 {
+        let product = self.0.wrapping_mul(6_364_136_223_846_793_005);
+        self.0 = product.wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 32) as u32 % n
+    }
+
+    /// Returns a number from 0 to 1.
+    pub fn unit(&mut self) -> f32 {
+        self.below(1 << 24) as f32 / (1 << 24) as f32
+    }
+}
