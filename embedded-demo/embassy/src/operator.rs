@@ -14,7 +14,7 @@ pub enum Command {
     Restart,
 }
 
-/// What the operator should know.
+/// An event of a scan, for the operator.
 pub enum Event<'v> {
     /// The scan is complete: its residual, and the fitted values in the order of the model.
     Finished(Residual, &'v mut dyn Iterator<Item = f32>),

@@ -101,7 +101,14 @@ impl Desk {
         let mut context = Context::from_waker(Waker::noop());
         while !until() {
             assert!(firmware.as_mut().poll(&mut context).is_pending());
-            assert!(Instant::now().as_secs() < 600, "hangs: {:?} {:?} {:?} {}", self.failures, self.machine.positions(), self.machine.angles(), self.readings.get());
+            assert!(
+                Instant::now().as_secs() < 600,
+                "hangs: {:?} {:?} {:?} {}",
+                self.failures,
+                self.machine.positions(),
+                self.machine.angles(),
+                self.readings.get()
+            );
             MockDriver::get().advance(Duration::from_micros(20));
         }
     }
