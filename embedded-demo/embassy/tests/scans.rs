@@ -190,8 +190,8 @@ impl ErrorType for &Desk {
 impl Read for &Desk {
     async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
         loop {
-            let replies = &mut self.host.borrow_mut().replies;
-            if let Some(byte) = replies.pop_front() {
+            let reply = self.host.borrow_mut().replies.pop_front();
+            if let Some(byte) = reply {
                 buffer[0] = byte;
                 return Ok(1);
             }

@@ -90,7 +90,7 @@ const fn readings_at(start: u32, area_bytes: u32) -> Layout {
     }
 }
 
-/// What a board has: for each axis the pins step, direction and switch; the rest in the order of its fields.
+/// The parts of a board: for each axis the pins step, direction and switch; the rest in the order of its fields.
 struct Board<S, D, H, B, F, L, W> {
     axes: [(S, D, H); 4],
     sensor: B,
