@@ -1,12 +1,12 @@
 """Generates a firmware from embedded-demo/template for each board, as a user does, builds it, and compares its size with
-the table in embedded-demo/template/README.md.
+the table in embedded-demo/template/README.md. Then runs the tests of embedded-demo/hardware in QEMU.
 
     python3 tests/boards.py CARGO_GENERATE [--update]
 
 The builds stay in target/boards. Sizes may differ by 2 % from the table, because newer packages may be used; --update
 writes it.
 """
-import re, shutil, struct, subprocess, sys
+import json, re, shutil, struct, subprocess, sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -29,6 +29,22 @@ def sizes(image):
             flash += length * (kind != NO_BITS)
             ram += length * bool(flags & WRITE)
     return flash, ram
+
+
+def run_hardware_tests():
+    """Runs each test in QEMU, where embedded-test gets the address of a test's entry, as from probe-rs on a board."""
+    command = ["cargo", "test", "--manifest-path", ROOT / "embedded-demo/hardware/Cargo.toml", "--release", "--no-run"]
+    command += ["--target", "thumbv7em-none-eabihf", "--target-dir", PLACE / "target", "--message-format", "json"]
+    lines = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
+    [image] = filter(None, (json.loads(line).get("executable") for line in lines))
+    symbols = subprocess.run(["arm-none-eabi-nm", "--demangle", image], check=True, capture_output=True, text=True).stdout
+    entries = re.findall(r"^(\w+) . (\S+)_entrypoint", symbols, re.MULTILINE)
+    assert len(entries) == 6, entries
+    for address, name in entries:
+        test = f"enable=on,target=native,arg=run_addr,arg={int(address, 16) | 1}"  # Thumb code
+        qemu = ["qemu-system-arm", "-machine", "netduinoplus2", "-display", "none", "-monitor", "none", "-serial", "none"]
+        subprocess.run([*qemu, "-semihosting-config", test, "-kernel", image], check=True, timeout=300)
+        print(f"{name}: passed")
 
 
 def main():
@@ -61,6 +77,7 @@ def main():
             failed = True
             print(f"the README of the template states {row[2]} kB and {row[3]} kB: --update writes the table")
     readme.write_text(text)
+    run_hardware_tests()
     sys.exit(failed)
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Counts sentences that break the language rules of `trainer/docs/contributing.md`.
+"""Counts sentences that break the language rules of `.github/CONTRIBUTING.md`.
 
     python3 tests/check_language.py [--list]
 

@@ -1,7 +1,7 @@
 # Figures of documents: a part of tests/run, which defines `run` and `say`.
 
 # figures [WORD] runs the commands that documents name in markers, and replaces the text after each marker by the
-# command's output. With WORD, it runs only commands that contain it. See trainer/docs/contributing.md.
+# command's output. With WORD, it runs only commands that contain it. See .github/CONTRIBUTING.md.
 figures() {
     local word="${1:-}" documents document
     run cargo build --release -p glimpse-trainer

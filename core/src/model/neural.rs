@@ -225,10 +225,10 @@ fn forward<S: Scalar, const TILE: usize>(
         (&at.dz, row_dz),
     ];
     let Hidden { first, second } = hidden;
-    affine::<_, _, TILE, true>(inputs.iter().copied(), layers.b1, first);
-    affine::<_, _, TILE, true>(first.iter().zip(layers.fc2), layers.b2, second);
+    affine::<_, HIDDEN, TILE, true>(inputs.iter().copied(), layers.b1, first);
+    affine::<_, HIDDEN, TILE, true>(first.iter().zip(layers.fc2), layers.b2, second);
     let mut output = [S::constant(0.0); 3];
-    affine::<_, _, 3, false>(second.iter().zip(layers.fc3), layers.b3, &mut output);
+    affine::<_, 3, 3, false>(second.iter().zip(layers.fc3), layers.b3, &mut output);
     output
 }
 

@@ -1,0 +1,2 @@
+//! Nothing: see `tests/board.rs`.
+#![no_std]
