@@ -20,6 +20,8 @@ use crate::operator::{Command, Event, Operator};
 
 /// The longest time to pass bytes to the line. A USB port that nobody reads takes none; they are sent again later.
 const SEND_TIMEOUT: Duration = Duration::from_millis(100);
+/// The most bytes of a write. A host takes USB packets of 64 bytes only together with the next one.
+const MAX_WRITE: usize = 63;
 /// The pause after an error of the line.
 const LINE_PAUSE: Duration = Duration::from_millis(100);
 
@@ -127,13 +129,13 @@ impl<K: ScanModel, M: Machine, S: Memory, O: Operator> Scanner<'_, '_, K, M, S, 
     async fn send(&mut self, sender: &mut impl Write) {
         while !self.driver.outgoing().is_empty() {
             let bytes = self.driver.outgoing();
-            let count = match with_timeout(SEND_TIMEOUT, sender.write(bytes)).await {
+            let part = bytes.get(..MAX_WRITE).unwrap_or(bytes);
+            let count = match with_timeout(SEND_TIMEOUT, sender.write(part)).await {
                 Ok(Ok(count)) if count > 0 => count,
                 _ => bytes.len(),
             };
             self.driver.sent(count);
         }
-        _ = with_timeout(SEND_TIMEOUT, sender.flush()).await;
     }
 
     /// Sleeps until bytes arrive, the driver has work, or a command.
