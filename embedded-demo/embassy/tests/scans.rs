@@ -152,8 +152,12 @@ impl Sensor for &Desk {
 impl Operator for &Desk {
     async fn command(&mut self) -> Command {
         loop {
-            let is_due = |(readings, _): &mut (usize, Command)| *readings <= self.readings.get();
-            if let Some((_, command)) = self.commands.borrow_mut().pop_front_if(is_due) {
+            let commands = &self.commands;
+            let next = commands.borrow().front().copied();
+            if let Some((readings, command)) = next
+                && readings <= self.readings.get()
+            {
+                commands.borrow_mut().pop_front();
                 return command;
             }
             Timer::after_millis(10).await;
