@@ -31,7 +31,8 @@ fn command_error(command: &str) -> Option<String> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
     match words[..] {
         ["trainer", ref arguments @ ..] => trainer(arguments),
-        ["cargo", "run", ref arguments @ ..] => cargo(arguments),
+        ["cargo", "run", ref arguments @ ..] => cargo(arguments, "example"),
+        ["cargo", "test", ref arguments @ ..] => cargo(arguments, "test"),
         _ => Some("neither a trainer nor a cargo command".into()),
     }
 }
@@ -47,8 +48,8 @@ fn trainer(arguments: &[&str]) -> Option<String> {
     (!output.status.success()).then_some(messages)
 }
 
-/// Returns an error if the package of a `cargo run` lacks the example or the features.
-fn cargo(arguments: &[&str]) -> Option<String> {
+/// Returns an error if the package of a cargo command lacks the example or test, or the features.
+fn cargo(arguments: &[&str], kind: &str) -> Option<String> {
     let own = arguments.split(|word| *word == "--");
     let own = own.into_iter().next().unwrap_or_default();
     let after = |option: &str| {
@@ -57,21 +58,21 @@ fn cargo(arguments: &[&str]) -> Option<String> {
     };
     let manifest = after("--manifest-path").unwrap_or("Cargo.toml");
     let package_name = after("-p");
-    let Some(example) = after("--example") else {
-        return Some("no example".into());
+    let Some(target_name) = after(&format!("--{kind}")) else {
+        return Some(format!("no {kind}"));
     };
     let exists = packages(&root().join(manifest)).into_iter().any(|package| {
         let has_name = package_name.is_none_or(|name| package["name"] == name);
-        let has_example = package["targets"]
+        let has_target = package["targets"]
             .as_array()
             .into_iter()
             .flatten()
-            .any(|target| target["name"] == example && target["kind"][0] == "example");
+            .any(|target| target["name"] == target_name && target["kind"][0] == kind);
         let has_feature =
             after("--features").is_none_or(|name| package["features"][name].is_array());
-        has_name && has_example && has_feature
+        has_name && has_target && has_feature
     });
-    (!exists).then(|| format!("cargo has no such example: {example}"))
+    (!exists).then(|| format!("cargo has no such {kind}: {target_name}"))
 }
 
 fn packages(manifest: &Path) -> Vec<Value> {
