@@ -11,7 +11,7 @@ use std::task::{Context, Waker};
 use embassy_time::{Duration, Instant, MockDriver, Timer};
 use embedded_io_async::{ErrorType, Read, Write};
 use glimpse_core::driver::{Config, Host};
-use glimpse_core::error::Error;
+use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
 use glimpse_core::gonio::{Machine as Reach, Reading};
 use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server};
@@ -242,9 +242,8 @@ impl Write for &Desk {
 fn scans_follow_one_another() {
     let desk = Desk::new();
     desk.run(Host::Absent, || {
-        let is_first = desk.has_results(1) && desk.readings.get() == 8;
         let commands = &mut desk.commands.borrow_mut();
-        if is_first && commands.is_empty() {
+        if desk.has_results(1) && desk.readings.get() == 8 && commands.is_empty() {
             commands.push_back((8, Command::Restart));
         }
         desk.has_results(2)
@@ -312,11 +311,13 @@ fn a_host_may_listen() {
     desk.check_result();
 }
 
+/// A flash that fails during a scan stops it before its result, because the saved readings cannot be confirmed.
 #[test]
 fn readings_that_cannot_be_saved_are_shown() {
     let desk = Desk::new();
-    // The store writes one item at the start, and then fails.
+    // The store writes when it begins, and then fails.
     desk.flash.borrow_mut().cut = Some((6, Effect::Low(0)));
-    desk.run(Host::Absent, || desk.unsaved.get() > 0);
-    assert!(desk.has_results(0));
+    desk.run(Host::Absent, || !desk.failures.borrow().is_empty());
+    let code = desk.failures.borrow()[0].code;
+    assert!(code == ErrorCode::Storage && desk.unsaved.get() > 0 && desk.has_results(0));
 }
