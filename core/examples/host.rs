@@ -7,7 +7,7 @@ use common::material;
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::Reading;
-use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server};
+use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Reply, Request, Server};
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, memory_words};
 use glimpse_core::scan::{Residual, Scan};
@@ -39,35 +39,31 @@ pub(crate) struct Computer {
 
 impl Computer {
     /// Receives a byte and returns the reply's bytes, if there is a reply.
-    fn receive<'b>(&mut self, byte: u8, buffer: &'b mut [u8]) -> Option<&'b [u8]> {
-        let reply = match self.server.receive(byte)? {
-            Ok(Received::New(request)) => self.reply(request),
-            Ok(Received::Duplicate(reply)) => reply,
-            // The request is already being served, or it was damaged and the device repeats it.
-            _ => return None,
-        };
-        self.server.reply(reply, buffer).ok()
-    }
-
-    fn reply(&mut self, request: Request) -> Reply {
-        match request {
+    fn receive<'b>(&mut self, byte: u8, buffer: &'b mut [u8; FRAME_BYTES]) -> Option<&'b [u8]> {
+        let Self {
+            server,
+            values,
+            readings,
+        } = self;
+        let mut respond = |request| match request {
             Request::Hello { .. } => {
-                self.values.clear();
+                values.clear();
                 Reply::Welcome { protocol: PROTOCOL }
             }
             Request::Measure { index, directions } => {
-                self.readings += 1;
+                *readings += 1;
                 let reading = Reading::new(material(&directions));
                 Reply::Measured { index, reading }
             }
             // This host does not remember earlier scans.
             Request::Saved { .. } => Reply::Refused(ErrorCode::RefusedSaved),
-            Request::Values { values, .. } => {
-                self.values.extend_from_slice(values.as_slice());
+            Request::Values { values: new, .. } => {
+                values.extend_from_slice(new.as_slice());
                 Reply::Accepted
             }
             _ => Reply::Accepted,
-        }
+        };
+        server.answer(byte, buffer, |request| Some(respond(request)))
     }
 }
 

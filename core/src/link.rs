@@ -25,23 +25,18 @@
 //! [`Driver`](crate::driver::Driver) is a complete device. `examples/host.rs` implements both ends.
 //!
 //! ```
-//! use glimpse_core::link::{Client, FRAME_BYTES, Received, Reply, Request, Server};
+//! use glimpse_core::link::{Client, FRAME_BYTES, Reply, Request, Server};
 //!
 //! let (mut device, mut host) = (Client::new(0), Server::new());
 //! let (mut request, mut reply) = ([0; FRAME_BYTES], [0; FRAME_BYTES]);
 //!
-//! let frame = device.request(&Request::Update, &mut request)?;
-//! for byte in frame {
-//!     match host.receive(*byte) {
-//!         None => {} // the frame is not complete
-//!         Some(Ok(Received::New(received))) => assert_eq!(received, Request::Update),
-//!         Some(Ok(_)) => unreachable!("the request was sent once"),
-//!         Some(Err(error)) => println!("{error}"), // the device sends it again
+//! for byte in device.request(&Request::Update, &mut request)? {
+//!     // None before the end of the frame.
+//!     if let Some(frame) = host.answer(*byte, &mut reply, |_| Some(Reply::Accepted)) {
+//!         let mut replies = frame.iter().filter_map(|byte| device.receive(*byte, &Request::Update));
+//!         assert_eq!(replies.next(), Some(Reply::Accepted));
 //!     }
 //! }
-//! let frame = host.reply(Reply::Accepted, &mut reply)?;
-//! let mut replies = frame.iter().filter_map(|byte| device.receive(*byte, &Request::Update));
-//! assert_eq!(replies.next(), Some(Reply::Accepted));
 //! # Ok::<(), glimpse_core::error::Error>(())
 //! ```
 

@@ -1,24 +1,12 @@
-//! Log: defmt over semihosting. Without a debugger or an emulator it is discarded.
+//! Log: defmt over semihosting.
 //!
-//! A semihosting call is a breakpoint, which QEMU and debuggers handle. On a board without a debugger it would be a
-//! fault, so the call is left out. (Features that name a board log over RTT instead.)
-//!
-//! Interrupts are masked while a line is written, so each line has one writer. In QEMU no time passes meanwhile, and a
-//! debugger halts the core anyway.
+//! Interrupts are masked while a line is written, so each line has one writer. In QEMU no time passes meanwhile.
 
 use core::cell::UnsafeCell;
 
-use cortex_m::peripheral::DCB;
 use cortex_m_semihosting::hio::{HostStream, hstdout};
 use critical_section::RestoreState;
 use heapless::Vec;
-
-use crate::chip;
-
-/// Returns true if semihosting calls are handled. Otherwise they are faults.
-fn has_semihosting() -> bool {
-    DCB::is_debugger_attached() || chip::is_emulated()
-}
 
 /// A buffered log line, which takes one semihosting call.
 struct LineBuffer {
@@ -41,7 +29,7 @@ impl LineBuffer {
     }
 
     fn start(&mut self) {
-        if self.output.is_none() && has_semihosting() {
+        if self.output.is_none() {
             self.output = hstdout().ok();
         }
         let Self {
@@ -75,10 +63,7 @@ fn append(line: &mut Vec<u8, 128>, output: &mut Option<HostStream>, encoded: &[u
 }
 
 fn flush(line: &mut Vec<u8, 128>, output: &mut Option<HostStream>) {
-    // The debugger may have been detached since the last line.
-    if let Some(output) = output
-        && has_semihosting()
-    {
+    if let Some(output) = output {
         let _ = output.write_all(line);
     }
     line.clear();

@@ -1,8 +1,8 @@
-//! Firmware of a scanner: measures a material in a few directions and fits its BRDF.
+//! Firmware of a scanner in QEMU: measures a material in a few directions and fits its BRDF.
 //!
-//! It runs unchanged on a board with an STM32F405 and on QEMU's netduinoplus2. Over the UART it requests each reading
-//! from the scanner and sends it the fitted values; see `glimpse_core::link` for the messages. The README in this
-//! folder explains how to run, flash and change it.
+//! QEMU's netduinoplus2 has an STM32F405, whose clocks it does not model; the template has firmware for boards. Over the
+//! UART it requests each reading from the scanner and sends it the fitted values; see `glimpse_core::link` for the
+//! messages.
 //!
 //! Core's `Driver` controls the scan and continues with the next material. This file passes it received bytes and the
 //! time, and carries out its actions: it sleeps, saves readings in memory that survives a reset, and logs results and
@@ -11,11 +11,6 @@
 #![no_std]
 #![no_main]
 
-mod board;
-mod chip;
-mod clocks;
-mod interrupts;
-#[cfg(not(any(feature = "feather", feature = "nucleo")))]
 mod log;
 mod profiler;
 mod recipe;
@@ -23,32 +18,35 @@ mod register;
 mod storage;
 mod time;
 mod uart;
-mod watchdog;
-mod wiring;
 
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
+use cortex_m::Peripherals;
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, entry, exception};
-#[cfg(any(feature = "feather", feature = "nucleo"))]
-use defmt_rtt as _; // log over RTT
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::recipe::Recipe;
 
-use board::Board;
+use profiler::Profiler;
 use recipe::{MEMORY_WORDS, Model, RECIPE, Scan};
 use storage::Storage;
+use time::Clock;
+use uart::Uart;
 
 #[entry]
 fn main() -> ! {
     // Memory of readings and fit. (`entry` makes it `&'static mut`.)
     static mut MEMORY: [f32; MEMORY_WORDS] = [0.0; MEMORY_WORDS];
 
-    let Some(mut board) = board::start() else {
-        reset(); // unreachable: the board is started once
+    let Some(mut core) = Peripherals::take() else {
+        reset(); // unreachable: they are taken once
     };
+    let Some(uart) = Uart::start(&mut core.NVIC, &mut core.SCB) else {
+        reset(); // unreachable: it is started once
+    };
+    let clock = Clock::start(core.SYST);
     let mut config = Config::new(Host::Measures);
     config.sequence_seed = storage::count_boot();
     let (driver, storage) = match begin_scan(MEMORY) {
@@ -59,7 +57,7 @@ fn main() -> ! {
             (Driver::without_scan(error, config), None)
         }
     };
-    run(&mut board, driver, storage)
+    run(uart, clock, driver, storage)
 }
 
 /// Parses the recipe, and restores the readings of a scan that a reset interrupted. Not inlined: its stack frame is
@@ -74,14 +72,14 @@ fn begin_scan(memory: &'static mut [f32]) -> Result<(Scan, Storage), Error> {
 }
 
 /// The main loop: one iteration for each action of the driver.
-fn run(board: &mut Board, mut driver: Driver<'static, Model>, mut storage: Option<Storage>) -> ! {
-    let Board {
-        uart,
-        clock,
-        profiler,
-    } = board;
+fn run(
+    mut uart: Uart,
+    mut clock: Clock,
+    mut driver: Driver<'static, Model>,
+    mut storage: Option<Storage>,
+) -> ! {
+    let mut profiler = Profiler::start();
     loop {
-        watchdog::feed();
         while let Some(byte) = uart.read() {
             driver.receive(byte);
         }

@@ -1,22 +1,20 @@
-//! Cost of a fit: cycles of the core, and the peak depth of the stack.
+//! Cost of a fit: instructions, and the peak depth of the stack.
 
 use cortex_m_rt::STACK_PAINT_VALUE;
 
-use crate::clocks::Clocks;
 use crate::register::TIM5;
 use crate::time;
 
-/// Counts the cycles of functions by TIM5, which counts each tick of the timers' clock.
+/// Counts the instructions of functions: with `-icount shift=0` each takes a nanosecond, and TIM5 counts them.
 pub struct Profiler {
-    clocks: Clocks,
     ticks: u32,
 }
 
 impl Profiler {
     /// Starts the timer; the count is 0.
-    pub fn start(clocks: Clocks) -> Self {
+    pub fn start() -> Self {
         time::start_free_running(TIM5, 1);
-        Self { clocks, ticks: 0 }
+        Self { ticks: 0 }
     }
 
     /// Resets the count to 0.
@@ -24,8 +22,7 @@ impl Profiler {
         self.ticks = 0;
     }
 
-    /// Calls a function and counts its duration, interrupts included. A call may take at most 4 s in an emulator, and
-    /// 51 s on a chip.
+    /// Calls a function and counts its duration, interrupts included. A call may take at most 4 s.
     pub fn measure<T>(&mut self, act: impl FnOnce() -> T) -> T {
         let start = TIM5.counter.read();
         let result = act();
@@ -37,15 +34,7 @@ impl Profiler {
     /// Logs the count and the stack as `name=value` lines, and resets the count.
     pub fn report(&mut self) {
         let ticks = core::mem::take(&mut self.ticks);
-        match self.clocks {
-            // QEMU with `-icount shift=0`: every instruction takes a nanosecond.
-            Clocks::Emulator => defmt::info!("fit_instructions={=u32}", ticks),
-            clocks => {
-                let cycles = u64::from(ticks) * u64::from(clocks.core_hz())
-                    / u64::from(clocks.timer_hz().max(1));
-                defmt::info!("fit_cycles={=u64}", cycles);
-            }
-        }
+        defmt::info!("fit_instructions={=u32}", ticks);
         defmt::info!("stack_bytes={=usize}", stack_bytes());
     }
 }

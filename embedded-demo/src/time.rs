@@ -9,16 +9,12 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::{asm, interrupt};
 use cortex_m_rt::exception;
 
-use crate::clocks::{self, Clocks};
-use crate::register::{RCC_APB1ENR, TIM2, Timer};
+use crate::register::{TIM2, Timer};
 
-const MICROSECONDS_HZ: u32 = 1_000_000;
-const _: () = assert!(
-    Clocks::Pll.timer_hz().is_multiple_of(MICROSECONDS_HZ)
-        && Clocks::Oscillator
-            .timer_hz()
-            .is_multiple_of(MICROSECONDS_HZ)
-);
+/// Clock of the core, Hz.
+const CORE_HZ: u32 = 168_000_000;
+/// Nanoseconds per microsecond. QEMU's timers count nanoseconds.
+const MICROSECOND: u32 = 1000;
 /// Wake-ups of a sleeping core per second: enough to retransmit a request in time.
 const WAKES_HZ: u32 = 100;
 
@@ -32,10 +28,10 @@ pub struct Clock {
 
 impl Clock {
     /// Starts the clock at 0, and SysTick.
-    pub fn start(clocks: Clocks, mut systick: SYST) -> Self {
-        start_free_running(TIM2, clocks.timer_hz() / MICROSECONDS_HZ);
+    pub fn start(mut systick: SYST) -> Self {
+        start_free_running(TIM2, MICROSECOND);
         systick.set_clock_source(SystClkSource::Core);
-        systick.set_reload(clocks.core_hz() / WAKES_HZ - 1);
+        systick.set_reload(CORE_HZ / WAKES_HZ - 1);
         systick.clear_current();
         systick.enable_interrupt();
         systick.enable_counter();
@@ -67,7 +63,6 @@ pub fn sleep(has_work: impl Fn() -> bool) {
 
 /// Starts a timer that counts once in `divider` cycles of its clock, and never stops.
 pub fn start_free_running(timer: Timer, divider: u32) {
-    clocks::enable_clock(RCC_APB1ENR, timer.clock);
     timer.prescaler.write(divider - 1);
     timer.reload.write(u32::MAX);
     timer.event.write(1); // loads the values above

@@ -1,14 +1,23 @@
-//! A USART of the STM32F4 that never waits.
+//! A UART that never waits.
 //!
-//! An interrupt puts each received byte into a [`Queue`], so none is lost during a step of the fit.
+//! An interrupt puts each received byte into a [`Queue`], so none is lost during a step of the fit. Its priority is the
+//! highest, because the next byte overwrites this one after 87 us. SysTick, the only other interrupt, may be late.
 
 use core::cell::Cell;
 use core::sync::atomic::{AtomicU32, Ordering};
 
+use cortex_m::interrupt::InterruptNumber;
+use cortex_m::peripheral::scb::SystemHandler;
+use cortex_m::peripheral::{NVIC, SCB};
+use cortex_m_rt::exception;
 use critical_section::Mutex;
 use heapless::spsc::{Consumer, Producer, Queue};
 
-use crate::register::Usart;
+use crate::register::USART1;
+
+const INTERRUPT: u16 = 37;
+/// The lowest priority.
+const SYSTICK_PRIORITY: u8 = 0xF0;
 
 /// Status bit: at least one byte was lost, because the previous one was not read in time.
 const OVERRUN: u32 = 1 << 3;
@@ -27,27 +36,39 @@ static PRODUCER: Mutex<Cell<Option<Producer<'static, u8>>>> = Mutex::new(Cell::n
 /// Number of bytes lost because the queue was full or the interrupt was late.
 static LOST_BYTES: AtomicU32 = AtomicU32::new(0);
 
-/// The UART of the scanner: 8 bits, no parity, one stop bit. A singleton.
+/// The number of the UART's interrupt.
+#[derive(Clone, Copy)]
+struct Received;
+
+// SAFETY: the number is constant, and the chip has this interrupt.
+unsafe impl InterruptNumber for Received {
+    fn number(self) -> u16 {
+        INTERRUPT
+    }
+}
+
+/// The UART of the scanner. A singleton.
 pub struct Uart {
-    usart: Usart,
     bytes: Consumer<'static, u8>,
     /// Number of lost bytes already reported.
     reported: u32,
 }
 
 impl Uart {
-    /// Starts the UART. `clock_hz` is its clock, `baud` its speed in bit/s. Returns None if it is already started.
-    pub fn start(usart: Usart, clock_hz: u32, baud: u32) -> Option<Self> {
+    /// Starts the UART. Returns None if it is already started.
+    pub fn start(nvic: &mut NVIC, scb: &mut SCB) -> Option<Self> {
         let queue = cortex_m::singleton!(: Queue<u8, QUEUE_BYTES> = Queue::new())?;
         let (producer, bytes) = queue.split();
         critical_section::with(|section| PRODUCER.borrow(section).set(Some(producer)));
-        usart.baud.write(divider(clock_hz, baud));
-        usart.control.write(ENABLE);
-        Some(Self {
-            usart,
-            bytes,
-            reported: 0,
-        })
+        USART1.control.write(ENABLE);
+        // SAFETY: no critical section relies on priorities; all of them mask every interrupt.
+        unsafe {
+            nvic.set_priority(Received, 0);
+            scb.set_priority(SystemHandler::SysTick, SYSTICK_PRIORITY);
+        }
+        // SAFETY: the handler exists, and shares only atomics and the ends of a queue with the main loop.
+        unsafe { NVIC::unmask(Received) };
+        Some(Self { bytes, reported: 0 })
     }
 
     /// Returns the next received byte, if there is one.
@@ -62,9 +83,9 @@ impl Uart {
 
     /// Sends a byte. Returns false if the transmitter is busy.
     pub fn write(&mut self, byte: u8) -> bool {
-        let ready = self.usart.status.read() & READY != 0;
+        let ready = USART1.status.read() & READY != 0;
         if ready {
-            self.usart.data.write(byte.into());
+            USART1.data.write(byte.into());
         }
         ready
     }
@@ -73,11 +94,6 @@ impl Uart {
     pub fn has_byte(&self) -> bool {
         self.bytes.ready()
     }
-}
-
-/// Returns the divider of the clock whose result is nearest to a baud rate.
-pub const fn divider(clock_hz: u32, baud: u32) -> u32 {
-    (clock_hz + baud / 2) / baud
 }
 
 /// Adds a byte to the queue; called by the interrupt handler. Returns false if the queue is full.
@@ -93,14 +109,18 @@ fn enqueue(byte: u8) -> bool {
     })
 }
 
-/// Reads the received byte; called by the interrupt handler.
-pub fn receive(usart: Usart) {
-    let status = usart.status.read();
+/// Handles the UART's interrupt: reads the received byte.
+#[exception]
+unsafe fn DefaultHandler(number: i16) {
+    if number != INTERRUPT as i16 {
+        SCB::sys_reset() // no other interrupt is enabled
+    }
+    let status = USART1.status.read();
     if status & (RECEIVED | OVERRUN) == 0 {
         return;
     }
     // Reading the data after the status also clears an overrun, which would block the receiver.
-    let byte = usart.data.read() as u8;
+    let byte = USART1.data.read() as u8;
     let overrun = status & OVERRUN != 0;
     let dropped = status & RECEIVED != 0 && !enqueue(byte);
     let lost = u32::from(overrun) + u32::from(dropped);

@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 
 use glimpse_core::gonio::Reading;
-use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server};
+use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Reply, Request, Server};
 use glimpse_materials::{Material, Procedural};
 use glimpse_trainer::scanner::{ScannerNoise, VirtualScanner};
 
@@ -56,15 +56,17 @@ pub fn serve_requests(
     let mut byte = [0];
     loop {
         stream.read_exact(&mut byte).expect("a request");
-        let response = match server.receive(byte[0]) {
-            Some(Ok(Received::New(request))) => respond(request),
-            Some(Ok(Received::Duplicate(reply))) => Response::Reply(reply),
-            _ => continue,
-        };
-        let is_last = matches!(response, Response::Stop | Response::Last(_));
-        if let Response::Reply(reply) | Response::Last(reply) = response {
-            let frame = server.reply(reply, &mut frame).expect("a frame");
-            stream.write_all(frame).expect("the device is connected");
+        let mut is_last = false;
+        let reply = server.answer(byte[0], &mut frame, |request| {
+            let response = respond(request);
+            is_last = matches!(response, Response::Stop | Response::Last(_));
+            match response {
+                Response::Reply(reply) | Response::Last(reply) => Some(reply),
+                Response::Silence | Response::Stop => None,
+            }
+        });
+        if let Some(reply) = reply {
+            stream.write_all(reply).expect("the device is connected");
         }
         if is_last {
             return;

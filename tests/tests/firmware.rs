@@ -73,14 +73,6 @@ fn firmware_cannot_panic() {
     assert!(symbols.is_empty(), "{symbols:#?}");
 }
 
-/// Tests log lines that help to bring up a new board. QEMU does not record the cause of a reset or emulate the clocks.
-#[test]
-fn boot_logs_reset_cause_and_clock() {
-    let emulator = Emulator::boot_default();
-    assert_eq!(emulator.wait_for("reset: "), "Unknown");
-    assert_ne!(emulator.wait_for("clock: "), "");
-}
-
 /// Scans with every bundled recipe that has a pattern, as users flash it. Source and driver are the same for every model;
 /// only the recipe differs.
 #[test]

@@ -7,11 +7,11 @@ use std::collections::BTreeMap;
 use std::io::{self, Read, Write};
 use std::path::Path;
 
-use glimpse_core::error::{Error, ErrorCode};
+use glimpse_core::error::ErrorCode;
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 use glimpse_core::gonio::Reading;
 use glimpse_core::link::{
-    FRAME_BYTES, FailureReport, PROTOCOL, Received, RecipeBytes, Reply, Request, Server,
+    FRAME_BYTES, FailureReport, PROTOCOL, RecipeBytes, Reply, Request, Server,
 };
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
@@ -44,9 +44,6 @@ pub enum ScannerError {
          release"
     )]
     Protocol(u16),
-    /// A reply does not fit into a frame.
-    #[error(transparent)]
-    Frame(#[from] Error),
 }
 
 /// The noise of the virtual scanner.
@@ -263,14 +260,18 @@ impl<'a> VirtualScanner<'a> {
             };
             // Bytes after a request can only repeat the same request.
             for byte in &bytes[..count] {
-                let (reply, outcome) = match self.server.receive(*byte) {
-                    Some(Ok(Received::New(request))) => self.handle_request(request),
-                    Some(Ok(Received::Duplicate(reply))) => (reply, Outcome::Continue),
-                    // Requests are answered immediately, so none is pending. The device repeats damaged requests.
-                    Some(Ok(_) | Err(_)) | None => continue,
-                };
-                stream.write_all(self.server.reply(reply, &mut frame)?)?;
-                stream.flush()?;
+                let mut outcome = Outcome::Continue;
+                let mut server = std::mem::take(&mut self.server);
+                let reply = server.answer(*byte, &mut frame, |request| {
+                    let reply;
+                    (reply, outcome) = self.handle_request(request);
+                    Some(reply)
+                });
+                self.server = server;
+                if let Some(reply) = reply {
+                    stream.write_all(reply)?;
+                    stream.flush()?;
+                }
                 match outcome {
                     Outcome::Continue => {}
                     Outcome::Completed(report) => return Ok(report),

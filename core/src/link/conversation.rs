@@ -1,6 +1,6 @@
 //! Client and server: sequence numbers, repeated requests and late replies.
 
-use super::frame::{FrameReader, checksum_of, encode};
+use super::frame::{FRAME_BYTES, FrameReader, checksum_of, encode};
 use super::message::{Reply, Request};
 use crate::error::Error;
 #[cfg(doc)]
@@ -39,7 +39,7 @@ impl Client {
     /// reply arrives.
     ///
     /// # Errors
-    /// [`ErrorCode::FrameTooLong`] if the frame does not fit into `buffer`. [`FRAME_BYTES`](super::FRAME_BYTES) suffice.
+    /// [`ErrorCode::FrameTooLong`] if the frame does not fit into `buffer`. [`FRAME_BYTES`] suffice.
     pub fn request<'b>(
         &mut self,
         request: &Request,
@@ -101,6 +101,23 @@ impl Server {
         }
     }
 
+    /// Receives a byte. At the end of a request, it writes the frame to send into `buffer`: the reply of `respond`, or to
+    /// a repeated request the same reply again. Without a reply the request is pending until [`reply`](Self::reply).
+    pub fn answer<'b>(
+        &mut self,
+        byte: u8,
+        buffer: &'b mut [u8; FRAME_BYTES],
+        respond: impl FnOnce(Request) -> Option<Reply>,
+    ) -> Option<&'b [u8]> {
+        let reply = match self.receive(byte)? {
+            Ok(Received::New(request)) => respond(request)?,
+            Ok(Received::Duplicate(reply)) => reply,
+            // The host is still working on it, or it is damaged and the device repeats it.
+            Ok(Received::Pending) | Err(_) => return None,
+        };
+        self.reply(reply, buffer).ok()
+    }
+
     /// Receives a byte. At the end of a frame, it returns the request, or the error of the frame. An invalid frame
     /// needs no reply: the device sends it again.
     pub fn receive(&mut self, byte: u8) -> Option<Result<Received, Error>> {
@@ -127,7 +144,7 @@ impl Server {
     /// Writes the frame of the reply to the last request into `buffer`.
     ///
     /// # Errors
-    /// [`ErrorCode::FrameTooLong`] if the frame does not fit into `buffer`. [`FRAME_BYTES`](super::FRAME_BYTES) suffice.
+    /// [`ErrorCode::FrameTooLong`] if the frame does not fit into `buffer`. [`FRAME_BYTES`] suffice.
     pub fn reply<'b>(&mut self, reply: Reply, buffer: &'b mut [u8]) -> Result<&'b [u8], Error> {
         let frame = encode(self.sequence, &reply, buffer);
         self.reply = Some(reply);

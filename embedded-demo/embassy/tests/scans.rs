@@ -14,7 +14,7 @@ use glimpse_core::driver::{Config, Host};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{ArmAngles, Directions, Spherical};
 use glimpse_core::gonio::{Machine as Reach, Reading};
-use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Received, Reply, Request, Server};
+use glimpse_core::link::{FRAME_BYTES, PROTOCOL, Reply, Request, Server};
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, memory_words};
 use glimpse_core::scan::Scan;
@@ -210,25 +210,17 @@ impl Write for &Desk {
             pending::<()>().await;
         }
         let host = &mut *self.host.borrow_mut();
+        let mut frame = [0; FRAME_BYTES];
         for byte in bytes {
-            let reply = match host.server.receive(*byte) {
-                Some(Ok(Received::New(request))) => match request {
-                    Request::Hello { .. } => Reply::Welcome { protocol: PROTOCOL },
-                    Request::Values { values, .. } => {
-                        host.values.extend(values.as_slice());
-                        Reply::Accepted
-                    }
-                    request => {
-                        host.has_result |= matches!(request, Request::Finished(_));
-                        Reply::Accepted
-                    }
-                },
-                Some(Ok(Received::Duplicate(reply))) => reply,
-                _ => continue,
-            };
-            let mut frame = [0; FRAME_BYTES];
-            host.replies
-                .extend(host.server.reply(reply, &mut frame).unwrap());
+            let reply = host.server.answer(*byte, &mut frame, |request| {
+                match &request {
+                    Request::Hello { .. } => return Some(Reply::Welcome { protocol: PROTOCOL }),
+                    Request::Values { values, .. } => host.values.extend(values.as_slice()),
+                    request => host.has_result |= matches!(request, Request::Finished(_)),
+                }
+                Some(Reply::Accepted)
+            });
+            host.replies.extend(reply.unwrap_or_default());
         }
         Ok(bytes.len())
     }

@@ -132,7 +132,6 @@ impl VirtualScanner {
                     eprintln!("{error}");
                     return Ok(false);
                 }
-                Err(error @ ScannerError::Frame(_)) => return Err(error.into()),
             }
         }
     }

@@ -11,7 +11,7 @@ use glimpse_core::driver::{Config, Driver, Host};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::{Limits, Machine};
 use glimpse_core::link::{
-    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, Received, RecipeBytes, Reply, Request, Server,
+    BYTES_PER_FRAME, FRAME_BYTES, PROTOCOL, RecipeBytes, Reply, Request, Server,
 };
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Saved, Scan};
@@ -160,15 +160,14 @@ fn reply(request: &Request, random: &mut Random) -> Reply {
 
 /// Returns the bytes of the replies to received bytes.
 fn exchange(server: &mut Server, received: &[u8], random: &mut Random) -> Vec<u8> {
-    let mut sent = Vec::new();
+    let (mut sent, mut frame) = (Vec::new(), [0; FRAME_BYTES]);
     for byte in received {
-        let reply = match server.receive(*byte) {
-            Some(Ok(Received::New(request))) => reply(&request, random),
-            Some(Ok(Received::Duplicate(reply))) => reply,
-            _ => continue,
-        };
-        let mut frame = [0; FRAME_BYTES];
-        sent.extend_from_slice(server.reply(reply, &mut frame).unwrap());
+        let respond = |request| Some(reply(&request, random));
+        sent.extend(
+            server
+                .answer(*byte, &mut frame, respond)
+                .unwrap_or_default(),
+        );
     }
     sent
 }
