@@ -1,5 +1,5 @@
 """Generates a firmware from embedded-demo/template for each board, as a user does, builds it, and compares its size with
-the table in embedded-demo/template/README.md. Then runs the tests of embedded-demo/hardware in QEMU.
+the table in embedded-demo/README.md. Then runs the tests of embedded-demo/hardware in QEMU.
 
     python3 tests/boards.py CARGO_GENERATE [--update]
 
@@ -63,7 +63,7 @@ def main():
         subprocess.run(build + ["--config", 'build.rustflags=["-Dwarnings"]'], cwd=project, check=True)
         [image] = [path for path in (PLACE / "target").glob(f"*/release/{board}") if path.is_file()]
         rows[board] = sizes(image)
-    readme = TEMPLATE / "README.md"
+    readme = ROOT / "embedded-demo" / "README.md"
     text = readme.read_text()
     failed = False
     for board, found in rows.items():
@@ -75,7 +75,7 @@ def main():
             text = text.replace(row[0], f"{row[1]}{found[0] / 1000:.1f} kB | {found[1] / 1000:.1f} kB |")
         elif wrong:
             failed = True
-            print(f"the README of the template states {row[2]} kB and {row[3]} kB: --update writes the table")
+            print(f"the README states {row[2]} kB and {row[3]} kB: --update writes the table")
     readme.write_text(text)
     run_hardware_tests()
     sys.exit(failed)

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use glimpse_core::driver::{Action, Config, Driver, Host};
 use glimpse_core::fit::AnyModel;
+use glimpse_core::gonio::Reading;
 use glimpse_core::link::{Client, FRAME_BYTES, Reply, Request};
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::{Residual, Scan};
@@ -60,6 +61,9 @@ pub fn assert_matches_host(report: &ScanReport, recipe: &[u8]) {
         report.residual
     );
 }
+
+/// The reading of a device that measures.
+pub const OWN_READING: [f32; 3] = [0.3, 0.2, 0.1];
 
 /// A device that is connected by a stream.
 #[derive(Debug)]
@@ -126,11 +130,22 @@ impl Device {
     /// # Panics
     /// If the recipe is damaged.
     pub fn scan(&mut self, recipe: &[u8]) -> io::Result<()> {
+        self.scan_with(recipe, Host::Measures)
+    }
+
+    /// Scans one material. If the host does not measure, the device reads the BRDF [`OWN_READING`] everywhere.
+    ///
+    /// # Errors
+    /// As [`Device::scan`].
+    ///
+    /// # Panics
+    /// If the recipe is damaged.
+    pub fn scan_with(&mut self, recipe: &[u8], host: Host) -> io::Result<()> {
         let recipe = Recipe::parse(recipe).expect("the recipe is valid");
         let mut memory = vec![0.0; recipe.memory_words()];
         let scan = Scan::<AnyModel>::new(recipe, &mut memory).expect("the buffer is large enough");
         let interval = self.reply_timeout.as_millis() as u32;
-        let mut config = Config::new(Host::Measures);
+        let mut config = Config::new(host);
         config.retransmit_interval_ms = interval;
         config.reply_timeout_ms = 100 * interval;
         config.measure_timeout_ms = 100 * interval;
@@ -141,6 +156,10 @@ impl Device {
         loop {
             match driver.poll(start.elapsed().as_millis() as u64) {
                 Action::Forget => return Ok(()), // the host has the result
+                Action::Measure { index, .. } => {
+                    let recorded = driver.record(index, Reading::new(OWN_READING));
+                    recorded.map_err(|error| io::Error::other(error.to_string()))?;
+                }
                 Action::Failed(failure) => return Err(io::Error::other(failure.to_string())),
                 _ => {}
             }

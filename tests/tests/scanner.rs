@@ -4,15 +4,16 @@ use std::net::{TcpListener, TcpStream};
 use std::thread;
 use std::time::Duration;
 
+use glimpse_core::driver::Host;
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{Directions, HalfDifference};
 use glimpse_core::link::{FailureReport, PROTOCOL, Reply, Request};
 use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::sampling::uniform_valid;
-use glimpse_materials::{FittedMaterial, Material, Procedural};
+use glimpse_materials::{Brdf, FittedMaterial, Material, Procedural};
 use glimpse_tests::RECIPE;
-use glimpse_tests::device::{Device, fit};
+use glimpse_tests::device::{Device, OWN_READING, fit};
 use glimpse_tests::host::{noiseless_scanner, unseen_material};
 use glimpse_tests::noisy_line::{Fault, NoisyLine};
 use glimpse_trainer::scanner::{ScanReport, ScannerError, ScannerNoise, VirtualScanner, angles_of};
@@ -89,6 +90,25 @@ fn device_receives_brdf_and_host_receives_fit() {
         (read.name(), read.fitted().values()),
         ("scan", &report.values[..])
     );
+}
+
+#[test]
+fn listener_receives_the_fit_of_a_device_that_measures() {
+    let (device, mut host) = line();
+    let device =
+        thread::spawn(move || Device::new(device, REPLY_TIMEOUT)?.scan_with(RECIPE, Host::Listens));
+    let report = VirtualScanner::listener().serve(&mut host).unwrap();
+    device.join().unwrap().unwrap();
+    assert!(report.readings.is_empty());
+    let fitted = report.fitted(None).unwrap();
+    for angles in Recipe::parse(RECIPE).unwrap().pattern() {
+        let brdf = fitted.at_angles(angles);
+        let errors = brdf.iter().zip(OWN_READING);
+        assert!(
+            errors.clone().all(|(f, own)| (f / own - 1.0).abs() < 0.3),
+            "{brdf:?}"
+        );
+    }
 }
 
 /// With one corrupted byte in 100, the scan is complete and correct. With one in ten, the device may also give up and

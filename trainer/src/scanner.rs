@@ -199,9 +199,9 @@ enum Outcome {
     Failed(ScannerError),
 }
 
-/// A virtual scanner that measures one material.
+/// A virtual scanner that measures one material, or only receives the results of devices that measure themselves.
 pub struct VirtualScanner<'a> {
-    material: &'a dyn Material,
+    material: Option<&'a dyn Material>,
     noise: ScannerNoise,
     server: Server,
     scan: Option<ScanState>,
@@ -215,8 +215,18 @@ impl<'a> VirtualScanner<'a> {
     #[must_use]
     pub fn new(material: &'a dyn Material, noise: ScannerNoise) -> Self {
         Self {
-            material,
+            material: Some(material),
             noise,
+            ..Self::listener()
+        }
+    }
+
+    /// Creates a host of devices that measure themselves.
+    #[must_use]
+    pub fn listener() -> Self {
+        Self {
+            material: None,
+            noise: ScannerNoise::default(),
             server: Server::new(),
             scan: None,
             scan_count: 0,
@@ -231,17 +241,15 @@ impl<'a> VirtualScanner<'a> {
         Self { recipe, ..self }
     }
 
-    /// Returns a reading by its index in the scan. A repeated reading has the same noise.
+    /// Returns a reading by its index in the scan; None without a material. A repeated reading has the same noise.
     #[must_use]
-    pub fn read(&self, index: u16, angles: Angles<f32>) -> Reading {
+    pub fn read(&self, index: u16, angles: Angles<f32>) -> Option<Reading> {
+        let material = self.material?;
         let mut random = ChaCha8Rng::seed_from_u64(self.noise.seed);
         random.set_stream(self.scan_count << 16 | u64::from(index));
-        Reading {
-            brdf: self.material.brdf(angles).map(|f| {
-                (f * (1.0 + self.noise.deviation * standard_normal(&mut random))).max(0.0)
-            }),
-            saturated: false,
-        }
+        Some(Reading::new(material.brdf(angles).map(|f| {
+            (f * (1.0 + self.noise.deviation * standard_normal(&mut random))).max(0.0)
+        })))
     }
 
     /// Serves a device until one scan is complete. Call again for the next scan.
@@ -365,7 +373,9 @@ impl<'a> VirtualScanner<'a> {
         let Some(angles) = angles_of(&directions) else {
             return Reply::Refused(ErrorCode::RefusedDirections);
         };
-        let reading = self.read(index, angles);
+        let Some(reading) = self.read(index, angles) else {
+            return Reply::Refused(ErrorCode::RefusedRequest);
+        };
         let scan_reading = ScanReading {
             directions,
             angles,

@@ -3,7 +3,8 @@
 use embassy_time::{Duration, Timer};
 use embedded_hal_async::i2c::I2c;
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::gonio::{Calibration, Reading};
+use glimpse_core::geometry::ArmAngles;
+use glimpse_core::gonio::{Calibration, Footprint, Reading, ReferenceCalibration};
 
 use crate::machine::Sensor;
 
@@ -25,17 +26,24 @@ const SETTLE: Duration = Duration::from_millis(320);
 #[derive(Debug)]
 pub struct ColorSensor<B> {
     bus: B,
-    calibration: Calibration,
+    calibration: ReferenceCalibration,
 }
 
 impl<B: I2c> ColorSensor<B> {
-    /// Switches the sensor on, with the gain 4. `calibration` converts its counts: dark and white counts of 4 x gain,
-    /// saturated at 65,535.
+    /// Switches the sensor on, with the gain 4. `calibration` has its [`counts`](Self::counts) in the dark, and on a white
+    /// tile with the arms at `white_at`; they are saturated at 65,535.
     ///
     /// # Errors
     /// [`ErrorCode::Machine`] if it does not answer, or the calibration is invalid.
-    pub async fn new(bus: B, calibration: Calibration) -> Result<Self, Error> {
-        let calibration = calibration.saturating_at(65_535.0)?;
+    pub async fn new(
+        bus: B,
+        calibration: Calibration,
+        white_at: &ArmAngles,
+        footprint: Footprint,
+    ) -> Result<Self, Error> {
+        let calibration = calibration
+            .saturating_at(65_535.0)?
+            .read_once_at(&white_at.directions(), footprint)?;
         let mut sensor = Self { bus, calibration };
         let settings = [
             (INTEGRATION_TIME, CYCLES.wrapping_neg()),
@@ -52,18 +60,28 @@ impl<B: I2c> ColorSensor<B> {
 
     async fn write(&mut self, register: u8, value: u8) -> Result<(), Error> {
         let written = self.bus.write(ADDRESS, &[REGISTER | register, value]).await;
-        written.map_err(|_| Error::new(ErrorCode::Machine))
+        written.map_err(|_| FAULT)
     }
-}
 
-impl<B: I2c> Sensor for ColorSensor<B> {
-    async fn read(&mut self) -> Result<Reading, Error> {
+    /// Reads the counts of red, green and blue.
+    ///
+    /// # Errors
+    /// [`ErrorCode::Machine`] if the sensor does not answer.
+    pub async fn counts(&mut self) -> Result<[f32; 3], Error> {
         Timer::after(SETTLE).await;
         let mut bytes = [0; 6];
         let read = self.bus.write_read(ADDRESS, &[REGISTER | RED], &mut bytes);
-        read.await.map_err(|_| Error::new(ErrorCode::Machine))?;
+        read.await.map_err(|_| FAULT)?;
         let [r0, r1, g0, g1, b0, b1] = bytes;
-        let counts = [[r0, r1], [g0, g1], [b0, b1]].map(u16::from_le_bytes);
-        self.calibration.reading(counts.map(f32::from))
+        Ok([[r0, r1], [g0, g1], [b0, b1]].map(|bytes| u16::from_le_bytes(bytes).into()))
+    }
+}
+
+const FAULT: Error = Error::in_field(ErrorCode::Machine, "no answer from the sensor");
+
+impl<B: I2c> Sensor for ColorSensor<B> {
+    async fn read(&mut self, arms: &ArmAngles) -> Result<Reading, Error> {
+        let counts = self.counts().await?;
+        self.calibration.reading(counts, &arms.directions())
     }
 }

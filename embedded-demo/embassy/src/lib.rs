@@ -6,14 +6,16 @@
 // The futures run on one core's executor, whose tasks need not be `Send`.
 #![allow(async_fn_in_trait)]
 
+mod button;
 mod color_sensor;
 mod machine;
 mod memory;
 mod operator;
 mod run;
 
+pub use button::Button;
 pub use color_sensor::ColorSensor;
-pub use machine::{Machine, Sensor, Steppers};
+pub use machine::{Machine, Sensor, Steppers, fault};
 pub use memory::{FlashMemory, Memory};
 pub use operator::{Command, Event, Operator};
 pub use run::run;

@@ -5,6 +5,7 @@ use embedded_hal::digital::{InputPin, OutputPin};
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::ArmAngles;
 use glimpse_core::gonio::Reading;
+use glimpse_motion::MotionError;
 use glimpse_motion::goniometer::{Goniometer, Progress, StepCheck};
 
 /// Arms and sensor.
@@ -36,11 +37,11 @@ pub trait Machine {
 
 /// A sensor.
 pub trait Sensor {
-    /// Reads a BRDF in linear RGB, sr^-1, not times the cosine.
+    /// Reads a BRDF in linear RGB, sr^-1, not times the cosine, with the arms at these angles.
     ///
     /// # Errors
     /// [`ErrorCode::Machine`] if the sensor does not answer.
-    async fn read(&mut self) -> Result<Reading, Error>;
+    async fn read(&mut self, arms: &ArmAngles) -> Result<Reading, Error>;
 }
 
 /// Time between polls of the axes, in µs. A late poll makes an axis slower, but loses no steps.
@@ -51,6 +52,7 @@ const POLL_US: u64 = 20;
 pub struct Steppers<S, D, H, R> {
     arms: Goniometer<S, D, H>,
     sensor: R,
+    at: ArmAngles,
     polled: Instant,
 }
 
@@ -60,6 +62,7 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, R> Steppers<S, D, H, R> {
         Self {
             arms,
             sensor,
+            at: ArmAngles::default(),
             polled: Instant::now(),
         }
     }
@@ -77,17 +80,23 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, R> Steppers<S, D, H, R> {
                 Ok(Progress::Moving) => {}
                 Ok(Progress::Homed(check)) => return Ok(Some(check)),
                 Ok(Progress::Arrived | Progress::Resting) => return Ok(None),
-                Err(_) => return Err(FAULT),
+                Err((axis, error)) => return Err(fault(axis, error)),
             }
         }
     }
 }
 
-const FAULT: Error = Error::new(ErrorCode::Machine);
+/// Returns the error of a motion, with its name and the number of its axis.
+pub fn fault(axis: u8, error: MotionError) -> Error {
+    Error {
+        details: [axis.into(), 0],
+        ..Error::in_field(ErrorCode::Machine, error.name())
+    }
+}
 
 impl<S: OutputPin, D: OutputPin, H: InputPin, R: Sensor> Machine for Steppers<S, D, H, R> {
     async fn home(&mut self) -> Result<StepCheck, Error> {
-        self.arms.home().map_err(|_| FAULT)?;
+        self.arms.home().map_err(|error| fault(0, error))?;
         loop {
             // A route to the switches ends with an arrival.
             if let Some(check) = self.settle().await? {
@@ -99,12 +108,13 @@ impl<S: OutputPin, D: OutputPin, H: InputPin, R: Sensor> Machine for Steppers<S,
     async fn move_to(&mut self, arms: ArmAngles) -> Result<(), Error> {
         let ArmAngles { incoming, outgoing } = arms;
         let angles = [incoming.theta, incoming.phi, outgoing.theta, outgoing.phi];
-        self.arms.go_to(angles).map_err(|_| FAULT)?;
+        self.at = arms;
+        self.arms.go_to(angles).map_err(|error| fault(0, error))?;
         self.settle().await.map(drop)
     }
 
     async fn read(&mut self) -> Result<Reading, Error> {
-        self.sensor.read().await
+        self.sensor.read(&self.at).await
     }
 
     fn stop(&mut self) {

@@ -25,7 +25,9 @@ const MAX_WRITE: usize = 63;
 /// The pause after an error of the line.
 const LINE_PAUSE: Duration = Duration::from_millis(100);
 
-const FAULT: Error = Error::new(ErrorCode::Machine);
+const STOPPED: Error = Error::in_field(ErrorCode::Machine, "stopped by the operator");
+const LOST_STEPS: Error = Error::in_field(ErrorCode::Machine, "steps were lost");
+const NO_DIRECTION: Error = Error::new(ErrorCode::OutOfReach);
 
 /// Scans material after material. The arms are homed at once, so call it after a command of the operator.
 ///
@@ -112,7 +114,7 @@ impl<K: ScanModel, M: Machine, S: Memory, O: Operator> Scanner<'_, '_, K, M, S, 
                             self.operator.show(Event::Finished(residual, values));
                         }
                     }
-                    Ok(_) => self.driver.fail(FAULT),
+                    Ok(_) => self.driver.fail(LOST_STEPS),
                     Err(error) => self.driver.fail(error),
                 },
                 Action::Failed(error) => {
@@ -174,7 +176,7 @@ impl<K: ScanModel, M: Machine, S: Memory, O: Operator> Scanner<'_, '_, K, M, S, 
             Some((next.index, next.arms))
         });
         let Some((index, arms)) = next else {
-            return self.driver.fail(FAULT);
+            return self.driver.fail(NO_DIRECTION);
         };
         let machine = &mut *self.machine;
         let read = async {
@@ -210,7 +212,7 @@ impl<K: ScanModel, M: Machine, S: Memory, O: Operator> Scanner<'_, '_, K, M, S, 
         if command == Command::Stop {
             // A complete scan has nothing to stop.
             if self.driver.scan().ok().and_then(Scan::fitted).is_none() {
-                self.driver.fail(FAULT);
+                self.driver.fail(STOPPED);
             }
             return Next::Continue;
         }
@@ -272,7 +274,7 @@ async fn unless_stopped<T>(
     loop {
         match select(&mut motion, operator.command()).await {
             Either::First(result) => return result,
-            Either::Second(Command::Stop) => return Err(FAULT),
+            Either::Second(Command::Stop) => return Err(STOPPED),
             Either::Second(_) => {}
         }
     }

@@ -135,7 +135,8 @@ impl Desk {
 }
 
 impl Sensor for &Desk {
-    async fn read(&mut self) -> Result<Reading, Error> {
+    async fn read(&mut self, arms: &ArmAngles) -> Result<Reading, Error> {
+        assert!(arms.directions().separation() > 0.0);
         Timer::after_millis(50).await;
         let [theta_i, phi_i, theta_o, phi_o] = self.machine.angles();
         let at = |theta, phi| Spherical { theta, phi };

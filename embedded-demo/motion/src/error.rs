@@ -32,3 +32,24 @@ pub enum MotionError {
     /// A pin could not be read or written: check its configuration.
     Pin,
 }
+
+impl MotionError {
+    /// Returns the name of the error.
+    #[must_use]
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Settings(_) => "Settings",
+            Self::Limits(_) => "Limits",
+            Self::HomeTooClose => "HomeTooClose",
+            Self::NotHomed => "NotHomed",
+            Self::Moving => "Moving",
+            Self::OutOfReach(_) => "OutOfReach",
+            Self::NoSafeRoute => "NoSafeRoute",
+            Self::HomeNotFound => "HomeNotFound",
+            Self::HomeStuck => "HomeStuck",
+            Self::SwitchOpened(_) => "SwitchOpened",
+            Self::SwitchBounces => "SwitchBounces",
+            Self::Pin => "Pin",
+        }
+    }
+}

@@ -10,6 +10,7 @@ mod board;
 
 use core::convert::Infallible;
 
+use embassy_time::Timer;
 use embedded_hal::digital::{InputPin, OutputPin};
 use embedded_hal_async::digital::Wait;
 use embedded_hal_async::i2c::I2c;
@@ -17,34 +18,52 @@ use embedded_io_async::{Read, Write};
 use embedded_storage::nor_flash::NorFlash;
 use glimpse_core::driver::{Config, Host};
 use glimpse_core::error::{Error, ErrorCode};
-use glimpse_core::gonio::{Calibration, Machine};
+use glimpse_core::geometry::{ArmAngles, Spherical};
+use glimpse_core::gonio::{Calibration, Footprint, Machine};
 use glimpse_core::model::Neural;
 use glimpse_core::recipe::{Recipe, max_samples, memory_words};
 use glimpse_core::scan::Scan;
-use glimpse_embassy::{ColorSensor, Command, Event, FlashMemory, Operator, Steppers, run};
+use glimpse_embassy::{
+    Button, ColorSensor, Command, Event, FlashMemory, Operator, Steppers, fault, run,
+};
 use glimpse_motion::axis::{Axis, Settings};
 use glimpse_motion::goniometer::Goniometer;
 use glimpse_motion::store::{Layout, Store};
 use static_cell::StaticCell;
 
-/// The recipe, and its model in [`Model`].
-static RECIPE: &[u8] = include_bytes!(concat!(
-    env!("CARGO_MANIFEST_DIR"),
-    "/{{glimpse}}/trainer/recipes/completed/neural-n8.recipe"
-));
+/// The recipe of build.rs.
+static RECIPE: &[u8] = include_bytes!(env!("RECIPE"));
+/// Its model: `model::Neural`, `model::Phong`, `model::CookTorrance` or `fit::Linear` of `glimpse_core`.
 type Model = Neural;
 const SAMPLES: usize = max_samples(&[RECIPE]);
 const MEMORY_WORDS: usize = memory_words(&[RECIPE]);
 
 /// The smallest angle between lamp and sensor, in radians.
 const MIN_SEPARATION: f32 = 0.09;
-/// Counts of the sensor in the dark and on a white tile, and the tile's reflectance: measure them.
+/// True: log the sensor's counts instead of scanning, for the next four constants.
+const CALIBRATES: bool = false;
+/// Counts in the dark and on a white tile, with the arms at `WHITE_AT`, and the tile's reflectance.
 const DARK: [f32; 3] = [0.0; 3];
 const WHITE: [f32; 3] = [20_000.0; 3];
+const WHITE_AT: ArmAngles = ArmAngles {
+    incoming: Spherical {
+        theta: 0.0,
+        phi: 0.0,
+    },
+    outgoing: Spherical {
+        theta: 0.785,
+        phi: 0.0,
+    },
+};
 const REFLECTANCE: [f32; 3] = [0.99; 3];
+/// The larger spot on the sample, at all angles: that of the light, or that which the sensor sees.
+const FOOTPRINT: Footprint = Footprint::LightLarger;
 
-/// The axes theta_i, phi_i, theta_o and phi_o, angles in radians: a motor of 200 steps with 16 microsteps and a gear of
-/// 4. The lamp's switch is near the normal, the sensor's near the horizon.
+/// The axes: theta_i and phi_i turn the lamp, theta_o and phi_o the sensor. Angles in radians, from the normal or the
+/// common azimuth 0. Step and speed: a motor of 200 steps with 16 microsteps and a gear of 4.
+///
+/// `home` is the angle of the switch, outside `min_angle` to `max_angle` by at most a tenth of that. A high direction
+/// pin increases the angle, unless `reversed`.
 const AXES: [Settings; 4] = [
     Settings {
         home: -0.05,
@@ -69,17 +88,15 @@ const AZIMUTH: Settings = Settings {
 };
 const POLAR: Settings = Settings {
     steps_per_radian: 200.0 * 16.0 * 4.0 / core::f32::consts::TAU,
-    speed: 4_000.0,
-    acceleration: 20_000.0,
-    homing_speed: 1_000.0,
+    speed: 4_000.0,         // steps/s
+    acceleration: 20_000.0, // steps/s^2
+    homing_speed: 1_000.0,  // steps/s
     home: 0.0,
     min_angle: 0.0,
     max_angle: 0.0,
-    tolerance: 2,
+    tolerance: 2, // steps that may be lost between two homings
     reversed: false,
 };
-
-const FAULT: Error = Error::new(ErrorCode::Machine);
 
 /// Returns the place of readings in the flash: two areas of whole sectors from `start` on.
 const fn readings_at(start: u32, area_bytes: u32) -> Layout {
@@ -101,25 +118,25 @@ struct Board<S, D, H, B, F, L, W> {
     button: W,
 }
 
-/// The button: it starts a scan, stops it, and continues after a failure.
-struct Button<W> {
-    pin: W,
+/// The button: it starts a scan, stops it, and begins again after a failure.
+struct Panel<W> {
+    button: Button<W>,
     next: Command,
 }
 
-impl<W: Wait> Operator for Button<W> {
+impl<W: Wait + InputPin> Operator for Panel<W> {
     async fn command(&mut self) -> Command {
-        // A pin that cannot be read gives no command.
-        if self.pin.wait_for_falling_edge().await.is_err() {
-            core::future::pending::<()>().await;
-        }
+        self.button.pressed().await;
         core::mem::replace(&mut self.next, Command::Stop)
     }
 
     fn show(&mut self, event: Event<'_>) {
         match event {
-            Event::Finished(residual, _) => {
+            Event::Finished(residual, values) => {
                 self.next = Command::Restart;
+                for (index, value) in values.enumerate() {
+                    defmt::info!("value {}: {}", index, value);
+                }
                 defmt::info!("finished: {}", residual);
             }
             Event::Failed(error) => {
@@ -131,9 +148,20 @@ impl<W: Wait> Operator for Button<W> {
     }
 }
 
-/// Scans after a press of the button, one material after the other. Returns an error of recipe, settings, sensor or flash.
+/// Scans after a press of the button, one material after the other, or logs an error of recipe, settings, sensor or flash.
 async fn scan<S, D, H>(
-    board: Board<S, D, H, impl I2c, impl NorFlash, (impl Read, impl Write), impl Wait>,
+    board: Board<S, D, H, impl I2c, impl NorFlash, (impl Read, impl Write), impl Wait + InputPin>,
+) where
+    S: OutputPin,
+    D: OutputPin,
+    H: InputPin,
+{
+    let Err(error) = start(board).await;
+    defmt::error!("{}; the button does nothing until a reset", error);
+}
+
+async fn start<S, D, H>(
+    board: Board<S, D, H, impl I2c, impl NorFlash, (impl Read, impl Write), impl Wait + InputPin>,
 ) -> Result<Infallible, Error>
 where
     S: OutputPin,
@@ -148,35 +176,44 @@ where
     let mut flash = FlashMemory::new(store, &recipe)?;
     let [theta_i, phi_i, theta_o, phi_o] = board.axes;
     let [lamp, lamp_azimuth, sensor, sensor_azimuth] = AXES;
-    let axis = |(step, direction, switch), settings| Axis::new(step, direction, switch, settings);
+    let axis = |number, (step, direction, switch), settings| {
+        Axis::new(step, direction, switch, settings).map_err(|error| fault(number, error))
+    };
     let axes = [
-        axis(theta_i, lamp).map_err(|_| FAULT)?,
-        axis(phi_i, lamp_azimuth).map_err(|_| FAULT)?,
-        axis(theta_o, sensor).map_err(|_| FAULT)?,
-        axis(phi_o, sensor_azimuth).map_err(|_| FAULT)?,
+        axis(0, theta_i, lamp)?,
+        axis(1, phi_i, lamp_azimuth)?,
+        axis(2, theta_o, sensor)?,
+        axis(3, phi_o, sensor_azimuth)?,
     ];
-    let arms = Goniometer::new(axes, MIN_SEPARATION, None).map_err(|_| FAULT)?;
+    let arms = Goniometer::new(axes, MIN_SEPARATION, None).map_err(|error| fault(0, error))?;
     let mut config = Config::new(Host::Listens);
     config.machine = Some(Machine::new(arms.limits()));
     config.sequence_seed = boots;
     let calibration = Calibration::new(DARK, WHITE, REFLECTANCE)?;
-    let color_sensor = ColorSensor::new(board.sensor, calibration).await?;
+    let color_sensor = ColorSensor::new(board.sensor, calibration, &WHITE_AT, FOOTPRINT);
+    let mut color_sensor = color_sensor.await?;
+    while CALIBRATES {
+        defmt::info!("counts: {}", color_sensor.counts().await?);
+        Timer::after_millis(500).await;
+    }
     let mut machine = Steppers::new(arms, color_sensor);
-    let memory = MEMORY.try_init([0.0; MEMORY_WORDS]).ok_or(FAULT)?;
+    let memory = MEMORY
+        .try_init([0.0; MEMORY_WORDS])
+        .ok_or(Error::new(ErrorCode::Memory))?;
     let scan = Scan::<Model>::new(recipe, memory)?;
-    let mut button = Button {
-        pin: board.button,
+    let mut panel = Panel {
+        button: Button::new(board.button),
         next: Command::Resume,
     };
     defmt::info!("press the button to scan");
-    button.command().await;
+    panel.command().await;
     run(
         scan,
         config,
         board.line,
         &mut machine,
         &mut flash,
-        &mut button,
+        &mut panel,
     )
     .await
 }
@@ -184,5 +221,6 @@ where
 /// Restarts the firmware, which then waits for the button.
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo) -> ! {
+    defmt::error!("a panic restarts the firmware");
     board::reset()
 }

@@ -22,6 +22,9 @@ use super::{load_single, print, read_recipe};
 /// the device reports, and the loss of the device's fit against the material. With the model linear,
 /// the device sends only coefficients: give --recipe, whose basis turns them into a BRDF.
 ///
+/// Without --material, the command is the host of a device that moves its own arms: it prints and
+/// writes what the device has fitted.
+///
 /// With --sheet, the scanner fills in a sheet instead, so that `trainer next` can lead a scan.
 ///
 /// Example: trainer next --blank scan.csv --count 4
@@ -30,18 +33,19 @@ use super::{load_single, print, read_recipe};
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct VirtualScanner {
-    /// Material to measure: a source with a single material
+    /// Material to measure: a source with a single material [default: the device measures]
     #[arg(long, value_name = "SOURCE")]
-    material: Source,
+    material: Option<Source>,
     /// Fill in the rows without readings of a sheet of `trainer next` or `trainer plan`, and exit
-    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["listen", "recipe", "once", "out"])]
+    #[arg(long, value_name = "FILE.csv", requires = "material", conflicts_with_all = ["listen", "recipe", "once", "out"])]
     sheet: Option<PathBuf>,
     /// TCP address that the device's serial link connects to
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878")]
     listen: SocketAddr,
-    /// Standard deviation of Gaussian noise on each measured channel, relative to its value, 0 or above
-    #[arg(long, value_name = "S", default_value_t = 0.0, value_parser = nonnegative)]
-    noise: f32,
+    /// Standard deviation of Gaussian noise on each measured channel, relative to its value
+    /// [default: 0]
+    #[arg(long, value_name = "S", value_parser = nonnegative, requires = "material")]
+    noise: Option<f32>,
     /// Recipe file, offered to devices that can store one; for the model linear, its basis is used
     /// to compute the loss
     #[arg(long, value_name = "FILE.recipe")]
@@ -62,7 +66,9 @@ impl VirtualScanner {
     /// Serves devices, one after another.
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         if let Some(out) = &self.out {
-            refuse_source(out, &self.material)?;
+            if let Some(material) = &self.material {
+                refuse_source(out, material)?;
+            }
             if let Some(recipe) = &self.recipe {
                 refuse_input(out, recipe)?;
                 refuse_input(out, &Basis::path_for(recipe))?;
@@ -76,13 +82,17 @@ impl VirtualScanner {
             refuse_existing(out, self.force)?;
             check_out(out)?;
         }
-        let materials = [load_single(&self.material)?];
-        let material = &*materials[0];
+        let material = self.material.as_ref().map(load_single).transpose()?;
+        let materials: Vec<_> = material.into_iter().collect();
+        let material = materials.first().map(|material| &**material);
         let noise = ScannerNoise {
-            deviation: self.noise,
+            deviation: self.noise.unwrap_or_default(),
             seed,
         };
-        let mut scanner = scanner::VirtualScanner::new(material, noise);
+        let mut scanner = match material {
+            Some(material) => scanner::VirtualScanner::new(material, noise),
+            None => scanner::VirtualScanner::listener(),
+        };
         if let Some(path) = &self.sheet {
             return fill_in(path, &scanner);
         }
@@ -112,7 +122,7 @@ impl VirtualScanner {
         &self,
         mut stream: TcpStream,
         scanner: &mut scanner::VirtualScanner<'_>,
-        material: &dyn Material,
+        material: Option<&dyn Material>,
         basis: Option<&(u32, Basis)>,
     ) -> anyhow::Result<bool> {
         loop {
@@ -140,19 +150,22 @@ impl VirtualScanner {
     fn report_scan(
         &self,
         report: &ScanReport,
-        material: &dyn Material,
+        material: Option<&dyn Material>,
         basis: Option<&Basis>,
     ) -> anyhow::Result<()> {
-        let (residual, loss) = (report.residual, report.loss(basis, material));
+        let residual = report.residual;
+        let loss = material.and_then(|material| report.loss(basis, material));
+        let name = material.map_or("scan", |material| material.name());
         let loss_text = match loss {
             Some(loss) => format!("loss {loss:.5}"),
+            None if material.is_none() => format!("{} values", report.values.len()),
             None => {
                 "loss unknown (give the device's recipe, with its basis, as --recipe)".to_owned()
             }
         };
         print(&format!(
             "{}: {loss_text}; residual {:.5}, worst {:.5} at sample {}, {} saturated{}\n",
-            material.name(),
+            name,
             residual.mean,
             residual.worst,
             residual.worst_index,
@@ -165,7 +178,7 @@ impl VirtualScanner {
         let Some(path) = &self.out else {
             return Ok(());
         };
-        let files = report.material_files(path, material.name(), basis, loss);
+        let files = report.material_files(path, name, basis, loss);
         let files = files.context(
             "--out: the model linear needs a basis: give the device's recipe, with its basis, as --recipe",
         )?;
@@ -195,7 +208,8 @@ fn fill_in(path: &Path, scanner: &scanner::VirtualScanner<'_>) -> anyhow::Result
                 let at = || format!("{}, line {}", path.display(), index + 2);
                 let angles = row.angles.context("a direction is not above the horizon");
                 let angles = angles.with_context(at)?;
-                let [r, g, b] = scanner.read(index as u16, angles).brdf;
+                let reading = scanner.read(index as u16, angles);
+                let [r, g, b] = reading.context("no material")?.brdf;
                 format!("{blank},{r},{g},{b}\n")
             }
         };

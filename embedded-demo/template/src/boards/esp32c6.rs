@@ -27,7 +27,7 @@ async fn main(_spawner: Spawner) {
     let bus = I2c::new(p.I2C0, Default::default());
     let port = Uart::new(p.UART0, Default::default()); // 115,200 baud
     let (Ok(bus), Ok(port)) = (bus, port) else {
-        return;
+        return defmt::error!("the bus or the UART does not start");
     };
     let port = port.with_rx(p.GPIO17).with_tx(p.GPIO16).into_async();
     let board = Board {
@@ -43,6 +43,5 @@ async fn main(_spawner: Spawner) {
         line: port.split(),
         button: input(p.GPIO9.into()), // BOOT
     };
-    let Err(error) = scan(board).await;
-    defmt::error!("{}", error);
+    scan(board).await;
 }

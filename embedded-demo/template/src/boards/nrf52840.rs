@@ -59,6 +59,5 @@ async fn main(_spawner: Spawner) {
         line: port.split(),
         button: input(p.P0_11.into()), // button 1
     };
-    let Err(error) = scan(board).await;
-    defmt::error!("{}", error);
+    scan(board).await;
 }

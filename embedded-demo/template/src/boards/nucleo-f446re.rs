@@ -7,7 +7,7 @@ use embassy_stm32::flash::Flash;
 use embassy_stm32::gpio::{AnyPin, Input, Level, Output, Pull, Speed};
 use embassy_stm32::i2c::{self, I2c};
 use embassy_stm32::usart::{self, BufferedUart};
-use embassy_stm32::{Peri, bind_interrupts, dma, interrupt, peripherals};
+use embassy_stm32::{Peri, bind_interrupts, dma, interrupt, peripherals, rcc};
 
 use crate::{Board, readings_at, scan};
 
@@ -26,7 +26,19 @@ pub(crate) fn reset() -> ! {
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
-    let p = embassy_stm32::init(Default::default());
+    let mut config = embassy_stm32::Config::default();
+    config.rcc.pll_src = rcc::PllSource::HSI;
+    config.rcc.pll = Some(rcc::Pll {
+        prediv: rcc::PllPreDiv::DIV8,
+        mul: rcc::PllMul::MUL168,
+        divp: Some(rcc::PllPDiv::DIV2), // 168 MHz
+        divq: None,
+        divr: None,
+    });
+    config.rcc.sys = rcc::Sysclk::PLL1_P;
+    config.rcc.apb1_pre = rcc::APBPrescaler::DIV4;
+    config.rcc.apb2_pre = rcc::APBPrescaler::DIV2;
+    let p = embassy_stm32::init(config);
     let (mut received, mut sent) = ([0; 256], [0; 256]);
     let settings = Default::default(); // 115,200 baud
     let port = BufferedUart::new(
@@ -38,7 +50,9 @@ async fn main(_spawner: Spawner) {
         Interrupts,
         settings,
     );
-    let Ok(port) = port else { return };
+    let Ok(port) = port else {
+        return defmt::error!("the UART does not start");
+    };
     let (sender, receiver) = port.split();
     let output = |pin: Peri<'static, AnyPin>| Output::new(pin, Level::Low, Speed::Low);
     let input = |pin: Peri<'static, AnyPin>| Input::new(pin, Pull::Up);
@@ -48,7 +62,7 @@ async fn main(_spawner: Spawner) {
             axis(p.PA0.into(), p.PA1.into(), p.PA4.into()),
             axis(p.PB0.into(), p.PC1.into(), p.PC0.into()),
             axis(p.PA10.into(), p.PB3.into(), p.PB5.into()),
-            axis(p.PB4.into(), p.PB10.into(), p.PA8.into()),
+            axis(p.PB10.into(), p.PB4.into(), p.PA8.into()),
         ],
         sensor: I2c::new(
             p.I2C1,
@@ -66,6 +80,5 @@ async fn main(_spawner: Spawner) {
         line: (receiver, sender),
         button: ExtiInput::new(p.PC13, p.EXTI13, Pull::Up, Interrupts), // the blue one
     };
-    let Err(error) = scan(board).await;
-    defmt::error!("{}", error);
+    scan(board).await;
 }

@@ -29,7 +29,7 @@ async fn main(_spawner: Spawner) {
     let (mut descriptors, mut control) = ([0; 256], [0; 64]);
     let mut port = embassy_usb::Builder::new(
         usb::Driver::new(p.USB, Interrupts),
-        embassy_usb::Config::new(0x2E8A, 0x000A), // Raspberry Pi's serial port
+        embassy_usb::Config::new(0x2E8A, 0x000A), // Raspberry Pi's serial port; a product needs its own number
         &mut descriptors,
         &mut [],
         &mut [],
@@ -52,6 +52,5 @@ async fn main(_spawner: Spawner) {
         line: (receiver.into_buffered(&mut buffer), sender),
         button: input(p.PIN_20.into()),
     };
-    let (_, Err(error)) = join(port.build().run(), scan(board)).await;
-    defmt::error!("{}", error);
+    join(port.build().run(), scan(board)).await;
 }
