@@ -287,6 +287,21 @@ pub fn encode(
         OutputFormat::Brdf(format) => {
             let physical = Physical::of(material);
             let is_changed = !as_fitted && physical.is_changed();
+            if let (Format::RglSpectra, Some(bands)) = (format, material.bands()) {
+                let groups: Vec<_> = bands.groups().collect();
+                let physical: Vec<_> = groups.iter().map(|group| Physical::of(group)).collect();
+                let is_changed = !as_fitted && physical.iter().any(Physical::is_changed);
+                let brdfs: Vec<&dyn Brdf> = match is_changed {
+                    true => physical.iter().map(|group| group as &dyn Brdf).collect(),
+                    false => groups.iter().map(|group| group as &dyn Brdf).collect(),
+                };
+                let colors = Colors::Bands(bands.wavelengths(), &brdfs);
+                let files = vec![tensors(material, material, name, "spec", colors)?];
+                return Ok(Encoded {
+                    is_changed,
+                    ..unchanged(files)
+                });
+            }
             let files = match is_changed {
                 true => table(material, &physical, format, name),
                 false => table(material, material, format, name),
@@ -320,16 +335,16 @@ fn table(
     format: Format,
     name: &str,
 ) -> Result<Vec<(String, Vec<u8>)>, ConversionError> {
-    let tensors = |suffix, colors| {
-        let version = env!("CARGO_PKG_VERSION");
-        let description = format!("{}, by glimpse-trainer {version}", material.name());
-        let bytes = to_rgl(&description, brdf, colors)?;
-        Ok(vec![(format!("{name}_{suffix}.bsdf"), bytes)])
-    };
     match format {
         Format::Merl => Ok(vec![(format!("{name}.binary"), to_merl(brdf)?)]),
-        Format::Rgl => tensors("rgb", Colors::Rgb),
-        Format::RglSpectra => tensors("spec", Colors::Spectra),
+        Format::Rgl => Ok(vec![tensors(material, brdf, name, "rgb", Colors::Rgb)?]),
+        Format::RglSpectra => Ok(vec![tensors(
+            material,
+            brdf,
+            name,
+            "spec",
+            Colors::Spectra,
+        )?]),
         Format::Pab => {
             let texts = to_pab(name, brdf)?.into_iter();
             let names = pab_suffixes().map(|suffix| format!("{name}{suffix}"));
@@ -337,6 +352,20 @@ fn table(
         }
         Format::Nbrdf => Err(ConversionError::NotNetworkFile(name.into())),
     }
+}
+
+/// Returns RGL's file of a BRDF.
+fn tensors(
+    material: &dyn Material,
+    brdf: &(impl Brdf + ?Sized),
+    name: &str,
+    suffix: &str,
+    colors: Colors<'_>,
+) -> Result<(String, Vec<u8>), ConversionError> {
+    let version = env!("CARGO_PKG_VERSION");
+    let description = format!("{}, by glimpse-trainer {version}", material.name());
+    let bytes = to_rgl(&description, brdf, colors)?;
+    Ok((format!("{name}_{suffix}.bsdf"), bytes))
 }
 
 /// Fits a network to a material.

@@ -35,7 +35,7 @@ pub(crate) fn check_readings(bytes: &[u8]) {
             white,
         })
     });
-    let values = [Quantity::Brdf, Quantity::BrdfTimesCosThetaO].map(ReadingQuantity::Values);
+    let values = [Quantity::Brdf, Quantity::BrdfTimesCosThetaO].map(ReadingQuantity::of);
     for quantity in values.into_iter().chain(counts) {
         let read = Rows::read(&path, &AngleArgs::default())
             .and_then(|rows| Measurements::new(&rows, pattern, &quantity));

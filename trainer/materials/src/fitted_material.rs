@@ -13,7 +13,7 @@ use crate::fitted_brdf::FittedBrdf;
 use crate::name::is_valid_name;
 use crate::other_format::SAVE_WEIGHTS;
 use crate::untrusted::{escaped, escaped_json_error, read_at_most};
-use crate::{Brdf, Material, SourceError};
+use crate::{BandValues, Bands, Brdf, Material, SourceError};
 
 /// The value of the field `format`.
 const FORMAT: &str = "glimpse-material";
@@ -88,6 +88,7 @@ struct MaterialFields {
     model: String,
     values: Vec<f32>,
     basis: Option<BasisFile>,
+    bands: Option<BandValues>,
 }
 
 /// All fields of a file, for writing.
@@ -103,6 +104,8 @@ struct FileFields<'a, A: Serialize> {
     metadata: A,
     basis: Option<&'a BasisFile>,
     values: &'a [f32],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bands: Option<&'a BandValues>,
 }
 
 /// A material from a fit: a name and a BRDF.
@@ -110,6 +113,7 @@ struct FileFields<'a, A: Serialize> {
 pub struct FittedMaterial {
     name: String,
     fitted: FittedBrdf,
+    bands: Option<Bands>,
 }
 
 impl FittedMaterial {
@@ -117,7 +121,18 @@ impl FittedMaterial {
     #[must_use]
     pub fn new(name: String, fitted: FittedBrdf) -> Option<Self> {
         let is_finite = fitted.values().iter().all(|value| value.is_finite());
-        is_finite.then_some(Self { name, fitted })
+        is_finite.then_some(Self {
+            name,
+            fitted,
+            bands: None,
+        })
+    }
+
+    /// Adds a spectrum. The material is the color of the spectrum then, and no longer the fitted BRDF.
+    #[must_use]
+    pub fn with_bands(self, bands: Bands) -> Self {
+        let bands = Some(bands);
+        Self { bands, ..self }
     }
 
     /// Returns the fitted BRDF.
@@ -145,6 +160,7 @@ impl FittedMaterial {
             metadata,
             basis,
             values: self.fitted.values(),
+            bands: self.bands.as_ref().map(Bands::values),
         };
         Ok(serde_json::to_string_pretty(&fields)? + "\n")
     }
@@ -171,6 +187,7 @@ impl FittedMaterial {
             name,
             model,
             values,
+            bands,
             ..
         } = fields;
         let Some(model) = MODELS.into_iter().find(|kind| kind.name() == model) else {
@@ -189,8 +206,15 @@ impl FittedMaterial {
         let count = values.len();
         let fitted = FittedBrdf::new(model, values, basis);
         let material = fitted.and_then(|fitted| Self::new(name, fitted));
-        Ok(material
-            .ok_or_else(|| format!("its `values` must be {expected} numbers, not {count}"))?)
+        let material = material
+            .ok_or_else(|| format!("its `values` must be {expected} numbers, not {count}"))?;
+        let Some(bands) = bands else {
+            return Ok(material);
+        };
+        let bands = Bands::new(bands, model, basis).ok_or(
+            "the wavelengths of its `bands` must increase, with finite values of its model",
+        )?;
+        Ok(material.with_bands(bands))
     }
 
     /// Returns true if the extension of a path is `json`, so that it may be a fitted material.
@@ -289,18 +313,31 @@ impl Material for FittedMaterial {
     }
 
     fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
-        self.fitted.at_angles(angles)
+        match &self.bands {
+            Some(bands) => bands.brdf_with_derivative(angles).0,
+            None => self.fitted.at_angles(angles),
+        }
     }
 
     fn network(&self) -> Option<NeuralParameters<f32>> {
-        self.fitted.network()
+        self.fitted.network().filter(|_| self.bands.is_none())
+    }
+
+    fn bands(&self) -> Option<&Bands> {
+        self.bands.as_ref()
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
-        self.fitted.brdf_with_derivative(angles)
+        match &self.bands {
+            Some(bands) => bands.brdf_with_derivative(angles),
+            None => self.fitted.brdf_with_derivative(angles),
+        }
     }
 
     fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        self.fitted.evaluate(at, brdf);
+        match &self.bands {
+            Some(bands) => bands.evaluate_colors(at, brdf),
+            None => self.fitted.evaluate(at, brdf),
+        }
     }
 }

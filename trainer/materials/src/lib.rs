@@ -14,6 +14,7 @@ pub mod sampling;
 pub mod setting;
 pub mod untrusted;
 
+mod bands;
 mod brdf;
 mod color;
 mod coverage;
@@ -36,7 +37,9 @@ mod sensor;
 mod skipped_entries;
 mod source;
 mod sources;
+mod spectrum;
 
+pub use bands::{BandGroup, BandValues, Bands};
 pub use basis::angles_of;
 pub use brdf::Brdf;
 pub use coverage::Coverage;
@@ -57,3 +60,4 @@ pub use sensor::quantize;
 pub use skipped_entries::SkippedEntries;
 pub use source::Source;
 pub use sources::{MaterialsAndShares, Origin, ShareError, SourceShare, Sources};
+pub use spectrum::{Illuminant, Observer, Viewing};

@@ -4,7 +4,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::NeuralParameters;
 
 use crate::basis::angles_of;
-use crate::{Coverage, SourceError};
+use crate::{Bands, Coverage, SourceError};
 
 /// A material: a named BRDF with derivatives. It is defined for all directions unless [`Material::coverage`] states unknown
 /// ones.
@@ -42,6 +42,11 @@ pub trait Material: Send + Sync {
 
     /// Returns the weights if the material is a network of the model Neural. NBRDF files store them without loss.
     fn network(&self) -> Option<NeuralParameters<f32>> {
+        None
+    }
+
+    /// Returns the spectrum if the material was measured in bands.
+    fn bands(&self) -> Option<&Bands> {
         None
     }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use glimpse_core::geometry::HalfDifference;
 use glimpse_materials::{FittedMaterial, Material};
 use glimpse_trainer::measurement::{
     ChosenRecipe, Fit, Measurements, NamedRecipe, ReadingStatus, Selection, angles_from_vectors,
@@ -187,6 +188,39 @@ impl PyFittedMaterial {
         array(py, &[&shape[..], &[3]].concat(), deviations.concat())
     }
 
+    /// The wavelengths of the bands in nm, float32 of shape (b,), or None if the readings were in RGB.
+    #[getter]
+    fn wavelengths<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArrayDyn<f32>>>> {
+        let bands = self.material().bands();
+        let wavelengths = bands.map(|bands| bands.wavelengths().to_vec());
+        let array = wavelengths.map(|each| array(py, &[each.len()], each));
+        array.transpose()
+    }
+
+    /// Returns the BRDF (sr^-1, not times the cosine) of each band.
+    ///
+    /// Directions are those of `Material.brdf`; the result has the shape (..., b).
+    #[pyo3(signature = (incoming, outgoing = None))]
+    fn spectrum<'py>(
+        &self,
+        py: Python<'py>,
+        incoming: &Bound<'py, PyAny>,
+        outgoing: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        let Some(bands) = self.material().bands() else {
+            return reject("the readings were in RGB: pass wavelengths to fit");
+        };
+        let Pairs { pairs, shape } = Pairs::from_arrays(incoming, outgoing)?;
+        let at = pairs.into_iter().map(|[incoming, outgoing]| {
+            let angles = angles_from_vectors(incoming, outgoing)
+                .ok_or_else(|| GlimpseError::new_err("a direction is not above the horizon"))?;
+            Ok(HalfDifference::from_angles(angles))
+        });
+        let spectra = bands.evaluate(&at.collect::<PyResult<Vec<_>>>()?);
+        let shape = [&shape[..], &[bands.wavelengths().len()]].concat();
+        array(py, &shape, spectra.concat())
+    }
+
     /// The status of each sample's reading: "used", "missing", "saturated" or "outlier".
     #[getter]
     fn statuses(&self) -> Vec<&'static str> {
@@ -259,15 +293,21 @@ impl PyFittedMaterial {
 
     /// Supports pickle, which stores the recipe and the readings. Unpickling repeats the fit.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let samples = &self.fit.selection.measurements.samples;
+        let measurements = &self.fit.selection.measurements;
         let recipe = self.chosen.recipe.file.recipe();
-        let readings = recipe.pattern().zip(samples).map(|(angles, sample)| {
-            let reading = sample.mean().map(|mean| (mean, sample.saturated()));
-            ([angles.theta_h, angles.theta_d, angles.phi_d], reading)
-        });
+        let samples = measurements.samples.iter().zip(&measurements.spectra);
+        let readings = recipe
+            .pattern()
+            .zip(samples)
+            .map(|(angles, (sample, spectrum))| {
+                let reading = sample.mean().map(|mean| (mean, sample.saturated()));
+                let angles = [angles.theta_h, angles.theta_d, angles.phi_d];
+                (angles, reading, spectrum.clone())
+            });
         let arguments = (
             self.material().name(),
             readings.collect::<Vec<_>>(),
+            measurements.wavelengths.clone(),
             self.keep_all,
         );
         let restore = self.recipe.bind(py).getattr("_fit_samples")?;

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::NeuralParameters;
 use glimpse_materials::{
-    self, Coverage, Format, Material, MerlTable, PhysicalErrors, Source, SourceError, digest,
-    table_nodes,
+    self, Bands, Coverage, Format, Material, MerlTable, PhysicalErrors, Source, SourceError,
+    digest, table_nodes,
 };
 use glimpse_trainer::conversion::{OutputFormat, encode, file_name, output_paths};
 use glimpse_trainer::measurement::angles_from_vectors;
@@ -428,6 +428,9 @@ impl Material for Shared {
     }
     fn network(&self) -> Option<NeuralParameters<f32>> {
         self.0.network()
+    }
+    fn bands(&self) -> Option<&Bands> {
+        self.0.bands()
     }
     fn brdf_batch(&self, directions: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         self.0.brdf_batch(directions, brdf);

@@ -1,10 +1,11 @@
 //! Readings in arrays, interpreted like the trainer's measurement files.
 
+use std::path::PathBuf;
+
 use glimpse_core::geometry::{Angles, Directions};
-use glimpse_core::gonio::Quantity;
 use glimpse_trainer::measurement::{
-    ChosenRecipe, CountCalibration, FOOTPRINTS, LabReading, Measurements, NamedRecipe, QUANTITIES,
-    ReadingQuantity, Rows, WhiteReference,
+    AngleArgs, ChosenRecipe, CountCalibration, FOOTPRINTS, LabReading, Measurements, NamedRecipe,
+    QUANTITIES, ReadingQuantity, Rows, WhiteReference,
 };
 use pyo3::prelude::*;
 
@@ -19,6 +20,7 @@ pub(crate) struct ReadingArgs<'a, 'py> {
     pub(crate) quantity: Option<&'a str>,
     pub(crate) saturated: Option<&'a Bound<'py, PyAny>>,
     pub(crate) noise: Option<&'a Bound<'py, PyAny>>,
+    pub(crate) wavelengths: Option<&'a Bound<'py, PyAny>>,
     pub(crate) white: Option<&'a Bound<'py, PyAny>>,
     pub(crate) white_directions: Option<&'a Bound<'py, PyAny>>,
     pub(crate) footprint: Option<&'a str>,
@@ -36,6 +38,7 @@ impl<'a, 'py> ReadingArgs<'a, 'py> {
             quantity: None,
             saturated: None,
             noise: None,
+            wavelengths: None,
             white: None,
             white_directions: None,
             footprint: None,
@@ -50,7 +53,43 @@ impl<'a, 'py> ReadingArgs<'a, 'py> {
         &self,
         given: &NamedRecipe,
     ) -> PyResult<(ChosenRecipe, Measurements)> {
-        let values = values(self.readings, "readings")?;
+        let mut rows = self.rows(given)?;
+        let chosen = given.choose(&mut rows).map_err(to_exception)?;
+        let pattern: Vec<Angles<f32>> = chosen.recipe.file.recipe().pattern().collect();
+        let meaning = self.meaning(pattern.len(), &rows)?;
+        let measurements = Measurements::new(&rows, &pattern, &meaning).map_err(to_exception)?;
+        Ok((chosen, measurements))
+    }
+
+    fn rows(&self, given: &NamedRecipe) -> PyResult<Rows> {
+        if let Ok(path) = self.readings.extract::<PathBuf>() {
+            reject_unused(
+                true,
+                "the file of readings states it",
+                &[
+                    ("directions", self.directions.is_some()),
+                    ("wavelengths", self.wavelengths.is_some()),
+                    ("saturated", self.saturated.is_some()),
+                    ("noise", self.noise.is_some()),
+                ],
+            )?;
+            return Rows::read(&path, &AngleArgs::default()).map_err(to_exception);
+        }
+        let wavelengths = self
+            .wavelengths
+            .map(|wavelengths| numbers(wavelengths, "wavelengths"));
+        let wavelengths = wavelengths.transpose()?.unwrap_or_default();
+        let wavelengths: Vec<f32> = wavelengths.iter().map(|each| *each as f32).collect();
+        if !wavelengths.is_sorted_by(|one, other| one < other) {
+            return reject("wavelengths must be in nm, in ascending order");
+        }
+        let values = match wavelengths.len() {
+            0 => {
+                let rows = values(self.readings, "readings")?.into_iter();
+                rows.map(|rgb| rgb.map(Vec::from)).collect()
+            }
+            bands => bands_of(self.readings, bands)?,
+        };
         let count = values.len();
         let samples = given.file.recipe().samples();
         let pairs = match self.directions {
@@ -111,16 +150,12 @@ impl<'a, 'py> ReadingArgs<'a, 'py> {
             saturated,
             noise: noise.as_ref().map(|noise| noise[row]),
         });
-        let mut rows = Rows::from_readings(&readings.collect::<Vec<LabReading>>());
-        let chosen = given.choose(&mut rows).map_err(to_exception)?;
-        let pattern: Vec<Angles<f32>> = chosen.recipe.file.recipe().pattern().collect();
-        let meaning = self.meaning(pattern.len())?;
-        let measurements = Measurements::new(&rows, &pattern, &meaning).map_err(to_exception)?;
-        Ok((chosen, measurements))
+        let readings: Vec<LabReading> = readings.collect();
+        Ok(Rows::from_readings(&readings, &wavelengths))
     }
 
     /// Returns the quantity of the readings.
-    fn meaning(&self, samples: usize) -> PyResult<ReadingQuantity> {
+    fn meaning(&self, samples: usize, rows: &Rows) -> PyResult<ReadingQuantity> {
         let Some(white) = self.white else {
             reject_unused(
                 true,
@@ -129,16 +164,21 @@ impl<'a, 'py> ReadingArgs<'a, 'py> {
                     ("white_directions", self.white_directions.is_some()),
                     ("footprint", self.footprint.is_some()),
                     ("dark", self.dark.is_some()),
-                    ("white_reflectance", self.white_reflectance.is_some()),
                     ("saturation", self.saturation.is_some()),
                 ],
             )?;
-            let quantity = self
-                .quantity
-                .map(|name| choose("quantity", name, &QUANTITIES));
-            return Ok(ReadingQuantity::Values(
-                quantity.transpose()?.unwrap_or(Quantity::Brdf),
-            ));
+            let quantity = match self.quantity {
+                Some(name) => ReadingQuantity::Values(choose("quantity", name, &QUANTITIES)?, 1.0),
+                None => ReadingQuantity::stated(rows),
+            };
+            let Some(reflectance) = self.white_reflectance else {
+                return Ok(quantity);
+            };
+            let relative = quantity.relative_to(channels(reflectance, "white_reflectance")?);
+            return relative.map_or_else(
+                || reject("white_reflectance requires white, or it is one number, and quantity is a reflectance factor"),
+                Ok,
+            );
         };
         if self.quantity.is_some() {
             return reject("quantity has no effect with white: the readings are counts then");
@@ -207,6 +247,27 @@ fn values(argument: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<Option<[f32; 
         }
     });
     values.collect()
+}
+
+/// Returns rows of bands, with None for missing readings.
+fn bands_of(argument: &Bound<'_, PyAny>, bands: usize) -> PyResult<Vec<Option<Vec<f32>>>> {
+    let array = numbers(argument, "readings")?;
+    if array.ndim() != 2 || array.shape()[1] != bands {
+        return reject(format!(
+            "readings must have the shape (n, {bands}), one column for each of wavelengths, not {}",
+            shape_text(array.shape())
+        ));
+    }
+    let rows = array.outer_iter().enumerate().map(|(row, values)| {
+        match values.iter().filter(|value| value.is_nan()).count() {
+            0 => Ok(Some(values.iter().map(|value| *value as f32).collect())),
+            missing if missing == bands => Ok(None),
+            _ => reject(format!(
+                "readings: row {row} is NaN in some bands only: pass all, or NaN for all"
+            )),
+        }
+    });
+    rows.collect()
 }
 
 /// Reads one number for all channels, or one for each.

@@ -27,8 +27,8 @@ use crate::next::{PyProposals, angles_of_pairs};
 use crate::plan::{PyPlan, speed_args};
 use crate::readings::ReadingArgs;
 
-/// The angles of a sample, its mean reading, and if that is saturated.
-type SampleState = ([f32; 3], Option<([f32; 3], bool)>);
+/// The angles of a sample, its mean reading, if that is saturated, and its bands.
+type SampleState = ([f32; 3], Option<([f32; 3], bool)>, Vec<f32>);
 /// Bytes of a recipe, and of its basis.
 type RecipeBytes<'py> = (Bound<'py, PyBytes>, Option<Bound<'py, PyBytes>>);
 
@@ -319,7 +319,11 @@ impl PyRecipe {
     /// sensor was saturated. `noise` has the standard deviation of each reading, relative to it, at any directions.
     ///
     /// `quantity` is "brdf" (default; sr^-1, linear RGB), "brdf-cos-i" or "brdf-cos-o" (the BRDF times the cosine of
-    /// theta_i or theta_o), or "reflectance-factor" (the BRDF times pi).
+    /// theta_i or theta_o), or "reflectance-factor" (the BRDF times pi), relative to a tile of `white_reflectance` (default
+    /// 1), also as "reflectance-percent".
+    ///
+    /// With `wavelengths` of b bands in nm, `readings` is an array (n, b), and the fit has a `spectrum`. `readings` may also
+    /// be the path of a CSV file, as of `trainer fit`.
     ///
     /// With `white`, the readings are counts of the sensor, and `white` holds the counts of a white reference. If they
     /// were read at the recipe's samples, `white` is an array (n, 3). If they were read once, `white` is three numbers,
@@ -331,7 +335,7 @@ impl PyRecipe {
     /// outlier, if the other readings agree better without it, unless `keep_all` is True.
     #[pyo3(signature = (
         readings, directions = None, *, quantity = None, name = "fitted",
-        saturated = None, noise = None, white = None, white_directions = None, footprint = None, dark = None,
+        saturated = None, noise = None, wavelengths = None, white = None, white_directions = None, footprint = None, dark = None,
         white_reflectance = None, saturation = None, keep_all = false,
     ))]
     #[expect(clippy::too_many_arguments, reason = "keyword arguments in Python")]
@@ -343,6 +347,7 @@ impl PyRecipe {
         name: &str,
         saturated: Option<&Bound<'py, PyAny>>,
         noise: Option<&Bound<'py, PyAny>>,
+        wavelengths: Option<&Bound<'py, PyAny>>,
         white: Option<&Bound<'py, PyAny>>,
         white_directions: Option<&Bound<'py, PyAny>>,
         footprint: Option<&str>,
@@ -357,6 +362,7 @@ impl PyRecipe {
             quantity,
             saturated,
             noise,
+            wavelengths,
             white,
             white_directions,
             footprint,
@@ -438,24 +444,31 @@ impl PyRecipe {
         slf: &Bound<'py, Self>,
         name: &str,
         samples: Vec<SampleState>,
+        wavelengths: Vec<f32>,
         keep_all: bool,
     ) -> PyResult<Bound<'py, PyFittedMaterial>> {
-        let (angles, readings): (Vec<[f32; 3]>, Vec<_>) = samples.into_iter().unzip();
-        let angles = angles.into_iter().map(|[theta_h, theta_d, phi_d]| Angles {
-            theta_h,
-            theta_d,
-            phi_d,
-        });
+        let angles = samples
+            .iter()
+            .map(|([theta_h, theta_d, phi_d], ..)| Angles {
+                theta_h: *theta_h,
+                theta_d: *theta_d,
+                phi_d: *phi_d,
+            });
         let angles: Vec<_> = angles.collect();
         let Some(chosen) = slf.get().named().choose_at(&angles) else {
             return reject("the fit is not one of this recipe");
         };
         let mut measurements = Measurements {
-            samples: vec![Repeated::new(); readings.len()],
-            rows: readings.iter().flatten().count(),
+            samples: vec![Repeated::new(); samples.len()],
+            wavelengths,
+            spectra: samples.iter().map(|(.., bands)| bands.clone()).collect(),
+            rows: samples
+                .iter()
+                .filter(|(_, reading, _)| reading.is_some())
+                .count(),
             max_distance: None,
         };
-        for (sample, reading) in measurements.samples.iter_mut().zip(readings) {
+        for (sample, (_, reading, _)) in measurements.samples.iter_mut().zip(samples) {
             if let Some((brdf, saturated)) = reading {
                 sample.add(brdf, saturated).map_err(to_exception)?;
             }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::gonio::Repeated;
+use glimpse_core::model::ModelKind;
 use glimpse_core::recipe::Recipe;
 use glimpse_core::scan::Residual;
 use glimpse_kernels::scan::{LossPrediction, scan_with_missing};
@@ -13,6 +14,7 @@ use glimpse_materials::{BasisFile, FittedBrdf, FittedMaterial};
 use glimpse_training::linear::{CoefficientPrior, Posterior, PosteriorReading};
 use serde::Serialize;
 
+use super::bands::fit_bands;
 use super::measurements::Measurements;
 use super::outliers::OutlierReport;
 
@@ -95,6 +97,8 @@ pub enum FitFailure {
     Scan(Error),
     /// The readings are unlikely to come from a material.
     Implausible(ErrorCode),
+    /// The model is too simple to follow readings in bands.
+    Bands(ModelKind),
 }
 
 impl SettingError for FitFailure {
@@ -109,6 +113,10 @@ impl SettingError for FitFailure {
             ),
             Self::Scan(error) => error.to_string(),
             Self::Implausible(reason) => reason.text().to_owned(),
+            Self::Bands(model) => format!(
+                "the model {model} cannot follow readings in bands: give a recipe of the model linear or neural, or \
+                 readings in RGB"
+            ),
         }
     }
 }
@@ -212,7 +220,10 @@ pub fn fit(
     let fitted = FittedBrdf::new(recipe.model(), result.values, basis);
     let material = fitted.and_then(|fitted| FittedMaterial::new(name, fitted));
     // The values of a fit that ended are finite, and match the recipe's basis.
-    let material = material.ok_or(Error::new(ErrorCode::Diverged))?;
+    let mut material = material.ok_or(Error::new(ErrorCode::Diverged))?;
+    if !selection.measurements.wavelengths.is_empty() {
+        material = material.with_bands(fit_bands(recipe, basis, &selection)?);
+    }
     let prediction = result.prediction;
     Ok(Fit {
         prediction: prediction.unwrap_or_else(|| selection.posterior.loss(material.fitted())),

@@ -165,9 +165,9 @@ pub(super) fn reader(text: &str, separator: char) -> csv::Reader<&[u8]> {
     reader.delimiter(separator).from_reader(text.as_bytes())
 }
 
-/// Returns true if readers use a column of this name.
+/// Returns true if readers use a column of this name. Names of bands do not count, because rows have such numbers too.
 pub(super) fn is_known(name: &str) -> bool {
-    is_number(name) || TEXTS.contains(&name)
+    TEXTS.contains(&name) || is_number(name) && wavelength(name).is_none()
 }
 
 /// Returns true if a column of this name holds numbers.
@@ -177,7 +177,16 @@ pub(super) fn is_number(name: &str) -> bool {
 
 /// Returns true if a column of this name holds readings.
 pub(super) fn is_value(name: &str) -> bool {
-    name == MONOCHROME || CHANNELS.contains(&name)
+    name == MONOCHROME || CHANNELS.contains(&name) || wavelength(name).is_some()
+}
+
+/// Returns the wavelength in nm of a column of readings in a band: `390`, `390nm` or `w390`.
+pub(super) fn wavelength(name: &str) -> Option<f32> {
+    let number = name.strip_prefix('w').unwrap_or(name);
+    let number = number.strip_suffix("nm").unwrap_or(number);
+    let is_number = number.starts_with(|first: char| first.is_ascii_digit());
+    let wavelength = number.trim_end().parse().ok().filter(|_| is_number);
+    wavelength.filter(|wavelength| (200.0..=2600.0).contains(wavelength))
 }
 
 /// Returns the units in the cells of a line; none if no cell is a known unit.

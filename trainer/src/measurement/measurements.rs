@@ -13,6 +13,10 @@ use super::table::TableError;
 pub struct Measurements {
     /// The repeated readings of each sample, as BRDFs in linear RGB, sr^-1; empty if the sample is missing.
     pub samples: Vec<Repeated>,
+    /// The wavelengths of bands in nm, in ascending order; empty without bands.
+    pub wavelengths: Vec<f32>,
+    /// The mean BRDF of each sample in each band, sr^-1; empty if the sample is missing.
+    pub spectra: Vec<Vec<f32>>,
     /// The number of rows with a reading.
     pub rows: usize,
     /// The largest distance of a row's directions from its sample's; None if no row has directions.
@@ -34,6 +38,8 @@ impl Measurements {
         rows.check_quantity(quantity.name())?;
         let mut measurements = Self {
             samples: vec![Repeated::new(); pattern.len()],
+            wavelengths: rows.wavelengths().to_vec(),
+            spectra: vec![Vec::new(); pattern.len()],
             rows: 0,
             max_distance: None,
         };
@@ -41,6 +47,13 @@ impl Measurements {
             let Some(values) = row.values else {
                 continue;
             };
+            let bands = quantity.bands_to_brdf(rows, &row)?;
+            let spectrum = &mut measurements.spectra[row.sample];
+            spectrum.resize(bands.len(), 0.0);
+            spectrum
+                .iter_mut()
+                .zip(bands)
+                .for_each(|(sum, band)| *sum += band);
             let reading = quantity.to_brdf(rows, &row, values)?;
             let error = |error| rows.reading_error(row.line, error, values);
             reading.check(row.sample as u16).map_err(error)?;
@@ -56,6 +69,10 @@ impl Measurements {
             if let Some(distance) = row.distance.filter(is_larger) {
                 measurements.max_distance = Some(distance);
             }
+        }
+        for (spectrum, sample) in measurements.spectra.iter_mut().zip(&measurements.samples) {
+            let count = sample.count() as f32;
+            spectrum.iter_mut().for_each(|sum| *sum /= count);
         }
         if measurements.rows == 0 {
             return Err(

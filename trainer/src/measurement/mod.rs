@@ -2,6 +2,7 @@
 
 mod angles;
 mod any_directions;
+mod bands;
 mod convention;
 mod fit;
 mod instrument;
@@ -17,6 +18,7 @@ mod table;
 
 pub use angles::{AngleRow, AngleTable, angles_from_vectors};
 pub use any_directions::{ChosenRecipe, NamedRecipe};
+pub use bands::fit_bands;
 pub use convention::{AngleArgs, AngleConvention, AngleUnit};
 pub use fit::{Fit, FitFailure, MaterialFiles, ReadingStatus, Selection, fit, material_files};
 pub use instrument::Instrument;
@@ -24,7 +26,9 @@ pub use matching::{AngularDistance, IsotropicAngles};
 pub use measurements::{Measurements, coefficient_of_variation};
 pub use next::MachineArgs;
 pub use outliers::OutlierReport;
-pub use quantity::{CountCalibration, FOOTPRINTS, QUANTITIES, ReadingQuantity, WhiteReference};
+pub use quantity::{
+    CountCalibration, FOOTPRINTS, Multiple, QUANTITIES, ReadingQuantity, WhiteReference,
+};
 pub use reading_row::LabReading;
 pub use rows::Rows;
 pub use table::TableError;

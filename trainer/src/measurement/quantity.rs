@@ -10,15 +10,26 @@ use super::convention::AngleArgs;
 use super::rows::{MatchedRow, Rows, SATURATED_WHITE};
 use super::table::TableError;
 
+const COUNTS_OF_BANDS: &str = "it has counts of bands; divide them by those of the tile, and state reflectance-factor as their quantity";
 /// The name of sensor counts in the column `quantity`.
 const COUNTS: &str = "counts";
 
 /// The quantities of readings by name, on the command line, in the column `quantity` and in Python.
-pub const QUANTITIES: [(&str, Quantity); 4] = [
-    ("brdf", Quantity::Brdf),
-    ("brdf-cos-i", Quantity::BrdfTimesCosThetaI),
-    ("brdf-cos-o", Quantity::BrdfTimesCosThetaO),
-    ("reflectance-factor", Quantity::ReflectanceFactor),
+pub const QUANTITIES: [(&str, Multiple); 5] = [
+    ("brdf", Multiple::of(Quantity::Brdf)),
+    ("brdf-cos-i", Multiple::of(Quantity::BrdfTimesCosThetaI)),
+    ("brdf-cos-o", Multiple::of(Quantity::BrdfTimesCosThetaO)),
+    (
+        "reflectance-factor",
+        Multiple::of(Quantity::ReflectanceFactor),
+    ),
+    (
+        "reflectance-percent",
+        Multiple {
+            of: Quantity::ReflectanceFactor,
+            unit: 0.01,
+        },
+    ),
 ];
 /// The spots on the material by name, on the command line and in Python.
 pub const FOOTPRINTS: [(&str, Footprint); 2] = [
@@ -26,11 +37,26 @@ pub const FOOTPRINTS: [(&str, Footprint); 2] = [
     ("sensor", Footprint::SensorLarger),
 ];
 
+/// A quantity in a unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Multiple {
+    of: Quantity,
+    unit: f32,
+}
+
+impl Multiple {
+    /// Returns a quantity in its own unit.
+    #[must_use]
+    pub const fn of(of: Quantity) -> Self {
+        Self { of, unit: 1.0 }
+    }
+}
+
 /// The physical quantity of a file's numbers.
 #[derive(Clone, Debug)]
 pub enum ReadingQuantity {
-    /// A function of the BRDF.
-    Values(Quantity),
+    /// A function of the BRDF, and the reflectance of the tile that a reflectance factor is relative to.
+    Values(Multiple, f32),
     /// Counts of a sensor, relative to the counts of a white tile.
     Counts(CountCalibration),
 }
@@ -71,6 +97,9 @@ impl WhiteReference {
     ) -> Result<Self, TableError> {
         let rows = Rows::read(path, args)?;
         rows.check_quantity(COUNTS)?;
+        if !rows.wavelengths().is_empty() {
+            return Err(rows.file_error(COUNTS_OF_BANDS.to_owned()));
+        }
         if let Some(footprint) = footprint {
             let (directions, counts) = rows.single_reading(pattern)?;
             return Ok(Self::Single(counts, directions, footprint));
@@ -111,15 +140,37 @@ impl ReadingQuantity {
             None => "brdf",
         };
         let named = QUANTITIES.iter().find(|(known, _)| *known == name);
-        Self::Values(named.map_or(Quantity::Brdf, |(_, quantity)| *quantity))
+        Self::Values(
+            named.map_or(Multiple::of(Quantity::Brdf), |(_, multiple)| *multiple),
+            1.0,
+        )
+    }
+
+    /// Returns a function of the BRDF.
+    #[must_use]
+    pub const fn of(quantity: Quantity) -> Self {
+        Self::Values(Multiple::of(quantity), 1.0)
+    }
+
+    /// Returns a reflectance factor relative to a tile of this reflectance. None if it is not one, or channels differ.
+    #[must_use]
+    pub fn relative_to(self, [red, green, blue]: [f32; 3]) -> Option<Self> {
+        match self {
+            Self::Values(multiple, _)
+                if multiple.of == Quantity::ReflectanceFactor && red == green && red == blue =>
+            {
+                Some(Self::Values(multiple, red))
+            }
+            _ => None,
+        }
     }
 
     /// Returns the name in the column `quantity`.
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
-            Self::Values(quantity) => {
-                let named = QUANTITIES.iter().find(|(_, other)| other == quantity);
+            Self::Values(multiple, _) => {
+                let named = QUANTITIES.iter().find(|(_, other)| other == multiple);
                 named.map_or("unknown", |(name, _)| name)
             }
             Self::Counts(_) => COUNTS,
@@ -130,16 +181,42 @@ impl ReadingQuantity {
     pub(super) fn to_brdf(
         &self,
         rows: &Rows,
-        row: &MatchedRow,
+        row: &MatchedRow<'_>,
         values: [f32; 3],
     ) -> Result<Reading, TableError> {
         let reading = match self {
-            Self::Values(quantity) => quantity.to_brdf(values, &row.directions).map(Reading::new),
+            Self::Values(Multiple { of, unit }, reflectance) => {
+                let values = values.map(|value| value * unit * reflectance);
+                of.to_brdf(values, &row.directions).map(Reading::new)
+            }
             Self::Counts(counts) => counts.to_brdf(counts.white_at(rows, row)?, row, values),
         };
         let mut reading = reading.map_err(|error| rows.reading_error(row.line, error, values))?;
         reading.saturated |= row.saturated;
         Ok(reading)
+    }
+
+    /// Converts a row's numbers of bands to the BRDF.
+    pub(super) fn bands_to_brdf(
+        &self,
+        rows: &Rows,
+        row: &MatchedRow<'_>,
+    ) -> Result<Vec<f32>, TableError> {
+        if let (false, Self::Counts(_)) = (row.bands.is_empty(), self) {
+            return Err(rows.file_error(COUNTS_OF_BANDS.to_owned()));
+        }
+        let mut brdf = Vec::with_capacity(row.bands.len());
+        for (band, wavelength) in row.bands.iter().zip(rows.wavelengths()) {
+            let [value, ..] = self.to_brdf(rows, row, [*band; 3])?.brdf;
+            if value < -1.0 {
+                return Err(rows.line_error(
+                    row.line,
+                    &format!("band {wavelength} nm: {band} is too far below 0; correct the row or remove it"),
+                ));
+            }
+            brdf.push(value);
+        }
+        Ok(brdf)
     }
 }
 
@@ -177,7 +254,7 @@ impl CountCalibration {
     fn to_brdf(
         &self,
         white: [f32; 3],
-        row: &MatchedRow,
+        row: &MatchedRow<'_>,
         values: [f32; 3],
     ) -> Result<Reading, Error> {
         let calibration = Calibration::new(self.dark, white, self.reflectance)?;

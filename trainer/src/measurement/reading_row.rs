@@ -1,5 +1,6 @@
 //! One row of readings, from a file or an array.
 
+use glimpse_materials::Viewing;
 use glimpse_materials::untrusted::escaped;
 
 use super::angles::{AngleColumns, RowAngles};
@@ -7,15 +8,18 @@ use super::convention::AngleArgs;
 use super::layout::{CHANNELS, INDEX, MONOCHROME};
 use super::table::{Row, Table, TableError};
 
+/// The largest number of bands.
+const MAX_BANDS: usize = 128;
+
 /// A reading in memory.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct LabReading {
     /// The index of the sample, from 0, if it is known.
     pub sample: Option<usize>,
     /// The incoming and the outgoing direction, if they are known: vectors of length 1 with z along the normal.
     pub directions: Option<[[f64; 3]; 2]>,
-    /// The reading's numbers, of red, green and blue; None if nothing was read.
-    pub values: Option<[f32; 3]>,
+    /// The reading's numbers, of red, green and blue, or of bands; None if nothing was read.
+    pub values: Option<Vec<f32>>,
     /// True if the sensor was saturated.
     pub saturated: bool,
     /// The standard deviation of the noise, relative to the reading; None if it is not stated.
@@ -23,7 +27,7 @@ pub struct LabReading {
 }
 
 /// One row of readings.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct ReadingRow {
     /// The line of the file, or the index of the reading in an array, from 0.
     pub(super) line: u64,
@@ -31,6 +35,8 @@ pub(super) struct ReadingRow {
     pub(super) angles: Option<RowAngles>,
     /// None if the cells are empty: nothing was read.
     pub(super) values: Option<[f32; 3]>,
+    /// The numbers of the bands; empty if there are none, or nothing was read.
+    pub(super) bands: Vec<f32>,
     pub(super) saturated: bool,
     /// The standard deviation of the noise, relative to the reading; None if it is not stated.
     pub(super) noise: Option<f32>,
@@ -40,11 +46,11 @@ pub(super) struct ReadingRow {
     pub(super) material: String,
 }
 
-/// Reads all rows of a table. Returns them with the columns of red, green and blue.
-pub(super) fn read_rows(
-    table: &Table,
-    args: &AngleArgs,
-) -> Result<(Vec<ReadingRow>, [&'static str; 3]), TableError> {
+/// Rows, their columns of red, green and blue, and the wavelengths of their bands in nm.
+pub(super) type ReadRows = (Vec<ReadingRow>, [&'static str; 3], Vec<f32>);
+
+/// Reads all rows of a table.
+pub(super) fn read_rows(table: &Table, args: &AngleArgs) -> Result<ReadRows, TableError> {
     let angles = AngleColumns::find(table)?;
     if angles.is_none() && !table.has(&[INDEX]) {
         return Err(table.file_error(format!(
@@ -54,21 +60,41 @@ pub(super) fn read_rows(
             table.names()
         )));
     }
-    let channels = match (table.has(&CHANNELS), table.has(&[MONOCHROME])) {
-        (true, false) => CHANNELS,
-        (false, true) => [MONOCHROME; 3],
-        (has_both, _) => {
-            let defect = match has_both {
+    let bands = table.bands();
+    let kinds = [
+        table.has(&CHANNELS),
+        table.has(&[MONOCHROME]),
+        !bands.is_empty(),
+    ];
+    let channels = match kinds {
+        [_, false, false] | [false, false, _] if kinds != [false; 3] => CHANNELS,
+        [false, true, false] => [MONOCHROME; 3],
+        _ => {
+            let defect = match kinds != [false; 3] {
                 true => "which hold two sets of readings; keep",
                 false => "none of which holds readings; add",
             };
             return Err(table.file_error(format!(
-                "line {} names the columns {}, {defect} r, g, b, or value for a sensor with one channel",
+                "line {} names the columns {}, {defect} r, g, b, or value for a sensor with one channel, or wavelengths \
+                 in nm such as 390nm",
                 table.header_line,
                 table.names()
             )));
         }
     };
+    let columns: Vec<&str> = match bands.is_empty() {
+        true => channels.to_vec(),
+        false => bands.iter().map(|(name, _)| &name[..]).collect(),
+    };
+    let wavelengths: Vec<f32> = bands.iter().map(|(_, wavelength)| *wavelength).collect();
+    if !wavelengths.is_sorted_by(|one, other| one < other) || bands.len() > MAX_BANDS {
+        return Err(table.file_error(format!(
+            "line {} names {} bands; give at most {MAX_BANDS}, each wavelength once",
+            table.header_line,
+            bands.len()
+        )));
+    }
+    let weights = Viewing::default().rgb_weights(&wavelengths);
     table.check_value_units()?;
     let angles = match angles {
         Some(columns) => columns.parse_all(table, args)?,
@@ -76,15 +102,16 @@ pub(super) fn read_rows(
     };
     let rows = table.rows().iter().zip(angles);
     let rows = rows
-        .map(|(row, angles)| read_row(table, row, channels, angles))
+        .map(|(row, angles)| read_row(table, row, &columns, &weights, angles))
         .collect::<Result<_, _>>()?;
-    Ok((rows, channels))
+    Ok((rows, channels, wavelengths))
 }
 
 fn read_row(
     table: &Table,
     row: &Row,
-    channels: [&str; 3],
+    columns: &[&str],
+    weights: &[[f64; 3]],
     angles: Option<RowAngles>,
 ) -> Result<ReadingRow, TableError> {
     let error = |message: String| Err(table.line_error(row.line, &message));
@@ -98,8 +125,8 @@ fn read_row(
     if index.is_none() && angles.is_none() {
         return error("the directions and the index are empty; give one of them".to_owned());
     }
-    let mut values = [None; 3];
-    for (value, name) in values.iter_mut().zip(channels) {
+    let mut values = vec![None; columns.len()];
+    for (value, name) in values.iter_mut().zip(columns) {
         // Programs write a missing value as an empty cell or as NaN.
         *value = table
             .number::<f32>(row, name)?
@@ -114,8 +141,9 @@ fn read_row(
     let empty = values.iter().position(Option::is_none);
     if let Some(channel) = empty.filter(|_| values.iter().any(Option::is_some)) {
         return error(format!(
-            "column {}: it is empty but the other channels are not; give all three, or none if nothing was read",
-            channels[channel]
+            "column {}: it is empty but the other channels are not; give all {}, or none if nothing was read",
+            columns[channel],
+            columns.len()
         ));
     }
     let saturated = match &table.cell(row, "saturated").to_lowercase()[..] {
@@ -134,17 +162,31 @@ fn read_row(
             "column noise: {noise} is out of range; give the standard deviation relative to the reading, 0 to 10"
         ));
     }
+    let values: Vec<f32> = values.into_iter().flatten().collect();
     Ok(ReadingRow {
         line: row.line,
         index: index.map(|index| index as usize),
         angles,
-        values: match values {
-            [Some(r), Some(g), Some(b)] => Some([r, g, b]),
-            _ => None,
+        values: to_rgb(&values, weights),
+        bands: match weights.is_empty() {
+            true => Vec::new(),
+            false => values,
         },
         saturated,
         noise,
         quantity: table.cell(row, "quantity").to_lowercase(),
         material: table.cell(row, "material").to_owned(),
     })
+}
+
+/// Returns the color of the numbers of bands, or the numbers of channels themselves. None if there are none.
+pub(super) fn to_rgb(values: &[f32], weights: &[[f64; 3]]) -> Option<[f32; 3]> {
+    if weights.is_empty() || values.is_empty() {
+        return values.try_into().ok();
+    }
+    Some([0, 1, 2].map(|channel| {
+        let terms = values.iter().zip(weights);
+        let terms = terms.map(|(value, weight)| f64::from(*value) * weight[channel]);
+        terms.sum::<f64>() as f32
+    }))
 }

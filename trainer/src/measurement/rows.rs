@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::{Angles, Directions, HalfDifference};
+use glimpse_materials::Viewing;
 use glimpse_materials::basis::angles_to_f64;
 use glimpse_materials::untrusted::escaped;
 
@@ -12,7 +13,7 @@ use super::angles::{RowAngles, above_horizon};
 use super::convention::AngleArgs;
 use super::layout::CHANNELS;
 use super::matching::{AngularDistance, IsotropicAngles};
-use super::reading_row::{LabReading, ReadingRow, read_rows};
+use super::reading_row::{LabReading, ReadingRow, read_rows, to_rgb};
 use super::table::{Table, TableError};
 
 /// The largest distance of a row from its sample, in degrees: a typical error of a lab's arms.
@@ -31,11 +32,15 @@ pub struct Rows {
     row_label: &'static str,
     /// The columns of red, green and blue.
     channels: [&'static str; 3],
+    /// The wavelengths of bands in nm; empty if there are none.
+    wavelengths: Vec<f32>,
     rows: Vec<ReadingRow>,
 }
 
 /// A row and its sample in the pattern.
-pub(super) struct MatchedRow {
+pub(super) struct MatchedRow<'r> {
+    /// The numbers of the bands; empty if there are none, or nothing was read.
+    pub(super) bands: &'r [f32],
     pub(super) line: u64,
     pub(super) sample: usize,
     /// The row's own directions, or else those of the sample.
@@ -76,7 +81,7 @@ impl Rows {
     /// If the file cannot be read, or a cell is not valid.
     pub fn read(path: &Path, args: &AngleArgs) -> Result<Self, TableError> {
         let table = Table::read(path)?;
-        let (rows, channels) = read_rows(&table, args)?;
+        let (rows, channels, wavelengths) = read_rows(&table, args)?;
         let Some(first) = rows.first() else {
             return Err(table.file_error(format!(
                 "it has no rows below line {}; add the readings",
@@ -98,18 +103,27 @@ impl Rows {
             path: table.path().to_owned(),
             row_label: "line",
             channels,
+            wavelengths,
             rows,
         })
     }
 
-    /// Converts an array.
+    /// Converts an array. `wavelengths` are those of bands in nm, in ascending order; none for RGB.
     #[must_use]
-    pub fn from_readings(readings: &[LabReading]) -> Self {
+    pub fn from_readings(readings: &[LabReading], wavelengths: &[f32]) -> Self {
+        let weights = Viewing::default().rgb_weights(wavelengths);
         let rows = (0..).zip(readings).map(|(line, reading)| ReadingRow {
             line,
             index: reading.sample,
             angles: reading.directions.map(RowAngles::from_vectors),
-            values: reading.values,
+            values: reading
+                .values
+                .as_ref()
+                .and_then(|values| to_rgb(values, &weights)),
+            bands: match weights.is_empty() {
+                true => Vec::new(),
+                false => reading.values.clone().unwrap_or_default(),
+            },
             saturated: reading.saturated,
             noise: reading.noise,
             ..ReadingRow::default()
@@ -118,8 +132,15 @@ impl Rows {
             path: "readings".into(),
             row_label: "row",
             channels: CHANNELS,
+            wavelengths: wavelengths.to_vec(),
             rows: rows.collect(),
         }
+    }
+
+    /// Returns the wavelengths of bands in nm, in ascending order; none for readings in RGB.
+    #[must_use]
+    pub fn wavelengths(&self) -> &[f32] {
+        &self.wavelengths
     }
 
     /// Returns the column `quantity` of the first row that has an entry there.
@@ -243,7 +264,7 @@ impl Rows {
     pub(super) fn match_to_pattern(
         &self,
         pattern: &[Angles<f32>],
-    ) -> Result<Vec<MatchedRow>, TableError> {
+    ) -> Result<Vec<MatchedRow<'_>>, TableError> {
         let pattern: Vec<Angles<f64>> = pattern.iter().map(angles_to_f64).collect();
         let samples: Vec<IsotropicAngles> = pattern
             .iter()
@@ -256,6 +277,7 @@ impl Rows {
                 .angles
                 .map_or(pattern[sample], RowAngles::to_rusinkiewicz);
             Ok(MatchedRow {
+                bands: &row.bands,
                 line: row.line,
                 sample,
                 directions: to_directions(angles),
@@ -458,6 +480,7 @@ mod tests {
             path: "rows".into(),
             row_label: "row",
             channels: CHANNELS,
+            wavelengths: Vec::new(),
             rows: rows.collect(),
         };
         let mut each = rows.rows.iter();

@@ -10,7 +10,7 @@ use glimpse_materials::untrusted::{escaped, read_at_most};
 use super::convention::AngleUnit;
 use super::layout::{
     DEGREES, Layout, PER_STERADIAN, RADIANS, Unit, is_known, is_number, is_value,
-    may_separate_thousands, reader, row_of_units, tabulated,
+    may_separate_thousands, reader, row_of_units, tabulated, wavelength,
 };
 
 /// The maximum size of a file in bytes, which holds more than a million rows.
@@ -199,7 +199,9 @@ impl Table {
         let none = ["1", "-"];
         let is_wrong = |unit: &&Unit| {
             let text = &unit.text[..];
-            is_value(&unit.column) && !PER_STERADIAN.contains(&text) && !none.contains(&text)
+            let is_wavelength = text == "nm" && wavelength(&unit.column).is_some();
+            let is_known = PER_STERADIAN.contains(&text) || none.contains(&text) || is_wavelength;
+            is_value(&unit.column) && !is_known
         };
         match self.units.iter().find(is_wrong) {
             Some(Unit { line, column, text }) => Err(self.unit_error(
@@ -229,6 +231,15 @@ impl Table {
     /// Returns the escaped names of all columns, separated by commas.
     pub(super) fn names(&self) -> String {
         escaped(&self.header.iter().collect::<Vec<_>>().join(", "))
+    }
+
+    /// Returns the names and the wavelengths in nm of the columns of bands, in ascending order of wavelengths.
+    pub(super) fn bands(&self) -> Vec<(String, f32)> {
+        let bands = self.header.iter();
+        let bands = bands.filter_map(|name| Some((name.to_owned(), wavelength(name)?)));
+        let mut bands: Vec<(String, f32)> = bands.collect();
+        bands.sort_by(|(_, one), (_, other)| one.total_cmp(other));
+        bands
     }
 
     /// Returns all rows.

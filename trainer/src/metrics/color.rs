@@ -59,11 +59,17 @@ impl Lab {
     /// Converts linear RGB, 0 to 1.
     #[must_use]
     pub fn from_linear(linear: [f64; 3]) -> Self {
-        let [x, y, z] = std::array::from_fn(|row| {
+        Self::from_relative_xyz(std::array::from_fn(|row| {
             let products = XYZ_OF_RGB[row].iter().zip(linear);
             let sum: f64 = products.map(|(weight, channel)| weight * channel).sum();
-            lightness_response(sum / WHITE[row])
-        });
+            sum / WHITE[row]
+        }))
+    }
+
+    /// Converts X, Y and Z, each relative to that of white.
+    #[must_use]
+    pub fn from_relative_xyz(xyz: [f64; 3]) -> Self {
+        let [x, y, z] = xyz.map(lightness_response);
         Self {
             l: 116.0 * y - 16.0,
             a: 500.0 * (x - y),

@@ -3,7 +3,7 @@
 pub mod color;
 pub mod image;
 
-pub use color::{color_differences, mean_ciede2000};
+pub use color::{Lab, ciede2000, color_differences, mean_ciede2000};
 pub use image::{CompareError, psnr};
 
 use crate::render::{Picture, sphere_disc};

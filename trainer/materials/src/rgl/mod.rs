@@ -19,7 +19,6 @@
 mod distribution;
 mod normals;
 mod sample_point;
-mod spectrum;
 mod tensor_file;
 #[cfg(test)]
 mod tests;
@@ -35,7 +34,6 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 
 use self::distribution::{Cell, Densities, SlicePosition, TableShape};
 use self::sample_point::unit_theta;
-use self::spectrum::rgb_weights;
 use self::tensor_file::{TensorFile, check_values};
 use glimpse_kernels::dual::RealScalar;
 
@@ -43,6 +41,7 @@ use crate::basis::{AngleDual, angles_to_f64};
 use crate::error::{Defect, ensure};
 use crate::mapped::map_file;
 use crate::name::name_of;
+use crate::spectrum::Viewing;
 use crate::{Coverage, Material, SourceError};
 
 /// A material from a measurement of the RGL database.
@@ -275,7 +274,7 @@ fn rgb_from_spectra(file: &TensorFile<'_>, counts: [usize; 2]) -> Result<RgbFiel
         "it has {expected:?} values of phi_i, theta_i and wavelengths, but its field spectra has \
          [{phi_count}, {theta_count}, {count}]"
     );
-    let weights = rgb_weights(&wavelengths);
+    let weights = Viewing::default().rgb_weights(&wavelengths);
     let nodes = shape.nodes();
     let mut rgb = Vec::with_capacity(3 * phi_count * theta_count * nodes);
     // The values at one direction of the light: a table for each wavelength. Their number fits into the file.

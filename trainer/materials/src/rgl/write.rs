@@ -20,8 +20,8 @@ use super::normals::{NDF, Normals, SIGMA};
 use super::sample_point::{
     SamplePoint, coordinate, luminance, solid_angle, times_cosine, unit_theta,
 };
-use super::spectrum::{PRIMARIES, WAVELENGTHS};
 use super::tensor_file::{WrittenField, write};
+use crate::spectrum::{PRIMARIES, WAVELENGTHS};
 use crate::{Brdf, NotFinite};
 
 /// The number of nodes of `rgb` and `luminance` along each axis.
@@ -35,12 +35,14 @@ const VNDF: TableShape = TableShape {
 const VISIBLE_FRACTION: f64 = 0.4;
 
 /// The colors of a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Colors {
+#[derive(Clone, Copy)]
+pub enum Colors<'b> {
     /// `NAME_rgb.bsdf`, in linear RGB, 12 MB.
     Rgb,
     /// `NAME_spec.bsdf`, with a spectrum of the same color under D65, 41 MB: the form that pbrt-v4 reads.
     Spectra,
+    /// `NAME_spec.bsdf`, with these wavelengths in nm, and a BRDF for each three of them.
+    Bands(&'b [f32], &'b [&'b dyn Brdf]),
 }
 
 /// Tabulates a BRDF. Returns the bytes of a file. `description` becomes a field of the file.
@@ -50,19 +52,19 @@ pub enum Colors {
 pub fn to_rgl(
     description: &str,
     brdf: &(impl Brdf + ?Sized),
-    colors: Colors,
+    colors: Colors<'_>,
 ) -> Result<Vec<u8>, NotFinite> {
     let theta_i = theta_i();
     let normals = Normals::new(brdf)?;
     let slices: Vec<Slice> = theta_i
         .par_iter()
-        .map(|theta| Slice::new(brdf, f64::from(*theta), &normals))
+        .map(|theta| Slice::new(brdf, f64::from(*theta), &normals, colors))
         .collect::<Result<_, _>>()?;
     let count = theta_i.len();
     let joined = |field: fn(&Slice) -> &Vec<f32>| -> Vec<f32> {
         slices.iter().flat_map(field).copied().collect()
     };
-    let (vndf, rgb) = (joined(|slice| &slice.vndf), joined(|slice| &slice.rgb));
+    let (vndf, colored) = (joined(|slice| &slice.vndf), joined(|slice| &slice.colors));
     let luminance = joined(|slice| &slice.luminance);
     let floats = WrittenField::floats;
     let vndf_shape = [1, count, VNDF.rows, VNDF.columns];
@@ -78,12 +80,15 @@ pub fn to_rgl(
         WrittenField::bytes("valid", &valid_bits(&slices)),
     ];
     match colors {
-        Colors::Rgb => fields.push(floats("rgb", &[1, count, 3, SIDE, SIDE], &rgb)),
-        Colors::Spectra => {
-            let waves = WAVELENGTHS.len();
-            fields.push(floats("wavelengths", &[waves], &WAVELENGTHS));
-            let shape = [1, count, waves, SIDE, SIDE];
-            fields.push(floats("spectra", &shape, &spectra_from_rgb(&rgb)));
+        Colors::Rgb => fields.push(floats("rgb", &[1, count, 3, SIDE, SIDE], &colored)),
+        Colors::Spectra | Colors::Bands(..) => {
+            let (wavelengths, spectra) = match colors {
+                Colors::Bands(wavelengths, _) => (wavelengths, colored),
+                _ => (&WAVELENGTHS[..], spectra_from_rgb(&colored)),
+            };
+            let waves = wavelengths.len();
+            fields.push(floats("wavelengths", &[waves], wavelengths));
+            fields.push(floats("spectra", &[1, count, waves, SIDE, SIDE], &spectra));
         }
     }
     Ok(write(&fields))
@@ -135,8 +140,8 @@ fn valid_bits(slices: &[Slice]) -> Vec<u8> {
 struct Slice {
     vndf: Vec<f32>,
     luminance: Vec<f32>,
-    /// All nodes of red, then of green, then of blue.
-    rgb: Vec<f32>,
+    /// All nodes of red, then of green, then of blue; or of each band.
+    colors: Vec<f32>,
     is_above_horizon: Vec<bool>,
 }
 
@@ -145,6 +150,7 @@ impl Slice {
         brdf: &(impl Brdf + ?Sized),
         theta_i: f64,
         normals: &Normals,
+        colors: Colors<'_>,
     ) -> Result<Self, NotFinite> {
         let ndf = |point: [f64; 2]| NDF.at(&normals.ndf, point);
         let area: f64 = SIGMA.at(&normals.sigma, [unit_theta(theta_i), 0.5]);
@@ -156,12 +162,8 @@ impl Slice {
             .collect();
         let values = times_cosine(brdf, &samples)?;
 
-        let mut rgb = [(); 3].map(|()| Vec::with_capacity(points.len()));
         let mut luminances = Vec::with_capacity(points.len());
         for ((point, sample), value) in points.iter().zip(&samples).zip(&values) {
-            for (channel, value) in rgb.iter_mut().zip(value) {
-                channel.push(value * 4.0 * area / ndf(*point));
-            }
             // The density per solid angle of outgoing directions is converted to one per area of the unit square; see
             // `solid_angle`.
             let weighted = (luminance(*value) * sample.cos_d).max(0.0);
@@ -170,12 +172,29 @@ impl Slice {
             luminances.push((4.0 * reflected * solid_angle(*point) / density) as f32);
         }
         let is_above_horizon: Vec<bool> = samples.iter().map(|sample| sample.cos_o > 0.0).collect();
-        let limited = rgb
-            .iter()
-            .flat_map(|channel| limit_negative(channel, &is_above_horizon));
+        let mut channels = Vec::new();
+        let mut add = |values: &[[f64; 3]], count: usize| {
+            for channel in 0..count.min(3) {
+                let ratios = values.iter().zip(&points);
+                let ratios = ratios.map(|(value, point)| value[channel] * 4.0 * area / ndf(*point));
+                let ratios: Vec<f64> = ratios.collect();
+                channels.extend(limit_negative(&ratios, &is_above_horizon));
+            }
+        };
+        match colors {
+            Colors::Rgb | Colors::Spectra => add(&values, 3),
+            Colors::Bands(wavelengths, groups) => {
+                for (index, group) in groups.iter().enumerate() {
+                    add(
+                        &times_cosine(*group, &samples)?,
+                        wavelengths.len() - 3 * index,
+                    );
+                }
+            }
+        }
         Ok(Self {
             luminance: luminances,
-            rgb: limited.collect(),
+            colors: channels,
             vndf,
             is_above_horizon,
         })

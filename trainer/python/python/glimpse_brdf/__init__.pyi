@@ -166,6 +166,9 @@ class FittedMaterial(Material):
     def directions(self) -> _Float64Array: ...
     def deviation(self, incoming: npt.ArrayLike, outgoing: Optional[npt.ArrayLike] = None) -> _Float32Array: ...
     @property
+    def wavelengths(self) -> Optional[_Float32Array]: ...
+    def spectrum(self, incoming: npt.ArrayLike, outgoing: Optional[npt.ArrayLike] = None) -> _Float32Array: ...
+    @property
     def unlike_training(self) -> Optional[bool]: ...
     @property
     def residual(self) -> _Residual: ...
@@ -272,13 +275,16 @@ class Recipe:
     ) -> Proposals: ...
     def fit(
         self,
-        readings: npt.ArrayLike,
+        readings: Union[npt.ArrayLike, _Path],
         directions: Optional[npt.ArrayLike] = None,
         *,
-        quantity: Optional[Literal["brdf", "brdf-cos-i", "brdf-cos-o", "reflectance-factor"]] = None,
+        quantity: Optional[
+            Literal["brdf", "brdf-cos-i", "brdf-cos-o", "reflectance-factor", "reflectance-percent"]
+        ] = None,
         name: str = "fitted",
         saturated: Optional[npt.ArrayLike] = None,
         noise: Optional[npt.ArrayLike] = None,
+        wavelengths: Optional[npt.ArrayLike] = None,
         white: Optional[npt.ArrayLike] = None,
         white_directions: Optional[npt.ArrayLike] = None,
         footprint: Optional[Literal["light", "sensor"]] = None,

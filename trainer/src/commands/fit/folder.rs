@@ -14,23 +14,37 @@ use super::report::FitReport;
 const LOBE_THETA_I: [f32; 3] = [15.0, 45.0, 75.0];
 
 /// The names of all files.
-pub(super) const FILES: [&str; 4] = ["material.json", "sphere.png", "lobe.svg", "readings.csv"];
+pub(super) const FILES: [&str; 5] = [
+    "material.json",
+    "sphere.png",
+    "lobe.svg",
+    "readings.csv",
+    "bands.csv",
+];
 
-/// Returns the contents of [`FILES`].
+/// Returns the contents of [`FILES`]; without bands, of the first four.
 pub(super) fn contents(
     fit: &Fit,
     pattern: &[Angles<f32>],
     basis: Option<&BasisFile>,
     report: &FitReport,
-) -> anyhow::Result<[Vec<u8>; 4]> {
+) -> anyhow::Result<Vec<(&'static str, Vec<u8>)>> {
     let material = &fit.material;
     let sphere = render_sphere(material as &dyn Material, SPHERE_SIZE);
-    Ok([
+    let bands = report
+        .spectrum
+        .as_ref()
+        .map(|spectrum| spectrum.to_csv().into_bytes());
+    let contents = [
         material.to_json(basis, report)?.into_bytes(),
         sphere.tone_map().to_png()?,
         lobes(fit).into_bytes(),
         readings(fit, pattern).into_bytes(),
-    ])
+    ];
+    Ok(FILES
+        .into_iter()
+        .zip(contents.into_iter().chain(bands))
+        .collect())
 }
 
 fn lobes(fit: &Fit) -> String {

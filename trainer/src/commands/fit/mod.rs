@@ -3,6 +3,7 @@
 mod folder;
 pub(super) mod options;
 mod report;
+mod spectrum;
 
 use std::path::{Path, PathBuf};
 
@@ -16,6 +17,7 @@ use glimpse_trainer::conversion::{Encoded, OutputFormat, encode};
 use glimpse_trainer::measurement::{AngleArgs, Measurements, NamedRecipe, Rows, Selection, fit};
 use options::QuantityArgs;
 use report::{FitReport, FormatSummary, ReportEntry, file_name};
+use spectrum::ViewingArgs;
 
 use super::formats::{self, Files, physical_errors};
 use super::lock::Lock;
@@ -29,7 +31,8 @@ use super::{emit, recipe_or_bundled};
 ///
 /// - directions: theta_i, phi_i, theta_o, phi_o, or another set of angles (see `trainer query
 ///   --help`), or index, the number of the recipe's sample, from 0;
-/// - reading: r, g, b, or value for a sensor with one channel;
+/// - reading: r, g, b; or value, of a sensor with one channel; or a wavelength in nm (390, 390nm or
+///   w390) for each band;
 /// - optional: saturated (0, 1, False, True); quantity (a value of --quantity, or counts); material,
 ///   which must be the same in all rows; and at any directions noise, the standard deviation relative
 ///   to the reading.
@@ -54,6 +57,8 @@ use super::{emit, recipe_or_bundled};
 /// - readings.csv, with the reading of each sample as a BRDF, the fitted value and its standard
 ///   deviation, and z: the reading minus its prediction from the others, in standard deviations. You
 ///   can correct this file and fit it again, without --quantity and --white;
+/// - with bands, bands.csv: readings and fit of each band, and their colors. Formats and commands
+///   show RGB (CIE 1931, D65), and rgl-spectral has the bands;
 /// - for the model linear the basis, so that the folder can be moved;
 /// - with --format, a folder DIR/formats with files for other programs.
 ///
@@ -63,6 +68,7 @@ use super::{emit, recipe_or_bundled};
 ///          trainer inspect n16.recipe                                  # directions to measure
 ///          trainer fit n16.recipe --measurements gold.csv --format rgl --out gold/
 ///          trainer fit n16.recipe --measurements lab/*.csv --quantity reflectance-factor --out fits/
+///          trainer fit --measurements 31-bands.csv --quantity reflectance-percent --out car/
 ///          trainer fit n16.recipe --measurements counts.csv --white white.csv --dark 96 --out felt/
 ///          trainer render sphere fits/ --out fits.png
 #[derive(Args)]
@@ -81,6 +87,8 @@ pub(crate) struct Fit {
     angles: AngleArgs,
     #[command(flatten)]
     quantity: QuantityArgs,
+    #[command(flatten)]
+    viewing: ViewingArgs,
     /// Formats of additional files of the material in DIR/formats; see `trainer convert`
     #[arg(long, value_parser = formats::parser(), value_delimiter = ',', value_name = "FORMAT,...")]
     format: Vec<OutputFormat>,
@@ -126,6 +134,11 @@ impl Fit {
         let mut fits = Vec::new();
         for input in &inputs {
             let mut rows = Rows::read(input.path, &self.angles)?;
+            ensure!(
+                !self.viewing.is_given() || !rows.wavelengths().is_empty(),
+                "{}: --illuminant and --observer have no effect on readings in RGB: remove them",
+                input.path.display()
+            );
             let chosen = given.choose(&mut rows)?;
             let recipe = chosen.recipe.file.recipe();
             let pattern: Vec<_> = recipe.pattern().collect();
@@ -144,7 +157,7 @@ impl Fit {
                     )
                 })?;
             }
-            let report = FitReport::new(&chosen, input.path, &quantity, &fit)?;
+            let report = FitReport::new(&chosen, input.path, &quantity, &fit, &self.viewing)?;
             let formats = self.formats(&fit.material, &input.folder, seed)?;
             fits.push((fit, pattern, chosen.recipe, report, formats));
         }
@@ -160,8 +173,11 @@ impl Fit {
                 BasisFile::new(format!("{up}{name}"), checksum)
             });
             let contents = contents(&fit, &pattern, basis.as_ref(), &report)?;
-            for (name, bytes) in FILES.iter().zip(contents) {
-                write_file(&input.folder.join(name), &bytes, self.force)?;
+            for (name, bytes) in &contents {
+                write_file(&input.folder.join(name), bytes, self.force)?;
+            }
+            for name in &FILES[contents.len()..] {
+                remove_earlier(&input.folder.join(name))?; // of a fit in bands
             }
             let formats = formats.iter().map(|(files, encoded)| {
                 self.write_format(&input.folder, &fit.material, files, encoded)
@@ -297,5 +313,15 @@ impl Fit {
             write_file(&path, &bytes, self.force)?;
         }
         Ok(Some((file_name(&path), checksum)))
+    }
+}
+
+/// Removes a file of an earlier run, if there is one.
+fn remove_earlier(path: &Path) -> anyhow::Result<()> {
+    match std::fs::remove_file(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(error).with_context(|| format!("cannot remove {}", path.display()))
+        }
+        _ => Ok(()),
     }
 }

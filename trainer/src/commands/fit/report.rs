@@ -15,6 +15,7 @@ use glimpse_trainer::measurement::{
 use serde::Serialize;
 
 use super::super::expected_loss::caution;
+use super::spectrum::{SpectrumReport, ViewingArgs};
 
 /// The report on a fit. Field names are those of the JSON.
 #[derive(Serialize)]
@@ -25,6 +26,8 @@ pub(super) struct FitReport {
     readings: ReadingSummary,
     residual: Residual,
     expected_loss: Option<FitLoss>,
+    /// Null without bands.
+    pub(super) spectrum: Option<SpectrumReport>,
 }
 
 /// An entry of `--json`: a report with the material's name and folder.
@@ -134,6 +137,7 @@ impl FitReport {
         input: &Path,
         quantity: &ReadingQuantity,
         fit: &Fit,
+        viewing: &ViewingArgs,
     ) -> anyhow::Result<Self> {
         let measured = &fit.selection.measurements;
         let recipe = &chosen.recipe.file.recipe();
@@ -159,6 +163,7 @@ impl FitReport {
             readings: ReadingSummary::new(&fit.selection),
             residual: fit.residual,
             expected_loss: expected_loss(recipe, fit)?,
+            spectrum: SpectrumReport::new(fit, &recipe.pattern().collect::<Vec<_>>(), viewing),
         };
         // Expected losses hold for materials that reflect light, like all training materials.
         if report.is_mostly_dark() {

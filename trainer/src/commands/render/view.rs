@@ -214,7 +214,7 @@ fn measured(given: &NamedRecipe, file: &Path) -> anyhow::Result<Measured> {
     let chosen = given.choose(&mut rows)?;
     let recipe = chosen.recipe.file.recipe();
     let pattern: Vec<_> = recipe.pattern().collect();
-    let quantity = ReadingQuantity::Values(Quantity::Brdf);
+    let quantity = ReadingQuantity::of(Quantity::Brdf);
     let measured = Measurements::new(&rows, &pattern, &quantity)?;
     let selection = Selection::new(&recipe, &chosen.prior, measured, false)
         .with_context(|| file.display().to_string())?;

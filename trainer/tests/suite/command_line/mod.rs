@@ -4,6 +4,7 @@
 //! code is 2 for an invalid command line, and 1 for all other failures.
 
 mod any;
+mod bands;
 mod basis;
 mod compare;
 mod convert;

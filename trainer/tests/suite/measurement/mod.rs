@@ -49,7 +49,7 @@ pub(crate) fn read_readings(
 
 /// Reads readings of the BRDF from a file with this text.
 pub(crate) fn read_brdf(text: &str) -> Result<Measurements, TableError> {
-    read_readings(text, &ReadingQuantity::Values(Quantity::Brdf))
+    read_readings(text, &ReadingQuantity::of(Quantity::Brdf))
 }
 
 /// Returns the error message about an invalid file, without the path.

@@ -91,6 +91,9 @@ impl ReportEntry<'_> {
                 None => "unknown, since less than half of the readings are used".to_owned(),
             },
         ));
+        if let Some(spectrum) = &report.spectrum {
+            lines.push(("spectrum", spectrum.to_text()));
+        }
         let lines = lines.iter().filter(|(_, text)| !text.is_empty());
         let lines: String = lines
             .map(|(label, text)| format!("  {label:15}{text}\n"))

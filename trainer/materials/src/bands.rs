@@ -1,0 +1,193 @@
+//! The spectrum of a fit: a BRDF for each band.
+
+use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::model::ModelKind;
+use serde::{Deserialize, Serialize};
+
+use crate::basis::Basis;
+use crate::{Brdf, FittedBrdf, Material, Viewing};
+
+/// The number of bands of a group.
+const GROUP: usize = 3;
+
+/// Wavelengths and values, as in a file.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct BandValues {
+    /// Wavelengths in nm, in ascending order.
+    pub wavelengths: Vec<f32>,
+    /// The values of fits: for Linear, one for each three bands, as red, green and blue; for other models, one for each band,
+    /// as red.
+    pub values: Vec<Vec<f32>>,
+}
+
+/// A spectral BRDF.
+#[derive(Clone, Debug)]
+pub struct Bands {
+    values: BandValues,
+    fits: Vec<FittedBrdf>,
+    /// The number of bands of a fit.
+    per_fit: usize,
+    /// The weights of the bands in RGB.
+    weights: Vec<[f64; 3]>,
+}
+
+/// Three bands as a material, instead of red, green and blue.
+pub struct BandGroup<'b> {
+    bands: &'b Bands,
+    first: usize,
+}
+
+impl Bands {
+    /// Returns the number of bands of a fit of a model. The coefficients of Linear's channels are independent.
+    #[must_use]
+    pub fn per_fit(model: ModelKind) -> usize {
+        match model {
+            ModelKind::Linear => GROUP,
+            _ => 1,
+        }
+    }
+
+    /// Makes a spectral BRDF. None if wavelengths do not increase, or values do not match them, the model or the basis.
+    #[must_use]
+    pub fn new(values: BandValues, model: ModelKind, basis: Option<&Basis>) -> Option<Self> {
+        let per_fit = Self::per_fit(model);
+        let is_valid = values.wavelengths.is_sorted_by(|a, b| a < b)
+            && !values.wavelengths.is_empty()
+            && values.values.len() == values.wavelengths.len().div_ceil(per_fit)
+            && values
+                .values
+                .iter()
+                .flatten()
+                .all(|value| value.is_finite());
+        let fits = values.values.iter().filter(|_| is_valid);
+        let fits = fits.map(|values| FittedBrdf::new(model, values.clone(), basis));
+        let fits = fits.collect::<Option<Vec<_>>>()?;
+        is_valid.then(|| Self {
+            weights: Viewing::default().rgb_weights(&values.wavelengths),
+            values,
+            fits,
+            per_fit,
+        })
+    }
+
+    /// Returns the wavelengths of the bands in nm, in ascending order.
+    #[must_use]
+    pub fn wavelengths(&self) -> &[f32] {
+        &self.values.wavelengths
+    }
+
+    /// Returns the values in a file.
+    #[must_use]
+    pub fn values(&self) -> &BandValues {
+        &self.values
+    }
+
+    /// Returns the bands in groups of three. The last one may repeat the last band.
+    pub fn groups(&self) -> impl Iterator<Item = BandGroup<'_>> {
+        let firsts = (0..self.wavelengths().len()).step_by(GROUP);
+        firsts.map(|first| BandGroup { bands: self, first })
+    }
+
+    /// Returns the BRDF of each band, sr^-1, not times the cosine, at each of these directions.
+    #[must_use]
+    pub fn evaluate(&self, at: &[HalfDifference<f32>]) -> Vec<Vec<f32>> {
+        let mut spectra = vec![Vec::new(); at.len()];
+        for group in self.groups() {
+            let mut brdf = vec![[0.0; GROUP]; at.len()];
+            group.brdf_batch(at, &mut brdf);
+            for (spectrum, brdf) in spectra.iter_mut().zip(brdf) {
+                let left = self.wavelengths().len() - spectrum.len();
+                spectrum.extend(brdf.into_iter().take(left));
+            }
+        }
+        spectra
+    }
+
+    /// Evaluates the color of the spectra (CIE 1931, D65) in linear RGB, sr^-1, not times the cosine.
+    pub(crate) fn evaluate_colors(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        for (spectrum, brdf) in self.evaluate(at).iter().zip(brdf) {
+            *brdf = self.color(spectrum);
+        }
+    }
+
+    /// Returns the color at angles, and for each channel its derivatives with respect to theta_h, theta_d and phi_d.
+    pub(crate) fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
+        let groups = self
+            .groups()
+            .map(|group| group.brdf_with_derivative(angles));
+        let (values, derivatives): (Vec<_>, Vec<_>) = groups.unzip();
+        let by_angle = [0, 1, 2].map(|angle| {
+            let derivatives = derivatives
+                .as_flattened()
+                .iter()
+                .map(|channel| channel[angle]);
+            self.color(&derivatives.collect::<Vec<_>>())
+        });
+        let derivative = [0, 1, 2].map(|channel| by_angle.map(|color| color[channel]));
+        (self.color(values.as_flattened()), derivative)
+    }
+
+    fn color(&self, spectrum: &[f32]) -> [f32; 3] {
+        [0, 1, 2].map(|channel| {
+            let terms = spectrum.iter().zip(&self.weights);
+            let terms = terms.map(|(value, weight)| f64::from(*value) * weight[channel]);
+            terms.sum::<f64>() as f32
+        })
+    }
+}
+
+impl BandGroup<'_> {
+    /// Calls a function for each fit of the bands, with the number of a channel and that of the fit's channel.
+    fn for_each(&self, mut act: impl FnMut(&FittedBrdf, &[[usize; 2]])) {
+        if self.bands.per_fit == GROUP {
+            return act(
+                &self.bands.fits[self.first / GROUP],
+                &[[0, 0], [1, 1], [2, 2]],
+            );
+        }
+        for channel in 0..GROUP {
+            let band = (self.first + channel).min(self.bands.fits.len() - 1);
+            act(&self.bands.fits[band], &[[channel, 0]]);
+        }
+    }
+}
+
+impl Brdf for BandGroup<'_> {
+    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        self.brdf_batch(at, brdf);
+    }
+}
+
+impl Material for BandGroup<'_> {
+    fn name(&self) -> &'static str {
+        "bands"
+    }
+
+    fn brdf(&self, angles: Angles<f32>) -> [f32; 3] {
+        self.brdf_with_derivative(angles).0
+    }
+
+    fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
+        let mut result = ([0.0; 3], [[0.0; 3]; 3]);
+        self.for_each(|fit, channels| {
+            let (brdf, derivative) = fit.brdf_with_derivative(angles);
+            for [channel, from] in channels {
+                result.0[*channel] = brdf[*from];
+                result.1[*channel] = derivative[*from];
+            }
+        });
+        result
+    }
+
+    fn brdf_batch(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
+        let mut of_fit = vec![[0.0; 3]; at.len()];
+        self.for_each(|fit, channels| {
+            fit.evaluate(at, &mut of_fit);
+            for (brdf, of_fit) in brdf.iter_mut().zip(&of_fit) {
+                for [channel, from] in channels {
+                    brdf[*channel] = of_fit[*from];
+                }
+            }
+        });
+    }
+}
