@@ -2,12 +2,14 @@
 
     python3 tests/interop/renderers.py [TRAINER]
 
-`cargo test --no-run` builds the trainer and trainer/examples/principled.rs. Mitsuba 3 and MaterialX are installed from PyPI, and Khronos's
+`cargo test --no-run` builds the trainer and trainer/examples/shading.rs. Mitsuba 3 and MaterialX are installed from PyPI, and Khronos's
 validator of glTF from npm, into an environment in target/.
 
 - Mitsuba's `principled` has the BRDF that the trainer computes from the same parameters.
+- MaterialX's node graph of OpenPBR has the BRDF that the trainer computes.
 - The validators of glTF and MaterialX accept the files.
 - In Mitsuba's spectral variant, a spectral file reflects the same light as the RGB file in the other variant.
+- In Mitsuba's spectral variant, a material that was fitted in bands has the readings.
 - Mitsuba's samples of `measured` have the values and densities that it evaluates at their directions.
 """
 import json, math, os, sys, tempfile
@@ -60,7 +62,7 @@ def compare_principled(example, material):
     angles = np.degrees(np.stack([theta[0], phi[0], theta[1], phi[1]], -1))
     np.savetxt("angles.csv", angles, delimiter=",", fmt="%.9g")
     for share in ("fitted", 0.2, 0.4, 0.9):
-        parameters = json.loads(run(example, material, "angles.csv", "ours.csv", *([] if share == "fitted" else [share])))
+        parameters = json.loads(run(example, "principled", material, "angles.csv", "ours.csv", *([] if share == "fitted" else [share])))
         ours = np.loadtxt("ours.csv", delimiter=",") * np.cos(theta[1])[:, None]
         theirs = evaluate(mi, mi.load_dict(parameters), theta, phi)
         error = np.abs(ours / theirs - 1)
@@ -91,8 +93,35 @@ def validate_materialx(trainer, material):
     assert valid, message
     (node,) = document.getMaterialNodes()
     (shader,) = mx.getShaderNodes(node)
-    assert shader.getNodeDef().getName() == "ND_standard_surface_surfaceshader", shader.getNodeDef()
+    assert shader.getNodeDef().getName() == "ND_open_pbr_surface_surfaceshader", shader.getNodeDef()
     print(f"MaterialX of {material}: valid, {len(shader.getInputs())} inputs")
+
+
+def compare_open_pbr(example, material):
+    """Compares MaterialX's node graph with the trainer's own BRDF, at 300 pairs of directions."""
+    import MaterialX as mx
+    import numpy as np
+    from open_pbr import brdf
+
+    library = mx.createDocument()
+    mx.loadLibraries(mx.getDefaultDataLibraryFolders(), mx.getDefaultDataSearchPath(), library)
+    theta, phi = random_pairs(300)
+    angles = np.degrees(np.stack([theta[0], phi[0], theta[1], phi[1]], -1))
+    np.savetxt("angles.csv", angles, delimiter=",", fmt="%.9g")
+    light, sensor = np.moveaxis(np.stack([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)], -1), 0, 0)
+    half = (light + sensor) / np.linalg.norm(light + sensor, axis=1, keepdims=True)
+    at = np.stack([light[:, 2], sensor[:, 2], half[:, 2], (light * half).sum(1)], -1)
+    for share in ("fitted", 0.2, 0.4, 0.9):
+        document = mx.createDocument()
+        text = run(example, "openpbr", material, "angles.csv", "ours.csv", *([] if share == "fitted" else [share]))
+        mx.readFromXmlString(document, text)
+        ours = np.loadtxt("ours.csv", delimiter=",")
+        theirs = np.array([brdf(document, library, cosines) for cosines in at])
+        error = np.abs(ours / theirs - 1)
+        print(f"OpenPBR of {material}, parameters {share}: relative errors: median {np.median(error):.1e}, "
+              f"largest {error.max():.1e}")
+        # Both approximate the albedo of microfacets.
+        assert np.median(error) < 0.01 and error.max() < 0.05, "the trainer and MaterialX differ"
 
 
 def compare_spectra(trainer, material):
@@ -129,6 +158,37 @@ def compare_spectra(trainer, material):
     assert loss < 0.005 and np.median(error) < 0.01 and error.max() < 0.05, "the spectral file has other colors"
 
 
+def compare_bands(trainer, material):
+    """Fits a material's reflectance factors in 31 bands at six aspecular angles. Mitsuba's spectral variant has them."""
+    import mitsuba as mi
+    import numpy as np
+
+    angles = np.array([[45, 60], [45, 30], [45, 20], [45, 0], [45, -30], [45, -65]])
+    np.savetxt("angles.csv", angles, delimiter=",", comments="", header="theta_i,theta_o")
+    run(trainer, "query", material, "--angles", "angles.csv", "--out", "values.csv", "--force")
+    rgb = np.loadtxt("values.csv", delimiter=",", skiprows=1)[:, -3:]
+    wavelengths = np.arange(400, 701, 10.0)
+    mix = np.exp(-(((wavelengths - np.array([620, 540, 450])[:, None]) / 60) ** 2))
+    readings = rgb @ (mix / mix.sum(0))
+    header = "theta_i,theta_o," + ",".join(f"{nm:g}nm" for nm in wavelengths)
+    np.savetxt("bands.csv", np.hstack([angles, 100 * np.pi * readings]), delimiter=",", comments="", header=header)
+    report = json.loads(run(trainer, "fit", "--measurements", "bands.csv", "--quantity", "reflectance-percent", "--format",
+                            "rgl-spectral", "--out", "bands", "--json"))
+    mi.set_variant("scalar_spectral")
+    bsdf, at = mi.load_dict({"type": "measured", "filename": "bands/formats/bands_spec.bsdf"}), mi.SurfaceInteraction3f()
+    errors = np.empty_like(readings)
+    for row, (theta_i, theta_o) in enumerate(np.radians(angles)):
+        at.wi, wo = vector(mi, theta_i, math.pi), vector(mi, theta_o, 0)
+        for band, nm in enumerate(wavelengths):
+            at.wavelengths = type(at.wavelengths)(nm)
+            value = bsdf.eval(mi.BSDFContext(), at, wo)[0] / math.cos(theta_o)
+            errors[row, band] = value / readings[row, band] - 1
+    delta_e = [reading["delta_e"] for reading in report[0]["spectrum"]["readings"]]
+    print(f"{material} in 31 bands: errors in Mitsuba: mean {np.abs(errors).mean():.3f}, largest {np.abs(errors).max():.3f}; "
+          f"CIEDE2000 of the fit {max(delta_e):.2f}")
+    assert np.abs(errors).mean() < 0.02 and np.abs(errors).max() < 0.1 and max(delta_e) < 1, "other spectra"
+
+
 def check_samples(trainer, material, count=10_000):
     """Weight times density is the value at the sampled direction, or at that direction turned by 180 degrees: Mitsuba
     does not initialize a member that flips x and y of samples of isotropic files (mitsuba3, pull request 1850)."""
@@ -158,15 +218,17 @@ def check_samples(trainer, material, count=10_000):
 def main():
     enter_environment(PACKAGES)
     trainer = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "target/debug/trainer").resolve()
-    example = trainer.parent / "examples/principled"
+    example = trainer.parent / "examples/shading"
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         for material in MATERIALS:
             compare_principled(example, material)
             validate_gltf(trainer, material)
             validate_materialx(trainer, material)
+            compare_open_pbr(example, material)
             check_samples(trainer, material)
         compare_spectra(trainer, MATERIALS[2])
+        compare_bands(trainer, MATERIALS[1])
 
 
 main()

@@ -10,7 +10,7 @@ use glimpse_materials::loss::loss_between;
 use glimpse_materials::setting::{Setting, SettingError, SettingNames};
 use glimpse_materials::{
     Brdf, Colors, Format, Material, NeuralBrdf, NotFinite, Physical, PhysicalErrors, Source,
-    SourceError, pab_suffixes, to_merl, to_nbrdf, to_pab, to_rgl,
+    SourceError, pab_suffixes, to_merl, to_nbrdf, to_open_material, to_pab, to_rgl, to_ssdd,
 };
 
 use crate::evaluation::{EvaluationError, Fitted, Method, OPTIMUM_STEPS, compare};
@@ -65,7 +65,7 @@ impl SettingError for ConversionError {
                 format.name()
             ),
             Self::UnknownEnding(path) => format!(
-                "{} does not have the ending of a format: use .binary, .bsdf, _fc1.npy, .gltf or .mtlx, or give \
+                "{} does not have the ending of a format: use .binary, .bsdf, .ssdd, .xompt, _fc1.npy, .gltf or .mtlx, or give \
                  {setting}",
                 path.display()
             ),
@@ -90,15 +90,17 @@ pub enum OutputFormat {
 
 impl OutputFormat {
     /// All formats.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 10] = [
         Self::Brdf(Format::Merl),
         Self::Brdf(Format::Nbrdf),
         Self::Brdf(Format::Rgl),
         Self::Brdf(Format::RglSpectra),
         Self::Brdf(Format::Pab),
+        Self::Brdf(Format::OpenMaterial),
+        Self::Brdf(Format::Ssdd),
         Self::Shading(ShadingModel::Principled),
         Self::Shading(ShadingModel::Gltf),
-        Self::Shading(ShadingModel::StandardSurface),
+        Self::Shading(ShadingModel::OpenPbr),
     ];
 
     /// Returns the name.
@@ -108,7 +110,7 @@ impl OutputFormat {
             Self::Brdf(format) => format.name(),
             Self::Shading(ShadingModel::Principled) => "principled",
             Self::Shading(ShadingModel::Gltf) => "gltf",
-            Self::Shading(ShadingModel::StandardSurface) => "materialx",
+            Self::Shading(ShadingModel::OpenPbr) => "openpbr",
         }
     }
 
@@ -146,9 +148,11 @@ impl OutputFormat {
             "binary" => Some(Self::Brdf(Format::Merl)),
             "bsdf" if has_suffix(path, "_spec") => Some(Self::Brdf(Format::RglSpectra)),
             "bsdf" => Some(Self::Brdf(Format::Rgl)),
+            "xompt" => Some(Self::Brdf(Format::OpenMaterial)),
+            "ssdd" => Some(Self::Brdf(Format::Ssdd)),
             "npy" => Some(Self::Brdf(Format::Nbrdf)),
             "gltf" => Some(Self::Shading(ShadingModel::Gltf)),
-            "mtlx" => Some(Self::Shading(ShadingModel::StandardSurface)),
+            "mtlx" => Some(Self::Shading(ShadingModel::OpenPbr)),
             "json" if has_suffix(path, "_principled") => {
                 Some(Self::Shading(ShadingModel::Principled))
             }
@@ -219,9 +223,9 @@ impl Encoded {
 pub fn output_paths(format: OutputFormat, path: &Path) -> Result<Vec<PathBuf>, ConversionError> {
     match format {
         OutputFormat::Shading(_)
-        | OutputFormat::Brdf(Format::Merl | Format::Rgl | Format::RglSpectra) => {
-            Ok(vec![path.to_owned()])
-        }
+        | OutputFormat::Brdf(
+            Format::Merl | Format::Rgl | Format::RglSpectra | Format::OpenMaterial | Format::Ssdd,
+        ) => Ok(vec![path.to_owned()]),
         OutputFormat::Brdf(Format::Pab) => {
             let name = file_name(path)?;
             let names = pab_suffixes().map(|suffix| format!("{name}{suffix}"));
@@ -287,16 +291,33 @@ pub fn encode(
         OutputFormat::Brdf(format) => {
             let physical = Physical::of(material);
             let is_changed = !as_fitted && physical.is_changed();
-            if let (Format::RglSpectra, Some(bands)) = (format, material.bands()) {
-                let groups: Vec<_> = bands.groups().collect();
-                let physical: Vec<_> = groups.iter().map(|group| Physical::of(group)).collect();
-                let is_changed = !as_fitted && physical.iter().any(Physical::is_changed);
-                let brdfs: Vec<&dyn Brdf> = match is_changed {
-                    true => physical.iter().map(|group| group as &dyn Brdf).collect(),
-                    false => groups.iter().map(|group| group as &dyn Brdf).collect(),
+            if let (Format::RglSpectra | Format::OpenMaterial | Format::Ssdd, Some(bands)) =
+                (format, material.spectrum())
+            {
+                let groups = bands.groups();
+                let physical = groups.iter().map(|group| match as_fitted {
+                    true => Physical::as_fitted(&**group),
+                    false => Physical::of(&**group),
+                });
+                let physical: Vec<_> = physical.collect();
+                let is_changed = physical.iter().any(Physical::is_changed);
+                let brdfs: Vec<&Physical<'_>> = physical.iter().collect();
+                let files = match format {
+                    Format::Ssdd => {
+                        let bytes = to_ssdd(name, bands.wavelengths(), &brdfs)?;
+                        vec![(format!("{name}.ssdd"), bytes)]
+                    }
+                    Format::OpenMaterial => {
+                        let bytes = to_open_material(name, bands.wavelengths(), &brdfs)?;
+                        vec![(format!("{name}_brdf.xompt"), bytes)]
+                    }
+                    _ => {
+                        let brdfs: Vec<&dyn Brdf> =
+                            physical.iter().map(|each| each as &dyn Brdf).collect();
+                        let colors = Colors::Bands(bands.wavelengths(), &brdfs);
+                        vec![tensors(material, material, name, "spec", colors)?]
+                    }
                 };
-                let colors = Colors::Bands(bands.wavelengths(), &brdfs);
-                let files = vec![tensors(material, material, name, "spec", colors)?];
                 return Ok(Encoded {
                     is_changed,
                     ..unchanged(files)
@@ -350,6 +371,11 @@ fn table(
             let names = pab_suffixes().map(|suffix| format!("{name}{suffix}"));
             Ok(names.zip(texts.map(String::into_bytes)).collect())
         }
+        Format::OpenMaterial => {
+            let bytes = to_open_material(name, &[], &[brdf])?;
+            Ok(vec![(format!("{name}_brdf.xompt"), bytes)])
+        }
+        Format::Ssdd => Ok(vec![(format!("{name}.ssdd"), to_ssdd(name, &[], &[brdf])?)]),
         Format::Nbrdf => Err(ConversionError::NotNetworkFile(name.into())),
     }
 }

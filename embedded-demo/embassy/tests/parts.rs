@@ -22,7 +22,7 @@ impl Contact {
         let now = Instant::now().as_millis();
         let is_bouncing = |change: &u64| (*change..change + 15).contains(&now);
         if self.0.as_flattened().iter().any(is_bouncing) {
-            return now % 3 == 0;
+            return now.is_multiple_of(3);
         }
         self.0
             .iter()

@@ -5,7 +5,7 @@ use glimpse_core::model::ModelKind;
 use serde::{Deserialize, Serialize};
 
 use crate::basis::Basis;
-use crate::{Brdf, FittedBrdf, Material, Viewing};
+use crate::{Brdf, FittedBrdf, Material, Spectrum, Viewing};
 
 /// The number of bands of a group.
 const GROUP: usize = 3;
@@ -32,7 +32,7 @@ pub struct Bands {
 }
 
 /// Three bands as a material, instead of red, green and blue.
-pub struct BandGroup<'b> {
+struct BandGroup<'b> {
     bands: &'b Bands,
     first: usize,
 }
@@ -70,20 +70,13 @@ impl Bands {
         })
     }
 
-    /// Returns the wavelengths of the bands in nm, in ascending order.
-    #[must_use]
-    pub fn wavelengths(&self) -> &[f32] {
-        &self.values.wavelengths
-    }
-
     /// Returns the values in a file.
     #[must_use]
     pub fn values(&self) -> &BandValues {
         &self.values
     }
 
-    /// Returns the bands in groups of three. The last one may repeat the last band.
-    pub fn groups(&self) -> impl Iterator<Item = BandGroup<'_>> {
+    fn each_group(&self) -> impl Iterator<Item = BandGroup<'_>> {
         let firsts = (0..self.wavelengths().len()).step_by(GROUP);
         firsts.map(|first| BandGroup { bands: self, first })
     }
@@ -92,7 +85,7 @@ impl Bands {
     #[must_use]
     pub fn evaluate(&self, at: &[HalfDifference<f32>]) -> Vec<Vec<f32>> {
         let mut spectra = vec![Vec::new(); at.len()];
-        for group in self.groups() {
+        for group in self.each_group() {
             let mut brdf = vec![[0.0; GROUP]; at.len()];
             group.brdf_batch(at, &mut brdf);
             for (spectrum, brdf) in spectra.iter_mut().zip(brdf) {
@@ -113,7 +106,7 @@ impl Bands {
     /// Returns the color at angles, and for each channel its derivatives with respect to theta_h, theta_d and phi_d.
     pub(crate) fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {
         let groups = self
-            .groups()
+            .each_group()
             .map(|group| group.brdf_with_derivative(angles));
         let (values, derivatives): (Vec<_>, Vec<_>) = groups.unzip();
         let by_angle = [0, 1, 2].map(|angle| {
@@ -152,9 +145,16 @@ impl BandGroup<'_> {
     }
 }
 
-impl Brdf for BandGroup<'_> {
-    fn evaluate(&self, at: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
-        self.brdf_batch(at, brdf);
+impl Spectrum for Bands {
+    fn wavelengths(&self) -> &[f32] {
+        &self.values.wavelengths
+    }
+
+    fn groups(&self) -> Vec<Box<dyn Material + '_>> {
+        let groups = self.each_group();
+        groups
+            .map(|group| Box::new(group) as Box<dyn Material>)
+            .collect()
     }
 }
 

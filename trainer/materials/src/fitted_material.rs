@@ -13,7 +13,7 @@ use crate::fitted_brdf::FittedBrdf;
 use crate::name::is_valid_name;
 use crate::other_format::SAVE_WEIGHTS;
 use crate::untrusted::{escaped, escaped_json_error, read_at_most};
-use crate::{BandValues, Bands, Brdf, Material, SourceError};
+use crate::{BandValues, Bands, Brdf, Material, SourceError, Spectrum};
 
 /// The value of the field `format`.
 const FORMAT: &str = "glimpse-material";
@@ -133,6 +133,12 @@ impl FittedMaterial {
     pub fn with_bands(self, bands: Bands) -> Self {
         let bands = Some(bands);
         Self { bands, ..self }
+    }
+
+    /// Returns the spectrum, if the readings were in bands.
+    #[must_use]
+    pub fn bands(&self) -> Option<&Bands> {
+        self.bands.as_ref()
     }
 
     /// Returns the fitted BRDF.
@@ -323,8 +329,8 @@ impl Material for FittedMaterial {
         self.fitted.network().filter(|_| self.bands.is_none())
     }
 
-    fn bands(&self) -> Option<&Bands> {
-        self.bands.as_ref()
+    fn spectrum(&self) -> Option<&dyn Spectrum> {
+        self.bands.as_ref().map(|bands| bands as &dyn Spectrum)
     }
 
     fn brdf_with_derivative(&self, angles: Angles<f32>) -> ([f32; 3], [[f32; 3]; 3]) {

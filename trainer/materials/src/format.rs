@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::error::{Defect, read_error};
 use crate::{MerlTable, NeuralBrdf, RglMeasurement, SourceError};
-use crate::{other_format, pab};
+use crate::{other_format, pab, ssdd};
 
 /// The number of bytes at the start of a file that detection reads.
 const HEAD_BYTES: u64 = 2048;
@@ -24,10 +24,14 @@ pub enum Format {
     Nbrdf,
     /// PAB-Opto text, one file per incoming direction.
     Pab,
+    /// A BRDF look-up table of ASAM OpenMATERIAL 3D.
+    OpenMaterial,
+    /// SSDD, the text format of libbsdf.
+    Ssdd,
 }
 
 impl Format {
-    /// Returns the name: merl, rgl, rgl-spectral, nbrdf or pab.
+    /// Returns the name: merl, rgl, rgl-spectral, nbrdf, pab, openmaterial or ssdd.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -36,6 +40,8 @@ impl Format {
             Self::RglSpectra => "rgl-spectral",
             Self::Nbrdf => "nbrdf",
             Self::Pab => "pab",
+            Self::OpenMaterial => "openmaterial",
+            Self::Ssdd => "ssdd",
         }
     }
 
@@ -48,6 +54,12 @@ impl Format {
     pub fn detect(path: &Path) -> Result<Self, SourceError> {
         if NeuralBrdf::name_of(path).is_some() {
             return Ok(Self::Nbrdf);
+        }
+        if path
+            .extension()
+            .is_some_and(|extension| extension == "xompt")
+        {
+            return Ok(Self::OpenMaterial);
         }
         if !path.is_file() {
             return Err(SourceError::UnknownFormat(path.into()));
@@ -68,6 +80,9 @@ impl Format {
         }
         if pab::has_signature(&head) {
             return Ok(Self::Pab);
+        }
+        if ssdd::has_signature(&head) {
+            return Ok(Self::Ssdd);
         }
         if let Some(defect) = other_format::detect(path, &head) {
             return Err(Defect::in_file(path)(defect));

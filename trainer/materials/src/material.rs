@@ -4,7 +4,7 @@ use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::NeuralParameters;
 
 use crate::basis::angles_of;
-use crate::{Bands, Coverage, SourceError};
+use crate::{Coverage, SourceError};
 
 /// A material: a named BRDF with derivatives. It is defined for all directions unless [`Material::coverage`] states unknown
 /// ones.
@@ -46,7 +46,7 @@ pub trait Material: Send + Sync {
     }
 
     /// Returns the spectrum if the material was measured in bands.
-    fn bands(&self) -> Option<&Bands> {
+    fn spectrum(&self) -> Option<&dyn Spectrum> {
         None
     }
 
@@ -56,6 +56,15 @@ pub trait Material: Send + Sync {
             *brdf = self.brdf(angles_of(at));
         }
     }
+}
+
+/// A BRDF in bands.
+pub trait Spectrum {
+    /// Returns the wavelengths of the bands in nm, in ascending order.
+    fn wavelengths(&self) -> &[f32];
+
+    /// Returns a material for each three bands, instead of red, green and blue. The last one may repeat the last band.
+    fn groups(&self) -> Vec<Box<dyn Material + '_>>;
 }
 
 impl dyn Material + '_ {

@@ -6,7 +6,7 @@ use crate::SourceError;
 use crate::error::Defect;
 
 /// Extensions of files that hold one material each.
-const EXTENSIONS: [&str; 2] = [".binary", ".bsdf"];
+const EXTENSIONS: [&str; 4] = [".binary", ".bsdf", ".ssdd", "_brdf.xompt"];
 /// Ends of the names of RGL's files.
 const RGB: &str = "_rgb";
 const SPECTRA: &str = "_spec";

@@ -57,14 +57,21 @@ pub struct Physical<'m> {
 }
 
 impl<'m> Physical<'m> {
+    /// Returns a material's BRDF without changes.
+    #[must_use]
+    pub fn as_fitted(material: &'m dyn Material) -> Self {
+        Self {
+            material,
+            is_mean: false,
+            factors: vec![[1.0; 3]; THETAS],
+        }
+    }
+
     /// Changes a material's BRDF as far as necessary.
     #[must_use]
     pub fn of(material: &'m dyn Material) -> Self {
-        let mut physical = Self {
-            material,
-            is_mean: reciprocity_error(material) > ROUNDING,
-            factors: vec![[1.0; 3]; THETAS],
-        };
+        let mut physical = Self::as_fitted(material);
+        physical.is_mean = reciprocity_error(material) > ROUNDING;
         // A mirror has both factors at once, so that it needs the root.
         for _ in 0..BALANCING_STEPS {
             if !physical.scale(f32::sqrt) {
@@ -172,13 +179,16 @@ fn reciprocity_error(brdf: &(impl Brdf + ?Sized)) -> f64 {
 fn albedos(brdf: &(impl Brdf + ?Sized)) -> Vec<[f32; 3]> {
     let thetas = (0..THETAS).into_par_iter();
     thetas
-        .map(|index| albedo(brdf, index as f32 * STEP))
+        .map(|index| directional_albedo(brdf, index as f32 * STEP))
         .collect()
 }
 
+/// Returns the share of light that is reflected, of light at a polar angle of 0 to 90 degrees, for each channel.
+///
 /// Integrates the BRDF times the sensor's cosine over half vectors, which are denser near the normal. The weights are scaled
 /// so that the integral of the cosine is exact.
-fn albedo(brdf: &(impl Brdf + ?Sized), theta_i_degrees: f32) -> [f32; 3] {
+#[must_use]
+pub fn directional_albedo(brdf: &(impl Brdf + ?Sized), theta_i_degrees: f32) -> [f32; 3] {
     // At 90 degrees the light does not reach the surface.
     let (sine, cosine) = theta_i_degrees.min(89.5).to_radians().sin_cos();
     let incoming = [sine, 0.0, cosine];
@@ -267,7 +277,7 @@ mod tests {
                     }
                 }
             }
-            for (actual, expected) in albedo(material, theta_i).iter().zip(sums) {
+            for (actual, expected) in directional_albedo(material, theta_i).iter().zip(sums) {
                 assert!(
                     (actual / expected - 1.0).abs() < 0.01,
                     "{theta_i}: {actual}, {expected}"

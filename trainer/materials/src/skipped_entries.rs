@@ -8,7 +8,7 @@ use crate::name::{is_second_form, name_by_extension};
 use crate::{FittedMaterial, NeuralBrdf, SourceError};
 
 /// Endings of material files, in lowercase.
-const ENDINGS: [&str; 3] = [".binary", ".bsdf", ".npy"];
+const ENDINGS: [&str; 5] = [".binary", ".bsdf", ".npy", ".ssdd", ".xompt"];
 /// The largest number of names in a message.
 const MAX_NAMES: usize = 10;
 
@@ -53,7 +53,7 @@ impl fmt::Display for SkippedEntries {
         write!(
             f,
             "{count} entries ({names}{ellipsis}); a directory needs a material.json, and a file the UTF-8 name \
-             NAME.binary, NAME.bsdf or NAME_fc1.npy; NAME_rgb.bsdf is read instead of NAME_spec.bsdf"
+             NAME.binary, NAME.bsdf, NAME.ssdd, NAME_brdf.xompt or NAME_fc1.npy; NAME_rgb.bsdf is read instead of NAME_spec.bsdf"
         )
     }
 }

@@ -12,7 +12,9 @@ use crate::error::{MAX_PROCEDURAL, SourceError, read_error};
 use crate::format::Format;
 use crate::name::{is_second_form, name_by_extension};
 use crate::skipped_entries::SkippedEntries;
-use crate::{FittedMaterial, Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement, pab};
+use crate::{
+    FittedMaterial, Material, MerlTable, NeuralBrdf, Procedural, RglMeasurement, pab, ssdd,
+};
 
 /// A source of materials, as written on the command line:
 ///
@@ -182,6 +184,8 @@ fn read(path: &Path) -> Result<Box<dyn Material>, SourceError> {
         Format::Merl => Box::new(MerlTable::read(path)?),
         Format::Rgl | Format::RglSpectra => Box::new(RglMeasurement::read(path)?),
         Format::Pab => pab::read_pab(path)?,
+        Format::OpenMaterial => pab::read_open_material(path)?,
+        Format::Ssdd => Box::new(ssdd::read(path)?),
     })
 }
 

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use glimpse_core::geometry::HalfDifference;
-use glimpse_materials::{FittedMaterial, Material};
+use glimpse_materials::{FittedMaterial, Material, Spectrum};
 use glimpse_trainer::measurement::{
     ChosenRecipe, Fit, Measurements, NamedRecipe, ReadingStatus, Selection, angles_from_vectors,
     fit, material_files,
@@ -169,7 +169,7 @@ impl PyFittedMaterial {
 
     /// Returns the standard deviation of the BRDF (linear RGB, sr^-1, not times the cosine), given the readings.
     ///
-    /// Directions are those of `Material.brdf`; the result has the shape (..., 3).
+    /// Directions are those of a call of the material; the result has the shape (..., 3).
     #[pyo3(signature = (incoming, outgoing = None))]
     fn deviation<'py>(
         &self,
@@ -199,7 +199,7 @@ impl PyFittedMaterial {
 
     /// Returns the BRDF (sr^-1, not times the cosine) of each band.
     ///
-    /// Directions are those of `Material.brdf`; the result has the shape (..., b).
+    /// Directions are those of a call of the material; the result has the shape (..., b).
     #[pyo3(signature = (incoming, outgoing = None))]
     fn spectrum<'py>(
         &self,

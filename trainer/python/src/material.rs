@@ -1,5 +1,6 @@
 //! Materials: evaluation, construction from functions and arrays, and writing.
 
+use std::f64::consts::FRAC_PI_2;
 use std::ffi::{CString, OsString};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -7,11 +8,12 @@ use std::sync::Arc;
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_core::model::NeuralParameters;
 use glimpse_materials::{
-    self, Bands, Coverage, Format, Material, MerlTable, PhysicalErrors, Source, SourceError,
-    digest, table_nodes,
+    self, Coverage, Format, Material, MerlTable, PhysicalErrors, Source, SourceError, Spectrum,
+    digest, directional_albedo, table_nodes,
 };
 use glimpse_trainer::conversion::{OutputFormat, encode, file_name, output_paths};
 use glimpse_trainer::measurement::angles_from_vectors;
+use glimpse_trainer::render::render_sphere;
 use numpy::PyArrayDyn;
 use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::{PyTypeError, PyUserWarning};
@@ -19,7 +21,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyType;
 use rayon::prelude::*;
 
-use crate::arrays::{Pairs, array, rows};
+use crate::arrays::{Pairs, array, numbers, rows};
 use crate::choices::choose;
 use crate::error::{reject, to_exception};
 use crate::files::write;
@@ -201,7 +203,7 @@ impl PyMaterial {
     /// Writes the material in another program's format: "merl" (NAME.binary), "rgl" (NAME.bsdf, for Mitsuba 3's
     /// `measured`), "rgl-spectral" (NAME_spec.bsdf, for pbrt-v4), "nbrdf" (NAME_fc1.npy and five more) or "pab" (NAME_in00.txt and more, for Radiance). Or writes the
     /// parameters of a shading model that approximates it: "principled" (a dictionary for Mitsuba 3), "gltf" (NAME.gltf)
-    /// or "materialx" (NAME.mtlx).
+    /// or "openpbr" (NAME.mtlx).
     ///
     /// The ending of the file's name determines the format, unless `format` is given. For "nbrdf", a network is fitted
     /// to a material that is not a network, which takes some seconds, as does the fit of a shading model; `seed` is the seed
@@ -248,6 +250,41 @@ impl PyMaterial {
             PyErr::warn(py, &py.get_type::<PyUserWarning>(), &message, 1)?;
         }
         Ok(())
+    }
+
+    /// Returns the directional albedo: the share of light from theta_i (radians, any shape) that is reflected, in linear RGB;
+    /// the result has the shape (..., 3).
+    fn albedo<'py>(
+        &self,
+        py: Python<'py>,
+        theta_i: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
+        let theta_i = numbers(theta_i, "theta_i")?;
+        if !theta_i
+            .iter()
+            .all(|theta| (0.0..=FRAC_PI_2).contains(theta))
+        {
+            return reject("theta_i must be 0 to pi/2, in radians");
+        }
+        let material = Arc::clone(&self.material);
+        let shape = [theta_i.shape(), &[3]].concat();
+        let albedos = run_detached(py, move || {
+            let each = theta_i.iter().map(|theta| theta.to_degrees() as f32);
+            let each = each.map(|theta| directional_albedo(&*material, theta));
+            each.collect::<Vec<_>>()
+        })?;
+        array(py, &shape, albedos.concat())
+    }
+
+    /// Renders a sphere as `trainer render sphere` does: sRGB, uint8 of shape (size, size, 3).
+    #[pyo3(signature = (size = 256))]
+    fn render<'py>(&self, py: Python<'py>, size: usize) -> PyResult<Bound<'py, PyArrayDyn<u8>>> {
+        if !(1..=4096).contains(&size) {
+            return reject("size must be 1 to 4096 pixels");
+        }
+        let material = Arc::clone(&self.material);
+        let picture = run_detached(py, move || render_sphere(&*material, size).tone_map())?;
+        array(py, &[size, size, 3], picture.pixels.concat())
     }
 
     /// Returns itself: a material is immutable.
@@ -429,8 +466,8 @@ impl Material for Shared {
     fn network(&self) -> Option<NeuralParameters<f32>> {
         self.0.network()
     }
-    fn bands(&self) -> Option<&Bands> {
-        self.0.bands()
+    fn spectrum(&self) -> Option<&dyn Spectrum> {
+        self.0.spectrum()
     }
     fn brdf_batch(&self, directions: &[HalfDifference<f32>], brdf: &mut [[f32; 3]]) {
         self.0.brdf_batch(directions, brdf);

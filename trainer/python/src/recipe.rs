@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::gonio::Repeated;
+use glimpse_core::numeric::Rows;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::basis::Basis;
 use glimpse_trainer::export::{expectation, training};
@@ -95,15 +96,13 @@ impl PyRecipe {
         Self::new_with_basis(RecipeFile::new(data.to_vec()).map_err(to_exception)?, basis)
     }
 
-    /// Reads a recipe's file. For the model linear, also reads the basis next to it.
+    /// Reads a recipe's file. For the model linear, also reads the basis next to it. `path` may also be the name of a bundled
+    /// recipe: a model and the number of samples, such as "linear-n8", or "linear-any" for readings at any directions.
     #[classmethod]
     fn load(_class: &Bound<'_, PyType>, py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let (file, basis) =
-            run_detached(py, || RecipeFile::read_with_basis(&path))?.map_err(to_exception)?;
-        Ok(Self {
-            file: Arc::new(file),
-            basis: basis.map(Arc::new),
-        })
+        let NamedRecipe { file, basis, .. } =
+            run_detached(py, || NamedRecipe::read(&path))?.map_err(to_exception)?;
+        Ok(Self { file, basis })
     }
 
     /// Writes the recipe. For the model linear, also writes its basis next to it, NAME.basis. Raises FileExistsError if
@@ -437,6 +436,33 @@ impl PyRecipe {
             }),
             None => reject("directions: give at most 4096 pairs"),
         }
+    }
+
+    /// Returns [mean, components]: the mapped mean, float32 (n,), and the components, float32 (n, k), at directions (n, 2, 3).
+    ///
+    /// With coefficients z of a channel, the BRDF is 0.001 (exp(mean + components @ z) - 1) / (cos theta_i cos theta_o), and
+    /// not below 0. A fit of the model linear has z as its `parameters`: k of red, k of green, k of blue.
+    fn components<'py>(
+        &self,
+        py: Python<'py>,
+        directions: &Bound<'py, PyAny>,
+    ) -> PyResult<[Bound<'py, PyArrayDyn<f32>>; 2]> {
+        let chosen = self.at(directions)?;
+        let recipe = chosen.recipe();
+        let Some(coefficients) = recipe.estimator().coefficients() else {
+            return reject("the recipe has no components: give one of readings at any directions");
+        };
+        let (count, rows) = (recipe.samples(), coefficients.rows());
+        let components = coefficients.components();
+        let mut entries = vec![0.0; count * components];
+        for (index, row) in entries.chunks_mut(components).enumerate() {
+            rows.add(index, 1.0, row);
+        }
+        let mean = coefficients.ridge.center.iter().collect();
+        Ok([
+            array(py, &[count], mean)?,
+            array(py, &[count, components], entries)?,
+        ])
     }
 
     /// Repeats a fit from the angles of each sample, its reading and its saturation, for pickles.

@@ -341,3 +341,47 @@ def test_next_leads_a_scan(trainer, tmp_path):
     assert len(recipe.next(pairs, too_bright, accept_implausible=True)) == 1
     with pytest.raises(glimpse.GlimpseError):
         recipe.next(max_theta_i_degrees=1, max_theta_o_degrees=1, min_separation_degrees=1.99)
+
+
+def test_fits_readings_in_bands(tmp_path):
+    """Bands that are mixtures of red, green and blue are fitted to within 3 %."""
+    recipe = glimpse.Recipe.load("linear-any")
+    material = glimpse.load_material("procedural:1:9")
+    angles = np.radians([[45, 60], [45, 30], [45, 20], [45, 0], [45, -30], [45, -65]])
+    vector = lambda theta: np.stack([np.sin(theta), 0 * theta, np.cos(theta)], -1)
+    pairs = np.stack([vector(-angles[:, 0]), vector(angles[:, 1])], 1)
+    wavelengths = np.arange(400, 701, 50)
+    mix = np.exp(-((wavelengths - np.array([620, 540, 450])[:, None]) / 60) ** 2)
+    readings = material(pairs) @ (mix / mix.sum(0))
+    fitted = recipe.fit(readings, pairs, wavelengths=wavelengths)
+    np.testing.assert_array_equal(fitted.wavelengths, wavelengths)
+    spectrum = fitted.spectrum(pairs)
+    assert spectrum.shape == (6, 7) and np.abs(spectrum / readings - 1).mean() < 0.03
+    percent = recipe.fit(100 * np.pi * readings, pairs, wavelengths=wavelengths, quantity="reflectance-percent")
+    np.testing.assert_allclose(percent.spectrum(pairs), spectrum, rtol=1e-3)
+    copied = pickle.loads(pickle.dumps(fitted))
+    np.testing.assert_array_equal(copied.spectrum(pairs), spectrum)
+
+    with open(tmp_path / "bands.csv", "w") as file:
+        print("theta_i,theta_o", *wavelengths, sep=",", file=file)
+        for row, bands in zip(np.degrees(angles), readings):
+            print(*row, *bands, sep=",", file=file)
+    np.testing.assert_allclose(recipe.fit(tmp_path / "bands.csv").spectrum(pairs), spectrum, rtol=1e-3)
+    for arguments in [{"wavelengths": wavelengths[::-1]}, {"wavelengths": [400, 500]}]:
+        with pytest.raises(glimpse.GlimpseError):
+            recipe.fit(readings, pairs, **arguments)
+    with pytest.raises(glimpse.GlimpseError):
+        recipe.fit(readings[:, :3], pairs).spectrum(pairs)
+
+
+def test_bundled_recipes_have_names_and_components():
+    recipe = glimpse.Recipe.load("linear-n8")
+    assert recipe == glimpse.Recipe.load(RECIPES / "linear-n8.recipe") and recipe.samples == 8
+    material = glimpse.load_material("procedural:1:9")
+    any_recipe = glimpse.Recipe.load("linear-any")
+    fitted = any_recipe.fit(material(recipe.directions), recipe.directions)
+    mean, components = any_recipe.components(recipe.directions)
+    mapped = mean[:, None] + components @ fitted.parameters.reshape(3, -1).T
+    cosines = recipe.directions[:, :, 2].prod(1)[:, None]
+    brdf = np.maximum(1e-3 * (np.exp(mapped) - 1) / cosines, 0)
+    np.testing.assert_allclose(brdf, fitted(recipe.directions), rtol=0.02)

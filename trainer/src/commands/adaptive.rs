@@ -10,7 +10,7 @@ use glimpse_trainer::evaluation::Adaptive;
 use glimpse_trainer::measurement::{MachineArgs, NamedRecipe};
 use glimpse_training::route::{Machine, Position};
 
-use super::{read_named_recipe, require_pattern};
+use super::require_pattern;
 
 /// Options of an evaluation of adaptive scans.
 #[derive(Args)]
@@ -66,7 +66,7 @@ impl AdaptiveArgs {
                     "--begin: {} begins with its own samples; remove --begin, or give a recipe of `train --samples any`",
                     given.name
                 );
-                let named = read_named_recipe(path)?;
+                let named = NamedRecipe::read(path)?;
                 require_pattern(&named.file, &named.name)?;
                 args.check_reach(&named, &machine).context("--begin")?;
                 named

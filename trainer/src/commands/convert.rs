@@ -20,7 +20,7 @@ use super::{emit, load_single};
 /// the material in a few seconds, unless IN is a network itself. A material of `trainer fit` with
 /// the model neural is a network.
 ///
-/// The formats principled, gltf and materialx hold the parameters of a renderer's shading model that
+/// The formats principled, gltf and openpbr hold the parameters of a renderer's shading model that
 /// approximates IN. The loss of this approximation and its color error (mean CIEDE2000 of a sphere)
 /// are printed.
 ///

@@ -8,6 +8,7 @@ use clap::Args;
 use glimpse_materials::Source;
 use glimpse_materials::basis::Basis;
 use glimpse_trainer::evaluation::{Degradation, Evaluator, Method, TrainingMaterials};
+use glimpse_trainer::measurement::NamedRecipe;
 
 use super::adaptive::AdaptiveArgs;
 use super::evaluation_report::{Comparison, RecipeReport};
@@ -15,7 +16,7 @@ use super::export_basis::read_compact;
 use super::geometry::GeometryArgs;
 use super::progress::StepProgress;
 use super::training_overlap::training_overlaps;
-use super::{load, numbers, print, print_json, read_named_recipe};
+use super::{load, numbers, print, print_json};
 
 /// Evaluate recipes on materials.
 ///
@@ -95,7 +96,7 @@ impl Evaluate {
             .recipe
             .iter()
             .map(|path| match self.adaptive.samples() {
-                Some(_) => read_named_recipe(path)?
+                Some(_) => NamedRecipe::read(path)?
                     .itself()
                     .context("the program lacks linear-any"),
                 None => self.geometry.read(Some(path)),

@@ -32,14 +32,20 @@ fn describe_files(format: OutputFormat) -> &'static str {
         OutputFormat::Brdf(Format::Pab) => {
             "NAME_in00.txt, NAME_in10.txt, ...: PAB-Opto's text files, for Radiance's pabopto2bsdf"
         }
+        OutputFormat::Brdf(Format::OpenMaterial) => {
+            "NAME_brdf.xompt: spectra in a look-up table of ASAM OpenMATERIAL 3D, 40 MB"
+        }
+        OutputFormat::Brdf(Format::Ssdd) => {
+            "NAME.ssdd: a table in text, of RGB or of bands, for libbsdf and BSDF Processor"
+        }
         OutputFormat::Shading(ShadingModel::Principled) => {
             "NAME_principled.json: parameters of Mitsuba 3's BSDF `principled`, for load_dict"
         }
         OutputFormat::Shading(ShadingModel::Gltf) => {
             "NAME.gltf: a sphere with a material of glTF 2.0"
         }
-        OutputFormat::Shading(ShadingModel::StandardSurface) => {
-            "NAME.mtlx: parameters of MaterialX's `standard_surface`"
+        OutputFormat::Shading(ShadingModel::OpenPbr) => {
+            "NAME.mtlx: parameters of OpenPBR, in MaterialX"
         }
     }
 }

@@ -48,9 +48,10 @@ use serde::Serialize;
 
 /// Reads a recipe with a pattern and, for the model linear, its basis file next to it.
 pub(crate) fn read_recipe(path: &Path) -> anyhow::Result<(RecipeFile, Option<Basis>)> {
-    let (file, basis) = RecipeFile::read_with_basis(path)?;
+    let NamedRecipe { file, basis, .. } = NamedRecipe::read(path)?;
     require_pattern(&file, &path.display().to_string())?;
-    Ok((file, basis))
+    let file = Arc::into_inner(file).context("the recipe is in use")?;
+    Ok((file, basis.map(Arc::unwrap_or_clone)))
 }
 
 /// Refuses a recipe without a pattern.
@@ -63,24 +64,10 @@ pub(crate) fn require_pattern(file: &RecipeFile, name: &str) -> anyhow::Result<(
     Ok(())
 }
 
-/// Reads a recipe with its basis, for fits of readings.
-pub(crate) fn read_named_recipe(path: &Path) -> anyhow::Result<NamedRecipe> {
-    let (file, basis) = RecipeFile::read_with_basis(path)?;
-    Ok(NamedRecipe {
-        name: path
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned(),
-        file: Arc::new(file),
-        basis: basis.map(Arc::new),
-    })
-}
-
 /// Reads a recipe, or returns the bundled linear-any without a path.
 pub(crate) fn recipe_or_bundled(path: Option<&Path>) -> anyhow::Result<NamedRecipe> {
     match path {
-        Some(path) => read_named_recipe(path),
+        Some(path) => Ok(NamedRecipe::read(path)?),
         None => NamedRecipe::bundled(ModelKind::Linear).context("the program lacks linear-any"),
     }
 }

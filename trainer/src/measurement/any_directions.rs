@@ -1,16 +1,17 @@
 //! The recipe that fits readings: a given one at its own directions, or one without a pattern at any others.
 
+use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::ModelKind;
 use glimpse_materials::basis::Basis;
 use glimpse_training::linear::CoefficientPrior;
-use glimpse_training::recipe::RecipeFile;
+use glimpse_training::recipe::{RecipeFile, RecipeFileError};
 
 use super::rows::Rows;
 use super::table::TableError;
-use crate::bundled;
+use crate::bundled::{self, BundledRecipe};
 
 /// The basis of the bundled recipes without a pattern.
 static ANY_BASIS: LazyLock<Option<Arc<Basis>>> = LazyLock::new(|| {
@@ -45,12 +46,43 @@ impl NamedRecipe {
     /// Returns the bundled recipe of a model for readings at any directions. None never happens: a test reads all.
     #[must_use]
     pub fn bundled(model: ModelKind) -> Option<Self> {
-        let name = format!("{}-any", model.name());
-        let bundled = bundled::find(&name)?;
+        Self::of_bundled(bundled::find(&format!("{}-any", model.name()))?)
+    }
+
+    fn of_bundled(bundled: &BundledRecipe) -> Option<Self> {
+        let file = RecipeFile::new(bundled.bytes.to_vec()).ok()?;
+        let basis = match file.recipe().samples() {
+            0 => ANY_BASIS.clone(),
+            _ => bundled
+                .basis()
+                .and_then(|bytes| Basis::from_compact_bytes(bytes).ok())
+                .map(Arc::new),
+        };
         Some(Self {
-            name,
-            file: Arc::new(RecipeFile::new(bundled.bytes.to_vec()).ok()?),
-            basis: ANY_BASIS.clone(),
+            name: bundled.name.to_owned(),
+            file: Arc::new(file),
+            basis,
+        })
+    }
+
+    /// Reads a recipe's file, and its basis next to it. Without such a file, the name of a bundled recipe is accepted.
+    ///
+    /// # Errors
+    /// If a file is missing or damaged.
+    pub fn read(path: &Path) -> Result<Self, RecipeFileError> {
+        let bundled = path
+            .to_str()
+            .and_then(bundled::find)
+            .filter(|_| !path.exists());
+        if let Some(recipe) = bundled.and_then(Self::of_bundled) {
+            return Ok(recipe);
+        }
+        let (file, basis) = RecipeFile::read_with_basis(path)?;
+        let name = path.file_name().unwrap_or_default();
+        Ok(Self {
+            name: name.to_string_lossy().into_owned(),
+            file: Arc::new(file),
+            basis: basis.map(Arc::new),
         })
     }
 

@@ -10,15 +10,12 @@
 
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::HalfDifference;
-use glimpse_core::model::ModelKind;
 use glimpse_core::model::linear::{map, unmap};
 use glimpse_core::recipe::Recipe;
 use glimpse_kernels::scan::scan_with_missing;
 use glimpse_materials::basis::Basis;
 use glimpse_materials::{BandValues, Bands};
 use rayon::prelude::*;
-
-use super::fit::{FitFailure, Selection};
 
 /// The number of repetitions.
 const REPETITIONS: usize = 3;
@@ -32,37 +29,33 @@ struct SpectralSample {
     targets: Vec<f32>,
 }
 
-/// Fits each band of the readings that the selection uses.
+/// Fits each band of the readings of a recipe's samples; empty spectra are not used.
 ///
 /// # Errors
-/// If the model is Phong or Cook-Torrance, or a fit fails as it would on a device.
-pub fn fit_bands(
+/// If a fit fails as it would on a device.
+pub(super) fn fit_bands(
     recipe: &Recipe<'_>,
     basis: Option<&Basis>,
-    selection: &Selection,
-) -> Result<Bands, FitFailure> {
-    if let model @ (ModelKind::Phong | ModelKind::CookTorrance) = recipe.model() {
-        return Err(FitFailure::Bands(model));
-    }
-    let measurements = &selection.measurements;
-    let samples = recipe.pattern().zip(&measurements.spectra);
-    let samples = samples
-        .zip(selection.used())
-        .map(|((angles, spectrum), used)| {
-            used?;
-            let at = HalfDifference::from_angles(angles);
-            let weight = at.cos_theta_i() * at.cos_theta_o();
-            let mapped = spectrum.iter().map(|value| map(value.max(0.0), weight));
-            let mapped: Vec<f32> = mapped.collect();
-            Some(SpectralSample {
-                at,
-                weight,
-                targets: mapped.clone(),
-                measured: mapped,
-            })
-        });
+    wavelengths: &[f32],
+    spectra: &[&[f32]],
+) -> Result<Bands, Error> {
+    let samples = recipe.pattern().zip(spectra).map(|(angles, spectrum)| {
+        if spectrum.is_empty() {
+            return None;
+        }
+        let at = HalfDifference::from_angles(angles);
+        let weight = at.cos_theta_i() * at.cos_theta_o();
+        let mapped = spectrum.iter().map(|value| map(value.max(0.0), weight));
+        let mapped: Vec<f32> = mapped.collect();
+        Some(SpectralSample {
+            at,
+            weight,
+            targets: mapped.clone(),
+            measured: mapped,
+        })
+    });
     let mut samples: Vec<Option<SpectralSample>> = samples.collect();
-    let mut bands = fit_once(recipe, basis, &samples, &measurements.wavelengths)?;
+    let mut bands = fit_once(recipe, basis, &samples, wavelengths)?;
     for _ in 0..REPETITIONS {
         for sample in samples.iter_mut().flatten() {
             let fitted = bands.evaluate(&[sample.at]).concat();
@@ -71,7 +64,7 @@ pub fn fit_bands(
                 *target += measured - map(fitted, sample.weight);
             }
         }
-        bands = fit_once(recipe, basis, &samples, &measurements.wavelengths)?;
+        bands = fit_once(recipe, basis, &samples, wavelengths)?;
     }
     Ok(bands)
 }
@@ -81,7 +74,7 @@ fn fit_once(
     basis: Option<&Basis>,
     samples: &[Option<SpectralSample>],
     wavelengths: &[f32],
-) -> Result<Bands, FitFailure> {
+) -> Result<Bands, Error> {
     let read = |sample: usize, band: usize| -> Option<[f32; 3]> {
         let SpectralSample {
             targets, weight, ..
@@ -109,5 +102,5 @@ fn fit_once(
         wavelengths: wavelengths.to_vec(),
     };
     let bands = Bands::new(values, recipe.model(), basis);
-    bands.ok_or(Error::new(ErrorCode::Diverged).into())
+    bands.ok_or(Error::new(ErrorCode::Diverged))
 }

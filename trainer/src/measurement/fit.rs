@@ -221,8 +221,16 @@ pub fn fit(
     let material = fitted.and_then(|fitted| FittedMaterial::new(name, fitted));
     // The values of a fit that ended are finite, and match the recipe's basis.
     let mut material = material.ok_or(Error::new(ErrorCode::Diverged))?;
-    if !selection.measurements.wavelengths.is_empty() {
-        material = material.with_bands(fit_bands(recipe, basis, &selection)?);
+    let measurements = &selection.measurements;
+    if !measurements.wavelengths.is_empty() {
+        if let model @ (ModelKind::Phong | ModelKind::CookTorrance) = recipe.model() {
+            return Err(FitFailure::Bands(model));
+        }
+        let spectra = measurements.spectra.iter().zip(&used);
+        let spectra = spectra.map(|(spectrum, used)| used.map_or(&[][..], |_| &spectrum[..]));
+        let spectra: Vec<&[f32]> = spectra.collect();
+        let bands = fit_bands(recipe, basis, &measurements.wavelengths, &spectra)?;
+        material = material.with_bands(bands);
     }
     let prediction = result.prediction;
     Ok(Fit {

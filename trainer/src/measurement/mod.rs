@@ -18,7 +18,6 @@ mod table;
 
 pub use angles::{AngleRow, AngleTable, angles_from_vectors};
 pub use any_directions::{ChosenRecipe, NamedRecipe};
-pub use bands::fit_bands;
 pub use convention::{AngleArgs, AngleConvention, AngleUnit};
 pub use fit::{Fit, FitFailure, MaterialFiles, ReadingStatus, Selection, fit, material_files};
 pub use instrument::Instrument;

@@ -25,32 +25,12 @@ pub(super) fn dielectric(index: f64, cosine: f64) -> f64 {
     0.5 * (perpendicular * perpendicular + parallel * parallel)
 }
 
-/// Returns the reflectance of a metal with this reflectance at normal incidence and this tint at its edges, both 0 to 1
-/// (Gulbrandsen 2014, Artist Friendly Metallic Fresnel).
-pub(super) fn artistic_metal(normal: f64, edge: f64, cosine: f64) -> f64 {
-    let normal = normal.clamp(0.0, 0.99);
-    let root = normal.sqrt();
-    let [smallest, largest] = [(1.0 - normal) / (1.0 + normal), (1.0 + root) / (1.0 - root)];
-    let index = largest + (smallest - largest) * edge;
-    let absorbed = normal * (index + 1.0).powi(2) - (index - 1.0).powi(2);
-    conductor(index, (absorbed / (1.0 - normal)).max(0.0), cosine)
-}
-
-/// Returns the reflectance of a conductor with this index of refraction and this square of its extinction.
-fn conductor(index: f64, extinction_square: f64, cosine: f64) -> f64 {
-    let cos_square = cosine * cosine;
-    let sin_square = 1.0 - cos_square;
-    let difference = index * index - extinction_square - sin_square;
-    let modulus = (difference * difference + 4.0 * index * index * extinction_square).sqrt();
-    let real = (0.5 * (modulus + difference)).max(0.0).sqrt();
-    let [sum, mixed] = [modulus + cos_square, 2.0 * real * cosine];
-    let perpendicular = (sum - mixed) / (sum + mixed);
-    let [sum, mixed] = [
-        cos_square * modulus + sin_square * sin_square,
-        mixed * sin_square,
-    ];
-    let parallel = perpendicular * (sum - mixed) / (sum + mixed);
-    0.5 * (perpendicular + parallel)
+/// Returns the reflectance of a metal with this reflectance at normal incidence and this tint at 82 degrees, both 0 to 1
+/// (Hoffman 2019, Fresnel Equations Considered Harmful).
+pub(super) fn metal(normal: f64, tint: f64, cosine: f64) -> f64 {
+    const EDGE: f64 = 1.0 / 7.0;
+    let lack = schlick(normal, 1.0, EDGE) * (1.0 - tint) / (EDGE * (1.0 - EDGE).powi(6));
+    schlick(normal, 1.0, cosine) - lack * cosine * (1.0 - cosine).powi(6)
 }
 
 #[cfg(test)]
@@ -69,14 +49,16 @@ mod tests {
     }
 
     #[test]
-    fn conductor_without_extinction_is_dielectric() {
-        for cosine in [0.1, 0.5, 0.9, 1.0] {
-            let difference = conductor(1.7, 0.0, cosine) - dielectric(1.7, cosine);
-            assert!(difference.abs() < 1e-12, "{cosine}: {difference}");
-        }
-        for edge in [0.0, 0.5, 1.0] {
-            assert!((artistic_metal(0.6, edge, 1.0) - 0.6).abs() < 1e-12);
-            assert!(artistic_metal(0.6, edge, 1e-6) > 0.99);
+    fn metals_have_their_tint_at_82_degrees() {
+        for (cosine, expected) in [
+            (1.0, 0.6),
+            (0.0, 1.0),
+            (1.0 / 7.0, 0.3 * schlick(0.6, 1.0, 1.0 / 7.0)),
+        ] {
+            assert!(
+                (metal(0.6, 0.3, cosine) - expected).abs() < 1e-12,
+                "{cosine}"
+            );
         }
     }
 }

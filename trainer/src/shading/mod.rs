@@ -1,6 +1,6 @@
 //! Shading models of renderers, and their parameters that approximate a BRDF.
 //!
-//! - [`ShadingModel`]: Mitsuba's `principled`, glTF 2.0 and MaterialX's `standard_surface`;
+//! - [`ShadingModel`]: Mitsuba's `principled`, glTF 2.0 and OpenPBR;
 //! - [`Shading`]: a model with parameters, which is a BRDF;
 //! - [`fit`]: the parameters that approximate another BRDF best.
 //!
@@ -13,10 +13,10 @@ mod fresnel;
 mod gltf;
 mod microfacets;
 mod model;
+mod open_pbr;
 mod parameter;
 mod principled;
 mod sphere_mesh;
-mod standard_surface;
 mod write;
 
 pub use fit::{ShadingError, fit};

@@ -5,7 +5,7 @@ use glimpse_materials::Brdf;
 
 use super::cosines::Cosines;
 use super::parameter::Parameter;
-use super::{gltf, principled, standard_surface};
+use super::{gltf, open_pbr, principled};
 
 /// A shading model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,13 +14,13 @@ pub enum ShadingModel {
     Principled,
     /// The material of glTF 2.0 with the extensions `KHR_materials_specular` and `KHR_materials_clearcoat`.
     Gltf,
-    /// MaterialX's node `standard_surface`.
-    StandardSurface,
+    /// OpenPBR 1.1, MaterialX's node `open_pbr_surface`.
+    OpenPbr,
 }
 
 impl ShadingModel {
     /// All models.
-    pub const ALL: [Self; 3] = [Self::Principled, Self::Gltf, Self::StandardSurface];
+    pub const ALL: [Self; 3] = [Self::Principled, Self::Gltf, Self::OpenPbr];
 
     /// Returns the parameters in order.
     #[must_use]
@@ -28,7 +28,7 @@ impl ShadingModel {
         match self {
             Self::Principled => &principled::PARAMETERS,
             Self::Gltf => &gltf::PARAMETERS,
-            Self::StandardSurface => &standard_surface::PARAMETERS,
+            Self::OpenPbr => &open_pbr::PARAMETERS,
         }
     }
 
@@ -37,7 +37,7 @@ impl ShadingModel {
         match self {
             Self::Principled => principled::brdf(values, at),
             Self::Gltf => gltf::brdf(values, at),
-            Self::StandardSurface => standard_surface::brdf(values, at),
+            Self::OpenPbr => open_pbr::brdf(values, at),
         }
     }
 }

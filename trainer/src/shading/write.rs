@@ -15,7 +15,7 @@ impl ShadingModel {
         match self {
             Self::Principled => "_principled.json",
             Self::Gltf => ".gltf",
-            Self::StandardSurface => ".mtlx",
+            Self::OpenPbr => ".mtlx",
         }
     }
 }
@@ -28,7 +28,7 @@ impl Shading {
         let text = match self.model {
             ShadingModel::Principled => to_text(&self.principled()),
             ShadingModel::Gltf => to_text(&self.gltf(material, metrics)),
-            ShadingModel::StandardSurface => self.materialx(material, metrics),
+            ShadingModel::OpenPbr => self.materialx(material, metrics),
         };
         text.into_bytes()
     }
@@ -143,11 +143,10 @@ impl Shading {
         let Metrics { loss, delta_e, .. } = metrics;
         format!(
             "<?xml version=\"1.0\"?>\n\
-             <materialx version=\"1.38\" colorspace=\"lin_rec709\">\n  \
-             <standard_surface name=\"SR_{name}\" type=\"surfaceshader\" \
-             doc=\"by {}; loss {loss:.4}, mean CIEDE2000 {delta_e:.2}\">\n    \
-             <input name=\"base\" type=\"float\" value=\"1\" />\n\
-             {inputs}  </standard_surface>\n  \
+             <materialx version=\"1.39\" colorspace=\"lin_rec709\">\n  \
+             <open_pbr_surface name=\"SR_{name}\" type=\"surfaceshader\" \
+             doc=\"by {}; loss {loss:.4}, mean CIEDE2000 {delta_e:.2}\">\n\
+             {inputs}  </open_pbr_surface>\n  \
              <surfacematerial name=\"{name}\" type=\"material\">\n    \
              <input name=\"surfaceshader\" type=\"surfaceshader\" nodename=\"SR_{name}\" />\n  \
              </surfacematerial>\n\

@@ -5,11 +5,14 @@
 //! from the surface; a mirror reflects phi to phi + 180 degrees.
 
 mod file;
+mod open_material;
 mod read;
 mod set_files;
 mod write;
 
 pub(super) use file::has_signature;
+pub(super) use open_material::read_open_material;
+pub use open_material::to_open_material;
 pub use read::PabSet;
 pub(super) use read::read_pab;
 pub(super) use set_files::files_of;

@@ -31,15 +31,7 @@ const MAX_BYTES: u64 = 1 << 26;
 /// # Errors
 /// As [`PabSet::read`].
 pub(crate) fn read_pab(path: &Path) -> Result<Box<dyn Material>, SourceError> {
-    let set = PabSet::read(path)?;
-    if !set.is_complete() {
-        return Ok(Box::new(set));
-    }
-    let bytes = to_rgl(&set.sample, &set, Colors::Rgb)
-        .map_err(|error| Defect::in_file(path)(error.to_string()))?;
-    let mut resampled = RglMeasurement::parse(set.sample, &bytes).map_err(Defect::in_file(path))?;
-    resampled.coverage = set.coverage;
-    Ok(Box::new(resampled))
+    PabSet::read(path)?.resampled(path)
 }
 
 /// A material at its measured directions.
@@ -64,11 +56,9 @@ impl PabSet {
     /// missing.
     pub fn read(path: &Path) -> Result<Self, SourceError> {
         let (sample, paths) = (sample_name_of(path)?, files_of(path)?);
-        let mut files: Vec<(PathBuf, f64)> = Vec::new();
-        let is_near = |a: f64, b: f64| (a - b).abs() < ANGLE_TOLERANCE;
-        let mut slices: Vec<(f64, ScatteredValues)> = Vec::new();
         let mut phi_i = None;
         let mut set_theta_i = None;
+        let mut incidences = Vec::new();
         for file in &paths {
             let incidence = Incidence::parse(&read_text(file)?).map_err(Defect::in_file(file))?;
             if incidence.theta_i > ANGLE_TOLERANCE {
@@ -83,6 +73,28 @@ impl PabSet {
                     ))));
                 }
             }
+            set_theta_i = set_theta_i.or_else(|| incidence.set_theta_i.clone());
+            incidences.push((file.clone(), incidence));
+        }
+        let is_missing = |theta: &&f64| {
+            let mut all = incidences.iter();
+            !all.any(|(_, incidence)| is_near(incidence.theta_i, **theta))
+        };
+        if let Some(theta) = set_theta_i.iter().flatten().find(is_missing) {
+            return Err(Defect::in_file(path)(format!(
+                "its {SET_THETA_I} lists the intheta {theta}, and none of the {} files of {} has it",
+                paths.len(),
+                escaped(&sample)
+            )));
+        }
+        Ok(Self::new(sample, incidences))
+    }
+
+    /// Creates a material of incidences and their files. Values at the same theta_i are joined.
+    pub(super) fn new(sample: String, incidences: Vec<(PathBuf, Incidence)>) -> Self {
+        let mut files: Vec<(PathBuf, f64)> = Vec::new();
+        let mut slices: Vec<(f64, ScatteredValues)> = Vec::new();
+        for (file, incidence) in incidences {
             let theta_i = incidence.theta_i;
             let same = slices
                 .iter()
@@ -93,19 +105,10 @@ impl PabSet {
                 slices.push((theta_i, ScatteredValues { cells }));
             }
             slices[index].1.add(&incidence);
-            files.push((file.clone(), theta_i));
-            set_theta_i = set_theta_i.or(incidence.set_theta_i);
+            files.push((file, theta_i));
         }
         slices.sort_by(|(a, _), (b, _)| a.total_cmp(b));
         files.sort_by(|(_, a), (_, b)| a.total_cmp(b));
-        let is_missing = |theta: &&f64| !slices.iter().any(|(other, _)| is_near(*other, **theta));
-        if let Some(theta) = set_theta_i.iter().flatten().find(is_missing) {
-            return Err(Defect::in_file(path)(format!(
-                "its {SET_THETA_I} lists the intheta {theta}, and none of the {} files of {} has it",
-                files.len(),
-                escaped(&sample)
-            )));
-        }
         let mut set = Self {
             sample,
             coverage: Coverage::default(),
@@ -121,13 +124,30 @@ impl PabSet {
             files,
             unknown: unknown as f64 / directions.len() as f64,
         };
-        Ok(set)
+        set
+    }
+
+    /// Resamples a complete set with [`to_rgl`]; an incomplete one remains as it is.
+    pub(super) fn resampled(self, path: &Path) -> Result<Box<dyn Material>, SourceError> {
+        if !self.is_complete() {
+            return Ok(Box::new(self));
+        }
+        let bytes = to_rgl(&self.sample, &self, Colors::Rgb)
+            .map_err(|error| Defect::in_file(path)(error.to_string()))?;
+        let resampled = RglMeasurement::parse(self.sample, &bytes);
+        let mut resampled = resampled.map_err(Defect::in_file(path))?;
+        resampled.coverage = self.coverage;
+        Ok(Box::new(resampled))
     }
 
     /// Returns true if no direction is far from measured ones.
     fn is_complete(&self) -> bool {
         self.coverage.unknown() == 0.0
     }
+}
+
+fn is_near(a: f64, b: f64) -> bool {
+    (a - b).abs() < ANGLE_TOLERANCE
 }
 
 fn read_text(path: &Path) -> Result<String, SourceError> {

@@ -12,7 +12,7 @@ use crate::color::TO_XYZ;
 use crate::{Brdf, NotFinite, angles_of};
 
 /// The theta_i of the files, in degrees.
-const THETA_I: [u32; 11] = [0, 10, 20, 30, 40, 50, 60, 70, 75, 80, 85];
+pub(super) const THETA_I: [u32; 11] = [0, 10, 20, 30, 40, 50, 60, 70, 75, 80, 85];
 /// The step between theta_o, in degrees.
 const THETA_O_STEP: usize = 2;
 /// The step between phi_o, in degrees.
@@ -72,7 +72,7 @@ fn file_text(name: &str, brdf: &(impl Brdf + ?Sized), theta_i: u32) -> Result<St
 }
 
 /// Returns theta_o and phi_o of a file's lines, in degrees.
-fn outgoing_angles(theta_i: f64) -> Vec<[f64; 2]> {
+pub(super) fn outgoing_angles(theta_i: f64) -> Vec<[f64; 2]> {
     let mut angles = vec![[0.0, 0.0]];
     for theta in (THETA_O_STEP..=MAX_THETA_O).step_by(THETA_O_STEP) {
         angles.extend(

@@ -11,6 +11,7 @@ mod pab;
 mod rejections;
 mod rgl;
 mod sources;
+mod text_tables;
 
 use glimpse_core::geometry::Angles;
 use glimpse_core::model::{Neural, NeuralParameters, ParameterSet};

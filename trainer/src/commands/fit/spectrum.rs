@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use clap::Args;
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::{Illuminant, Material, Observer, Viewing};
+use glimpse_materials::{Illuminant, Observer, Spectrum, Viewing};
 use glimpse_trainer::measurement::Fit;
 use glimpse_trainer::metrics::{Lab, ciede2000};
 use serde::Serialize;

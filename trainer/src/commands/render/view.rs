@@ -19,10 +19,10 @@ use glimpse_trainer::report::{MAX_LOBES, document};
 use glimpse_viewer::{RecipeScan, Reference, STYLE, View as Page};
 
 use super::super::export_basis::compact_basis;
+use super::super::load_single;
 use super::super::numbers::share;
 use super::super::output::{check_out, file_type, refuse_input, refuse_source, write_file};
 use super::super::training_overlap::warn_of_overlap;
-use super::super::{load_single, read_named_recipe};
 
 /// Write an interactive HTML page that fits scans in a browser.
 ///
@@ -78,7 +78,7 @@ impl View {
         file_type(&self.out, &["html"])?;
         self.check_arguments()?;
         self.refuse_inputs()?;
-        let recipes = self.recipes.iter().map(|path| read_named_recipe(path));
+        let recipes = self.recipes.iter().map(|path| NamedRecipe::read(path));
         let recipes: Vec<NamedRecipe> = recipes.collect::<Result<_, _>>()?;
         check_out(&self.out)?;
 

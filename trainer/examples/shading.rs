@@ -1,7 +1,7 @@
-//! Fits Mitsuba's `principled` to a material, for `tests/interop/renderers.py`: prints the parameters as JSON, and writes the
-//! BRDF that the trainer computes from them.
+//! Fits a shading model to a material, for `tests/interop/renderers.py`: prints its file, and writes the BRDF that the trainer
+//! computes from it.
 //!
-//! Arguments: a material; a CSV file with rows of theta_i, phi_i, theta_o and phi_o in degrees, without a heading; a file for
+//! Arguments: principled, gltf or openpbr; a material; a CSV file with rows of theta_i, phi_i, theta_o and phi_o in degrees, without a heading; a file for
 //! the BRDF, rows of red, green and blue in sr^-1; and optionally a share, 0 to 1, at which all parameters are in their ranges,
 //! instead of the fit.
 
@@ -9,17 +9,20 @@ use std::fmt::Write;
 
 use glimpse_core::geometry::{Directions, HalfDifference};
 use glimpse_materials::{Brdf, Source};
+use glimpse_trainer::conversion::OutputFormat;
 use glimpse_trainer::metrics::Metrics;
-use glimpse_trainer::shading::{Shading, ShadingModel, fit};
+use glimpse_trainer::shading::{Shading, fit};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [material, angles, out, share @ ..] = &arguments[..] else {
-        return Err("arguments: MATERIAL ANGLES.csv OUT.csv [SHARE]".into());
+    let [model, material, angles, out, share @ ..] = &arguments[..] else {
+        return Err("arguments: MODEL MATERIAL ANGLES.csv OUT.csv [SHARE]".into());
     };
     let materials = Source(material.clone()).load()?;
     let material = materials.first().ok_or("the source is empty")?;
-    let model = ShadingModel::Principled;
+    let Some(OutputFormat::Shading(model)) = OutputFormat::from_name(model) else {
+        return Err(format!("{model} is not a shading model").into());
+    };
     let shading = match share.first() {
         Some(share) => {
             let shares = vec![share.parse()?; model.parameters().len()];

@@ -1,12 +1,12 @@
-//! MaterialX's node `standard_surface`: Autodesk's Standard Surface, opaque, with its physically based nodes. The layers are
-//! those of the node graph: a coat over a mixture of metal, and of a dielectric over a diffuse base. A layer passes on the
-//! light that it does not reflect. Light that microfacets reflect several times is compensated.
+//! OpenPBR 1.1, MaterialX's node `open_pbr_surface`, opaque, with its physically based nodes. The layers are those of the node
+//! graph: a coat over a mixture of metal, and of a dielectric over a diffuse base. A layer passes on the light that it does not
+//! reflect. Light that microfacets reflect several times is compensated. A coat makes the layers below rougher and darker.
 
 use std::f64::consts::PI;
 
 use super::albedo::{Albedo, albedo};
 use super::cosines::Cosines;
-use super::fresnel::{artistic_metal, dielectric, normal_reflectance};
+use super::fresnel::{dielectric, metal, normal_reflectance};
 use super::microfacets::specular;
 use super::parameter::Role::{BaseColor, Coat, Metallic, Other, Roughness};
 use super::parameter::{MIN_ROUGHNESS, Parameter};
@@ -15,19 +15,19 @@ pub(super) const PARAMETERS: [Parameter; 12] = [
     Parameter::share("base_color", BaseColor),
     Parameter::share("base_color", BaseColor),
     Parameter::share("base_color", BaseColor),
-    Parameter::share("metalness", Metallic),
-    Parameter::share("specular", Other(0.9)),
+    Parameter::share("base_metalness", Metallic),
+    Parameter::share("specular_weight", Other(0.9)),
     Parameter::share("specular_color", Other(0.9)),
     Parameter::share("specular_color", Other(0.9)),
     Parameter::share("specular_color", Other(0.9)),
     Parameter::new("specular_roughness", [MIN_ROUGHNESS, 1.0], Roughness),
-    Parameter::new("specular_IOR", [1.05, 3.0], Other(1.5)),
-    Parameter::share("coat", Coat),
+    Parameter::new("specular_ior", [1.05, 3.0], Other(1.5)),
+    Parameter::share("coat_weight", Coat),
     Parameter::new("coat_roughness", [MIN_ROUGHNESS, 1.0], Other(0.3)),
 ];
 
 /// The index of refraction of the coat, the default.
-const COAT_INDEX: f64 = 1.5;
+const COAT_INDEX: f64 = 1.6;
 
 /// Returns the BRDF, sr^-1.
 pub(super) fn brdf(values: &[f64], at: &Cosines) -> [f64; 3] {
@@ -48,10 +48,16 @@ pub(super) fn brdf(values: &[f64], at: &Cosines) -> [f64; 3] {
     else {
         return [f64::NAN; 3];
     };
-    let alpha = roughness * roughness;
+    let mix = |base: f64, coated: f64| base + coat_weight * (coated - base);
+    let spread = (2.0 * coat_roughness.powi(4) + roughness.powi(4)).min(1.0);
+    let alpha = mix(roughness, spread.powf(0.25)).powi(2);
     let mirrors = specular(alpha, at);
     let albedo_toward_sensor = albedo(alpha, at.sensor);
-    let [highlight, passed] = layer(mirrors, albedo_toward_sensor, index, specular_weight, at);
+    // Relative to the coat, and with the specular weight as a factor of the reflectance at normal incidence.
+    let index = mix(index, (index / COAT_INDEX).max(COAT_INDEX / index));
+    let root = (specular_weight * normal_reflectance(index)).sqrt();
+    let index = (1.0 + root) / (1.0 - root);
+    let [highlight, passed] = layer(mirrors, albedo_toward_sensor, index, 1.0, at);
 
     let coat_alpha = coat_roughness * coat_roughness;
     let [coat, uncovered] = layer(
@@ -61,16 +67,20 @@ pub(super) fn brdf(values: &[f64], at: &Cosines) -> [f64; 3] {
         coat_weight,
         at,
     );
+    let inner = 1.0 - (1.0 - normal_reflectance(COAT_INDEX)) / (COAT_INDEX * COAT_INDEX);
 
     let base = [red, green, blue];
     let tint = [specular_red, specular_green, specular_blue];
     std::array::from_fn(|channel| {
-        // The specular color is the edge color of a metal.
-        let edge = specular_weight * tint[channel];
-        let fresnel = artistic_metal(base[channel], edge, at.difference);
-        let metal = mirrors * fresnel * albedo_toward_sensor.compensation(fresnel);
-        let nonmetal = tint[channel] * highlight + passed * base[channel] / PI;
-        coat + uncovered * (metalness * metal + (1.0 - metalness) * nonmetal)
+        let (base, tint) = (base[channel], tint[channel]);
+        let fresnel = metal(base, tint, at.difference);
+        let metal =
+            specular_weight * mirrors * fresnel * albedo_toward_sensor.compensation(fresnel);
+        let nonmetal = tint * highlight + passed * base / PI;
+        // The share of light that the base reflects, and the coat back to it.
+        let reflected = base * (1.0 - metalness + metalness * specular_weight);
+        let darkening = mix(1.0, (1.0 - inner) / (1.0 - inner * reflected));
+        coat + uncovered * darkening * (metalness * metal + (1.0 - metalness) * nonmetal)
     })
 }
 
@@ -126,5 +136,18 @@ mod tests {
         assert!(red < 1e-2, "{red}");
         let [red, green, blue] = brdf(&values, &Cosines { half: 1.0, ..AT });
         assert!((green / red - 0.6 / 0.9).abs() < 0.1 && (blue / red - 0.3 / 0.9).abs() < 0.1);
+    }
+
+    /// A coat adds its own highlight, and darkens a diffuse base: dark colors more than white.
+    #[test]
+    fn coat_darkens_base() {
+        let reflected = |base: f64, coat: f64| {
+            let values = [
+                base, base, base, 0.0, 0.0, 1.0, 1.0, 1.0, 0.4, 1.5, coat, 0.05,
+            ];
+            brdf(&values, &Cosines { half: 0.2, ..AT })[0] * PI / base
+        };
+        let [dark, white] = [0.1, 0.99].map(|base| reflected(base, 1.0) / reflected(base, 0.0));
+        assert!(dark < 0.5 && (0.8..1.0).contains(&white), "{dark} {white}");
     }
 }

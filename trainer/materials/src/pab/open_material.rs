@@ -1,0 +1,216 @@
+//! BRDF look-up tables of ASAM OpenMATERIAL 3D, JSON files `NAME_brdf.xompt`: rows of the wavelength in m, theta_i, theta_o, phi_o in
+//! radians, and the BRDF in sr^-1, not times the cosine. The light is at phi_i = 0, and a mirror reflects to phi_o = pi.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use glimpse_core::checksum::crc_32;
+use glimpse_core::geometry::{Directions, HalfDifference};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::direction;
+use super::file::Incidence;
+use super::read::PabSet;
+use super::write::{THETA_I, outgoing_angles};
+use crate::error::{Defect, read_error};
+use crate::spectrum::{PRIMARIES, Viewing, WAVELENGTHS};
+use crate::untrusted::{escaped_json_error, read_at_most};
+use crate::{Brdf, Material, NotFinite, SourceError, angles_of};
+
+/// The largest length of a file in bytes.
+const MAX_BYTES: u64 = 1 << 29;
+/// Nanometers per meter.
+const NM: f64 = 1e9;
+
+#[derive(Serialize, Deserialize)]
+struct File<M> {
+    metadata: M,
+    brdf: Table,
+}
+
+#[derive(Deserialize)]
+struct Metadata {
+    name: String,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct Table {
+    wavelengths: Vec<f64>,
+    lookup_table: Vec<[Option<f64>; 5]>,
+}
+
+/// Tabulates a BRDF at the directions of a goniophotometer: the bands of `groups`, or else spectra of a BRDF in RGB. See
+/// [`to_ssdd`](crate::to_ssdd).
+///
+/// # Errors
+/// If the BRDF is not finite at a direction.
+pub fn to_open_material(
+    name: &str,
+    wavelengths: &[f32],
+    groups: &[&(impl Brdf + ?Sized)],
+) -> Result<Vec<u8>, NotFinite> {
+    let nm = if wavelengths.is_empty() {
+        &WAVELENGTHS[..]
+    } else {
+        wavelengths
+    };
+    let slices = THETA_I.par_iter().map(|theta_i| {
+        let radians = |degrees: f64| rounded(degrees.to_radians(), 1e6);
+        let mut outgoing = outgoing_angles(f64::from(*theta_i));
+        outgoing
+            .iter_mut()
+            .for_each(|angles| *angles = angles.map(radians));
+        outgoing.sort_by(|[a, b], [c, d]| a.total_cmp(c).then(b.total_cmp(d)));
+        outgoing.dedup();
+        let theta_i = radians(f64::from(*theta_i));
+        let at = outgoing.iter().map(|[theta, phi]| {
+            let directions = [[theta_i, 0.0], [*theta, *phi]];
+            let [incoming, outgoing] = directions.map(|[theta, phi]| {
+                direction(theta.to_degrees(), phi.to_degrees()).map(|x| x as f32)
+            });
+            // Both are above the horizon, so that they are never opposite.
+            HalfDifference::from_directions(&Directions { incoming, outgoing }).unwrap_or_default()
+        });
+        let at: Vec<HalfDifference<f32>> = at.collect();
+        let mut spectra = vec![Vec::new(); at.len()];
+        for group in groups {
+            let mut brdf = vec![[0.0; 3]; at.len()];
+            group.evaluate(&at, &mut brdf);
+            for ((at, rgb), spectrum) in at.iter().zip(brdf).zip(&mut spectra) {
+                NotFinite::check(angles_of(at), rgb)?;
+                match wavelengths {
+                    [] => spectrum.extend(PRIMARIES.map(|weights| {
+                        weights
+                            .iter()
+                            .zip(rgb)
+                            .map(|(weight, value)| weight * value)
+                            .sum::<f32>()
+                    })),
+                    _ => spectrum.extend(rgb),
+                }
+            }
+        }
+        Ok((theta_i, outgoing, spectra))
+    });
+    let slices: Vec<_> = slices.collect::<Result<_, NotFinite>>()?;
+    let mut rows = Vec::new();
+    for (band, nm) in nm.iter().enumerate() {
+        let nm = rounded(f64::from(*nm), 1e3) / NM;
+        for (theta_i, outgoing, spectra) in &slices {
+            for ([theta, phi], spectrum) in outgoing.iter().zip(spectra) {
+                let value = f64::from((spectrum[band] * 1e7).round().max(0.0)) / 1e7;
+                rows.push([nm, *theta_i, *theta, *phi, value].map(Some));
+            }
+        }
+    }
+    let uuid = format!("{:032x}", u128::from(crc_32(name.as_bytes())));
+    let uuid = [
+        &uuid[..8],
+        &uuid[8..12],
+        &uuid[12..16],
+        &uuid[16..20],
+        &uuid[20..],
+    ]
+    .join("-");
+    let metadata = serde_json::json!({
+        "name": name,
+        "uuid": uuid,
+        "materialVersion": "1.0.0",
+        "openMaterial3dVersion": "1.1.0",
+        "copyrights": ["not stated"],
+        "license": "not stated",
+        "authors": ["not stated"],
+        "sources": format!("glimpse-trainer {}", env!("CARGO_PKG_VERSION")),
+    });
+    let wavelengths = nm
+        .iter()
+        .map(|nm| rounded(f64::from(*nm), 1e3) / NM)
+        .collect();
+    let brdf = Table {
+        wavelengths,
+        lookup_table: rows,
+    };
+    Ok(serde_json::to_vec(&File { metadata, brdf }).unwrap_or_default())
+}
+
+fn rounded(value: f64, scale: f64) -> f64 {
+    (value * scale).round() / scale
+}
+
+/// Reads a material.
+///
+/// # Errors
+/// If the file cannot be read or is damaged, or directions lack some of its wavelengths.
+pub(crate) fn read_open_material(path: &Path) -> Result<Box<dyn Material>, SourceError> {
+    let bytes = read_at_most(path, MAX_BYTES).map_err(read_error(path))?;
+    let file: File<Metadata> = serde_json::from_slice(&bytes).map_err(|error| {
+        Defect::in_file(path)(format!(
+            "it is not a BRDF of OpenMATERIAL ({})",
+            escaped_json_error(&error)
+        ))
+    })?;
+    let incidences = incidences(&file.brdf).map_err(Defect::in_file::<Defect>(path))?;
+    let incidences = incidences
+        .into_iter()
+        .map(|incidence| (path.to_owned(), incidence));
+    let set = PabSet::new(file.metadata.name, incidences.collect());
+    set.resampled(path)
+}
+
+fn incidences(table: &Table) -> Result<Vec<Incidence>, Defect> {
+    let wavelengths: Vec<f32> = table
+        .wavelengths
+        .iter()
+        .map(|each| (each * NM) as f32)
+        .collect();
+    let is_sorted = wavelengths.is_sorted_by(|one, other| one < other);
+    if wavelengths.is_empty() || !is_sorted {
+        return Err("its wavelengths are not in ascending order".into());
+    }
+    let weights = Viewing::default().rgb_weights(&wavelengths);
+    // Positive floats have the order of their bits.
+    let mut spectra: BTreeMap<u64, BTreeMap<[u64; 2], Vec<f64>>> = BTreeMap::new();
+    for row in &table.lookup_table {
+        let &[
+            Some(_),
+            Some(theta_i),
+            Some(theta_o),
+            Some(phi),
+            Some(value),
+        ] = row
+        else {
+            continue;
+        };
+        let angles = [theta_i, theta_o, phi].map(|angle| angle.abs().to_degrees());
+        let [theta_i, theta_o, phi] = angles.map(f64::to_bits);
+        let slice = spectra.entry(theta_i).or_default();
+        slice.entry([theta_o, phi]).or_default().push(value);
+    }
+    let slices = spectra.into_iter().map(|(theta_i, slice)| {
+        let values = slice.into_iter().map(|([theta, phi], spectrum)| {
+            if spectrum.len() != weights.len() {
+                return Err(format!(
+                    "a direction has {} of {} wavelengths",
+                    spectrum.len(),
+                    weights.len()
+                ));
+            }
+            let rgb = [0, 1, 2].map(|channel| {
+                let terms = spectrum.iter().zip(&weights);
+                terms
+                    .map(|(value, weight)| value * weight[channel])
+                    .sum::<f64>() as f32
+            });
+            Ok(([theta, phi].map(f64::from_bits), rgb))
+        });
+        Ok(Incidence {
+            theta_i: f64::from_bits(theta_i),
+            phi_i: 0.0,
+            values: values.collect::<Result<_, String>>()?,
+            set_theta_i: None,
+        })
+    });
+    slices.collect()
+}
