@@ -268,7 +268,8 @@ def test_rejects_invalid_readings(trainer, tmp_path):
     assert_names(fit_error(incomplete), "3", "NaN")
     assert_names(fit_error(readings[:7]), "(8, 3)")
     assert_names(fit_error(readings.ravel()), "(n, 3)")
-    fit_error("readings")
+    with pytest.raises(FileNotFoundError):
+        recipe.fit("readings")
     fit_error(readings * np.nan)
     infinite = readings.copy()
     infinite[0, 0] = np.inf
@@ -376,7 +377,7 @@ def test_fits_readings_in_bands(tmp_path):
 
 def test_bundled_recipes_have_names_and_components():
     recipe = glimpse.Recipe.load("linear-n8")
-    assert recipe == glimpse.Recipe.load(RECIPES / "linear-n8.recipe") and recipe.samples == 8
+    assert recipe.model == "linear" and recipe.samples == 8
     material = glimpse.load_material("procedural:1:9")
     any_recipe = glimpse.Recipe.load("linear-any")
     fitted = any_recipe.fit(material(recipe.directions), recipe.directions)
