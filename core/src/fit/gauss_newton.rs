@@ -25,11 +25,11 @@ use super::coefficients::brdf_at;
 use super::ldl::{add_outer_product, factorize_row_with, packed_length, solve};
 use crate::geometry::{Angles, HalfDifference};
 use crate::model::{Active, Model, ModelKind};
-use crate::numeric::{Floats, PackedRows, Real};
+use crate::numeric::{Floats, PackedRows, Real, Scalar};
 use crate::section::{MAX_PRECISION, MIN_PRECISION, section};
 
 /// The largest number of active parameters of a system.
-const MAX_ACTIVE: usize = 22;
+pub const MAX_ACTIVE: usize = 22;
 
 section! {
     /// Gauss-Newton steps toward the present readings, and V virtual ones that the coefficients determine.
@@ -96,25 +96,43 @@ pub fn add_reading<M: Model, S: Real>(
     [weight, error_scale]: [S; 2],
     systems: &mut [S],
 ) {
-    let one = S::constant(1.0);
     let count = M::ACTIVE.count();
     let mut rows = [[S::constant(0.0); MAX_ACTIVE]; 3];
-    let [red, green, blue] = &mut rows;
-    let modeled = M::jacobian(parameters, at, [red, green, blue]);
-    let cosine = at.cos_theta_i().relu();
+    let factors = reading_rows::<M, S>(parameters, at, measured, [weight, error_scale], &mut rows);
     let mut systems = systems.chunks_exact_mut(system_length(count).max(1));
     let mut system = systems.next().unwrap_or_default();
-    for (channel, ((row, f), y)) in rows.iter().zip(modeled).zip(measured).enumerate() {
+    for (channel, (row, [scaled, slope, residual])) in rows.iter().zip(factors).enumerate() {
         if channel > 0 && matches!(M::ACTIVE, Active::PerChannel { .. }) {
             system = systems.next().unwrap_or_default();
         }
+        let row = row.get(..count).unwrap_or_default();
+        add_row(row, scaled, slope, residual, system);
+    }
+}
+
+/// Writes the derivatives of the BRDF of each channel to `rows`. Returns for each channel the weight times the slope, the slope,
+/// with which a row of the Jacobian is a derivative of ln(1 + f c), and the residual.
+#[inline(always)]
+pub fn reading_rows<M: Model, S: Scalar<Sum = S>>(
+    parameters: &M::Parameters<S::Parameter>,
+    at: &HalfDifference<S>,
+    measured: [S; 3],
+    [weight, error_scale]: [S; 2],
+    rows: &mut [[S; MAX_ACTIVE]; 3],
+) -> [[S; 3]; 3] {
+    let one = S::constant(1.0);
+    let [red, green, blue] = rows;
+    let modeled = M::jacobian(parameters, at, [red, green, blue]);
+    let cosine = at.cos_theta_i().relu();
+    let mut factors = [[one; 3]; 3];
+    for (factors, (f, y)) in factors.iter_mut().zip(modeled.into_iter().zip(measured)) {
         let shifted = one + f * cosine;
         let slope = cosine / shifted;
         let residual = ((one + y * cosine) / shifted).ln();
         let weight = weight * error_scale / (error_scale + residual * residual.sign());
-        let row = row.get(..count).unwrap_or_default();
-        add_row(row, weight * slope, slope, residual, system);
+        *factors = [weight * slope, slope, residual];
     }
+    factors
 }
 
 /// Adds a row of the Jacobian, times `slope`, with its residual. `scaled` is the weight times the slope.

@@ -290,8 +290,8 @@ pub trait Model: Sync {
     /// Returns the [unclamped](Self::unclamped_brdf) BRDF, and writes the derivatives of each channel with respect to its [active](Self::ACTIVE)
     /// parameters to `rows`.
     #[inline(always)]
-    fn jacobian<S: Scalar<Parameter = S, Sum = S>>(
-        parameters: &Self::Parameters<S>,
+    fn jacobian<S: Scalar<Sum = S>>(
+        parameters: &Self::Parameters<S::Parameter>,
         at: &HalfDifference<S>,
         rows: [&mut [S]; 3],
     ) -> [S; 3] {

@@ -377,8 +377,8 @@ impl Model for Neural {
     };
 
     #[inline(always)]
-    fn jacobian<S: Scalar<Parameter = S, Sum = S>>(
-        parameters: &NeuralParameters<S>,
+    fn jacobian<S: Scalar<Sum = S>>(
+        parameters: &NeuralParameters<S::Parameter>,
         at: &HalfDifference<S>,
         rows: [&mut [S]; 3],
     ) -> [S; 3] {

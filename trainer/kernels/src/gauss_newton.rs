@@ -14,9 +14,11 @@
 //! depends on r_j: d_j = b_j + w_j'(r_j) (r_j - J_j delta) (J_j v). The first two terms come from dual parameters with the tangents v and delta. The
 //! precision p of an active parameter has the derivative v (theta_0 - theta_k - delta), and theta_0 the derivative p v.
 
-use glimpse_core::fit::gauss_newton::{add_reading, system_length, take_step};
+use glimpse_core::fit::gauss_newton::{
+    MAX_ACTIVE, add_reading, reading_rows, system_length, take_step,
+};
 use glimpse_core::fit::ldl::{packed_length, solve};
-use glimpse_core::model::{Model, Objective, ParameterSet, Sample, SampleGradient};
+use glimpse_core::model::{Active, Model, Objective, ParameterSet, Sample, SampleGradient};
 use glimpse_core::numeric::{self, Scalar};
 
 use crate::dual::Dual;
@@ -39,8 +41,8 @@ pub trait ReadingList<M: Model, R: Real> {
     /// The derivatives with respect to one or several samples.
     type Derivatives;
 
-    /// Calls a function for each sample with a weight above 0.
-    fn for_each(&self, function: &mut dyn FnMut(&Sample<R>));
+    /// Adds the samples to the systems of a step, which are 0 before; see [`add_reading`].
+    fn add_to_systems(&self, theta: &M::Parameters<R>, error_scale: R, systems: &mut [R]);
 
     /// Adds the gradient of the terms of all samples, given theta with tangents v and delta, to `gradient` and
     /// `derivatives`. Returns the derivative with respect to the error scale.
@@ -104,15 +106,7 @@ impl<M: Model, R: Real + numeric::Real> GaussNewton<'_, M, R> {
         let mut theta = self.initial.clone();
         let steps = (0..self.steps).map(|_| {
             let mut systems = vec![R::constant(0.0); M::ACTIVE.systems() * length];
-            readings.for_each(&mut |sample| {
-                add_reading::<M, R>(
-                    &theta,
-                    &sample.at,
-                    sample.measured,
-                    [sample.weight, self.error_scale],
-                    &mut systems,
-                );
-            });
+            readings.add_to_systems(&theta, self.error_scale, &mut systems);
             let before = theta.clone();
             let each = systems.chunks_exact_mut(length);
             for (index, (system, initial)) in each.zip(initial.chunks_exact(count)).enumerate() {
@@ -299,11 +293,14 @@ fn sample_adjoint<M: Model, S: Scalar>(
 }
 
 /// Sums sample by sample on one thread, for tests in double precision.
-impl<M: Model, R: Real> ReadingList<M, R> for [Sample<R>] {
+impl<M: Model, R: Real + numeric::Real> ReadingList<M, R> for [Sample<R>] {
     type Derivatives = ReadingAdjoint<R>;
 
-    fn for_each(&self, function: &mut dyn FnMut(&Sample<R>)) {
-        self.iter().for_each(function);
+    fn add_to_systems(&self, theta: &M::Parameters<R>, error_scale: R, systems: &mut [R]) {
+        for sample in self {
+            let weights = [sample.weight, error_scale];
+            add_reading::<M, R>(theta, &sample.at, sample.measured, weights, systems);
+        }
     }
 
     fn adjoint(
@@ -351,15 +348,8 @@ impl OctetAdjoint {
 impl<M: Model> ReadingList<M, f32> for SampleOctets<'_> {
     type Derivatives = OctetAdjoint;
 
-    fn for_each(&self, function: &mut dyn FnMut(&Sample<f32>)) {
-        for octet in 0..self.octets() {
-            for lane in 0..WIDTH {
-                let sample = self.sample(octet, lane);
-                if sample.weight > 0.0 {
-                    function(&sample);
-                }
-            }
-        }
+    fn add_to_systems(&self, theta: &M::Parameters<f32>, error_scale: f32, systems: &mut [f32]) {
+        octet_systems::<M>(self, theta, error_scale, systems);
     }
 
     fn adjoint(
@@ -372,6 +362,60 @@ impl<M: Model> ReadingList<M, f32> for SampleOctets<'_> {
     ) -> f32 {
         octet_adjoint::<M>(self, tangents, theta, error_scale, gradient, derivatives)
     }
+}
+
+kernel! {
+    on samples.instruction_set;
+    /// Computes [`ReadingList::add_to_systems`].
+    fn octet_systems<'a, Wide: Lanes, M: Model>(
+        samples: &'a SampleOctets<'a>,
+        theta: &'a M::Parameters<f32>,
+        error_scale: f32,
+        systems: &'a mut [f32],
+    ) {
+        sum_systems::<Wide::Single, M>(samples, theta, error_scale, systems);
+    }
+}
+
+/// Computes the systems of a step, with a sum in each lane.
+#[inline(always)]
+fn sum_systems<L: Lanes + Scalar<Parameter = f32, Sum = L>, M: Model>(
+    samples: &SampleOctets<'_>,
+    theta: &M::Parameters<f32>,
+    error_scale: f32,
+    systems: &mut [f32],
+) {
+    const MAX_SYSTEMS: usize = 3 * system_length(MAX_ACTIVE);
+    let count = M::ACTIVE.count();
+    let error_scale = L::broadcast(error_scale);
+    let mut rows = [[L::constant(0.0); MAX_ACTIVE]; 3];
+    let mut sums = [L::constant(0.0); MAX_SYSTEMS];
+    for octet in (0..samples.octets()).step_by(L::OCTETS) {
+        let sample = samples.read::<L>(octet);
+        let weights = [sample.weight, error_scale];
+        let factors = reading_rows::<M, L>(theta, &sample.at, sample.measured, weights, &mut rows);
+        let mut entry = 0;
+        for channel in 0..3 {
+            if !matches!(M::ACTIVE, Active::PerChannel { .. }) {
+                entry = 0;
+            }
+            let row = &rows[channel][..count];
+            let [scaled, slope, residual] = factors[channel];
+            let (by_row, by_residual) = (scaled * slope, scaled * residual);
+            for k in 0..count {
+                let left = by_row * row[k];
+                for right in &row[..=k] {
+                    sums[entry] = sums[entry].plus_product(left, *right);
+                    entry += 1;
+                }
+            }
+            for value in row {
+                sums[entry] = sums[entry].plus_product(by_residual, *value);
+                entry += 1;
+            }
+        }
+    }
+    L::totals(&sums[..systems.len()], systems);
 }
 
 kernel! {

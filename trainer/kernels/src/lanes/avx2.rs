@@ -36,6 +36,7 @@ arithmetic! {
 impl Lanes for Avx2Lanes {
     const OCTETS: usize = 1;
     type Narrow = Self;
+    type Single = Self;
 
     #[inline(always)]
     fn load([octet, ..]: Octets<'_>) -> Self {

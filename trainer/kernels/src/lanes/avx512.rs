@@ -39,6 +39,7 @@ arithmetic! {
 impl Lanes for Avx512Lanes {
     const OCTETS: usize = 2;
     type Narrow = Avx2Lanes;
+    type Single = Self;
 
     #[inline(always)]
     fn load([first, second, ..]: Octets<'_>) -> Self {

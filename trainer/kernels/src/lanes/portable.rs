@@ -28,6 +28,7 @@ register_scalar!(PortableLanes);
 impl Lanes for PortableLanes {
     const OCTETS: usize = 1;
     type Narrow = Self;
+    type Single = Self;
 
     #[inline(always)]
     fn load([octet, ..]: Octets<'_>) -> Self {

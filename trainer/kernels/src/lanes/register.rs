@@ -94,6 +94,8 @@ pub trait Lanes: Scalar<Parameter = f32> {
     const OCTETS: usize;
     /// Narrower lanes for shorter lists; `Self` if these are the narrowest.
     type Narrow: Lanes;
+    /// Lanes of one register, whose sums are registers too.
+    type Single: Lanes + Scalar<Parameter = f32, Sum = Self::Single>;
 
     /// Loads from the first [`OCTETS`](Self::OCTETS) of `octets`.
     fn load(octets: Octets<'_>) -> Self;

@@ -31,6 +31,7 @@ impl<L: Lanes> Scalar for RegisterPair<L> {
 impl<L: Lanes> Lanes for RegisterPair<L> {
     const OCTETS: usize = 2 * L::OCTETS;
     type Narrow = L;
+    type Single = L::Single;
 
     #[inline(always)]
     fn load([a, b, c, d]: Octets<'_>) -> Self {
