@@ -46,7 +46,7 @@ use super::{load, numbers, print, print_json};
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Evaluate {
-    /// Recipe files
+    /// Recipe files, or names of bundled recipes
     #[arg(long, required = true, num_args = 1.., value_name = "FILE")]
     recipe: Vec<PathBuf>,
     /// Compact basis file (trainer export --format basis) that replaces the recipe's whole basis,

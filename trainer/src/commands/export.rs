@@ -36,7 +36,7 @@ enum Format {
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Export {
-    /// Recipe file
+    /// Recipe file, or the name of a bundled recipe
     recipe: PathBuf,
     #[command(flatten)]
     geometry: GeometryArgs,

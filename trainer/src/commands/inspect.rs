@@ -22,7 +22,7 @@ use super::{print, print_json};
 /// and `trainer plan` orders it.
 #[derive(Args)]
 pub(crate) struct Inspect {
-    /// Recipe file
+    /// Recipe file, or the name of a bundled recipe
     recipe: PathBuf,
     /// Print the whole recipe as JSON, like export --format json
     #[arg(long)]

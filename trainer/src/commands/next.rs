@@ -35,8 +35,8 @@ use super::{emit, numbers, recipe_or_bundled};
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Next {
-    /// Recipe file, with its basis file NAME.basis next to it, if it has one [default: the bundled
-    /// linear-any]
+    /// Recipe file, with its basis file NAME.basis next to it, if it has one, or the name of a bundled
+    /// recipe [default: linear-any]
     recipe: Option<PathBuf>,
     /// Readings so far: CSV, as for `trainer fit` [default: none]
     #[arg(long, value_name = "FILE.csv")]

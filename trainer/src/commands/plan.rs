@@ -29,7 +29,7 @@ use super::output::{is_same_file, refuse_input, write_files};
 #[derive(Args)]
 #[command(verbatim_doc_comment, group = ArgGroup::new("written").args(["out", "blank"]).multiple(true))]
 pub(crate) struct Plan {
-    /// Recipe file [default: the bundled linear-any, with --geometry]
+    /// Recipe file, or the name of a bundled recipe [default: linear-any, with --geometry]
     recipe: Option<PathBuf>,
     #[command(flatten)]
     geometry: GeometryArgs,

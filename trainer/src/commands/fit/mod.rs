@@ -74,8 +74,8 @@ use super::{emit, recipe_or_bundled};
 #[derive(Args)]
 #[command(verbatim_doc_comment)]
 pub(crate) struct Fit {
-    /// Recipe file, with its basis file NAME.basis next to it, if it has one [default: the bundled
-    /// linear-any]
+    /// Recipe file, with its basis file NAME.basis next to it, if it has one, or the name of a bundled
+    /// recipe [default: linear-any]
     recipe: Option<PathBuf>,
     /// Readings, a CSV file for each material
     #[arg(long, value_name = "FILE.csv", required = true, num_args = 1..)]
