@@ -47,6 +47,9 @@ impl ViewingArgs {
 /// The colors of readings in bands and of their fit, in CIELAB.
 #[derive(Serialize)]
 pub(super) struct SpectrumReport {
+    /// Values of the options.
+    illuminant: &'static str,
+    observer: &'static str,
     wavelengths: Vec<f32>,
     readings: Vec<SpectrumReading>,
 }
@@ -98,7 +101,13 @@ impl SpectrumReport {
                 spectra: [measured, fitted],
             }
         });
+        let Viewing {
+            illuminant,
+            observer,
+        } = args.viewing();
         Some(Self {
+            illuminant: name_of(&ILLUMINANTS, illuminant),
+            observer: name_of(&OBSERVERS, observer),
             wavelengths: bands.wavelengths().to_vec(),
             readings: readings.collect(),
         })
@@ -116,10 +125,12 @@ impl SpectrumReport {
             format!(", largest {delta_e:.2} at sample {sample} ({aspecular:.0} degrees from the mirror direction)")
         });
         format!(
-            "{} bands, {} to {} nm; color error (CIEDE2000) mean {:.2}{worst}",
+            "{} bands, {} to {} nm; color error (CIEDE2000, {}, {} degrees) mean {:.2}{worst}",
             self.wavelengths.len(),
             self.wavelengths.first().unwrap_or(&0.0),
             self.wavelengths.last().unwrap_or(&0.0),
+            self.illuminant.to_uppercase(),
+            self.observer,
             sum / self.readings.len().max(1) as f64,
         )
     }
@@ -160,6 +171,11 @@ impl SpectrumReport {
         }
         csv
     }
+}
+
+fn name_of<T: PartialEq>(names: &[(&'static str, T)], value: T) -> &'static str {
+    let named = names.iter().find(|(_, other)| *other == value);
+    named.map_or("unknown", |(name, _)| name)
 }
 
 /// Returns the sensor's angle from the mirror direction in degrees, negative if it is further from the light.
