@@ -19,8 +19,8 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 /// SOURCES. Every option or argument that takes materials, such as --data SOURCE, takes one of
 ///
 /// - a directory with any mix of MERL *.binary, isotropic RGL *.bsdf (RGB or spectra), NBRDF sets
-///   (NAME_fc1.npy and its five siblings) and fitted materials (material.json of `trainer fit`,
-///   in the directory itself or in a subdirectory);
+///   (NAME_fc1.npy and its five siblings), SSDD *.ssdd, OpenMATERIAL *_brdf.xompt, and fitted
+///   materials (material.json of `trainer fit`, in the directory itself or in a subdirectory);
 /// - a single such file, or one PAB-Opto file (*.txt), which is read with the others of its sample;
 /// - procedural, procedural:COUNT or procedural:COUNT:SEED: built-in procedural materials.
 ///

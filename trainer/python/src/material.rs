@@ -201,16 +201,16 @@ impl PyMaterial {
     }
 
     /// Writes the material in another program's format: "merl" (NAME.binary), "rgl" (NAME.bsdf, for Mitsuba 3's
-    /// `measured`), "rgl-spectral" (NAME_spec.bsdf, for pbrt-v4), "nbrdf" (NAME_fc1.npy and five more) or "pab" (NAME_in00.txt and more, for Radiance). Or writes the
-    /// parameters of a shading model that approximates it: "principled" (a dictionary for Mitsuba 3), "gltf" (NAME.gltf)
-    /// or "openpbr" (NAME.mtlx).
+    /// `measured`), "rgl-spectral" (NAME_spec.bsdf, for pbrt-v4), "nbrdf" (NAME_fc1.npy and five more), "pab" (NAME_in00.txt and
+    /// more, for Radiance), "openmaterial" (NAME_brdf.xompt) or "ssdd" (NAME.ssdd, for libbsdf). Or writes the parameters of a
+    /// shading model that approximates it: "principled" (a dictionary for Mitsuba 3), "gltf" (NAME.gltf) or "openpbr" (NAME.mtlx).
     ///
     /// The ending of the file's name determines the format, unless `format` is given. For "nbrdf", a network is fitted
     /// to a material that is not a network, which takes some seconds, as does the fit of a shading model; `seed` is the seed
     /// of the network's fit (default 0).
     /// Raises FileExistsError if a file exists with other contents, unless `overwrite` is True.
     ///
-    /// Tables ("merl", "rgl", "rgl-spectral" and "pab") are changed to be reciprocal and to have an albedo of at most 1, and
+    /// Tables (all but "nbrdf" and the shading models) are changed to be reciprocal and to have an albedo of at most 1, and
     /// a warning states the change, unless `as_fitted` is True.
     #[pyo3(signature = (path, format = None, *, seed = 0, overwrite = false, as_fitted = false))]
     pub(crate) fn save(
@@ -345,7 +345,7 @@ impl PyMaterial {
     }
 }
 
-/// Reads the only material of a source: a file of MERL (*.binary), RGL (*.bsdf), NBRDF (NAME_fc1.npy) or PAB-Opto,
+/// Reads the only material of a source: a file of MERL (*.binary), RGL (*.bsdf), NBRDF (NAME_fc1.npy), PAB-Opto, SSDD or OpenMATERIAL,
 /// a material.json, or "procedural:1:SEED" for a procedural material.
 #[pyfunction]
 pub(crate) fn load_material(py: Python<'_>, source: &Bound<'_, PyAny>) -> PyResult<PyMaterial> {

@@ -25,10 +25,10 @@ use super::{emit, load_single};
 /// are printed.
 ///
 /// PHYSICS. Fits and measurements are not quite reciprocal, and may reflect more light than they
-/// receive. Tables (merl, rgl, rgl-spectral, pab) are changed to be reciprocal and to have an albedo
-/// of at most 1. The errors before and after are printed: the mean change if light and sensor are
-/// exchanged, relative to the BRDF, and the largest albedo. Formats of parameters cannot be changed,
-/// so their errors remain.
+/// receive. Tables (all formats but these and nbrdf) are changed to be reciprocal and to have an
+/// albedo of at most 1. The errors before and after are printed: the mean change if light and sensor
+/// are exchanged, relative to the BRDF, and the largest albedo. Formats of parameters cannot be
+/// changed, so their errors remain.
 ///
 /// Example: trainer convert aurora_white_rgb.bsdf aurora_white.binary
 ///          trainer convert gold.binary gold_rgb.bsdf
@@ -44,8 +44,8 @@ pub(crate) struct Convert {
     /// File to write; for nbrdf one of the six files or NAME, for pab NAME
     #[arg(value_name = "OUT")]
     out: PathBuf,
-    /// Output format [default: by the ending of OUT: .binary, .bsdf, _spec.bsdf, .npy, .gltf, .mtlx or
-    /// _principled.json]
+    /// Output format [default: by the ending of OUT: .binary, .bsdf, _spec.bsdf, .ssdd, .xompt, .npy,
+    /// .gltf, .mtlx or _principled.json]
     #[arg(long, value_parser = formats::parser())]
     format: Option<OutputFormat>,
     /// Write a table of the BRDF as it is, even if it is not reciprocal or its albedo is above 1

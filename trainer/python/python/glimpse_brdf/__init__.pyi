@@ -11,7 +11,9 @@ from typing_extensions import Self, disjoint_base
 __version__: str
 
 _Model = Literal["phong", "cook-torrance", "linear", "neural"]
-_Format = Literal["merl", "nbrdf", "rgl", "rgl-spectral", "pab", "principled", "gltf", "openpbr"]
+_Format = Literal[
+    "merl", "nbrdf", "rgl", "rgl-spectral", "pab", "openmaterial", "ssdd", "principled", "gltf", "openpbr"
+]
 _Path = Union[str, os.PathLike[str]]
 _Float64Array = npt.NDArray[np.float64]
 _Float32Array = npt.NDArray[np.float32]

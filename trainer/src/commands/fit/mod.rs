@@ -58,7 +58,7 @@ use super::{emit, recipe_or_bundled};
 ///   deviation, and z: the reading minus its prediction from the others, in standard deviations. You
 ///   can correct this file and fit it again, without --quantity and --white;
 /// - with bands, bands.csv: readings and fit of each band, and their colors. Formats and commands
-///   show RGB (CIE 1931, D65), and rgl-spectral has the bands;
+///   show RGB (CIE 1931, D65); rgl-spectral, openmaterial and ssdd have the bands;
 /// - for the model linear the basis, so that the folder can be moved;
 /// - with --format, a folder DIR/formats with files for other programs.
 ///
@@ -124,7 +124,7 @@ impl Fit {
     pub(crate) fn run(&self, seed: u64) -> anyhow::Result<()> {
         ensure!(
             !self.as_fitted || self.format.iter().any(|format| format.is_table()),
-            "--as-fitted has no effect without a table in --format (merl, rgl, rgl-spectral, pab): remove it"
+            "--as-fitted has no effect without a table in --format, which all but nbrdf and shading models are: remove it"
         );
         let given = recipe_or_bundled(self.recipe.as_deref())?;
         let inputs = self.inputs()?;
