@@ -8,7 +8,7 @@ use std::sync::Arc;
 use anyhow::{Context, bail, ensure};
 use clap::{Args, ValueEnum};
 use glimpse_core::geometry::Angles;
-use glimpse_trainer::measurement::{AngleArgs, AngleTable, ChosenRecipe, Instrument};
+use glimpse_trainer::measurement::{AngleArgs, AngleTable, ChosenRecipe, Instrument, NamedRecipe};
 use glimpse_training::recipe::RecipeFile;
 
 use super::{recipe_or_bundled, require_pattern};
@@ -43,7 +43,7 @@ impl GeometryArgs {
     /// Reads a recipe like [`read`](Self::read), without its basis if it has a pattern.
     pub(crate) fn read_file(&self, path: Option<&Path>) -> anyhow::Result<Arc<RecipeFile>> {
         match (path, &self.geometry) {
-            (Some(path), None) => Ok(Arc::new(read_with_pattern(path)?)),
+            (Some(path), None) => read_with_pattern(path),
             _ => Ok(self.read(path)?.recipe.file),
         }
     }
@@ -71,8 +71,8 @@ impl GeometryArgs {
 }
 
 /// Reads a recipe for a command that needs a pattern.
-pub(crate) fn read_with_pattern(path: &Path) -> anyhow::Result<RecipeFile> {
-    let file = RecipeFile::read(path)?;
+pub(crate) fn read_with_pattern(path: &Path) -> anyhow::Result<Arc<RecipeFile>> {
+    let file = NamedRecipe::read_file(path)?;
     require_pattern(&file, &path.display().to_string())?;
     Ok(file)
 }

@@ -7,8 +7,9 @@ use glimpse_core::fit::Estimator;
 use glimpse_core::recipe::Recipe;
 use glimpse_materials::Identity;
 use glimpse_trainer::export::to_json;
+use glimpse_trainer::measurement::NamedRecipe;
 use glimpse_training::meta::completion::task::Noise;
-use glimpse_training::recipe::{Metadata, MetadataError, RecipeFile};
+use glimpse_training::recipe::{Metadata, MetadataError};
 use glimpse_training::route::{Order, Route, axes_from_angles};
 
 use super::expected_loss::expected_loss;
@@ -31,7 +32,7 @@ pub(crate) struct Inspect {
 
 impl Inspect {
     pub(crate) fn run(&self) -> anyhow::Result<()> {
-        let file = RecipeFile::read(&self.recipe)?;
+        let file = NamedRecipe::read_file(&self.recipe)?;
         let recipe = file.recipe();
         if self.json {
             return print_json(&to_json(&recipe)?);

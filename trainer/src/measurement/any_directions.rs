@@ -70,11 +70,7 @@ impl NamedRecipe {
     /// # Errors
     /// If a file is missing or damaged.
     pub fn read(path: &Path) -> Result<Self, RecipeFileError> {
-        let bundled = path
-            .to_str()
-            .and_then(bundled::find)
-            .filter(|_| !path.exists());
-        if let Some(recipe) = bundled.and_then(Self::of_bundled) {
+        if let Some(recipe) = Self::by_name(path) {
             return Ok(recipe);
         }
         let (file, basis) = RecipeFile::read_with_basis(path)?;
@@ -84,6 +80,23 @@ impl NamedRecipe {
             file: Arc::new(file),
             basis: basis.map(Arc::new),
         })
+    }
+
+    /// Reads a recipe's file without its basis, or takes the name of a bundled recipe.
+    ///
+    /// # Errors
+    /// If the file is missing or damaged.
+    pub fn read_file(path: &Path) -> Result<Arc<RecipeFile>, RecipeFileError> {
+        match Self::by_name(path) {
+            Some(recipe) => Ok(recipe.file),
+            None => RecipeFile::read(path).map(Arc::new),
+        }
+    }
+
+    /// Returns the bundled recipe of a name, unless there is such a file.
+    fn by_name(path: &Path) -> Option<Self> {
+        let bundled = path.to_str().and_then(bundled::find);
+        Self::of_bundled(bundled.filter(|_| !path.exists())?)
     }
 
     /// Returns true if readings may be at any directions.

@@ -56,6 +56,20 @@ fn refuses_unknown_names_and_completes_known_ones() {
 }
 
 #[test]
+fn names_of_bundled_recipes_are_recipes() {
+    let folder = Folder::new();
+    folder.succeed("recipes get linear-n4");
+    for command in ["inspect", "plan", "export --format json --out -"] {
+        let [named, read] = ["linear-n4", "linear-n4.recipe"].map(|recipe| {
+            let (command, options) = command.split_once(' ').unwrap_or((command, ""));
+            folder.succeed(&format!("{command} {recipe} {options}"))
+        });
+        assert_eq!(named, read, "{command}");
+    }
+    folder.fail_naming("inspect linear-n5", &["linear-n5"]);
+}
+
+#[test]
 fn lists_recipes_as_json() {
     let list = Folder::new().succeed_as_json("recipes list");
     let list = list.as_array().expect("a list");
