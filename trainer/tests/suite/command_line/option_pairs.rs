@@ -55,7 +55,7 @@ const OTHERS: [&str; 7] = [
     "virtual-scanner",
 ];
 
-const CASES: [Case; 17] = [
+const CASES: [Case; 18] = [
     Case {
         base: "evaluate --recipe l.recipe --test procedural:2:3",
         options: &[&[
@@ -106,6 +106,10 @@ const CASES: [Case; 17] = [
     Case {
         base: "fit --measurements radians.csv --out fit --unit radians",
         options: &[&["--convention elevation", "--quantity brdf-cos-i", "--json"]],
+    },
+    Case {
+        base: "fit --measurements bands.csv --out fit",
+        options: &[&["--illuminant a", "--observer 10", "--white-reflectance 0.9"]],
     },
     Case {
         base: "plan n.recipe",
@@ -218,6 +222,11 @@ fn write_inputs(folder: &Folder) {
             },
         );
     folder.write("white.csv", white.collect::<Vec<_>>().join("\n"));
+    folder.write(
+        "bands.csv",
+        "theta_i,theta_o,quantity,450,550,650\n20,50,reflectance-factor,0.3,0.4,0.5\n\
+         45,-20,reflectance-factor,0.2,0.3,0.3\n",
+    );
     folder.write(
         "radians.csv",
         "theta_i,phi_i,theta_o,phi_o,r,g,b\n0.5,0,0.4,1.5,0.2,0.1,0.1\n0.9,0,0.3,3.1,0.4,0.3,0.1\n",
