@@ -5,7 +5,7 @@ use glimpse_core::model::ModelKind;
 use serde::{Deserialize, Serialize};
 
 use crate::basis::Basis;
-use crate::{Brdf, FittedBrdf, Material, Spectrum, Viewing};
+use crate::{Brdf, FittedBrdf, Material, Spectrum, Viewing, weighted_sums};
 
 /// The number of bands of a group.
 const GROUP: usize = 3;
@@ -121,11 +121,8 @@ impl Bands {
     }
 
     fn color(&self, spectrum: &[f32]) -> [f32; 3] {
-        [0, 1, 2].map(|channel| {
-            let terms = spectrum.iter().zip(&self.weights);
-            let terms = terms.map(|(value, weight)| f64::from(*value) * weight[channel]);
-            terms.sum::<f64>() as f32
-        })
+        let spectrum = spectrum.iter().map(|value| f64::from(*value));
+        weighted_sums(spectrum, &self.weights).map(|sum| sum as f32)
     }
 }
 

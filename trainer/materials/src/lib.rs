@@ -61,5 +61,5 @@ pub use sensor::quantize;
 pub use skipped_entries::SkippedEntries;
 pub use source::Source;
 pub use sources::{MaterialsAndShares, Origin, ShareError, SourceShare, Sources};
-pub use spectrum::{Illuminant, Observer, Viewing};
+pub use spectrum::{Illuminant, Observer, Viewing, weighted_sums};
 pub use ssdd::to_ssdd;

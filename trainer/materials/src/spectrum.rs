@@ -120,6 +120,15 @@ pub(crate) const PRIMARIES: [[f32; 3]; 15] = [
     [1.0000, 0.0000, 0.0000],
 ];
 
+/// Returns the sum of the values of a spectrum, times the weights of each channel.
+#[must_use]
+pub fn weighted_sums(values: impl Iterator<Item = f64> + Clone, weights: &[[f64; 3]]) -> [f64; 3] {
+    [0, 1, 2].map(|channel| {
+        let terms = values.clone().zip(weights);
+        terms.map(|(value, weight)| value * weight[channel]).sum()
+    })
+}
+
 impl Viewing {
     /// Returns the weights of the values of a spectrum in linear RGB of sRGB's primaries. A gray spectrum is gray.
     #[must_use]

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::color::FROM_XYZ;
 use crate::error::{Defect, ensure, read_error};
 use crate::name::name_of;
-use crate::spectrum::Viewing;
+use crate::spectrum::{Viewing, weighted_sums};
 use crate::untrusted::{escaped, read_at_most};
 use crate::{Brdf, MerlTable, NotFinite, SourceError, table_nodes};
 
@@ -197,11 +197,8 @@ fn parse(name: String, text: &str) -> Result<MerlTable, Defect> {
             colors.len(),
             weights.len()
         );
-        values.push([0, 1, 2].map(|channel| {
-            let terms = colors.iter().zip(&weights);
-            let terms = terms.map(|(value, weight)| f64::from(*value) * weight[channel]);
-            terms.sum::<f64>() as f32
-        }));
+        let colors = colors.iter().map(|value| f64::from(*value));
+        values.push(weighted_sums(colors, &weights).map(|sum| sum as f32));
     }
     ensure!(
         values.len() == count,

@@ -1,5 +1,7 @@
 //! Conversions from and to NumPy arrays, and from JSON.
 
+use glimpse_core::geometry::Angles;
+use glimpse_trainer::measurement::angles_from_vectors;
 use numpy::ndarray::{ArrayD, IxDyn};
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
@@ -78,6 +80,19 @@ impl Pairs {
             pairs: vectors.as_chunks().0.to_vec(),
             shape: shape.to_vec(),
         })
+    }
+
+    /// The angles of each pair, which must be above the horizon.
+    pub(crate) fn angles(&self) -> PyResult<Vec<Angles<f32>>> {
+        let each = self.pairs.iter().enumerate();
+        let angles = each.map(|(row, [incoming, outgoing])| {
+            angles_from_vectors(*incoming, *outgoing).ok_or_else(|| {
+                GlimpseError::new_err(format!(
+                    "a direction of pair {row} is not above the horizon"
+                ))
+            })
+        });
+        angles.collect()
     }
 }
 

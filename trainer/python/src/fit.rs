@@ -6,8 +6,7 @@ use std::sync::Arc;
 use glimpse_core::geometry::HalfDifference;
 use glimpse_materials::{FittedMaterial, Material, Spectrum};
 use glimpse_trainer::measurement::{
-    ChosenRecipe, Fit, Measurements, NamedRecipe, ReadingStatus, Selection, angles_from_vectors,
-    fit, material_files,
+    ChosenRecipe, Fit, Measurements, NamedRecipe, ReadingStatus, Selection, fit, material_files,
 };
 use glimpse_training::linear::Posterior;
 use numpy::PyArrayDyn;
@@ -177,15 +176,11 @@ impl PyFittedMaterial {
         incoming: &Bound<'py, PyAny>,
         outgoing: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyArrayDyn<f32>>> {
-        let Pairs { pairs, shape } = Pairs::from_arrays(incoming, outgoing)?;
-        let angles = pairs.into_iter().map(|[incoming, outgoing]| {
-            angles_from_vectors(incoming, outgoing)
-                .ok_or_else(|| GlimpseError::new_err("a direction is not above the horizon"))
-        });
-        let angles = angles.collect::<PyResult<_>>()?;
+        let pairs = Pairs::from_arrays(incoming, outgoing)?;
+        let angles = pairs.angles()?;
         let posterior = &self.fit.selection.posterior;
         let deviations = posterior.deviations(self.material().fitted(), angles);
-        array(py, &[&shape[..], &[3]].concat(), deviations.concat())
+        array(py, &[&pairs.shape[..], &[3]].concat(), deviations.concat())
     }
 
     /// The wavelengths of the bands in nm, float32 of shape (b,), or None if the readings were in RGB.
@@ -210,14 +205,11 @@ impl PyFittedMaterial {
         let Some(bands) = self.material().bands() else {
             return reject("the readings were in RGB: pass wavelengths to fit");
         };
-        let Pairs { pairs, shape } = Pairs::from_arrays(incoming, outgoing)?;
-        let at = pairs.into_iter().map(|[incoming, outgoing]| {
-            let angles = angles_from_vectors(incoming, outgoing)
-                .ok_or_else(|| GlimpseError::new_err("a direction is not above the horizon"))?;
-            Ok(HalfDifference::from_angles(angles))
-        });
-        let spectra = bands.evaluate(&at.collect::<PyResult<Vec<_>>>()?);
-        let shape = [&shape[..], &[bands.wavelengths().len()]].concat();
+        let pairs = Pairs::from_arrays(incoming, outgoing)?;
+        let at = pairs.angles()?.into_iter();
+        let at: Vec<_> = at.map(HalfDifference::from_angles).collect();
+        let spectra = bands.evaluate(&at);
+        let shape = [&pairs.shape[..], &[bands.wavelengths().len()]].concat();
         array(py, &shape, spectra.concat())
     }
 

@@ -1,12 +1,11 @@
 //! The directions to read next.
 
-use glimpse_core::geometry::Angles;
-use glimpse_trainer::measurement::{MachineArgs, NamedRecipe, angles_from_vectors};
+use glimpse_trainer::measurement::{MachineArgs, NamedRecipe};
 use glimpse_training::linear::{Posterior, Proposal};
 use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
-use crate::arrays::{Pairs, array};
+use crate::arrays::array;
 use crate::error::{GlimpseError, reject, to_exception};
 use crate::fit::PyFittedMaterial;
 use crate::interruptible::run_detached;
@@ -130,18 +129,4 @@ impl PyProposals {
             self.proposals.len()
         )
     }
-}
-
-/// Converts pairs of directions, an array (n, 2, 3), to angles.
-pub(crate) fn angles_of_pairs(directions: &Bound<'_, PyAny>) -> PyResult<Vec<Angles<f32>>> {
-    let Pairs { pairs, .. } = Pairs::from_arrays(directions, None)?;
-    let each = pairs.into_iter().enumerate();
-    let angles = each.map(|(row, [incoming, outgoing])| {
-        angles_from_vectors(incoming, outgoing).ok_or_else(|| {
-            GlimpseError::new_err(format!(
-                "a direction of pair {row} is not above the horizon"
-            ))
-        })
-    });
-    angles.collect()
 }

@@ -17,14 +17,14 @@ use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 use serde_json::json;
 
-use crate::arrays::{array, to_python};
+use crate::arrays::{Pairs, array, to_python};
 use crate::choices::choose_value;
 use crate::error::{GlimpseError, reject, to_exception};
 use crate::files::write;
 use crate::fit::PyFittedMaterial;
 use crate::interruptible::run_detached;
 use crate::material::directions_of;
-use crate::next::{PyProposals, angles_of_pairs};
+use crate::next::PyProposals;
 use crate::plan::{PyPlan, speed_args};
 use crate::readings::ReadingArgs;
 
@@ -428,7 +428,7 @@ impl PyRecipe {
                 "the recipe has a pattern: use one that was trained with samples \"any\"",
             );
         }
-        let angles = angles_of_pairs(directions)?;
+        let angles = Pairs::from_arrays(directions, None)?.angles()?;
         match named.at(&angles, &[]) {
             Some(ChosenRecipe { recipe, .. }) => Ok(Self {
                 file: recipe.file,

@@ -18,10 +18,10 @@ use glimpse_training::route::LimitArgs;
 use pyo3::prelude::*;
 use pyo3::types::PyBool;
 
+use crate::arrays::Pairs;
 use crate::choices::{choose, choose_value};
 use crate::error::{Failure, GlimpseError, reject, reject_unused, to_exception};
 use crate::interruptible::run_interruptible;
-use crate::next::angles_of_pairs;
 use crate::plan::speed_args;
 use crate::recipe::PyRecipe;
 use crate::sources::MaterialArgs;
@@ -183,7 +183,8 @@ pub(crate) fn train(
     };
     let options = args.options(model, samples, schedule, effort, seed);
     let options = options.map_err(to_exception)?;
-    let fixed = pattern.map(angles_of_pairs).transpose()?;
+    let fixed = pattern.map(|pattern| Pairs::from_arrays(pattern, None)?.angles());
+    let fixed = fixed.transpose()?;
     let options = options.with_fixed(fixed.unwrap_or_default());
     let options = options.map_err(to_exception)?;
     let options = Options {

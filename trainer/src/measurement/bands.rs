@@ -5,8 +5,8 @@
 //! channel of the fit is the mean over the bands, with its prior, plus the difference of the band, with that of differences.
 //!
 //! A fit in RGB allows for errors of a few percent, which are visible differences of color. So the errors of the bands at the
-//! readings are added to u, and the fit is repeated. Losses elsewhere hardly change; on RGL's 17 materials at six aspecular
-//! angles, they fall from 0.0493 to 0.0480 and rise to 0.0498 after the third repetition.
+//! readings are added to u, and the fit is repeated. Three repetitions reduce the errors of mapped values at the readings from
+//! 0.035 to 0.010, and raise the loss from 0.0282 to 0.0304 (36 networks of MERL, six aspecular angles, `linear-any`).
 
 use glimpse_core::error::{Error, ErrorCode};
 use glimpse_core::geometry::HalfDifference;

@@ -1,7 +1,7 @@
 //! One row of readings, from a file or an array.
 
-use glimpse_materials::Viewing;
 use glimpse_materials::untrusted::escaped;
+use glimpse_materials::{Viewing, weighted_sums};
 
 use super::angles::{AngleColumns, RowAngles};
 use super::convention::AngleArgs;
@@ -27,7 +27,7 @@ pub struct LabReading {
 }
 
 /// One row of readings.
-#[derive(Clone, Default)]
+#[derive(Default)]
 pub(super) struct ReadingRow {
     /// The line of the file, or the index of the reading in an array, from 0.
     pub(super) line: u64,
@@ -184,9 +184,6 @@ pub(super) fn to_rgb(values: &[f32], weights: &[[f64; 3]]) -> Option<[f32; 3]> {
     if weights.is_empty() || values.is_empty() {
         return values.try_into().ok();
     }
-    Some([0, 1, 2].map(|channel| {
-        let terms = values.iter().zip(weights);
-        let terms = terms.map(|(value, weight)| f64::from(*value) * weight[channel]);
-        terms.sum::<f64>() as f32
-    }))
+    let values = values.iter().map(|value| f64::from(*value));
+    Some(weighted_sums(values, weights).map(|sum| sum as f32))
 }

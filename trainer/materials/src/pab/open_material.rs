@@ -14,7 +14,7 @@ use super::file::Incidence;
 use super::read::PabSet;
 use super::write::{THETA_I, outgoing_angles};
 use crate::error::{Defect, read_error};
-use crate::spectrum::{PRIMARIES, Viewing, WAVELENGTHS};
+use crate::spectrum::{PRIMARIES, Viewing, WAVELENGTHS, weighted_sums};
 use crate::untrusted::{escaped_json_error, read_at_most};
 use crate::{Brdf, Material, NotFinite, SourceError, angles_of};
 
@@ -197,12 +197,7 @@ fn incidences(table: &Table) -> Result<Vec<Incidence>, Defect> {
                     weights.len()
                 ));
             }
-            let rgb = [0, 1, 2].map(|channel| {
-                let terms = spectrum.iter().zip(&weights);
-                terms
-                    .map(|(value, weight)| value * weight[channel])
-                    .sum::<f64>() as f32
-            });
+            let rgb = weighted_sums(spectrum.into_iter(), &weights).map(|sum| sum as f32);
             Ok(([theta, phi].map(f64::from_bits), rgb))
         });
         Ok(Incidence {

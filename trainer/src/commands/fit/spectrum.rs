@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use clap::Args;
 use glimpse_core::geometry::{Angles, HalfDifference};
-use glimpse_materials::{Illuminant, Observer, Spectrum, Viewing};
+use glimpse_materials::{Illuminant, Observer, Spectrum, Viewing, weighted_sums};
 use glimpse_trainer::measurement::Fit;
 use glimpse_trainer::metrics::{Lab, ciede2000};
 use serde::Serialize;
@@ -76,11 +76,9 @@ impl SpectrumReport {
         let bands = fit.material.bands()?;
         let weights = args.viewing().xyz_weights(bands.wavelengths());
         let lab = |spectrum: &[f32]| {
-            Lab::from_relative_xyz([0, 1, 2].map(|channel| {
-                let terms = spectrum.iter().zip(&weights);
-                let terms = terms.map(|(value, weight)| f64::from(*value) * weight[channel]);
-                PI * terms.sum::<f64>() // the reflectance factor
-            }))
+            // The reflectance factor.
+            let factors = spectrum.iter().map(|value| PI * f64::from(*value));
+            Lab::from_relative_xyz(weighted_sums(factors, &weights))
         };
         let used = fit.selection.used();
         let samples = pattern.iter().zip(used).enumerate();
