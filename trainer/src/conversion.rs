@@ -289,47 +289,25 @@ pub fn encode(
             Ok(unchanged(files.collect()))
         }
         OutputFormat::Brdf(format) => {
-            let physical = Physical::of(material);
-            let is_changed = !as_fitted && physical.is_changed();
-            if let (Format::RglSpectra | Format::OpenMaterial | Format::Ssdd, Some(bands)) =
-                (format, material.spectrum())
-            {
-                let groups = bands.groups();
-                let physical = groups.iter().map(|group| match as_fitted {
-                    true => Physical::as_fitted(&**group),
-                    false => Physical::of(&**group),
-                });
-                let physical: Vec<_> = physical.collect();
-                let is_changed = physical.iter().any(Physical::is_changed);
-                let brdfs: Vec<&Physical<'_>> = physical.iter().collect();
-                let files = match format {
-                    Format::Ssdd => {
-                        let bytes = to_ssdd(name, bands.wavelengths(), &brdfs)?;
-                        vec![(format!("{name}.ssdd"), bytes)]
-                    }
-                    Format::OpenMaterial => {
-                        let bytes = to_open_material(name, bands.wavelengths(), &brdfs)?;
-                        vec![(format!("{name}_brdf.xompt"), bytes)]
-                    }
-                    _ => {
-                        let brdfs: Vec<&dyn Brdf> =
-                            physical.iter().map(|each| each as &dyn Brdf).collect();
-                        let colors = Colors::Bands(bands.wavelengths(), &brdfs);
-                        vec![tensors(material, material, name, "spec", colors)?]
-                    }
-                };
-                return Ok(Encoded {
-                    is_changed,
-                    ..unchanged(files)
-                });
-            }
-            let files = match is_changed {
-                true => table(material, &physical, format, name),
-                false => table(material, material, format, name),
+            let has_bands = matches!(
+                format,
+                Format::RglSpectra | Format::OpenMaterial | Format::Ssdd
+            );
+            let spectrum = material.spectrum().filter(|_| has_bands);
+            let groups = spectrum.map(|spectrum| spectrum.groups());
+            let materials = match &groups {
+                Some(groups) => groups.iter().map(|group| &**group).collect(),
+                None => vec![material],
             };
+            let physical = match as_fitted {
+                true => Physical::as_fitted,
+                false => Physical::of,
+            };
+            let tables: Vec<Physical<'_>> = materials.into_iter().map(physical).collect();
+            let wavelengths = spectrum.map_or(&[][..], |spectrum| spectrum.wavelengths());
             Ok(Encoded {
-                is_changed,
-                ..unchanged(files?)
+                is_changed: tables.iter().any(Physical::is_changed),
+                ..unchanged(table(material, wavelengths, &tables, format, name)?)
             })
         }
         OutputFormat::Shading(model) => {
@@ -349,49 +327,44 @@ pub fn encode(
     }
 }
 
-/// Returns the files of a table with this BRDF. The material has the name in the file's description.
+/// Returns the files of a table. Without wavelengths, `brdfs` is the material in RGB. With wavelengths in nm, it has a BRDF for
+/// each three of them.
 fn table(
     material: &dyn Material,
-    brdf: &(impl Brdf + ?Sized),
+    wavelengths: &[f32],
+    brdfs: &[Physical<'_>],
     format: Format,
     name: &str,
 ) -> Result<Vec<(String, Vec<u8>)>, ConversionError> {
-    match format {
-        Format::Merl => Ok(vec![(format!("{name}.binary"), to_merl(brdf)?)]),
-        Format::Rgl => Ok(vec![tensors(material, brdf, name, "rgb", Colors::Rgb)?]),
-        Format::RglSpectra => Ok(vec![tensors(
-            material,
-            brdf,
-            name,
-            "spec",
-            Colors::Spectra,
-        )?]),
-        Format::Pab => {
-            let texts = to_pab(name, brdf)?.into_iter();
-            let names = pab_suffixes().map(|suffix| format!("{name}{suffix}"));
-            Ok(names.zip(texts.map(String::into_bytes)).collect())
+    let groups: Vec<&dyn Brdf> = brdfs.iter().map(|brdf| brdf as &dyn Brdf).collect();
+    let in_rgb = groups[0];
+    let tensors = |brdf: &dyn Brdf, suffix: &str, colors: Colors<'_>| {
+        let version = env!("CARGO_PKG_VERSION");
+        let description = format!("{}, by glimpse-trainer {version}", material.name());
+        let bytes = to_rgl(&description, brdf, colors)?;
+        Ok::<_, ConversionError>((format!("_{suffix}.bsdf"), bytes))
+    };
+    let (suffix, bytes) = match format {
+        Format::Merl => (".binary".to_owned(), to_merl(in_rgb)?),
+        Format::Rgl => tensors(in_rgb, "rgb", Colors::Rgb)?,
+        Format::RglSpectra if wavelengths.is_empty() => tensors(in_rgb, "spec", Colors::Spectra)?,
+        Format::RglSpectra => {
+            let colors = Colors::Bands(wavelengths, &groups);
+            tensors(&Physical::as_fitted(material), "spec", colors)?
         }
         Format::OpenMaterial => {
-            let bytes = to_open_material(name, &[], &[brdf])?;
-            Ok(vec![(format!("{name}_brdf.xompt"), bytes)])
+            let bytes = to_open_material(name, wavelengths, &groups)?;
+            ("_brdf.xompt".to_owned(), bytes)
         }
-        Format::Ssdd => Ok(vec![(format!("{name}.ssdd"), to_ssdd(name, &[], &[brdf])?)]),
-        Format::Nbrdf => Err(ConversionError::NotNetworkFile(name.into())),
-    }
-}
-
-/// Returns RGL's file of a BRDF.
-fn tensors(
-    material: &dyn Material,
-    brdf: &(impl Brdf + ?Sized),
-    name: &str,
-    suffix: &str,
-    colors: Colors<'_>,
-) -> Result<(String, Vec<u8>), ConversionError> {
-    let version = env!("CARGO_PKG_VERSION");
-    let description = format!("{}, by glimpse-trainer {version}", material.name());
-    let bytes = to_rgl(&description, brdf, colors)?;
-    Ok((format!("{name}_{suffix}.bsdf"), bytes))
+        Format::Ssdd => (".ssdd".to_owned(), to_ssdd(name, wavelengths, &groups)?),
+        Format::Pab => {
+            let texts = to_pab(name, in_rgb)?.into_iter().map(String::into_bytes);
+            let names = pab_suffixes().map(|suffix| format!("{name}{suffix}"));
+            return Ok(names.zip(texts).collect());
+        }
+        Format::Nbrdf => return Err(ConversionError::NotNetworkFile(name.into())),
+    };
+    Ok(vec![(format!("{name}{suffix}"), bytes)])
 }
 
 /// Fits a network to a material.
