@@ -8,6 +8,7 @@
 //! - [`export`]: recipes in other formats
 //! - [`render`]: images of spheres in a built-in studio
 //! - [`metrics`]: errors of a fit against its material
+//! - `least_squares` (internal): fits of parameters within bounds
 //! - [`evaluation`]: fitting methods and their errors on materials
 //! - [`shading`]: shading models of renderers, fitted to a BRDF
 //! - [`conversion`]: materials in the formats of other programs
@@ -26,6 +27,7 @@ pub mod bundled;
 pub mod conversion;
 pub mod evaluation;
 pub mod export;
+mod least_squares;
 pub mod measurement;
 pub mod metrics;
 pub mod render;

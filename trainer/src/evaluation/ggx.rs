@@ -5,9 +5,8 @@ use std::f64::consts::PI;
 
 use glimpse_core::geometry::{Angles, HalfDifference};
 use glimpse_materials::Brdf;
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra::storage::Owned;
-use nalgebra::{DMatrix, DVector, Dyn, SVector, U8};
+
+use crate::least_squares::Errors;
 
 const PARAMETERS: usize = 8;
 /// The bounds of each parameter: logarithms of the diffuse and of the specular color, the logarithm of the roughness, and
@@ -26,8 +25,6 @@ const BOUNDS: [[f64; 2]; PARAMETERS] = [
 const ROUGHNESS: [f64; 4] = [0.03, 0.1, 0.3, 0.7];
 /// The error from which on errors count absolutely instead of squared.
 const ROBUST_SCALE: f64 = 0.05;
-/// The step of a difference quotient.
-const STEP: f64 = 1e-6;
 
 /// A fitted diffuse and GGX lobe.
 #[derive(Clone, Copy, Debug)]
@@ -49,28 +46,24 @@ impl Ggx {
             let median = values.get(values.len() / 2).copied().unwrap_or_default();
             (0.7 * PI * median).max(1e-3).ln()
         });
+        let errors = Errors {
+            count: 3 * at.len(),
+            write: &|values, errors| {
+                let parameters = std::array::from_fn(|index| values[index]);
+                write_errors(Self(parameters), &at, &readings, errors);
+            },
+            bounds: &BOUNDS,
+            patience: 20,
+        };
         let fits = ROUGHNESS.map(|roughness| {
             let [red, green, blue] = diffuse;
-            let start = [red, green, blue, -2.0, -2.0, -2.0, roughness.ln(), -1.0];
-            let mut problem = Problem {
-                at: &at,
-                readings: &readings,
-                free: SVector::zeros(),
-            };
-            for ((free, value), [min, max]) in problem.free.iter_mut().zip(start).zip(BOUNDS) {
-                let share = ((value - min) / (max - min)).clamp(0.01, 0.99);
-                *free = (share / (1.0 - share)).ln();
-            }
-            let (problem, _) = LevenbergMarquardt::new()
-                .with_patience(20)
-                .minimize(problem);
-            let cost = problem.errors(&problem.free).norm_squared();
-            (cost, problem.parameters(&problem.free))
+            errors.minimize(&[red, green, blue, -2.0, -2.0, -2.0, roughness.ln(), -1.0])
         });
         let best = fits
             .into_iter()
             .min_by(|(one, _), (other, _)| one.total_cmp(other));
-        Self(best.map_or([0.0; PARAMETERS], |(_, parameters)| parameters))
+        let parameters = best.and_then(|(_, parameters)| parameters.try_into().ok());
+        Self(parameters.unwrap_or_default())
     }
 
     fn brdf(&self, at: &HalfDifference<f32>) -> [f64; 3] {
@@ -100,66 +93,15 @@ impl Brdf for Ggx {
     }
 }
 
-/// Robust least squares of the loss's errors, over logits of the parameters between their bounds.
-struct Problem<'r> {
-    at: &'r [HalfDifference<f32>],
-    readings: &'r [[f64; 3]],
-    free: SVector<f64, PARAMETERS>,
-}
-
-impl Problem<'_> {
-    fn parameters(&self, free: &SVector<f64, PARAMETERS>) -> [f64; PARAMETERS] {
-        std::array::from_fn(|index| {
-            let [min, max] = BOUNDS[index];
-            min + (max - min) / (1.0 + (-free[index]).exp())
-        })
-    }
-
-    fn errors(&self, free: &SVector<f64, PARAMETERS>) -> DVector<f64> {
-        let ggx = Ggx(self.parameters(free));
-        let errors = self.at.iter().zip(self.readings).flat_map(|(at, reading)| {
-            let cosine = f64::from(at.cos_theta_i()).max(1e-2);
-            let modeled = ggx.brdf(at);
-            [0, 1, 2].map(|channel| {
-                let error =
-                    (modeled[channel] * cosine).ln_1p() - (reading[channel] * cosine).ln_1p();
-                // The square of this is the robust error.
-                let root = (1.0 + (error / ROBUST_SCALE).powi(2)).sqrt();
-                ROBUST_SCALE * (2.0 * (root - 1.0)).sqrt() * error.signum()
-            })
-        });
-        DVector::from_vec(errors.collect())
-    }
-}
-
-impl LeastSquaresProblem<f64, Dyn, U8> for Problem<'_> {
-    type ParameterStorage = Owned<f64, U8>;
-    type ResidualStorage = Owned<f64, Dyn>;
-    type JacobianStorage = Owned<f64, Dyn, U8>;
-
-    fn set_params(&mut self, free: &SVector<f64, PARAMETERS>) {
-        self.free = *free;
-    }
-
-    fn params(&self) -> SVector<f64, PARAMETERS> {
-        self.free
-    }
-
-    fn residuals(&self) -> Option<DVector<f64>> {
-        Some(self.errors(&self.free))
-    }
-
-    fn jacobian(&self) -> Option<nalgebra::OMatrix<f64, Dyn, U8>> {
-        let columns = (0..PARAMETERS).map(|index| {
-            let [low, high] = [-STEP, STEP].map(|step| {
-                let mut free = self.free;
-                free[index] += step;
-                self.errors(&free)
-            });
-            (high - low) / (2.0 * STEP)
-        });
-        let columns: Vec<DVector<f64>> = columns.collect();
-        let matrix = DMatrix::from_columns(&columns);
-        Some(matrix.fixed_columns::<PARAMETERS>(0).into_owned())
+/// Writes the square roots of the robust errors of the loss.
+fn write_errors(ggx: Ggx, at: &[HalfDifference<f32>], readings: &[[f64; 3]], errors: &mut [f64]) {
+    for ((errors, at), reading) in errors.chunks_exact_mut(3).zip(at).zip(readings) {
+        let cosine = f64::from(at.cos_theta_i()).max(1e-2);
+        let pairs = ggx.brdf(at).into_iter().zip(reading);
+        for (root, (modeled, read)) in errors.iter_mut().zip(pairs) {
+            let error = (modeled * cosine).ln_1p() - (read * cosine).ln_1p();
+            let hypotenuse = (1.0 + (error / ROBUST_SCALE).powi(2)).sqrt();
+            *root = ROBUST_SCALE * (2.0 * (hypotenuse - 1.0)).sqrt() * error.signum();
+        }
     }
 }

@@ -4,14 +4,13 @@ use std::f64::consts::{PI, TAU};
 
 use glimpse_core::geometry::{Directions, HalfDifference};
 use glimpse_materials::{Brdf, NotFinite, angles_of};
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
-use nalgebra::storage::Owned;
-use nalgebra::{DMatrix, DVector, Dyn, Vector3};
+use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::cosines::Cosines;
 use super::model::{Shading, ShadingModel};
 use super::parameter::{Parameter, Role};
+use crate::least_squares::Errors;
 use crate::metrics::color::Lab;
 
 /// An error of a fit of a shading model.
@@ -42,12 +41,6 @@ const SUN_RADIUS: f64 = 0.12;
 const DELTA_E: f64 = 50.0;
 /// The number of steps of 1 in values, so that files are short.
 const STEPS_OF_VALUES: f64 = 1e5;
-/// The step of a parameter in a difference quotient, as a share of its range.
-const STEP: f64 = 1e-5;
-/// The smallest distance of a start from the bounds of a parameter, as a share of its range. At a bound, no gradient leads
-/// back.
-const MARGIN: f64 = 0.02;
-
 /// Approximates a BRDF by a shading model.
 ///
 /// The errors are those of the [loss](glimpse_materials::loss), and differences of colors of surfaces that a sky and a sun
@@ -57,21 +50,27 @@ const MARGIN: f64 = 0.02;
 /// [`ShadingError`]
 pub fn fit(brdf: &(impl Brdf + ?Sized), model: ShadingModel) -> Result<Shading, ShadingError> {
     let data = Data::new(brdf)?;
-    let fits: Vec<(f64, Vec<f64>)> = starts(model, data.diffuse(), data.albedo())
-        .into_par_iter()
-        .map(|start| {
-            let problem = Problem::new(&data, model, &start);
-            let (problem, _) = LevenbergMarquardt::new()
-                .with_patience(30)
-                .minimize(problem);
-            (problem.residuals.norm_squared(), problem.rounded_values())
-        })
+    let parameters = model.parameters().iter();
+    let bounds: Vec<[f64; 2]> = parameters.map(|each| [each.min, each.max]).collect();
+    let errors = Errors {
+        count: data.count(),
+        write: &|values, errors| data.errors(model, values, errors),
+        bounds: &bounds,
+        patience: 30,
+    };
+    let starts = starts(model, data.diffuse(), data.albedo());
+    let fits: Vec<(f64, Vec<f64>)> = starts
+        .par_iter()
+        .map(|start| errors.minimize(start))
         .collect();
     let best = fits
         .into_iter()
         .filter(|(error, _)| error.is_finite())
         .min_by(|(one, _), (other, _)| one.total_cmp(other));
-    let (_, values) = best.ok_or(ShadingError::Diverged)?;
+    let (_, mut values) = best.ok_or(ShadingError::Diverged)?;
+    for value in &mut values {
+        *value = (*value * STEPS_OF_VALUES).round() / STEPS_OF_VALUES;
+    }
     Ok(Shading { model, values })
 }
 
@@ -279,95 +278,6 @@ fn starts(model: ShadingModel, diffuse: [f64; 3], albedo: [f64; 3]) -> Vec<Vec<f
         model.parameters().iter().map(value).collect()
     };
     kinds.into_iter().map(start).collect()
-}
-
-/// A least-squares problem: the logits of a model's parameters, and the errors at all directions.
-struct Problem<'d> {
-    data: &'d Data,
-    model: ShadingModel,
-    logits: DVector<f64>,
-    residuals: DVector<f64>,
-}
-
-impl<'d> Problem<'d> {
-    fn new(data: &'d Data, model: ShadingModel, start: &[f64]) -> Self {
-        let parameters = model.parameters().iter().zip(start);
-        let logits = parameters.map(|(parameter, value)| {
-            let share = (value - parameter.min) / (parameter.max - parameter.min);
-            let share = share.clamp(MARGIN, 1.0 - MARGIN);
-            (share / (1.0 - share)).ln()
-        });
-        let logits = DVector::from_iterator(start.len(), logits);
-        let mut problem = Self {
-            data,
-            model,
-            residuals: DVector::zeros(data.count()),
-            logits: DVector::zeros(start.len()),
-        };
-        problem.set_params(&logits);
-        problem
-    }
-
-    fn values(&self) -> Vec<f64> {
-        let parameters = self.model.parameters().iter().zip(self.logits.iter());
-        let values = parameters.map(|(parameter, logit)| {
-            parameter.min + (parameter.max - parameter.min) / (1.0 + (-logit).exp())
-        });
-        values.collect()
-    }
-
-    /// Returns the values as files write them.
-    fn rounded_values(&self) -> Vec<f64> {
-        let values = self.values().into_iter();
-        values
-            .map(|value| (value * STEPS_OF_VALUES).round() / STEPS_OF_VALUES)
-            .collect()
-    }
-}
-
-impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
-    type ResidualStorage = Owned<f64, Dyn>;
-    type JacobianStorage = Owned<f64, Dyn, Dyn>;
-    type ParameterStorage = Owned<f64, Dyn>;
-
-    fn set_params(&mut self, logits: &DVector<f64>) {
-        self.logits.copy_from(logits);
-        let values = self.values();
-        self.data
-            .errors(self.model, &values, self.residuals.as_mut_slice());
-    }
-
-    fn params(&self) -> DVector<f64> {
-        self.logits.clone()
-    }
-
-    fn residuals(&self) -> Option<DVector<f64>> {
-        Some(self.residuals.clone())
-    }
-
-    /// Returns difference quotients.
-    fn jacobian(&self) -> Option<DMatrix<f64>> {
-        let mut jacobian = DMatrix::zeros(self.data.count(), self.logits.len());
-        let values = self.values();
-        let mut changed = vec![0.0; self.data.count()];
-        for (index, parameter) in self.model.parameters().iter().enumerate() {
-            let range = parameter.max - parameter.min;
-            let share = (values[index] - parameter.min) / range;
-            // Away from the nearer bound.
-            let step = if share > 0.5 { -STEP } else { STEP };
-            let mut moved = values.clone();
-            moved[index] += step * range;
-            self.data.errors(self.model, &moved, &mut changed);
-            let by_logit = share * (1.0 - share) / step;
-            let mut column = jacobian.column_mut(index);
-            for ((entry, changed), residual) in
-                column.iter_mut().zip(&changed).zip(self.residuals.iter())
-            {
-                *entry = by_logit * (changed - residual);
-            }
-        }
-        Some(jacobian)
-    }
 }
 
 #[cfg(test)]
