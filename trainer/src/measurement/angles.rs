@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 
-use glimpse_core::geometry::{Angles, HalfDifference};
+use glimpse_core::geometry::{Angles, Directions, HalfDifference};
 
 use super::convention::AngleArgs;
 use super::layout::{ANGLES, INDEX};
@@ -54,14 +54,14 @@ impl AngleTable {
         let mut columns = angles.names().to_vec();
         columns.extend(table.has(&[INDEX]).then_some(INDEX));
         let all = angles.parse_all(&table, args)?;
-        let row = |(row, angles): (&Row, Option<RowAngles>)| {
+        let row = |(row, angles): (&Row, Option<Angles<f64>>)| {
             let Some(angles) = angles else {
                 return Err(table.line_error(row.line, "the angles are empty; give all of them"));
             };
             let cells = columns.iter().map(|column| table.cell(row, column));
             Ok(AngleRow {
                 cells: cells.map(str::to_owned).collect(),
-                angles: above_horizon(angles.to_rusinkiewicz()),
+                angles: above_horizon(angles),
             })
         };
         let rows = table
@@ -83,15 +83,6 @@ pub(super) enum AngleColumns {
     Relative,
     /// In one plane. A positive polar angle of the sensor is on the side of the mirror direction.
     InPlane,
-}
-
-/// The angles of a row, in radians, in either parametrization.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum RowAngles {
-    /// theta_h, theta_d, phi_d.
-    HalfDifference([f64; 3]),
-    /// theta_i, phi_i, theta_o, phi_o.
-    Directions([f64; 4]),
 }
 
 impl AngleColumns {
@@ -134,7 +125,7 @@ impl AngleColumns {
         }
     }
 
-    /// Parses the angles of all rows; None for a row whose angles are all empty.
+    /// Parses the angles of all rows, as Rusinkiewicz angles in radians. None for a row whose angles are all empty.
     ///
     /// # Errors
     /// If an angle is missing or out of range, or if all are small enough to be radians and their unit is not stated.
@@ -142,7 +133,7 @@ impl AngleColumns {
         self,
         table: &Table,
         args: &AngleArgs,
-    ) -> Result<Vec<Option<RowAngles>>, TableError> {
+    ) -> Result<Vec<Option<Angles<f64>>>, TableError> {
         let has_azimuths = matches!(self, Self::Directions | Self::Relative);
         if !has_azimuths && args.sensor_azimuth() != 0.0 {
             let message =
@@ -159,7 +150,7 @@ impl AngleColumns {
             ..args.clone()
         };
         let rows = table.rows().iter().map(|row| self.parse(table, row, args));
-        let rows: Vec<Option<RowAngles>> = rows.collect::<Result<_, _>>()?;
+        let rows: Vec<Option<Angles<f64>>> = rows.collect::<Result<_, _>>()?;
         let largest = |select: fn(&str) -> bool| {
             let names = self.names().iter().filter(|name| select(name));
             let cells = names.flat_map(|name| table.rows().iter().map(|row| table.cell(row, name)));
@@ -185,7 +176,7 @@ impl AngleColumns {
         table: &Table,
         row: &Row,
         args: &AngleArgs,
-    ) -> Result<Option<RowAngles>, TableError> {
+    ) -> Result<Option<Angles<f64>>, TableError> {
         if self
             .names()
             .iter()
@@ -209,11 +200,11 @@ impl AngleColumns {
         let azimuth = |name| Ok(args.azimuth(angle(name)?));
         let directions = match self {
             Self::HalfDifference => {
-                return Ok(Some(RowAngles::HalfDifference([
-                    polar("theta_h", 90.0)?,
-                    polar("theta_d", 90.0)?,
-                    azimuth("phi_d")?,
-                ])));
+                return Ok(Some(Angles {
+                    theta_h: polar("theta_h", 90.0)?,
+                    theta_d: polar("theta_d", 90.0)?,
+                    phi_d: azimuth("phi_d")?,
+                }));
             }
             Self::Directions => [
                 polar("theta_i", 180.0)?,
@@ -231,38 +222,12 @@ impl AngleColumns {
         };
         let [theta_i, phi_i, theta_o, phi_o] = directions;
         let phi_o = phi_o + args.sensor_azimuth();
-        Ok(Some(RowAngles::Directions([
-            theta_i, phi_i, theta_o, phi_o,
-        ])))
+        Ok(Some(from_spherical([theta_i, phi_i, theta_o, phi_o])))
     }
 }
 
-impl RowAngles {
-    /// Converts two directions of length 1.
-    pub(super) fn from_vectors([incoming, outgoing]: [[f64; 3]; 2]) -> Self {
-        let Angles {
-            theta_h,
-            theta_d,
-            phi_d,
-        } = rusinkiewicz(incoming, outgoing);
-        Self::HalfDifference([theta_h, theta_d, phi_d])
-    }
-
-    /// Converts to Rusinkiewicz angles, in radians.
-    pub(super) fn to_rusinkiewicz(self) -> Angles<f64> {
-        match self {
-            Self::HalfDifference([theta_h, theta_d, phi_d]) => Angles {
-                theta_h,
-                theta_d,
-                phi_d,
-            },
-            Self::Directions(angles) => rusinkiewicz_from_spherical(angles),
-        }
-    }
-}
-
-/// Converts polar angles and azimuths of two directions to Rusinkiewicz angles.
-fn rusinkiewicz_from_spherical([theta_i, phi_i, theta_o, phi_o]: [f64; 4]) -> Angles<f64> {
+/// Converts polar angles and azimuths of two directions to Rusinkiewicz angles, in radians.
+pub(super) fn from_spherical([theta_i, phi_i, theta_o, phi_o]: [f64; 4]) -> Angles<f64> {
     let direction = |theta: f64, phi: f64| {
         let (sin, cos) = theta.sin_cos();
         [sin * phi.cos(), sin * phi.sin(), cos]
@@ -278,7 +243,7 @@ pub fn angles_from_vectors(incoming: [f64; 3], outgoing: [f64; 3]) -> Option<Ang
 }
 
 /// Returns the Rusinkiewicz angles, in radians, of two directions of length 1.
-fn rusinkiewicz(incoming: [f64; 3], outgoing: [f64; 3]) -> Angles<f64> {
+pub(super) fn rusinkiewicz(incoming: [f64; 3], outgoing: [f64; 3]) -> Angles<f64> {
     let sum: [f64; 3] = std::array::from_fn(|i| incoming[i] + outgoing[i]);
     let difference: [f64; 3] = std::array::from_fn(|i| incoming[i] - outgoing[i]);
     let length = |[x, y, z]: [f64; 3]| x.hypot(y).hypot(z);
@@ -304,4 +269,13 @@ pub(super) fn above_horizon(angles: Angles<f64>) -> Option<Angles<f32>> {
         theta_d: angles.theta_d as f32,
         phi_d: angles.phi_d.rem_euclid(TAU) as f32,
     })
+}
+
+/// Converts Rusinkiewicz angles, in radians, to vectors.
+pub(super) fn to_directions(angles: Angles<f64>) -> Directions<f32> {
+    let pair = HalfDifference::from_angles(angles).directions();
+    Directions {
+        incoming: pair.incoming.map(|x| x as f32),
+        outgoing: pair.outgoing.map(|x| x as f32),
+    }
 }

@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use glimpse_core::geometry::Angles;
 
-use super::angles::{RowAngles, above_horizon};
+use super::angles::{above_horizon, from_spherical};
 
 /// An instrument whose directions are fixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -59,7 +59,7 @@ impl Instrument {
         let angles = degrees.filter_map(|[theta_i, theta_o]| {
             let [theta_i, theta_o] =
                 [theta_i, -theta_o].map(|theta| (theta + displacement).to_radians());
-            above_horizon(RowAngles::Directions([theta_i, 0.0, theta_o, 0.0]).to_rusinkiewicz())
+            above_horizon(from_spherical([theta_i, 0.0, theta_o, 0.0]))
         });
         angles.collect()
     }

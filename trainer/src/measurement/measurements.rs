@@ -43,21 +43,21 @@ impl Measurements {
             rows: 0,
             max_distance: None,
         };
-        for row in rows.match_to_pattern(pattern)? {
-            let Some(values) = row.values else {
+        for matched in rows.match_to_pattern(pattern)? {
+            let Some(values) = matched.row.values else {
                 continue;
             };
-            let bands = quantity.bands_to_brdf(rows, &row)?;
-            let spectrum = &mut measurements.spectra[row.sample];
+            let bands = quantity.bands_to_brdf(rows, &matched)?;
+            let spectrum = &mut measurements.spectra[matched.sample];
             spectrum.resize(bands.len(), 0.0);
             spectrum
                 .iter_mut()
                 .zip(bands)
                 .for_each(|(sum, band)| *sum += band);
-            let reading = quantity.to_brdf(rows, &row, values)?;
-            let error = |error| rows.reading_error(row.line, error, values);
-            reading.check(row.sample as u16).map_err(error)?;
-            measurements.samples[row.sample]
+            let reading = quantity.to_brdf(rows, &matched, values)?;
+            let error = |error| rows.reading_error(matched.row.line, error, values);
+            reading.check(matched.sample as u16).map_err(error)?;
+            measurements.samples[matched.sample]
                 .add(reading.brdf, reading.saturated)
                 .map_err(error)?;
             measurements.rows += 1;
@@ -66,7 +66,7 @@ impl Measurements {
                     .max_distance
                     .is_none_or(|max| distance.radians > max.radians)
             };
-            if let Some(distance) = row.distance.filter(is_larger) {
+            if let Some(distance) = matched.distance.filter(is_larger) {
                 measurements.max_distance = Some(distance);
             }
         }

@@ -7,6 +7,7 @@ mod convention;
 mod fit;
 mod instrument;
 mod layout;
+mod matched_rows;
 mod matching;
 mod measurements;
 mod next;

@@ -7,7 +7,8 @@ use glimpse_core::geometry::{Angles, Directions};
 use glimpse_core::gonio::{Calibration, Footprint, Quantity, Reading, Repeated};
 
 use super::convention::AngleArgs;
-use super::rows::{MatchedRow, Rows, SATURATED_WHITE};
+use super::matched_rows::MatchedRow;
+use super::rows::{Rows, SATURATED_WHITE};
 use super::table::TableError;
 
 const COUNTS_OF_BANDS: &str = "it has counts of bands; divide them by those of the tile, and state reflectance-factor as their quantity";
@@ -104,7 +105,7 @@ impl WhiteReference {
             let (directions, counts) = rows.single_reading(pattern)?;
             return Ok(Self::Single(counts, directions, footprint));
         }
-        let matched = rows
+        let all = rows
             .match_to_pattern(pattern)
             .map_err(|error| match error {
                 TableError::Damaged { path, message }
@@ -117,13 +118,13 @@ impl WhiteReference {
                 other => other,
             })?;
         let mut whites = vec![Repeated::new(); pattern.len()];
-        for row in &matched {
-            if let Some(values) = row.values {
-                if row.saturated {
-                    return Err(rows.line_error(row.line, SATURATED_WHITE));
+        for matched in &all {
+            if let Some(values) = matched.row.values {
+                if matched.row.saturated {
+                    return Err(rows.line_error(matched.row.line, SATURATED_WHITE));
                 }
-                let added = whites[row.sample].add(values, false);
-                added.map_err(|error| rows.reading_error(row.line, error, values))?;
+                let added = whites[matched.sample].add(values, false);
+                added.map_err(|error| rows.reading_error(matched.row.line, error, values))?;
             }
         }
         Ok(Self::PerSample(whites.iter().map(Repeated::mean).collect()))
@@ -181,18 +182,21 @@ impl ReadingQuantity {
     pub(super) fn to_brdf(
         &self,
         rows: &Rows,
-        row: &MatchedRow<'_>,
+        matched: &MatchedRow<'_>,
         values: [f32; 3],
     ) -> Result<Reading, TableError> {
         let reading = match self {
             Self::Values(Multiple { of, unit }, reflectance) => {
                 let values = values.map(|value| value * unit * reflectance);
-                of.to_brdf(values, &row.directions).map(Reading::new)
+                of.to_brdf(values, &matched.directions).map(Reading::new)
             }
-            Self::Counts(counts) => counts.to_brdf(counts.white_at(rows, row)?, row, values),
+            Self::Counts(counts) => {
+                counts.to_brdf(counts.white_at(rows, matched)?, matched, values)
+            }
         };
-        let mut reading = reading.map_err(|error| rows.reading_error(row.line, error, values))?;
-        reading.saturated |= row.saturated;
+        let mut reading =
+            reading.map_err(|error| rows.reading_error(matched.row.line, error, values))?;
+        reading.saturated |= matched.row.saturated;
         Ok(reading)
     }
 
@@ -200,17 +204,17 @@ impl ReadingQuantity {
     pub(super) fn bands_to_brdf(
         &self,
         rows: &Rows,
-        row: &MatchedRow<'_>,
+        matched: &MatchedRow<'_>,
     ) -> Result<Vec<f32>, TableError> {
-        if let (false, Self::Counts(_)) = (row.bands.is_empty(), self) {
+        if let (false, Self::Counts(_)) = (matched.row.bands.is_empty(), self) {
             return Err(rows.file_error(COUNTS_OF_BANDS.to_owned()));
         }
-        let mut brdf = Vec::with_capacity(row.bands.len());
-        for (band, wavelength) in row.bands.iter().zip(rows.wavelengths()) {
-            let [value, ..] = self.to_brdf(rows, row, [*band; 3])?.brdf;
+        let mut brdf = Vec::with_capacity(matched.row.bands.len());
+        for (band, wavelength) in matched.row.bands.iter().zip(rows.wavelengths()) {
+            let [value, ..] = self.to_brdf(rows, matched, [*band; 3])?.brdf;
             if value < -1.0 {
                 return Err(rows.line_error(
-                    row.line,
+                    matched.row.line,
                     &format!("band {wavelength} nm: {band} is too far below 0; correct the row or remove it"),
                 ));
             }
@@ -238,15 +242,15 @@ impl CountCalibration {
     }
 
     /// Returns the counts of the white for a row.
-    fn white_at(&self, rows: &Rows, row: &MatchedRow) -> Result<[f32; 3], TableError> {
+    fn white_at(&self, rows: &Rows, matched: &MatchedRow) -> Result<[f32; 3], TableError> {
         match &self.white {
             WhiteReference::Single(white, ..) => Ok(*white),
-            WhiteReference::PerSample(whites) => whites.get(row.sample).copied().flatten().ok_or_else(|| {
+            WhiteReference::PerSample(whites) => whites.get(matched.sample).copied().flatten().ok_or_else(|| {
                 let message = format!(
                     "sample {} has no white reading; read the white at these directions as well, or remove the row",
-                    row.sample
+                    matched.sample
                 );
-                rows.line_error(row.line, &message)
+                rows.line_error(matched.row.line, &message)
             }),
         }
     }
@@ -254,7 +258,7 @@ impl CountCalibration {
     fn to_brdf(
         &self,
         white: [f32; 3],
-        row: &MatchedRow<'_>,
+        matched: &MatchedRow<'_>,
         values: [f32; 3],
     ) -> Result<Reading, Error> {
         let calibration = Calibration::new(self.dark, white, self.reflectance)?;
@@ -266,7 +270,7 @@ impl CountCalibration {
             WhiteReference::PerSample(_) => calibration.reading(values),
             WhiteReference::Single(_, directions, footprint) => calibration
                 .read_once_at(directions, *footprint)?
-                .reading(values, &row.directions),
+                .reading(values, &matched.directions),
         }
     }
 }

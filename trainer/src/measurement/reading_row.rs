@@ -1,9 +1,10 @@
 //! One row of readings, from a file or an array.
 
+use glimpse_core::geometry::Angles;
 use glimpse_materials::untrusted::escaped;
 use glimpse_materials::{Viewing, weighted_sums};
 
-use super::angles::{AngleColumns, RowAngles};
+use super::angles::AngleColumns;
 use super::convention::AngleArgs;
 use super::layout::{CHANNELS, INDEX, MONOCHROME};
 use super::table::{Row, Table, TableError};
@@ -32,7 +33,8 @@ pub(super) struct ReadingRow {
     /// The line of the file, or the index of the reading in an array, from 0.
     pub(super) line: u64,
     pub(super) index: Option<usize>,
-    pub(super) angles: Option<RowAngles>,
+    /// Rusinkiewicz angles in radians.
+    pub(super) angles: Option<Angles<f64>>,
     /// None if the cells are empty: nothing was read.
     pub(super) values: Option<[f32; 3]>,
     /// The numbers of the bands; empty if there are none, or nothing was read.
@@ -112,7 +114,7 @@ fn read_row(
     row: &Row,
     columns: &[&str],
     weights: &[[f64; 3]],
-    angles: Option<RowAngles>,
+    angles: Option<Angles<f64>>,
 ) -> Result<ReadingRow, TableError> {
     let error = |message: String| Err(table.line_error(row.line, &message));
     // Some programs write whole numbers as 3.0.
