@@ -69,27 +69,24 @@ impl Metrics {
             }
             count += 1.0;
         }
-        let [loss, dssim, l2, psnr, delta_e] = sums.map(|sum| sum / count);
-        (count > 0.0).then_some(Self {
+        (count > 0.0).then(|| Self::from_values(sums.map(|sum| sum / count)))
+    }
+
+    /// Creates metrics from values in the order of [`METRICS`].
+    fn from_values([loss, dssim, l2, psnr, delta_e]: [f64; METRICS.len()]) -> Self {
+        Self {
             loss,
             dssim,
             l2,
             psnr,
             delta_e,
-        })
+        }
     }
 
     /// Returns the values in the order of [`METRICS`].
     #[must_use]
     pub fn values(&self) -> [f64; METRICS.len()] {
-        let Self {
-            loss,
-            dssim,
-            l2,
-            psnr,
-            delta_e,
-        } = *self;
-        [loss, dssim, l2, psnr, delta_e]
+        [self.loss, self.dssim, self.l2, self.psnr, self.delta_e]
     }
 
     /// Returns a line of text for each metric, for the caption of a picture.
@@ -141,15 +138,7 @@ mod tests {
     use super::*;
 
     fn two_metrics() -> [Metrics; 2] {
-        [[0.1, 0.2, 0.001, 30.0, 1.0], [0.3, 0.6, 0.1, 10.0, 4.0]].map(
-            |[loss, dssim, l2, psnr, delta_e]| Metrics {
-                loss,
-                dssim,
-                l2,
-                psnr,
-                delta_e,
-            },
-        )
+        [[0.1, 0.2, 0.001, 30.0, 1.0], [0.3, 0.6, 0.1, 10.0, 4.0]].map(Metrics::from_values)
     }
 
     fn assert_close(metrics: Metrics, expected: [f64; 5]) {

@@ -2,33 +2,15 @@
 
 use glimpse_materials::to_npy;
 
-use super::Picture;
+use super::{Picture, Raster};
 
 /// The factor by which tone mapping multiplies the radiance first.
 const EXPOSURE: f32 = 1.7;
 
-/// An image of linear radiance, row by row from the top left.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Image {
-    /// Width in pixels.
-    pub width: usize,
-    /// Height in pixels.
-    pub height: usize,
-    /// width x height pixels in linear RGB.
-    pub pixels: Vec<[f32; 3]>,
-}
+/// An image of linear radiance, in linear RGB.
+pub type Image = Raster<[f32; 3]>;
 
 impl Image {
-    /// Creates an image with the same radiance in all pixels.
-    #[must_use]
-    pub fn filled(width: usize, height: usize, radiance: [f32; 3]) -> Self {
-        Self {
-            width,
-            height,
-            pixels: vec![radiance; width * height],
-        }
-    }
-
     /// Arranges images of the same size in rows of `columns` images, with black gaps of `gap` pixels.
     #[must_use]
     pub fn grid(images: &[Self], columns: usize, gap: usize) -> Self {

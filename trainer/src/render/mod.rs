@@ -13,5 +13,5 @@ mod studio;
 mod tests;
 
 pub use image::Image;
-pub use picture::{Picture, PictureError};
+pub use picture::{Picture, PictureError, Raster};
 pub use sphere::{render_sphere, sphere_disc};

@@ -1,72 +1,51 @@
-//! Pictures of 8 bits per channel, for pages, PNG files and image metrics.
+//! Rasters of pixels, and pictures of 8 bits per channel for pages, PNG files and image metrics.
 
-/// An error in encoding a picture.
-#[derive(Debug, thiserror::Error)]
-pub enum PictureError {
-    /// A side is 0, or the number of pixels is not width x height.
-    #[error(
-        "a picture of {width} x {height} pixels with {pixels} pixels in memory cannot be written as PNG: {source}"
-    )]
-    EncodePng {
-        /// Width in pixels.
-        width: usize,
-        /// Height in pixels.
-        height: usize,
-        /// Number of pixels in memory.
-        pixels: usize,
-        /// Error of the encoder.
-        source: png::EncodingError,
-    },
-}
+/// An error of the PNG encoder: a side is 0, or the number of pixels is not width x height.
+pub type PictureError = png::EncodingError;
 
-/// An 8-bit sRGB picture, row by row from the top left.
+/// Pixels row by row from the top left.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Picture {
+pub struct Raster<P> {
     /// Width in pixels.
     pub width: usize,
     /// Height in pixels.
     pub height: usize,
-    /// width x height pixels, sRGB.
-    pub pixels: Vec<[u8; 3]>,
+    /// width x height pixels.
+    pub pixels: Vec<P>,
 }
 
-impl Picture {
-    /// Creates a picture of one color.
+/// An 8-bit sRGB picture.
+pub type Picture = Raster<[u8; 3]>;
+
+impl<P: Clone> Raster<P> {
+    /// Creates a raster with equal pixels.
     #[must_use]
-    pub fn filled(width: usize, height: usize, color: [u8; 3]) -> Self {
+    pub fn filled(width: usize, height: usize, pixel: P) -> Self {
         Self {
             width,
             height,
-            pixels: vec![color; width * height],
+            pixels: vec![pixel; width * height],
         }
     }
+}
 
+impl Picture {
     /// Encodes the picture as a PNG file, marked as sRGB.
     ///
     /// # Errors
     /// If a side is 0 or the number of pixels is not width x height.
     pub fn to_png(&self) -> Result<Vec<u8>, PictureError> {
         let mut file = Vec::new();
-        self.encode(&mut file)
-            .map_err(|source| PictureError::EncodePng {
-                width: self.width,
-                height: self.height,
-                pixels: self.pixels.len(),
-                source,
-            })?;
-        Ok(file)
-    }
-
-    fn encode(&self, file: &mut Vec<u8>) -> Result<(), png::EncodingError> {
         // The encoder rejects a side above u32::MAX, because it does not match the number of pixels.
         let side = |pixels: usize| u32::try_from(pixels).unwrap_or(u32::MAX);
-        let mut encoder = png::Encoder::new(file, side(self.width), side(self.height));
+        let mut encoder = png::Encoder::new(&mut file, side(self.width), side(self.height));
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         let mut writer = encoder.write_header()?;
         writer.write_image_data(self.pixels.as_flattened())?;
-        writer.finish()
+        writer.finish()?;
+        Ok(file)
     }
 }
 
